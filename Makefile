@@ -1,0 +1,46 @@
+# Everything runs in .venv, which the first target that needs it sets up.
+PYTHON ?= python3
+VENV   ?= .venv
+BIN    := $(VENV)/bin
+STAMP  := $(VENV)/.installed
+
+.DEFAULT_GOAL := help
+.PHONY: help demo test check format clean
+
+help:  ## what can be made
+	@awk -F':.*## ' '/^[a-z]+:.*## /{printf "  make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+
+$(STAMP): pyproject.toml constraints.txt
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+	  { echo "spikeport needs Python 3.11 or newer; choose one with: make PYTHON=python3.12"; exit 1; }
+	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || \
+	  { echo "python3-venv is missing; install it with: apt-get install python3-venv"; exit 1; }
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[test,check]'
+	@touch $@
+
+demo: $(STAMP)  ## the arm on the emulated chip reaches for targets; writes runs/demo
+	$(BIN)/spikeport compile arm
+	$(BIN)/spikeport run reach --backend nengo-loihi --seconds 3 --out runs/demo --overwrite
+
+test: check  ## lint, types and all tests
+	$(BIN)/python -m pytest
+
+check: $(STAMP) build/links  ## lint and types only
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+format: $(STAMP)  ## format the code in place
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+# Type checkers do not follow the editable install's import hook: they read this tree of links.
+build/links: Makefile
+	@rm -rf $@ && mkdir -p $@/spikeport
+	@ln -s $(abspath toolchain)/* $@/spikeport/
+	@for d in networks compile hardware_models backends robot experiments; do \
+	  ln -s $(abspath .)/$$d $@/spikeport/$$d; done
+
+clean:  ## remove the environment and everything built
+	rm -rf $(VENV) build dist *.egg-info .mypy_cache .ruff_cache

@@ -1,0 +1,1 @@
+"""From a Nengo network to a chip image."""

@@ -1,0 +1,1 @@
+"""Chips as data, and the arithmetic of limits, energy and time on them."""

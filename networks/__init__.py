@@ -1,0 +1,1 @@
+"""The spiking controllers, as plain Nengo networks with named input and output nodes."""
