@@ -1,1 +1,1 @@
-"""The Unitree H1 in MuJoCo."""
+"""The Unitree H1 in MuJoCo: description, plant, arm kinematics and dynamics, pictures."""

@@ -1,0 +1,41 @@
+"""The narrow protocol of everything an image runs on: an emulator, a board, a recording."""
+
+from collections.abc import Mapping, Sequence
+from typing import Protocol
+
+import numpy as np
+
+from spikeport.hardware_models.activity import Activity
+
+
+class Chip(Protocol):
+    """An image, loaded and at rest.
+
+    A chip starts with all state at zero. `step` advances it by one time step.
+    """
+
+    def step(
+        self, spikes: Sequence[np.ndarray], errors: Mapping[int, np.ndarray]
+    ) -> list[np.ndarray]:
+        """Advance by one step.
+
+        Parameters
+        ----------
+        spikes : sequence of (n,) int arrays
+            For each input of the image, the sources that spike on the host in this step. They
+            reach the chip's synapses in the next step.
+        errors : mapping of int to (d,) float array
+            Learning errors by number of synapse group, in effect from this step on.
+
+        Returns
+        -------
+        outputs : list of (n,) arrays
+            For each output of the image, what its compartments hold after the step, in the chip's
+            integers (spikes as booleans), before decoding weights.
+        """
+
+    def activity(self) -> Activity:
+        """Exact counts of all steps so far."""
+
+    def close(self) -> None:
+        """Free what the chip holds; it cannot step any more."""

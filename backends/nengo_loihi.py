@@ -1,0 +1,181 @@
+"""nengo-loihi's emulator, loaded from a chip image.
+
+The emulator is used as it is; what it runs on is rebuilt from the image alone, so that whatever an
+image does not hold cannot be relied on.
+"""
+
+from collections.abc import Mapping, Sequence
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+from nengo_loihi.block import Axon, LoihiBlock, Synapse, SynapseConfig
+from nengo_loihi.emulator import EmulatorInterface
+from nengo_loihi.inputs import SpikeInput
+
+from spikeport.backends.counter import Counter
+from spikeport.compile.fanout import fanout
+from spikeport.compile.image import ChipImage
+from spikeport.compile.usage import synapse_core
+from spikeport.hardware_models.activity import Activity
+
+
+class NengoLoihiChip:
+    """An image on nengo-loihi's emulator. Implements `spikeport.backends.chip.Chip`.
+
+    Parameters
+    ----------
+    image : ChipImage
+        What to run.
+    seed : int
+        Seed of the chip's noise.
+    """
+
+    def __init__(self, image: ChipImage, seed: int) -> None:
+        self._image = image
+        blocks, synapses = load_blocks(image)
+        self._inputs = load_inputs(image, synapses)
+        self._synapses = synapses
+        model = SimpleNamespace(
+            blocks=blocks,
+            inputs=self._inputs,
+            probes=[],
+            dt=image.manifest["dt_s"],
+            pes_error_scale=image.manifest["pes_error_scale"],
+        )
+        self._emulator = EmulatorInterface(model, seed=seed)
+        self._outputs = [
+            (output["key"], image["output_compartment"][image.part("output_start", i)])
+            for i, output in enumerate(image.manifest["outputs"])
+        ]
+        self._readouts = readout_compartments(image)
+        self._counter = Counter(image.cores, image.compartment_core, fanout(image))
+        self._synapse_core = synapse_core(image)
+        self._biased = image["bias"] != 0
+        self._arriving = np.zeros(0, dtype=int)
+        self._first_input = image.n_compartments + np.concatenate(
+            [[0], np.cumsum(image["input_size"])]
+        )
+
+    def step(
+        self, spikes: Sequence[np.ndarray], errors: Mapping[int, np.ndarray]
+    ) -> list[np.ndarray]:
+        """See `spikeport.backends.chip.Chip.step`."""
+        now = self._emulator.t + 1
+        self._emulator.host2chip(
+            [(source, now, s) for source, s in zip(self._inputs, spikes, strict=True)],
+            [(self._synapses[group], now, error) for group, error in errors.items()],
+        )
+        self._emulator.step()
+        self._count(spikes)
+        state = self._emulator.compartment
+        return [getattr(state, key)[compartments] for key, compartments in self._outputs]
+
+    def _count(self, spikes: Sequence[np.ndarray]) -> None:
+        state = self._emulator.compartment
+        active = self._biased | state.spiked | (state.current != 0) | (state.voltage != 0)
+        active |= state.input[0] != 0
+        self._counter.step(self._arriving, state.spiked, active, self._learning_updates())
+        self._counter.readout_spikes += int(state.spiked[self._readouts].sum())
+        sources = [first + s for first, s in zip(self._first_input, spikes, strict=False)]
+        self._arriving = np.concatenate([np.flatnonzero(state.spiked), *sources]).astype(int)
+
+    def _learning_updates(self) -> np.ndarray:
+        updates = np.zeros(self._image.n_cores, dtype=int)
+        for group, synapse in enumerate(self._synapses):
+            if synapse.learning and self._emulator.t % synapse.learn_epoch == 0:
+                updates[self._synapse_core[group]] += synapse.size()
+        return updates
+
+    def activity(self) -> Activity:
+        """See `spikeport.backends.chip.Chip.activity`."""
+        return self._counter.activity(self._image.manifest["dt_s"])
+
+    def close(self) -> None:
+        """See `spikeport.backends.chip.Chip.close`."""
+        self._emulator.close()
+
+
+def readout_compartments(image: ChipImage) -> np.ndarray:
+    """Compartments whose voltage is an output: they must never reach their threshold."""
+    reads = [
+        image["output_compartment"][image.part("output_start", i)]
+        for i, output in enumerate(image.manifest["outputs"])
+        if output["key"] == "voltage" and output["weights"] == "matrix"
+    ]
+    return np.unique(np.concatenate(reads)) if reads else np.zeros(0, dtype=int)
+
+
+def load_blocks(image: ChipImage) -> tuple[list[LoihiBlock], list[Synapse]]:
+    """nengo-loihi's blocks and synapse groups, in the order of the image."""
+    blocks = [_block(image, b) for b in range(image.n_blocks)]
+    synapses = []
+    for group, block in enumerate(image["synapse_block"]):
+        synapses.append(_synapse(image, group))
+        blocks[block].add_synapse(synapses[-1])
+    for route in np.flatnonzero(image["route_input"] == 0):
+        blocks[image["route_source"][route]].add_axon(_axon(image, route, synapses))
+    return blocks, synapses
+
+
+def load_inputs(image: ChipImage, synapses: list[Synapse]) -> list[SpikeInput]:
+    """nengo-loihi's spike inputs, in the order of the image."""
+    inputs = [SpikeInput(int(n)) for n in image["input_size"]]
+    for route in np.flatnonzero(image["route_input"] == 1):
+        inputs[image["route_source"][route]].add_axon(_axon(image, route, synapses))
+    return inputs
+
+
+def _block(image: ChipImage, b: int) -> LoihiBlock:
+    mine = image.part("block_start", b)
+    block = LoihiBlock(mine.stop - mine.start, label=image.manifest["blocks"][b]["label"])
+    part = block.compartment
+    for name in ("bias", "decay_u", "decay_v", "vth", "refract_delay"):
+        setattr(part, name, image[name][mine].astype(np.int32))
+    part.enable_noise = image["enable_noise"][mine].astype(bool)
+    for name in ("vmin", "vmax", "noise_offset", "noise_exp", "noise_at_membrane"):
+        setattr(part, name, int(image[f"block_{name}"][b]))
+    part.scale_u = part.scale_v = False
+    return block
+
+
+def _synapse(image: ChipImage, group: int) -> Synapse:
+    axons, rows = image.part("in_axon_start", group), image.part("row_start", group)
+    synapse = Synapse(axons.stop - axons.start, label=image.manifest["synapses"][group]["label"])
+    synapse.pop_type = int(image["synapse_pop_type"][group])
+    synapse.axon_to_weight_map = image["in_axon_row"][axons]
+    synapse.axon_compartment_bases = image["in_axon_base"][axons]
+    shapes = [(image.part("row_weight_start", r), image["row_atoms"][r]) for r in _range(rows)]
+    synapse.weights = [image["weights"][p].reshape(n, -1).astype(np.int32) for p, n in shapes]
+    synapse.indices = [image["indices"][p].reshape(n, -1).astype(np.int32) for p, n in shapes]
+    form = zip(image.manifest["synapse_format"], image["synapse_format"][group], strict=True)
+    synapse.synapse_cfg = SynapseConfig(**{name: int(value) for name, value in form})
+    _set_learning(synapse, _learning(image, group))
+    return synapse
+
+
+def _learning(image: ChipImage, group: int) -> dict[str, float]:
+    return dict(zip(image.manifest["learning"], image["synapse_learning"][group], strict=True))
+
+
+def _set_learning(synapse: Any, learning: dict[str, float]) -> None:
+    synapse.learning = bool(learning["on"])
+    if synapse.learning:
+        synapse._lr_int, synapse._lr_exp = int(learning["lr_int"]), int(learning["lr_exp"])
+        synapse.tracing_tau = int(learning["tracing_tau"])
+        synapse.tracing_mag = learning["tracing_mag"]
+        synapse.train_epoch = int(learning["train_epoch"])
+        synapse.learn_epoch = int(learning["learn_epoch"])
+
+
+def _axon(image: ChipImage, route: int | np.integer, synapses: list[Synapse]) -> Axon:
+    part = image.part("route_start", route)
+    targets = image["route_axon"][part]
+    axon = Axon(np.unique(targets[targets >= 0]).size)
+    axon.target = synapses[image["route_synapse"][route]]
+    axon.set_compartment_axon_map(targets, image["route_atom"][part])
+    return axon
+
+
+def _range(part: slice) -> range:
+    return range(part.start, part.stop)

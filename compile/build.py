@@ -1,0 +1,125 @@
+"""Network -> blocks: nengo-loihi's builder and discretiser, the same in every process.
+
+The builder and the discretiser are used as they are: they define the arithmetic. What is added is
+order. nengo-loihi replaces clusters of passthrough nodes by connections that come from a set and
+have no seed; here they are sorted by name and seeded, so that one network gives one image.
+"""
+
+import hashlib
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import nengo
+import numpy as np
+from nengo.exceptions import NengoException
+from nengo_loihi.block import LoihiBlock
+from nengo_loihi.builder import Model
+from nengo_loihi.builder.builder import ValidationLevel
+
+from spikeport.compile.discretise import discretise, refused
+from spikeport.compile.names import Names
+from spikeport.compile.numpy1 import numpy1_semantics
+from spikeport.compile.quantisation import BlockError, block_error
+
+SEED_LIMIT = 2**31 - 1
+NAMED = (nengo.Ensemble, nengo.Node, nengo.Connection, nengo.Probe)
+
+
+@dataclass(frozen=True)
+class Blocks:
+    """What the builder made of a network: integer blocks, their names, and what rounding cost.
+
+    ``model`` is nengo-loihi's, discretised; ``labels`` names its blocks; ``errors`` holds the
+    quantisation error of each block; ``warnings`` what the builder said on the way.
+    """
+
+    model: Model
+    labels: dict[Any, str]
+    errors: tuple[BlockError, ...]
+    warnings: tuple[str, ...]
+
+
+class OrderedModel(Model):
+    """nengo-loihi's model, which also remembers what it is building, for error messages."""
+
+    def __init__(self, dt_s: float, names: Names) -> None:
+        super().__init__(dt=dt_s, label="spikeport")
+        self.names = names
+        self.building = "network"
+        # Limits are checked by spikeport.compile.verify, which reports all of them at once.
+        self.validation_level = ValidationLevel.NONE
+
+    def build(self, obj: Any, *args: Any, **kwargs: Any) -> Any:
+        """Build one object; passthrough replacements are put in order before the first of them."""
+        if self.split is not None:
+            self._order_passthrough()
+        if isinstance(obj, NAMED):
+            self.building = self.names[obj]
+        if self.seeds.get(obj, 0) is None:
+            self.seeds[obj] = _seed_from(self.names[obj])
+        return super().build(obj, *args, **kwargs)
+
+    def _order_passthrough(self) -> None:
+        passthrough = self.split.passthrough
+        if isinstance(passthrough.to_add, set):
+            passthrough.to_add = sorted(passthrough.to_add, key=self._sort_key)
+
+    def _sort_key(self, connection: nengo.Connection) -> tuple[str, ...]:
+        ends = (self.names[connection.pre_obj], self.names[connection.post_obj])
+        slices = (repr(connection.pre_slice), repr(connection.post_slice))
+        function = getattr(connection.function, "__qualname__", "")
+        init = np.asarray(getattr(connection.transform, "init", 0.0))
+        return (*ends, *slices, function, init.tobytes().hex())
+
+
+def build(network: nengo.Network, names: Names, dt_s: float) -> Blocks:
+    """Build and discretise a network.
+
+    Parameters
+    ----------
+    network : nengo.Network
+        The network; a seed of 0 stands in where it has none.
+    names : Names
+        The names of its objects.
+    dt_s : float
+        The time step, in seconds.
+
+    Raises
+    ------
+    CompileError
+        If nengo-loihi's builder refuses the network for a reason `lint` does not know.
+    """
+    model = OrderedModel(dt_s, names)
+    model.seeds[network] = network.seed if network.seed is not None else 0
+    model.seeded[network] = True
+    with warnings.catch_warnings(record=True) as caught, numpy1_semantics():
+        warnings.simplefilter("always")
+        try:
+            model.build(network, precompute=False, discretize=False)
+        except (NengoException, AssertionError, NotImplementedError) as error:
+            raise refused(model.building, error) from error
+        labels = dict(_labels(model, names))
+        floats = discretise(model, labels)
+    errors = tuple(block_error(labels[b], floats[b], b) for b in model.blocks)
+    return Blocks(model, labels, errors, tuple(sorted({str(w.message) for w in caught})))
+
+
+def _seed_from(name: str) -> int:
+    return int.from_bytes(hashlib.sha256(name.encode()).digest()[:4], "little") % SEED_LIMIT
+
+
+def _labels(model: Model, names: Names) -> Iterator[tuple[Any, str]]:
+    """Readable names of blocks: an ensemble's, or a connection's for the neurons that relay it."""
+    for obj, parts in model.objs.items():
+        if isinstance(obj, nengo.Ensemble):
+            yield from _pieces(parts["out"], names[obj])
+        elif isinstance(obj, nengo.Connection) and "decoded" in parts:
+            yield from _pieces(parts["decoded"], names[obj])
+
+
+def _pieces(blocks: Any, name: str) -> Iterator[tuple[LoihiBlock, str]]:
+    blocks = blocks if isinstance(blocks, list) else [blocks]
+    for i, block in enumerate(blocks):
+        yield block, name if len(blocks) == 1 else f"{name}[{i + 1}/{len(blocks)}]"

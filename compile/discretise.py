@@ -1,0 +1,71 @@
+"""Float blocks -> integer blocks, with nengo-loihi's discretiser."""
+
+import traceback
+from typing import Any
+
+import numpy as np
+from nengo.exceptions import NengoException
+from nengo_loihi.block import LoihiBlock
+from nengo_loihi.builder import Model
+from nengo_loihi.builder.discretize import discretize_block, discretize_probe
+
+from spikeport.compile.numpy1 import WideMax
+from spikeport.compile.quantisation import FloatBlock, snapshot
+from spikeport.errors import CompileError
+
+
+def discretise(model: Model, labels: dict[Any, str]) -> dict[LoihiBlock, FloatBlock]:
+    """Discretise every block and probe of a model in place.
+
+    Parameters
+    ----------
+    model : Model
+        nengo-loihi's model, built but not discretised.
+    labels : dict
+        The names of its blocks.
+
+    Returns
+    -------
+    floats : dict
+        The values of each block before.
+
+    Raises
+    ------
+    CompileError
+        If a block holds numbers that are not finite, or no scale serves all of its numbers.
+    """
+    floats = {block: snapshot(block) for block in model.blocks}
+    scales = {block: _discretise(block, labels[block], floats[block]) for block in model.blocks}
+    for probe in model.probes:
+        for i, block in enumerate(probe.target):
+            discretize_probe(probe, i, scales[block])
+    return floats
+
+
+def _discretise(block: LoihiBlock, label: str, floats: FloatBlock) -> float:
+    if not all(np.isfinite(part).all() for part in (floats.bias, *floats.weights)):
+        raise CompileError(
+            f"{label}: weights or biases are not finite; cure: look for NaN or infinity in the "
+            "functions, transforms and gains of its connections"
+        )
+    compartment = block.compartment
+    compartment.bias = compartment.bias.view(WideMax)
+    compartment.vth = compartment.vth.view(WideMax)
+    try:
+        return discretize_block(block)
+    except (NengoException, AssertionError) as error:
+        raise refused(label, error) from error
+    finally:
+        compartment.bias = np.asarray(compartment.bias)
+        compartment.vth = np.asarray(compartment.vth)
+
+
+def refused(name: str, error: Exception) -> CompileError:
+    """The error for something nengo-loihi refuses, often by an assertion without text."""
+    where = traceback.extract_tb(error.__traceback__)[-1]
+    reason = str(error) or f"{type(error).__name__} at {where.name}: {where.line}"
+    return CompileError(
+        f"{name}: nengo-loihi refuses it: {reason}; cure: change this object (its weights and "
+        "gains may lie too far apart for 8 bits), or keep its ensembles on the host with "
+        "net.config[ensemble].on_chip = False"
+    )

@@ -1,0 +1,123 @@
+"""The right arm of the anchored H1 in closed loop with a controller.
+
+Physics runs at 200 Hz with torques held between its steps, the controller at 1 kHz; one after the
+other in lock-step, so that a run depends on its seeds alone.
+"""
+
+from typing import NamedTuple
+
+import nengo
+import numpy as np
+
+from spikeport.experiments.reach_task import GridTour, ReachTask, TargetBox, Task
+from spikeport.networks.arm import STATE_SIZE, ArmNetwork
+from spikeport.networks.operational_space import OperationalSpaceLaw
+from spikeport.networks.region import ArmRegion
+from spikeport.robot.description import ARM_JOINTS
+from spikeport.robot.plant import Plant
+
+REGION_SEEDS = (1000, 1001, 1002)
+REGION_SECONDS = 15.0
+"""Random runs that shape the region; no evaluation uses these seeds."""
+
+
+class Sample(NamedTuple):
+    """One physics step. Angles in rad, positions in m, torques in N m."""
+
+    time_s: float
+    q: np.ndarray
+    dq: np.ndarray
+    hand: np.ndarray
+    target: np.ndarray
+    torque: np.ndarray
+    exact_torque: np.ndarray
+
+
+class ArmLoop:
+    """Plant and task, stepped by the torques of a controller.
+
+    Parameters
+    ----------
+    law : OperationalSpaceLaw
+        The exact law, whose torque is recorded beside the controller's.
+    seed : int
+        Seed of the initial posture.
+    dt_s : float, optional
+        Time step of the controller, of which the physics step is a multiple; by default equal.
+
+    Attributes
+    ----------
+    samples, poses : list
+        For every physics step, what was seen and done, and MuJoCo's ``qpos``.
+    """
+
+    def __init__(self, law: OperationalSpaceLaw, seed: int, dt_s: float | None = None) -> None:
+        self.law = law
+        self.plant = Plant(anchored=True)
+        start = dict(zip(ARM_JOINTS, law.gains.rest_rad, strict=True))
+        self.plant.reset(seed, posture_rad=start)
+        self._arm = [self.plant.joints.index(joint) for joint in ARM_JOINTS]
+        self._ticks = round(self.plant.dt_s / dt_s) if dt_s else 1
+        self._tick = 0
+        self.samples: list[Sample] = []
+        self.poses: list[np.ndarray] = []
+
+    def begin(self, task: Task) -> None:
+        """Give the arm something to do."""
+        self.task = task
+        self._observe()
+
+    def _observe(self) -> None:
+        state = self.plant.state
+        q, dq, hand = state.q[self._arm], state.dq[self._arm], self.plant.hand_position()
+        self.exact_torque = self.law.torque(q, dq, self.task.target - hand)
+        self._seen = (q, dq, hand, self.task.target)
+
+    def step(self, torque: np.ndarray) -> np.ndarray:
+        """One step of the controller: its torque in, [q, dq, x, target] out."""
+        self._tick += 1
+        if self._tick % self._ticks == 0:
+            self._physics(np.array(torque))
+        return np.concatenate(self._seen)
+
+    def _physics(self, torque: np.ndarray) -> None:
+        self.samples.append(Sample(self.plant.time_s, *self._seen, torque, self.exact_torque))
+        self.poses.append(self.plant.data.qpos.copy())
+        self.plant.torque(ARM_JOINTS, torque)
+        self.plant.step()
+        self.task.update(self.plant.time_s, self.plant.hand_position())
+        self._observe()
+
+
+def close_loop(controller: ArmNetwork, loop: ArmLoop) -> None:
+    """Connect a controller of the current network with the plant, through connections only."""
+    plant = nengo.Node(
+        lambda _t, torque: loop.step(torque), size_in=4, size_out=STATE_SIZE + 3, label="plant"
+    )
+    nengo.Connection(plant[:STATE_SIZE], controller.state, synapse=None)
+    nengo.Connection(plant[STATE_SIZE:], controller.target, synapse=None)
+    nengo.Connection(controller.torque, plant, synapse=None)
+
+
+def record_region(law: OperationalSpaceLaw, box: TargetBox) -> ArmRegion:
+    """The region a task needs, from runs of the exact law.
+
+    One run visits a grid that fills the box, so that no target lies outside the region; others
+    follow random targets that no evaluation uses, as the task will.
+    """
+    tour = GridTour(box)
+    samples = _exact_run(ArmLoop(law, seed=0), tour, tour.seconds)
+    for seed in REGION_SEEDS:
+        loop = ArmLoop(law, seed)
+        random = ReachTask(box, seed, loop.plant.hand_position())
+        samples += _exact_run(loop, random, REGION_SECONDS)
+    q, dq, hand = (np.array([getattr(s, name) for s in samples]) for name in ("q", "dq", "hand"))
+    error = np.array([s.target for s in samples]) - hand
+    return ArmRegion.from_recording(q, dq, hand, error, seed=0)
+
+
+def _exact_run(loop: ArmLoop, task: Task, seconds: float) -> list[Sample]:
+    loop.begin(task)
+    for _ in range(round(seconds / loop.plant.dt_s)):
+        loop.step(loop.exact_torque)
+    return loop.samples

@@ -1,0 +1,44 @@
+"""What every experiment can be told, and how it reports progress."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+Progress = Callable[[str, float | None], None]
+"""Called with what is being done, and the share that is done (None where that is not known)."""
+
+
+def silent(_what: str, _share: float | None) -> None:
+    """Report no progress."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """Options all experiments share.
+
+    ``seed`` draws what varies from run to run of the same controller; ``folder`` is where the run
+    is written.
+    """
+
+    folder: Path
+    seconds: float
+    backend: str = "nengo-loihi"
+    chip: str = "loihi"
+    seed: int = 0
+    video: bool = False
+    progress: Progress = field(default=silent, compare=False)
+    command: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """An experiment of the paper: its name, what it shows, its settings and how to run it."""
+
+    name: str
+    summary: str
+    settings: type
+    run: Callable[[Any, Options], dict[str, Any]]
+    backends: tuple[str, ...]
+    seconds: float
+    """Simulated time where none is asked for."""

@@ -1,0 +1,146 @@
+"""Reach-to-target: the right arm follows random targets (paper, sec. 4.1 and Fig. 4)."""
+
+import dataclasses
+import time
+from dataclasses import dataclass
+from typing import Any
+
+import nengo
+
+from spikeport.errors import DivergedError, UsageError, unknown
+from spikeport.experiments import run_folder
+from spikeport.experiments.arm_loop import ArmLoop, close_loop, record_region
+from spikeport.experiments.on_chip import on_chip
+from spikeport.experiments.options import Experiment, Options
+from spikeport.experiments.reach_figure import draw
+from spikeport.experiments.reach_metrics import metrics
+from spikeport.experiments.reach_picture import picture, write_video
+from spikeport.experiments.reach_probes import write_probes
+from spikeport.experiments.reach_task import BOXES, ReachTask, TargetBox
+from spikeport.networks.arm import PRESETS, ArmNetwork, ArmSizes, analytic_arm, arm
+from spikeport.networks.operational_space import OperationalSpaceLaw
+from spikeport.robot.arm import ArmDynamics
+from spikeport.simulator import Simulator
+
+DT_S = 0.001
+
+
+@dataclass(frozen=True)
+class ReachSettings:
+    """Settings of the experiment.
+
+    ``box`` is where targets appear, ``preset`` the size of the controller; ``m1``, ``cb`` and
+    ``s1`` replace its neurons per axis, ensemble and dimension. ``network_seed`` draws the neurons.
+    """
+
+    box: str = "small"
+    preset: str = "lean"
+    m1: int | None = None
+    cb: int | None = None
+    s1: int | None = None
+    network_seed: int = 0
+
+    @property
+    def target_box(self) -> TargetBox:
+        """The box; UsageError if there is none of that name."""
+        if self.box not in BOXES:
+            raise unknown("box", self.box, BOXES)
+        return BOXES[self.box]
+
+    @property
+    def sizes(self) -> ArmSizes:
+        """The neuron counts; UsageError if the preset is not known or a count is not positive."""
+        if self.preset not in PRESETS:
+            raise unknown("preset", self.preset, PRESETS)
+        given = {k: getattr(self, k) for k in ("m1", "cb", "s1") if getattr(self, k) is not None}
+        for key, value in given.items():
+            if value < 1:
+                raise UsageError(f"{key}={value}: the number of neurons must be at least 1")
+        return dataclasses.replace(PRESETS[self.preset], **given)
+
+
+def arm_network(
+    box: str = "small",
+    preset: str = "lean",
+    m1: int | None = None,
+    cb: int | None = None,
+    s1: int | None = None,
+    network_seed: int = 0,
+) -> ArmNetwork:
+    """The spiking arm controller for one target box: the built-in network ``arm``."""
+    return _controller(ReachSettings(box, preset, m1, cb, s1, network_seed))
+
+
+def _controller(settings: ReachSettings) -> ArmNetwork:
+    law = OperationalSpaceLaw(ArmDynamics())
+    region = record_region(law, settings.target_box)
+    return arm(law, region, settings.sizes, seed=settings.network_seed)
+
+
+def run(settings: ReachSettings, options: Options) -> dict[str, Any]:
+    """Run the experiment and write its folder; returns what ``result.json`` holds."""
+    law = OperationalSpaceLaw(ArmDynamics())
+    loop = ArmLoop(law, options.seed, DT_S)
+    task = ReachTask(settings.target_box, options.seed, loop.plant.hand_position())
+    loop.begin(task)
+    analytic = options.backend == "analytic"
+    options.progress("building the controller", None)
+    with nengo.Network(label="reach", seed=settings.network_seed) as network:
+        controller = analytic_arm(law) if analytic else _controller(settings)
+        close_loop(controller, loop)
+    backend = "reference" if analytic else options.backend
+    options.progress("compiling", None)
+    with Simulator(network, chip=options.chip, backend=backend, dt=DT_S, seed=options.seed) as sim:
+        wall_s = _simulate(sim, loop, options)
+    figures = metrics(loop.samples, task.reach_times_s, sim, wall_s)
+    rasters = {axis: sim.data[probe] != 0 for axis, probe in controller.rasters.items()}
+    result = _result(settings, options, sim, figures)
+    options.progress("writing", None)
+    write_probes(options.folder, loop.samples, rasters, DT_S)
+    draw(options.folder, loop.samples, rasters, result, picture(loop))
+    if options.video:
+        write_video(options.folder, loop)
+    run_folder.write_result(options.folder, result)
+    return result
+
+
+def _simulate(sim: Simulator, loop: ArmLoop, options: Options) -> float:
+    """Run all steps; returns the wall-clock time they took, in seconds."""
+    steps = round(options.seconds / DT_S)
+    start = time.perf_counter()
+    try:
+        for i in range(steps):
+            sim.step()
+            if i % 50 == 0:
+                options.progress("simulating", i / steps)
+    except DivergedError as error:
+        path = run_folder.write_last_states(options.folder, loop.plant.history())
+        raise DivergedError(f"{error}; the last states are in {path}") from error
+    return time.perf_counter() - start
+
+
+def _result(
+    settings: ReachSettings, options: Options, sim: Simulator, figures: dict[str, Any]
+) -> dict[str, Any]:
+    """What ``result.json`` holds, but for schema and versions."""
+    return {
+        "command": list(options.command),
+        "experiment": EXPERIMENT.name,
+        "backend": options.backend,
+        "seconds": options.seconds,
+        "seeds": {"run": options.seed, "network": settings.network_seed},
+        "settings": dataclasses.asdict(settings),
+        "metrics": figures,
+        "activity": sim.activity.totals(),
+        **on_chip(sim),
+    }
+
+
+EXPERIMENT = Experiment(
+    name="reach",
+    summary="the right arm follows random targets",
+    settings=ReachSettings,
+    run=run,
+    backends=("analytic", "reference", "nengo-loihi"),
+    seconds=15.0,
+)

@@ -1,0 +1,109 @@
+"""The reach-to-target task: a new random target as soon as the hand is within 4 cm of the last.
+
+Source: paper, sec. 4.1. Its target area and gains are not published; the boxes are ours.
+"""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+REACHED_M = 0.04
+MIN_JUMP_M = 0.10
+SHOULDER_M = (0.0, -0.2135, 1.4989)
+"""The right shoulder with the pelvis anchored at 1.06 m: centre of the reachable shell."""
+
+
+@dataclass(frozen=True)
+class TargetBox:
+    """Where targets are drawn from: world coordinates in metres, and distance from the shoulder."""
+
+    low_m: tuple[float, float, float]
+    high_m: tuple[float, float, float]
+    shell_m: tuple[float, float] = (0.0, np.inf)
+
+    def draw(self, rng: np.random.RandomState, last: np.ndarray) -> np.ndarray:
+        """A random point of the box that is at least 10 cm from the last target."""
+        while True:
+            point = rng.uniform(self.low_m, self.high_m)
+            if np.linalg.norm(point - last) >= MIN_JUMP_M and self.reachable(point):
+                return point
+
+    def grid(self, points: int) -> np.ndarray:
+        """(n, 3) points of a grid that spans the box, without those out of reach."""
+        edges = [
+            np.linspace(low, high, points)
+            for low, high in zip(self.low_m, self.high_m, strict=True)
+        ]
+        grid = np.stack(np.meshgrid(*edges), axis=-1).reshape(-1, 3)
+        return grid[[self.reachable(point) for point in grid]]
+
+    def reachable(self, point: np.ndarray) -> bool:
+        """Whether a point lies in the shell around the shoulder."""
+        return bool(self.shell_m[0] <= np.linalg.norm(point - SHOULDER_M) <= self.shell_m[1])
+
+
+BOXES = {
+    "small": TargetBox((0.28, -0.34, 1.12), (0.42, -0.06, 1.36)),
+    "large": TargetBox((0.20, -0.48, 1.05), (0.48, 0.05, 1.45), shell_m=(0.27, 0.56)),
+}
+
+
+class Task(Protocol):
+    """Something that tells the arm where to go."""
+
+    target: np.ndarray
+
+    def update(self, time_s: float, hand: np.ndarray) -> None:
+        """Look at the hand's position, and move on if it is time to."""
+
+
+class ReachTask:
+    """Random targets, each until it is reached.
+
+    Parameters
+    ----------
+    box : TargetBox
+        Where targets are drawn from.
+    seed : int
+        Seed of the targets.
+    hand : (3,) array
+        Where the hand starts, in metres.
+    """
+
+    def __init__(self, box: TargetBox, seed: int, hand: np.ndarray) -> None:
+        self._box = box
+        self._rng = np.random.RandomState(seed)
+        self.reach_times_s: list[float] = []
+        self.target = box.draw(self._rng, hand)
+
+    def update(self, time_s: float, hand: np.ndarray) -> None:
+        """Move on to a new target if the hand has reached this one."""
+        if np.linalg.norm(self.target - hand) < REACHED_M:
+            self.reach_times_s.append(time_s)
+            self.target = self._box.draw(self._rng, self.target)
+
+
+class GridTour:
+    """Targets on a grid that fills a box, each for a fixed time, in random order.
+
+    Parameters
+    ----------
+    box : TargetBox
+        The box.
+    points : int
+        Grid points along each edge.
+    dwell_s : float
+        Time at each target.
+    """
+
+    def __init__(self, box: TargetBox, points: int = 4, dwell_s: float = 0.6) -> None:
+        self._dwell_s = dwell_s
+        self._targets = np.random.RandomState(0).permutation(box.grid(points))
+        self.seconds = dwell_s * len(self._targets)
+        self.target = self._targets[0]
+
+    def update(self, time_s: float, _hand: np.ndarray) -> None:
+        """Move on when the time at this target is over."""
+        number = int(time_s / self._dwell_s)
+        self.target = self._targets[min(number, len(self._targets) - 1)]

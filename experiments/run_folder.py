@@ -1,0 +1,80 @@
+"""A run's folder: ``result.json``, ``probes.nc``, ``figure.png`` and, on request, ``video.mp4``.
+
+``result.json`` is written last, and every file whole or not at all: a folder without it is a run
+that did not finish.
+"""
+
+import json
+import math
+import platform
+import shutil
+from collections.abc import Mapping
+from datetime import datetime
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from spikeport.atomic import atomic_path, write_text
+from spikeport.errors import UsageError
+
+RESULT_SCHEMA = 1
+PACKAGES = ("spikeport", "numpy", "scipy", "nengo", "nengo-loihi", "mujoco")
+
+
+def create(out: Path | None, experiment: str, overwrite: bool = False) -> Path:
+    """Make an empty folder for a run; by default ``runs/<experiment>-<date>-<time>``.
+
+    Raises
+    ------
+    UsageError
+        If the folder holds something already and ``overwrite`` is not set, or cannot be made.
+    """
+    stamp = datetime.now().strftime("%Y%m%d-%H%M%S")
+    folder = out or Path("runs") / f"{experiment}-{stamp}"
+    if overwrite and (folder / "result.json").is_file():
+        shutil.rmtree(folder)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UsageError(f"{folder}: cannot be made ({error.strerror})") from None
+    if any(folder.iterdir()):
+        raise UsageError(f"{folder}: is not empty; choose another --out, or give --overwrite")
+    return folder
+
+
+def write_result(folder: Path, result: Mapping[str, Any]) -> None:
+    """Write ``result.json``, with schema and versions added."""
+    versions = {name: metadata.version(name) for name in PACKAGES}
+    whole = {
+        "schema": RESULT_SCHEMA,
+        **result,
+        "versions": {"python": platform.python_version(), **versions},
+    }
+    write_json(folder / "result.json", whole)
+
+
+def write_json(path: Path, value: Any) -> None:
+    """Write a JSON file; numbers that are not finite become null."""
+    write_text(path, json.dumps(_plain(value), indent=2, allow_nan=False) + "\n")
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {str(k): _plain(v) for k, v in value.items()}
+    if isinstance(value, list | tuple | np.ndarray):
+        return [_plain(v) for v in value]
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
+
+
+def write_last_states(folder: Path, history: Mapping[str, np.ndarray]) -> Path:
+    """Save the last states of a simulation that diverged."""
+    path = folder / "last_states.npz"
+    with atomic_path(path) as temporary, open(temporary, "wb") as file:
+        np.savez_compressed(file, **history)  # type: ignore[arg-type]
+    return path

@@ -1,0 +1,73 @@
+"""What each event costs in energy and time, as one source has it."""
+
+from functools import partial
+from typing import Annotated
+
+from pydantic import AfterValidator, Field, StrictInt, field_validator
+
+from spikeport.hardware_models.figure import Energy, Figure, Strictly, Time, in_si
+
+
+class Energies(Strictly):
+    """Energy of one event of each kind, in J; None: no public figure, which is not 0.
+
+    ``update_active`` is all of an active compartment's update, its access included, and
+    ``update_inactive`` the access alone. ``message`` is one spike sent to one destination core.
+    """
+
+    synaptic_operation: Energy | None = None
+    update_active: Energy | None = None
+    update_inactive: Energy | None = None
+    spike: Energy | None = None
+    message: Energy | None = None
+    hop_east_west: Energy | None = None
+    hop_north_south: Energy | None = None
+    learning_update: Energy | None = None
+
+
+class Times(Strictly):
+    """Time one event of each kind takes, in s; None: no public figure, which is not 0."""
+
+    synaptic_operation: Time | None = None
+    update_active: Time | None = None
+    update_inactive: Time | None = None
+    spike: Time | None = None
+    message_in: Time | None = None
+    message_out: Time | None = None
+    hop_east_west: Time | None = None
+    hop_north_south: Time | None = None
+    learning_update: Time | None = None
+
+
+class BarrierPoint(Figure):
+    """Time of the barrier that ends a step, in s, where the chip uses ``tiles`` tiles."""
+
+    tiles: Annotated[StrictInt, Field(ge=1)]
+
+
+class Calibration(Strictly):
+    """Energies and times of one source, which belong together.
+
+    Parameters
+    ----------
+    name, description : str
+        What it is called, and what was simulated or measured.
+    energies, times : Energies, Times
+        Cost of each event.
+    barrier : tuple of BarrierPoint
+        The barrier for numbers of tiles, in increasing order; empty: no public figure.
+    """
+
+    name: Annotated[str, Field(min_length=1)]
+    description: str
+    energies: Energies = Energies()
+    times: Times = Times()
+    barrier: tuple[Annotated[BarrierPoint, AfterValidator(partial(in_si, "s"))], ...] = ()
+
+    @field_validator("barrier")
+    @classmethod
+    def _tiles_increase(cls, points: tuple[BarrierPoint, ...]) -> tuple[BarrierPoint, ...]:
+        tiles = [point.tiles for point in points]
+        if tiles != sorted(set(tiles)):
+            raise ValueError(f"tiles must increase from point to point, not {tiles}")
+        return points

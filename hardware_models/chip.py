@@ -1,0 +1,137 @@
+"""A chip as data: its limits, its mesh, its power and the calibrations of its events.
+
+A chip is a TOML file. Those that come with spikeport lie in ``chips/``.
+"""
+
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import Field, field_validator
+
+from spikeport.errors import unknown
+from spikeport.hardware_models.calibration import Calibration
+from spikeport.hardware_models.chip_file import read
+from spikeport.hardware_models.figure import Bits, Count, Power, Strictly
+
+SCHEMA = 1
+BUILT_IN = Path(__file__).parent / "chips"
+
+
+class Limits(Strictly):
+    """What a chip has of each resource: cores per chip, chips per board, the rest per core."""
+
+    cores: Count
+    chips: Count
+    compartments: Count
+    in_axons: Count
+    out_axons: Count
+    synapse_bits: Bits
+    compartment_profiles: Count
+    threshold_profiles: Count
+    synapse_profiles: Count
+
+
+class Topology(Strictly):
+    """The mesh of tiles that carries messages between cores."""
+
+    tiles_x: Count
+    tiles_y: Count
+    cores_per_tile: Count
+
+
+class Powers(Strictly):
+    """Power drawn whatever the network does, in W; None: no public figure, which is not 0.
+
+    ``static_chip_w`` is one chip's, ``host_processors_w`` that of the processors on it,
+    ``board_idle_w`` that of a whole board, chips included, with no network running.
+    """
+
+    static_chip_w: Power | None = None
+    host_processors_w: Power | None = None
+    board_idle_w: Power | None = None
+
+
+class Chip(Strictly):
+    """All there is to know about a chip, in SI units, every figure with its source.
+
+    Parameters
+    ----------
+    schema_version : int
+        Version of the file format; ``schema`` in the file.
+    name, title : str
+        What it is called by programs and by people.
+    limits, topology, power : Limits, Topology, Powers
+        What holds for every network.
+    calibrations : tuple of Calibration
+        Energies and times of events, one set for each source.
+    """
+
+    schema_version: Annotated[int, Field(alias="schema")]
+    name: Annotated[str, Field(min_length=1)]
+    title: str
+    limits: Limits
+    topology: Topology
+    power: Powers = Powers()
+    calibrations: tuple[Calibration, ...] = ()
+
+    @field_validator("schema_version")
+    @classmethod
+    def _schema_is_supported(cls, version: int) -> int:
+        if version != SCHEMA:
+            raise ValueError(f"version {version} is not supported, only {SCHEMA}")
+        return version
+
+    @field_validator("calibrations")
+    @classmethod
+    def _names_differ(cls, calibrations: tuple[Calibration, ...]) -> tuple[Calibration, ...]:
+        names = [calibration.name for calibration in calibrations]
+        if len(set(names)) < len(names):
+            raise ValueError(f"two have the same name: {', '.join(names)}")
+        return calibrations
+
+    def calibration(self, name: str) -> Calibration:
+        """The calibration of that name.
+
+        Raises
+        ------
+        UsageError
+            There is none; the message lists those there are.
+        """
+        by_name = {calibration.name: calibration for calibration in self.calibrations}
+        if name not in by_name:
+            raise unknown("calibration", name, by_name)
+        return by_name[name]
+
+
+def names() -> list[str]:
+    """Names of the chips that come with spikeport."""
+    return sorted(path.stem for path in BUILT_IN.glob("*.toml"))
+
+
+def get(name: str) -> Chip:
+    """The chip of that name, or in that file if the name ends in ``.toml``.
+
+    Raises
+    ------
+    UsageError
+        There is no such chip; the message lists those there are.
+    ChipFileError
+        The file is wrong; see `load`.
+    """
+    if name.endswith(".toml"):
+        return load(name)
+    if name not in names():
+        raise unknown("chip", name, names())
+    return load(BUILT_IN / f"{name}.toml")
+
+
+def load(path: str | Path) -> Chip:
+    """The chip in a TOML file.
+
+    Raises
+    ------
+    ChipFileError
+        The file cannot be read, is not TOML, or is not a chip; the message gives the path of the
+        file, and for every problem the dotted path inside it and the reason.
+    """
+    return read(Path(path), Chip)

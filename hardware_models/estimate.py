@@ -1,0 +1,115 @@
+"""A value with its interval, its unit and its source; sums and multiples keep all four."""
+
+import math
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
+from typing import Any
+
+PREFIXES = {-15: "f", -12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M"}
+BETWEEN_SOURCES = "; "
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A physical quantity as far as it is known.
+
+    Parameters
+    ----------
+    value : float
+        The quantity, in SI.
+    low, high : float or None
+        Bounds of the quantity; None where no bound is known.
+    unit : str
+        An SI unit without prefix, e.g. ``"J"``.
+    source : str
+        Where the figures behind the value are from, separated by ``"; "``.
+    """
+
+    value: float
+    low: float | None
+    high: float | None
+    unit: str
+    source: str
+
+    def __add__(self, other: "Estimate") -> "Estimate":
+        """Sum of two quantities; a bound is known only where both are.
+
+        Raises
+        ------
+        ValueError
+            The units differ.
+        """
+        if self.unit != other.unit:
+            raise ValueError(f"cannot add {other.unit} to {self.unit}")
+        return Estimate(
+            self.value + other.value,
+            _add(self.low, other.low),
+            _add(self.high, other.high),
+            self.unit,
+            merge_sources([self.source, other.source]),
+        )
+
+    def scaled(self, factor: float, unit: str | None = None) -> "Estimate":
+        """Multiple of the quantity by an exact factor, in another unit if the factor has one.
+
+        Raises
+        ------
+        ValueError
+            The factor is negative: nothing here is counted less than zero times.
+        """
+        if factor < 0:
+            raise ValueError(f"cannot scale an estimate by {factor}, which is negative")
+        low = None if self.low is None else factor * self.low
+        high = None if self.high is None else factor * self.high
+        return Estimate(factor * self.value, low, high, unit or self.unit, self.source)
+
+    def format(self) -> str:
+        """Write as ``1.23 uJ [1.08, 1.38]``, and what is not known as ``[>= 1.08]`` or such."""
+        exponent = _exponent(self.value)
+        scale = 10.0**-exponent
+        low, high = (None if b is None else _digits(b * scale) for b in (self.low, self.high))
+        return f"{_digits(self.value * scale)} {PREFIXES[exponent]}{self.unit} {_bounds(low, high)}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data, ready for JSON."""
+        return asdict(self)
+
+
+def zero(unit: str) -> Estimate:
+    """Nothing, exactly: the start of a sum."""
+    return Estimate(0.0, 0.0, 0.0, unit, "")
+
+
+def at_least_zero(unit: str) -> Estimate:
+    """A share of unknown size: it takes the upper bound from every sum it is in."""
+    return Estimate(0.0, 0.0, None, unit, "")
+
+
+def merge_sources(sources: Iterable[str]) -> str:
+    """Every source once, in order of first mention."""
+    parts = BETWEEN_SOURCES.join(sources).split(BETWEEN_SOURCES)
+    return BETWEEN_SOURCES.join(dict.fromkeys(part for part in parts if part))
+
+
+def _add(a: float | None, b: float | None) -> float | None:
+    return None if a is None or b is None else a + b
+
+
+def _exponent(value: float) -> int:
+    """Largest exponent with a prefix that leaves 1 or more, after rounding to three digits."""
+    if value == 0:
+        return 0
+    decade = int(f"{abs(value):.2e}".split("e")[1])
+    return min(max(3 * math.floor(decade / 3), min(PREFIXES)), max(PREFIXES))
+
+
+def _digits(value: float) -> str:
+    return f"{float(f'{value:.3g}'):g}"
+
+
+def _bounds(low: str | None, high: str | None) -> str:
+    if low is not None and high is not None:
+        return f"[{low}, {high}]"
+    if low is not None:
+        return f"[>= {low}]"
+    return "[no interval]" if high is None else f"[<= {high}]"

@@ -1,0 +1,116 @@
+"""What a placement uses of each resource against what the chip has, as (used, limit) throughout."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from spikeport.hardware_models.chip import Chip
+
+
+class CoreUse(NamedTuple):
+    """What one core holds of each resource."""
+
+    label: str
+    compartments: int
+    in_axons: int
+    out_axons: int
+    synapse_bits: int
+    compartment_profiles: int
+    threshold_profiles: int
+    synapse_profiles: int
+
+
+class Usage(NamedTuple):
+    """What an object, a core or the chip, uses of a resource, and the most it may use."""
+
+    object: str
+    resource: str
+    used: int
+    limit: int
+    unit: str
+
+    @property
+    def exceeded(self) -> bool:
+        """Whether more is used than there is."""
+        return self.used > self.limit
+
+
+class Limit(ABC):
+    """A limit of the chip, on the resource it names."""
+
+    resource: str
+
+    @abstractmethod
+    def usages(self, cores: Sequence[CoreUse], chip: Chip) -> list[Usage]:
+        """Use of the resource by every object that the limit holds for."""
+
+    @abstractmethod
+    def total(self, cores: Sequence[CoreUse], chip: Chip) -> Usage:
+        """Use of the resource by all cores against what all cores of the chip have."""
+
+
+@dataclass(frozen=True)
+class Cores(Limit):
+    """used = number of cores with anything on them, limit = cores per chip * chips."""
+
+    resource: str = "cores"
+
+    def usages(self, cores: Sequence[CoreUse], chip: Chip) -> list[Usage]:
+        """See `Limit.usages`."""
+        return [self.total(cores, chip)]
+
+    def total(self, cores: Sequence[CoreUse], chip: Chip) -> Usage:
+        """See `Limit.total`."""
+        limit, unit = chip.limits.cores.count * chip.limits.chips.count, chip.limits.cores.unit
+        return Usage(chip.name, self.resource, len(cores), limit, unit)
+
+
+@dataclass(frozen=True)
+class PerCore(Limit):
+    """used = what a core holds of the resource, limit = what a core can hold of it.
+
+    Parameters
+    ----------
+    resource : str
+        A field of `CoreUse` and of the chip's limits.
+    """
+
+    resource: str
+
+    def usages(self, cores: Sequence[CoreUse], chip: Chip) -> list[Usage]:
+        """See `Limit.usages`."""
+        limit = getattr(chip.limits, self.resource)
+        return [
+            Usage(core.label, self.resource, getattr(core, self.resource), limit.count, limit.unit)
+            for core in cores
+        ]
+
+    def total(self, cores: Sequence[CoreUse], chip: Chip) -> Usage:
+        """See `Limit.total`."""
+        limit = getattr(chip.limits, self.resource)
+        used = sum(getattr(core, self.resource) for core in cores)
+        on_chip = limit.count * Cores().total(cores, chip).limit
+        return Usage(chip.name, self.resource, used, on_chip, limit.unit)
+
+
+LIMITS: tuple[Limit, ...] = (
+    Cores(),
+    PerCore("compartments"),
+    PerCore("in_axons"),
+    PerCore("out_axons"),
+    PerCore("synapse_bits"),
+    PerCore("compartment_profiles"),
+    PerCore("threshold_profiles"),
+    PerCore("synapse_profiles"),
+)
+
+
+def usages(cores: Sequence[CoreUse], chip: Chip) -> list[Usage]:
+    """Use of every resource by every object, whether within its limit or not."""
+    return [usage for limit in LIMITS for usage in limit.usages(cores, chip)]
+
+
+def totals(cores: Sequence[CoreUse], chip: Chip) -> dict[str, Usage]:
+    """Use of every resource by all cores together, by resource."""
+    return {limit.resource: limit.total(cores, chip) for limit in LIMITS}

@@ -1,0 +1,122 @@
+"""Whether a chip keeps up with real time: the mean and the longest step of a run."""
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from spikeport.hardware_models.activity import Activity
+from spikeport.hardware_models.calibration import Calibration
+from spikeport.hardware_models.chip import Chip
+from spikeport.hardware_models.estimate import Estimate, merge_sources
+from spikeport.hardware_models.step_time import (
+    StepTimes,
+    barrier,
+    core_times,
+    happened,
+    known,
+    step_times,
+)
+from spikeport.hardware_models.topology import tiles_used
+
+NOT_MODELLED = (
+    "waiting for messages on the links between tiles",
+    "sending of messages",
+    "input and output of the host",
+)
+
+
+@dataclass(frozen=True)
+class TimingReport:
+    """How long the steps of a run take.
+
+    Parameters
+    ----------
+    calibration : str
+        Whose times these are.
+    n_steps, dt_s : int, float
+        Number of steps of the run, and the time each stands for, in s.
+    mean, worst : Estimate
+        T_step, in s: its mean and its maximum over the run.
+    worst_step, limiting_core : int, str
+        The longest step, and the core that takes longest in it.
+    fits : bool
+        Whether the longest step takes no longer than ``dt_s``.
+    fits_at_high : bool or None
+        The same of its upper bound; None where that is not known.
+    barrier : Estimate or None
+        The barrier's share of each step, in s; None: no public figure.
+    missing : tuple of str
+        What happened and has no public figure; its time is left out.
+    not_modelled : tuple of str
+        What takes time on a chip and is not in this model, and so is left out as well.
+    """
+
+    calibration: str
+    n_steps: int
+    dt_s: float
+    mean: Estimate
+    worst: Estimate
+    worst_step: int
+    limiting_core: str
+    fits: bool
+    fits_at_high: bool | None
+    barrier: Estimate | None
+    missing: tuple[str, ...]
+    not_modelled: tuple[str, ...] = NOT_MODELLED
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data, ready for JSON."""
+        lists = {"missing": list(self.missing), "not_modelled": list(self.not_modelled)}
+        return asdict(self) | lists
+
+
+def timing(activity: Activity, chip: Chip, calibration: Calibration) -> TimingReport:
+    """Mean and longest step of a run; for the equations see `step_time`.
+
+    Links between tiles and the host's input and output are not modelled.
+
+    Raises
+    ------
+    UsageError
+        The activity has no steps or no cores.
+    CompileError
+        More cores are in use than the chip's mesh has.
+    """
+    times = step_times(activity, chip, calibration)
+    wait = barrier(tiles_used(len(activity.cores), chip), calibration)
+    source = _source(activity, calibration, wait)
+    worst = _over_run(np.max, times, source)
+    worst_step = int(times.value.argmax())
+    slowest = core_times(activity, calibration.times, "value")[worst_step].argmax()
+    return TimingReport(
+        calibration=calibration.name,
+        n_steps=activity.n_steps,
+        dt_s=activity.dt_s,
+        mean=_over_run(np.mean, times, source),
+        worst=worst,
+        worst_step=worst_step,
+        limiting_core=activity.cores[slowest],
+        fits=worst.value <= activity.dt_s,
+        fits_at_high=None if worst.high is None else worst.high <= activity.dt_s,
+        barrier=wait,
+        missing=_missing(activity, calibration),
+    )
+
+
+def _over_run(reduce: Callable[..., Any], times: StepTimes, source: str) -> Estimate:
+    value, low, high = (float(reduce(bound)) for bound in times)
+    return Estimate(value, known(low), known(high), "s", source)
+
+
+def _source(activity: Activity, calibration: Calibration, wait: Estimate | None) -> str:
+    figures = [getattr(calibration.times, event.name) for event in happened(activity)]
+    estimates = [figure.estimate for figure in figures if figure is not None]
+    return merge_sources(e.source for e in [*estimates, wait] if e is not None)
+
+
+def _missing(activity: Activity, calibration: Calibration) -> tuple[str, ...]:
+    names = [event.name for event in happened(activity)]
+    missing = [name for name in names if getattr(calibration.times, name) is None]
+    return tuple(missing + ([] if calibration.barrier else ["barrier"]))

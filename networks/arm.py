@@ -1,0 +1,264 @@
+"""Spiking control of the right arm: S1, M1 and CB, factored as in the paper (sec. 3.1).
+
+- S1 relays the state [q, dq, x]: 50 neurons for each of its 11 dimensions. They are one ensemble
+  with axis-aligned encoders, and decoded dimension by dimension, which is the same computation as
+  eleven ensembles on a quarter of the cores.
+- M1 has one 5-D ensemble [q, e_d] per axis d, decoding kp e_d f_d(q).
+- CB has one 5-D ensemble [q, dq_j] per joint j, decoding -kv dq_j M_j(q), and a 4-D ensemble [q]
+  decoding gravity and posture.
+
+All values are normalised to the region the task needs (`spikeport.networks.region`). Decoded torques
+are divided by their full scale and multiplied again in the torque node, on the host: a read-out on
+the chip saturates, silently, at a value of 10.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import nengo
+import numpy as np
+
+from spikeport.networks.operational_space import OperationalSpaceLaw
+from spikeport.networks.region import ArmRegion
+from spikeport.networks.solvers import PerDimension
+
+AXES = ("x", "y", "z")
+JOINTS = ("pitch", "roll", "yaw", "elbow")
+STATE_SIZE = 11
+RASTER_NEURONS = 60
+"""Neurons of each M1 axis whose spikes are probed."""
+MAX_DECODED_NEURONS = 4000
+"""Neurons of one decoded ensemble: a relay on the chip has 4,096 input axons."""
+
+
+@dataclass(frozen=True)
+class ArmSizes:
+    """Neurons per M1 axis, per CB ensemble, and per S1 dimension."""
+
+    m1: int = 1000
+    cb: int = 200
+    s1: int = 50
+
+    @property
+    def total(self) -> int:
+        """All neurons of the controller."""
+        return 3 * self.m1 + 5 * self.cb + STATE_SIZE * self.s1
+
+
+PRESETS = {"paper": ArmSizes(m1=8000), "lean": ArmSizes(m1=1000)}
+
+
+@dataclass(frozen=True)
+class Synapses:
+    """Low-pass time constants in seconds: from S1 to M1 and CB, and of the torque."""
+
+    relay_s: float = 0.005
+    torque_s: float = 0.010
+
+
+class ArmNetwork(nengo.Network):
+    """The controller. ``state`` [q, dq, x] and ``target`` are its inputs, ``torque`` its output.
+
+    ``state`` takes joint angles (rad), joint velocities (rad/s) and the hand's position (m);
+    ``target`` the position (m) to reach; ``torque`` gives the four joint torques in N m.
+    ``rasters`` holds, for each axis of M1, a probe of the spikes of some of its neurons.
+    """
+
+    state: nengo.Node
+    target: nengo.Node
+    torque: nengo.Node
+    rasters: dict[str, nengo.Probe]
+
+
+def arm(
+    law: OperationalSpaceLaw,
+    region: ArmRegion,
+    sizes: ArmSizes | None = None,
+    synapses: Synapses | None = None,
+    seed: int = 0,
+) -> ArmNetwork:
+    """Build the spiking controller.
+
+    Parameters
+    ----------
+    law : OperationalSpaceLaw
+        The law its pieces decode.
+    region : ArmRegion
+        The states it is made for.
+    sizes, synapses : optional
+        Neuron counts and time constants.
+    seed : int
+        Seed of neurons and evaluation points.
+    """
+    net = ArmNetwork(label="arm", seed=seed)
+    build = _Builder(net, law, region, sizes or ArmSizes(), synapses or Synapses(), seed)
+    with net:
+        net.config[nengo.Ensemble].max_rates = nengo.dists.Uniform(200, 400)
+        net.config[nengo.Ensemble].neuron_type = nengo.LIF(
+            initial_state={"voltage": nengo.dists.Choice([0])}
+        )
+        build.inputs()
+        build.s1()
+        build.torque()
+        build.m1()
+        build.cb()
+    return net
+
+
+class _Builder:
+    """Builds the parts of an `ArmNetwork`, one a method."""
+
+    def __init__(
+        self,
+        net: ArmNetwork,
+        law: OperationalSpaceLaw,
+        region: ArmRegion,
+        sizes: ArmSizes,
+        synapses: Synapses,
+        seed: int,
+    ) -> None:
+        self.net = net
+        self.region = region
+        self.sizes = sizes
+        self.synapses = synapses
+        self.terms = law.terms(region.q_samples)
+        self.q = region.q.normalise(region.q_samples)
+        self.scalar = np.random.RandomState(seed).uniform(-1, 1, (len(self.q), 1))
+        self.scales: list[np.ndarray] = []
+
+    def inputs(self) -> None:
+        """Normalise what comes in."""
+        region = self.region
+        self.net.state = nengo.Node(
+            lambda _t, s: np.concatenate(
+                [
+                    region.q.normalise(s[:4]),
+                    region.dq.normalise(s[4:8]),
+                    region.x.normalise(s[8:]),
+                ]
+            ),
+            size_in=STATE_SIZE,
+            label="state",
+        )
+        self.net.target = nengo.Node(lambda _t, x: region.x.normalise(x), size_in=3, label="target")
+
+    def s1(self) -> None:
+        """Relay the state, 50 neurons a dimension."""
+        n = self.sizes.s1
+        signs = np.where(np.arange(STATE_SIZE * n) % 2, 1.0, -1.0)
+        encoders = np.repeat(np.eye(STATE_SIZE), n, axis=0) * signs[:, np.newaxis]
+        self.s1_ensemble = nengo.Ensemble(
+            STATE_SIZE * n,
+            STATE_SIZE,
+            encoders=encoders,
+            intercepts=nengo.dists.Uniform(-1, 0.9),
+            eval_points=nengo.dists.Uniform(-1, 1),
+            n_eval_points=2000,
+            label="S1",
+        )
+        nengo.Connection(self.net.state, self.s1_ensemble, synapse=None)
+
+    def torque(self) -> None:
+        """Sum the decoded torques, each times its full scale: one column block for each term."""
+        n_terms = len(AXES) + len(JOINTS) + 1
+        scales = self.scales  # filled while the terms are built, complete before the first step
+
+        def total(_t: float, shares: np.ndarray) -> np.ndarray:
+            return (shares.reshape(n_terms, 4) * scales).sum(axis=0)
+
+        self.net.torque = nengo.Node(total, size_in=4 * n_terms, size_out=4, label="torque")
+
+    def m1(self) -> None:
+        """One 5-D group [q, e_d] per axis."""
+        region = self.region
+        per_error = region.x.half / region.error.half
+        self.net.rasters = {}
+        for d, axis in enumerate(AXES):
+            targets = self.terms.kinematic[:, d] * region.error.half[d] * self.scalar
+            feedback = _select(4, {8 + d: -per_error[d]})
+            group = self._term(f"M1 {axis}", self.sizes.m1, targets, feedback)
+            target = np.zeros((5, 3))
+            target[4, d] = per_error[d]
+            for ensemble in group:
+                nengo.Connection(self.net.target, ensemble, transform=target, synapse=None)
+            self.net.rasters[axis] = nengo.Probe(group[0].neurons[:RASTER_NEURONS])
+
+    def cb(self) -> None:
+        """One 5-D group [q, dq_j] per joint, and a 4-D group [q] for gravity and posture."""
+        for j, joint in enumerate(JOINTS):
+            targets = self.terms.damping[:, j] * self.region.dq.half[j] * self.scalar
+            self._term(f"CB {joint}", self.sizes.cb, targets, _select(4, {4 + j: 1.0}))
+        self._term("CB gravity", self.sizes.cb, self.terms.bias, _select(4))
+
+    def _term(
+        self, label: str, n: int, targets: np.ndarray, transform: np.ndarray
+    ) -> list[nengo.Ensemble]:
+        """Ensembles that decode ``targets`` (N m) from S1's state, transformed, into the torque."""
+        dimensions = len(transform)
+        points = np.hstack([self.q, self.scalar])[:, :dimensions]
+        scale = np.abs(targets).max(axis=0)
+        column = 4 * len(self.scales)
+        self.scales.append(scale)
+        parts = -(-n // MAX_DECODED_NEURONS)
+        group = []
+        for part in range(parts):
+            ensemble = nengo.Ensemble(
+                n // parts,
+                dimensions,
+                radius=1.2,
+                intercepts=nengo.dists.Uniform(-1, 0.9),
+                eval_points=points,
+                label=label if parts == 1 else f"{label} {part + 1}",
+            )
+            nengo.Connection(
+                self.s1_ensemble,
+                ensemble,
+                transform=transform,
+                solver=PerDimension(self.sizes.s1),
+                synapse=self.synapses.relay_s,
+            )
+            nengo.Connection(
+                ensemble,
+                self.net.torque[column : column + 4],
+                function=targets / scale / parts,
+                eval_points=points,
+                scale_eval_points=False,
+                solver=nengo.solvers.LstsqL2(reg=0.05),
+                synapse=self.synapses.torque_s,
+            )
+            group.append(ensemble)
+        return group
+
+
+def _select(n_joints: int, extra: dict[int, float] | None = None) -> np.ndarray:
+    """Rows that pick the joint angles from the state, and one row with the given weights."""
+    rows = np.eye(STATE_SIZE)[:n_joints]
+    if extra is None:
+        return rows
+    last = np.zeros((1, STATE_SIZE))
+    for column, weight in extra.items():
+        last[0, column] = weight
+    return np.vstack([rows, last])
+
+
+def analytic_arm(law: OperationalSpaceLaw) -> ArmNetwork:
+    """The same controller without neurons: the exact law, one step late."""
+    net = ArmNetwork(label="analytic arm")
+    with net:
+        net.state = nengo.Node(size_in=STATE_SIZE, label="state")
+        net.target = nengo.Node(size_in=3, label="target")
+        exact = nengo.Node(_exact(law), size_in=STATE_SIZE + 3, size_out=4, label="law")
+        net.torque = nengo.Node(size_in=4, label="torque")
+        nengo.Connection(net.state, exact[:STATE_SIZE], synapse=None)
+        nengo.Connection(net.target, exact[STATE_SIZE:], synapse=None)
+        nengo.Connection(exact, net.torque, synapse=0)  # a step of delay: no algebraic loop
+        net.rasters = {}
+    return net
+
+
+def _exact(law: OperationalSpaceLaw) -> Callable[[float, np.ndarray], np.ndarray]:
+    def torque(_t: float, values: np.ndarray) -> np.ndarray:
+        q, dq, x, target = values[:4], values[4:8], values[8:11], values[11:]
+        return law.torque(q, dq, target - x)
+
+    return torque

@@ -1,0 +1,78 @@
+"""The region of states a network is made for.
+
+Ensembles represent values in [-1, 1]; every error after their input is a fixed share of that range,
+so the range is taken as narrow as the task allows: from recorded states.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+PEAK_PERCENTILE = 99.5
+
+
+@dataclass(frozen=True)
+class Box:
+    """An axis-aligned box that is mapped onto [-1, 1] in every dimension."""
+
+    centre: np.ndarray
+    half: np.ndarray
+
+    @classmethod
+    def around(cls, samples: np.ndarray, margin: float = 0.1) -> "Box":
+        """The box of all (n, d) samples, widened by a share of its size."""
+        low, high = samples.min(axis=0), samples.max(axis=0)
+        return cls((low + high) / 2, (high - low) / 2 * (1 + margin))
+
+    @classmethod
+    def symmetric(cls, samples: np.ndarray, margin: float = 0.1) -> "Box":
+        """A box centred at zero that holds nearly all samples; what peaks beyond it is clipped."""
+        half = np.percentile(np.abs(samples), PEAK_PERCENTILE, axis=0)
+        return cls(np.zeros_like(half), half * (1 + margin))
+
+    def normalise(self, values: np.ndarray) -> np.ndarray:
+        """Values in units of the box, clipped to it."""
+        return np.clip((values - self.centre) / self.half, -1, 1)
+
+    def restore(self, normalised: np.ndarray) -> np.ndarray:
+        """The inverse of `normalise` inside the box."""
+        return self.centre + normalised * self.half
+
+
+@dataclass(frozen=True)
+class ArmRegion:
+    """Boxes of joint angles, joint velocities, hand positions and position errors.
+
+    ``q_samples`` (n, 4) are recorded joint angles in radians inside the box: where decoders are
+    solved.
+    """
+
+    q: Box
+    dq: Box
+    x: Box
+    error: Box
+    q_samples: np.ndarray
+
+    @classmethod
+    def from_recording(
+        cls,
+        q: np.ndarray,
+        dq: np.ndarray,
+        x: np.ndarray,
+        error: np.ndarray,
+        *,
+        seed: int,
+        n_samples: int = 10_000,
+        jitter: float = 0.1,
+    ) -> "ArmRegion":
+        """From states recorded while the exact law does the task.
+
+        The samples are drawn from the recording and jittered by a share of each joint's range:
+        spiking runs leave the recorded path, and decoders must know what to do beside it.
+        """
+        rng = np.random.RandomState(seed)
+        box = Box.around(q)
+        drawn = q[rng.randint(len(q), size=n_samples)]
+        drawn = drawn + rng.uniform(-jitter, jitter, drawn.shape) * 2 * box.half
+        inside = box.restore(box.normalise(drawn))
+        return cls(box, Box.symmetric(dq), Box.around(x), Box.symmetric(error), inside)

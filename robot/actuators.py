@@ -1,0 +1,66 @@
+"""Switches a joint's actuator between torque and position control while the robot runs.
+
+An actuator's torque is ``gain ctrl + bias . (1, q, dq)``, clipped to the torque limit:
+
+=========  =====  =============  ===========
+mode       gain   bias           ctrl
+=========  =====  =============  ===========
+torque     1      (0, 0, 0)      torque, N m
+position   kp     (0, -kp, -kd)  target, rad
+=========  =====  =============  ===========
+
+Source: MuJoCo documentation, "Actuation model".
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from spikeport.errors import UsageError, unknown
+from spikeport.robot.description import JOINTS
+
+_INDEX = {joint: index for index, joint in enumerate(JOINTS)}
+
+
+def indices(joints: Sequence[str]) -> list[int]:
+    """Places of joints in a joint vector; raises `UsageError` for a name that is not a joint."""
+    for joint in joints:
+        if joint not in _INDEX:
+            raise unknown("joint", joint, JOINTS)
+    return [_INDEX[joint] for joint in joints]
+
+
+def values(what: str, given: ArrayLike, joints: Sequence[str]) -> np.ndarray:
+    """One finite number per joint, ``(n,)``; a single number serves all of them.
+
+    Raises
+    ------
+    UsageError
+        The numbers do not fit the joints, or one is not finite.
+    """
+    array = np.asarray(given, dtype=float)
+    if array.shape not in ((), (len(joints),)):
+        raise UsageError(
+            f"{what}: shape {array.shape} given for {len(joints)} joints; give one each"
+        )
+    array = np.broadcast_to(array, len(joints))
+    for joint, value in zip(joints, array, strict=True):
+        if not np.isfinite(value):
+            raise UsageError(f"{what}: {value} given for joint '{joint}'; give finite numbers")
+    return array
+
+
+def set_torque_mode(model: Any, index: Sequence[int]) -> None:
+    """Make ``ctrl`` of these actuators a torque in N m."""
+    model.actuator_gainprm[index, 0] = 1.0
+    model.actuator_biasprm[index, :3] = 0.0
+
+
+def set_position_mode(model: Any, index: Sequence[int], kp: np.ndarray, kd: np.ndarray) -> None:
+    """Make ``ctrl`` of these actuators a target angle in rad, with gains in N m/rad, N m s/rad."""
+    model.actuator_gainprm[index, 0] = kp
+    model.actuator_biasprm[index, 0] = 0.0
+    model.actuator_biasprm[index, 1] = -kp
+    model.actuator_biasprm[index, 2] = -kd

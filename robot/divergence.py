@@ -1,0 +1,58 @@
+"""Says when a simulation has left the numbers it can work with, and which number left first."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from spikeport.errors import DivergedError
+from spikeport.robot.description import JOINTS
+
+RANGE_MARGIN_RAD = 0.5
+"""How far a joint may be beyond its range: MuJoCo's stops are springs, and the knee's give way by
+0.44 rad when it runs into them under full torque."""
+
+
+class _Bound(NamedTuple):
+    quantity: str
+    low: float
+    high: float
+    unit: str
+
+
+class Watch:
+    """Bounds on every element of a plant's state.
+
+    Base position 1 km, base velocity 50 m/s and 50 rad/s, joint angle: its range and
+    `RANGE_MARGIN_RAD` to either side, joint velocity 150 rad/s. Falling, walking and joints run
+    against their stops at full torque stay far inside.
+    """
+
+    def __init__(self, model: Any) -> None:
+        ranges_rad = model.jnt_range[1:]
+        self._bounds = [
+            *(_Bound(f"base position {a}", -1e3, 1e3, "m") for a in "xyz"),
+            *(_Bound(f"base quaternion {a}", -1.1, 1.1, "") for a in "wxyz"),
+            *(
+                _Bound(f"angle of {j}", low - RANGE_MARGIN_RAD, high + RANGE_MARGIN_RAD, "rad")
+                for j, (low, high) in zip(JOINTS, ranges_rad, strict=True)
+            ),
+            *(_Bound(f"base velocity {a}", -50.0, 50.0, "m/s") for a in "xyz"),
+            *(_Bound(f"base turn rate {a}", -50.0, 50.0, "rad/s") for a in "xyz"),
+            *(_Bound(f"velocity of {j}", -150.0, 150.0, "rad/s") for j in JOINTS),
+        ]
+        self._low = np.array([b.low for b in self._bounds])
+        self._high = np.array([b.high for b in self._bounds])
+
+    def check(self, data: Any) -> None:
+        """Raise `DivergedError` naming the first quantity that is out of bounds or not a number."""
+        state = np.concatenate((data.qpos, data.qvel))
+        inside = (self._low <= state) & (state <= self._high)
+        if inside.all():
+            return
+        worst = int(np.argmin(inside))
+        bound, value = self._bounds[worst], float(state[worst])
+        raise DivergedError(
+            f"the simulation diverged at {data.time:.3f} s: {bound.quantity} is {value:.4g}, "
+            f"allowed {bound.low:.4g} to {bound.high:.4g} {bound.unit}".rstrip()
+            + "; command smaller torques or gains (Plant.history() holds the last states)"
+        )

@@ -1,0 +1,87 @@
+"""The visual meshes of MuJoCo Menagerie's H1 on our bodies; never downloads anything."""
+
+from pathlib import Path
+from typing import Any
+
+from spikeport.errors import MissingExtraError, UsageError
+from spikeport.robot.engine import mujoco
+
+NAME = "unitree_h1"
+
+
+def model_file() -> Path:
+    """The XML file of Menagerie's H1 on this machine.
+
+    It is looked for under the environment variable MENAGERIE_ROOT (a checkout of Menagerie) and
+    then in the cache of the package ``mujoco-menagerie``.
+
+    Raises
+    ------
+    MissingExtraError
+        The package ``mujoco-menagerie`` is absent.
+    UsageError
+        The model lies in neither place.
+    """
+    try:
+        import mujoco_menagerie
+    except ImportError as error:
+        raise MissingExtraError(
+            "appearance 'menagerie' needs the package mujoco-menagerie, which is absent; "
+            "install it with: pip install 'spikeport[menagerie]'"
+        ) from error
+    robot, cache = mujoco_menagerie.get(NAME), mujoco_menagerie.Cache()
+    folder: Path = cache.root / NAME if cache.root else cache.model_path(robot)
+    if not (folder.is_dir() if cache.root else cache.is_cached(robot)):
+        raise UsageError(
+            f"Menagerie's {NAME} is not in {folder}, and spikeport downloads nothing; set "
+            "MENAGERIE_ROOT to a checkout of github.com/google-deepmind/mujoco_menagerie"
+        )
+    return folder / robot.entry(robot.default_model).file
+
+
+def dress(spec: Any) -> None:
+    """Replace our visual geoms by the meshes Menagerie hangs on bodies of the same name.
+
+    Parameters
+    ----------
+    spec : mujoco.MjSpec
+        Our robot, changed in place; contacts, masses and joints stay as they are.
+
+    Raises
+    ------
+    MissingExtraError, UsageError
+        As `model_file`.
+    """
+    path = model_file()
+    theirs = mujoco.MjSpec.from_file(str(path))
+    for geom in [g for g in spec.geoms if g.classname.name == "skin"]:
+        spec.delete(geom)
+    for mesh in theirs.meshes:
+        file = (path.parent / theirs.meshdir / mesh.file).resolve()
+        spec.add_mesh(name=_mesh_name(mesh), file=str(file), scale=mesh.scale)
+    skin = spec.find_default("skin")
+    for theirs_body in theirs.bodies:
+        body = spec.body(theirs_body.name)
+        for geom in theirs_body.geoms:
+            if geom.type == mujoco.mjtGeom.mjGEOM_MESH and body is not None:
+                _hang(body, geom, _colour(theirs, geom), skin)
+
+
+def _mesh_name(mesh: Any) -> str:
+    return mesh.name or Path(mesh.file).stem
+
+
+def _colour(spec: Any, geom: Any) -> Any:
+    material = spec.material(geom.material) if geom.material else None
+    return geom.rgba if material is None else material.rgba
+
+
+def _hang(body: Any, geom: Any, rgba: Any, skin: Any) -> None:
+    body.add_geom(
+        skin,
+        type=mujoco.mjtGeom.mjGEOM_MESH,
+        meshname=geom.meshname,
+        pos=geom.pos,
+        quat=geom.quat,
+        rgba=rgba,
+    )

@@ -1,0 +1,211 @@
+"""The robot as a plant: 200 Hz physics under joint commands that are held until changed."""
+
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from spikeport.errors import unknown
+from spikeport.robot import actuators
+from spikeport.robot.description import DEFAULT_POSE, GAINS, JOINTS, load
+from spikeport.robot.divergence import Watch
+from spikeport.robot.engine import mujoco
+from spikeport.robot.history import History
+from spikeport.robot.state import State, read
+
+_FEET = ("left_heel", "left_toe", "right_heel", "right_toe")
+
+
+class Plant:
+    """The H1 on a floor, reset with seed 0.
+
+    Parameters
+    ----------
+    anchored : bool
+        Whether `reset` welds the pelvis to the world at 1.06 m and locks the torso upright.
+    appearance : str
+        As `description.load`.
+
+    Attributes
+    ----------
+    model, data : mujoco.MjModel, mujoco.MjData
+        The simulation; after `step` every position and velocity in ``data`` is of the same moment.
+    joints : tuple of str
+        The joints in the order of every joint vector.
+    """
+
+    joints = JOINTS
+
+    def __init__(self, *, anchored: bool = False, appearance: str = "primitive") -> None:
+        self.model = load(appearance)
+        self.data = mujoco.MjData(self.model)
+        self._anchored_at_reset = anchored
+        self._watch = Watch(self.model)
+        self._history = History(self.model)
+        self._weld = self.model.equality("anchor").id
+        self._lock = self.model.equality("torso_lock").id
+        self.reset(0)
+
+    @property
+    def dt_s(self) -> float:
+        """Length of one step, s."""
+        return float(self.model.opt.timestep)
+
+    @property
+    def time_s(self) -> float:
+        """Simulated time since `reset`, s."""
+        return float(self.data.time)
+
+    @property
+    def state(self) -> State:
+        """The present motion of the robot."""
+        return read(self.data)
+
+    @property
+    def anchored(self) -> bool:
+        """Whether the pelvis is welded to the world at present."""
+        return bool(self.data.eq_active[self._weld])
+
+    def reset(
+        self,
+        seed: int,
+        *,
+        posture_rad: Mapping[str, float] = MappingProxyType({}),
+        perturbation_rad: float = 0.02,
+    ) -> None:
+        """Start over near a pose, every joint holding it with its default gains.
+
+        A free robot stands with its lowest sole on the floor; an anchored one hangs with its pelvis
+        at 1.06 m and its torso at 0.
+
+        Parameters
+        ----------
+        seed : int
+            Seed of the posture; the same seed gives the same run, bit for bit.
+        posture_rad : mapping of str to float, optional
+            Angles of joints that start elsewhere than in the default pose.
+        perturbation_rad : float
+            Each joint angle is moved by a number drawn uniformly from +- this.
+
+        Raises
+        ------
+        UsageError
+            A joint is not known.
+        """
+        mujoco.mj_resetData(self.model, self.data)
+        pose = np.array([DEFAULT_POSE[j] for j in JOINTS])
+        pose[actuators.indices(tuple(posture_rad))] = list(posture_rad.values())
+        noise = np.random.RandomState(seed).uniform(-1, 1, len(JOINTS)) * perturbation_rad
+        self.data.qpos[7:] = pose + noise
+        if self._anchored_at_reset:
+            self.data.joint("torso").qpos = 0.0
+            self.anchor()
+        else:
+            self.data.qpos[2] -= self._lowest_sole_m()
+            self.release()
+        self.hold(JOINTS, pose)
+        self._history.clear()
+        self._history.record(self.data)
+
+    def anchor(self) -> None:
+        """Weld the pelvis to the world and lock the torso, both where they are now."""
+        # weld: anchor point (3), pose of the pelvis in the world (7), weight of the rotation (1)
+        self.model.eq_data[self._weld, :11] = [0, 0, 0, *self.data.qpos[:7], 1]
+        self.model.eq_data[self._lock, 0] = self.data.joint("torso").qpos[0]
+        self._set_anchored(True)
+
+    def release(self) -> None:
+        """Let pelvis and torso move freely."""
+        self._set_anchored(False)
+
+    def hold(
+        self,
+        joints: Sequence[str],
+        targets_rad: ArrayLike,
+        kp: ArrayLike | None = None,
+        kd: ArrayLike | None = None,
+    ) -> None:
+        """Drive joints to angles and hold them there until told otherwise.
+
+        torque = kp (target - q) - kd dq, clipped to the torque limit.
+
+        Parameters
+        ----------
+        joints : sequence of str
+            Names, see `joints`.
+        targets_rad : array_like, () or (n,)
+            Target angles.
+        kp, kd : array_like, () or (n,), optional
+            Gains in N m/rad and N m s/rad; by default those of ``description.GAINS``.
+
+        Raises
+        ------
+        UsageError
+            A joint is not known, or a number is missing or not finite.
+        """
+        index = actuators.indices(joints)
+        kp = [GAINS[j].kp for j in joints] if kp is None else kp
+        kd = [GAINS[j].kd for j in joints] if kd is None else kd
+        targets = actuators.values("targets_rad", targets_rad, joints)
+        kps, kds = actuators.values("kp", kp, joints), actuators.values("kd", kd, joints)
+        actuators.set_position_mode(self.model, index, kps, kds)
+        self.data.ctrl[index] = targets
+
+    def torque(self, joints: Sequence[str], torques_nm: ArrayLike) -> None:
+        """Apply torques, clipped to the torque limits, until told otherwise.
+
+        Parameters
+        ----------
+        joints : sequence of str
+            Names, see `joints`.
+        torques_nm : array_like, () or (n,)
+            Torques, N m.
+
+        Raises
+        ------
+        UsageError
+            A joint is not known, or a number is missing or not finite.
+        """
+        index = actuators.indices(joints)
+        torques = actuators.values("torques_nm", torques_nm, joints)
+        actuators.set_torque_mode(self.model, index)
+        self.data.ctrl[index] = np.clip(torques, *self.model.actuator_forcerange[index].T)
+
+    def step(self) -> None:
+        """Advance the physics by ``dt_s``.
+
+        Raises
+        ------
+        DivergedError
+            A quantity of the state is not finite or out of the bounds of `divergence.Watch`.
+        """
+        # Second half of this step, then first half of the next: sensors, sites and pictures are
+        # then those of the new state, not of the one before it.
+        mujoco.mj_step2(self.model, self.data)
+        self._history.record(self.data)
+        self._watch.check(self.data)
+        mujoco.mj_step1(self.model, self.data)
+
+    def history(self) -> dict[str, np.ndarray]:
+        """The last 200 states, oldest first: ``time_s``, ``qpos``, ``qvel``, ``ctrl``."""
+        return self._history.arrays()
+
+    def hand_position(self, side: str = "right") -> np.ndarray:
+        """Centre of a hand in the world frame, m, ``(3,)``; ``side`` is "left" or "right"."""
+        if side not in ("left", "right"):
+            raise unknown("side", side, ("left", "right"))
+        return self.data.site(f"{side}_hand").xpos.copy()
+
+    def _set_anchored(self, anchored: bool) -> None:
+        self.data.eq_active[[self._weld, self._lock]] = anchored
+        mujoco.mj_forward(self.model, self.data)
+
+    def _lowest_sole_m(self) -> float:
+        """Height of the lowest point of the feet: each contact shape is a segment with a radius."""
+        mujoco.mj_kinematics(self.model, self.data)
+        heights = []
+        for name in _FEET:
+            size, placed = self.model.geom(name).size, self.data.geom(name)
+            heights.append(placed.xpos[2] - size[0] - size[1] * abs(placed.xmat[8]))
+        return float(min(heights))

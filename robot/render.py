@@ -1,0 +1,147 @@
+"""Pictures of the robot, without a display."""
+
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+
+from spikeport.errors import RenderError, UsageError, unknown
+from spikeport.robot.engine import mujoco
+
+_MAX_SHAPES = 2000
+
+
+class Mark(NamedTuple):
+    """A ball drawn into a picture, e.g. a target: world position and radius in m, colour 0 to 1."""
+
+    position_m: Sequence[float]
+    radius_m: float = 0.02
+    rgba: Sequence[float] = (0.9, 0.2, 0.1, 1.0)
+
+
+class Renderer:
+    """Draws a model from one of its cameras.
+
+    Parameters
+    ----------
+    model : mujoco.MjModel
+        What to draw, e.g. ``Plant.model``.
+    width, height : int
+        Size of the picture in pixels, at most that of the model's framebuffer.
+    camera : str
+        Name of a camera of the model: of the H1 ``"front"`` (upper body) or ``"track"`` (whole).
+
+    Raises
+    ------
+    UsageError
+        The camera is not known or the picture too large.
+    RenderError
+        No OpenGL context can be made on this machine.
+    """
+
+    def __init__(
+        self, model: Any, width: int = 640, height: int = 360, camera: str = "front"
+    ) -> None:
+        cameras = [model.camera(i).name for i in range(model.ncam)]
+        if camera not in cameras:
+            raise unknown("camera", camera, cameras)
+        _check_size(model, width, height)
+        self._model = model
+        self._gl, self._context = _open(model, width, height)
+        self._scene = mujoco.MjvScene(model, _MAX_SHAPES)
+        self._option = mujoco.MjvOption()
+        self._rectangle = mujoco.MjrRect(0, 0, width, height)
+        self._camera = mujoco.MjvCamera()
+        self._camera.type = mujoco.mjtCamera.mjCAMERA_FIXED
+        self._camera.fixedcamid = cameras.index(camera)
+
+    def frame(self, data: Any, marks: Sequence[Mark] = ()) -> np.ndarray:
+        """The picture of ``data`` (``mujoco.MjData``), uint8 ``(height, width, 3)``, with marks."""
+        self._gl.make_current()
+        everything = mujoco.mjtCatBit.mjCAT_ALL
+        mujoco.mjv_updateScene(
+            self._model, data, self._option, None, self._camera, everything, self._scene
+        )
+        for mark in marks:
+            _draw(self._scene, mark)
+        pixels = np.empty((self._rectangle.height, self._rectangle.width, 3), np.uint8)
+        mujoco.mjr_render(self._rectangle, self._scene, self._context)
+        mujoco.mjr_readPixels(pixels, None, self._rectangle, self._context)
+        return pixels[::-1].copy()  # OpenGL's first row is the lowest
+
+    def close(self) -> None:
+        """Give the graphics context back; the renderer cannot draw afterwards."""
+        self._gl.make_current()
+        self._context.free()
+        self._gl.free()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+
+def save_png(path: str | Path, frame: np.ndarray) -> None:
+    """Write a picture, uint8 ``(height, width, 3)``, as a PNG file."""
+    from PIL import Image
+
+    Image.fromarray(frame).save(path, format="PNG")
+
+
+def _check_size(model: Any, width: int, height: int) -> None:
+    largest = model.vis.global_.offwidth, model.vis.global_.offheight
+    if not (0 < width <= largest[0] and 0 < height <= largest[1]):
+        raise UsageError(
+            f"a picture of {width} x {height} pixels cannot be drawn; "
+            f"the model allows 1 x 1 to {largest[0]} x {largest[1]}"
+        )
+
+
+def _context_class() -> Any:
+    """Leave it to mujoco if MUJOCO_GL or a display says so, else EGL, which needs no display."""
+    said = any(os.environ.get(name) for name in ("MUJOCO_GL", "DISPLAY", "WAYLAND_DISPLAY"))
+    if said or sys.platform != "linux":
+        return mujoco.GLContext
+    from mujoco.egl import GLContext
+
+    return GLContext
+
+
+def _open(model: Any, width: int, height: int) -> tuple[Any, Any]:
+    try:
+        gl = _context_class()(width, height)
+        gl.make_current()
+        context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100.value)
+    except Exception as error:  # each backend and driver raises errors of its own
+        said = os.environ.get("MUJOCO_GL") or "(unset)"
+        raise RenderError(
+            f"no picture can be made: no OpenGL context with MUJOCO_GL={said} ({error}); "
+            "without a display set MUJOCO_GL=egl and apt-get install libegl1 libegl-mesa0 "
+            "libgl1-mesa-dri, or set MUJOCO_GL=osmesa and apt-get install libosmesa6"
+        ) from error
+    mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, context)
+    return gl, context
+
+
+def _draw(scene: Any, mark: Mark) -> None:
+    if scene.ngeom == scene.maxgeom:
+        raise UsageError(f"too many marks: the scene is full at {scene.maxgeom} shapes")
+    mujoco.mjv_initGeom(
+        scene.geoms[scene.ngeom],
+        mujoco.mjtGeom.mjGEOM_SPHERE,
+        np.full(3, float(mark.radius_m)),
+        np.asarray(mark.position_m, dtype=float),
+        np.eye(3).ravel(),
+        np.asarray(mark.rgba, dtype=np.float32),
+    )
+    scene.ngeom += 1

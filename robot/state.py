@@ -1,0 +1,47 @@
+"""What the robot's own sensors would know of its motion."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+
+class State(NamedTuple):
+    """The motion of the robot at one moment; every array is a copy.
+
+    Attributes
+    ----------
+    base_position : ndarray, (3,)
+        Origin of the pelvis in the world frame, m.
+    base_quaternion : ndarray, (4,)
+        Orientation of the pelvis in the world frame, (w, x, y, z).
+    base_linear_velocity : ndarray, (3,)
+        Velocity of the pelvis' origin, in the pelvis frame, m/s.
+    base_angular_velocity : ndarray, (3,)
+        Angular velocity of the pelvis, in the pelvis frame, rad/s.
+    q, dq : ndarray, (19,)
+        Joint angles (rad) and velocities (rad/s) in the order of ``description.JOINTS``.
+    """
+
+    base_position: np.ndarray
+    base_quaternion: np.ndarray
+    base_linear_velocity: np.ndarray
+    base_angular_velocity: np.ndarray
+    q: np.ndarray
+    dq: np.ndarray
+
+
+def read(data: Any) -> State:
+    """The state held in ``mujoco.MjData`` whose kinematics are up to date.
+
+    MuJoCo's free joint keeps the linear velocity in the world frame and the angular velocity in
+    the body's: v_base = R^T v_world.
+    """
+    rotation = data.body("pelvis").xmat.reshape(3, 3)
+    return State(
+        base_position=data.qpos[:3].copy(),
+        base_quaternion=data.qpos[3:7].copy(),
+        base_linear_velocity=rotation.T @ data.qvel[:3],
+        base_angular_velocity=data.qvel[3:6].copy(),
+        q=data.qpos[7:].copy(),
+        dq=data.qvel[6:].copy(),
+    )

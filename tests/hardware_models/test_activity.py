@@ -1,0 +1,70 @@
+import numpy as np
+import pytest
+
+from spikeport.errors import UsageError
+from spikeport.hardware_models.activity import Activity
+
+
+def test_shapes_are_checked(make_activity):
+    with pytest.raises(ValueError, match="messages_in") as caught:
+        make_activity(messages_in=[[1, 2, 3]])
+    assert str(caught.value) == "messages_in has shape (1, 3), not (2, 2) (n_steps, n_cores)"
+    with pytest.raises(ValueError, match="messages") as caught:
+        make_activity(messages=[1, 2])
+    assert str(caught.value) == "messages has shape (2,), not (2, 2) (n_cores, n_cores)"
+    with pytest.raises(ValueError, match="messages_host") as caught:
+        make_activity(messages_host=[1])
+    assert str(caught.value) == "messages_host has shape (1,), not (2,) (n_cores,)"
+
+
+def test_counts_are_integers(make_activity):
+    with pytest.raises(ValueError, match=r"^spikes is of float64, but counts are integers$"):
+        make_activity(spikes=[[0.0, 1.0], [2.0, 3.0]])
+
+
+def test_totals_and_sums_per_core(make_activity):
+    activity = make_activity(
+        spikes=[[1, 2], [3, 4]], messages=[[5, 6], [7, 8]], messages_host=[9, 0], readout_spikes=2
+    )
+    assert activity.n_steps == 2
+    assert activity.totals() == {
+        "spikes": 10,
+        "synaptic_operations": 0,
+        "updates_active": 0,
+        "updates_inactive": 0,
+        "messages_in": 0,
+        "learning_updates": 0,
+        "messages": 26,
+        "messages_host": 9,
+        "readout_spikes": 2,
+    }
+    per_core = activity.per_core()
+    assert per_core["spikes"].tolist() == [4, 6]
+    assert per_core["messages"].tolist() == [11, 15]
+    assert per_core["messages_host"].tolist() == [9, 0]
+
+
+def test_no_steps_is_an_activity(make_activity):
+    activity = make_activity(n_steps=0)
+    assert activity.n_steps == 0
+    assert set(activity.totals().values()) == {0}
+
+
+def test_concatenate(make_activity):
+    a = make_activity(n_steps=1, spikes=[[1, 2]], messages=[[1, 0], [0, 0]], readout_spikes=1)
+    b = make_activity(n_steps=2, spikes=[[3, 4], [5, 6]], messages=[[0, 2], [0, 0]])
+    both = Activity.concatenate([a, b])
+    assert both.spikes.tolist() == [[1, 2], [3, 4], [5, 6]]
+    assert both.messages.tolist() == [[1, 2], [0, 0]]
+    assert both.readout_spikes == 1
+    assert np.issubdtype(both.messages_host.dtype, np.integer)
+
+
+def test_only_runs_of_the_same_cores_concatenate(make_activity):
+    message = "^only activities of the same cores and dt_s make one run$"
+    with pytest.raises(UsageError, match=message):
+        Activity.concatenate([make_activity(), make_activity(n_cores=3)])
+    with pytest.raises(UsageError, match=message):
+        Activity.concatenate([make_activity(), make_activity(dt_s=0.002)])
+    with pytest.raises(UsageError, match=message):
+        Activity.concatenate([])

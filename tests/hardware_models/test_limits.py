@@ -1,0 +1,50 @@
+import pytest
+
+from spikeport.hardware_models.limits import CoreUse, Usage, totals, usages
+
+EMPTY = CoreUse("empty", 0, 0, 0, 0, 0, 0, 0)
+FULL = CoreUse("full", 10, 10, 10, 640, 10, 10, 10)
+OVER = CoreUse("over", 11, 10, 12, 641, 13, 10, 14)
+
+
+def test_what_is_exactly_full_fits(chip):
+    assert not any(usage.exceeded for usage in usages([EMPTY] * 7 + [FULL], chip))
+
+
+def test_every_resource_of_every_core_is_listed(chip):
+    assert [usage.resource for usage in usages([FULL], chip)] == ["cores", *CoreUse._fields[1:]]
+    assert len(usages([FULL, OVER], chip)) == 1 + 2 * 7
+
+
+def test_all_that_is_exceeded_is_found_at_once(chip):
+    cores = [EMPTY] * 7 + [FULL, OVER]
+    assert [usage for usage in usages(cores, chip) if usage.exceeded] == [
+        Usage("toy", "cores", 9, 8, "1"),
+        Usage("over", "compartments", 11, 10, "1"),
+        Usage("over", "out_axons", 12, 10, "1"),
+        Usage("over", "synapse_bits", 641, 640, "bit"),
+        Usage("over", "compartment_profiles", 13, 10, "1"),
+        Usage("over", "synapse_profiles", 14, 10, "1"),
+    ]
+
+
+def test_totals_are_against_all_cores_of_the_chip(chip):
+    sums = totals([FULL, OVER], chip)
+    assert sums["cores"] == Usage("toy", "cores", 2, 8, "1")
+    assert sums["compartments"] == Usage("toy", "compartments", 21, 80, "1")
+    assert sums["synapse_bits"] == Usage("toy", "synapse_bits", 1281, 5120, "bit")
+    assert not any(usage.exceeded for usage in sums.values())
+
+
+def test_no_cores(chip):
+    assert usages([], chip) == [Usage("toy", "cores", 0, 8, "1")]
+    assert all(usage.used == 0 for usage in totals([], chip).values())
+
+
+@pytest.mark.parametrize("n_chips", [1, 3])
+def test_a_board_has_the_cores_of_all_its_chips(chip, n_chips):
+    chips = chip.limits.chips.model_copy(update={"value": float(n_chips)})
+    limits = chip.limits.model_copy(update={"chips": chips})
+    board = chip.model_copy(update={"limits": limits})
+    assert totals([FULL], board)["cores"].limit == 8 * n_chips
+    assert totals([FULL], board)["in_axons"].limit == 80 * n_chips

@@ -1,0 +1,133 @@
+"""The figures of chips/loihi.toml, against the table they were taken from."""
+
+import pytest
+from pydantic import BaseModel
+
+from spikeport.hardware_models import chip as chips
+from spikeport.hardware_models.figure import Figure
+
+LOIHI = chips.get("loihi")
+DAVIES = LOIHI.calibration("davies2018")
+NAHUKU = LOIHI.calibration("nahuku-fit")
+
+
+def figures(model: BaseModel) -> list[Figure]:
+    """All figures inside a model, however deep."""
+    found = [model] if isinstance(model, Figure) else []
+    for name in type(model).model_fields:
+        field = getattr(model, name)
+        for value in field if isinstance(field, tuple) else [field]:
+            found += figures(value) if isinstance(value, BaseModel) else []
+    return found
+
+
+def test_every_figure_has_source_and_evidence_and_is_in_si():
+    found = figures(LOIHI)
+    assert len(found) == 9 + 3 + 3 + (7 + 7 + 2) + (7 + 8 + 4)
+    for figure in found:
+        assert figure.source
+        assert figure.evidence in {"code", "transcribed", "abstract", "vendor"}
+        assert figure.unit in {"1", "bit", "J", "s", "W"}
+
+
+def test_limits_and_topology():
+    limits = {name: getattr(LOIHI.limits, name).count for name in type(LOIHI.limits).model_fields}
+    assert limits == {
+        "cores": 128,
+        "chips": 1,
+        "compartments": 1024,
+        "in_axons": 4096,
+        "out_axons": 4096,
+        "synapse_bits": 1048576,
+        "compartment_profiles": 32,
+        "threshold_profiles": 8,
+        "synapse_profiles": 8,
+    }
+    mesh = LOIHI.topology
+    assert (mesh.tiles_x.count, mesh.tiles_y.count, mesh.cores_per_tile.count) == (8, 4, 4)
+    assert "16" in LOIHI.limits.synapse_profiles.note
+
+
+def test_powers():
+    power = LOIHI.power
+    assert power.static_chip_w.value == 0.104
+    assert power.host_processors_w.value == 0.065
+    assert (power.board_idle_w.value, power.board_idle_w.evidence) == (0.94, "abstract")
+
+
+@pytest.mark.parametrize(
+    ("event", "energy_pj", "time_ns"),
+    [
+        ("synaptic_operation", 23.6, 3.5),
+        ("update_active", 81, 8.4),
+        ("update_inactive", 52, 5.3),
+        ("spike", 1.7, 2.1),
+        ("hop_east_west", 3.0, 4.1),
+        ("hop_north_south", 4.0, 6.5),
+        ("learning_update", 120, 6.1),
+    ],
+)
+def test_davies_is_a_lower_bound(event, energy_pj, time_ns):
+    for figure, value in [
+        (getattr(DAVIES.energies, event), energy_pj * 1e-12),
+        (getattr(DAVIES.times, event), time_ns * 1e-9),
+    ]:
+        assert figure.value == pytest.approx(value)
+        assert (figure.low, figure.high) == (figure.value, None)
+
+
+@pytest.mark.parametrize(
+    ("event", "value", "lowest", "highest"),
+    [
+        ("synaptic_operation", 35.5, 24.0, 35.5),
+        ("update_active", 51.2 + 21.6, 51.2 + 21.6, 51.2 + 21.6),
+        ("update_inactive", 51.2, 51.2, 51.2),
+        ("spike", 69.3, 69.3, 69.3),
+        ("message", 111, 111, 111),
+        ("hop_east_west", 3.0, 3.0, 3.0),
+        ("hop_north_south", 4.2, 4.2, 4.2),
+    ],
+)
+def test_nahuku_energies_are_within_12_percent(event, value, lowest, highest):
+    figure = getattr(NAHUKU.energies, event)
+    assert figure.value == pytest.approx(value * 1e-12)
+    assert figure.low == pytest.approx(lowest * 0.88e-12)
+    assert figure.high == pytest.approx(highest * 1.12e-12)
+
+
+@pytest.mark.parametrize(
+    ("event", "value", "lowest", "highest"),
+    [
+        ("synaptic_operation", 3.8, 3.1, 4.7),
+        ("update_active", 6.0 + 3.7, 6.0 + 3.7, 6.0 + 3.7),
+        ("update_inactive", 6.0, 6.0, 6.0),
+        ("spike", 30, 30, 30),
+        ("message_in", 16, 16, 16),
+        ("message_out", 5.1, 5.1, 5.1),
+        ("hop_east_west", 4.1, 4.1, 4.1),
+        ("hop_north_south", 6.5, 6.5, 6.5),
+    ],
+)
+def test_nahuku_times_are_within_25_percent(event, value, lowest, highest):
+    figure = getattr(NAHUKU.times, event)
+    assert figure.value == pytest.approx(value * 1e-9)
+    assert figure.low == pytest.approx(lowest * 0.75e-9)
+    assert figure.high == pytest.approx(highest * 1.25e-9)
+
+
+def test_barriers():
+    davies = [(point.tiles, point.value) for point in DAVIES.barrier]
+    assert davies == [(1, pytest.approx(113e-9)), (32, pytest.approx(465e-9))]
+    for point, (tiles, us) in zip(
+        NAHUKU.barrier, [(1, 0.6), (2, 1.0), (4, 1.4), (29, 1.8)], strict=True
+    ):
+        assert point.tiles == tiles
+        assert [point.low, point.value, point.high] == pytest.approx(
+            [0.75e-6 * us, 1e-6 * us, 1.25e-6 * us]
+        )
+
+
+def test_what_is_not_public_is_absent():
+    assert DAVIES.energies.message is None
+    assert DAVIES.times.message_in is None
+    assert NAHUKU.energies.learning_update is None

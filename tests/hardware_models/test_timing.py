@@ -1,0 +1,100 @@
+import json
+
+import pytest
+
+from spikeport.errors import UsageError
+from spikeport.hardware_models.estimate import Estimate
+from spikeport.hardware_models.step_time import barrier
+from spikeport.hardware_models.timing import timing
+
+SOURCE = "a paper [vendor]"
+
+
+def ns(estimate):
+    return [None if x is None else x * 1e9 for x in (estimate.value, estimate.low, estimate.high)]
+
+
+def test_by_hand(chip, make_activity):
+    activity = make_activity(
+        updates_active=[[2, 0], [2, 1]],
+        updates_inactive=[[0, 3], [1, 2]],
+        synaptic_operations=[[4, 0], [0, 50]],
+        spikes=[[1, 0], [0, 2]],
+        messages_in=[[0, 0], [0, 3]],
+    )
+    # step 0: core 0:  2*10       + 4*1  + 1*100       = 124 ns, core 1: 3*5 = 15 ns
+    # step 1: core 0:  2*10 + 1*5                      =  25 ns
+    #         core 1:  1*10 + 2*5 + 50*1 + 2*100 + 3*7 = 291 ns
+    # one tile: a barrier of 1000 ns; all times from 50 % to 200 %
+    report = timing(activity, chip, chip.calibration("bench"))
+    assert ns(report.worst) == pytest.approx([1291, 645.5, 2582])
+    assert ns(report.mean) == pytest.approx([1207.5, 603.75, 2415])
+    assert (report.worst_step, report.limiting_core) == (1, "core 1")
+    assert ns(report.barrier) == pytest.approx([1000, 500, 2000])
+    assert report.worst.source == SOURCE
+    assert report.missing == ()
+
+
+def test_the_longest_core_counts_step_by_step(chip, make_activity):
+    activity = make_activity(synaptic_operations=[[30, 0], [0, 10]])
+    assert timing(activity, chip, chip.calibration("bench")).mean.value == pytest.approx(1020e-9)
+
+
+@pytest.mark.parametrize(
+    ("dt_s", "fits", "fits_at_high"),
+    [(1.0e-6, True, False), (0.9e-6, False, False), (2.0e-6, True, True)],
+)
+def test_fits(chip, make_activity, dt_s, fits, fits_at_high):
+    report = timing(make_activity(dt_s=dt_s), chip, chip.calibration("bench"))
+    assert (report.fits, report.fits_at_high) == (fits, fits_at_high)
+
+
+@pytest.mark.parametrize(("tiles", "us"), [(1, 1.0), (2, 1.5), (3, 2.0), (4, 2.0), (32, 2.0)])
+def test_barrier_is_interpolated_and_stays_at_the_ends(chip, tiles, us):
+    expected = Estimate(us * 1e-6, us * 0.5e-6, us * 2e-6, "s", SOURCE)
+    found = barrier(tiles, chip.calibration("bench"))
+    assert [found.value, found.low, found.high] == pytest.approx(
+        [expected.value, expected.low, expected.high]
+    )
+    assert (found.unit, found.source) == (expected.unit, expected.source)
+
+
+def test_barrier_is_that_of_the_tiles_in_use(chip, make_activity):
+    assert timing(
+        make_activity(n_cores=3), chip, chip.calibration("bench")
+    ).mean.value == pytest.approx(1.5e-6)
+
+
+def test_what_has_no_public_figure_is_named_and_leaves_no_upper_bound(chip, make_activity):
+    activity = make_activity(learning_updates=[[0, 1], [0, 0]])
+    report = timing(activity, chip, chip.calibration("bench"))
+    assert report.missing == ("learning_update",)
+    assert ns(report.worst) == [pytest.approx(1000), pytest.approx(500), None]
+    assert report.fits_at_high is None
+
+
+def test_a_calibration_without_figures(chip, make_activity):
+    report = timing(make_activity(spikes=[[1, 0], [0, 0]]), chip, chip.calibration("empty"))
+    assert report.missing == ("spike", "barrier")
+    assert report.barrier is None
+    assert report.worst == Estimate(0.0, 0.0, None, "s", "")
+
+
+def test_no_steps_have_no_time(chip, make_activity):
+    with pytest.raises(UsageError) as caught:
+        timing(make_activity(n_steps=0), chip, chip.calibration("bench"))
+    assert str(caught.value) == (
+        "no time or energy in 0 steps of 2 cores; "
+        "run at least one step of a network with ensembles on the chip"
+    )
+
+
+def test_to_dict_survives_json(chip, make_activity):
+    plain = timing(make_activity(), chip, chip.calibration("bench")).to_dict()
+    assert json.loads(json.dumps(plain)) == plain
+    assert plain["not_modelled"] == [
+        "waiting for messages on the links between tiles",
+        "sending of messages",
+        "input and output of the host",
+    ]
+    assert plain["mean"]["unit"] == "s"

@@ -1,0 +1,73 @@
+"""Finds the network a user names: built in, in a file, or in a module."""
+
+import importlib
+import importlib.util
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import nengo
+
+from spikeport import settings
+from spikeport.errors import UsageError, unknown
+
+BUILT_IN = {"arm": "spikeport.experiments.reach:arm_network"}
+
+
+def find_network(spec: str, pairs: list[str]) -> nengo.Network:
+    """Build the network that ``spec`` names.
+
+    Parameters
+    ----------
+    spec : str
+        A built-in name, ``path/to/file.py:function`` or ``module:function``.
+    pairs : list of str
+        ``KEY=VALUE`` arguments of the function.
+
+    Raises
+    ------
+    UsageError
+        If it is not found, cannot be imported, or does not return a network.
+    """
+    where, colon, name = BUILT_IN.get(spec, spec).rpartition(":")
+    if not colon:
+        raise unknown("network", spec, [*BUILT_IN, "path/to/file.py:function", "module:function"])
+    function = _function(where, name)
+    arguments = settings.parse(pairs, function, f"network '{spec}'")
+    try:
+        network = function(**arguments)
+    except TypeError as error:
+        raise UsageError(f"{spec}: {error}; give its arguments with --set KEY=VALUE") from None
+    if not isinstance(network, nengo.Network):
+        raise UsageError(f"{spec}: returned {type(network).__name__}, expected nengo.Network")
+    return network
+
+
+def _function(where: str, name: str) -> Callable[..., Any]:
+    module = _import_file(Path(where)) if where.endswith(".py") else _import_module(where)
+    function = getattr(module, name, None)
+    if not callable(function):
+        known = [n for n, v in vars(module).items() if callable(v) and not n.startswith("_")]
+        raise unknown(f"function of {where}", name, known)
+    return function
+
+
+def _import_module(name: str) -> Any:
+    try:
+        return importlib.import_module(name)
+    except ImportError as error:
+        raise UsageError(f"module '{name}' cannot be imported: {error}") from None
+
+
+def _import_file(path: Path) -> Any:
+    if not path.is_file():
+        raise UsageError(f"{path}: no such file")
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:
+        raise UsageError(f"{path}: cannot be imported: {type(error).__name__}: {error}") from error
+    return module

@@ -1,0 +1,69 @@
+"""``KEY=VALUE`` settings, checked against the parameters of a function or dataclass."""
+
+import inspect
+import types
+import typing
+from collections.abc import Callable, Iterable
+from typing import Any
+
+from spikeport.errors import UsageError, unknown
+
+BOOLEANS = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
+
+
+def parse(pairs: Iterable[str], target: Callable[..., Any], owner: str) -> dict[str, Any]:
+    """Keyword arguments for ``target`` from ``KEY=VALUE`` texts.
+
+    Values are converted to the type each parameter is annotated with (or that of its default):
+    int, float, bool or str.
+
+    Raises
+    ------
+    UsageError
+        For a text without ``=``, a key that is not a parameter (lists those there are), a key given
+        twice, or a value that does not convert.
+    """
+    parameters = _parameters(target)
+    values: dict[str, Any] = {}
+    for pair in pairs:
+        key, equals, text = pair.partition("=")
+        if not equals:
+            raise UsageError(f"--set {pair}: expected KEY=VALUE")
+        if key not in parameters:
+            raise (
+                unknown(f"key of {owner}", key, parameters)
+                if parameters
+                else UsageError(f"unknown key of {owner} '{key}'; it takes none")
+            )
+        if key in values:
+            raise UsageError(f"--set {key}: given twice")
+        values[key] = _convert(text, parameters[key], key)
+    return values
+
+
+def _parameters(target: Callable[..., Any]) -> dict[str, type]:
+    hints = typing.get_type_hints(target.__init__ if inspect.isclass(target) else target)
+    return {
+        name: _plain_type(hints.get(name), parameter.default)
+        for name, parameter in inspect.signature(target).parameters.items()
+        if parameter.kind in (parameter.POSITIONAL_OR_KEYWORD, parameter.KEYWORD_ONLY)
+    }
+
+
+def _plain_type(hint: Any, default: Any) -> type:
+    if isinstance(hint, types.UnionType):
+        hint = next(t for t in hint.__args__ if t is not type(None))
+    if hint in (int, float, bool, str):
+        return hint
+    return type(default) if type(default) in (int, float, bool) else str
+
+
+def _convert(text: str, kind: type, key: str) -> Any:
+    try:
+        return BOOLEANS[text.lower()] if kind is bool else kind(text)
+    except (ValueError, KeyError):
+        raise UsageError(f"--set {key}={text}: expected {_describe(kind)}") from None
+
+
+def _describe(kind: type) -> str:
+    return {int: "a whole number", float: "a number", bool: "true or false"}[kind]
