@@ -63,7 +63,9 @@ class Counter:
     def activity(self, dt_s: float) -> Activity:
         """All counts so far."""
         n = len(self._cores)
-        table = np.array(self._rows, dtype=np.int64).reshape(-1, 6, n).transpose(1, 0, 2)
+        table = (
+            np.array(self._rows, dtype=np.int64).reshape(len(self._rows), 6, n).transpose(1, 0, 2)
+        )
         spikes, active, inactive, operations, messages_in, learning = table
         compartments = len(self._source_core)
         per_source = self._fanout.messages * self._delivered[:, np.newaxis]

@@ -154,7 +154,7 @@ class Output:
         if self._is_matrix:
             # Segment by segment, as matrices of one row: nengo-loihi's calls, hence its rounding.
             rows = raw.reshape(1, -1)
-            return sum(rows[:, s].dot(self._weights[s]) for s in self._segments)[0]  # type: ignore[index]
+            return sum(rows[:, s].dot(self._weights[s]) for s in self._segments)[0]
         value = raw if self._weights is None else raw.dot(self._weights)
         return value if self._order is None else value[self._order]
 

@@ -43,7 +43,8 @@ class NengoLoihiChip:
             dt=image.manifest["dt_s"],
             pes_error_scale=image.manifest["pes_error_scale"],
         )
-        self._emulator = EmulatorInterface(model, seed=seed)
+        with np.errstate(invalid="ignore"):  # it fills integer arrays with NaN before the values
+            self._emulator = EmulatorInterface(model, seed=seed)
         self._outputs = [
             (output["key"], image["output_compartment"][image.part("output_start", i)])
             for i, output in enumerate(image.manifest["outputs"])

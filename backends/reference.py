@@ -49,9 +49,8 @@ class Reference:
     def step(self) -> None:
         """Advance by one step."""
         self._sim.step()
-        if not self._outputs:
-            return
-        spiked = np.concatenate([self._sim.signals[out] for out in self._outputs]) != 0
+        outputs = [self._sim.signals[out] for out in self._outputs]
+        spiked = np.concatenate([np.zeros(0), *outputs]) != 0
         self._counter.step(self._arriving, spiked, self._all_active)
         self._arriving = np.flatnonzero(spiked)
 

@@ -99,7 +99,7 @@ def build(network: nengo.Network, names: Names, dt_s: float) -> Blocks:
         try:
             model.build(network, precompute=False, discretize=False)
         except (NengoException, AssertionError, NotImplementedError) as error:
-            raise refused(model.building, error) from error
+            raise refused(model.building, error, "change this object") from error
         labels = dict(_labels(model, names))
         floats = discretise(model, labels)
     errors = tuple(block_error(labels[b], floats[b], b) for b in model.blocks)

@@ -54,18 +54,19 @@ def _discretise(block: LoihiBlock, label: str, floats: FloatBlock) -> float:
     try:
         return discretize_block(block)
     except (NengoException, AssertionError) as error:
-        raise refused(label, error) from error
+        raise refused(
+            label, error, "bring its weights, gains and biases closer together"
+        ) from error
     finally:
         compartment.bias = np.asarray(compartment.bias)
         compartment.vth = np.asarray(compartment.vth)
 
 
-def refused(name: str, error: Exception) -> CompileError:
+def refused(name: str, error: Exception, cure: str) -> CompileError:
     """The error for something nengo-loihi refuses, often by an assertion without text."""
     where = traceback.extract_tb(error.__traceback__)[-1]
     reason = str(error) or f"{type(error).__name__} at {where.name}: {where.line}"
     return CompileError(
-        f"{name}: nengo-loihi refuses it: {reason}; cure: change this object (its weights and "
-        "gains may lie too far apart for 8 bits), or keep its ensembles on the host with "
-        "net.config[ensemble].on_chip = False"
+        f"{name}: nengo-loihi refuses it: {reason}; cure: {cure}, or keep its ensembles on the "
+        "host with net.config[ensemble].on_chip = False"
     )

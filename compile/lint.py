@@ -175,7 +175,8 @@ def chip_process(scope: Scope) -> Iterator[Violation]:
 def probe(scope: Scope) -> Iterator[Violation]:
     """What of the chip's state can be recorded, and that it is recorded at every step."""
     for recorded in scope.network.all_probes:
-        if not scope.on_chip(recorded.obj):
+        connection = isinstance(recorded.obj, nengo.Connection)
+        if not scope.on_chip(recorded.obj.pre_obj if connection else recorded.obj):
             continue
         allowed = PROBEABLE.get(type(recorded.obj), ())
         if recorded.attr not in allowed:

@@ -1,4 +1,4 @@
-"""What is wrong with a network or a placement, one row each, and the error that carries all rows."""
+"""What is wrong with a network or a placement, row by row, and the error that carries all rows."""
 
 from collections.abc import Iterable
 from typing import NamedTuple

@@ -3,7 +3,10 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
+
+from spikeport.compile.report import Report
+from spikeport.hardware_models.activity import Activity
 
 Progress = Callable[[str, float | None], None]
 """Called with what is being done, and the share that is done (None where that is not known)."""
@@ -31,6 +34,14 @@ class Options:
     command: tuple[str, ...] = ()
 
 
+class Outcome(NamedTuple):
+    """What a run leaves: what ``result.json`` holds, the compile's report, the chip's counts."""
+
+    result: dict[str, Any]
+    report: Report | None
+    activity: Activity
+
+
 @dataclass(frozen=True)
 class Experiment:
     """An experiment of the paper: its name, what it shows, its settings and how to run it."""
@@ -38,7 +49,7 @@ class Experiment:
     name: str
     summary: str
     settings: type
-    run: Callable[[Any, Options], dict[str, Any]]
+    run: Callable[[Any, Options], Outcome]
     backends: tuple[str, ...]
     seconds: float
     """Simulated time where none is asked for."""

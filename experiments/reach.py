@@ -11,7 +11,7 @@ from spikeport.errors import DivergedError, UsageError, unknown
 from spikeport.experiments import run_folder
 from spikeport.experiments.arm_loop import ArmLoop, close_loop, record_region
 from spikeport.experiments.on_chip import on_chip
-from spikeport.experiments.options import Experiment, Options
+from spikeport.experiments.options import Experiment, Options, Outcome
 from spikeport.experiments.reach_figure import draw
 from spikeport.experiments.reach_metrics import metrics
 from spikeport.experiments.reach_picture import picture, write_video
@@ -40,23 +40,29 @@ class ReachSettings:
     s1: int | None = None
     network_seed: int = 0
 
-    @property
-    def target_box(self) -> TargetBox:
-        """The box; UsageError if there is none of that name."""
+    def __post_init__(self) -> None:
+        """Check the values; UsageError says what is wrong."""
         if self.box not in BOXES:
             raise unknown("box", self.box, BOXES)
+        if self.preset not in PRESETS:
+            raise unknown("preset", self.preset, PRESETS)
+        for key, value in self._given_sizes().items():
+            if value < 1:
+                raise UsageError(f"{key}={value}: the number of neurons must be at least 1")
+
+    def _given_sizes(self) -> dict[str, int]:
+        sizes = {"m1": self.m1, "cb": self.cb, "s1": self.s1}
+        return {key: value for key, value in sizes.items() if value is not None}
+
+    @property
+    def target_box(self) -> TargetBox:
+        """Where targets appear."""
         return BOXES[self.box]
 
     @property
     def sizes(self) -> ArmSizes:
-        """The neuron counts; UsageError if the preset is not known or a count is not positive."""
-        if self.preset not in PRESETS:
-            raise unknown("preset", self.preset, PRESETS)
-        given = {k: getattr(self, k) for k in ("m1", "cb", "s1") if getattr(self, k) is not None}
-        for key, value in given.items():
-            if value < 1:
-                raise UsageError(f"{key}={value}: the number of neurons must be at least 1")
-        return dataclasses.replace(PRESETS[self.preset], **given)
+        """Neuron counts of the controller."""
+        return dataclasses.replace(PRESETS[self.preset], **self._given_sizes())
 
 
 def arm_network(
@@ -66,9 +72,15 @@ def arm_network(
     cb: int | None = None,
     s1: int | None = None,
     network_seed: int = 0,
-) -> ArmNetwork:
-    """The spiking arm controller for one target box: the built-in network ``arm``."""
-    return _controller(ReachSettings(box, preset, m1, cb, s1, network_seed))
+) -> nengo.Network:
+    """The spiking arm controller for one target box: the built-in network ``arm``.
+
+    It gives the image that the experiment runs, digest and all: the robot is not part of it.
+    """
+    settings = ReachSettings(box, preset, m1, cb, s1, network_seed)
+    with nengo.Network(label="reach", seed=network_seed) as network:
+        _controller(settings)
+    return network
 
 
 def _controller(settings: ReachSettings) -> ArmNetwork:
@@ -77,8 +89,8 @@ def _controller(settings: ReachSettings) -> ArmNetwork:
     return arm(law, region, settings.sizes, seed=settings.network_seed)
 
 
-def run(settings: ReachSettings, options: Options) -> dict[str, Any]:
-    """Run the experiment and write its folder; returns what ``result.json`` holds."""
+def run(settings: ReachSettings, options: Options) -> Outcome:
+    """Run the experiment and write its folder."""
     law = OperationalSpaceLaw(ArmDynamics())
     loop = ArmLoop(law, options.seed, DT_S)
     task = ReachTask(settings.target_box, options.seed, loop.plant.hand_position())
@@ -101,7 +113,8 @@ def run(settings: ReachSettings, options: Options) -> dict[str, Any]:
     if options.video:
         write_video(options.folder, loop)
     run_folder.write_result(options.folder, result)
-    return result
+    report = None if sim.compilation is None else sim.compilation.report
+    return Outcome(result, report, sim.activity)
 
 
 def _simulate(sim: Simulator, loop: ArmLoop, options: Options) -> float:

@@ -1,7 +1,8 @@
 """The figure of a reach run, after the paper's Fig. 4.
 
 Above, the distance of hand and target over time, beside a picture of the robot where one can be
-drawn; below, for each axis, the spikes of M1 with the hand (green) and the target (orange) over them.
+drawn; below, for each axis, the spikes of M1, with the hand (green) and the target (orange) over
+them.
 """
 
 from pathlib import Path
@@ -81,7 +82,8 @@ def _draw_axis(
 ) -> None:
     times = [s.time_s for s in samples]
     if spikes is not None:
-        step, neuron = np.nonzero(spikes)
+        error = np.array([s.target[d] - s.hand[d] for s in samples])
+        step, neuron = np.nonzero(_by_tuning(spikes, error))
         seconds = (step + 1) * times[-1] / len(spikes)
         axes.scatter(seconds, neuron, s=0.6, color=SPIKES, marker="|", linewidths=0.5, alpha=0.6)
     axes.set(ylabel=f"M1 {name} neuron", xlim=(0, times[-1]))
@@ -93,3 +95,10 @@ def _draw_axis(
     position.set_ylabel(f"{name} (m)")
     if d == 0:
         position.legend(loc="upper right", ncols=2, framealpha=0.9)
+
+
+def _by_tuning(spikes: np.ndarray, error: np.ndarray) -> np.ndarray:
+    """The neurons in the order of how their spikes covary with the error along the axis."""
+    per_sample = np.repeat(error, -(-len(spikes) // len(error)))[: len(spikes)]
+    covariance = (per_sample - per_sample.mean()) @ spikes
+    return spikes[:, np.argsort(covariance)]

@@ -7,9 +7,9 @@ torque that holds the arm against gravity, and N^T = I - J^T M_x J M^-1 the proj
 that do not accelerate the hand. Every term but the second depends on q alone, or on q and one
 scalar: that is what lets ensembles of few dimensions share the work.
 
-Source: paper, sec. 3.1 (u_kin, u_dyn, u_g; its -g is the force of gravity, g here the torque against
-it). The posture term is ours: with three task dimensions and four joints, neurons would let the
-elbow drift to a joint limit without it.
+Source: paper, sec. 3.1 (u_kin, u_dyn, u_g; its -g is the force of gravity, g here the torque
+against it). The posture term is ours: with three task dimensions and four joints, neurons would
+let the elbow drift to a joint limit without it. The gains are ours too: the paper gives none.
 """
 
 from dataclasses import dataclass
@@ -45,7 +45,7 @@ class Gains:
     """Gains of the law: kp in 1/s^2, kv in 1/s, kn in 1/s^2, rest posture q0 in radians."""
 
     kp: float = 100.0
-    kv: float = 20.0
+    kv: float = 16.0
     kn: float = 25.0
     rest_rad: tuple[float, ...] = (-0.30, -0.10, 0.0, -0.15)
 

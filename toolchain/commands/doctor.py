@@ -1,0 +1,55 @@
+"""``spikeport doctor``."""
+
+from importlib import metadata
+
+from rich.console import Console
+from rich.table import Table
+
+PACKAGES = {
+    "numpy": "",
+    "scipy": "",
+    "nengo": "",
+    "nengo-loihi": "",
+    "pydantic": "",
+    "mujoco": "robot",
+    "matplotlib": "robot",
+    "xarray": "robot",
+    "h5netcdf": "robot",
+    "pillow": "robot",
+    "imageio": "video",
+    "imageio-ffmpeg": "video",
+    "mujoco-menagerie": "menagerie",
+}
+
+
+def run() -> int:
+    """Print what there is and what is missing; 1 if something required is missing, else 0."""
+    table = Table("part", "found", "if missing")
+    missing = [name for name in PACKAGES if not _version(name)]
+    for name, extra in PACKAGES.items():
+        cure = f"pip install 'spikeport[{extra}]'" if extra else "pip install spikeport"
+        table.add_row(name, _version(name) or "missing", cure if name in missing else "")
+    graphics, cure = _graphics() if "mujoco" not in missing else ("needs mujoco", "")
+    table.add_row("pictures (OpenGL)", graphics, cure)
+    Console().print(table)
+    return int(any(not PACKAGES[name] for name in missing))
+
+
+def _version(package: str) -> str:
+    try:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:
+        return ""
+
+
+def _graphics() -> tuple[str, str]:
+    from spikeport.errors import RenderError
+
+    try:
+        from spikeport.robot.description import load
+        from spikeport.robot.render import Renderer
+
+        with Renderer(load(), 64, 48):
+            return "works", ""
+    except RenderError as error:
+        return "missing", str(error)

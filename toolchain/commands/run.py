@@ -1,0 +1,85 @@
+"""``spikeport run``."""
+
+import math
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from spikeport import settings
+from spikeport.commands.progress import progress_bar
+from spikeport.commands.tables import cost_table, resource_table
+from spikeport.errors import UsageError, unknown
+from spikeport.experiments import registry, run_folder
+from spikeport.experiments.options import Experiment, Options, Outcome
+
+
+@dataclass(frozen=True)
+class Request:
+    """What the user asked for."""
+
+    experiment: str
+    backend: str
+    chip: str
+    seed: int
+    seconds: float | None
+    settings: list[str]
+    out: Path | None
+    overwrite: bool
+    video: bool
+
+
+def run(request: Request) -> None:
+    """Check the request, run the experiment, print its figures."""
+    experiment = registry.get(request.experiment)
+    if request.backend not in experiment.backends:
+        raise unknown(f"backend of {experiment.name}", request.backend, experiment.backends)
+    owner = f"experiment '{experiment.name}'"
+    chosen = experiment.settings(**settings.parse(request.settings, experiment.settings, owner))
+    seconds = _seconds(request, experiment)
+    folder = run_folder.create(request.out, experiment.name, request.overwrite)
+    with progress_bar() as progress:
+        options = Options(
+            folder=folder,
+            seconds=seconds,
+            backend=request.backend,
+            chip=request.chip,
+            seed=request.seed,
+            video=request.video,
+            progress=progress,
+            command=("spikeport", *sys.argv[1:]),
+        )
+        outcome = experiment.run(chosen, options)
+    show(outcome, folder)
+
+
+def _seconds(request: Request, experiment: Experiment) -> float:
+    seconds = experiment.seconds if request.seconds is None else request.seconds
+    if not (math.isfinite(seconds) and seconds > 0):
+        raise UsageError(f"--seconds {seconds:g}: must be greater than 0")
+    return seconds
+
+
+def show(outcome: Outcome, folder: Path) -> None:
+    """Print what came out of a run."""
+    console = Console()
+    result = outcome.result
+    if outcome.report is not None:
+        console.print(resource_table(outcome.report))
+        console.print(cost_table(outcome.report.chip, outcome.activity))
+    table = Table("metric", "value", title=f"{result['experiment']} on {result['backend']}")
+    for name, value in result["metrics"].items():
+        table.add_row(name, _text(value))
+    console.print(table)
+    console.print(f"written: {folder}/ ({', '.join(sorted(p.name for p in folder.iterdir()))})")
+
+
+def _text(value: Any) -> str:
+    if value is None:
+        return "-"
+    if isinstance(value, list):
+        return "  ".join(_text(v) for v in value)
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
