@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
@@ -70,7 +71,9 @@ def show(outcome: Outcome, folder: Path) -> None:
     if outcome.report is not None:
         console.print(resource_table(outcome.report))
         console.print(cost_table(outcome.report.chip, outcome.activity))
-    table = Table("metric", "value", title=f"{result['experiment']} on {result['backend']}")
+    table = Table(
+        "metric", "value", box=SIMPLE_HEAD, title=f"{result['experiment']} on {result['backend']}"
+    )
     for name, value in result["metrics"].items():
         table.add_row(name, _text(value))
     console.print(table)

@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from typing import Any
 
+from rich.box import SIMPLE_HEAD
 from rich.markup import escape
 from rich.table import Table
 
@@ -18,7 +19,8 @@ NO_FIGURE = "no public figure"
 
 def resource_table(report: Report) -> Table:
     """Every resource: the chip's sum, and the fullest core."""
-    table = Table("resource", "used / limit of the chip", "of the fullest core", "that core")
+    columns = ("resource", "used / limit of the chip", "of the fullest core", "that core")
+    table = Table(*columns, box=SIMPLE_HEAD)
     fullest = report.fullest()
     for name, total in report.resources().items():
         core = fullest[name]
@@ -39,7 +41,9 @@ def _share(usage: Usage) -> str:
 
 def core_table(report: Report) -> Table:
     """Every core: what it holds, and what rounding cost its blocks."""
-    table = Table("core", title="cores; rounding error of the weights, and share lost to zero")
+    title = "cores; rounding error of the weights, and share lost to zero"
+    table = Table(title=title, box=SIMPLE_HEAD)
+    table.add_column("core", min_width=4)
     table.add_column("holds", no_wrap=True)
     for name in ("neurons", "axons in", "out", "kbit", "error", "lost"):
         table.add_column(name, justify="right", no_wrap=True)
@@ -54,7 +58,9 @@ def core_table(report: Report) -> Table:
 
 def cost_table(chip: Chip, activity: Activity) -> Table:
     """Energy and time of a run, in every calibration of the chip."""
-    table = Table("", title=f"energy and time, from the counts of {activity.n_steps:,} steps")
+    table = Table(
+        "", box=SIMPLE_HEAD, title=f"energy and time, from the counts of {activity.n_steps:,} steps"
+    )
     rows: dict[str, list[str]] = {}
     for calibration in chip.calibrations:
         table.add_column(calibration.name)
