@@ -16,6 +16,8 @@ from nengo_loihi.builder import Model
 
 from spikeport.backends.chip import Chip
 from spikeport.compile.image import ChipImage
+from spikeport.compile.pipeline import Compilation
+from spikeport.hardware_models.activity import Activity
 
 
 @dataclass(frozen=True)
@@ -64,19 +66,21 @@ def _learning_synapse(model: Model, target: Any) -> Any:
 class HostLoop:
     """A compiled network in execution: Nengo on the host, an image on a chip.
 
+    Implements `spikeport.backends.execution.Execution`.
+
     Parameters
     ----------
-    program : HostProgram
-        The host side.
-    image : ChipImage
-        The chip side.
+    compilation : Compilation
+        The compiled network.
     chip : Chip
-        Where the image is loaded.
+        Where its image is loaded.
     seed : int
         Seed of processes on the host.
     """
 
-    def __init__(self, program: HostProgram, image: ChipImage, chip: Chip, seed: int) -> None:
+    def __init__(self, compilation: Compilation, chip: Chip, seed: int) -> None:
+        image, program = compilation.image, host_program(compilation.model)
+        self.compilation = compilation
         self._chip = chip
         self._program = program
         self._outputs = [Output(image, i) for i in range(len(image.manifest["outputs"]))]
@@ -122,7 +126,7 @@ class HostLoop:
             return np.array(self._recordings[probe])
         return np.asarray(self._host.data[probe])
 
-    def activity(self) -> Any:
+    def activity(self) -> Activity:
         """Exact counts of the chip."""
         return self._chip.activity()
 

@@ -18,6 +18,8 @@ from spikeport.hardware_models.activity import Activity
 class Reference:
     """A network on `nengo.Simulator`, with its spikes counted.
 
+    Implements `spikeport.backends.execution.Execution`.
+
     Parameters
     ----------
     network : nengo.Network
@@ -27,6 +29,8 @@ class Reference:
     seed : int
         Seed of processes and noise.
     """
+
+    compilation = None
 
     def __init__(self, network: nengo.Network, dt_s: float, seed: int) -> None:
         model = nengo.builder.Model(dt=dt_s)

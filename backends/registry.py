@@ -1,37 +1,52 @@
-"""The backends there are, what each is for, and what it lacks on this machine."""
+"""The backends there are, and how each opens a network."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
+
+import nengo
 
 from spikeport.backends.chip import Chip
+from spikeport.backends.execution import Execution
+from spikeport.backends.host_loop import HostLoop
+from spikeport.backends.nengo_loihi import NengoLoihiChip
+from spikeport.backends.reference import Reference
 from spikeport.compile.image import ChipImage
+from spikeport.compile.pipeline import compile_network
 from spikeport.errors import unknown
+
+Open = Callable[[nengo.Network, str | Path, float, int], Execution]
+"""Opens a network, given the chip, the time step in seconds and a seed."""
 
 
 @dataclass(frozen=True)
 class Backend:
-    """One way to run a network.
-
-    ``open_chip`` loads an image, given a seed; None where the backend runs the network itself, in
-    floating point, without compiling it.
-    """
+    """One way to run a network."""
 
     name: str
     summary: str
-    open_chip: Callable[[ChipImage, int], Chip] | None = None
+    open: Open
 
 
-def _nengo_loihi(image: ChipImage, seed: int) -> Chip:
-    from spikeport.backends.nengo_loihi import NengoLoihiChip
+def _on(load: Callable[[ChipImage, int], Chip]) -> Open:
+    """Compile a network, load its image with ``load``, and keep the rest on the host."""
 
-    return NengoLoihiChip(image, seed)
+    def open_network(network: nengo.Network, chip: str | Path, dt_s: float, seed: int) -> Execution:
+        compilation = compile_network(network, chip, dt_s)
+        return HostLoop(compilation, load(compilation.image, seed), seed)
+
+    return open_network
+
+
+def _without_chip(network: nengo.Network, _chip: str | Path, dt_s: float, seed: int) -> Execution:
+    return Reference(network, dt_s, seed)
 
 
 BACKENDS = {
     backend.name: backend
     for backend in (
-        Backend("reference", "float Nengo, no chip: what the network computes before rounding"),
-        Backend("nengo-loihi", "the image on nengo-loihi's integer emulator", _nengo_loihi),
+        Backend("reference", "float Nengo, no chip: what the network computes", _without_chip),
+        Backend("nengo-loihi", "the image on nengo-loihi's emulator", _on(NengoLoihiChip)),
     )
 }
 

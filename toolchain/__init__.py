@@ -1,3 +1,25 @@
 """spikeport: Nengo networks on Loihi-style neuromorphic chips, in closed loop with a robot."""
 
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from spikeport.compile.pipeline import Compilation, compile_network
+    from spikeport.simulator import Simulator
+
 __version__ = "0.1.0"
+__all__ = ["Compilation", "Simulator", "compile_network"]
+
+_HOMES = {
+    "Compilation": "spikeport.compile.pipeline",
+    "Simulator": "spikeport.simulator",
+    "compile_network": "spikeport.compile.pipeline",
+}
+
+
+def __getattr__(name: str) -> Any:
+    # Loaded when first used: nengo and nengo-loihi take a second, which `--help` need not wait for.
+    if name not in _HOMES:
+        raise AttributeError(f"module 'spikeport' has no attribute '{name}'")
+    from importlib import import_module
+
+    return getattr(import_module(_HOMES[name]), name)

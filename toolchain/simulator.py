@@ -9,10 +9,8 @@ import numpy as np
 from nengo.exceptions import SimulatorClosed
 
 from spikeport.backends import registry
-from spikeport.backends.host_loop import HostLoop, host_program
-from spikeport.backends.reference import Reference
+from spikeport.backends.execution import Execution
 from spikeport.compile.image import ChipImage
-from spikeport.compile.pipeline import Compilation, compile_network
 from spikeport.hardware_models.activity import Activity
 
 
@@ -60,16 +58,8 @@ class Simulator:
         self.dt = dt
         self.n_steps = 0
         self.closed = False
-        self.compilation: Compilation | None = None
-        self._execution: HostLoop | Reference
-        if found.open_chip is None:
-            self._execution = Reference(network, dt, self.seed)
-        else:
-            self.compilation = compile_network(network, chip, dt)
-            image = self.compilation.image
-            loaded = found.open_chip(image, self.seed)
-            program = host_program(self.compilation.model)
-            self._execution = HostLoop(program, image, loaded, self.seed)
+        self._execution = found.open(network, chip, dt, self.seed)
+        self.compilation = self._execution.compilation
         self.data = _Data(network, self._execution)
 
     def __enter__(self) -> "Simulator":
@@ -130,7 +120,7 @@ class Simulator:
 class _Data(Mapping[nengo.Probe, np.ndarray]):
     """Recorded data by probe."""
 
-    def __init__(self, network: nengo.Network, execution: HostLoop | Reference) -> None:
+    def __init__(self, network: nengo.Network, execution: Execution) -> None:
         self._probes = network.all_probes
         self._execution = execution
         self._frozen: dict[nengo.Probe, np.ndarray] = {}

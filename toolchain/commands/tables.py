@@ -19,32 +19,27 @@ NO_FIGURE = "no public figure"
 
 def resource_table(report: Report) -> Table:
     """Every resource: the chip's sum, and the fullest core."""
-    columns = ("resource", "used / limit of the chip", "of the fullest core", "that core")
-    table = Table(*columns, box=SIMPLE_HEAD)
+    table = Table("resource", box=SIMPLE_HEAD)
+    for name in ("chip: used / limit", "%", "fullest core: used / limit", "%"):
+        table.add_column(name, justify="right")
     fullest = report.fullest()
     for name, total in report.resources().items():
-        core = fullest[name]
-        whole_chip = name == "cores"
-        table.add_row(
-            name.replace("_", " "),
-            _share(total),
-            "" if whole_chip else _share(core),
-            "" if whole_chip else core.object,
-        )
+        core = ("", "") if name == "cores" else _share(fullest[name])
+        table.add_row(name.replace("_", " "), *_share(total), *core)
     table.title = f"{report.chip.title}: {len(report.cores)} cores"
     return table
 
 
-def _share(usage: Usage) -> str:
-    return f"{usage.used:,} / {usage.limit:,} ({100 * usage.used / usage.limit:.1f} %)"
+def _share(usage: Usage) -> tuple[str, str]:
+    return f"{usage.used:,} / {usage.limit:,}", f"{100 * usage.used / usage.limit:.1f}"
 
 
 def core_table(report: Report) -> Table:
     """Every core: what it holds, and what rounding cost its blocks."""
-    title = "cores; rounding error of the weights, and share lost to zero"
+    title = "cores; rounding error of the weights, and share of them lost to zero"
     table = Table(title=title, box=SIMPLE_HEAD)
-    table.add_column("core", min_width=4)
-    table.add_column("holds", no_wrap=True)
+    table.add_column("core", no_wrap=True, justify="right")
+    table.add_column("holds")
     for name in ("neurons", "axons in", "out", "kbit", "error", "lost"):
         table.add_column(name, justify="right", no_wrap=True)
     errors = {error.label: error for error in report.errors}
