@@ -108,6 +108,7 @@ def run(settings: ReachSettings, options: Options) -> Outcome:
     rasters = {axis: sim.data[probe] != 0 for axis, probe in controller.rasters.items()}
     result = _result(settings, options, sim, figures)
     options.progress("writing", None)
+    run_folder.clear(options.folder)
     write_probes(options.folder, loop.samples, rasters, DT_S)
     draw(options.folder, loop.samples, rasters, result, picture(loop))
     if options.video:

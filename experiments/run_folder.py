@@ -4,11 +4,11 @@
 that did not finish.
 """
 
+import contextlib
 import json
 import math
 import platform
-import shutil
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from datetime import datetime
 from importlib import metadata
 from pathlib import Path
@@ -20,28 +20,48 @@ from spikeport.atomic import atomic_path, write_text
 from spikeport.errors import UsageError
 
 RESULT_SCHEMA = 1
+FILES = ("result.json", "probes.nc", "figure.png", "video.mp4", "last_states.npz")
 PACKAGES = ("spikeport", "numpy", "scipy", "nengo", "nengo-loihi", "mujoco")
 
 
 def create(out: Path | None, experiment: str, overwrite: bool = False) -> Path:
-    """Make an empty folder for a run; by default ``runs/<experiment>-<date>-<time>``.
+    """Make a folder for a run; by default ``runs/<experiment>-<date>-<time>``.
+
+    An earlier run in it is kept until `clear` makes room for the new one.
 
     Raises
     ------
     UsageError
-        If the folder holds something already and ``overwrite`` is not set, or cannot be made.
+        If the folder cannot be made, or holds anything but an earlier run that may be overwritten.
     """
     stamp = datetime.now().strftime("%Y%m%d-%H%M%S")
     folder = out or Path("runs") / f"{experiment}-{stamp}"
-    if overwrite and (folder / "result.json").is_file():
-        shutil.rmtree(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise UsageError(f"{folder}: cannot be made ({error.strerror})") from None
-    if any(folder.iterdir()):
-        raise UsageError(f"{folder}: is not empty; choose another --out, or give --overwrite")
+    held = {path.name for path in folder.iterdir()}
+    if held - set(FILES):
+        raise UsageError(f"{folder}: holds more than a run; choose another --out")
+    if held and not overwrite:
+        raise UsageError(f"{folder}: holds a run; choose another --out, or give --overwrite")
     return folder
+
+
+def clear(folder: Path) -> None:
+    """Remove an earlier run, its result first: what is half removed does not read as whole."""
+    for name in FILES:
+        (folder / name).unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def removed_if_empty(folder: Path) -> Iterator[None]:
+    """Take a run's folder away again if nothing was written into it."""
+    try:
+        yield
+    finally:
+        if folder.is_dir() and not any(folder.iterdir()):
+            folder.rmdir()
 
 
 def write_result(folder: Path, result: Mapping[str, Any]) -> None:
@@ -74,6 +94,7 @@ def _plain(value: Any) -> Any:
 
 def write_last_states(folder: Path, history: Mapping[str, np.ndarray]) -> Path:
     """Save the last states of a simulation that diverged."""
+    clear(folder)
     path = folder / "last_states.npz"
     with atomic_path(path) as temporary, open(temporary, "wb") as file:
         np.savez_compressed(file, **history)  # type: ignore[arg-type]

@@ -2,6 +2,7 @@
 
 from importlib import metadata
 
+from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
@@ -24,7 +25,7 @@ PACKAGES = {
 
 def run() -> int:
     """Print what there is and what is missing; 1 if something required is missing, else 0."""
-    table = Table("part", "found", "if missing")
+    table = Table("part", "found", "if missing", box=SIMPLE_HEAD)
     missing = [name for name in PACKAGES if not _version(name)]
     for name, extra in PACKAGES.items():
         cure = f"pip install 'spikeport[{extra}]'" if extra else "pip install spikeport"

@@ -16,6 +16,7 @@ from spikeport.commands.tables import cost_table, resource_table
 from spikeport.errors import UsageError, unknown
 from spikeport.experiments import registry, run_folder
 from spikeport.experiments.options import Experiment, Options, Outcome
+from spikeport.hardware_models import chip as chips
 
 
 @dataclass(frozen=True)
@@ -41,8 +42,9 @@ def run(request: Request) -> None:
     owner = f"experiment '{experiment.name}'"
     chosen = experiment.settings(**settings.parse(request.settings, experiment.settings, owner))
     seconds = _seconds(request, experiment)
+    chips.get(request.chip)
     folder = run_folder.create(request.out, experiment.name, request.overwrite)
-    with progress_bar() as progress:
+    with run_folder.removed_if_empty(folder), progress_bar() as progress:
         options = Options(
             folder=folder,
             seconds=seconds,
