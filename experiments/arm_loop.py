@@ -9,6 +9,7 @@ from typing import NamedTuple
 import nengo
 import numpy as np
 
+from spikeport.errors import DivergedError
 from spikeport.experiments.reach_task import GridTour, ReachTask, TargetBox, Task
 from spikeport.networks.arm import STATE_SIZE, ArmNetwork
 from spikeport.networks.operational_space import OperationalSpaceLaw
@@ -82,6 +83,11 @@ class ArmLoop:
 
     def _physics(self, torque: np.ndarray) -> None:
         self.samples.append(Sample(self.plant.time_s, *self._seen, torque, self.exact_torque))
+        if not np.isfinite(torque).all():
+            raise DivergedError(
+                f"the controller's torque is {torque.tolist()} N m at {self.plant.time_s:.3f} s, "
+                "limit finite numbers; cure: look at its inputs in the last states"
+            )
         self.poses.append(self.plant.data.qpos.copy())
         self.plant.torque(ARM_JOINTS, torque)
         self.plant.step()

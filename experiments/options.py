@@ -53,3 +53,5 @@ class Experiment:
     backends: tuple[str, ...]
     seconds: float
     """Simulated time where none is asked for."""
+    step_s: float
+    """Its longest time step: the shortest time it can simulate."""

@@ -157,4 +157,5 @@ EXPERIMENT = Experiment(
     run=run,
     backends=("analytic", "reference", "nengo-loihi"),
     seconds=15.0,
+    step_s=0.005,
 )

@@ -54,6 +54,9 @@ def draw(
         axes = figure.add_subplot(grid[1 + d, :])
         _draw_axis(axes, samples, d, rasters.get(axis), axis)
     axes.set_xlabel("time (s)")
+    for axes in figure.axes:
+        if axes.axison:
+            axes.set_xlim(0, result["seconds"])
     figure.suptitle(_title(result))
     with atomic_path(folder / "figure.png") as temporary:
         figure.savefig(temporary, dpi=110, format="png")
@@ -73,7 +76,6 @@ def _draw_distance(axes: Axes, samples: list[Sample]) -> None:
     axes.plot(times, 100 * distances(samples), color=DISTANCE, lw=1.2)
     axes.axhline(100 * REACHED_M, color="0.5", ls="--", lw=0.8, label="reached below 4 cm")
     axes.set(ylabel="distance to target (cm)", xlabel="time (s)", ylim=(0, None))
-    axes.set_xlim(0, times[-1])
     axes.legend(loc="upper right", frameon=False)
 
 
@@ -84,9 +86,9 @@ def _draw_axis(
     if spikes is not None:
         error = np.array([s.target[d] - s.hand[d] for s in samples])
         step, neuron = np.nonzero(_by_tuning(spikes, error))
-        seconds = (step + 1) * times[-1] / len(spikes)
+        seconds = np.interp(step, np.linspace(0, len(spikes), len(times)), times)
         axes.scatter(seconds, neuron, s=0.6, color=SPIKES, marker="|", linewidths=0.5, alpha=0.6)
-    axes.set(ylabel=f"M1 {name} neuron", xlim=(0, times[-1]))
+    axes.set_ylabel(f"M1 {name} neuron")
     position = axes.twinx()
     position.plot(times, [s.hand[d] for s in samples], color=HAND, lw=1.6, label="hand")
     position.step(

@@ -61,8 +61,10 @@ def run(request: Request) -> None:
 
 def _seconds(request: Request, experiment: Experiment) -> float:
     seconds = experiment.seconds if request.seconds is None else request.seconds
-    if not (math.isfinite(seconds) and seconds > 0):
-        raise UsageError(f"--seconds {seconds:g}: must be greater than 0")
+    if not (math.isfinite(seconds) and seconds >= experiment.step_s):
+        raise UsageError(
+            f"--seconds {seconds:g}: {experiment.name} simulates at least {experiment.step_s:g} s"
+        )
     return seconds
 
 
