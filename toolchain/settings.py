@@ -23,7 +23,7 @@ def parse(pairs: Iterable[str], target: Callable[..., Any], owner: str) -> dict[
         For a text without ``=``, a key that is not a parameter (lists those there are), a key given
         twice, or a value that does not convert.
     """
-    parameters = _parameters(target)
+    parameters = _parameters(target, owner)
     values: dict[str, Any] = {}
     for pair in pairs:
         key, equals, text = pair.partition("=")
@@ -41,18 +41,23 @@ def parse(pairs: Iterable[str], target: Callable[..., Any], owner: str) -> dict[
     return values
 
 
-def _parameters(target: Callable[..., Any]) -> dict[str, type]:
-    hints = typing.get_type_hints(target.__init__ if inspect.isclass(target) else target)
+def _parameters(target: Callable[..., Any], owner: str) -> dict[str, type]:
+    try:
+        signature = inspect.signature(target, eval_str=True)
+    except Exception as error:  # an annotation is code, and may raise anything
+        raise UsageError(
+            f"{owner}: its parameters cannot be read: {type(error).__name__}: {error}"
+        ) from None
     return {
-        name: _plain_type(hints.get(name), parameter.default)
-        for name, parameter in inspect.signature(target).parameters.items()
+        name: _plain_type(parameter.annotation, parameter.default)
+        for name, parameter in signature.parameters.items()
         if parameter.kind in (parameter.POSITIONAL_OR_KEYWORD, parameter.KEYWORD_ONLY)
     }
 
 
 def _plain_type(hint: Any, default: Any) -> type:
-    if isinstance(hint, types.UnionType):
-        hint = next(t for t in hint.__args__ if t is not type(None))
+    if typing.get_origin(hint) in (typing.Union, types.UnionType):
+        hint = next(t for t in typing.get_args(hint) if t is not type(None))
     if hint in (int, float, bool, str):
         return hint
     return type(default) if type(default) in (int, float, bool) else str

@@ -19,9 +19,9 @@ NO_FIGURE = "no public figure"
 
 def resource_table(report: Report) -> Table:
     """Every resource: the chip's sum, and the fullest core."""
-    table = Table("resource", box=SIMPLE_HEAD)
-    for name in ("chip: used / limit", "%", "fullest core: used / limit", "%"):
-        table.add_column(name, justify="right")
+    table = Table("used / limit", box=SIMPLE_HEAD)
+    for name in ("whole chip", "%", "fullest core", "%"):
+        table.add_column(name, justify="right", no_wrap=True)
     fullest = report.fullest()
     for name, total in report.resources().items():
         core = ("", "") if name == "cores" else _share(fullest[name])
