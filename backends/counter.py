@@ -3,7 +3,7 @@
 import numpy as np
 
 from spikeport.compile.fanout import Fanout
-from spikeport.hardware_models.activity import Activity
+from spikeport.hardware_models.activity import PER_STEP, Activity
 
 
 class Counter:
@@ -51,9 +51,9 @@ class Counter:
             np.stack(
                 [
                     np.bincount(self._source_core[spiked], minlength=n),
+                    self._fanout.synaptic_operations[delivered].sum(axis=0),
                     np.bincount(self._source_core[active], minlength=n),
                     np.bincount(self._source_core[~active], minlength=n),
-                    self._fanout.synaptic_operations[delivered].sum(axis=0),
                     self._fanout.messages[delivered].sum(axis=0),
                     np.zeros(n, int) if learning_updates is None else learning_updates,
                 ]
@@ -62,25 +62,38 @@ class Counter:
 
     def activity(self, dt_s: float) -> Activity:
         """All counts so far."""
-        n = len(self._cores)
-        table = (
-            np.array(self._rows, dtype=np.int64).reshape(len(self._rows), 6, n).transpose(1, 0, 2)
-        )
-        spikes, active, inactive, operations, messages_in, learning = table
-        compartments = len(self._source_core)
+        n, compartments = len(self._cores), len(self._source_core)
         per_source = self._fanout.messages * self._delivered[:, np.newaxis]
         messages = np.zeros((n, n), dtype=np.int64)
         np.add.at(messages, self._source_core, per_source[:compartments])
-        return Activity(
-            cores=self._cores,
-            dt_s=dt_s,
-            spikes=spikes,
-            updates_active=active,
-            updates_inactive=inactive,
-            synaptic_operations=operations,
-            messages_in=messages_in,
-            learning_updates=learning,
-            messages=messages,
-            messages_host=per_source[compartments:].sum(axis=0),
-            readout_spikes=self.readout_spikes,
-        )
+        host = per_source[compartments:].sum(axis=0)
+        return make_activity(self._cores, dt_s, self._rows, (messages, host), self.readout_spikes)
+
+
+def make_activity(
+    cores: tuple[str, ...],
+    dt_s: float,
+    rows: list[np.ndarray],
+    messages: tuple[np.ndarray, np.ndarray],
+    readout_spikes: int,
+) -> Activity:
+    """An `Activity` from its counts.
+
+    Parameters
+    ----------
+    cores, dt_s, readout_spikes
+        As in `Activity`.
+    rows : list of (6, n_cores) int array
+        For each step, the counts in the order of `PER_STEP`.
+    messages : tuple of (n_cores, n_cores) and (n_cores,) int array
+        Messages of the whole run from core to core, and from the host.
+    """
+    table = np.array(rows, dtype=np.int64).reshape(len(rows), len(PER_STEP), len(cores))
+    return Activity(
+        cores=cores,
+        dt_s=dt_s,
+        messages=messages[0],
+        messages_host=messages[1],
+        readout_spikes=readout_spikes,
+        **{name: table[:, i] for i, name in enumerate(PER_STEP)},
+    )

@@ -14,6 +14,7 @@ from nengo_loihi.emulator import EmulatorInterface
 from nengo_loihi.inputs import SpikeInput
 
 from spikeport.backends.counter import Counter
+from spikeport.backends.readout import readout_compartments
 from spikeport.compile.fanout import fanout
 from spikeport.compile.image import ChipImage
 from spikeport.compile.usage import synapse_core
@@ -95,16 +96,6 @@ class NengoLoihiChip:
     def close(self) -> None:
         """See `spikeport.backends.chip.Chip.close`."""
         self._emulator.close()
-
-
-def readout_compartments(image: ChipImage) -> np.ndarray:
-    """Compartments whose voltage is an output: they must never reach their threshold."""
-    reads = [
-        image["output_compartment"][image.part("output_start", i)]
-        for i, output in enumerate(image.manifest["outputs"])
-        if output["key"] == "voltage" and output["weights"] == "matrix"
-    ]
-    return np.unique(np.concatenate(reads)) if reads else np.zeros(0, dtype=int)
 
 
 def load_blocks(image: ChipImage) -> tuple[list[LoihiBlock], list[Synapse]]:

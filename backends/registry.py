@@ -42,10 +42,19 @@ def _without_chip(network: nengo.Network, _chip: str | Path, dt_s: float, seed: 
     return Reference(network, dt_s, seed)
 
 
+def _native(image: ChipImage, seed: int) -> Chip:
+    from spikeport.backends.native.chip import NativeChip  # loads the kernels: not before use
+
+    return NativeChip(image, seed)
+
+
 BACKENDS = {
     backend.name: backend
     for backend in (
         Backend("reference", "float Nengo, no chip: what the network computes", _without_chip),
+        Backend(
+            "native", "the image on compiled kernels, equal to nengo-loihi's emulator", _on(_native)
+        ),
         Backend("nengo-loihi", "the image on nengo-loihi's emulator", _on(NengoLoihiChip)),
     )
 }

@@ -23,7 +23,7 @@ class Fanout(NamedTuple):
 
 def fanout(image: ChipImage) -> Fanout:
     """Count the fan-out of every source of an image."""
-    first_source = _first_sources(image)
+    first_source = first_sources(image)
     n_sources = image.n_compartments + int(image["input_size"].sum())
     operations = np.zeros((n_sources, image.n_cores), dtype=np.int32)
     messages = np.zeros((n_sources, image.n_cores), dtype=np.int32)
@@ -38,7 +38,8 @@ def fanout(image: ChipImage) -> Fanout:
     return Fanout(operations, messages)
 
 
-def _first_sources(image: ChipImage) -> np.ndarray:
+def first_sources(image: ChipImage) -> np.ndarray:
+    """(n_routes,) number of the first source of each route."""
     inputs = image.n_compartments + np.concatenate([[0], np.cumsum(image["input_size"])])
     source = image["route_source"]
     of_input = image["route_input"] == 1

@@ -1,0 +1,139 @@
+"""`NativeChip`: an image on the compiled kernels."""
+
+import itertools
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from spikeport.backends.counter import make_activity
+from spikeport.backends.native.kernel import LEARNING, Neurons, State, deliver, update
+from spikeport.backends.native.learning import Learning
+from spikeport.backends.native.noise import Noise
+from spikeport.backends.native.wiring import Wiring, wire
+from spikeport.backends.readout import readout_compartments
+from spikeport.compile.image import ChipImage
+from spikeport.errors import BackendError
+from spikeport.hardware_models.activity import PER_STEP, Activity
+
+
+class NativeChip:
+    """An image on compiled kernels. Implements `spikeport.backends.chip.Chip`.
+
+    Its state is equal to that of nengo-loihi's emulator after every step, in every bit.
+
+    Parameters
+    ----------
+    image : ChipImage
+        What to run.
+    seed : int
+        Seed of noise and of the rounding of learned weights.
+    """
+
+    def __init__(self, image: ChipImage, seed: int) -> None:
+        self._image = image
+        self._wiring = wire(image)
+        self._neurons = neurons(image)
+        self.state = resting_state(image, self._wiring)
+        rng = np.random.RandomState(seed)
+        self._learning = Learning(image, self._wiring, rng)
+        self._noise = Noise(image, rng, drawn_anyway=self._learning.active)
+        self._n_arriving = 0
+        self._first_input = image.n_compartments + np.concatenate(
+            [[0], np.cumsum(image["input_size"])]
+        )
+        self._counts: list[np.ndarray] = []
+        self._reads = [
+            (output["key"], image["output_compartment"][image.part("output_start", i)])
+            for i, output in enumerate(image.manifest["outputs"])
+        ]
+        self._closed = False
+
+    def step(
+        self, spikes: Sequence[np.ndarray], errors: Mapping[int, np.ndarray]
+    ) -> list[np.ndarray]:
+        """See `spikeport.backends.chip.Chip.step`."""
+        if self._closed:
+            raise BackendError("the chip is closed: it cannot step any more")
+        counts = np.zeros((len(PER_STEP), self._image.n_cores), dtype=np.int64)
+        touched = deliver(self._wiring, self.state, self._n_arriving, counts)
+        if self._learning.active:
+            counts[LEARNING] = self._learning.step(self.state.touched[:touched], errors)
+        self._n_arriving = update(self._neurons, self.state, self._noise.draw(), counts)
+        self._counts.append(counts)
+        self._take(spikes)
+        return [self._read(key)[compartments] for key, compartments in self._reads]
+
+    def _take(self, spikes: Sequence[np.ndarray]) -> None:
+        """Queue the host's spikes behind the chip's own: they arrive in the next step."""
+        for first, sources in zip(self._first_input, spikes, strict=False):
+            end = self._n_arriving + len(sources)
+            self.state.arriving[self._n_arriving : end] = first + sources
+            self._n_arriving = end
+
+    def _read(self, key: str) -> np.ndarray:
+        state = self.state
+        return {"voltage": state.v, "current": state.u, "spiked": state.spiked.view(bool)}[key]
+
+    def activity(self) -> Activity:
+        """See `spikeport.backends.chip.Chip.activity`."""
+        image = self._image
+        return make_activity(
+            image.cores,
+            image.manifest["dt_s"],
+            self._counts,
+            self._messages(),
+            int(self.state.readout_spikes[0]),
+        )
+
+    def _messages(self) -> tuple[np.ndarray, np.ndarray]:
+        """Messages of the run from core to core, and from the host to each core."""
+        start, core, n = self._wiring.reached_start, self._wiring.reached_core, self._image.n_cores
+        source = np.repeat(np.arange(len(start) - 1), np.diff(start))
+        sent = self.state.delivered[source]
+        host = source >= self._image.n_compartments
+        messages, from_host = np.zeros((n, n), np.int64), np.zeros(n, np.int64)
+        np.add.at(messages, (self._image.compartment_core[source[~host]], core[~host]), sent[~host])
+        np.add.at(from_host, core[host], sent[host])
+        return messages, from_host
+
+    def close(self) -> None:
+        """See `spikeport.backends.chip.Chip.close`."""
+        self._closed = True
+
+
+def neurons(image: ChipImage) -> Neurons:
+    """The constants of an image's compartments."""
+    biased = image["bias"] != 0
+    starts = image["block_start"]
+    return Neurons(
+        block_start=starts,
+        block_core=image["block_core"],
+        vmin=image["block_vmin"],
+        vmax=image["block_vmax"],
+        bias=image["bias"],
+        keep_u=4095 - image["decay_u"],
+        keep_v=4096 - image["decay_v"],
+        vth=image["vth"],
+        refract=image["refract_delay"],
+        always_active=np.array([biased[a:b].all() for a, b in itertools.pairwise(starts)]),
+        readout=readout_compartments(image),
+    )
+
+
+def resting_state(image: ChipImage, wiring: Wiring) -> State:
+    """All state at zero."""
+    n = image.n_compartments
+    n_sources = len(wiring.delivery_start) - 1
+    return State(
+        q=np.zeros(n, dtype=np.int32),
+        u=np.zeros(n, dtype=np.int32),
+        v=np.zeros(n, dtype=np.int32),
+        refractory=np.zeros(n, dtype=np.int32),
+        spiked=np.zeros(n, dtype=np.uint8),
+        spike_count=np.zeros(n, dtype=np.int32),
+        arriving=np.zeros(n_sources, dtype=np.int64),
+        spikes_of=np.zeros(len(wiring.row), dtype=np.int32),
+        touched=np.zeros(len(wiring.row), dtype=np.int32),
+        delivered=np.zeros(n_sources, dtype=np.int64),
+        readout_spikes=np.zeros(1, dtype=np.int64),
+    )

@@ -1,0 +1,67 @@
+"""PES learning, by nengo-loihi's own code: exact, and paid for by learning synapses alone."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from nengo_loihi.block import Axon
+from nengo_loihi.emulator.interface import BlockInfo, SynapseState
+
+from spikeport.backends.native.wiring import Wiring, first_deliveries
+from spikeport.backends.nengo_loihi import load_blocks
+from spikeport.compile.image import ChipImage
+from spikeport.compile.usage import synapse_core
+
+
+class Learning:
+    """Traces and weights of the learning synapse groups of an image.
+
+    Parameters
+    ----------
+    image : ChipImage
+        The image.
+    wiring : Wiring
+        Its wiring, whose weights follow what is learned.
+    rng : np.random.RandomState
+        The chip's stream, shared with noise.
+    """
+
+    def __init__(self, image: ChipImage, wiring: Wiring, rng: np.random.RandomState) -> None:
+        self._groups = np.flatnonzero(image["synapse_learning"][:, 0])
+        self.active = len(self._groups) > 0
+        if not self.active:
+            return
+        blocks, synapses = load_blocks(image)
+        for block in blocks:
+            block.synapses = [s for s in block.synapses if s.learning]
+        scale = image.manifest["pes_error_scale"]
+        self._state = SynapseState(BlockInfo(blocks), pes_error_scale=scale, strict=False)
+        self._synapses = {int(group): synapses[group] for group in self._groups}
+        self._image, self._wiring, self._rng = image, wiring, rng
+        self._cores = synapse_core(image)
+        deliveries = first_deliveries(image)[image["in_axon_start"]]  # one an axon: no atoms learn
+        self._deliveries = {int(g): (deliveries[g], deliveries[g + 1]) for g in self._groups}
+        self._t = 0
+
+    def step(self, touched: np.ndarray, errors: Mapping[int, np.ndarray]) -> np.ndarray:
+        """Learn from the deliveries and errors of one step; (n_cores,) weights updated."""
+        self._t += 1
+        self._state.update_pes_errors([(self._synapses[g], self._t, e) for g, e in errors.items()])
+        for group, synapse in self._synapses.items():
+            first, end = self._deliveries[group]
+            mine = touched[(touched >= first) & (touched < end)] - first
+            self._state.spikes_in[synapse] = [Axon.Spike(axon) for axon in mine]
+        self._state.update_traces(self._t, self._rng)
+        self._state.update_weights(self._t, self._rng)
+        return self._write_back()
+
+    def _write_back(self) -> np.ndarray:
+        updated = np.zeros(self._image.n_cores, dtype=np.int64)
+        for group, synapse in self._synapses.items():
+            if self._t % synapse.learn_epoch == 0:
+                rows = self._image.part("row_start", group)
+                start = self._image["row_weight_start"]
+                learned: Any = np.concatenate([w.ravel() for w in synapse.weights])
+                self._wiring.weights[start[rows.start] : start[rows.stop]] = learned
+                updated[self._cores[group]] += synapse.size()
+        return updated

@@ -1,0 +1,40 @@
+"""The chip's noise, drawn as nengo-loihi's emulator draws it."""
+
+import numpy as np
+
+from spikeport.compile.image import ChipImage
+
+NONE = np.zeros((2, 0), dtype=np.int32)
+
+
+class Noise:
+    """Noise of all compartments, from one stream.
+
+        noise = (r + 64 offset) 2^(exp - 7),  r uniform in -127 .. 127,  0 where it is not enabled
+
+    Parameters
+    ----------
+    image : ChipImage
+        Where it is enabled, and its exponents and offsets.
+    rng : np.random.RandomState
+        The chip's stream, shared with learning.
+    drawn_anyway : bool
+        Whether the stream must advance even where no compartment has noise.
+    """
+
+    def __init__(self, image: ChipImage, rng: np.random.RandomState, drawn_anyway: bool) -> None:
+        sizes = np.diff(image["block_start"])
+        exponent = np.repeat(image["block_noise_exp"], sizes)
+        self._offset = np.repeat(image["block_noise_offset"], sizes) * np.int32(64)
+        self._scale = np.where(image["enable_noise"] == 1, 2.0 ** (exponent - 7), 0)
+        self._on_u = np.repeat(image["block_noise_at_membrane"], sizes) == 1
+        self._drawn = drawn_anyway or bool(self._scale.any())
+        self._rng = rng
+
+    def draw(self) -> np.ndarray:
+        """(2, n_compartments) noise of this step on q and on u; no columns where there is none."""
+        if not self._drawn:
+            return NONE
+        uniform = self._rng.randint(-127, 128, size=len(self._offset), dtype=np.int32)
+        noise = ((uniform + self._offset) * self._scale).astype(np.int32)
+        return np.stack([np.where(self._on_u, 0, noise), np.where(self._on_u, noise, 0)])

@@ -1,0 +1,187 @@
+"""Chip image -> the flat arrays that spikes are delivered along.
+
+A spike of a source reaches *deliveries*, one for each (input axon, atom) that its routes lead to. A
+delivery adds one *row* of weights to the inputs of some compartments; a row is stored as *runs*,
+stretches of consecutive targets, so that slices are added. Sources that reach the same axon share
+its delivery: their spikes are counted first, and the row is added once, times the count.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from spikeport.compile.fanout import first_sources
+from spikeport.compile.image import ChipImage
+from spikeport.errors import ImageError
+
+
+class Wiring(NamedTuple):
+    """Where spikes go. Arrays called ``x_start`` divide others, as in a chip image."""
+
+    delivery_start: np.ndarray
+    """(n_sources + 1,) deliveries of each source."""
+    delivery: np.ndarray
+    """Their numbers."""
+    row: np.ndarray
+    """(n_deliveries,) row each delivery adds."""
+    first: np.ndarray
+    """(n_deliveries,) compartment its targets count from."""
+    core: np.ndarray
+    """(n_deliveries,) core it arrives at."""
+    run_start: np.ndarray
+    """(n_rows + 1,) runs of each row."""
+    run_target: np.ndarray
+    """First target of each run."""
+    run_weight: np.ndarray
+    """Where its weights begin."""
+    run_length: np.ndarray
+    """How many they are."""
+    row_length: np.ndarray
+    """(n_rows,) synapses of each row, as the chip reads them."""
+    reached_start: np.ndarray
+    """(n_sources + 1,) cores each source sends messages to."""
+    reached_core: np.ndarray
+    """Their numbers, each once a source."""
+    weights: np.ndarray
+    """All weights, int16 where they fit and nothing learns, else int32."""
+
+
+def wire(image: ChipImage) -> Wiring:
+    """Flatten the routes, axons and rows of an image.
+
+    Raises
+    ------
+    ImageError
+        If a synapse targets a compartment outside its block.
+    """
+    atoms = image["row_atoms"]
+    weight_start, indices, weights = _without_overwritten(image)
+    axon_group = np.repeat(np.arange(len(image["synapse_block"])), np.diff(image["in_axon_start"]))
+    axon_row = image["row_start"][axon_group] + image["in_axon_row"]
+    per_axon = atoms[axon_row]
+    axon_delivery = first_deliveries(image)
+    delivery_axon = np.repeat(np.arange(len(axon_row)), per_axon)
+    atom = np.arange(len(delivery_axon)) - axon_delivery[delivery_axon]
+    row = _offsets(atoms)[axon_row[delivery_axon]] + atom
+    block = image["synapse_block"][axon_group[delivery_axon]]
+    base = image["in_axon_base"][delivery_axon]
+    _check_targets(image, weight_start, indices, row, base, block)
+    source, number = _pairs(image, axon_delivery)
+    live = base[number] >= 0
+    reached = np.unique(source * image.n_cores + image["block_core"][block][number])
+    run_start, run_weight, run_length = _runs(weight_start, indices)
+    return Wiring(
+        delivery_start=_starts(source[live], image),
+        delivery=number[live].astype(np.int32),
+        row=row.astype(np.int32),
+        first=(image["block_start"][block] + base).astype(np.int32),
+        core=image["block_core"][block].astype(np.int32),
+        run_start=run_start,
+        run_target=indices[run_weight].astype(np.int32),
+        run_weight=run_weight,
+        run_length=run_length.astype(np.int32),
+        row_length=_row_lengths(image),
+        reached_start=_starts(reached // image.n_cores, image),
+        reached_core=(reached % image.n_cores).astype(np.int32),
+        weights=_narrow(weights, learning=bool(image["synapse_learning"][:, 0].any())),
+    )
+
+
+def first_deliveries(image: ChipImage) -> np.ndarray:
+    """(n_axons + 1,) the first delivery of each input axon: it has one for each atom of its row."""
+    group = np.repeat(np.arange(len(image["synapse_block"])), np.diff(image["in_axon_start"]))
+    return _offsets(image["row_atoms"][image["row_start"][group] + image["in_axon_row"]])
+
+
+def _without_overwritten(image: ChipImage) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Rows, split by atom, without synapses that a later one of the same target hides.
+
+    nengo-loihi adds a row with NumPy's ``q[indices] += weights``, of which the last entry of
+    duplicate indices counts.
+    """
+    atoms = np.maximum(image["row_atoms"], 1)
+    sizes = np.diff(image["row_weight_start"]) // atoms
+    start = _offsets(np.repeat(sizes, image["row_atoms"]))
+    row = np.repeat(np.arange(len(start) - 1), np.diff(start))
+    indices, weights = image["indices"], image["weights"]
+    ascending = (np.diff(indices) > 0) | (np.diff(row) > 0)
+    if ascending.all():
+        return start, indices, weights
+    order = np.lexsort((np.arange(len(row)), indices, row))
+    last = np.append((np.diff(indices[order]) != 0) | (np.diff(row[order]) != 0), True)
+    kept = order[last]
+    return _offsets(np.bincount(row[kept], minlength=len(start) - 1)), indices[kept], weights[kept]
+
+
+def _row_lengths(image: ChipImage) -> np.ndarray:
+    sizes = np.diff(image["row_weight_start"]) // np.maximum(image["row_atoms"], 1)
+    return np.repeat(sizes, image["row_atoms"])
+
+
+def _check_targets(
+    image: ChipImage,
+    weight_start: np.ndarray,
+    indices: np.ndarray,
+    row: np.ndarray,
+    base: np.ndarray,
+    block: np.ndarray,
+) -> None:
+    filled = np.diff(weight_start) > 0
+    lowest, highest = (np.zeros(len(filled), dtype=int) for _ in range(2))
+    if len(indices):
+        begin = weight_start[:-1][filled]
+        lowest[filled] = np.minimum.reduceat(indices, begin)
+        highest[filled] = np.maximum.reduceat(indices, begin)
+    sizes = np.diff(image["block_start"])
+    wrong = (base >= 0) & ((lowest[row] < 0) | (base + highest[row] >= sizes[block]))
+    wrong &= filled[row]
+    if wrong.any():
+        label = image.manifest["blocks"][block[wrong.argmax()]]["label"]
+        raise ImageError(
+            f"block '{label}': a synapse targets a compartment outside the block of "
+            f"{sizes[block[wrong.argmax()]]}; compile the image again"
+        )
+
+
+def _pairs(image: ChipImage, axon_delivery: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Every source with every delivery its routes lead to, in the order of sources."""
+    firsts = first_sources(image)
+    sources, numbers = [np.zeros(0, int)], [np.zeros(0, int)]
+    for route, group in enumerate(image["route_synapse"]):
+        part = image.part("route_start", route)
+        used = np.flatnonzero(image["route_axon"][part] >= 0)
+        axon = image["in_axon_start"][group] + image["route_axon"][part][used]
+        sources.append(firsts[route] + used)
+        numbers.append(axon_delivery[axon] + image["route_atom"][part][used])
+    source, number = np.concatenate(sources), np.concatenate(numbers)
+    order = np.argsort(source, kind="stable")
+    return source[order], number[order]
+
+
+def _starts(source: np.ndarray, image: ChipImage) -> np.ndarray:
+    """Offsets of each source's entries in a list ordered by source."""
+    n_sources = image.n_compartments + int(image["input_size"].sum())
+    return _offsets(np.bincount(source, minlength=n_sources))
+
+
+def _runs(weight_start: np.ndarray, indices: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Stretches of consecutive targets: runs of each row, where each begins, and its length."""
+    begins = np.ones(len(indices), dtype=bool)
+    begins[1:] = np.diff(indices) != 1
+    begins[weight_start[:-1][np.diff(weight_start) > 0]] = True
+    run_weight = np.flatnonzero(begins)
+    return (
+        np.searchsorted(run_weight, weight_start),
+        run_weight,
+        np.diff(np.append(run_weight, len(indices))),
+    )
+
+
+def _narrow(weights: np.ndarray, learning: bool) -> np.ndarray:
+    limit = np.iinfo(np.int16).max
+    fits = not learning and (len(weights) == 0 or np.abs(weights).max() <= limit)
+    return weights.astype(np.int16 if fits else np.int32)
+
+
+def _offsets(sizes: np.ndarray) -> np.ndarray:
+    return np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
