@@ -31,7 +31,7 @@ class Chip(Protocol):
         -------
         outputs : list of (n,) arrays
             For each output of the image, what its compartments hold after the step, in the chip's
-            integers (spikes as booleans), before decoding weights.
+            integers (a spike as 1), before decoding weights; valid until the next step.
         """
 
     def activity(self) -> Activity:

@@ -2,7 +2,8 @@
 
 The counts are those of the network wired directly: every ensemble is a core of its own, a spike
 costs one message to each ensemble its neurons connect to, and one synaptic operation for each of
-that ensemble's neurons. Relays, splits and read-outs of a chip are not in them.
+that ensemble's neurons. Relays, splits and read-outs of a chip are not in them, nor is what
+reaches an ensemble through a node.
 """
 
 import nengo

@@ -6,7 +6,16 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from spikeport.backends.counter import make_activity
-from spikeport.backends.native.kernel import LEARNING, Neurons, State, deliver, update
+from spikeport.backends.native.kernel import (
+    KEYS,
+    LEARNING,
+    Neurons,
+    State,
+    deliver,
+    gather,
+    step,
+    update,
+)
 from spikeport.backends.native.learning import Learning
 from spikeport.backends.native.noise import Noise
 from spikeport.backends.native.wiring import Wiring, wire
@@ -42,10 +51,9 @@ class NativeChip:
             [[0], np.cumsum(image["input_size"])]
         )
         self._counts: list[np.ndarray] = []
-        self._reads = [
-            (output["key"], image["output_compartment"][image.part("output_start", i)])
-            for i, output in enumerate(image.manifest["outputs"])
-        ]
+        self._held = np.zeros(len(image["output_compartment"]), dtype=np.int32)
+        parts = [image.part("output_start", i) for i in range(len(image.manifest["outputs"]))]
+        self._views = [self._held[part] for part in parts]
         self._closed = False
 
     def step(
@@ -55,24 +63,36 @@ class NativeChip:
         if self._closed:
             raise BackendError("the chip is closed: it cannot step any more")
         counts = np.zeros((len(PER_STEP), self._image.n_cores), dtype=np.int64)
-        touched = deliver(self._wiring, self.state, self._n_arriving, counts)
         if self._learning.active:
-            counts[LEARNING] = self._learning.step(self.state.touched[:touched], errors)
-        self._n_arriving = update(self._neurons, self.state, self._noise.draw(), counts)
+            self._step_learning(counts, errors)
+        else:
+            self._n_arriving = step(
+                self._wiring,
+                self._neurons,
+                self.state,
+                self._n_arriving,
+                self._noise.draw(),
+                counts,
+                self._held,
+            )
         self._counts.append(counts)
         self._take(spikes)
-        return [self._read(key)[compartments] for key, compartments in self._reads]
+        return self._views
+
+    def _step_learning(self, counts: np.ndarray, errors: Mapping[int, np.ndarray]) -> None:
+        """A step in parts: weights change between the delivery of spikes and the update."""
+        touched = deliver(self._wiring, self.state, self._n_arriving, counts)
+        counts[LEARNING] = self._learning.step(self.state.touched[:touched], errors)
+        self._n_arriving = update(self._neurons, self.state, self._noise.draw(), counts)
+        gather(self._neurons, self.state, self._held)
 
     def _take(self, spikes: Sequence[np.ndarray]) -> None:
         """Queue the host's spikes behind the chip's own: they arrive in the next step."""
         for first, sources in zip(self._first_input, spikes, strict=False):
-            end = self._n_arriving + len(sources)
-            self.state.arriving[self._n_arriving : end] = first + sources
-            self._n_arriving = end
-
-    def _read(self, key: str) -> np.ndarray:
-        state = self.state
-        return {"voltage": state.v, "current": state.u, "spiked": state.spiked.view(bool)}[key]
+            if len(sources):
+                end = self._n_arriving + len(sources)
+                self.state.arriving[self._n_arriving : end] = first + sources
+                self._n_arriving = end
 
     def activity(self) -> Activity:
         """See `spikeport.backends.chip.Chip.activity`."""
@@ -105,6 +125,7 @@ def neurons(image: ChipImage) -> Neurons:
     """The constants of an image's compartments."""
     biased = image["bias"] != 0
     starts = image["block_start"]
+    reads = np.diff(image["output_start"])
     return Neurons(
         block_start=starts,
         block_core=image["block_core"],
@@ -115,8 +136,11 @@ def neurons(image: ChipImage) -> Neurons:
         keep_v=4096 - image["decay_v"],
         vth=image["vth"],
         refract=image["refract_delay"],
+        core=image.compartment_core,
         always_active=np.array([biased[a:b].all() for a, b in itertools.pairwise(starts)]),
         readout=readout_compartments(image),
+        read=image["output_compartment"],
+        read_key=np.repeat([KEYS.index(o["key"]) for o in image.manifest["outputs"]], reads),
     )
 
 
@@ -129,11 +153,11 @@ def resting_state(image: ChipImage, wiring: Wiring) -> State:
         u=np.zeros(n, dtype=np.int32),
         v=np.zeros(n, dtype=np.int32),
         refractory=np.zeros(n, dtype=np.int32),
-        spiked=np.zeros(n, dtype=np.uint8),
+        spiked=np.zeros(n, dtype=np.int32),
         spike_count=np.zeros(n, dtype=np.int32),
         arriving=np.zeros(n_sources, dtype=np.int64),
-        spikes_of=np.zeros(len(wiring.row), dtype=np.int32),
-        touched=np.zeros(len(wiring.row), dtype=np.int32),
+        spikes_of=np.zeros(len(wiring.place), dtype=np.int32),
+        touched=np.zeros(len(wiring.place), dtype=np.int32),
         delivered=np.zeros(n_sources, dtype=np.int64),
         readout_spikes=np.zeros(1, dtype=np.int64),
     )

@@ -25,10 +25,16 @@ U_BITS = 23
 I32 = np.int32
 SPIKES, OPERATIONS, ACTIVE, INACTIVE, MESSAGES_IN, LEARNING = range(6)
 """Rows of the counts of a step, in the order of `activity.PER_STEP`."""
+KEYS = ("voltage", "current", "spiked")
 
 
 class Neurons(NamedTuple):
-    """Constants of compartments; per compartment, but for those of blocks."""
+    """Constants of compartments.
+
+    ``block_start`` to ``vmax`` and ``always_active`` (all compartments have a bias) are of blocks;
+    ``readout`` lists compartments that must not spike; ``read`` and ``read_key`` list what outputs
+    read, as places in `KEYS`; the rest is per compartment.
+    """
 
     block_start: np.ndarray
     block_core: np.ndarray
@@ -39,12 +45,20 @@ class Neurons(NamedTuple):
     keep_v: np.ndarray
     vth: np.ndarray
     refract: np.ndarray
+    core: np.ndarray
     always_active: np.ndarray
     readout: np.ndarray
+    read: np.ndarray
+    read_key: np.ndarray
 
 
 class State(NamedTuple):
-    """What changes: per compartment, but for ``arriving`` (the spikes under way) and tallies."""
+    """What changes.
+
+    ``arriving`` lists the sources of spikes under way, ``spikes_of`` counts them by delivery,
+    ``touched`` lists those deliveries, ``delivered`` counts by source over the run; the rest is per
+    compartment.
+    """
 
     q: np.ndarray
     u: np.ndarray
@@ -82,21 +96,25 @@ def deliver(wiring: Wiring, state: State, n_arriving: int, counts: np.ndarray) -
         number = state.touched[i]
         times = state.spikes_of[number]
         state.spikes_of[number] = 0
-        row = wiring.row[number]
-        counts[OPERATIONS, wiring.core[number]] += times * wiring.row_length[row]
-        for run in range(wiring.run_start[row], wiring.run_start[row + 1]):
-            begin = wiring.first[number] + wiring.run_target[run]
-            length = wiring.run_length[run]
-            target = state.q[begin : begin + length]
-            begin = wiring.run_weight[run]
-            weights = wiring.weights[begin : begin + length]
-            if times == 1:
-                for j in range(length):
-                    target[j] = I32(target[j] + I32(weights[j]))
-            else:
-                for j in range(length):
-                    target[j] = I32(target[j] + I32(I32(times) * I32(weights[j])))
+        first, run_begin, run_end, core, length = wiring.place[number]
+        counts[OPERATIONS, core] += times * length
+        for r in range(run_begin, run_end):
+            begin, weight, length = wiring.run[r]
+            _add(state.q, np.uintp(first + begin), wiring.weights, np.uintp(weight), length, times)
     return n
+
+
+@njit(cache=True, inline="always")
+def _add(
+    q: np.ndarray, at: np.uintp, weights: np.ndarray, begin: np.uintp, n: np.int32, times: np.int32
+) -> None:
+    # Unsigned indices: numba then needs no check for negative ones, and LLVM makes vectors.
+    if times == 1:
+        for j in range(np.uintp(n)):
+            q[at + j] = I32(q[at + j] + I32(weights[begin + j]))
+    else:
+        for j in range(np.uintp(n)):
+            q[at + j] = I32(q[at + j] + I32(I32(times) * I32(weights[begin + j])))
 
 
 @njit(cache=True, inline="always")
@@ -149,20 +167,42 @@ def _fire(
         x = min(max(v[i], vmin), vmax)
         x = I32(0) if refractory[i] > 0 else x
         fires = x > vth[i]
-        spiked[i] = fires
+        spiked[i] = I32(fires)
         v[i] = I32(0) if fires else x
 
 
 @njit(cache=True)
 def _rest(refractory: np.ndarray, refract: np.ndarray, spiked: np.ndarray) -> None:
+    # With masks instead of branches, which LLVM would not turn into vector instructions here.
     for i in range(len(refractory)):
-        left = refract[i] if spiked[i] else refractory[i]
-        refractory[i] = max(I32(left - 1), I32(0))
+        mask = I32(-spiked[i])
+        left = I32(I32(refract[i] & mask) | I32(refractory[i] & ~mask))
+        left = I32(left - I32(1))
+        refractory[i] = I32(left & ~I32(left >> 31))
 
 
 @njit(cache=True)
-def _is_active(state: State, i: int) -> bool:
-    return state.spiked[i] or state.q[i] != 0 or state.u[i] != 0 or state.v[i] != 0
+def _list_spikes(neurons: Neurons, state: State, counts: np.ndarray) -> int:
+    """List the compartments that spiked; without branches, which spikes would make mispredicted."""
+    n = 0
+    for i in range(len(state.spiked)):
+        state.arriving[n] = i
+        n += state.spiked[i]
+    for i in state.arriving[:n]:
+        state.spike_count[i] += 1
+        counts[SPIKES, neurons.core[i]] += 1
+    for i in neurons.readout:
+        state.readout_spikes[0] += state.spiked[i]
+    return n
+
+
+@njit(cache=True)
+def _count_active(neurons: Neurons, state: State, block: int) -> int:
+    active = 0
+    for i in range(neurons.block_start[block], neurons.block_start[block + 1]):
+        moving = state.q[i] != 0 or state.u[i] != 0 or state.v[i] != 0
+        active += neurons.bias[i] != 0 or moving or state.spiked[i] != 0
+    return active
 
 
 @njit(cache=True)
@@ -172,31 +212,47 @@ def update(neurons: Neurons, state: State, noise: np.ndarray, counts: np.ndarray
     ``noise`` (2, n_compartments) is added to q and to u, and has no columns where there is none.
     ``counts`` gains spikes, active and inactive updates of each core in its rows for them.
     """
-    n = 0
     for i in range(noise.shape[1]):
         state.q[i] = I32(state.q[i] + noise[0, i])
     for block in range(len(neurons.block_core)):
         a, b = neurons.block_start[block], neurons.block_start[block + 1]
-        _integrate(state.q[a:b], state.u[a:b], neurons.keep_u[a:b])
         v, refractory, spiked = state.v[a:b], state.refractory[a:b], state.spiked[a:b]
+        _integrate(state.q[a:b], state.u[a:b], neurons.keep_u[a:b])
         _leak(v, state.u[a:b], neurons.bias[a:b], neurons.keep_v[a:b], noise[1, a:b])
         _fire(v, refractory, neurons.vth[a:b], spiked, neurons.vmin[block], neurons.vmax[block])
         _rest(refractory, neurons.refract[a:b], spiked)
-        core = neurons.block_core[block]
-        before = n
-        for i in range(a, b):
-            if state.spiked[i]:
-                state.arriving[n] = i
-                state.spike_count[i] += 1
-                n += 1
-        counts[SPIKES, core] += n - before
         active = b - a
         if not neurons.always_active[block]:
-            active = 0
-            for i in range(a, b):
-                active += neurons.bias[i] != 0 or _is_active(state, i)
-        counts[ACTIVE, core] += active
-        counts[INACTIVE, core] += b - a - active
-    for i in neurons.readout:
-        state.readout_spikes[0] += state.spiked[i]
+            active = _count_active(neurons, state, block)
+        counts[ACTIVE, neurons.block_core[block]] += active
+        counts[INACTIVE, neurons.block_core[block]] += b - a - active
+    return _list_spikes(neurons, state, counts)
+
+
+@njit(cache=True)
+def gather(neurons: Neurons, state: State, held: np.ndarray) -> None:
+    """Copy what outputs read into ``held``: the voltage, current or spike of each compartment."""
+    for k in range(len(held)):
+        i = neurons.read[k]
+        what = neurons.read_key[k]
+        held[k] = state.v[i] if what == 0 else state.u[i] if what == 1 else state.spiked[i]
+
+
+@njit(cache=True)
+def step(
+    wiring: Wiring,
+    neurons: Neurons,
+    state: State,
+    n_arriving: int,
+    noise: np.ndarray,
+    counts: np.ndarray,
+    held: np.ndarray,
+) -> int:
+    """A whole step of a chip that does not learn; returns the number of spikes.
+
+    The same as `deliver`, `update` and `gather` in turn, in one call.
+    """
+    deliver(wiring, state, n_arriving, counts)
+    n = update(neurons, state, noise, counts)
+    gather(neurons, state, held)
     return n

@@ -22,22 +22,11 @@ class Wiring(NamedTuple):
     """(n_sources + 1,) deliveries of each source."""
     delivery: np.ndarray
     """Their numbers."""
-    row: np.ndarray
-    """(n_deliveries,) row each delivery adds."""
-    first: np.ndarray
-    """(n_deliveries,) compartment its targets count from."""
-    core: np.ndarray
-    """(n_deliveries,) core it arrives at."""
-    run_start: np.ndarray
-    """(n_rows + 1,) runs of each row."""
-    run_target: np.ndarray
-    """First target of each run."""
-    run_weight: np.ndarray
-    """Where its weights begin."""
-    run_length: np.ndarray
-    """How many they are."""
-    row_length: np.ndarray
-    """(n_rows,) synapses of each row, as the chip reads them."""
+    place: np.ndarray
+    """(n_deliveries, 5) of each delivery: the compartment its targets count from, its first run and
+    the one after its last, the core it arrives at, the synapses the chip reads for it."""
+    run: np.ndarray
+    """(n_runs, 3) of each run: its first target, where its weights begin, how many they are."""
     reached_start: np.ndarray
     """(n_sources + 1,) cores each source sends messages to."""
     reached_core: np.ndarray
@@ -69,18 +58,19 @@ def wire(image: ChipImage) -> Wiring:
     source, number = _pairs(image, axon_delivery)
     live = base[number] >= 0
     reached = np.unique(source * image.n_cores + image["block_core"][block][number])
-    run_start, run_weight, run_length = _runs(weight_start, indices)
+    run_start, run = _runs(weight_start, indices)
+    place = (
+        image["block_start"][block] + base,
+        run_start[row],
+        run_start[row + 1],
+        image["block_core"][block],
+        _row_lengths(image)[row],
+    )
     return Wiring(
         delivery_start=_starts(source[live], image),
         delivery=number[live].astype(np.int32),
-        row=row.astype(np.int32),
-        first=(image["block_start"][block] + base).astype(np.int32),
-        core=image["block_core"][block].astype(np.int32),
-        run_start=run_start,
-        run_target=indices[run_weight].astype(np.int32),
-        run_weight=run_weight,
-        run_length=run_length.astype(np.int32),
-        row_length=_row_lengths(image),
+        place=np.stack(place, axis=1).astype(np.int32),
+        run=run.astype(np.int32),
         reached_start=_starts(reached // image.n_cores, image),
         reached_core=(reached % image.n_cores).astype(np.int32),
         weights=_narrow(weights, learning=bool(image["synapse_learning"][:, 0].any())),
@@ -164,17 +154,14 @@ def _starts(source: np.ndarray, image: ChipImage) -> np.ndarray:
     return _offsets(np.bincount(source, minlength=n_sources))
 
 
-def _runs(weight_start: np.ndarray, indices: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Stretches of consecutive targets: runs of each row, where each begins, and its length."""
+def _runs(weight_start: np.ndarray, indices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Stretches of consecutive targets: the first of each row, and all of them."""
     begins = np.ones(len(indices), dtype=bool)
     begins[1:] = np.diff(indices) != 1
     begins[weight_start[:-1][np.diff(weight_start) > 0]] = True
-    run_weight = np.flatnonzero(begins)
-    return (
-        np.searchsorted(run_weight, weight_start),
-        run_weight,
-        np.diff(np.append(run_weight, len(indices))),
-    )
+    first = np.flatnonzero(begins)
+    length = np.diff(np.append(first, len(indices)))
+    return np.searchsorted(first, weight_start), np.stack([indices[first], first, length], axis=1)
 
 
 def _narrow(weights: np.ndarray, learning: bool) -> np.ndarray:

@@ -1,0 +1,61 @@
+"""What stays on the host when a network is compiled."""
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import nengo
+from nengo_loihi.builder import Model
+
+
+class Port(NamedTuple):
+    """A process that sends values to the chip: how many, and to which input or synapse group."""
+
+    process: nengo.Process
+    size: int
+    target: int
+
+
+@dataclass(frozen=True)
+class HostProgram:
+    """What stays on the host when a network is compiled.
+
+    ``model`` is Nengo's built model. ``senders`` collect the spikes of each input,
+    ``error_senders`` the learning errors of synapse groups; ``receivers`` pairs outputs, by number,
+    with the processes that take their values; ``probes`` maps probes of on-chip objects to the
+    output they record.
+    """
+
+    model: nengo.builder.Model
+    senders: tuple[Port, ...]
+    error_senders: tuple[Port, ...]
+    receivers: tuple[tuple[int, nengo.Process], ...]
+    probes: dict[nengo.Probe, int]
+
+
+def host_program(model: Model) -> HostProgram:
+    """Collect the host side of a model that nengo-loihi has built."""
+    outputs = {id(probe): i for i, probe in enumerate(model.probes)}
+    node_of = {id(model.spike_targets[r]): s for s, r in model.host2chip_senders.items()}
+    groups = {s: i for i, s in enumerate(s for block in model.blocks for s in block.synapses)}
+    on_chip = [p for p in model.nengo_probes if p not in model.chip2host_params]
+    return HostProgram(
+        model=model.host,
+        senders=tuple(
+            Port(node_of[id(source)].output, source.n_neurons, i)
+            for i, source in enumerate(model.inputs)
+        ),
+        error_senders=tuple(
+            Port(node.output, node.size_in, groups[_learning_synapse(model, target)])
+            for node, target in model.host2chip_pes_senders.items()
+        ),
+        receivers=tuple(
+            (outputs[id(model.objs[probe]["out"])], node.output)
+            for probe, node in model.chip2host_receivers.items()
+        ),
+        probes={probe: outputs[id(model.objs[probe]["out"])] for probe in on_chip},
+    )
+
+
+def _learning_synapse(model: Model, target: Any) -> Any:
+    connection = model.nengo_probe_conns[target.error_target]
+    return model.objs[connection]["decoders"]
