@@ -24,7 +24,7 @@ Row = tuple[list[int], list[float]]
 
 
 class PooledSignals(SignalDict):
-    """Nengo's signal dictionary, with all writable float signals in one array, ``memory``."""
+    """Nengo's signal dictionary, with all floats but constant matrices in one array, ``memory``."""
 
     def __init__(self, model: nengo.builder.Model, extra: int = 0) -> None:
         super().__init__()
@@ -42,6 +42,7 @@ class PooledSignals(SignalDict):
             return
         data = self.allocate(signal.size).reshape(signal.shape)
         data[...] = signal.initial_value
+        data.setflags(write=not signal.readonly)
         dict.__setitem__(self, signal, data)
 
     def allocate(self, size: int) -> np.ndarray:
@@ -62,7 +63,8 @@ class PooledSignals(SignalDict):
 
 
 def _pooled(signal: Signal) -> bool:
-    return not (signal.is_view or signal.sparse or signal.readonly) and signal.dtype == np.float64
+    matrix = signal.readonly and signal.ndim > 1
+    return not (signal.is_view or signal.sparse or matrix) and signal.dtype == np.float64
 
 
 class Tape:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import nengo
+from nengo.exceptions import SimulationError
 
 from spikeport.errors import DivergedError, UsageError, unknown
 from spikeport.experiments import run_folder
@@ -14,7 +15,7 @@ from spikeport.experiments.on_chip import on_chip
 from spikeport.experiments.options import Experiment, Options, Outcome
 from spikeport.experiments.reach_figure import draw
 from spikeport.experiments.reach_metrics import metrics
-from spikeport.experiments.reach_picture import picture, write_video
+from spikeport.experiments.reach_picture import check_video, picture, write_video
 from spikeport.experiments.reach_probes import write_probes
 from spikeport.experiments.reach_task import BOXES, ReachTask, TargetBox
 from spikeport.networks.arm import PRESETS, ArmNetwork, ArmSizes, analytic_arm, arm
@@ -23,6 +24,8 @@ from spikeport.robot.arm import ArmDynamics
 from spikeport.simulator import Simulator
 
 DT_S = 0.001
+LARGEST_SEED = 2**32 - 1
+"""Of NumPy's random states."""
 
 
 @dataclass(frozen=True)
@@ -49,6 +52,10 @@ class ReachSettings:
         for key, value in self._given_sizes().items():
             if value < 1:
                 raise UsageError(f"{key}={value}: the number of neurons must be at least 1")
+        if not 0 <= self.network_seed <= LARGEST_SEED:
+            raise UsageError(
+                f"network_seed={self.network_seed}: a seed must be from 0 to {LARGEST_SEED}"
+            )
 
     def _given_sizes(self) -> dict[str, int]:
         sizes = {"m1": self.m1, "cb": self.cb, "s1": self.s1}
@@ -93,6 +100,8 @@ def run(settings: ReachSettings, options: Options) -> Outcome:
     """Run the experiment and write its folder."""
     law = OperationalSpaceLaw(ArmDynamics())
     loop = ArmLoop(law, options.seed, DT_S)
+    if options.video:
+        check_video(options.folder, loop)
     task = ReachTask(settings.target_box, options.seed, loop.plant.hand_position())
     loop.begin(task)
     analytic = options.backend == "analytic"
@@ -127,7 +136,7 @@ def _simulate(sim: Simulator, loop: ArmLoop, options: Options) -> float:
             sim.step()
             if i % 50 == 0:
                 options.progress("simulating", i / steps)
-    except DivergedError as error:
+    except (DivergedError, SimulationError) as error:  # Nengo's: a node gave NaN or infinity
         path = run_folder.write_last_states(options.folder, loop.plant.history())
         raise DivergedError(f"{error}; the last states are in {path}") from error
     return time.perf_counter() - start
@@ -155,7 +164,7 @@ EXPERIMENT = Experiment(
     summary="the right arm follows random targets",
     settings=ReachSettings,
     run=run,
-    backends=("analytic", "reference", "nengo-loihi"),
+    backends=("analytic", "reference", "native", "nengo-loihi"),
     seconds=15.0,
     step_s=0.005,
 )

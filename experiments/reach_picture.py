@@ -26,22 +26,33 @@ def picture(loop: ArmLoop) -> np.ndarray | None:
         return None
 
 
-def write_video(folder: Path, loop: ArmLoop) -> None:
-    """Write ``video.mp4``, in real time.
+def check_video(folder: Path, loop: ArmLoop) -> None:
+    """Say before a run, not after it, that this machine cannot draw or encode.
 
     Raises
     ------
     RenderError, MissingExtraError
-        If this machine cannot draw or encode.
+        If it cannot.
     """
-    with (
-        Renderer(loop.plant.model, 960, 720) as renderer,
-        VideoWriter(folder / "video.mp4", FPS) as video,
-    ):
+    with _renderer(loop), _writer(folder):
+        pass
+
+
+def write_video(folder: Path, loop: ArmLoop) -> None:
+    """Write ``video.mp4``, in real time; raises what `check_video` does."""
+    with _renderer(loop) as renderer, _writer(folder) as video:
         for pose, seen in _frames(loop):
             loop.plant.data.qpos[:] = pose
             mujoco.mj_forward(loop.plant.model, loop.plant.data)
             video.add(renderer.frame(loop.plant.data, _marks(seen)))
+
+
+def _renderer(loop: ArmLoop) -> Renderer:
+    return Renderer(loop.plant.model, 960, 720)
+
+
+def _writer(folder: Path) -> VideoWriter:
+    return VideoWriter(folder / "video.mp4", FPS)
 
 
 def _frames(loop: ArmLoop) -> Iterator[tuple[np.ndarray, list[Sample]]]:

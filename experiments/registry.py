@@ -1,10 +1,12 @@
-"""The experiments there are."""
+"""The experiments there are; each is imported when it is asked for, since most need the robot."""
 
-from spikeport.errors import unknown
-from spikeport.experiments import reach
+from importlib import import_module
+
+from spikeport.errors import MissingExtraError, unknown
 from spikeport.experiments.options import Experiment
 
-EXPERIMENTS = {e.name: e for e in (reach.EXPERIMENT,)}
+EXPERIMENTS = {"reach": "spikeport.experiments.reach"}
+"""The module of each experiment, which names it ``EXPERIMENT``."""
 
 
 def get(name: str) -> Experiment:
@@ -14,7 +16,16 @@ def get(name: str) -> Experiment:
     ------
     UsageError
         If there is none; lists those there are.
+    MissingExtraError
+        If a package it needs is absent; names the extra that brings it.
     """
     if name not in EXPERIMENTS:
         raise unknown("experiment", name, EXPERIMENTS)
-    return EXPERIMENTS[name]
+    try:
+        experiment: Experiment = import_module(EXPERIMENTS[name]).EXPERIMENT
+    except ModuleNotFoundError as error:
+        raise MissingExtraError(
+            f"experiment '{name}' needs the package {error.name}, which is absent; "
+            "install it with: pip install 'spikeport[robot]'"
+        ) from error
+    return experiment

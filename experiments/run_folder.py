@@ -7,6 +7,7 @@ that did not finish.
 import contextlib
 import json
 import math
+import os
 import platform
 from collections.abc import Iterator, Mapping
 from datetime import datetime
@@ -37,9 +38,12 @@ def create(out: Path | None, experiment: str, overwrite: bool = False) -> Path:
     stamp = datetime.now().strftime("%Y%m%d-%H%M%S")
     folder = out or Path("runs") / f"{experiment}-{stamp}"
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        # Two runs that start in the same second must not share the folder neither asked for.
+        folder.mkdir(parents=True, exist_ok=out is not None)
     except OSError as error:
         raise UsageError(f"{folder}: cannot be made ({error.strerror})") from None
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise UsageError(f"{folder}: cannot be written to; choose another --out")
     held = {path.name for path in folder.iterdir()}
     if held - set(FILES):
         raise UsageError(f"{folder}: holds more than a run; choose another --out")

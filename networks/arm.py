@@ -19,7 +19,7 @@ import nengo
 import numpy as np
 
 from spikeport.networks.operational_space import OperationalSpaceLaw
-from spikeport.networks.region import ArmRegion
+from spikeport.networks.region import ArmRegion, Box
 from spikeport.networks.solvers import PerDimension
 
 AXES = ("x", "y", "z")
@@ -129,16 +129,9 @@ class _Builder:
     def inputs(self) -> None:
         """Normalise what comes in."""
         region = self.region
+        whole = Box.join(region.q, region.dq, region.x)
         self.net.state = nengo.Node(
-            lambda _t, s: np.concatenate(
-                [
-                    region.q.normalise(s[:4]),
-                    region.dq.normalise(s[4:8]),
-                    region.x.normalise(s[8:]),
-                ]
-            ),
-            size_in=STATE_SIZE,
-            label="state",
+            lambda _t, s: whole.normalise(s), size_in=STATE_SIZE, label="state"
         )
         self.net.target = nengo.Node(lambda _t, x: region.x.normalise(x), size_in=3, label="target")
 
@@ -203,7 +196,7 @@ class _Builder:
         group = []
         for part in range(parts):
             ensemble = nengo.Ensemble(
-                n // parts,
+                n * (part + 1) // parts - n * part // parts,
                 dimensions,
                 radius=1.2,
                 intercepts=nengo.dists.Uniform(-1, 0.9),

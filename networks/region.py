@@ -30,9 +30,14 @@ class Box:
         half = np.percentile(np.abs(samples), PEAK_PERCENTILE, axis=0)
         return cls(np.zeros_like(half), half * (1 + margin))
 
+    @classmethod
+    def join(cls, *boxes: "Box") -> "Box":
+        """The box of all their dimensions, one box after the other."""
+        return cls(*(np.concatenate([getattr(b, k) for b in boxes]) for k in ("centre", "half")))
+
     def normalise(self, values: np.ndarray) -> np.ndarray:
         """Values in units of the box, clipped to it."""
-        return np.clip((values - self.centre) / self.half, -1, 1)
+        return np.minimum(np.maximum((values - self.centre) / self.half, -1.0), 1.0)
 
     def restore(self, normalised: np.ndarray) -> np.ndarray:
         """The inverse of `normalise` inside the box."""

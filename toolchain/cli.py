@@ -5,20 +5,36 @@ Exit codes: 0 done, 1 the network does not fit or a run failed, 2 wrong use, 130
 
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, NoReturn
 
 import typer
+import typer.core
 
 from spikeport import __version__
 from spikeport.errors import CompileError, DivergedError, SpikeportError
 
+
+class Commands(typer.core.TyperGroup):
+    """The commands; one that is interrupted says so, where typer would exit in silence."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run a command."""
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            fail("interrupted; nothing that was under way is complete", 130)
+
+
 app = typer.Typer(
+    cls=Commands,
     help="Nengo networks on Loihi-style neuromorphic chips, in closed loop with a robot.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
 )
 FAILURES = (CompileError, DivergedError)
+LARGEST_SEED = 2**32 - 1
+"""Of NumPy's random states."""
 
 Chip = Annotated[str, typer.Option(help="A chip's name, or the path of its TOML file.")]
 Settings = Annotated[
@@ -57,7 +73,7 @@ def run_command(
     experiment: Annotated[str, typer.Argument(help="The experiment, e.g. reach.")],
     backend: Annotated[str, typer.Option(help="Where it runs.")] = "nengo-loihi",
     chip: Chip = "loihi",
-    seed: Annotated[int, typer.Option(help="Seed of the run.", min=0)] = 0,
+    seed: Annotated[int, typer.Option(help="Seed of the run.", min=0, max=LARGEST_SEED)] = 0,
     seconds: Annotated[float | None, typer.Option(help="Simulated time.")] = None,
     settings: Settings = None,
     out: Annotated[Path | None, typer.Option(help="Folder of the run.")] = None,
@@ -97,16 +113,15 @@ def doctor() -> None:
 def main() -> None:
     """Run the command line; a user's mistake gives a message, never a traceback."""
     try:
-        app()
+        app(prog_name="spikeport")
     except SpikeportError as error:
         fail(str(error), 1 if isinstance(error, FAILURES) else 2)
-    except KeyboardInterrupt:
-        fail("interrupted; the run is not complete", 130)
     except OSError as error:
-        fail(f"{error.filename or 'system'}: {error.strerror}", 1)
+        reason = error.strerror or ", ".join(map(str, error.args))
+        fail(f"{error.filename or 'system'}: {reason}", 1)
 
 
-def fail(message: str, code: int) -> None:
+def fail(message: str, code: int) -> NoReturn:
     """Print an error and exit."""
     typer.echo(f"error: {message}", err=True)
     sys.exit(code)

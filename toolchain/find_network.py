@@ -2,6 +2,8 @@
 
 import importlib
 import importlib.util
+import inspect
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -9,7 +11,7 @@ from typing import Any
 import nengo
 
 from spikeport import settings
-from spikeport.errors import UsageError, unknown
+from spikeport.errors import SpikeportError, UsageError, unknown
 
 BUILT_IN = {"arm": "spikeport.experiments.reach:arm_network"}
 
@@ -27,17 +29,23 @@ def find_network(spec: str, pairs: list[str]) -> nengo.Network:
     Raises
     ------
     UsageError
-        If it is not found, cannot be imported, or does not return a network.
+        If it is not found, cannot be imported, raises an error, or does not return a network.
     """
-    where, colon, name = BUILT_IN.get(spec, spec).rpartition(":")
-    if not colon:
+    where, _, name = BUILT_IN.get(spec, spec).rpartition(":")
+    if not (where and name):
         raise unknown("network", spec, [*BUILT_IN, "path/to/file.py:function", "module:function"])
     function = _function(where, name)
     arguments = settings.parse(pairs, function, f"network '{spec}'")
     try:
-        network = function(**arguments)
+        inspect.signature(function).bind(**arguments)
     except TypeError as error:
         raise UsageError(f"{spec}: {error}; give its arguments with --set KEY=VALUE") from None
+    try:
+        network = function(**arguments)
+    except SpikeportError:
+        raise
+    except Exception as error:
+        raise UsageError(f"{spec}: raised {type(error).__name__}: {error}") from error
     if not isinstance(network, nengo.Network):
         raise UsageError(f"{spec}: returned {type(network).__name__}, expected nengo.Network")
     return network
@@ -55,19 +63,26 @@ def _function(where: str, name: str) -> Callable[..., Any]:
 def _import_module(name: str) -> Any:
     try:
         return importlib.import_module(name)
-    except ImportError as error:
-        raise UsageError(f"module '{name}' cannot be imported: {error}") from None
+    except SpikeportError:
+        raise
+    except (Exception, SystemExit) as error:
+        raise UsageError(
+            f"module '{name}' cannot be imported: {type(error).__name__}: {error}"
+        ) from error
 
 
 def _import_file(path: Path) -> Any:
     if not path.is_file():
         raise UsageError(f"{path}: no such file")
-    spec = importlib.util.spec_from_file_location(path.stem, path)
+    spec = importlib.util.spec_from_file_location(f"spikeport_network_{path.stem}", path)
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module  # where dataclasses look for the names in their annotations
     try:
         spec.loader.exec_module(module)
-    except Exception as error:
+    except SpikeportError:
+        raise
+    except (Exception, SystemExit) as error:
         raise UsageError(f"{path}: cannot be imported: {type(error).__name__}: {error}") from error
     return module

@@ -43,16 +43,24 @@ def parse(pairs: Iterable[str], target: Callable[..., Any], owner: str) -> dict[
 
 def _parameters(target: Callable[..., Any], owner: str) -> dict[str, type]:
     try:
-        signature = inspect.signature(target, eval_str=True)
-    except Exception as error:  # an annotation is code, and may raise anything
-        raise UsageError(
-            f"{owner}: its parameters cannot be read: {type(error).__name__}: {error}"
-        ) from None
+        parameters = inspect.signature(target).parameters
+    except (TypeError, ValueError) as error:
+        raise UsageError(f"{owner}: its parameters cannot be read: {error}") from None
     return {
-        name: _plain_type(parameter.annotation, parameter.default)
-        for name, parameter in signature.parameters.items()
+        name: _plain_type(_evaluated(parameter.annotation, target), parameter.default)
+        for name, parameter in parameters.items()
         if parameter.kind in (parameter.POSITIONAL_OR_KEYWORD, parameter.KEYWORD_ONLY)
     }
+
+
+def _evaluated(annotation: Any, target: Callable[..., Any]) -> Any:
+    """What an annotation in quotes means; None for names that only type checkers import."""
+    if not isinstance(annotation, str):
+        return annotation
+    try:
+        return eval(annotation, dict(getattr(target, "__globals__", {})))
+    except Exception:
+        return None
 
 
 def _plain_type(hint: Any, default: Any) -> type:

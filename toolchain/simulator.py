@@ -11,6 +11,7 @@ from nengo.exceptions import SimulatorClosed
 from spikeport.backends import registry
 from spikeport.backends.execution import Execution
 from spikeport.compile.image import ChipImage
+from spikeport.errors import UsageError
 from spikeport.hardware_models.activity import Activity
 
 
@@ -86,7 +87,7 @@ class Simulator:
     def report(self) -> dict[str, Any]:
         """What the compiled network takes, with energy and time where steps were run."""
         if self.compilation is None:
-            raise ValueError("the reference backend compiles nothing: there is no report")
+            raise UsageError("the reference backend compiles nothing: there is no report")
         return self.compilation.report.to_dict(self.activity if self.n_steps else None)
 
     def step(self) -> None:
@@ -98,6 +99,8 @@ class Simulator:
 
     def run_steps(self, steps: int) -> None:
         """Advance by a number of steps."""
+        if steps < 0:
+            raise UsageError(f"a simulation runs forwards: {steps} steps were asked for")
         for _ in range(steps):
             self.step()
 

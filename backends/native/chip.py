@@ -15,6 +15,7 @@ from spikeport.backends.native.kernel import (
     gather,
     step,
     update,
+    within,
 )
 from spikeport.backends.native.learning import Learning
 from spikeport.backends.native.noise import Noise
@@ -50,6 +51,7 @@ class NativeChip:
         self._first_input = image.n_compartments + np.concatenate(
             [[0], np.cumsum(image["input_size"])]
         )
+        self._input_sizes = image["input_size"].tolist()
         self._counts: list[np.ndarray] = []
         self._held = np.zeros(len(image["output_compartment"]), dtype=np.int32)
         parts = [image.part("output_start", i) for i in range(len(image.manifest["outputs"]))]
@@ -62,6 +64,8 @@ class NativeChip:
         """See `spikeport.backends.chip.Chip.step`."""
         if self._closed:
             raise BackendError("the chip is closed: it cannot step any more")
+        self._check_spikes(spikes)
+        self._learning.check(errors)
         counts = np.zeros((len(PER_STEP), self._image.n_cores), dtype=np.int64)
         if self._learning.active:
             self._step_learning(counts, errors)
@@ -78,6 +82,26 @@ class NativeChip:
         self._counts.append(counts)
         self._take(spikes)
         return self._views
+
+    def _check_spikes(self, spikes: Sequence[np.ndarray]) -> None:
+        """Refuse spikes that would be written where they do not belong."""
+        sizes = self._input_sizes
+        if len(spikes) != len(sizes):
+            raise BackendError(f"spikes of {len(spikes)} inputs; the image has {len(sizes)}")
+        for i, (sources, size) in enumerate(zip(spikes, sizes, strict=True)):
+            if len(sources):
+                array = np.asarray(sources)
+                if array.ndim != 1 or array.dtype.kind not in "iu":
+                    raise BackendError(
+                        f"input {i}: its spikes are {array.dtype} of shape {array.shape}; "
+                        "give the numbers of the sources that spike, as a (n,) array of integers"
+                    )
+                if len(array) > size or not within(array, size):
+                    given = f"{len(array)} spikes of sources {array.min()} to {array.max()}"
+                    raise BackendError(
+                        f"input {i}: {given}; it has {size}, counted from 0, "
+                        "of which each can spike once in a step"
+                    )
 
     def _step_learning(self, counts: np.ndarray, errors: Mapping[int, np.ndarray]) -> None:
         """A step in parts: weights change between the delivery of spikes and the update."""

@@ -74,6 +74,15 @@ class State(NamedTuple):
 
 
 @njit(cache=True)
+def within(numbers: np.ndarray, end: int) -> bool:
+    """Whether all numbers lie in 0 .. end - 1."""
+    for number in numbers:  # noqa: SIM110, numba has no all()
+        if number < 0 or number >= end:
+            return False
+    return True
+
+
+@njit(cache=True)
 def deliver(wiring: Wiring, state: State, n_arriving: int, counts: np.ndarray) -> int:
     """Set q to the weights of all arriving spikes; returns the number of deliveries touched.
 

@@ -1,16 +1,16 @@
 """PES learning, by nengo-loihi's own code: exact, and paid for by learning synapses alone."""
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 from nengo_loihi.block import Axon
 from nengo_loihi.emulator.interface import BlockInfo, SynapseState
 
-from spikeport.backends.native.wiring import Wiring, first_deliveries
+from spikeport.backends.native.wiring import Wiring, first_deliveries, kept_synapses
 from spikeport.backends.nengo_loihi import load_blocks
 from spikeport.compile.image import ChipImage
 from spikeport.compile.usage import synapse_core
+from spikeport.errors import BackendError
 
 
 class Learning:
@@ -41,7 +41,20 @@ class Learning:
         self._cores = synapse_core(image)
         deliveries = first_deliveries(image)[image["in_axon_start"]]  # one an axon: no atoms learn
         self._deliveries = {int(g): (deliveries[g], deliveries[g + 1]) for g in self._groups}
+        self._places = {int(group): _places(image, group) for group in self._groups}
         self._t = 0
+
+    def check(self, errors: Mapping[int, np.ndarray]) -> None:
+        """Refuse errors of groups that do not learn, or of another shape than the group's."""
+        for group, error in errors.items():
+            if not self.active or group not in self._synapses:
+                known = ", ".join(map(str, self._groups)) or "none"
+                raise BackendError(f"synapse group {group} does not learn; those that do: {known}")
+            expected = self._state.pes_errors[self._synapses[group]].shape
+            if np.shape(error) != expected:
+                raise BackendError(
+                    f"synapse group {group}: its error has shape {np.shape(error)}, not {expected}"
+                )
 
     def step(self, touched: np.ndarray, errors: Mapping[int, np.ndarray]) -> np.ndarray:
         """Learn from the deliveries and errors of one step; (n_cores,) weights updated."""
@@ -59,9 +72,18 @@ class Learning:
         updated = np.zeros(self._image.n_cores, dtype=np.int64)
         for group, synapse in self._synapses.items():
             if self._t % synapse.learn_epoch == 0:
-                rows = self._image.part("row_start", group)
-                start = self._image["row_weight_start"]
-                learned: Any = np.concatenate([w.ravel() for w in synapse.weights])
-                self._wiring.weights[start[rows.start] : start[rows.stop]] = learned
+                learned = np.concatenate([w.ravel() for w in synapse.weights])
+                place, number = self._places[group]
+                self._wiring.weights[place] = learned[number]
                 updated[self._cores[group]] += synapse.size()
         return updated
+
+
+def _places(image: ChipImage, group: int) -> tuple[np.ndarray, np.ndarray]:
+    """Where the wiring holds weights of a group, and which of the group's weights they are."""
+    _, kept = kept_synapses(image)
+    number = np.arange(len(image["weights"]))[kept]
+    rows = image.part("row_start", group)
+    first, end = image["row_weight_start"][[rows.start, rows.stop]]
+    place = np.flatnonzero((number >= first) & (number < end))
+    return place, number[place] - first

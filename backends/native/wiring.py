@@ -41,10 +41,12 @@ def wire(image: ChipImage) -> Wiring:
     Raises
     ------
     ImageError
-        If a synapse targets a compartment outside its block.
+        If a synapse targets a compartment outside its block, or a route an axon outside its group.
     """
     atoms = image["row_atoms"]
-    weight_start, indices, weights = _without_overwritten(image)
+    _check_routes(image)
+    weight_start, kept = kept_synapses(image)
+    indices, weights = image["indices"][kept], image["weights"][kept]
     axon_group = np.repeat(np.arange(len(image["synapse_block"])), np.diff(image["in_axon_start"]))
     axon_row = image["row_start"][axon_group] + image["in_axon_row"]
     per_axon = atoms[axon_row]
@@ -83,29 +85,57 @@ def first_deliveries(image: ChipImage) -> np.ndarray:
     return _offsets(image["row_atoms"][image["row_start"][group] + image["in_axon_row"]])
 
 
-def _without_overwritten(image: ChipImage) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Rows, split by atom, without synapses that a later one of the same target hides.
+def kept_synapses(image: ChipImage) -> tuple[np.ndarray, np.ndarray | slice]:
+    """Where rows begin, split by atom, without synapses that a later one of their target hides.
 
     nengo-loihi adds a row with NumPy's ``q[indices] += weights``, of which the last entry of
     duplicate indices counts.
+
+    Returns
+    -------
+    start : (n_rows + 1,) int array
+        Synapses of each row.
+    kept : (n_synapses,) int array, or slice
+        Where they are in the image, those of a row by ascending target.
     """
     atoms = np.maximum(image["row_atoms"], 1)
     sizes = np.diff(image["row_weight_start"]) // atoms
     start = _offsets(np.repeat(sizes, image["row_atoms"]))
     row = np.repeat(np.arange(len(start) - 1), np.diff(start))
-    indices, weights = image["indices"], image["weights"]
+    indices = image["indices"]
     ascending = (np.diff(indices) > 0) | (np.diff(row) > 0)
     if ascending.all():
-        return start, indices, weights
+        return start, slice(None)
     order = np.lexsort((np.arange(len(row)), indices, row))
     last = np.append((np.diff(indices[order]) != 0) | (np.diff(row[order]) != 0), True)
     kept = order[last]
-    return _offsets(np.bincount(row[kept], minlength=len(start) - 1)), indices[kept], weights[kept]
+    return _offsets(np.bincount(row[kept], minlength=len(start) - 1)), kept
 
 
 def _row_lengths(image: ChipImage) -> np.ndarray:
     sizes = np.diff(image["row_weight_start"]) // np.maximum(image["row_atoms"], 1)
     return np.repeat(sizes, image["row_atoms"])
+
+
+def _check_routes(image: ChipImage) -> None:
+    for route, group in enumerate(image["route_synapse"]):
+        part, axons = image.part("route_start", route), image.part("in_axon_start", group)
+        used = image["route_axon"][part] >= 0
+        axon, atom = image["route_axon"][part][used], image["route_atom"][part][used]
+        n_axons, label = axons.stop - axons.start, image.manifest["synapses"][group]["label"]
+        if np.any(axon >= n_axons):
+            reason = f"leads to axon {axon.max()} of {n_axons}"
+            raise ImageError(_wrong_route(label, reason))
+        rows = image["row_start"][group] + image["in_axon_row"][axons][axon]
+        wrong = (atom < 0) | (atom >= image["row_atoms"][rows])
+        if wrong.any():
+            first = wrong.argmax()
+            reason = f"chooses atom {atom[first]} of {image['row_atoms'][rows[first]]}"
+            raise ImageError(_wrong_route(label, reason))
+
+
+def _wrong_route(label: str, reason: str) -> str:
+    return f"synapse group '{label}': a route {reason}; compile the image again"
 
 
 def _check_targets(

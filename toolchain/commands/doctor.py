@@ -4,6 +4,7 @@ from importlib import metadata
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 PACKAGES = {
@@ -16,6 +17,7 @@ PACKAGES = {
     "matplotlib": "robot",
     "xarray": "robot",
     "h5netcdf": "robot",
+    "h5py": "robot",
     "pillow": "robot",
     "imageio": "video",
     "imageio-ffmpeg": "video",
@@ -29,9 +31,9 @@ def run() -> int:
     missing = [name for name in PACKAGES if not _version(name)]
     for name, extra in PACKAGES.items():
         cure = f"pip install 'spikeport[{extra}]'" if extra else "pip install spikeport"
-        table.add_row(name, _version(name) or "missing", cure if name in missing else "")
+        table.add_row(name, _version(name) or "missing", escape(cure) if name in missing else "")
     graphics, cure = _graphics() if "mujoco" not in missing else ("needs mujoco", "")
-    table.add_row("pictures (OpenGL)", graphics, cure)
+    table.add_row("pictures (OpenGL)", graphics, escape(cure))
     Console().print(table)
     return int(any(not PACKAGES[name] for name in missing))
 

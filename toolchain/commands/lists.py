@@ -6,10 +6,12 @@ from pydantic import BaseModel
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.markup import escape
-from rich.table import Table
+from rich.table import Column, Table
 
 from spikeport.backends.registry import BACKENDS
-from spikeport.experiments.registry import EXPERIMENTS
+from spikeport.errors import MissingExtraError
+from spikeport.experiments import registry
+from spikeport.experiments.options import Experiment
 from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.chip import Chip
 from spikeport.hardware_models.figure import Figure
@@ -24,11 +26,11 @@ def print_chips() -> None:
 
 
 def _chip_table(chip: Chip) -> Table:
-    columns = ("figure", "value", "evidence", "source")
-    table = Table(*columns, box=SIMPLE_HEAD, title=f"{chip.name}: {chip.title}")
+    columns = ("figure", "value", "evidence", Column("source", overflow="fold"))
+    table = Table(*columns, box=SIMPLE_HEAD, title=escape(f"{chip.name}: {chip.title}"))
     for what, figure in _figures(chip):
         value = f"{figure.count:,}" if figure.unit in ("1", "bit") else figure.estimate.format()
-        table.add_row(what, escape(value), figure.evidence, figure.source)
+        table.add_row(*(escape(text) for text in (what, value, figure.evidence, figure.source)))
     return table
 
 
@@ -48,12 +50,19 @@ def _figures(chip: Chip) -> Iterator[tuple[str, Figure]]:
 
 def print_backends() -> None:
     """Every backend; ``analytic`` is not one, but experiments take it in the place of one."""
+    console = Console()
+    experiments = list(_experiments(console))
+    summaries = {name: backend.summary for name, backend in BACKENDS.items()}
     table = Table("backend", "what it is", "experiments", box=SIMPLE_HEAD)
-    for name, backend in BACKENDS.items():
-        table.add_row(name, backend.summary, _experiments(name))
-    table.add_row("analytic", "no neurons: the exact control law", _experiments("analytic"))
-    Console().print(table)
+    for name, summary in {**summaries, "analytic": "no neurons: the exact control law"}.items():
+        table.add_row(name, summary, ", ".join(e.name for e in experiments if name in e.backends))
+    console.print(table)
 
 
-def _experiments(backend: str) -> str:
-    return ", ".join(e.name for e in EXPERIMENTS.values() if backend in e.backends)
+def _experiments(console: Console) -> Iterator[Experiment]:
+    """The experiments whose packages are there; prints how to get those of the others."""
+    for name in registry.EXPERIMENTS:
+        try:
+            yield registry.get(name)
+        except MissingExtraError as error:
+            console.print(f"experiment '{name}' is not available: {error}", markup=False)

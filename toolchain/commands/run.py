@@ -81,7 +81,8 @@ def show(outcome: Outcome, folder: Path) -> None:
     for name, value in result["metrics"].items():
         table.add_row(name, _text(value))
     console.print(table)
-    console.print(f"written: {folder}/ ({', '.join(sorted(p.name for p in folder.iterdir()))})")
+    names = ", ".join(sorted(p.name for p in folder.iterdir()))
+    console.print(f"written: {folder}/ ({names})", markup=False)
 
 
 def _text(value: Any) -> str:

@@ -26,7 +26,7 @@ def resource_table(report: Report) -> Table:
     for name, total in report.resources().items():
         core = ("", "") if name == "cores" else _share(fullest[name])
         table.add_row(name.replace("_", " "), *_share(total), *core)
-    table.title = f"{report.chip.title}: {len(report.cores)} cores"
+    table.title = escape(f"{report.chip.title}: {len(report.cores)} cores")
     return table
 
 
@@ -47,7 +47,7 @@ def core_table(report: Report) -> Table:
         error = errors[core.label]
         numbers = (core.compartments, core.in_axons, core.out_axons, core.synapse_bits // 1024)
         shares = (f"{100 * error.weights:.1f} %", f"{100 * error.lost_weights:.0f} %")
-        table.add_row(str(number), core.label, *(f"{n:,}" for n in numbers), *shares)
+        table.add_row(str(number), escape(core.label), *(f"{n:,}" for n in numbers), *shares)
     return table
 
 
@@ -58,7 +58,7 @@ def cost_table(chip: Chip, activity: Activity) -> Table:
     )
     rows: dict[str, list[str]] = {}
     for calibration in chip.calibrations:
-        table.add_column(calibration.name)
+        table.add_column(escape(calibration.name))
         for label, text in _cost_rows(chip, activity, calibration):
             rows.setdefault(label, []).append(text)
     for label, texts in rows.items():

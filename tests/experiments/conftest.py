@@ -1,0 +1,63 @@
+"""Runs of the reach experiment, and its command line."""
+
+import json
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pytest
+
+from spikeport.cli import main
+from spikeport.experiments import reach
+from spikeport.experiments.options import Options, Outcome
+from spikeport.networks.operational_space import OperationalSpaceLaw
+from spikeport.robot.arm import ArmDynamics
+
+
+class Run(NamedTuple):
+    """A finished run: its folder, what it returned, and what it wrote."""
+
+    folder: Path
+    outcome: Outcome
+    result: dict[str, Any]
+
+
+def run_reach(folder: Path, seconds: float, **options: Any) -> Run:
+    """Run the experiment; ``options`` are those of `Options` and `ReachSettings`."""
+    settings = {key: options.pop(key) for key in ("box", "m1", "preset") if key in options}
+    outcome = reach.run(reach.ReachSettings(**settings), Options(folder, seconds, **options))
+    return Run(folder, outcome, json.loads((folder / "result.json").read_text()))
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> Callable[..., Run]:
+    """Run the experiment into an empty folder."""
+    return lambda seconds, **options: run_reach(tmp_path, seconds, **options)
+
+
+@pytest.fixture(scope="session")
+def loihi(tmp_path_factory: pytest.TempPathFactory) -> Run:
+    """One second of a small controller on nengo-loihi's emulator."""
+    folder = tmp_path_factory.mktemp("loihi")
+    return run_reach(folder, 1.0, backend="nengo-loihi", m1=200, command=("spikeport", "run"))
+
+
+@pytest.fixture(scope="session")
+def law() -> OperationalSpaceLaw:
+    return OperationalSpaceLaw(ArmDynamics())
+
+
+@pytest.fixture
+def spikeport(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> Callable[..., tuple[int, str, str]]:
+    """Run a command in this process: exit code, output, errors."""
+
+    def command(*arguments: object) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["spikeport", *map(str, arguments)])
+        with pytest.raises(SystemExit) as end:
+            main()
+        return (int(end.value.code or 0), *capsys.readouterr())
+
+    return command

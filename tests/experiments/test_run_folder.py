@@ -1,0 +1,128 @@
+import json
+import platform
+from importlib import metadata
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from spikeport.errors import UsageError
+from spikeport.experiments import run_folder
+
+
+def names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def read(folder):
+    def not_json(word):
+        raise AssertionError(f"{word} is not JSON")
+
+    return json.loads((folder / "result.json").read_text(), parse_constant=not_json)
+
+
+def test_result_has_schema_and_versions(tmp_path):
+    run_folder.write_result(tmp_path, {"metrics": {"reaches": 3}})
+    result = read(tmp_path)
+    assert result["schema"] == run_folder.RESULT_SCHEMA == 1
+    assert result["metrics"] == {"reaches": 3}
+    assert result["versions"]["python"] == platform.python_version()
+    for package in ("spikeport", "numpy", "scipy", "nengo", "nengo-loihi", "mujoco"):
+        assert result["versions"][package] == metadata.version(package)
+
+
+def test_numbers_that_are_not_finite_become_null(tmp_path):
+    odd = [float("nan"), np.float32("inf"), np.array([1.5, -np.inf]), {"deep": (np.nan, 2)}]
+    run_folder.write_result(tmp_path, {"odd": odd})
+    assert read(tmp_path)["odd"] == [None, None, [1.5, None], {"deep": [None, 2]}]
+
+
+def test_numpys_values_become_plain(tmp_path):
+    values = {"a": np.int64(3), "b": np.bool_(True), "c": np.float32(0.5), 4: np.arange(2)}
+    run_folder.write_json(tmp_path / "result.json", values)
+    assert read(tmp_path) == {"a": 3, "b": True, "c": 0.5, "4": [0, 1]}
+
+
+def test_what_is_not_plain_is_an_error_and_leaves_nothing(tmp_path):
+    with pytest.raises(TypeError):
+        run_folder.write_json(tmp_path / "result.json", {"a": object()})
+    assert names(tmp_path) == []
+
+
+def test_a_folder_is_made_with_its_parents(tmp_path):
+    folder = run_folder.create(tmp_path / "a" / "b", "reach")
+    assert folder.is_dir()
+
+
+def test_a_folder_of_its_own_is_never_shared(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    first = run_folder.create(None, "reach")
+    assert first.parent == Path("runs")
+
+    class SameSecond:
+        @staticmethod
+        def now():
+            return SameSecond
+
+        @staticmethod
+        def strftime(_):
+            return first.name.removeprefix("reach-")
+
+    monkeypatch.setattr(run_folder, "datetime", SameSecond)
+    with pytest.raises(UsageError) as caught:
+        run_folder.create(None, "reach")
+    assert str(caught.value) == f"{first}: cannot be made (File exists)"
+
+
+def test_a_run_is_kept_unless_it_may_be_overwritten(tmp_path):
+    (tmp_path / "result.json").write_text("{}")
+    with pytest.raises(UsageError) as caught:
+        run_folder.create(tmp_path, "reach")
+    assert str(caught.value) == (
+        f"{tmp_path}: holds a run; choose another --out, or give --overwrite"
+    )
+    assert run_folder.create(tmp_path, "reach", overwrite=True) == tmp_path
+    assert names(tmp_path) == ["result.json"]
+
+
+def test_other_files_are_never_overwritten(tmp_path):
+    (tmp_path / "notes.txt").write_text("mine")
+    with pytest.raises(UsageError) as caught:
+        run_folder.create(tmp_path, "reach", overwrite=True)
+    assert str(caught.value) == f"{tmp_path}: holds more than a run; choose another --out"
+
+
+def test_clear_removes_a_run_its_result_first(tmp_path, monkeypatch):
+    removed = []
+    unlink = Path.unlink
+
+    def watched(path, **options):
+        removed.append(path.name)
+        unlink(path, **options)
+
+    monkeypatch.setattr(Path, "unlink", watched)
+    for name in run_folder.FILES:
+        (tmp_path / name).touch()
+    run_folder.clear(tmp_path)
+    assert names(tmp_path) == []
+    assert removed[0] == "result.json"
+
+
+def test_an_empty_folder_is_taken_away_and_a_full_one_stays(tmp_path):
+    empty, full = tmp_path / "empty", tmp_path / "full"
+    for folder in (empty, full):
+        folder.mkdir()
+    (full / "figure.png").touch()
+    for folder in (empty, full):
+        with pytest.raises(KeyboardInterrupt), run_folder.removed_if_empty(folder):
+            raise KeyboardInterrupt
+    assert names(tmp_path) == ["full"]
+
+
+def test_the_last_states_replace_an_earlier_run(tmp_path):
+    (tmp_path / "result.json").write_text("{}")
+    states = {"time_s": np.arange(3.0), "qpos": np.ones((3, 26))}
+    path = run_folder.write_last_states(tmp_path, states)
+    assert names(tmp_path) == ["last_states.npz"]
+    with np.load(path) as file:
+        assert {name: file[name].shape for name in file.files} == {"time_s": (3,), "qpos": (3, 26)}

@@ -1,0 +1,19 @@
+"""The exact law of the arm, and the region the reach task needs in its small box."""
+
+import pytest
+
+from spikeport.experiments.arm_loop import record_region
+from spikeport.experiments.reach_task import BOXES
+from spikeport.networks.operational_space import OperationalSpaceLaw
+from spikeport.networks.region import ArmRegion
+from spikeport.robot.arm import ArmDynamics
+
+
+@pytest.fixture(scope="session")
+def law() -> OperationalSpaceLaw:
+    return OperationalSpaceLaw(ArmDynamics())
+
+
+@pytest.fixture(scope="session")
+def region(law: OperationalSpaceLaw) -> ArmRegion:
+    return record_region(law, BOXES["small"])

@@ -1,0 +1,80 @@
+"""The wheel of what git knows of this checkout, and an environment with NumPy 1 that has it."""
+
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+NUMPY_1 = ("numpy==1.26.4", "scipy<1.14")
+Run = Callable[..., subprocess.CompletedProcess[str]]
+
+
+def _foreign_environment() -> dict[str, str]:
+    """This environment, without what would let Python find the checkout."""
+    return {k: v for k, v in os.environ.items() if not k.startswith("PYTHON")}
+
+
+def _run(*arguments: object, cwd: Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [str(a) for a in arguments],
+        cwd=cwd,
+        env=_foreign_environment(),
+        capture_output=True,
+        text=True,
+        timeout=900,
+    )
+
+
+def _pip(python: Path | str, *arguments: object, cwd: Path) -> None:
+    done = _run(python, "-m", "pip", *arguments, "--disable-pip-version-check", cwd=cwd)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.fixture(scope="session")
+def root() -> Path:
+    """The checkout."""
+    return ROOT
+
+
+@pytest.fixture(scope="session")
+def checkout(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A copy of the files git tracks or would add, and of nothing else."""
+    listed = _run("git", "ls-files", "-z", "-co", "--exclude-standard", cwd=ROOT)
+    assert listed.returncode == 0, listed.stderr
+    target = tmp_path_factory.mktemp("checkout")
+    for name in filter(None, listed.stdout.split("\0")):
+        if (ROOT / name).is_file():
+            (target / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(ROOT / name, target / name)
+    return target
+
+
+@pytest.fixture(scope="session")
+def wheel(checkout: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The wheel of that copy."""
+    folder = tmp_path_factory.mktemp("wheel")
+    _pip(sys.executable, "wheel", "--no-deps", "-w", folder, checkout, cwd=folder)
+    (built,) = folder.glob("*.whl")
+    return built
+
+
+@pytest.fixture(scope="session")
+def numpy_1(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Run:
+    """Runs a program of an environment that has the wheel, its core dependencies and NumPy 1."""
+    if sys.version_info >= (3, 13):
+        pytest.skip("NumPy 1.26 has no wheels for this Python")
+    folder = tmp_path_factory.mktemp("numpy1")
+    done = _run(sys.executable, "-m", "venv", folder / "venv", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    programs = folder / "venv" / "bin"
+    _pip(programs / "python", "install", wheel, *NUMPY_1, cwd=folder)
+
+    def run(program: str, *arguments: object, cwd: Path) -> subprocess.CompletedProcess[str]:
+        return _run(programs / program, *arguments, cwd=cwd)
+
+    return run

@@ -1,0 +1,129 @@
+"""The command line, in this process and in one of its own, and a network that a user wrote."""
+
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+from spikeport.cli import main
+
+SCRIPT = Path(sys.executable).with_name("spikeport")
+
+NETWORK = """
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import nengo
+
+
+@dataclass
+class Sizes:
+    n_neurons: int
+
+
+def make(n_neurons: int = 20, tau: float = 0.005, label: str = "neurons") -> nengo.Network:
+    sizes = Sizes(n_neurons)
+    with nengo.Network(seed=1) as net:
+        stimulus = nengo.Node([0.5])
+        ensemble = nengo.Ensemble(sizes.n_neurons, 1, label=label)
+        nengo.Connection(stimulus, ensemble, synapse=tau)
+        nengo.Probe(ensemble, synapse=0.01)
+    return net
+
+
+def does_not_fit():
+    with nengo.Network(seed=1) as net:
+        nengo.Ensemble(10, 1, neuron_type=nengo.Tanh(), label="wrong neurons")
+        a = nengo.Ensemble(10, 1, label="a")
+        b = nengo.Ensemble(10, 1, label="b")
+        nengo.Connection(a, b, synapse=nengo.Alpha(0.01))
+    return net
+
+
+def too_large():
+    with nengo.Network(seed=1) as net:
+        nengo.Ensemble(200_000, 1, label="crowd")
+    return net
+
+
+def empty():
+    with nengo.Network(seed=1) as net:
+        nengo.Node([0.5])
+    return net
+
+
+def needs(size):
+    return nengo.Network()
+
+
+def raises_value_error():
+    raise ValueError("the sizes do not match")
+
+
+def raises_type_error():
+    return len(3)
+
+
+def divides_by_zero():
+    return 1 / 0
+
+
+def returns_text():
+    return "network"
+"""
+
+
+class Done(NamedTuple):
+    """How a command ended, and what it printed."""
+
+    code: int
+    out: str
+    err: str
+
+
+@pytest.fixture
+def spikeport(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> Callable[..., Done]:
+    """Run a command in this process; an error that is not the user's ends the test."""
+
+    def run(*arguments: object) -> Done:
+        monkeypatch.setattr(sys, "argv", ["spikeport", *map(str, arguments)])
+        monkeypatch.setenv("COLUMNS", "300")
+        capsys.readouterr()
+        with pytest.raises(SystemExit) as end:
+            main()
+        out, err = capsys.readouterr()
+        assert "Traceback" not in out + err
+        return Done(int(end.value.code or 0), out, err)
+
+    return run
+
+
+@pytest.fixture
+def start() -> Callable[..., subprocess.Popen[str]]:
+    """Start a command in a process of its own."""
+
+    def popen(*arguments: object, **options: object) -> subprocess.Popen[str]:
+        return subprocess.Popen(  # type: ignore[call-overload,no-any-return]
+            [SCRIPT, *map(str, arguments)],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            **options,
+        )
+
+    return popen
+
+
+@pytest.fixture
+def net_py(tmp_path: Path) -> Path:
+    """A file with networks."""
+    path = tmp_path / "net.py"
+    path.write_text(NETWORK, encoding="utf-8")
+    return path

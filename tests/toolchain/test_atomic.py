@@ -1,0 +1,81 @@
+import errno
+import os
+
+import pytest
+
+from spikeport.atomic import atomic_path, write_text
+
+
+def names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def test_a_file_appears_with_its_content(tmp_path):
+    write_text(tmp_path / "a.txt", "µ\n")
+    assert (tmp_path / "a.txt").read_bytes() == "µ\n".encode()
+    assert names(tmp_path) == ["a.txt"]
+
+
+def test_an_old_file_is_replaced(tmp_path):
+    write_text(tmp_path / "a.txt", "old and long")
+    write_text(tmp_path / "a.txt", "new")
+    assert (tmp_path / "a.txt").read_text() == "new"
+
+
+def test_missing_folders_are_made(tmp_path):
+    write_text(tmp_path / "b" / "c" / "a.txt", "x")
+    assert (tmp_path / "b" / "c" / "a.txt").read_text() == "x"
+
+
+def test_nothing_is_there_before_the_end(tmp_path):
+    path = tmp_path / "a.txt"
+    with atomic_path(path) as temporary:
+        temporary.write_text("half")
+        assert not path.exists()
+        assert temporary.parent == path.parent  # a rename between file systems is not atomic
+    assert path.read_text() == "half"
+
+
+def fail_half_way(path, error):
+    with atomic_path(path) as temporary:
+        temporary.write_text("ne")
+        raise error
+
+
+@pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt])
+def test_a_failure_in_the_middle_leaves_the_old_file_alone(tmp_path, error):
+    path = tmp_path / "a.txt"
+    path.write_text("old")
+    with pytest.raises(error):
+        fail_half_way(path, error)
+    assert path.read_text() == "old"
+    assert names(tmp_path) == ["a.txt"]
+
+
+def test_a_failure_before_the_first_byte_leaves_nothing(tmp_path):
+    with pytest.raises(ValueError, match=r"^early$"), atomic_path(tmp_path / "a.txt"):
+        raise ValueError("early")
+    assert names(tmp_path) == []
+
+
+@pytest.mark.parametrize("step", ["fsync", "replace"])
+def test_a_full_disk_leaves_the_old_file_and_names_it(tmp_path, monkeypatch, step):
+    path = tmp_path / "a.txt"
+    path.write_text("old")
+
+    def full(*_):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, step, full)
+    with pytest.raises(OSError, match="No space left on device") as caught:
+        write_text(path, "new")
+    assert caught.value.filename == str(path)
+    assert path.read_text() == "old"
+    assert names(tmp_path) == ["a.txt"]
+
+
+def test_a_folder_is_not_replaced(tmp_path):
+    (tmp_path / "a").mkdir()
+    with pytest.raises(IsADirectoryError):
+        write_text(tmp_path / "a", "x")
+    assert names(tmp_path) == ["a"]

@@ -1,0 +1,136 @@
+from dataclasses import dataclass
+from functools import partial
+from typing import Optional
+
+import pytest
+
+from spikeport.errors import UsageError
+from spikeport.settings import parse
+
+
+def target(
+    whole: int,
+    number: float = 0.5,
+    yes: bool = False,
+    text: str = "",
+    maybe: int | None = None,
+    old_maybe: Optional[int] = None,  # noqa: UP045
+    quoted: "int | None" = None,
+    unresolved: "NotImported" = 3,  # type: ignore[name-defined]  # noqa: F821
+    plain=1,
+    plain_number=1.5,
+    plain_yes=True,
+    plain_text="a",
+    nothing=None,
+    *,
+    keyword: int = 0,
+    **rest: int,
+):
+    pass
+
+
+def refusal(pairs, function=target):
+    with pytest.raises(UsageError) as caught:
+        parse(pairs, function, "network 'n'")
+    return str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("pair", "value"),
+    [
+        ("whole=3", 3),
+        ("whole=-3", -3),
+        ("number=2", 2.0),
+        ("number=1e-3", 0.001),
+        ("text=a=b", "a=b"),
+        ("text=", ""),
+        ("maybe=4", 4),
+        ("old_maybe=4", 4),
+        ("quoted=4", 4),
+        ("unresolved=4", 4),
+        ("plain=2", 2),
+        ("plain_number=2", 2.0),
+        ("plain_yes=no", False),
+        ("plain_text=2", "2"),
+        ("nothing=2", "2"),
+        ("keyword=5", 5),
+    ],
+)
+def test_values_are_converted_by_annotation_or_default(pair, value):
+    (parsed,) = parse([pair], target, "it").values()
+    assert parsed == value
+    assert type(parsed) is type(value)
+
+
+@pytest.mark.parametrize("text", ["true", "True", "YES", "1"])
+def test_true_is_spelled_in_many_ways(text):
+    assert parse([f"yes={text}"], target, "it") == {"yes": True}
+
+
+@pytest.mark.parametrize("text", ["false", "FALSE", "No", "0"])
+def test_false_is_spelled_in_many_ways(text):
+    assert parse([f"yes={text}"], target, "it") == {"yes": False}
+
+
+def test_several_settings_are_parsed_together():
+    assert parse(["whole=1", "text=t"], target, "it") == {"whole": 1, "text": "t"}
+
+
+def test_no_settings_are_no_arguments():
+    assert parse([], target, "it") == {}
+
+
+def test_a_dataclass_is_parsed_by_its_fields():
+    @dataclass
+    class Sizes:
+        m1: int | None = None
+        preset: str = "lean"
+
+    assert parse(["m1=7", "preset=paper"], Sizes, "it") == {"m1": 7, "preset": "paper"}
+
+
+def test_a_partial_function_is_parsed_by_what_it_wraps():
+    assert parse(["number=2"], partial(target, text="t"), "it") == {"number": 2.0}
+
+
+def test_an_unknown_key_lists_the_keys():
+    assert refusal(["size=1"], lambda b=1, a=2: None) == (
+        "unknown key of network 'n' 'size'; there is: a, b"
+    )
+
+
+def test_a_function_without_parameters_takes_no_key():
+    assert refusal(["size=1"], lambda: None) == "unknown key of network 'n' 'size'; it takes none"
+
+
+def test_keyword_rest_is_not_a_key():
+    assert "'rest'" in refusal(["rest=1"])
+
+
+def test_a_missing_equals_sign_is_named():
+    assert refusal(["whole"]) == "--set whole: expected KEY=VALUE"
+
+
+def test_a_key_given_twice_is_named():
+    assert refusal(["whole=1", "whole=1"]) == "--set whole: given twice"
+
+
+@pytest.mark.parametrize(
+    ("pair", "expected"),
+    [
+        ("whole=1.5", "a whole number"),
+        ("whole=", "a whole number"),
+        ("maybe=none", "a whole number"),
+        ("number=fast", "a number"),
+        ("yes=maybe", "true or false"),
+    ],
+)
+def test_a_value_that_does_not_convert_says_what_is_expected(pair, expected):
+    assert refusal([pair]) == f"--set {pair}: expected {expected}"
+
+
+def test_a_callable_without_a_signature_is_refused():
+    assert refusal(["a=1"], int) == (
+        "network 'n': its parameters cannot be read: no signature found for builtin type "
+        "<class 'int'>"
+    )

@@ -1,0 +1,174 @@
+import nengo
+import numpy as np
+import pytest
+from nengo.exceptions import SimulatorClosed
+
+from spikeport import Simulator, compile_network
+from spikeport.backends.registry import BACKENDS
+from spikeport.errors import UsageError
+
+
+def network(seed=1):
+    with nengo.Network(seed=seed) as net:
+        stimulus = nengo.Node(lambda t: np.sin(30 * t), label="stimulus")
+        ensemble = nengo.Ensemble(30, 1, label="ensemble")
+        nengo.Connection(stimulus, ensemble)
+        net.value = nengo.Probe(ensemble, synapse=0.01)
+        net.spikes = nengo.Probe(ensemble.neurons)
+        net.stimulus = nengo.Probe(stimulus)
+    return net
+
+
+@pytest.fixture(params=sorted(BACKENDS))
+def backend(request):
+    return request.param
+
+
+@pytest.fixture
+def sim(backend):
+    with Simulator(network(), backend=backend) as sim:
+        yield sim
+
+
+def test_it_starts_at_zero(sim):
+    assert (sim.n_steps, sim.time, sim.dt, sim.closed) == (0, 0.0, 0.001, False)
+    assert sim.trange().shape == (0,)
+
+
+def test_step_run_steps_and_run_advance_alike(sim):
+    sim.step()
+    assert sim.n_steps == 1
+    sim.run_steps(4)
+    assert sim.n_steps == 5
+    sim.run(0.015)
+    assert sim.n_steps == 20
+    assert sim.time == pytest.approx(0.02)
+
+
+def test_a_time_is_rounded_to_whole_steps(sim):
+    sim.run(0.0029)
+    assert sim.n_steps == 3
+
+
+def test_trange_is_the_time_after_each_step(sim):
+    sim.run_steps(3)
+    assert sim.trange() == pytest.approx([0.001, 0.002, 0.003])
+
+
+def test_data_maps_every_probe_to_a_row_a_step(sim):
+    sim.run_steps(7)
+    assert {data.shape for data in sim.data.values()} == {(7, 1), (7, 30)}
+    assert len(sim.data) == 3
+
+
+def test_a_probe_of_the_host_sees_the_time_of_its_step(backend):
+    net = network()
+    with Simulator(net, backend=backend) as sim:
+        sim.run_steps(5)
+    assert sim.data[net.stimulus][:, 0] == pytest.approx(np.sin(30 * sim.trange()))
+
+
+def test_data_stays_readable_after_close(backend):
+    net = network()
+    with Simulator(net, backend=backend) as sim:
+        sim.run_steps(40)
+        before = {probe: np.array(data) for probe, data in sim.data.items()}
+    assert sim.closed
+    assert before.keys() == sim.data.keys()
+    for probe, data in before.items():
+        assert np.array_equal(sim.data[probe], data)
+
+
+def test_a_closed_simulator_does_not_run(sim):
+    sim.close()
+    sim.close()
+    for advance in (sim.step, lambda: sim.run(0.001), lambda: sim.run_steps(1)):
+        with pytest.raises(SimulatorClosed, match=r"^Simulator cannot run because it is closed\.$"):
+            advance()
+
+
+@pytest.mark.parametrize("advance", [lambda sim: sim.run(-1), lambda sim: sim.run_steps(-1)])
+def test_time_does_not_run_backwards(sim, advance):
+    with pytest.raises(UsageError, match=r"^a simulation runs forwards: -\d+ steps were asked for"):
+        advance(sim)
+    assert sim.n_steps == 0
+
+
+def test_another_network_is_not_in_the_data(sim):
+    with pytest.raises(KeyError):
+        sim.data[network().value]
+
+
+def test_the_step_length_is_the_callers(backend):
+    with Simulator(network(), backend=backend, dt=0.002) as sim:
+        sim.run(0.01)
+    assert (sim.n_steps, sim.dt) == (5, 0.002)
+    assert sim.time == pytest.approx(0.01)
+
+
+def test_the_seed_follows_the_network_unless_given(backend):
+    with Simulator(network(seed=8), backend=backend) as sim:
+        assert sim.seed == 9
+    with Simulator(network(seed=8), backend=backend, seed=0) as sim:
+        assert sim.seed == 0
+
+
+def test_two_runs_are_equal_bit_for_bit(backend):
+    def run():
+        net = network()
+        with Simulator(net, backend=backend) as sim:
+            sim.run_steps(100)
+        return sim.data[net.value], sim.data[net.spikes]
+
+    (value, spikes), (value_again, spikes_again) = run(), run()
+    assert np.array_equal(value, value_again)
+    assert np.array_equal(spikes, spikes_again)
+    assert spikes.any()
+
+
+def test_activity_counts_the_steps_and_the_probed_spikes(backend):
+    net = network()
+    with Simulator(net, backend=backend) as sim:
+        sim.run_steps(100)
+        assert sim.activity.n_steps == 100
+        in_probe = np.count_nonzero(sim.data[net.spikes])
+        counted = sum(
+            n
+            for core, n in zip(sim.activity.cores, sim.activity.spikes.sum(axis=0), strict=True)
+            if core == "ensemble"
+        )
+    assert counted == in_probe > 0
+
+
+def test_the_image_is_the_compiled_networks():
+    with Simulator(network()) as sim:
+        assert sim.image.digest == compile_network(network()).image.digest
+
+
+def test_the_report_has_costs_once_steps_were_run():
+    with Simulator(network()) as sim:
+        assert sim.report()["energy"] is sim.report()["timing"] is None
+        sim.run_steps(3)
+        report = sim.report()
+    assert report["image_digest"] == sim.image.digest
+    assert report["energy"].keys() == report["timing"].keys() > set()
+
+
+def test_the_reference_has_neither_image_nor_report():
+    with Simulator(network(), backend="reference") as sim:
+        assert sim.image is None
+        assert sim.compilation is None
+        with pytest.raises(UsageError) as caught:
+            sim.report()
+    assert str(caught.value) == "the reference backend compiles nothing: there is no report"
+
+
+def test_an_unknown_backend_lists_the_backends():
+    with pytest.raises(UsageError) as caught:
+        Simulator(network(), backend="board")
+    assert str(caught.value) == f"unknown backend 'board'; there is: {', '.join(sorted(BACKENDS))}"
+
+
+def test_an_unknown_chip_lists_the_chips():
+    with pytest.raises(UsageError, match=r"^unknown chip 'lohi'; there is: .*loihi"):
+        Simulator(network(), chip="lohi")
