@@ -13,15 +13,16 @@ from typing import Any
 
 import nengo
 import numpy as np
-from nengo.exceptions import NengoException
+from nengo.ensemble import Neurons
 from nengo_loihi.block import LoihiBlock
 from nengo_loihi.builder import Model
 from nengo_loihi.builder.builder import ValidationLevel
 
-from spikeport.compile.discretise import discretise, refused
+from spikeport.compile.discretise import ADDRESS, discretise, refused
 from spikeport.compile.names import Names
 from spikeport.compile.numpy1 import numpy1_semantics
 from spikeport.compile.quantisation import BlockError, block_error
+from spikeport.errors import CompileError
 
 SEED_LIMIT = 2**31 - 1
 NAMED = (nengo.Ensemble, nengo.Node, nengo.Connection, nengo.Probe)
@@ -98,12 +99,57 @@ def build(network: nengo.Network, names: Names, dt_s: float) -> Blocks:
         warnings.simplefilter("always")
         try:
             model.build(network, precompute=False, discretize=False)
-        except (NengoException, AssertionError, NotImplementedError) as error:
+        except Exception as error:  # it refuses by errors of any kind, not only by its own
             raise refused(model.building, error, "change this object") from error
         labels = dict(_labels(model, names))
+        _check_probed_nodes(network, model, names)
+        _check_order_of_reads(model, names)
+        _check_population_axons(model, labels)
         floats = discretise(model, labels)
     errors = tuple(block_error(labels[b], floats[b], b) for b in model.blocks)
-    return Blocks(model, labels, errors, tuple(sorted({str(w.message) for w in caught})))
+    said = {ADDRESS.sub("", str(w.message)) for w in caught}
+    return Blocks(model, labels, errors, tuple(sorted(said)))
+
+
+def _check_probed_nodes(network: nengo.Network, model: Model, names: Names) -> None:
+    """Of a cluster of passthrough nodes, nengo-loihi forgets those that lead nowhere."""
+    removed, added = model.split.passthrough.to_remove, model.split.passthrough.to_add
+    fed = {connection.post_obj for connection in {*network.all_connections, *added} - removed}
+    lost = {connection.post_obj for connection in removed & {*network.all_connections}} - fed
+    for probe in network.all_probes:
+        if probe.obj in lost:
+            raise CompileError(
+                f"{names[probe.obj]}: nengo-loihi removes what feeds this passthrough node, and "
+                "its probe would read zeros; cure: give it a function, as in "
+                "nengo.Node(lambda t, x: x, size_in=...)"
+            )
+
+
+def _check_order_of_reads(model: Model, names: Names) -> None:
+    """nengo-loihi mixes up the neurons of split ensembles unless they are read in order."""
+    for probe in model.nengo_probes:
+        if not isinstance(probe.obj, Neurons):
+            continue
+        read = np.arange(probe.obj.size_out)[probe.slice]
+        blocks = len(model.objs[probe]["out"].target)
+        if blocks > 1 and np.any(np.diff(read) <= 0):
+            raise CompileError(
+                f"{names[probe.obj]}: its neurons are read out in another order than theirs, which "
+                "fails where they are split over several cores; cure: read them in ascending order"
+            )
+
+
+def _check_population_axons(model: Model, labels: dict[Any, str]) -> None:
+    """Axons of population type 16 address every fourth compartment."""
+    for block in model.blocks:
+        for synapse in block.synapses:
+            bases = np.asarray(synapse.axon_compartment_bases)
+            if synapse.pop_type == 16 and np.any(bases[bases >= 0] % 4):
+                raise CompileError(
+                    f"{labels[block]}: axons of population type 16 start at compartments that are "
+                    "not multiples of 4; cure: use pop_type 32, or channels_last=True with a "
+                    "multiple of 4 filters, also in each block"
+                )
 
 
 def _seed_from(name: str) -> int:

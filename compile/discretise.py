@@ -1,5 +1,6 @@
 """Float blocks -> integer blocks, with nengo-loihi's discretiser."""
 
+import re
 import traceback
 from typing import Any
 
@@ -9,13 +10,14 @@ from nengo_loihi.block import LoihiBlock
 from nengo_loihi.builder import Model
 from nengo_loihi.builder.discretize import discretize_block, discretize_probe
 
-from spikeport.compile.numpy1 import WideMax
 from spikeport.compile.quantisation import FloatBlock, snapshot
 from spikeport.errors import CompileError
 
+ADDRESS = re.compile(r" at 0x[0-9a-f]+")
+
 
 def discretise(model: Model, labels: dict[Any, str]) -> dict[LoihiBlock, FloatBlock]:
-    """Discretise every block and probe of a model in place.
+    """Discretise every block and probe of a model in place, inside `numpy1_semantics`.
 
     Parameters
     ----------
@@ -48,24 +50,22 @@ def _discretise(block: LoihiBlock, label: str, floats: FloatBlock) -> float:
             f"{label}: weights or biases are not finite; cure: look for NaN or infinity in the "
             "functions, transforms and gains of its connections"
         )
-    compartment = block.compartment
-    compartment.bias = compartment.bias.view(WideMax)
-    compartment.vth = compartment.vth.view(WideMax)
     try:
         return discretize_block(block)
     except (NengoException, AssertionError) as error:
         raise refused(
             label, error, "bring its weights, gains and biases closer together"
         ) from error
-    finally:
-        compartment.bias = np.asarray(compartment.bias)
-        compartment.vth = np.asarray(compartment.vth)
 
 
 def refused(name: str, error: Exception, cure: str) -> CompileError:
     """The error for something nengo-loihi refuses, often by an assertion without text."""
     where = traceback.extract_tb(error.__traceback__)[-1]
-    reason = str(error) or f"{type(error).__name__} at {where.name}: {where.line}"
+    reason = ADDRESS.sub("", str(error))
+    if not reason:
+        reason = f"{type(error).__name__} at {where.name}: {where.line}"
+    elif not isinstance(error, NengoException | NotImplementedError):
+        reason = f"{type(error).__name__}: {reason}"
     return CompileError(
         f"{name}: nengo-loihi refuses it: {reason}; cure: {cure}, or keep its ensembles on the "
         "host with net.config[ensemble].on_chip = False"

@@ -160,6 +160,7 @@ def _output_entry(probe: LoihiProbe) -> dict[str, Any]:
         "key": probe.key,
         "weights": kind,
         "shape": list(matrix.shape),
+        "layout": _layout(probe),
         "segments": [len(_selected(*segment)) for segment in _segments(probe)],
         "order": None if probe.reindexing is None else [int(i) for i in probe.reindexing],
     }
@@ -170,6 +171,11 @@ def _output_matrix(probe: LoihiProbe) -> np.ndarray:
     if probe.is_transformed:
         return np.vstack(probe.weights)
     return np.zeros(0) if probe.weights[0] is None else np.asarray(probe.weights[0]).reshape(-1)
+
+
+def _layout(probe: LoihiProbe) -> str:
+    """C or F: how nengo-loihi holds the matrices, on which the rounding of a product depends."""
+    return "C" if all(w is None or w.flags.c_contiguous for w in probe.weights) else "F"
 
 
 def _segments(probe: LoihiProbe) -> Iterable[tuple[LoihiBlock, Any]]:

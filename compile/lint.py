@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import nengo
+from nengo.connection import LearningRule
 from nengo.ensemble import Neurons
 from nengo_loihi.inputs import ChipProcess
 from nengo_loihi.neurons import LoihiLIF, LoihiSpikingRectifiedLinear
@@ -33,11 +34,14 @@ class Scope:
         self.names = names
         config = network.config[nengo.Ensemble]
         self._switchable = "on_chip" in config._extra_params
+        self._ends_of_learning = set(_ends_of_learning(network))
 
     def on_chip(self, obj: Any) -> bool:
         """Whether an object's ensemble is meant for the chip."""
         ensemble = base(obj)
-        if not isinstance(ensemble, nengo.Ensemble) or type(ensemble.neuron_type) is nengo.Direct:
+        if not isinstance(ensemble, nengo.Ensemble) or ensemble in self._ends_of_learning:
+            return False
+        if isinstance(ensemble.neuron_type, nengo.Direct):
             return False
         return not (self._switchable and self.network.config[ensemble].on_chip is False)
 
@@ -45,6 +49,15 @@ class Scope:
     def ensembles(self) -> list[nengo.Ensemble]:
         """The ensembles meant for the chip."""
         return [e for e in self.network.all_ensembles if self.on_chip(e)]
+
+
+def _ends_of_learning(network: nengo.Network) -> Iterator[Any]:
+    """What nengo-loihi keeps on the host unasked: targets of learning, and sources of its error."""
+    for connection in network.all_connections:
+        if connection.learning_rule_type is not None:
+            yield base(connection.post_obj)
+        if isinstance(connection.post_obj, LearningRule):
+            yield base(connection.pre_obj)
 
 
 def lint(network: nengo.Network, names: Names) -> list[Violation]:
@@ -129,7 +142,9 @@ def synapse(scope: Scope) -> Iterator[Violation]:
 def post_slice(scope: Scope) -> Iterator[Violation]:
     """nengo-loihi connects to all dimensions (or all neurons) of an ensemble on the chip."""
     for connection in scope.network.all_connections:
-        whole = connection.post_slice == slice(None) or not scope.on_chip(connection.post_obj)
+        part = connection.post_slice
+        whole = isinstance(part, slice) and part == slice(None)
+        whole = whole or not scope.on_chip(connection.post_obj)
         full_weights = isinstance(connection.pre_obj, nengo.Ensemble) and connection.solver.weights
         if not whole and not full_weights:
             yield Violation(
@@ -144,6 +159,15 @@ def post_slice(scope: Scope) -> Iterator[Violation]:
 def learning_rule(scope: Scope) -> Iterator[Violation]:
     """PES, from an ensemble on the chip to a node or ensemble on the host."""
     for connection in scope.network.all_connections:
+        learned = base(connection.post_obj)
+        if isinstance(learned, nengo.Connection) and not scope.on_chip(learned.pre_obj):
+            yield Violation(
+                scope.names[learned],
+                "place of learning",
+                "the host",
+                "from an ensemble on the chip",
+                "put the ensemble it comes from on the chip",
+            )
         rule = connection.learning_rule_type
         if rule is None or not scope.on_chip(connection.pre_obj):
             continue

@@ -20,14 +20,16 @@ class Names:
 
     def __init__(self, network: nengo.Network) -> None:
         self._taken: Counter[str] = Counter()
-        self._names: dict[Any, str] = {network: network.label or "network"}
+        self._names: dict[Any, str] = {network: self._unique(network.label or "network")}
         self._name_objects(network, prefix="")
         for connection in network.all_connections:
-            self._names[connection] = self._unique(self._arrow(connection))
+            self._name(connection)
 
     def __getitem__(self, obj: Any) -> str:
         """The name of an object, also of its neurons, a view of it, or a builder's own object."""
-        obj = base(obj)
+        return self._name(base(obj))
+
+    def _name(self, obj: Any) -> str:
         if obj not in self._names:
             self._names[obj] = self._unique(self._describe(obj))
         return self._names[obj]
@@ -48,12 +50,16 @@ class Names:
         return f"{self._end(connection.pre_obj)} -> {self._end(connection.post_obj)}"
 
     def _end(self, obj: Any) -> str:
+        obj = base(obj)
+        if isinstance(obj, nengo.Connection):
+            return self._name(obj)
         # What the builder adds by itself, and is not named, are the ends of its read-outs.
-        return self._names.get(base(obj), "read-out")
+        return self._names.get(obj, "read-out")
 
     def _unique(self, name: str) -> str:
         self._taken[name] += 1
-        return name if self._taken[name] == 1 else f"{name}#{self._taken[name]}"
+        # A label may itself look like a numbered one.
+        return name if self._taken[name] == 1 else self._unique(f"{name}#{self._taken[name]}")
 
 
 def base(obj: Any) -> Any:

@@ -15,9 +15,11 @@ from collections.abc import Iterator
 from typing import Any
 
 import nengo_loihi.block
+import nengo_loihi.builder.discretize
 import nengo_loihi.neurons
 import numpy as np
 
+_discretize_compartment = nengo_loihi.builder.discretize.discretize_compartment
 _NUMPY_2 = int(np.__version__.split(".")[0]) >= 2
 
 
@@ -45,11 +47,26 @@ def _wide_max_abs_weight(synapse: nengo_loihi.block.Synapse) -> float:
     return float(max(np.abs(w).max() if w.size else -np.inf for w in synapse.weights))
 
 
+def _wide_discretize_compartment(compartment: Any, w_max: float) -> dict[str, Any]:
+    compartment.bias = compartment.bias.view(WideMax)
+    compartment.vth = compartment.vth.view(WideMax)
+    try:
+        return _discretize_compartment(compartment, w_max)
+    finally:
+        compartment.bias = np.asarray(compartment.bias)
+        compartment.vth = np.asarray(compartment.vth)
+
+
 @contextlib.contextmanager
 def numpy1_semantics() -> Iterator[None]:
     """Let nengo-loihi's builder and discretiser compute as they did under NumPy 1."""
     patches: list[tuple[Any, str, Any]] = [
-        (nengo_loihi.block.Synapse, "max_abs_weight", _wide_max_abs_weight)
+        (nengo_loihi.block.Synapse, "max_abs_weight", _wide_max_abs_weight),
+        (
+            nengo_loihi.builder.discretize,
+            "discretize_compartment",
+            _wide_discretize_compartment,
+        ),
     ]
     if _NUMPY_2:
         patches += [(m, "np", _CopyIfNeeded()) for m in (nengo_loihi.block, nengo_loihi.neurons)]

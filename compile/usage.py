@@ -3,7 +3,7 @@
 Counts are those of the chip, and in three places stricter than nengo-loihi's own: an output axon
 is counted for every compartment that has one (nengo-loihi counts distinct targets, too few where
 compartments share an axon after splitting); synapses whose targets are not consecutive carry index
-bits; profiles are counted at all.
+bits, whatever their format says; profiles are counted at all.
 """
 
 import numpy as np
@@ -14,6 +14,8 @@ from spikeport.hardware_models.limits import CoreUse
 
 WORD_BITS = 64
 LIST_HEADER_BITS = 4 + 6  # synapse index and count of every list of synapses
+INDEXED = 0  # the compression that stores an index with every weight
+PROFILE = ("decay_u", "decay_v", "refract_delay", "enable_noise")
 
 
 def core_uses(image: ChipImage) -> list[CoreUse]:
@@ -65,7 +67,7 @@ def _synapse_bits(image: ChipImage) -> np.ndarray:
         sizes = np.diff(image["row_weight_start"][rows.start : rows.stop + 1])
         weight_bits = SynapseConfig.WEIGHT_BITS_MAP[form[column["weight_bits"]]]
         width = weight_bits + form[column["delay_bits"]] + form[column["tag_bits"]]
-        if not _consecutive(image, rows):
+        if form[column["compression"]] == INDEXED or not _consecutive(image, rows):
             width += SynapseConfig.INDEX_BITS_MAP[form[column["idx_bits"]]]
         bits[core] += _list_bits(sizes, width, per_list=form[column["n_synapses"]] + 1)
     return bits
@@ -93,7 +95,7 @@ def _words(payload_bits: np.ndarray | int) -> np.ndarray | int:
 
 def _profiles(image: ChipImage, core: int) -> dict[str, int]:
     mine = image.compartment_core == core
-    compartment = np.stack([image[k][mine] for k in ("decay_u", "decay_v", "refract_delay")])
+    compartment = np.stack([image[k][mine] for k in PROFILE])
     return {
         "compartment_profiles": np.unique(compartment, axis=1).shape[1],
         "threshold_profiles": np.unique(image["vth"][mine]).size,

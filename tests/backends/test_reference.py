@@ -1,0 +1,92 @@
+import nengo
+import numpy as np
+import pytest
+
+import spikeport
+from spikeport.hardware_models.activity import Activity
+
+STEPS = 200
+
+
+def run(network: nengo.Network, seed: int | None = 7, steps: int = STEPS) -> spikeport.Simulator:
+    with spikeport.Simulator(network, backend="reference", seed=seed) as simulator:
+        simulator.run_steps(steps)
+    return simulator
+
+
+def test_probes_are_plain_nengos(loop: nengo.Network) -> None:
+    with loop:
+        noise = nengo.Node(nengo.processes.WhiteNoise())  # takes the simulator's seed
+        nengo.Probe(noise)
+    ours = run(loop)
+    with nengo.Simulator(loop, seed=7, progress_bar=False) as theirs:
+        theirs.run_steps(STEPS)
+    for probe in loop.all_probes:
+        assert np.array_equal(ours.data[probe], theirs.data[probe])
+        assert np.ptp(ours.data[probe]) > 0
+
+
+def test_an_unseeded_network_runs_the_same_every_time() -> None:
+    def data() -> np.ndarray:
+        with nengo.Network() as network:
+            probe = nengo.Probe(nengo.Ensemble(20, 1).neurons)
+        return run(network, seed=None).data[probe]
+
+    np.random.seed(1)
+    first = data()
+    np.random.seed(2)
+    assert np.array_equal(first, data())
+    assert first.any()
+
+
+@pytest.fixture
+def pair() -> tuple[Activity, np.ndarray, np.ndarray]:
+    with nengo.Network(seed=1) as network:
+        a, b = nengo.Ensemble(20, 1, label="a"), nengo.Ensemble(10, 1, label="b")
+        nengo.Connection(a, b)
+        nengo.Connection(a.neurons[:5], b.neurons, transform=np.ones((10, 5)))
+        nengo.Connection(nengo.Node(0.3), a)
+        probes = [nengo.Probe(ensemble.neurons) for ensemble in (a, b)]
+    with spikeport.Simulator(network, backend="reference", seed=7) as simulator:
+        simulator.run_steps(STEPS)
+        activity = simulator.activity
+    a_spikes, b_spikes = (simulator.data[probe] > 0 for probe in probes)
+    return activity, a_spikes, b_spikes
+
+
+def test_every_ensemble_is_a_core(pair: tuple[Activity, np.ndarray, np.ndarray]) -> None:
+    activity, a_spikes, b_spikes = pair
+    assert activity.cores == ("a", "b")
+    assert np.array_equal(activity.spikes, np.stack([a_spikes.sum(1), b_spikes.sum(1)], axis=1))
+    assert np.array_equal(activity.updates_active, np.tile([20, 10], (STEPS, 1)))
+
+
+def test_a_spike_arrives_in_the_next_step_at_every_neuron_of_its_target(
+    pair: tuple[Activity, np.ndarray, np.ndarray],
+) -> None:
+    activity, a_spikes, _ = pair
+    arriving = np.concatenate([np.zeros((1, 20), int), a_spikes[:-1]])
+    # Neurons 0 to 4 reach b's 10 neurons twice, decoded and directly, with one message.
+    operations = 10 * arriving.sum(axis=1) + 10 * arriving[:, :5].sum(axis=1)
+    assert np.array_equal(activity.synaptic_operations[:, 1], operations)
+    assert np.array_equal(activity.messages_in[:, 1], arriving.sum(axis=1))
+    assert activity.messages.tolist() == [[0, arriving.sum()], [0, 0]]
+    assert activity.messages_host.tolist() == [0, 0]
+
+
+def test_a_network_without_neurons_runs() -> None:
+    with nengo.Network(seed=1) as network:
+        probe = nengo.Probe(nengo.Node(lambda t: t))
+    simulator = run(network, steps=10)
+    assert simulator.data[probe][:, 0] == pytest.approx(0.001 * np.arange(1, 11))
+    assert simulator.activity.cores == ()
+    assert simulator.activity.n_steps == 10
+    assert not any(simulator.activity.totals().values())
+
+
+def test_direct_ensembles_have_no_core() -> None:
+    with nengo.Network(seed=1) as network:
+        exact = nengo.Ensemble(1, 1, neuron_type=nengo.Direct())
+        a = nengo.Ensemble(5, 1, label="a")
+        nengo.Connection(exact, a)
+    assert run(network).activity.cores == ("a",)

@@ -1,0 +1,247 @@
+import errno
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from spikeport.compile.image import LAYOUT, SCHEMA, ChipImage
+from spikeport.compile.pipeline import Compilation
+from spikeport.errors import ImageError
+
+DAMAGED = "not a chip image, or truncated or altered"
+
+
+@pytest.fixture(params=["chain", "convolution"])
+def any_image(
+    request: pytest.FixtureRequest,
+    compiled_chain: Compilation,
+    compiled_convolution: Compilation,
+) -> ChipImage:
+    return {"chain": compiled_chain, "convolution": compiled_convolution}[request.param].image
+
+
+@pytest.fixture
+def file(image: ChipImage, tmp_path: Path) -> Path:
+    image.save(tmp_path / "arm.image")
+    return tmp_path / "arm.image"
+
+
+def rewrite(path: Path, change: Callable[[dict[str, np.ndarray]], None]) -> None:
+    """Take a file apart as anyone with NumPy can, change it, and write it again."""
+    with np.load(path) as stored:
+        members: dict[str, Any] = dict(stored)
+    change(members)
+    with open(path, "wb") as stream:
+        np.savez_compressed(stream, **members)
+
+
+def pack(value: Any) -> np.ndarray:
+    return np.frombuffer(json.dumps(value).encode(), np.uint8)
+
+
+def refusal(path: Path) -> str:
+    with pytest.raises(ImageError) as raised:
+        ChipImage.load(path)
+    message = str(raised.value)
+    assert message.startswith(f"{path}: ")
+    return message.removeprefix(f"{path}: ")
+
+
+def test_an_image_survives_save_and_load(any_image: ChipImage, tmp_path: Path) -> None:
+    any_image.save(tmp_path / "image")
+    loaded = ChipImage.load(tmp_path / "image")
+    assert loaded == any_image
+    assert loaded.manifest == any_image.manifest
+    for name in LAYOUT:
+        assert np.array_equal(loaded[name], any_image[name])
+        assert loaded[name].dtype == any_image[name].dtype
+
+
+def test_equal_images_give_equal_files(image: ChipImage, tmp_path: Path) -> None:
+    image.save(tmp_path / "one")
+    ChipImage(image.manifest, image.arrays).save(tmp_path / "two")
+    assert (tmp_path / "one").read_bytes() == (tmp_path / "two").read_bytes()
+
+
+def test_the_layout_lists_exactly_what_is_stored(image: ChipImage, file: Path) -> None:
+    with np.load(file) as stored:
+        assert {*stored.files} == {"header", *LAYOUT}
+        assert {name: stored[name].dtype.str for name in LAYOUT} == {
+            name: dtype for name, (dtype, _) in LAYOUT.items()
+        }
+    assert set(image.arrays) == set(LAYOUT)
+
+
+def altered(array: np.ndarray) -> np.ndarray:
+    if not array.size:
+        return np.zeros((1, *array.shape[1:]), array.dtype)
+    array = array.copy()
+    array.flat[-1] += 1
+    return array
+
+
+@pytest.mark.parametrize("name", LAYOUT)
+def test_the_digest_changes_with_every_array(name: str, image: ChipImage) -> None:
+    other = ChipImage(image.manifest, {**image.arrays, name: altered(image[name])})
+    assert other.digest != image.digest
+    assert other != image
+
+
+def test_the_digest_changes_with_every_entry_of_the_manifest(image: ChipImage) -> None:
+    for key in image.manifest:
+        other = ChipImage({**image.manifest, key: "another"}, image.arrays)
+        assert other.digest != image.digest, key
+
+
+def test_equal_images_are_one_in_a_set(image: ChipImage) -> None:
+    twin = ChipImage(dict(reversed(image.manifest.items())), dict(image.arrays))
+    other = ChipImage({**image.manifest, "dt_s": 0.002}, image.arrays)
+    assert len({image, twin, other}) == 2
+    assert image != "image"
+
+
+def test_arrays_cannot_be_written(image: ChipImage) -> None:
+    for name in LAYOUT:
+        with pytest.raises(ValueError, match="read-only"):
+            image[name][...] = 0
+
+
+def test_an_image_keeps_its_own_copy(image: ChipImage) -> None:
+    bias = image["bias"].copy()
+    copied = ChipImage(image.manifest, {**image.arrays, "bias": bias})
+    bias[:] = 7
+    assert np.array_equal(copied["bias"], image["bias"])
+
+
+def test_missing_and_odd_arrays_are_refused(image: ChipImage) -> None:
+    arrays = {**image.arrays, "taste": np.zeros(1)}
+    del arrays["bias"]
+    with pytest.raises(ImageError) as raised:
+        ChipImage(image.manifest, arrays)
+    assert str(raised.value) == "image arrays do not follow schema 1: bias, taste"
+
+
+def test_values_out_of_range_are_refused(image: ChipImage) -> None:
+    with pytest.raises(ImageError) as raised:
+        ChipImage(image.manifest, {**image.arrays, "indices": np.array([40_000])})
+    assert str(raised.value) == "values of int64 do not fit into <i2"
+
+
+def test_a_missing_file_is_refused(tmp_path: Path) -> None:
+    assert refusal(tmp_path / "none") == "no such file"
+
+
+def test_a_folder_is_refused(tmp_path: Path) -> None:
+    assert refusal(tmp_path) == "Is a directory"
+
+
+@pytest.mark.parametrize("share", [0.0, 0.1, 0.5, 0.9, 0.999])
+def test_a_truncated_file_is_refused(share: float, file: Path) -> None:
+    content = file.read_bytes()
+    file.write_bytes(content[: int(share * len(content))])
+    assert refusal(file) == DAMAGED
+
+
+def test_a_damaged_file_is_refused_or_equal(image: ChipImage, file: Path) -> None:
+    content = file.read_bytes()
+    rng = np.random.RandomState(0)
+    refused = 0
+    for position in rng.randint(len(content), size=150):
+        damaged = bytearray(content)
+        damaged[position] ^= 0xFF
+        file.write_bytes(damaged)
+        try:
+            # Some bytes of a zip file, its times for instance, carry nothing.
+            assert ChipImage.load(file) == image
+        except ImageError:
+            refused += 1
+    assert refused > 100
+
+
+def test_a_text_file_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "notes.txt"
+    path.write_text("this is not an image")
+    assert refusal(path) == DAMAGED
+
+
+def test_a_single_array_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "array.npy"
+    np.save(path, np.arange(3))
+    assert refusal(path) == DAMAGED
+
+
+def test_arrays_of_someone_else_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "arrays.npz"
+    np.savez(path, weights=np.arange(3))
+    assert refusal(path) == DAMAGED
+
+
+def test_an_altered_weight_is_found(file: Path) -> None:
+    def change(members: dict[str, np.ndarray]) -> None:
+        members["weights"][0] += 64
+
+    rewrite(file, change)
+    assert refusal(file) == (
+        "the content does not match its digest: the file was altered; compile it again"
+    )
+
+
+def test_an_altered_manifest_is_found(file: Path) -> None:
+    def change(members: dict[str, np.ndarray]) -> None:
+        header = json.loads(bytes(members["header"]))
+        header["manifest"]["dt_s"] = 0.5
+        members["header"] = pack(header)
+
+    rewrite(file, change)
+    assert refusal(file) == (
+        "the content does not match its digest: the file was altered; compile it again"
+    )
+
+
+def test_a_file_that_lacks_an_array_is_refused(file: Path) -> None:
+    rewrite(file, lambda members: members.pop("vth"))
+    assert refusal(file) == "image arrays do not follow schema 1: vth"
+
+
+@pytest.mark.parametrize(
+    ("header", "schema"),
+    [
+        ({"manifest": {"schema": SCHEMA + 1}}, SCHEMA + 1),
+        ({"manifest": {}}, None),
+        ({"manifest": [1]}, None),
+        ({}, None),
+        ([1], None),
+    ],
+    ids=repr,
+)
+def test_an_unknown_schema_is_refused(header: Any, schema: int | None, tmp_path: Path) -> None:
+    path = tmp_path / "image"
+    with open(path, "wb") as stream:
+        np.savez(stream, header=pack(header))
+    assert refusal(path) == f"image schema {schema}, this spikeport reads 1; compile it again"
+
+
+def test_a_save_that_fails_leaves_the_old_file_and_nothing_else(
+    image: ChipImage, file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = file.read_bytes()
+
+    def fail(stream: Any, **_members: Any) -> None:
+        stream.write(b"half of an image")
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(np, "savez_compressed", fail)
+    with pytest.raises(OSError, match="No space left on device"):
+        ChipImage({**image.manifest, "dt_s": 0.5}, image.arrays).save(file)
+    assert file.read_bytes() == before
+    assert list(file.parent.iterdir()) == [file]
+
+
+def test_cores_are_called_after_the_blocks_on_them(image: ChipImage) -> None:
+    together = ChipImage(image.manifest, {**image.arrays, "block_core": np.array([0, 1, 0, 1])})
+    assert image.cores == ("first", "second", "first -> second", "second -> decoded")
+    assert together.cores == ("first + first -> second", "second + second -> decoded")
+    assert list(together.compartment_core) == [0] * 12 + [1] * 10 + [0] * 40 + [1] * 4
