@@ -37,7 +37,11 @@ class Reference:
         model = nengo.builder.Model(dt=dt_s)
         model.seeds[network] = network.seed if network.seed is not None else 0
         model.seeded[network] = True
-        self._sim = nengo.Simulator(network, dt=dt_s, seed=seed, model=model, progress_bar=False)
+        # Nengo's optimiser merges operators in an order that differs from run to run, and with it
+        # the rounding of sums: without it a run depends on its seeds alone.
+        self._sim = nengo.Simulator(
+            network, dt=dt_s, seed=seed, model=model, progress_bar=False, optimize=False
+        )
         ensembles = [
             e for e in network.all_ensembles if not isinstance(e.neuron_type, nengo.Direct)
         ]

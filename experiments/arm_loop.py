@@ -31,7 +31,26 @@ class Sample(NamedTuple):
     hand: np.ndarray
     target: np.ndarray
     torque: np.ndarray
-    exact_torque: np.ndarray
+
+
+class Recording(NamedTuple):
+    """All physics steps of a run: as `Sample`, each with n rows."""
+
+    time_s: np.ndarray
+    q: np.ndarray
+    dq: np.ndarray
+    hand: np.ndarray
+    target: np.ndarray
+    torque: np.ndarray
+
+    @property
+    def distance_m(self) -> np.ndarray:
+        """(n,) distance of hand and target."""
+        return np.linalg.norm(self.target - self.hand, axis=1)
+
+    def exact_torque(self, law: OperationalSpaceLaw) -> np.ndarray:
+        """(n, 4) torque of the exact law at the recorded states, in N m."""
+        return law.torques(self.q, self.dq, self.target - self.hand)
 
 
 class ArmLoop:
@@ -40,7 +59,7 @@ class ArmLoop:
     Parameters
     ----------
     law : OperationalSpaceLaw
-        The exact law, whose torque is recorded beside the controller's.
+        The exact law.
     seed : int
         Seed of the initial posture.
     dt_s : float, optional
@@ -48,8 +67,8 @@ class ArmLoop:
 
     Attributes
     ----------
-    samples, poses : list
-        For every physics step, what was seen and done, and MuJoCo's ``qpos``.
+    poses : list of array
+        MuJoCo's ``qpos`` at every physics step.
     """
 
     def __init__(self, law: OperationalSpaceLaw, seed: int, dt_s: float | None = None) -> None:
@@ -60,7 +79,7 @@ class ArmLoop:
         self._arm = [self.plant.joints.index(joint) for joint in ARM_JOINTS]
         self._ticks = round(self.plant.dt_s / dt_s) if dt_s else 1
         self._tick = 0
-        self.samples: list[Sample] = []
+        self._samples: list[Sample] = []
         self.poses: list[np.ndarray] = []
 
     def begin(self, task: Task) -> None:
@@ -71,8 +90,16 @@ class ArmLoop:
     def _observe(self) -> None:
         state = self.plant.state
         q, dq, hand = state.q[self._arm], state.dq[self._arm], self.plant.hand_position()
-        self.exact_torque = self.law.torque(q, dq, self.task.target - hand)
         self._seen = (q, dq, hand, self.task.target)
+
+    def recording(self) -> Recording:
+        """What was seen and done so far."""
+        return Recording(*(np.array(column) for column in zip(*self._samples, strict=True)))
+
+    def exact_torque(self) -> np.ndarray:
+        """(4,) the torque of the exact law at the present state, in N m."""
+        q, dq, hand, target = self._seen
+        return self.law.torque(q, dq, target - hand)
 
     def step(self, torque: np.ndarray) -> np.ndarray:
         """One step of the controller: its torque in, [q, dq, x, target] out."""
@@ -82,7 +109,7 @@ class ArmLoop:
         return np.concatenate(self._seen)
 
     def _physics(self, torque: np.ndarray) -> None:
-        self.samples.append(Sample(self.plant.time_s, *self._seen, torque, self.exact_torque))
+        self._samples.append(Sample(self.plant.time_s, *self._seen, torque))
         if not np.isfinite(torque).all():
             raise DivergedError(
                 f"the controller's torque is {torque.tolist()} N m at {self.plant.time_s:.3f} s, "
@@ -112,18 +139,18 @@ def record_region(law: OperationalSpaceLaw, box: TargetBox) -> ArmRegion:
     follow random targets that no evaluation uses, as the task will.
     """
     tour = GridTour(box)
-    samples = _exact_run(ArmLoop(law, seed=0), tour, tour.seconds)
+    runs = [_exact_run(ArmLoop(law, seed=0), tour, tour.seconds)]
     for seed in REGION_SEEDS:
         loop = ArmLoop(law, seed)
         random = ReachTask(box, seed, loop.plant.hand_position())
-        samples += _exact_run(loop, random, REGION_SECONDS)
-    q, dq, hand = (np.array([getattr(s, name) for s in samples]) for name in ("q", "dq", "hand"))
-    error = np.array([s.target for s in samples]) - hand
-    return ArmRegion.from_recording(q, dq, hand, error, seed=0)
+        runs.append(_exact_run(loop, random, REGION_SECONDS))
+    whole = Recording(*(np.concatenate(column) for column in zip(*runs, strict=True)))
+    error = whole.target - whole.hand
+    return ArmRegion.from_recording(whole.q, whole.dq, whole.hand, error, seed=0)
 
 
-def _exact_run(loop: ArmLoop, task: Task, seconds: float) -> list[Sample]:
+def _exact_run(loop: ArmLoop, task: Task, seconds: float) -> Recording:
     loop.begin(task)
     for _ in range(round(seconds / loop.plant.dt_s)):
-        loop.step(loop.exact_torque)
-    return loop.samples
+        loop.step(loop.exact_torque())
+    return loop.recording()

@@ -26,7 +26,7 @@ class Options:
 
     folder: Path
     seconds: float
-    backend: str = "nengo-loihi"
+    backend: str = "native"
     chip: str = "loihi"
     seed: int = 0
     video: bool = False

@@ -113,13 +113,15 @@ def run(settings: ReachSettings, options: Options) -> Outcome:
     options.progress("compiling", None)
     with Simulator(network, chip=options.chip, backend=backend, dt=DT_S, seed=options.seed) as sim:
         wall_s = _simulate(sim, loop, options)
-    figures = metrics(loop.samples, task.reach_times_s, sim, wall_s)
+    recording = loop.recording()
+    exact = recording.exact_torque(law)
+    figures = metrics(recording, exact, task.reach_times_s, sim, wall_s)
     rasters = {axis: sim.data[probe] != 0 for axis, probe in controller.rasters.items()}
     result = _result(settings, options, sim, figures)
     options.progress("writing", None)
     run_folder.clear(options.folder)
-    write_probes(options.folder, loop.samples, rasters, DT_S)
-    draw(options.folder, loop.samples, rasters, result, picture(loop))
+    write_probes(options.folder, recording, exact, rasters, DT_S)
+    draw(options.folder, recording, rasters, result, picture(loop))
     if options.video:
         write_video(options.folder, loop)
     run_folder.write_result(options.folder, result)

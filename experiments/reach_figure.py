@@ -13,8 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from spikeport.atomic import atomic_path
-from spikeport.experiments.arm_loop import Sample
-from spikeport.experiments.reach_metrics import distances
+from spikeport.experiments.arm_loop import Recording
 from spikeport.experiments.reach_task import REACHED_M
 
 HAND, TARGET, DISTANCE, SPIKES = "#2a9d4a", "#e8871e", "#1f9aa0", "#44474d"
@@ -22,7 +21,7 @@ HAND, TARGET, DISTANCE, SPIKES = "#2a9d4a", "#e8871e", "#1f9aa0", "#44474d"
 
 def draw(
     folder: Path,
-    samples: list[Sample],
+    recording: Recording,
     rasters: dict[str, np.ndarray],
     result: dict[str, Any],
     picture: np.ndarray | None,
@@ -33,8 +32,8 @@ def draw(
     ----------
     folder : Path
         Where to.
-    samples : list of Sample
-        The run, one sample per physics step.
+    recording : Recording
+        The run.
     rasters : dict of (n_steps, n_neurons) bool array
         Spikes of some M1 neurons, by axis; empty for a controller without neurons.
     result : dict
@@ -45,14 +44,14 @@ def draw(
     figure = Figure(figsize=(12, 10), layout="constrained")
     grid = figure.add_gridspec(4, 3, height_ratios=[1.6, 1, 1, 1])
     wide = picture is None
-    _draw_distance(figure.add_subplot(grid[0, :] if wide else grid[0, :2]), samples)
+    _draw_distance(figure.add_subplot(grid[0, :] if wide else grid[0, :2]), recording)
     if picture is not None:
         axes = figure.add_subplot(grid[0, 2])
         axes.imshow(picture)
         axes.set_axis_off()
     for d, axis in enumerate("xyz"):
         axes = figure.add_subplot(grid[1 + d, :])
-        _draw_axis(axes, samples, d, rasters.get(axis), axis)
+        _draw_axis(axes, recording, d, rasters.get(axis), axis)
     axes.set_xlabel("time (s)")
     for axes in figure.axes:
         if axes.axison:
@@ -71,29 +70,25 @@ def _title(result: dict[str, Any]) -> str:
     )
 
 
-def _draw_distance(axes: Axes, samples: list[Sample]) -> None:
-    times = [s.time_s for s in samples]
-    axes.plot(times, 100 * distances(samples), color=DISTANCE, lw=1.2)
+def _draw_distance(axes: Axes, recording: Recording) -> None:
+    axes.plot(recording.time_s, 100 * recording.distance_m, color=DISTANCE, lw=1.2)
     axes.axhline(100 * REACHED_M, color="0.5", ls="--", lw=0.8, label="reached below 4 cm")
     axes.set(ylabel="distance to target (cm)", xlabel="time (s)", ylim=(0, None))
     axes.legend(loc="upper right", frameon=False)
 
 
 def _draw_axis(
-    axes: Axes, samples: list[Sample], d: int, spikes: np.ndarray | None, name: str
+    axes: Axes, recording: Recording, d: int, spikes: np.ndarray | None, name: str
 ) -> None:
-    times = [s.time_s for s in samples]
+    times, hand, target = recording.time_s, recording.hand[:, d], recording.target[:, d]
     if spikes is not None:
-        error = np.array([s.target[d] - s.hand[d] for s in samples])
-        step, neuron = np.nonzero(_by_tuning(spikes, error))
+        step, neuron = np.nonzero(_by_tuning(spikes, target - hand))
         seconds = np.interp(step, np.linspace(0, len(spikes), len(times)), times)
         axes.scatter(seconds, neuron, s=0.6, color=SPIKES, marker="|", linewidths=0.5, alpha=0.6)
     axes.set_ylabel(f"M1 {name} neuron")
     position = axes.twinx()
-    position.plot(times, [s.hand[d] for s in samples], color=HAND, lw=1.6, label="hand")
-    position.step(
-        times, [s.target[d] for s in samples], color=TARGET, ls=":", lw=1.6, label="target"
-    )
+    position.plot(times, hand, color=HAND, lw=1.6, label="hand")
+    position.step(times, target, color=TARGET, ls=":", lw=1.6, label="target")
     position.set_ylabel(f"{name} (m)")
     if d == 0:
         position.legend(loc="upper right", ncols=2, framealpha=0.9)

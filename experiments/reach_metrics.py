@@ -4,14 +4,18 @@ from typing import Any
 
 import numpy as np
 
-from spikeport.experiments.arm_loop import Sample
+from spikeport.experiments.arm_loop import Recording
 from spikeport.simulator import Simulator
 
 
 def metrics(
-    samples: list[Sample], reach_times_s: list[float], sim: Simulator, wall_s: float
+    recording: Recording,
+    exact: np.ndarray,
+    reach_times_s: list[float],
+    sim: Simulator,
+    wall_s: float,
 ) -> dict[str, Any]:
-    """All metrics of a run.
+    """All metrics of a run, given the exact law's torques (n, 4) at its states.
 
     - ``reaches``: targets reached; ``seconds_per_reach_mean`` and ``_max``: time between reaches,
       the first from the start of the run and the last up to its end where that took longer;
@@ -27,19 +31,13 @@ def metrics(
         "reaches": len(times),
         "seconds_per_reach_mean": float(gaps.mean()) if len(times) else None,
         "seconds_per_reach_max": float(waited.max()),
-        "distance_rms_m": float(np.sqrt(np.mean(distances(samples) ** 2))),
-        "torque_error_rms_nm": torque_error_rms(samples),
+        "distance_rms_m": float(_rms(recording.distance_m)),
+        "torque_error_rms_nm": _rms(recording.torque - exact).tolist(),
         "readout_spikes": None if sim.image is None else sim.activity.readout_spikes,
         "real_time_factor": sim.time / wall_s,
     }
 
 
-def distances(samples: list[Sample]) -> np.ndarray:
-    """(n,) distance of hand and target at each physics step, in metres."""
-    return np.array([np.linalg.norm(s.target - s.hand) for s in samples])
-
-
-def torque_error_rms(samples: list[Sample]) -> list[float]:
-    """Root mean square of the torque error of each joint, in N m."""
-    error = np.array([s.torque - s.exact_torque for s in samples])
-    return [float(e) for e in np.sqrt(np.mean(error**2, axis=0))]
+def _rms(values: np.ndarray) -> np.ndarray:
+    """Root mean square over the first axis."""
+    return np.sqrt(np.mean(values**2, axis=0))

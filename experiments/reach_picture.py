@@ -1,13 +1,12 @@
 """Pictures and videos of a reach run, drawn from its recorded poses."""
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import mujoco
 import numpy as np
 
 from spikeport.errors import RenderError
-from spikeport.experiments.arm_loop import ArmLoop, Sample
+from spikeport.experiments.arm_loop import ArmLoop, Recording
 from spikeport.robot.render import Mark, Renderer
 from spikeport.robot.video import VideoWriter
 
@@ -21,7 +20,7 @@ def picture(loop: ArmLoop) -> np.ndarray | None:
     """The robot at the end of a run, with target and the hand's trace; None without graphics."""
     try:
         with Renderer(loop.plant.model, 720, 540) as renderer:
-            return renderer.frame(loop.plant.data, _marks(loop.samples))
+            return renderer.frame(loop.plant.data, _marks(loop.recording(), len(loop.poses)))
     except RenderError:
         return None
 
@@ -41,10 +40,11 @@ def check_video(folder: Path, loop: ArmLoop) -> None:
 def write_video(folder: Path, loop: ArmLoop) -> None:
     """Write ``video.mp4``, in real time; raises what `check_video` does."""
     with _renderer(loop) as renderer, _writer(folder) as video:
-        for pose, seen in _frames(loop):
-            loop.plant.data.qpos[:] = pose
+        recording = loop.recording()
+        for i in range(0, len(loop.poses), round(1 / (FPS * loop.plant.dt_s))):
+            loop.plant.data.qpos[:] = loop.poses[i]
             mujoco.mj_forward(loop.plant.model, loop.plant.data)
-            video.add(renderer.frame(loop.plant.data, _marks(seen)))
+            video.add(renderer.frame(loop.plant.data, _marks(recording, i + 1)))
 
 
 def _renderer(loop: ArmLoop) -> Renderer:
@@ -55,12 +55,8 @@ def _writer(folder: Path) -> VideoWriter:
     return VideoWriter(folder / "video.mp4", FPS)
 
 
-def _frames(loop: ArmLoop) -> Iterator[tuple[np.ndarray, list[Sample]]]:
-    every = round(1 / (FPS * loop.plant.dt_s))
-    for i in range(0, len(loop.samples), every):
-        yield loop.poses[i], loop.samples[max(0, i - TRACE_SAMPLES) : i + 1]
-
-
-def _marks(samples: list[Sample]) -> list[Mark]:
-    trace = [Mark(tuple(s.hand), 0.004, TRACE_RGBA) for s in samples[-TRACE_SAMPLES::2]]
-    return [Mark(tuple(samples[-1].target), 0.025, TARGET_RGBA), *trace]
+def _marks(recording: Recording, end: int) -> list[Mark]:
+    """The target, and where the hand went in the last second, up to a number of samples."""
+    trace = recording.hand[max(0, end - TRACE_SAMPLES) : end : 2]
+    target = Mark(tuple(recording.target[end - 1]), 0.025, TARGET_RGBA)
+    return [target, *(Mark(tuple(hand), 0.004, TRACE_RGBA) for hand in trace)]

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from spikeport.atomic import atomic_path
-from spikeport.experiments.arm_loop import Sample
+from spikeport.experiments.arm_loop import Recording
 from spikeport.networks.arm import AXES
 from spikeport.robot.description import ARM_JOINTS
 
@@ -21,25 +21,26 @@ SERIES = {
 
 
 def write_probes(
-    folder: Path, samples: list[Sample], rasters: dict[str, np.ndarray], dt_s: float
+    folder: Path,
+    recording: Recording,
+    exact: np.ndarray,
+    rasters: dict[str, np.ndarray],
+    dt_s: float,
 ) -> None:
-    """Write the series at every physics step, and the spikes of M1 as (time, axis, neuron)."""
+    """Write the series at every physics step, and the spikes of M1 one by one."""
+    series = {**recording._asdict(), "exact_torque": exact}
     data = {
-        name: (("time", dimension), _stack(samples, name), {"units": unit, "long_name": text})
+        name: (("time", dimension), series[name], {"units": unit, "long_name": text})
         for name, (dimension, unit, text) in SERIES.items()
     }
     coordinates = {
-        "time": ("time", [s.time_s for s in samples], {"units": "s"}),
+        "time": ("time", recording.time_s, {"units": "s"}),
         "joint": list(ARM_JOINTS),
         "axis": list(AXES),
     }
     dataset = xr.Dataset({**data, **_ragged_spikes(rasters, dt_s)}, coordinates)
     with atomic_path(folder / "probes.nc") as temporary:
         dataset.to_netcdf(temporary, engine="h5netcdf")
-
-
-def _stack(samples: list[Sample], name: str) -> np.ndarray:
-    return np.array([getattr(s, name) for s in samples])
 
 
 def _ragged_spikes(rasters: dict[str, np.ndarray], dt_s: float) -> dict[str, tuple]:

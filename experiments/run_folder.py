@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from spikeport.atomic import atomic_path, write_text
+from spikeport.atomic import atomic_path, is_leftover, write_text
 from spikeport.errors import UsageError
 
 RESULT_SCHEMA = 1
@@ -44,7 +44,7 @@ def create(out: Path | None, experiment: str, overwrite: bool = False) -> Path:
         raise UsageError(f"{folder}: cannot be made ({error.strerror})") from None
     if not os.access(folder, os.W_OK | os.X_OK):
         raise UsageError(f"{folder}: cannot be written to; choose another --out")
-    held = {path.name for path in folder.iterdir()}
+    held = {path.name for path in folder.iterdir() if not is_leftover(path)}
     if held - set(FILES):
         raise UsageError(f"{folder}: holds more than a run; choose another --out")
     if held and not overwrite:
@@ -54,8 +54,8 @@ def create(out: Path | None, experiment: str, overwrite: bool = False) -> Path:
 
 def clear(folder: Path) -> None:
     """Remove an earlier run, its result first: what is half removed does not read as whole."""
-    for name in FILES:
-        (folder / name).unlink(missing_ok=True)
+    for path in [*(folder / name for name in FILES), *filter(is_leftover, folder.glob("*"))]:
+        path.unlink(missing_ok=True)
 
 
 @contextlib.contextmanager

@@ -82,5 +82,11 @@ class OperationalSpaceLaw:
 
     def torque(self, q: np.ndarray, dq: np.ndarray, error: np.ndarray) -> np.ndarray:
         """(4,) the exact torque in N m at one state; error (3,) in metres."""
-        terms = self.terms(q[np.newaxis])
-        return error @ terms.kinematic[0] + dq @ terms.damping[0] + terms.bias[0]
+        return self.torques(q[np.newaxis], dq[np.newaxis], error[np.newaxis])[0]
+
+    def torques(self, q: np.ndarray, dq: np.ndarray, error: np.ndarray) -> np.ndarray:
+        """(n, 4) the exact torques in N m at n states; q, dq (n, 4) and error (n, 3)."""
+        terms = self.terms(q)
+        kinematic = np.einsum("nd,ndj->nj", error, terms.kinematic)
+        damping = np.einsum("ni,nij->nj", dq, terms.damping)
+        return kinematic + damping + terms.bias

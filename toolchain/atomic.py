@@ -5,6 +5,14 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
+PART = ".part"
+"""How a file that is not yet whole ends; only an interrupted program leaves one behind."""
+
+
+def is_leftover(path: Path) -> bool:
+    """Whether a file is one that an interrupted program left half written."""
+    return path.name.startswith(".") and PART in path.suffixes
+
 
 @contextlib.contextmanager
 def atomic_path(path: Path) -> Iterator[Path]:
@@ -14,7 +22,7 @@ def atomic_path(path: Path) -> Iterator[Path]:
     ``path`` before stays as it was.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
+    temporary = path.with_name(f".{path.name}.{os.getpid()}{PART}")
     try:
         yield temporary
         with open(temporary, "rb") as file:

@@ -11,7 +11,7 @@ import typer
 import typer.core
 
 from spikeport import __version__
-from spikeport.errors import CompileError, DivergedError, SpikeportError
+from spikeport.errors import CompileError, DivergedError, RenderError, SpikeportError
 
 
 class Commands(typer.core.TyperGroup):
@@ -32,7 +32,7 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-FAILURES = (CompileError, DivergedError)
+FAILURES = (CompileError, DivergedError, RenderError)
 LARGEST_SEED = 2**32 - 1
 """Of NumPy's random states."""
 
@@ -71,7 +71,7 @@ def compile_command(
 @app.command("run")
 def run_command(
     experiment: Annotated[str, typer.Argument(help="The experiment, e.g. reach.")],
-    backend: Annotated[str, typer.Option(help="Where it runs.")] = "nengo-loihi",
+    backend: Annotated[str, typer.Option(help="Where it runs.")] = "native",
     chip: Chip = "loihi",
     seed: Annotated[int, typer.Option(help="Seed of the run.", min=0, max=LARGEST_SEED)] = 0,
     seconds: Annotated[float | None, typer.Option(help="Simulated time.")] = None,

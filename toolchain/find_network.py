@@ -61,6 +61,7 @@ def _function(where: str, name: str) -> Callable[..., Any]:
 
 
 def _import_module(name: str) -> Any:
+    sys.path.insert(0, str(Path.cwd()))  # as python -m looks for modules
     try:
         return importlib.import_module(name)
     except SpikeportError:
@@ -78,6 +79,7 @@ def _import_file(path: Path) -> Any:
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
+    sys.path.insert(0, str(path.parent.resolve()))  # as python looks for a script's neighbours
     sys.modules[spec.name] = module  # where dataclasses look for the names in their annotations
     try:
         spec.loader.exec_module(module)

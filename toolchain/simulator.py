@@ -25,7 +25,8 @@ class Simulator:
     chip : str or Path
         The chip it is compiled for: a name, or the path of a TOML file.
     backend : str
-        ``"nengo-loihi"``, or ``"reference"`` for float Nengo without a chip.
+        ``"native"``, ``"nengo-loihi"`` for its emulator (the same bits, slower), or
+        ``"reference"`` for float Nengo without a chip.
     dt : float
         The time step, in seconds.
     seed : int, optional
@@ -50,7 +51,7 @@ class Simulator:
         self,
         network: nengo.Network,
         chip: str | Path = "loihi",
-        backend: str = "nengo-loihi",
+        backend: str = "native",
         dt: float = 0.001,
         seed: int | None = None,
     ) -> None:

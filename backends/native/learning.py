@@ -41,7 +41,7 @@ class Learning:
         self._cores = synapse_core(image)
         deliveries = first_deliveries(image)[image["in_axon_start"]]  # one an axon: no atoms learn
         self._deliveries = {int(g): (deliveries[g], deliveries[g + 1]) for g in self._groups}
-        self._places = {int(group): _places(image, group) for group in self._groups}
+        self._places = {int(group): _places(image, int(group)) for group in self._groups}
         self._t = 0
 
     def check(self, errors: Mapping[int, np.ndarray]) -> None:

@@ -40,7 +40,7 @@ def test_the_torque_is_held_over_five_steps_of_the_controller(law):
     torques = np.arange(48.0).reshape(12, 4)
     for torque in torques:
         loop.step(torque)
-    assert [s.torque.tolist() for s in loop.samples] == [torques[4].tolist(), torques[9].tolist()]
+    assert loop.recording().torque.tolist() == [torques[4].tolist(), torques[9].tolist()]
     assert loop.plant.time_s == pytest.approx(0.010)
 
 
@@ -56,12 +56,12 @@ def test_the_plant_applies_the_torque_it_was_given(law):
 def test_without_a_time_step_every_step_is_physics(law):
     loop = started(law, dt_s=None)
     loop.step(np.zeros(4))
-    assert len(loop.samples) == len(loop.poses) == 1
+    assert len(loop.recording().time_s) == len(loop.poses) == 1
 
 
 def test_what_is_seen_changes_with_the_physics_only(law):
     loop = started(law)
-    seen = [loop.step(loop.exact_torque) for _ in range(11)]
+    seen = [loop.step(loop.exact_torque()) for _ in range(11)]
     changes = [i for i in range(1, 11) if not np.array_equal(seen[i], seen[i - 1])]
     assert changes == [4, 9]
     assert seen[0].shape == (14,)
@@ -72,11 +72,18 @@ def test_a_sample_is_the_state_the_torque_answers(law):
     before = loop.step(np.zeros(4))
     for _ in range(4):
         loop.step(np.zeros(4))
-    (sample,) = loop.samples
-    assert np.array_equal(np.concatenate([sample.q, sample.dq, sample.hand, sample.target]), before)
-    exact = law.torque(sample.q, sample.dq, sample.target - sample.hand)
-    assert sample.exact_torque.tolist() == exact.tolist()
-    assert sample.time_s == 0.0
+    run = loop.recording()
+    assert np.array_equal(np.hstack([run.q, run.dq, run.hand, run.target])[0], before)
+    assert run.time_s.tolist() == [0.0]
+
+
+def test_the_exact_torques_of_a_run_are_those_the_law_gave(law):
+    loop = started(law, dt_s=None)
+    given = []
+    for _ in range(20):
+        given.append(loop.exact_torque())
+        loop.step(given[-1])
+    assert loop.recording().exact_torque(law) == pytest.approx(np.array(given), abs=1e-9)
 
 
 @pytest.mark.parametrize("kind", ["analytic", "spiking"])
@@ -87,7 +94,7 @@ def test_two_runs_are_equal_bit_for_bit(law, region, kind):
     def run():
         loop = started(law)
         torque = simulate(law, loop, 0.3, controller)
-        return torque, np.array([np.concatenate(s[1:]) for s in loop.samples]), loop.poses
+        return torque, np.hstack(loop.recording()[1:]), loop.poses
 
     for first, second in zip(run(), run(), strict=True):
         assert np.array_equal(first, second)
@@ -134,18 +141,17 @@ def test_a_huge_torque_is_clipped_by_the_robot(law):
     for _ in range(100):
         loop.step(np.array([1e9, -1e9, 1e9, -1e9]))
     assert np.abs(loop.plant.data.actuator_force).max() <= 300
-    assert len(loop.samples) == 100
+    assert len(loop.poses) == 100
 
 
 def test_the_region_holds_what_the_exact_law_does(law, region):
     loop = ArmLoop(law, seed=7)
     loop.begin(ReachTask(BOXES["small"], 7, loop.plant.hand_position()))
     for _ in range(1000):
-        loop.step(loop.exact_torque)
-    q = np.array([s.q for s in loop.samples])
-    hand = np.array([s.hand for s in loop.samples])
-    assert (np.abs(region.q.normalise(q)) < 1).mean() > 0.99
-    assert (np.abs(region.x.normalise(hand)) < 1).mean() > 0.99
+        loop.step(loop.exact_torque())
+    run = loop.recording()
+    assert (np.abs(region.q.normalise(run.q)) < 1).mean() > 0.99
+    assert (np.abs(region.x.normalise(run.hand)) < 1).mean() > 0.99
 
 
 def test_every_target_of_the_box_lies_in_the_region(region):

@@ -11,7 +11,7 @@ from PIL import Image
 from spikeport.compile.pipeline import compile_network
 from spikeport.errors import DivergedError, UsageError
 from spikeport.experiments import reach
-from spikeport.experiments.arm_loop import Sample
+from spikeport.experiments.arm_loop import Recording
 from spikeport.experiments.reach_metrics import metrics
 from spikeport.networks.arm import PRESETS, ArmNetwork, ArmSizes, analytic_arm
 from spikeport.robot.plant import Plant
@@ -202,15 +202,18 @@ def test_two_runs_differ_in_wall_clock_time_only(tmp_path):
 # metrics
 
 
-def sample(time_s, distance, torque=0.0):
-    hand, zero = np.zeros(3), np.zeros(4)
-    return Sample(time_s, zero, zero, hand, np.array([distance, 0, 0]), zero + torque, zero)
+def recorded(distances, torques):
+    n = len(distances)
+    target = np.outer(distances, [1, 0, 0])
+    torque = np.outer(torques, np.ones(4))
+    zero = np.zeros((n, 4))
+    return Recording(0.005 * np.arange(n), zero, zero, np.zeros((n, 3)), target, torque)
 
 
 def test_metrics_of_a_run_with_reaches():
     sim = SimpleNamespace(time=4.0, image=None)
-    samples = [sample(0.0, 0.3, 1.0), sample(0.005, 0.4, -1.0)]
-    figures = metrics(samples, [0.5, 1.5], sim, wall_s=2.0)
+    recording = recorded([0.3, 0.4], [1.0, -1.0])
+    figures = metrics(recording, np.zeros((2, 4)), [0.5, 1.5], sim, wall_s=2.0)
     assert figures["reaches"] == 2
     assert figures["seconds_per_reach_mean"] == 0.75
     assert figures["seconds_per_reach_max"] == 2.5
@@ -221,7 +224,8 @@ def test_metrics_of_a_run_with_reaches():
 
 
 def test_metrics_of_a_run_without_reaches():
-    figures = metrics([sample(0.0, 0.3)], [], SimpleNamespace(time=4.0, image=None), 1.0)
+    sim = SimpleNamespace(time=4.0, image=None)
+    figures = metrics(recorded([0.3], [0.0]), np.zeros((1, 4)), [], sim, 1.0)
     assert figures["reaches"] == 0
     assert figures["seconds_per_reach_mean"] is None
     assert figures["seconds_per_reach_max"] == 4.0
