@@ -38,7 +38,7 @@ def names(folder):
 def test_the_exact_law_reaches_in_the_small_box(run):
     result = run(15.0, backend="analytic").result
     assert result["metrics"]["reaches"] >= 42
-    assert result["metrics"]["torque_error_rms_nm"] == [0.0] * 4
+    assert result["metrics"]["torque_error_rms_nm"] == pytest.approx([0.0] * 4, abs=1e-12)
 
 
 @pytest.mark.slow
