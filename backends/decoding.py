@@ -10,8 +10,10 @@ import itertools
 from collections.abc import Sequence
 from typing import Any
 
+import nengo
 import numpy as np
 
+from spikeport.backends.sampling import sampled
 from spikeport.backends.tape_kernel import decode
 from spikeport.compile.extract import flat
 from spikeport.compile.image import ChipImage
@@ -113,32 +115,47 @@ class Recording:
         The image.
     number : int
         Its output that is recorded.
-    synapse : nengo.synapses.Synapse or None
-        The probe's filter.
+    probe : nengo.Probe
+        The probe, with its filter and how often it samples.
     """
 
-    def __init__(self, image: ChipImage, number: int, synapse: Any) -> None:
+    def __init__(self, image: ChipImage, number: int, probe: nengo.Probe) -> None:
         self._number = number
         self._output = Output(image, number)
         self._raw: list[np.ndarray] = []
         self._values: list[np.ndarray] = []
-        self._filter = self._make_filter(synapse, image.manifest["dt_s"])
+        self._dt_s = image.manifest["dt_s"]
+        self._sample_every = probe.sample_every
+        self._filter = self._make_filter(probe.synapse)
+        self._cleared = 0
 
-    def _make_filter(self, synapse: Any, dt_s: float) -> Any:
+    def _make_filter(self, synapse: Any) -> Any:
         if synapse is None:
             return lambda _t, x: x
         shape = (self._output.size,)
-        state = synapse.make_state(shape, shape, dt_s, dtype=np.float32)
-        return synapse.make_step(shape, shape, dt_s, rng=None, state=state)
+        state = synapse.make_state(shape, shape, self._dt_s, dtype=np.float32)
+        return synapse.make_step(shape, shape, self._dt_s, rng=None, state=state)
 
     def append(self, held: Sequence[np.ndarray]) -> None:
         """Record a step, given what every output of the image holds."""
         self._raw.append(held[self._number].copy())
 
     def data(self) -> np.ndarray:
-        """(n_steps, size) all values so far."""
+        """(n, size) the values of the steps it sampled, since it was last cleared."""
+        self._digest()
+        n = self._cleared + len(self._values)
+        steps = sampled(n, self._sample_every, self._dt_s) - 1 - self._cleared
+        values = np.array(self._values).reshape(len(self._values), self._output.size)
+        return values[steps[steps >= 0]]
+
+    def clear(self) -> None:
+        """Forget what was recorded; the filter keeps its state."""
+        self._digest()
+        self._cleared += len(self._values)
+        self._values.clear()
+
+    def _digest(self) -> None:
         for raw in self._raw:
             filtered = self._filter(0.0, self._output.decode(raw))
             self._values.append(np.array(filtered))  # a filter reuses its array
         self._raw.clear()
-        return np.array(self._values).reshape(len(self._values), self._output.size)

@@ -22,6 +22,9 @@ class Execution(Protocol):
     def data(self, probe: nengo.Probe) -> np.ndarray:
         """(n_steps, size) what a probe recorded so far."""
 
+    def clear_probes(self) -> None:
+        """Forget what the probes recorded so far."""
+
     def activity(self) -> Activity:
         """Exact counts of all steps so far."""
 

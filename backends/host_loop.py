@@ -45,8 +45,7 @@ class HostLoop:
         )
         self._decoder = Decoder(image, [output for output, _ in program.receivers])
         self._recordings = {
-            probe: Recording(image, output, probe.synapse)
-            for probe, output in program.probes.items()
+            probe: Recording(image, output, probe) for probe, output in program.probes.items()
         }
         self._flatten(program)
 
@@ -86,6 +85,12 @@ class HostLoop:
         if probe in self._recordings:
             return self._recordings[probe].data()
         return np.asarray(self._host.data[probe])
+
+    def clear_probes(self) -> None:
+        """Forget what the probes recorded so far."""
+        self._host.clear_probes()
+        for recording in self._recordings.values():
+            recording.clear()
 
     def activity(self) -> Activity:
         """Exact counts of the chip."""

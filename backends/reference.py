@@ -67,6 +67,10 @@ class Reference:
         """(n_steps, size) what a probe recorded."""
         return np.asarray(self._sim.data[probe])
 
+    def clear_probes(self) -> None:
+        """Forget what the probes recorded so far."""
+        self._sim.clear_probes()
+
     def activity(self) -> Activity:
         """Exact counts so far."""
         return self._counter.activity(self._dt_s)

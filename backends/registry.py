@@ -12,11 +12,12 @@ from spikeport.backends.host_loop import HostLoop
 from spikeport.backends.nengo_loihi import NengoLoihiChip
 from spikeport.backends.reference import Reference
 from spikeport.compile.image import ChipImage
-from spikeport.compile.pipeline import compile_network
+from spikeport.compile.pipeline import Compilation, compile_network
 from spikeport.errors import unknown
 
-Open = Callable[[nengo.Network, str | Path, float, int], Execution]
-"""Opens a network, given the chip, the time step in seconds and a seed."""
+Open = Callable[[nengo.Network, str | Path, float, int, Compilation | None], Execution]
+"""Opens a network, given the chip, the time step in seconds, a seed and, where the network was
+opened before, what it was compiled to."""
 
 
 @dataclass(frozen=True)
@@ -31,14 +32,26 @@ class Backend:
 def _on(load: Callable[[ChipImage, int], Chip]) -> Open:
     """Compile a network, load its image with ``load``, and keep the rest on the host."""
 
-    def open_network(network: nengo.Network, chip: str | Path, dt_s: float, seed: int) -> Execution:
-        compilation = compile_network(network, chip, dt_s)
-        return HostLoop(compilation, load(compilation.image, seed), seed)
+    def open_network(
+        network: nengo.Network,
+        chip: str | Path,
+        dt_s: float,
+        seed: int,
+        compilation: Compilation | None,
+    ) -> Execution:
+        compiled = compilation or compile_network(network, chip, dt_s)
+        return HostLoop(compiled, load(compiled.image, seed), seed)
 
     return open_network
 
 
-def _without_chip(network: nengo.Network, _chip: str | Path, dt_s: float, seed: int) -> Execution:
+def _without_chip(
+    network: nengo.Network,
+    _chip: str | Path,
+    dt_s: float,
+    seed: int,
+    _compilation: Compilation | None,
+) -> Execution:
     return Reference(network, dt_s, seed)
 
 

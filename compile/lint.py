@@ -197,7 +197,7 @@ def chip_process(scope: Scope) -> Iterator[Violation]:
 
 
 def probe(scope: Scope) -> Iterator[Violation]:
-    """What of the chip's state can be recorded, and that it is recorded at every step."""
+    """What of the chip's state can be recorded."""
     for recorded in scope.network.all_probes:
         connection = isinstance(recorded.obj, nengo.Connection)
         if not scope.on_chip(recorded.obj.pre_obj if connection else recorded.obj):
@@ -210,14 +210,6 @@ def probe(scope: Scope) -> Iterator[Violation]:
                 recorded.attr,
                 " or ".join(allowed) or "none",
                 f"probe one of these, {OFF_CHIP_CURE}",
-            )
-        if recorded.sample_every is not None:
-            yield Violation(
-                scope.names[recorded],
-                "sampling of a probe on the chip",
-                f"every {recorded.sample_every:g} s",
-                "every step",
-                "leave sample_every out, and thin the data afterwards",
             )
 
 

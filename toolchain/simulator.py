@@ -1,5 +1,6 @@
 """`Simulator`: a Nengo network on a chip, with the conventions of Nengo's own simulators."""
 
+import functools
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,9 @@ from nengo.exceptions import SimulatorClosed
 
 from spikeport.backends import registry
 from spikeport.backends.execution import Execution
+from spikeport.backends.sampling import sampled
 from spikeport.compile.image import ChipImage
+from spikeport.compile.pipeline import Compilation
 from spikeport.errors import UsageError
 from spikeport.hardware_models.activity import Activity
 
@@ -55,14 +58,18 @@ class Simulator:
         dt: float = 0.001,
         seed: int | None = None,
     ) -> None:
-        found = registry.get(backend)
+        self._open = functools.partial(registry.get(backend).open, network, chip, dt)
+        self._probes = network.all_probes
         self.seed = (network.seed or 0) + 1 if seed is None else seed
         self.dt = dt
-        self.n_steps = 0
         self.closed = False
-        self._execution = found.open(network, chip, dt, self.seed)
+        self._start(compilation=None)
+
+    def _start(self, compilation: Compilation | None) -> None:
+        self.n_steps = 0
+        self._execution = self._open(self.seed, compilation)
         self.compilation = self._execution.compilation
-        self.data = _Data(network, self._execution)
+        self.data = _Data(self._probes, self._execution)
 
     def __enter__(self) -> "Simulator":
         return self
@@ -109,9 +116,32 @@ class Simulator:
         """Advance by a time, rounded to whole steps."""
         self.run_steps(round(time_in_seconds / self.dt))
 
-    def trange(self) -> np.ndarray:
-        """(n_steps,) the times of the steps so far, in seconds."""
-        return self.dt * np.arange(1, self.n_steps + 1)
+    def trange(self, sample_every: float | None = None) -> np.ndarray:
+        """The times, in seconds, of the steps so far, or of those sampled every so often."""
+        return self.dt * sampled(self.n_steps, sample_every, self.dt)
+
+    def clear_probes(self) -> None:
+        """Forget what the probes recorded so far."""
+        self._execution.clear_probes()
+
+    def reset(self, seed: int | None = None) -> None:
+        """Start over: all state at rest, nothing recorded; the compiled network stays as it is.
+
+        Parameters
+        ----------
+        seed : int, optional
+            A new seed of noise and processes; by default that of before.
+
+        Raises
+        ------
+        SimulatorClosed
+            If the simulator is closed.
+        """
+        if self.closed:
+            raise SimulatorClosed("Cannot reset closed Simulator.")
+        self._execution.close()
+        self.seed = self.seed if seed is None else seed
+        self._start(self.compilation)
 
     def close(self) -> None:
         """Free what the simulation holds; recorded data stays readable."""
@@ -124,8 +154,8 @@ class Simulator:
 class _Data(Mapping[nengo.Probe, np.ndarray]):
     """Recorded data by probe."""
 
-    def __init__(self, network: nengo.Network, execution: Execution) -> None:
-        self._probes = network.all_probes
+    def __init__(self, probes: list[nengo.Probe], execution: Execution) -> None:
+        self._probes = probes
         self._execution = execution
         self._frozen: dict[nengo.Probe, np.ndarray] = {}
 

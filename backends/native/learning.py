@@ -10,7 +10,7 @@ from spikeport.backends.native.wiring import Wiring, first_deliveries, kept_syna
 from spikeport.backends.nengo_loihi import load_blocks
 from spikeport.compile.image import ChipImage
 from spikeport.compile.usage import synapse_core
-from spikeport.errors import BackendError
+from spikeport.errors import BackendError, ImageError
 
 
 class Learning:
@@ -24,6 +24,11 @@ class Learning:
         Its wiring, whose weights follow what is learned.
     rng : np.random.RandomState
         The chip's stream, shared with noise.
+
+    Raises
+    ------
+    ImageError
+        If axons of a learning group share a row, choose among atoms or are not used.
     """
 
     def __init__(self, image: ChipImage, wiring: Wiring, rng: np.random.RandomState) -> None:
@@ -31,6 +36,8 @@ class Learning:
         self.active = len(self._groups) > 0
         if not self.active:
             return
+        for group in self._groups:
+            _check_plain(image, int(group))
         blocks, synapses = load_blocks(image)
         for block in blocks:
             block.synapses = [s for s in block.synapses if s.learning]
@@ -77,6 +84,17 @@ class Learning:
                 self._wiring.weights[place] = learned[number]
                 updated[self._cores[group]] += synapse.size()
         return updated
+
+
+def _check_plain(image: ChipImage, group: int) -> None:
+    """Traces belong to axons and weights to rows: for them to meet, each axon has its own row."""
+    axons, rows = image.part("in_axon_start", group), image.part("row_start", group)
+    own = np.array_equal(image["in_axon_row"][axons], np.arange(rows.stop - rows.start))
+    if not own or (image["row_atoms"][rows] != 1).any() or (image["in_axon_base"][axons] < 0).any():
+        raise ImageError(
+            f"synapse group '{image.manifest['synapses'][group]['label']}' learns: each of its "
+            "axons needs a row of its own, of one atom, and a base; compile the image again"
+        )
 
 
 def _places(image: ChipImage, group: int) -> tuple[np.ndarray, np.ndarray]:

@@ -1,3 +1,5 @@
+from importlib import metadata
+
 import nengo
 import numpy as np
 import pytest
@@ -172,3 +174,60 @@ def test_an_unknown_backend_lists_the_backends():
 def test_an_unknown_chip_lists_the_chips():
     with pytest.raises(UsageError, match=r"^unknown chip 'lohi'; there is: .*loihi"):
         Simulator(network(), chip="lohi")
+
+
+def test_reset_repeats_the_run(backend):
+    net = network()
+    with Simulator(net, backend=backend) as sim:
+        sim.run_steps(60)
+        first = sim.data[net.value].copy(), sim.data[net.spikes].copy(), sim.activity.totals()
+        sim.reset()
+        assert sim.n_steps == sim.time == 0
+        assert len(sim.data[net.value]) == 0
+        sim.run_steps(60)
+        assert np.array_equal(first[0], sim.data[net.value])
+        assert np.array_equal(first[1], sim.data[net.spikes])
+        assert first[2] == sim.activity.totals()
+
+
+def test_reset_keeps_the_image_and_takes_a_new_seed():
+    with Simulator(network(), seed=3) as sim:
+        image = sim.image
+        sim.reset()
+        assert sim.seed == 3
+        sim.reset(seed=4)
+        assert sim.seed == 4
+        assert sim.image is image
+    with pytest.raises(SimulatorClosed):
+        sim.reset()
+
+
+def test_cleared_probes_go_on_from_there(backend):
+    net = network()
+    with Simulator(net, backend=backend) as sim:
+        sim.run_steps(50)
+        whole = sim.data[net.value].copy()
+        sim.reset()
+        sim.run_steps(20)
+        sim.clear_probes()
+        assert len(sim.data[net.value]) == 0
+        sim.run_steps(30)
+        assert np.array_equal(sim.data[net.value], whole[20:])
+
+
+def test_a_probe_samples_as_nengo_does(backend):
+    with network() as net:
+        thin = nengo.Probe(net.ensembles[0], synapse=0.01, sample_every=0.003)
+        full = nengo.Probe(net.ensembles[0], synapse=0.01)
+    with Simulator(net, backend=backend) as sim, nengo.Simulator(net, progress_bar=False) as theirs:
+        for simulator in (sim, theirs):
+            simulator.run_steps(31)
+        assert np.array_equal(sim.trange(0.003), theirs.trange(sample_every=0.003))
+        assert len(sim.data[thin]) == len(theirs.data[thin]) == len(sim.trange(0.003))
+        steps = np.round(sim.trange(0.003) / sim.dt).astype(int)
+        assert np.array_equal(sim.data[thin], sim.data[full][steps - 1])
+
+
+def test_it_is_a_nengo_backend():
+    (entry,) = metadata.entry_points(group="nengo.backends", name="spikeport")
+    assert entry.load() is Simulator
