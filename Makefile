@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test check bench format clean
+.PHONY: help demo test shadow check bench format clean
 
 help:  ## what can be made
 	@awk -F':.*## ' '/^[a-z]+:.*## /{printf "  make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -25,6 +25,9 @@ demo: $(STAMP)  ## the arm on the emulated chip reaches for targets; writes runs
 
 test: check  ## lint, types and all tests
 	$(BIN)/python -m pytest
+
+shadow: $(STAMP)  ## nengo-loihi's own tests, native backend beside its emulator (4 minutes)
+	$(BIN)/python -m pytest tests/shadow
 
 check: $(STAMP) build/links  ## lint and types only
 	$(BIN)/ruff check .

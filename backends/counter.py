@@ -46,7 +46,7 @@ class Counter:
             Weights changed by learning in this step.
         """
         n = len(self._cores)
-        self._delivered[delivered] += 1
+        np.add.at(self._delivered, delivered, 1)
         self._rows.append(
             np.stack(
                 [

@@ -1,0 +1,166 @@
+"""What the native backend refuses, in whole sentences, and that it refuses before it steps."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from images import Block, Group, Parts, Route
+from side_by_side import snapshot
+
+from spikeport.backends.native.chip import NativeChip
+from spikeport.errors import BackendError, ImageError
+
+NOTHING = np.zeros(0, dtype=int)
+
+
+@pytest.fixture
+def chip() -> NativeChip:
+    """Three sources and two, one block of two compartments that learns nothing."""
+    return NativeChip(
+        Parts(
+            blocks=[Block(n=2, bias=5, vth=100)],
+            groups=[Group(weights=[[64, 64]])],
+            inputs=[3, 2],
+            routes=[Route(axon=[0, 0, 0], input=0), Route(axon=[0, 0], input=1)],
+        ).image(),
+        seed=0,
+    )
+
+
+def refusal(step: Callable[[], Any]) -> str:
+    with pytest.raises(BackendError) as caught:
+        step()
+    return str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("spikes", "message"),
+    [
+        ([NOTHING], "spikes of 1 inputs; the image has 2"),
+        ([NOTHING] * 3, "spikes of 3 inputs; the image has 2"),
+        (
+            [NOTHING, np.array([0, 2])],
+            "input 1: 2 spikes of sources 0 to 2; "
+            "it has 2, counted from 0, of which each can spike once in a step",
+        ),
+        (
+            [np.array([-1]), NOTHING],
+            "input 0: 1 spikes of sources -1 to -1; "
+            "it has 3, counted from 0, of which each can spike once in a step",
+        ),
+        (
+            [np.array([0, 1, 1, 2]), NOTHING],
+            "input 0: 4 spikes of sources 0 to 2; "
+            "it has 3, counted from 0, of which each can spike once in a step",
+        ),
+        (
+            [np.array([0.0, 1.0]), NOTHING],
+            "input 0: its spikes are float64 of shape (2,); "
+            "give the numbers of the sources that spike, as a (n,) array of integers",
+        ),
+        (
+            [NOTHING, np.array([True, False])],
+            "input 1: its spikes are bool of shape (2,); "
+            "give the numbers of the sources that spike, as a (n,) array of integers",
+        ),
+        (
+            [np.array([[0, 1]]), NOTHING],
+            "input 0: its spikes are int64 of shape (1, 2); "
+            "give the numbers of the sources that spike, as a (n,) array of integers",
+        ),
+    ],
+)
+def test_wrong_spikes_are_refused(chip: NativeChip, spikes: list[np.ndarray], message: str) -> None:
+    chip.step([np.array([0]), NOTHING], {})
+    before = snapshot(chip)
+    assert refusal(lambda: chip.step(spikes, {})) == message
+    for a, b in zip(before, snapshot(chip), strict=True):
+        np.testing.assert_array_equal(a, b)
+    chip.step([NOTHING, NOTHING], {})
+    assert chip.state.q.tolist() == [64, 64]
+
+
+@pytest.mark.parametrize("dtype", [np.int8, np.uint8, np.int32, np.uint64])
+def test_integers_of_any_width_are_spikes(chip: NativeChip, dtype: type) -> None:
+    chip.step([np.array([0, 2], dtype), np.array([1], dtype)], {})
+    chip.step([NOTHING, NOTHING], {})
+    assert chip.state.q.tolist() == [3 * 64, 3 * 64]
+
+
+def test_a_closed_chip_does_not_step(chip: NativeChip) -> None:
+    chip.close()
+    assert refusal(lambda: chip.step([NOTHING] * 2, {})) == (
+        "the chip is closed: it cannot step any more"
+    )
+
+
+def test_errors_of_groups_that_do_not_learn_are_refused(chip: NativeChip) -> None:
+    assert refusal(lambda: chip.step([NOTHING] * 2, {0: np.zeros(1)})) == (
+        "synapse group 0 does not learn; those that do: none"
+    )
+
+
+def test_errors_of_another_shape_are_refused() -> None:
+    rule = (1, 4, -7, 10, 8.5, 2, 4)
+    parts = Parts([Block(n=4)], [Group([[0] * 4]), Group([[0] * 4], learning=rule)])
+    chip = NativeChip(parts.image(), seed=0)
+    assert refusal(lambda: chip.step([], {1: np.zeros(4)})) == (
+        "synapse group 1: its error has shape (4,), not (2,)"
+    )
+    assert refusal(lambda: chip.step([], {0: np.zeros(2)})) == (
+        "synapse group 0 does not learn; those that do: 1"
+    )
+
+
+@pytest.mark.parametrize(("base", "index"), [(2, 1), (0, 3), (0, -1)])
+def test_an_image_with_a_target_outside_its_block_is_refused(base: int, index: int) -> None:
+    """nengo-loihi's emulator fails at the first spike there; a negative target wraps silently."""
+    group = Group(weights=[[1]], indices=[[[index]]], axon_base=[base], block=1)
+    parts = Parts([Block(n=9), Block(n=3)], [group], [1], [Route(axon=[0], input=0)])
+    with pytest.raises(ImageError) as caught:
+        NativeChip(parts.image(), seed=0)
+    assert str(caught.value) == (
+        "block 'block 1': a synapse targets a compartment outside the block of 3; "
+        "compile the image again"
+    )
+
+
+@pytest.mark.parametrize(
+    ("axon", "atom", "reason"),
+    [
+        (2, 0, "leads to axon 2 of 2"),
+        (1, 1, "chooses atom 1 of 1"),
+        (0, 3, "chooses atom 3 of 3"),
+        (0, -1, "chooses atom -1 of 3"),
+    ],
+)
+def test_an_image_with_a_route_to_nowhere_is_refused(axon: int, atom: int, reason: str) -> None:
+    """Else its spikes would be delivered to other axons."""
+    group = Group(weights=[[[1], [2], [3]], [[4]]])
+    route = Route(axon=[-1, axon], atom=[0, atom], input=0)
+    with pytest.raises(ImageError) as caught:
+        NativeChip(Parts([Block()], [group], [2], [route]).image(), seed=0)
+    assert str(caught.value) == (
+        f"synapse group 'group 0': a route {reason}; compile the image again"
+    )
+
+
+@pytest.mark.parametrize(
+    "group",
+    [
+        Group([[0] * 4], axon_row=[0, 0]),
+        Group([[[0] * 4, [1] * 4]]),
+        Group([[0] * 4], axon_base=[-1]),
+        Group([[0] * 4, [0] * 4], axon_row=[1, 0]),
+    ],
+)
+def test_learning_axons_that_are_not_plain_are_refused(group: Group) -> None:
+    """nengo-loihi's emulator learns wrongly there, or fails; its builder never makes them."""
+    group.learning = (1, 4, -7, 10, 8.5, 2, 4)
+    with pytest.raises(ImageError) as caught:
+        NativeChip(Parts([Block(n=4)], [group]).image(), seed=0)
+    assert str(caught.value) == (
+        "synapse group 'group 0' learns: each of its axons needs a row of its own, of one atom, "
+        "and a base; compile the image again"
+    )

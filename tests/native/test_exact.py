@@ -1,0 +1,24 @@
+"""The native backend has the bits of nengo-loihi's emulator, and both have the oracle's."""
+
+import pytest
+from hypothesis import HealthCheck, event, given, settings
+from hypothesis import strategies as st
+from images import images
+from side_by_side import assert_equal_steps, random_spikes
+
+from spikeport.compile.image import ChipImage
+
+pytestmark = pytest.mark.filterwarnings("ignore:Overflow in")
+
+
+@settings(
+    max_examples=400,
+    derandomize=True,
+    deadline=None,
+    database=None,
+    suppress_health_check=[HealthCheck.too_slow],
+)
+@given(image=images(), seed=st.integers(0, 2**32 - 1))
+def test_any_image_has_equal_state_outputs_and_counts(image: ChipImage, seed: int) -> None:
+    states = assert_equal_steps(image, seed, random_spikes(image, 20, seed))
+    event(f"chip spikes: {any(s.spiked.any() for s in states)}")

@@ -1,0 +1,128 @@
+"""Learning on the native backend: weights, traces and the random stream are nengo-loihi's."""
+
+import dataclasses
+import itertools
+from collections.abc import Iterator
+
+import nengo
+import numpy as np
+import pytest
+from images import Block, Group, Parts, Route
+from oracle import Oracle
+from side_by_side import assert_equal_activity, random_spikes, snapshot
+
+from spikeport import compile_network
+from spikeport.backends.native.chip import NativeChip
+from spikeport.backends.nengo_loihi import NengoLoihiChip
+from spikeport.compile.image import ChipImage
+
+pytestmark = pytest.mark.filterwarnings(
+    "ignore:Received PES error", "ignore:Clipping", "ignore:Synaptic trace"
+)
+
+N_STEPS = 200
+RULE = (1, 4, -7, 10, 8.5, 2, 4)
+"""On, rate 4 2^-7, traces of 10 steps raised by 8.5, updated every 2 steps, weights every 4."""
+
+
+@pytest.fixture(scope="module")
+def pes() -> ChipImage:
+    """A communication channel that two errors teach."""
+    with nengo.Network(seed=3) as net:
+        stimulus = nengo.Node(lambda t: np.sin(9 * t), size_out=1)
+        target = nengo.Node(lambda t: np.cos(9 * t), size_out=1)
+        pre = nengo.Ensemble(60, 1, label="pre")
+        post = nengo.Node(lambda t, x: x, size_in=1)
+        other = nengo.Node(lambda t, x: x, size_in=2)
+        error = nengo.Node(lambda t, x: x, size_in=1)
+        nengo.Connection(stimulus, pre)
+        taught = nengo.Connection(pre, post, learning_rule_type=nengo.PES(1e-3))
+        pair = nengo.Connection(
+            pre, other, function=lambda x: [x[0], -x[0]], learning_rule_type=nengo.PES(2e-3)
+        )
+        nengo.Connection(target, error, transform=-1)
+        nengo.Connection(error, taught.learning_rule)
+        nengo.Connection(error, pair.learning_rule, transform=[[1], [1]])
+        nengo.Probe(post)
+    return compile_network(net).image
+
+
+def with_noise(image: ChipImage) -> ChipImage:
+    arrays = dict(image.arrays)
+    arrays["enable_noise"] = np.arange(image.n_compartments) % 3 > 0
+    arrays["block_noise_exp"] = np.full(image.n_blocks, 12)
+    return dataclasses.replace(image, arrays=arrays)
+
+
+def learning_groups(image: ChipImage) -> np.ndarray:
+    return np.flatnonzero(image["synapse_learning"][:, 0])
+
+
+def random_errors(image: ChipImage) -> Iterator[dict[int, np.ndarray]]:
+    """Errors of every group that learns: some rounded to zero, some clipped; now and then none."""
+    rng = np.random.RandomState(8)
+    sizes = np.diff(image["block_start"])[image["synapse_block"]] // 2
+    while True:
+        scale = rng.choice([0.001, 0.3, 3])
+        groups = learning_groups(image) if rng.rand() > 0.1 else []
+        yield {int(g): rng.normal(scale=scale, size=sizes[g]) for g in groups}
+
+
+def assert_learns_equally(image: ChipImage) -> NativeChip:
+    native, theirs = NativeChip(image, 11), NengoLoihiChip(image, 11)
+    spikes = random_spikes(image, N_STEPS, 2)
+    for step, (sources, errors) in enumerate(zip(spikes, random_errors(image), strict=False)):
+        ours, others = native.step(sources, errors), theirs.step(sources, errors)
+        pairs = [(snapshot(native), snapshot(theirs)), (ours, others)]
+        for a, b in itertools.chain.from_iterable(zip(*p, strict=True) for p in pairs):
+            np.testing.assert_array_equal(a, b, err_msg=f"step {step + 1}")
+        _assert_equal_learning(image, native, theirs)
+    assert_equal_activity(native, theirs)
+    return native
+
+
+def _assert_equal_learning(image: ChipImage, native: NativeChip, theirs: NengoLoihiChip) -> None:
+    learning, emulator = native._learning, theirs._emulator
+    for group in learning_groups(image):
+        ours, other = learning._synapses[group], theirs._synapses[group]
+        np.testing.assert_array_equal(ours.weights, other.weights)
+        np.testing.assert_array_equal(learning._state.traces[ours], emulator.synapses.traces[other])
+    for a, b in zip(learning._rng.get_state(), emulator.rng.get_state(), strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
+@pytest.mark.parametrize("noise", [False, True])
+def test_a_compiled_network_learns_equally(pes: ChipImage, noise: bool) -> None:
+    assert len(learning_groups(pes)) == 2
+    native = assert_learns_equally(with_noise(pes) if noise else pes)
+    assert native.activity().learning_updates.sum() > 0
+    assert native.state.spike_count.sum() > 500
+    assert np.any(native._wiring.weights != pes["weights"])
+
+
+@pytest.mark.parametrize("indices", [[0, 1, 2, 3], [3, 1, 0, 2], [0, 2, 2, 1]])
+def test_learned_weights_reach_their_synapses_in_any_order(indices: list[int]) -> None:
+    """Also beside rows of which duplicate indices hide a synapse."""
+    image = Parts(
+        blocks=[Block(n=4, vth=2**16, vmin=-(2**16)), Block(n=4, core=1, bias=900, vth=2000)],
+        groups=[
+            Group(weights=[[64, 128, 192], [0, 64, 128]], indices=[[0, 0, 1], [1, 2, 1]], block=1),
+            Group(weights=[[0] * 4] * 5, indices=[[indices]] * 5, learning=RULE),
+            Group(weights=[[640, 0, 0, 320]], block=1),
+        ],
+        inputs=[5],
+        routes=[
+            Route(axon=[0, 1, 0, 1, -1], input=0),
+            Route(axon=[0, 1, 2, 3, 4], input=0, group=1),
+            Route(axon=[4, 3, 2, 1], block=1, group=1),
+            Route(axon=[0, 0, 0, 0], block=0, group=2),
+        ],
+    ).image()
+    native = assert_learns_equally(image)
+    assert native.state.spike_count[:4].any()
+    assert native.state.spike_count[4:].all()
+
+
+def test_the_oracle_does_not_learn(pes: ChipImage) -> None:
+    with pytest.raises(NotImplementedError, match="the oracle does not learn"):
+        Oracle(pes, 0)

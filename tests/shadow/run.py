@@ -1,0 +1,46 @@
+"""Runs nengo-loihi's own tests with the native backend in the shadow of its emulator.
+
+    python tests/shadow/run.py [--report FILE] [options of pytest]
+
+Ends with pytest's exit code, or 1 where the emulators differed.
+"""
+
+import argparse
+import os
+import sys
+import tempfile
+from pathlib import Path
+
+import nengo_loihi
+import pytest
+import shadow_suite
+from shadow_tally import TALLY
+
+from spikeport.compile.numpy1 import numpy1_semantics
+
+# nengo's plugin does not load under pytest 9
+OPTIONS = ("-q", "-p", "no:nengo", "-p", "no:cacheprovider", "--import-mode=importlib")
+PACKAGE = Path(nengo_loihi.__file__).parent
+
+
+def main(arguments: list[str]) -> int:
+    """Run the tests; returns the exit code."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--report", type=Path, help="where to write the counts, as JSON")
+    options, rest = parser.parse_known_args(arguments)
+    report = options.report.absolute() if options.report else None
+    with tempfile.TemporaryDirectory() as folder, numpy1_semantics():
+        settings = Path(folder, "pytest.ini")  # this checkout's are not theirs
+        settings.write_text("[pytest]\n", encoding="utf-8")
+        # tests draw their seeds from their names, which begin with the package's
+        where = ["-c", str(settings), "--rootdir", str(PACKAGE.parent), "--pyargs", PACKAGE.name]
+        os.chdir(folder)  # for what tests write
+        code = pytest.main([*OPTIONS, *where, *rest], plugins=[shadow_suite])
+        os.chdir(PACKAGE)
+    if report:
+        TALLY.write(report)
+    return int(code) or int(bool(TALLY.mismatches))
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

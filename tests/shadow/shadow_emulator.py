@@ -1,0 +1,102 @@
+"""nengo-loihi's emulator, which takes the native backend along and compares after every step."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import nengo_loihi.emulator
+import nengo_loihi.simulator
+import numpy as np
+from nengo_loihi.emulator import EmulatorInterface
+from shadow_tally import TALLY
+
+from spikeport.backends.native.chip import NativeChip
+from spikeport.compile.build import Blocks
+from spikeport.compile.extract import extract
+from spikeport.compile.image import ChipImage
+
+
+class ShadowMismatchError(AssertionError):
+    """The two emulators differ."""
+
+
+class ShadowEmulator(EmulatorInterface):
+    """Runs both; what it returns is nengo-loihi's."""
+
+    def __init__(self, model: Any, seed: int | None = None) -> None:
+        super().__init__(model, seed=seed)
+        self._native: NativeChip | None = None
+        if self.block_info.dtype != np.int32:
+            TALLY.say("runs blocks of floats, which have no chip image")
+            return
+        TALLY.say("makes an emulator, but no step of it")
+        image = image_of(model)
+        self._native = NativeChip(image, self.seed)
+        synapses = [synapse for block in model.blocks for synapse in block.synapses]
+        self._groups = {synapse: group for group, synapse in enumerate(synapses)}
+        self._errors: dict[int, np.ndarray] = {}
+        self._expected: list[list[int]] = [[] for _ in self.inputs]
+
+    def host2chip(self, spikes: Any, errors: Any) -> None:
+        super().host2chip(spikes, errors)
+        if self._native is not None:
+            self._errors = {self._groups[synapse]: error for synapse, _, error in errors}
+            if len(self._errors) < len(errors):
+                raise ShadowMismatchError("two errors of one step for one synapse group")
+
+    def step(self) -> None:
+        if self._native is None:
+            super().step()
+            return
+        # read before they are popped; the native chip was given these in the step before
+        arriving = [sorted(source.spikes.get(self.t, [])) for source in self.inputs]
+        if arriving != self._expected:
+            raise ShadowMismatchError(f"step {self.t + 1}: spikes came after their step")
+        super().step()
+        sent = [_sources(source.spikes.get(self.t, [])) for source in self.inputs]
+        self._expected = [sorted(sources) for sources in sent]
+        outputs = self._native.step(sent, self._errors)
+        for name, ours, theirs in self._pairs(outputs):
+            if not np.array_equal(ours, theirs):
+                TALLY.mismatch(f"step {self.t}: {name}")
+                raise ShadowMismatchError(f"step {self.t}: {name} differs")
+        TALLY.step(spikes=int(self.compartment.spiked.sum()), n=self.compartment.n_compartments)
+
+    def _pairs(self, outputs: list[np.ndarray]) -> Iterator[tuple[str, Any, Any]]:
+        ours, theirs = self._native.state, self.compartment
+        yield "voltage", ours.v, theirs.voltage
+        yield "current", ours.u, theirs.current
+        yield "input", ours.q, theirs.input[0]
+        yield "spiked", ours.spiked[: theirs.n_compartments], theirs.spiked
+        yield "refractory count", ours.refractory, theirs.ref_count
+        yield "spike count", ours.spike_count, theirs.spike_count
+        for i, (probe, output) in enumerate(zip(self.probes.outputs, outputs, strict=True)):
+            parts = [np.ravel(segment[-1]) for segment in self.probes.outputs[probe]]
+            yield f"output {i}", output, np.concatenate(parts)
+        yield from self._learning_pairs()
+
+    def _learning_pairs(self) -> Iterator[tuple[str, Any, Any]]:
+        learning = self._native._learning
+        if not learning.active:
+            return
+        for synapse, trace in self.synapses.traces.items():
+            ours = learning._synapses[self._groups[synapse]]
+            yield "trace", learning._state.traces[ours], trace
+            yield "learned weights", np.stack(ours.weights), np.stack(synapse.weights)
+        yield "random stream", learning._rng.get_state()[1], self.rng.get_state()[1]
+        yield "place in random stream", learning._rng.get_state()[2], self.rng.get_state()[2]
+
+
+def image_of(model: Any) -> ChipImage:
+    """The image of a discretised model, one block a core."""
+    labels = {block: f"block {i}" for i, block in enumerate(model.blocks)}
+    return extract(Blocks(model, labels, (), ()), range(len(model.blocks)), "none")
+
+
+def install() -> None:
+    """Put the shadow where nengo-loihi looks its emulator up."""
+    nengo_loihi.emulator.EmulatorInterface = ShadowEmulator
+    nengo_loihi.simulator.EmulatorInterface = ShadowEmulator
+
+
+def _sources(spikes: Any) -> np.ndarray:
+    return np.asarray(spikes, dtype=int).reshape(-1)

@@ -1,0 +1,77 @@
+"""What was compared, test by test."""
+
+import json
+from collections import Counter
+from pathlib import Path
+
+NO_EMULATOR = "makes no emulator"
+
+
+class Tally:
+    """Counts steps, compartment updates and spikes compared, under the test that runs."""
+
+    def __init__(self) -> None:
+        self.test = "outside tests"
+        self.steps: Counter[str] = Counter()
+        self.updates = 0
+        self.spikes = 0
+        self.mismatches: list[str] = []
+        self.reasons: dict[str, str] = {}
+        self.outcomes: dict[str, str] = {}
+        self.errors: dict[str, str] = {}
+
+    def begin(self, test: str) -> None:
+        """All that follows is of this test."""
+        self.test = test
+
+    def step(self, spikes: int, n: int) -> None:
+        """One step was compared, and equal."""
+        self.steps[self.test] += 1
+        self.updates += int(n)
+        self.spikes += int(spikes)
+
+    def mismatch(self, what: str) -> None:
+        """The emulators differed. Kept here too: a test may swallow the error."""
+        self.mismatches.append(f"{self.test}: {what}")
+
+    def say(self, reason: str) -> None:
+        """Why nothing can be compared."""
+        self.reasons[self.test] = reason
+
+    def end(self, test: str, outcome: str, error: str = "") -> None:
+        """The test passed, failed or was skipped; a failure in any phase counts."""
+        if self.outcomes.get(test) != "failed":
+            self.outcomes[test] = outcome
+            if outcome == "failed":
+                self.errors[test] = error
+
+    def of(self, outcome: str) -> list[str]:
+        """The tests that ended so."""
+        return sorted(test for test, how in self.outcomes.items() if how == outcome)
+
+    def not_covered(self) -> dict[str, dict[str, int]]:
+        """By reason, tests that passed without a step compared, and in how many variants."""
+        silent = [test for test in self.of("passed") if not self.steps[test]]
+        reasons = {self.reasons.get(test, NO_EMULATOR) for test in silent}
+        return {reason: self._variants(silent, reason) for reason in sorted(reasons)}
+
+    def _variants(self, tests: list[str], reason: str) -> dict[str, int]:
+        mine = [test for test in tests if self.reasons.get(test, NO_EMULATOR) == reason]
+        return dict(sorted(Counter(test.partition("[")[0] for test in mine).items()))
+
+    def write(self, path: Path) -> None:
+        """All of it, as JSON."""
+        content = {
+            "tests": {how: self.of(how) for how in ("passed", "failed", "skipped", "xfailed")},
+            "errors": self.errors,
+            "tests_compared": sum(1 for n in self.steps.values() if n),
+            "steps": self.steps.total(),
+            "updates": self.updates,
+            "spikes": self.spikes,
+            "mismatches": self.mismatches,
+            "not_covered": self.not_covered(),
+        }
+        path.write_text(json.dumps(content, indent=2), encoding="utf-8")
+
+
+TALLY = Tally()
