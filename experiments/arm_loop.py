@@ -64,6 +64,8 @@ class ArmLoop:
         Seed of the initial posture.
     dt_s : float, optional
         Time step of the controller, of which the physics step is a multiple; by default equal.
+    appearance : str
+        How the robot looks in pictures, see `spikeport.robot.description.load`.
 
     Attributes
     ----------
@@ -71,9 +73,15 @@ class ArmLoop:
         MuJoCo's ``qpos`` at every physics step.
     """
 
-    def __init__(self, law: OperationalSpaceLaw, seed: int, dt_s: float | None = None) -> None:
+    def __init__(
+        self,
+        law: OperationalSpaceLaw,
+        seed: int,
+        dt_s: float | None = None,
+        appearance: str = "primitive",
+    ) -> None:
         self.law = law
-        self.plant = Plant(anchored=True)
+        self.plant = Plant(anchored=True, appearance=appearance)
         start = dict(zip(ARM_JOINTS, law.gains.rest_rad, strict=True))
         self.plant.reset(seed, posture_rad=start)
         self._arm = [self.plant.joints.index(joint) for joint in ARM_JOINTS]

@@ -34,6 +34,7 @@ class ReachSettings:
 
     ``box`` is where targets appear, ``preset`` the size of the controller; ``m1``, ``cb`` and
     ``s1`` replace its neurons per axis, ensemble and dimension. ``network_seed`` draws the neurons.
+    ``appearance`` is that of the robot in pictures: ``primitive``, or ``menagerie`` for meshes.
     """
 
     box: str = "small"
@@ -42,6 +43,7 @@ class ReachSettings:
     cb: int | None = None
     s1: int | None = None
     network_seed: int = 0
+    appearance: str = "primitive"
 
     def __post_init__(self) -> None:
         """Check the values; UsageError says what is wrong."""
@@ -99,7 +101,7 @@ def _controller(settings: ReachSettings) -> ArmNetwork:
 def run(settings: ReachSettings, options: Options) -> Outcome:
     """Run the experiment and write its folder."""
     law = OperationalSpaceLaw(ArmDynamics())
-    loop = ArmLoop(law, options.seed, DT_S)
+    loop = ArmLoop(law, options.seed, DT_S, settings.appearance)
     if options.video:
         check_video(options.folder, loop)
     task = ReachTask(settings.target_box, options.seed, loop.plant.hand_position())

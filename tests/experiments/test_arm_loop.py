@@ -2,7 +2,7 @@ import nengo
 import numpy as np
 import pytest
 
-from spikeport.errors import DivergedError
+from spikeport.errors import DivergedError, UsageError
 from spikeport.experiments.arm_loop import ArmLoop, close_loop, record_region
 from spikeport.experiments.reach_task import BOXES, GridTour, ReachTask, TargetBox
 from spikeport.networks.arm import ArmSizes, analytic_arm, arm
@@ -163,3 +163,9 @@ def test_every_target_of_the_box_lies_in_the_region(region):
 def test_the_region_is_the_same_every_time(law, region):
     again = record_region(law, BOXES["small"])
     assert np.array_equal(again.q_samples, region.q_samples)
+
+
+def test_an_unknown_appearance_lists_those_there_are(law):
+    with pytest.raises(UsageError) as caught:
+        ArmLoop(law, 0, appearance="chrome")
+    assert str(caught.value) == "unknown appearance 'chrome'; there is: menagerie, primitive"

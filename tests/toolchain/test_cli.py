@@ -303,7 +303,7 @@ def test_unknown_names_of_run_list_what_there_is(spikeport, tmp_path):
     )
     assert error("reach", "--set", "n=1") == (
         "error: unknown key of experiment 'reach' 'n'; "
-        "there is: box, cb, m1, network_seed, preset, s1\n"
+        "there is: appearance, box, cb, m1, network_seed, preset, s1\n"
     )
     assert error("reach", "--set", "m1=0") == (
         "error: m1=0: the number of neurons must be at least 1\n"
