@@ -11,11 +11,11 @@ from spikeport.backends.native.kernel import (
     LEARNING,
     Neurons,
     State,
+    accept,
     deliver,
     gather,
     step,
     update,
-    within,
 )
 from spikeport.backends.native.learning import Learning
 from spikeport.backends.native.noise import Noise
@@ -48,10 +48,10 @@ class NativeChip:
         self._learning = Learning(image, self._wiring, rng)
         self._noise = Noise(image, rng, drawn_anyway=self._learning.active)
         self._n_arriving = 0
-        self._first_input = image.n_compartments + np.concatenate(
-            [[0], np.cumsum(image["input_size"])]
-        )
-        self._input_sizes = image["input_size"].tolist()
+        sizes = image["input_size"]
+        firsts = image.n_compartments + np.cumsum(sizes) - sizes
+        self._inputs = list(zip(firsts.tolist(), sizes.tolist(), strict=True))
+        self._pending = np.zeros(sizes.sum(), dtype=np.int64)
         self._counts: list[np.ndarray] = []
         self._held = np.zeros(len(image["output_compartment"]), dtype=np.int32)
         parts = [image.part("output_start", i) for i in range(len(image.manifest["outputs"]))]
@@ -64,7 +64,7 @@ class NativeChip:
         """See `spikeport.backends.chip.Chip.step`."""
         if self._closed:
             raise BackendError("the chip is closed: it cannot step any more")
-        self._check_spikes(spikes)
+        n_accepted = self._accept(spikes)
         self._learning.check(errors)
         counts = np.zeros((len(PER_STEP), self._image.n_cores), dtype=np.int64)
         if self._learning.active:
@@ -80,15 +80,18 @@ class NativeChip:
                 self._held,
             )
         self._counts.append(counts)
-        self._take(spikes)
+        # The host's spikes queue behind the chip's own: they arrive in the next step.
+        end = self._n_arriving + n_accepted
+        self.state.arriving[self._n_arriving : end] = self._pending[:n_accepted]
+        self._n_arriving = end
         return self._views
 
-    def _check_spikes(self, spikes: Sequence[np.ndarray]) -> None:
-        """Refuse spikes that would be written where they do not belong."""
-        sizes = self._input_sizes
-        if len(spikes) != len(sizes):
-            raise BackendError(f"spikes of {len(spikes)} inputs; the image has {len(sizes)}")
-        for i, (sources, size) in enumerate(zip(spikes, sizes, strict=True)):
+    def _accept(self, spikes: Sequence[np.ndarray]) -> int:
+        """Put the host's spikes aside; returns how many. Refuses any that no input has."""
+        if len(spikes) != len(self._inputs):
+            raise BackendError(f"spikes of {len(spikes)} inputs; the image has {len(self._inputs)}")
+        n = 0
+        for i, (sources, (first, size)) in enumerate(zip(spikes, self._inputs, strict=True)):
             if len(sources):
                 array = np.asarray(sources)
                 if array.ndim != 1 or array.dtype.kind not in "iu":
@@ -96,12 +99,14 @@ class NativeChip:
                         f"input {i}: its spikes are {array.dtype} of shape {array.shape}; "
                         "give the numbers of the sources that spike, as a (n,) array of integers"
                     )
-                if len(array) > size or not within(array, size):
+                n = accept(array, first, size, self._pending, n)
+                if n < 0:
                     given = f"{len(array)} spikes of sources {array.min()} to {array.max()}"
                     raise BackendError(
                         f"input {i}: {given}; it has {size}, counted from 0, "
                         "of which each can spike once in a step"
                     )
+        return n
 
     def _step_learning(self, counts: np.ndarray, errors: Mapping[int, np.ndarray]) -> None:
         """A step in parts: weights change between the delivery of spikes and the update."""
@@ -109,14 +114,6 @@ class NativeChip:
         counts[LEARNING] = self._learning.step(self.state.touched[:touched], errors)
         self._n_arriving = update(self._neurons, self.state, self._noise.draw(), counts)
         gather(self._neurons, self.state, self._held)
-
-    def _take(self, spikes: Sequence[np.ndarray]) -> None:
-        """Queue the host's spikes behind the chip's own: they arrive in the next step."""
-        for first, sources in zip(self._first_input, spikes, strict=False):
-            if len(sources):
-                end = self._n_arriving + len(sources)
-                self.state.arriving[self._n_arriving : end] = first + sources
-                self._n_arriving = end
 
     def activity(self) -> Activity:
         """See `spikeport.backends.chip.Chip.activity`."""

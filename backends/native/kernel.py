@@ -74,12 +74,16 @@ class State(NamedTuple):
 
 
 @njit(cache=True)
-def within(numbers: np.ndarray, end: int) -> bool:
-    """Whether all numbers lie in 0 .. end - 1."""
-    for number in numbers:  # noqa: SIM110, numba has no all()
-        if number < 0 or number >= end:
-            return False
-    return True
+def accept(sources: np.ndarray, first: int, size: int, pending: np.ndarray, n: int) -> int:
+    """Append the spikes of an input to ``pending``, which holds n; returns -1 if one is not its."""
+    if len(sources) > size:
+        return -1
+    for source in sources:
+        if source < 0 or source >= size:
+            return -1
+        pending[n] = first + source
+        n += 1
+    return n
 
 
 @njit(cache=True)
