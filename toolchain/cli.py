@@ -71,7 +71,9 @@ def compile_command(
 @app.command("run")
 def run_command(
     experiment: Annotated[str, typer.Argument(help="The experiment, e.g. reach.")],
-    backend: Annotated[str, typer.Option(help="Where it runs.")] = "native",
+    backend: Annotated[
+        str, typer.Option(help="analytic, reference, native or nengo-loihi; see `backends`.")
+    ] = "native",
     chip: Chip = "loihi",
     seed: Annotated[int, typer.Option(help="Seed of the run.", min=0, max=LARGEST_SEED)] = 0,
     seconds: Annotated[float | None, typer.Option(help="Simulated time.")] = None,
