@@ -1,6 +1,6 @@
 """The narrow protocol of a network in progress, whatever it runs on."""
 
-from typing import Protocol
+from typing import Any, Protocol
 
 import nengo
 import numpy as np
@@ -21,6 +21,15 @@ class Execution(Protocol):
 
     def data(self, probe: nengo.Probe) -> np.ndarray:
         """(n_steps, size) what a probe recorded so far."""
+
+    def built(self, obj: Any) -> Any:
+        """What Nengo built of an ensemble or connection: gains, encoders, weights and so on.
+
+        Raises
+        ------
+        KeyError
+            If the object is not part of the network.
+        """
 
     def clear_probes(self) -> None:
         """Forget what the probes recorded so far."""

@@ -5,6 +5,8 @@ previous one; its on/off neurons' spikes go to the chip, arriving there one step
 steps; what its outputs hold is decoded and waits for the host's next step.
 """
 
+from typing import Any
+
 import nengo
 import numpy as np
 
@@ -85,6 +87,11 @@ class HostLoop:
         if probe in self._recordings:
             return self._recordings[probe].data()
         return np.asarray(self._host.data[probe])
+
+    def built(self, obj: Any) -> Any:
+        """See `spikeport.backends.execution.Execution.built`."""
+        params = self.compilation.model.params
+        return params[obj] if obj in params else self._host.model.params[obj]
 
     def clear_probes(self) -> None:
         """Forget what the probes recorded so far."""

@@ -6,6 +6,8 @@ that ensemble's neurons. Relays, splits and read-outs of a chip are not in them,
 reaches an ensemble through a node.
 """
 
+from typing import Any
+
 import nengo
 import numpy as np
 from nengo.ensemble import Neurons
@@ -66,6 +68,10 @@ class Reference:
     def data(self, probe: nengo.Probe) -> np.ndarray:
         """(n_steps, size) what a probe recorded."""
         return np.asarray(self._sim.data[probe])
+
+    def built(self, obj: Any) -> Any:
+        """See `spikeport.backends.execution.Execution.built`."""
+        return self._sim.model.params[obj]
 
     def clear_probes(self) -> None:
         """Forget what the probes recorded so far."""

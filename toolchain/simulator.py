@@ -40,7 +40,7 @@ class Simulator:
     compilation : Compilation or None
         Image, report and host side; None on the reference backend.
     data : mapping of nengo.Probe to (n_steps, size) array
-        What the probes recorded.
+        What the probes recorded; ``data[ensemble]`` and ``data[connection]`` hold what Nengo built.
 
     Raises
     ------
@@ -151,16 +151,18 @@ class Simulator:
             self.closed = True
 
 
-class _Data(Mapping[nengo.Probe, np.ndarray]):
-    """Recorded data by probe."""
+class _Data(Mapping[Any, Any]):
+    """Recorded data by probe; what Nengo built, by ensemble or connection."""
 
     def __init__(self, probes: list[nengo.Probe], execution: Execution) -> None:
         self._probes = probes
         self._execution = execution
         self._frozen: dict[nengo.Probe, np.ndarray] = {}
 
-    def __getitem__(self, probe: nengo.Probe) -> np.ndarray:
-        return self._frozen[probe] if self._frozen else self._execution.data(probe)
+    def __getitem__(self, key: Any) -> Any:
+        if key not in self._probes:
+            return self._execution.built(key)
+        return self._frozen[key] if self._frozen else self._execution.data(key)
 
     def __iter__(self) -> Iterator[nengo.Probe]:
         return iter(self._probes)

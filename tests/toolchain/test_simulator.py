@@ -231,3 +231,18 @@ def test_a_probe_samples_as_nengo_does(backend):
 def test_it_is_a_nengo_backend():
     (entry,) = metadata.entry_points(group="nengo.backends", name="spikeport")
     assert entry.load() is Simulator
+
+
+def test_data_holds_what_nengo_built(backend):
+    net = network()
+    (ensemble,), connection = net.ensembles, net.connections[0]
+    with Simulator(net, backend=backend) as sim, nengo.Simulator(net, progress_bar=False) as theirs:
+        sim.step()
+        for name in ("gain", "bias", "encoders"):
+            mine = getattr(sim.data[ensemble], name)
+            assert np.array_equal(mine, getattr(theirs.data[ensemble], name))
+        if backend == "reference":
+            assert np.array_equal(sim.data[connection].weights, theirs.data[connection].weights)
+    assert sim.data[ensemble].gain.shape == (30,)
+    with pytest.raises(KeyError):
+        sim.data[nengo.Node(0.0, add_to_container=False)]
