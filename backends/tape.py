@@ -6,6 +6,7 @@ stretches of operators that are simple enough become tapes (`spikeport.backends.
 operator that is not keeps Nengo's own closure, in its place in the order.
 """
 
+import inspect
 import itertools
 from collections.abc import Callable
 from typing import Any
@@ -226,6 +227,4 @@ class Flattener:
 
 def process_step(closure: Callable[[], None]) -> Any:
     """The step function of a process, which Nengo keeps in its operator's closure."""
-    import inspect
-
     return inspect.getclosurevars(closure).nonlocals["step_f"]

@@ -13,7 +13,6 @@ import numpy as np
 from numba import njit
 
 FILL, COPY, ADD, SCALE_ADD, GATHER_ADD, RELU, LOWPASS, LOWPASS_ADD, GAIN = range(9)
-N_COLUMNS = 8
 
 
 @njit(cache=True)

@@ -12,6 +12,7 @@ PACKAGES = {
     "scipy": "",
     "nengo": "",
     "nengo-loihi": "",
+    "numba": "",
     "pydantic": "",
     "mujoco": "robot",
     "matplotlib": "robot",
