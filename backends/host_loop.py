@@ -84,12 +84,15 @@ class HostLoop:
 
     def data(self, probe: nengo.Probe) -> np.ndarray:
         """(n_steps, size) what a probe recorded."""
+        probe = self.compilation.stand_ins.get(probe, probe)
         if probe in self._recordings:
             return self._recordings[probe].data()
         return np.asarray(self._host.data[probe])
 
     def built(self, obj: Any) -> Any:
         """See `spikeport.backends.execution.Execution.built`."""
+        if obj in self.compilation.built:
+            return self.compilation.built[obj]
         params = self.compilation.model.params
         return params[obj] if obj in params else self._host.model.params[obj]
 

@@ -7,7 +7,7 @@ have no seed; here they are sorted by name and seeded, so that one network gives
 
 import hashlib
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -75,7 +75,12 @@ class OrderedModel(Model):
         return (*ends, *slices, function, init.tobytes().hex())
 
 
-def build(network: nengo.Network, names: Names, dt_s: float) -> Blocks:
+def build(
+    network: nengo.Network,
+    names: Names,
+    dt_s: float,
+    change: Callable[[Model], Any] = lambda model: None,
+) -> Blocks:
     """Build and discretise a network.
 
     Parameters
@@ -86,6 +91,8 @@ def build(network: nengo.Network, names: Names, dt_s: float) -> Blocks:
         The names of its objects.
     dt_s : float
         The time step, in seconds.
+    change : callable
+        Called with the model of float blocks, which it may change, before they are discretised.
 
     Raises
     ------
@@ -101,6 +108,7 @@ def build(network: nengo.Network, names: Names, dt_s: float) -> Blocks:
             model.build(network, precompute=False, discretize=False)
         except Exception as error:  # it refuses by errors of any kind, not only by its own
             raise refused(model.building, error, "change this object") from error
+        change(model)
         labels = dict(_labels(model, names))
         _check_probed_nodes(network, model, names)
         _check_order_of_reads(model, names)

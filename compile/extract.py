@@ -14,22 +14,20 @@ from spikeport.compile.image import SCHEMA, ChipImage
 LEARNING = ("on", "lr_int", "lr_exp", "tracing_tau", "tracing_mag", "train_epoch", "learn_epoch")
 
 
-def extract(blocks: Blocks, cores: Sequence[int], chip: str) -> ChipImage:
-    """Make the image of discretised blocks.
+def extract(blocks: Blocks, chip: str) -> ChipImage:
+    """Make the image of discretised blocks: one block a core, in the order they were built.
 
     Parameters
     ----------
     blocks : Blocks
         What `spikeport.compile.build.build` returned.
-    cores : sequence of int
-        The core of each block.
     chip : str
         The chip's name.
     """
     model = blocks.model
     synapses = [(b, s) for b, block in enumerate(model.blocks) for s in block.synapses]
     arrays = {
-        "block_core": np.asarray(cores),
+        "block_core": np.arange(len(model.blocks)),
         **_block_arrays(list(model.blocks)),
         **_synapse_arrays(synapses),
         **_row_arrays([synapse for _, synapse in synapses]),

@@ -1,7 +1,9 @@
-"""Network -> lint -> blocks -> placement -> image -> verified, with a report."""
+"""Network -> passes -> blocks -> passes -> image -> passes -> verified, with a report."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import nengo
 from nengo_loihi.builder import Model
@@ -11,8 +13,10 @@ from spikeport.compile.extract import extract
 from spikeport.compile.image import ChipImage
 from spikeport.compile.lint import lint
 from spikeport.compile.names import Names
-from spikeport.compile.place import place
+from spikeport.compile.passes.base import BlockPass, ImagePass, NetworkPass
+from spikeport.compile.passes.pipeline import Observer, PassRun, Pipeline, silent
 from spikeport.compile.report import Report
+from spikeport.compile.rewrite import Rewrite
 from spikeport.compile.usage import core_uses
 from spikeport.compile.verify import verify
 from spikeport.compile.violation import DoesNotFitError
@@ -21,15 +25,24 @@ from spikeport.hardware_models import chip as chips
 
 @dataclass(frozen=True)
 class Compilation:
-    """A compiled network: the image, what it takes, and nengo-loihi's model for the host side."""
+    """A compiled network: the image, what it takes, and nengo-loihi's model for the host side.
+
+    ``stand_ins`` and ``built`` are those of `spikeport.compile.rewrite.Rewrite`.
+    """
 
     image: ChipImage
     report: Report
     model: Model
+    stand_ins: Mapping[nengo.Probe, nengo.Probe] = field(default_factory=dict)
+    built: Mapping[Any, Any] = field(default_factory=dict)
 
 
 def compile_network(
-    network: nengo.Network, chip: str | Path = "loihi", dt: float = 0.001
+    network: nengo.Network,
+    chip: str | Path = "loihi",
+    dt: float = 0.001,
+    pipeline: Pipeline | None = None,
+    observer: Observer = silent,
 ) -> Compilation:
     """Compile a network for a chip.
 
@@ -41,6 +54,10 @@ def compile_network(
         A chip's name, or the path of its TOML file.
     dt : float
         The time step, in seconds.
+    pipeline : Pipeline, optional
+        The passes; by default no pass: one block a core, as nengo-loihi does.
+    observer : callable
+        Called after every pass with the pass and the value it left.
 
     Raises
     ------
@@ -52,13 +69,14 @@ def compile_network(
         If the chip is not known, or its file is wrong.
     """
     target = chips.get(str(chip))
-    names = Names(network)
-    if broken := lint(network, names):
+    run = PassRun(pipeline or Pipeline(()), target, dt, observer)
+    rewrite = run.apply(NetworkPass, Rewrite(network, Names(network)))
+    if broken := lint(rewrite.network, rewrite.names):
         raise DoesNotFitError(target.name, broken)
-    blocks = build(network, names, dt)
-    image = extract(blocks, place(blocks), target.name)
+    blocks = build(rewrite.network, rewrite.names, dt, lambda model: run.apply(BlockPass, model))
+    image = run.apply(ImagePass, extract(blocks, target.name))
     cores = core_uses(image)
     if exceeded := verify(cores, target):
         raise DoesNotFitError(target.name, exceeded)
     report = Report(target, image.digest, tuple(cores), blocks.errors, blocks.warnings)
-    return Compilation(image, report, blocks.model)
+    return Compilation(image, report, blocks.model, rewrite.stand_ins, rewrite.built)
