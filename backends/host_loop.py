@@ -13,6 +13,7 @@ import numpy as np
 from spikeport.backends.chip import Chip
 from spikeport.backends.decoding import Decoder, Recording
 from spikeport.backends.host_program import HostProgram, host_program
+from spikeport.backends.outbox import Outbox
 from spikeport.backends.tape import Flattener, PooledSignals
 from spikeport.compile.pipeline import Compilation
 from spikeport.hardware_models.activity import Activity
@@ -56,8 +57,11 @@ class HostLoop:
         edge = [*program.senders, *program.error_senders]
         size = sum(port.size for port in edge) + self._decoder.size
         signals = PooledSignals(program.model, extra=size)
-        boxes = {id(port.process): signals.allocate(port.size) for port in edge}
-        self._spikes = [boxes[id(port.process)] for port in program.senders]
+        sizes = [port.size for port in program.senders]
+        self._outbox = Outbox(signals.allocate(sum(sizes)), sizes)
+        senders = [port.process for port in program.senders]
+        boxes = {id(p): part for p, part in zip(senders, self._outbox.parts, strict=True)}
+        boxes |= {id(port.process): signals.allocate(port.size) for port in program.error_senders}
         self._errors = [(port.target, boxes[id(port.process)]) for port in program.error_senders]
         self._inbox = signals.allocate(self._decoder.size)
         for (_, process), part in zip(program.receivers, self._decoder.parts, strict=True):
@@ -71,7 +75,7 @@ class HostLoop:
                 function()
         if self._host.model.probes:
             self._host._probe()
-        held = self._chip.step([np.flatnonzero(box) for box in self._spikes], self._sum_errors())
+        held = self._chip.step(self._outbox.spikes(), self._sum_errors())
         self._decoder.decode(held, self._inbox)
         for recording in self._recordings.values():
             recording.append(held)

@@ -14,12 +14,21 @@ from typing import Any
 import nengo
 import numpy as np
 from nengo.builder.neurons import SimNeurons
-from nengo.builder.operator import Copy, DotInc, ElementwiseInc, Operator, Reset
+from nengo.builder.operator import (
+    Copy,
+    DotInc,
+    ElementwiseInc,
+    Operator,
+    Reset,
+    SimPyFunc,
+    TimeUpdate,
+)
 from nengo.builder.processes import SimProcess
 from nengo.builder.signal import Signal, SignalDict
 from nengo.synapses import LinearFilter
 
 from spikeport.backends import tape_kernel as kernel
+from spikeport.backends.python_steps import clock_step, function_step
 
 Row = tuple[list[int], list[float]]
 
@@ -129,7 +138,7 @@ class Flattener:
         functions: list[Callable[[], None]] = []
         for on_tape, group in itertools.groupby(compiled, key=lambda pair: pair[1] is not None):
             if not on_tape:
-                functions += [self._closures[op] for op, _ in group]
+                functions += [self._python(op) for op, _ in group]
                 continue
             tape = Tape(self._signals.memory)
             for _, operation in group:
@@ -137,6 +146,13 @@ class Flattener:
                 tape.add(*operation)
             functions.append(tape.finish())
         return functions
+
+    def _python(self, op: Operator) -> Callable[[], None]:
+        if type(op) is TimeUpdate:
+            return clock_step(op, self._signals, self._sim.dt)
+        if type(op) is SimPyFunc:
+            return function_step(op, self._signals)
+        return self._closures[op]
 
     def _compile(self, op: Operator) -> tuple[Row, np.ndarray | None] | None:
         compiler = self._compilers.get(type(op))

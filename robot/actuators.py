@@ -45,10 +45,13 @@ def values(what: str, given: ArrayLike, joints: Sequence[str]) -> np.ndarray:
         raise UsageError(
             f"{what}: shape {array.shape} given for {len(joints)} joints; give one each"
         )
-    array = np.broadcast_to(array, len(joints))
-    for joint, value in zip(joints, array, strict=True):
-        if not np.isfinite(value):
-            raise UsageError(f"{what}: {value} given for joint '{joint}'; give finite numbers")
+    array = array if array.ndim else np.full(len(joints), array)
+    finite = np.isfinite(array)
+    if not finite.all():
+        first = int(np.argmin(finite))
+        raise UsageError(
+            f"{what}: {array[first]} given for joint '{joints[first]}'; give finite numbers"
+        )
     return array
 
 

@@ -43,8 +43,10 @@ class Plant:
         self._anchored_at_reset = anchored
         self._watch = Watch(self.model)
         self._history = History(self.model)
+        self._under_torque: list[int] | None = None
         self._weld = self.model.equality("anchor").id
         self._lock = self.model.equality("torso_lock").id
+        self._weakest, self._strongest = self.model.actuator_forcerange.T.copy()
         self.reset(0)
 
     @property
@@ -150,6 +152,7 @@ class Plant:
         targets = actuators.values("targets_rad", targets_rad, joints)
         kps, kds = actuators.values("kp", kp, joints), actuators.values("kd", kd, joints)
         actuators.set_position_mode(self.model, index, kps, kds)
+        self._under_torque = None
         self.data.ctrl[index] = targets
 
     def torque(self, joints: Sequence[str], torques_nm: ArrayLike) -> None:
@@ -169,8 +172,11 @@ class Plant:
         """
         index = actuators.indices(joints)
         torques = actuators.values("torques_nm", torques_nm, joints)
-        actuators.set_torque_mode(self.model, index)
-        self.data.ctrl[index] = np.clip(torques, *self.model.actuator_forcerange[index].T)
+        if index != self._under_torque:  # it takes longer than a step of the physics
+            actuators.set_torque_mode(self.model, index)
+            self._under_torque = index
+        weakest, strongest = self._weakest[index], self._strongest[index]
+        self.data.ctrl[index] = np.minimum(np.maximum(torques, weakest), strongest)
 
     def step(self) -> None:
         """Advance the physics by ``dt_s``.

@@ -4,6 +4,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+PELVIS = 1
+"""MuJoCo's number of the pelvis: the world is 0, and the robot's tree begins with it."""
+
 
 class State(NamedTuple):
     """The motion of the robot at one moment; every array is a copy.
@@ -36,7 +39,7 @@ def read(data: Any) -> State:
     MuJoCo's free joint keeps the linear velocity in the world frame and the angular velocity in
     the body's: v_base = R^T v_world.
     """
-    rotation = data.body("pelvis").xmat.reshape(3, 3)
+    rotation = data.xmat[PELVIS].reshape(3, 3)
     return State(
         base_position=data.qpos[:3].copy(),
         base_quaternion=data.qpos[3:7].copy(),

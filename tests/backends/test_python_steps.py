@@ -1,0 +1,102 @@
+"""A node behaves as in Nengo: what it may return, what it is given, and what is refused."""
+
+from collections.abc import Callable
+from typing import Any
+
+import nengo
+import numpy as np
+import pytest
+from nengo.exceptions import SimulationError
+
+import spikeport
+
+STEPS = 5
+
+
+def network_with(output: Callable[..., Any], size_out: int) -> nengo.Network:
+    with nengo.Network(seed=0) as network:
+        source = nengo.Node([0.25, -0.5])
+        node = nengo.Node(output, size_in=2, size_out=size_out)
+        nengo.Connection(source, node, synapse=None)
+        nengo.Ensemble(5, 1)  # for the chip
+        network.probe = nengo.Probe(node)
+    return network
+
+
+def in_nengo(network: nengo.Network) -> np.ndarray:
+    with nengo.Simulator(network, progress_bar=False) as sim:
+        sim.run_steps(STEPS)
+        return sim.data[network.probe]
+
+
+def in_spikeport(network: nengo.Network) -> np.ndarray:
+    with spikeport.Simulator(network) as sim:
+        sim.run_steps(STEPS)
+        return sim.data[network.probe]
+
+
+@pytest.mark.parametrize(
+    "output",
+    [
+        lambda t, x: x * t,
+        lambda t, x: [t, x[1]],
+        lambda t, x: (x[0] > 0, t > 0.003),
+        lambda t, x: x > 0,
+        lambda t, x: np.array([1, 2]),
+        lambda t, x: np.array([t], dtype=np.float32),
+        lambda t, x: np.array([1e308, 1e308]),
+        lambda t, x: t,
+    ],
+)
+def test_what_a_node_returns_is_kept_as_nengo_does(output: Callable[..., Any]) -> None:
+    network = network_with(output, size_out=2)
+    values = in_spikeport(network)
+    assert np.array_equal(values, in_nengo(network))
+    assert np.any(values != 0)
+
+
+@pytest.mark.parametrize(
+    "returned",
+    [
+        None,
+        [1.0, None],
+        np.array([np.nan, 1.0]),
+        np.array([np.inf, -np.inf]),
+        np.array([1.0, 2.0, 3.0]),
+        np.array(["a", "b"]),
+        np.array([None, 1.0]),
+        "text",
+    ],
+)
+def test_what_nengo_refuses_is_refused_in_its_words(returned: Any) -> None:
+    # Nengo tries a node's function when it is made; this one goes wrong later.
+    network = network_with(lambda t, x: x if t < 0.003 else returned, size_out=2)
+    with pytest.raises(SimulationError) as expected:
+        in_nengo(network)
+    with pytest.raises(SimulationError) as raised:
+        in_spikeport(network)
+    assert str(raised.value) == str(expected.value)
+
+
+def test_a_node_may_change_and_keep_what_it_is_given() -> None:
+    seen = []
+
+    def output(_t: float, x: np.ndarray) -> np.ndarray:
+        x += 1
+        seen.append(x)
+        return x
+
+    values = in_spikeport(network_with(output, size_out=2))
+    assert np.array_equal(values, np.tile([1.25, 0.5], (STEPS, 1)))
+    assert np.array_equal(seen[-STEPS:], values)
+
+
+def test_a_node_without_output_is_called_each_step() -> None:
+    times = []
+    with nengo.Network(seed=0) as network:
+        nengo.Ensemble(5, 1)
+        nengo.Node(lambda t: times.append(t), size_in=0, size_out=0)
+    times.clear()
+    with spikeport.Simulator(network) as sim:
+        sim.run_steps(STEPS)
+    assert times == [0.001 * (i + 1) for i in range(STEPS)]
