@@ -1,27 +1,17 @@
 """`NativeChip`: an image on the compiled kernels."""
 
-import itertools
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from spikeport.backends.counter import make_activity
-from spikeport.backends.native.kernel import (
-    KEYS,
-    LEARNING,
-    Neurons,
-    State,
-    accept,
-    deliver,
-    gather,
-    step,
-    update,
-)
+from spikeport.backends.native.kernel import LEARNING, accept, deliver, step, update
 from spikeport.backends.native.learning import Learning
+from spikeport.backends.native.loaded import Loaded, neurons_of, resting_state
 from spikeport.backends.native.noise import Noise
-from spikeport.backends.native.wiring import Wiring, wire
-from spikeport.backends.readout import readout_compartments
+from spikeport.backends.native.wiring import wire
 from spikeport.compile.image import ChipImage
+from spikeport.compile.outputs import readout_compartments
 from spikeport.errors import BackendError
 from spikeport.hardware_models.activity import PER_STEP, Activity
 
@@ -42,8 +32,9 @@ class NativeChip:
     def __init__(self, image: ChipImage, seed: int) -> None:
         self._image = image
         self._wiring = wire(image)
-        self._neurons = neurons(image)
+        self._neurons = neurons_of(image)
         self.state = resting_state(image, self._wiring)
+        self._loaded = Loaded(self._wiring, self._neurons, self.state)
         rng = np.random.RandomState(seed)
         self._learning = Learning(image, self._wiring, rng)
         self._noise = Noise(image, rng, drawn_anyway=self._learning.active)
@@ -51,11 +42,9 @@ class NativeChip:
         sizes = image["input_size"]
         firsts = image.n_compartments + np.cumsum(sizes) - sizes
         self._inputs = list(zip(firsts.tolist(), sizes.tolist(), strict=True))
-        self._pending = np.zeros(sizes.sum(), dtype=np.int64)
         self._counts: list[np.ndarray] = []
-        self._held = np.zeros(len(image["output_compartment"]), dtype=np.int32)
         parts = [image.part("output_start", i) for i in range(len(image.manifest["outputs"]))]
-        self._views = [self._held[part] for part in parts]
+        self._views = [self.state.held[part] for part in parts]
         self._closed = False
 
     def step(
@@ -64,26 +53,12 @@ class NativeChip:
         """See `spikeport.backends.chip.Chip.step`."""
         if self._closed:
             raise BackendError("the chip is closed: it cannot step any more")
-        n_accepted = self._accept(spikes)
+        n_pending = self._accept(spikes)
         self._learning.check(errors)
         counts = np.zeros((len(PER_STEP), self._image.n_cores), dtype=np.int64)
-        if self._learning.active:
-            self._step_learning(counts, errors)
-        else:
-            self._n_arriving = step(
-                self._wiring,
-                self._neurons,
-                self.state,
-                self._n_arriving,
-                self._noise.draw(),
-                counts,
-                self._held,
-            )
+        advance = self._step_learning if self._learning.active else self._step
+        advance(n_pending, counts, errors)
         self._counts.append(counts)
-        # The host's spikes queue behind the chip's own: they arrive in the next step.
-        end = self._n_arriving + n_accepted
-        self.state.arriving[self._n_arriving : end] = self._pending[:n_accepted]
-        self._n_arriving = end
         return self._views
 
     def _accept(self, spikes: Sequence[np.ndarray]) -> int:
@@ -99,7 +74,7 @@ class NativeChip:
                         f"input {i}: its spikes are {array.dtype} of shape {array.shape}; "
                         "give the numbers of the sources that spike, as a (n,) array of integers"
                     )
-                n = accept(array, first, size, self._pending, n)
+                n = accept(self._loaded, array, first, size, n)
                 if n < 0:
                     given = f"{len(array)} spikes of sources {array.min()} to {array.max()}"
                     raise BackendError(
@@ -108,12 +83,18 @@ class NativeChip:
                     )
         return n
 
-    def _step_learning(self, counts: np.ndarray, errors: Mapping[int, np.ndarray]) -> None:
+    def _step(self, n_pending: int, counts: np.ndarray, _: Mapping[int, np.ndarray]) -> None:
+        noise = self._noise.draw()
+        self._n_arriving = step(self._loaded, self._n_arriving, n_pending, noise, counts)
+
+    def _step_learning(
+        self, n_pending: int, counts: np.ndarray, errors: Mapping[int, np.ndarray]
+    ) -> None:
         """A step in parts: weights change between the delivery of spikes and the update."""
-        touched = deliver(self._wiring, self.state, self._n_arriving, counts)
-        counts[LEARNING] = self._learning.step(self.state.touched[:touched], errors)
-        self._n_arriving = update(self._neurons, self.state, self._noise.draw(), counts)
-        gather(self._neurons, self.state, self._held)
+        n = deliver(self._wiring, self.state, self._n_arriving, counts)
+        counts[LEARNING] = self._learning.step(self.state.touched[:n], errors)
+        noise = self._noise.draw()
+        self._n_arriving = update(self._neurons, self.state, n_pending, noise, counts)
 
     def activity(self) -> Activity:
         """See `spikeport.backends.chip.Chip.activity`."""
@@ -123,62 +104,23 @@ class NativeChip:
             image.manifest["dt_s"],
             self._counts,
             self._messages(),
-            int(self.state.readout_spikes[0]),
+            int(self.state.spike_count[readout_compartments(image)].sum()),
         )
 
     def _messages(self) -> tuple[np.ndarray, np.ndarray]:
         """Messages of the run from core to core, and from the host to each core."""
-        start, core, n = self._wiring.reached_start, self._wiring.reached_core, self._image.n_cores
-        source = np.repeat(np.arange(len(start) - 1), np.diff(start))
-        sent = self.state.delivered[source]
-        host = source >= self._image.n_compartments
-        messages, from_host = np.zeros((n, n), np.int64), np.zeros(n, np.int64)
-        np.add.at(messages, (self._image.compartment_core[source[~host]], core[~host]), sent[~host])
-        np.add.at(from_host, core[host], sent[host])
-        return messages, from_host
+        core, _, home = self._wiring.cost.T
+        sent = np.repeat(self.state.sent[1], np.diff(self._wiring.fan_start))
+        n = self._image.n_cores
+        messages = np.zeros((n + 1, n), dtype=np.int64)  # the host, -1, is in the last row
+        np.add.at(messages, (home, core), sent)
+        return messages[:-1], messages[-1]
+
+    @property
+    def bytes_per_weight(self) -> int:
+        """Bytes in which the kernels hold a weight."""
+        return self._wiring.weights.itemsize
 
     def close(self) -> None:
         """See `spikeport.backends.chip.Chip.close`."""
         self._closed = True
-
-
-def neurons(image: ChipImage) -> Neurons:
-    """The constants of an image's compartments."""
-    biased = image["bias"] != 0
-    starts = image["block_start"]
-    reads = np.diff(image["output_start"])
-    return Neurons(
-        block_start=starts,
-        block_core=image["block_core"],
-        vmin=image["block_vmin"],
-        vmax=image["block_vmax"],
-        bias=image["bias"],
-        keep_u=4095 - image["decay_u"],
-        keep_v=4096 - image["decay_v"],
-        vth=image["vth"],
-        refract=image["refract_delay"],
-        core=image.compartment_core,
-        always_active=np.array([biased[a:b].all() for a, b in itertools.pairwise(starts)]),
-        readout=readout_compartments(image),
-        read=image["output_compartment"],
-        read_key=np.repeat([KEYS.index(o["key"]) for o in image.manifest["outputs"]], reads),
-    )
-
-
-def resting_state(image: ChipImage, wiring: Wiring) -> State:
-    """All state at zero."""
-    n = image.n_compartments
-    n_sources = len(wiring.delivery_start) - 1
-    return State(
-        q=np.zeros(n, dtype=np.int32),
-        u=np.zeros(n, dtype=np.int32),
-        v=np.zeros(n, dtype=np.int32),
-        refractory=np.zeros(n, dtype=np.int32),
-        spiked=np.zeros(n, dtype=np.int32),
-        spike_count=np.zeros(n, dtype=np.int32),
-        arriving=np.zeros(n_sources, dtype=np.int64),
-        spikes_of=np.zeros(len(wiring.place), dtype=np.int32),
-        touched=np.zeros(len(wiring.place), dtype=np.int32),
-        delivered=np.zeros(n_sources, dtype=np.int64),
-        readout_spikes=np.zeros(1, dtype=np.int64),
-    )

@@ -1,7 +1,10 @@
 """One step of the chip, compiled. Equal to nengo-loihi's emulator in every bit of its state.
 
+All compiled code is in this one file: of what a function calls in other files, numba's cache on
+disk would not notice changes.
+
 Integers are 32 bits wide and wrap; every intermediate is cast, since numba widens int32 sums to
-int64. Loops go over blocks of at most 1,024 compartments and few arrays each: that is what LLVM
+int64. Loops go over stretches of at most 1,024 compartments and few arrays each: that is what LLVM
 turns into vector instructions.
 
     q  = sum of delivered weights (+ noise), wrapped to 22 bits
@@ -13,11 +16,10 @@ turns into vector instructions.
 Source: nengo-loihi 1.1.0, emulator/interface.py and builder/discretize.py.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 from numba import njit
 
+from spikeport.backends.native.loaded import Loaded, Neurons, State
 from spikeport.backends.native.wiring import Wiring
 
 Q_BITS = 21
@@ -25,59 +27,14 @@ U_BITS = 23
 I32 = np.int32
 SPIKES, OPERATIONS, ACTIVE, INACTIVE, MESSAGES_IN, LEARNING = range(6)
 """Rows of the counts of a step, in the order of `activity.PER_STEP`."""
-KEYS = ("voltage", "current", "spiked")
-
-
-class Neurons(NamedTuple):
-    """Constants of compartments.
-
-    ``block_start`` to ``vmax`` and ``always_active`` (all compartments have a bias) are of blocks;
-    ``readout`` lists compartments that must not spike; ``read`` and ``read_key`` list what outputs
-    read, as places in `KEYS`; the rest is per compartment.
-    """
-
-    block_start: np.ndarray
-    block_core: np.ndarray
-    vmin: np.ndarray
-    vmax: np.ndarray
-    bias: np.ndarray
-    keep_u: np.ndarray
-    keep_v: np.ndarray
-    vth: np.ndarray
-    refract: np.ndarray
-    core: np.ndarray
-    always_active: np.ndarray
-    readout: np.ndarray
-    read: np.ndarray
-    read_key: np.ndarray
-
-
-class State(NamedTuple):
-    """What changes.
-
-    ``arriving`` lists the sources of spikes under way, ``spikes_of`` counts them by delivery,
-    ``touched`` lists those deliveries, ``delivered`` counts by source over the run; the rest is per
-    compartment.
-    """
-
-    q: np.ndarray
-    u: np.ndarray
-    v: np.ndarray
-    refractory: np.ndarray
-    spiked: np.ndarray
-    spike_count: np.ndarray
-    arriving: np.ndarray
-    spikes_of: np.ndarray
-    touched: np.ndarray
-    delivered: np.ndarray
-    readout_spikes: np.ndarray
 
 
 @njit(cache=True)
-def accept(sources: np.ndarray, first: int, size: int, pending: np.ndarray, n: int) -> int:
+def accept(loaded: Loaded, sources: np.ndarray, first: int, size: int, n: int) -> int:
     """Append the spikes of an input to ``pending``, which holds n; returns -1 if one is not its."""
     if len(sources) > size:
         return -1
+    pending = loaded.state.pending
     for source in sources:
         if source < 0 or source >= size:
             return -1
@@ -87,47 +44,96 @@ def accept(sources: np.ndarray, first: int, size: int, pending: np.ndarray, n: i
 
 
 @njit(cache=True)
+def step(
+    loaded: Loaded, n_arriving: int, n_pending: int, noise: np.ndarray, counts: np.ndarray
+) -> int:
+    """A whole step of a chip that does not learn; returns the number of spikes under way.
+
+    The same as `deliver` and `update` in turn, in one call.
+    """
+    deliver(loaded.wiring, loaded.state, n_arriving, counts)
+    return update(loaded.neurons, loaded.state, n_pending, noise, counts)
+
+
+@njit(cache=True)
 def deliver(wiring: Wiring, state: State, n_arriving: int, counts: np.ndarray) -> int:
     """Set q to the weights of all arriving spikes; returns the number of deliveries touched.
 
     ``counts`` gains synaptic operations and messages of each core in its rows for them.
     """
+    n = _sort(wiring, state, n_arriving)
     state.q[:] = 0
+    for number in state.touched[:n]:
+        times = state.spikes_of[number]
+        state.spikes_of[number] = 0
+        for r in range(wiring.run_start[number], wiring.run_start[number + 1]):
+            first, weight, length, shift = wiring.run[r]
+            factor = I32(times << shift)
+            _add(state.q, np.uintp(first), wiring.weights, np.uintp(weight), length, factor)
+    _count(wiring, state.sent, counts)
+    return n
+
+
+@njit(cache=True)
+def _sort(wiring: Wiring, state: State, n_arriving: int) -> int:
+    """Count the arriving spikes by delivery and by fan; returns the number of deliveries."""
     n = 0
-    for i in range(n_arriving):
-        source = state.arriving[i]
-        state.delivered[source] += 1
-        for k in range(wiring.reached_start[source], wiring.reached_start[source + 1]):
-            counts[MESSAGES_IN, wiring.reached_core[k]] += 1
+    for source in state.arriving[:n_arriving]:
+        state.sent[0, wiring.fan[source]] += 1
         for k in range(wiring.delivery_start[source], wiring.delivery_start[source + 1]):
             number = wiring.delivery[k]
             if state.spikes_of[number] == 0:
                 state.touched[n] = number
                 n += 1
             state.spikes_of[number] += 1
-    for i in range(n):
-        number = state.touched[i]
-        times = state.spikes_of[number]
-        state.spikes_of[number] = 0
-        first, run_begin, run_end, core, length = wiring.place[number]
-        counts[OPERATIONS, core] += times * length
-        for r in range(run_begin, run_end):
-            begin, weight, length = wiring.run[r]
-            _add(state.q, np.uintp(first + begin), wiring.weights, np.uintp(weight), length, times)
     return n
 
 
 @njit(cache=True, inline="always")
 def _add(
-    q: np.ndarray, at: np.uintp, weights: np.ndarray, begin: np.uintp, n: np.int32, times: np.int32
+    q: np.ndarray, at: np.uintp, weights: np.ndarray, begin: np.uintp, n: np.int32, factor: np.int32
 ) -> None:
     # Unsigned indices: numba then needs no check for negative ones, and LLVM makes vectors.
-    if times == 1:
-        for j in range(np.uintp(n)):
-            q[at + j] = I32(q[at + j] + I32(weights[begin + j]))
-    else:
-        for j in range(np.uintp(n)):
-            q[at + j] = I32(q[at + j] + I32(I32(times) * I32(weights[begin + j])))
+    for j in range(np.uintp(n)):
+        q[at + j] = I32(q[at + j] + I32(factor * I32(weights[begin + j])))
+
+
+@njit(cache=True)
+def _count(wiring: Wiring, sent: np.ndarray, counts: np.ndarray) -> None:
+    for fan in range(sent.shape[1]):
+        n = sent[0, fan]
+        if n:
+            sent[0, fan] = 0
+            sent[1, fan] += n
+            for k in range(wiring.fan_start[fan], wiring.fan_start[fan + 1]):
+                core = wiring.cost[k, 0]
+                counts[MESSAGES_IN, core] += n
+                counts[OPERATIONS, core] += n * wiring.cost[k, 1]
+
+
+@njit(cache=True)
+def update(
+    neurons: Neurons, state: State, n_pending: int, noise: np.ndarray, counts: np.ndarray
+) -> int:
+    """Update all compartments from q, and fill ``held``; returns the number of spikes under way.
+
+    ``noise`` (2, n_compartments) is added to q and to u, and has no columns where there is none.
+    ``counts`` gains spikes, active and inactive updates of each core in its rows for them.
+    """
+    for i in range(noise.shape[1]):
+        state.q[i] = I32(state.q[i] + noise[0, i])
+    for a, b, vmin, vmax in neurons.stretch:
+        v, refractory, spiked = state.v[a:b], state.refractory[a:b], state.spiked[a:b]
+        _integrate(state.q[a:b], state.u[a:b], neurons.keep_u[a:b])
+        _leak(v, state.u[a:b], neurons.bias[a:b], neurons.keep_v[a:b], noise[1, a:b])
+        _fire(v, refractory, neurons.vth[a:b], spiked, I32(vmin), I32(vmax))
+        _rest(refractory, neurons.refract[a:b], spiked)
+    _hold(neurons, state)
+    n = _list_spikes(neurons, state, counts)
+    # The host's spikes queue behind the chip's own: they arrive in the next step.
+    for i in range(n_pending):
+        state.arriving[n + i] = state.pending[i]
+    return n + n_pending
 
 
 @njit(cache=True, inline="always")
@@ -195,77 +201,36 @@ def _rest(refractory: np.ndarray, refract: np.ndarray, spiked: np.ndarray) -> No
 
 
 @njit(cache=True)
+def _hold(neurons: Neurons, state: State) -> None:
+    """Copy what outputs read: the voltage, current or spike of each compartment."""
+    for k in range(len(state.held)):
+        i, key = neurons.read[k]
+        state.held[k] = state.v[i] if key == 0 else state.u[i] if key == 1 else state.spiked[i]
+
+
+@njit(cache=True)
 def _list_spikes(neurons: Neurons, state: State, counts: np.ndarray) -> int:
     """List the compartments that spiked; without branches, which spikes would make mispredicted."""
     n = 0
-    for i in range(len(state.spiked)):
-        state.arriving[n] = i
-        n += state.spiked[i]
+    for block in range(len(neurons.block)):
+        begin, end, core, always_active = neurons.block[block]
+        before = n
+        for i in range(np.uintp(begin), np.uintp(end)):
+            state.arriving[np.uintp(n)] = i
+            n += state.spiked[i]
+        active = end - begin if always_active else _count_active(neurons, state, begin, end)
+        counts[SPIKES, core] += n - before
+        counts[ACTIVE, core] += active
+        counts[INACTIVE, core] += end - begin - active
     for i in state.arriving[:n]:
         state.spike_count[i] += 1
-        counts[SPIKES, neurons.core[i]] += 1
-    for i in neurons.readout:
-        state.readout_spikes[0] += state.spiked[i]
     return n
 
 
 @njit(cache=True)
-def _count_active(neurons: Neurons, state: State, block: int) -> int:
+def _count_active(neurons: Neurons, state: State, begin: int, end: int) -> int:
     active = 0
-    for i in range(neurons.block_start[block], neurons.block_start[block + 1]):
-        moving = state.q[i] != 0 or state.u[i] != 0 or state.v[i] != 0
-        active += neurons.bias[i] != 0 or moving or state.spiked[i] != 0
+    for i in range(np.uintp(begin), np.uintp(end)):
+        moving = state.q[i] | state.u[i] | state.v[i] | state.spiked[i] | neurons.bias[i]
+        active += moving != 0
     return active
-
-
-@njit(cache=True)
-def update(neurons: Neurons, state: State, noise: np.ndarray, counts: np.ndarray) -> int:
-    """Update all compartments from q; returns the number of spikes, listed in ``arriving``.
-
-    ``noise`` (2, n_compartments) is added to q and to u, and has no columns where there is none.
-    ``counts`` gains spikes, active and inactive updates of each core in its rows for them.
-    """
-    for i in range(noise.shape[1]):
-        state.q[i] = I32(state.q[i] + noise[0, i])
-    for block in range(len(neurons.block_core)):
-        a, b = neurons.block_start[block], neurons.block_start[block + 1]
-        v, refractory, spiked = state.v[a:b], state.refractory[a:b], state.spiked[a:b]
-        _integrate(state.q[a:b], state.u[a:b], neurons.keep_u[a:b])
-        _leak(v, state.u[a:b], neurons.bias[a:b], neurons.keep_v[a:b], noise[1, a:b])
-        _fire(v, refractory, neurons.vth[a:b], spiked, neurons.vmin[block], neurons.vmax[block])
-        _rest(refractory, neurons.refract[a:b], spiked)
-        active = b - a
-        if not neurons.always_active[block]:
-            active = _count_active(neurons, state, block)
-        counts[ACTIVE, neurons.block_core[block]] += active
-        counts[INACTIVE, neurons.block_core[block]] += b - a - active
-    return _list_spikes(neurons, state, counts)
-
-
-@njit(cache=True)
-def gather(neurons: Neurons, state: State, held: np.ndarray) -> None:
-    """Copy what outputs read into ``held``: the voltage, current or spike of each compartment."""
-    for k in range(len(held)):
-        i = neurons.read[k]
-        what = neurons.read_key[k]
-        held[k] = state.v[i] if what == 0 else state.u[i] if what == 1 else state.spiked[i]
-
-
-@njit(cache=True)
-def step(
-    wiring: Wiring,
-    neurons: Neurons,
-    state: State,
-    n_arriving: int,
-    noise: np.ndarray,
-    counts: np.ndarray,
-    held: np.ndarray,
-) -> int:
-    """A whole step of a chip that does not learn; returns the number of spikes.
-
-    The same as `deliver`, `update` and `gather` in turn, in one call.
-    """
-    deliver(wiring, state, n_arriving, counts)
-    n = update(neurons, state, noise, counts)
-    gather(neurons, state, held)
-    return n

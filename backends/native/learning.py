@@ -6,7 +6,9 @@ import numpy as np
 from nengo_loihi.block import Axon
 from nengo_loihi.emulator.interface import BlockInfo, SynapseState
 
-from spikeport.backends.native.wiring import Wiring, first_deliveries, kept_synapses
+from spikeport.backends.native.contacts import first_contacts
+from spikeport.backends.native.rows import kept_synapses
+from spikeport.backends.native.wiring import Wiring
 from spikeport.backends.nengo_loihi import load_blocks
 from spikeport.compile.image import ChipImage
 from spikeport.compile.usage import synapse_core
@@ -46,7 +48,7 @@ class Learning:
         self._synapses = {int(group): synapses[group] for group in self._groups}
         self._image, self._wiring, self._rng = image, wiring, rng
         self._cores = synapse_core(image)
-        deliveries = first_deliveries(image)[image["in_axon_start"]]  # one an axon: no atoms learn
+        deliveries = first_contacts(image)[image["in_axon_start"]]  # one an axon: no atoms learn
         self._deliveries = {int(g): (deliveries[g], deliveries[g + 1]) for g in self._groups}
         self._places = {int(group): _places(image, int(group)) for group in self._groups}
         self._t = 0

@@ -1,18 +1,21 @@
 """Chip image -> the flat arrays that spikes are delivered along.
 
-A spike of a source reaches *deliveries*, one for each (input axon, atom) that its routes lead to. A
-delivery adds one *row* of weights to the inputs of some compartments; a row is stored as *runs*,
-stretches of consecutive targets, so that slices are added. Sources that reach the same axon share
-its delivery: their spikes are counted first, and the row is added once, times the count.
+A spike of a source reaches *contacts* (`spikeport.backends.native.contacts`), each of which adds a
+row of weights to the inputs of some compartments. Contacts that the same sources reach are one
+*delivery*: their spikes are counted first, and the rows are added once, times the count. Rows are
+stored in the order of deliveries, and added as *runs*: stretches of consecutive targets with
+consecutive weights. The rows that one neuron has on the many cores of the next layer are one run.
 """
 
+import itertools
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from spikeport.compile.fanout import first_sources
+from spikeport.backends.native.contacts import Contacts, Pairs, contacts_of, pairs_of
+from spikeport.backends.native.rows import Rows, offsets_of, rows_of, runs_of
 from spikeport.compile.image import ChipImage
-from spikeport.errors import ImageError
 
 
 class Wiring(NamedTuple):
@@ -22,183 +25,156 @@ class Wiring(NamedTuple):
     """(n_sources + 1,) deliveries of each source."""
     delivery: np.ndarray
     """Their numbers."""
-    place: np.ndarray
-    """(n_deliveries, 5) of each delivery: the compartment its targets count from, its first run and
-    the one after its last, the core it arrives at, the synapses the chip reads for it."""
+    run_start: np.ndarray
+    """(n_deliveries + 1,) runs of each delivery."""
     run: np.ndarray
-    """(n_runs, 3) of each run: its first target, where its weights begin, how many they are."""
-    reached_start: np.ndarray
-    """(n_sources + 1,) cores each source sends messages to."""
-    reached_core: np.ndarray
-    """Their numbers, each once a source."""
+    """(n_runs, 4) of each run: its first target, where its weights begin, how many they are, and by
+    how many bits they are to be shifted."""
     weights: np.ndarray
-    """All weights, int16 where they fit and nothing learns, else int32."""
+    """All weights, shifted right; int32 where something learns, else as narrow as they fit."""
+    fan: np.ndarray
+    """(n_sources,) the fan of each source: those of a core whose spikes cost the same share it."""
+    fan_start: np.ndarray
+    """(n_fans + 1,) destination cores of each fan."""
+    cost: np.ndarray
+    """(.., 3) the core, the synapses a spike reads there, and the core it is from, or -1."""
 
 
 def wire(image: ChipImage) -> Wiring:
     """Flatten the routes, axons and rows of an image.
+
+    Where something learns, every contact is a delivery of its own and weights stay in order.
 
     Raises
     ------
     ImageError
         If a synapse targets a compartment outside its block, or a route an axon outside its group.
     """
-    atoms = image["row_atoms"]
-    _check_routes(image)
-    weight_start, kept = kept_synapses(image)
-    indices, weights = image["indices"][kept], image["weights"][kept]
-    axon_group = np.repeat(np.arange(len(image["synapse_block"])), np.diff(image["in_axon_start"]))
-    axon_row = image["row_start"][axon_group] + image["in_axon_row"]
-    per_axon = atoms[axon_row]
-    axon_delivery = first_deliveries(image)
-    delivery_axon = np.repeat(np.arange(len(axon_row)), per_axon)
-    atom = np.arange(len(delivery_axon)) - axon_delivery[delivery_axon]
-    row = _offsets(atoms)[axon_row[delivery_axon]] + atom
-    block = image["synapse_block"][axon_group[delivery_axon]]
-    base = image["in_axon_base"][delivery_axon]
-    _check_targets(image, weight_start, indices, row, base, block)
-    source, number = _pairs(image, axon_delivery)
-    live = base[number] >= 0
-    reached = np.unique(source * image.n_cores + image["block_core"][block][number])
-    run_start, run = _runs(weight_start, indices)
-    place = (
-        image["block_start"][block] + base,
-        run_start[row],
-        run_start[row + 1],
-        image["block_core"][block],
-        _row_lengths(image)[row],
-    )
+    learning = bool(image["synapse_learning"][:, 0].any())
+    pairs, rows = pairs_of(image), rows_of(image)
+    contacts = contacts_of(image, rows)
+    used = contacts.used[pairs.contact]
+    live = Pairs(pairs.source[used], pairs.contact[used])
+    delivery = np.arange(len(contacts.row)) if learning else _deliveries(live, contacts)
+    order = _reading_order(delivery, rows, contacts)
+    place = rows.start[:-1] if learning else _places(rows, contacts.row[order])
+    run_start, run = _runs(order, delivery, place, rows, contacts)
+    leads = _first_of_each(delivery)[live.contact]
     return Wiring(
-        delivery_start=_starts(source[live], image),
-        delivery=number[live].astype(np.int32),
-        place=np.stack(place, axis=1).astype(np.int32),
+        delivery_start=_starts(live.source[leads], image),
+        delivery=delivery[live.contact[leads]].astype(np.int32),
+        run_start=run_start,
         run=run.astype(np.int32),
-        reached_start=_starts(reached // image.n_cores, image),
-        reached_core=(reached % image.n_cores).astype(np.int32),
-        weights=_narrow(weights, learning=bool(image["synapse_learning"][:, 0].any())),
+        weights=_placed(rows, place, (np.int32,) if learning else (np.int8, np.int16, np.int32)),
+        **_fans(image, pairs, rows, contacts),
     )
 
 
-def first_deliveries(image: ChipImage) -> np.ndarray:
-    """(n_axons + 1,) the first delivery of each input axon: it has one for each atom of its row."""
-    group = np.repeat(np.arange(len(image["synapse_block"])), np.diff(image["in_axon_start"]))
-    return _offsets(image["row_atoms"][image["row_start"][group] + image["in_axon_row"]])
+def _deliveries(live: Pairs, contacts: Contacts) -> np.ndarray:
+    """(n_contacts,) the delivery of each contact, -1 where no spike arrives."""
+    order = np.lexsort((live.source, live.contact))
+    reached, first = np.unique(live.contact[order], return_index=True)
+    delivery = np.full(len(contacts.row), -1)
+    delivery[reached] = number_alike(live.source[order], np.append(first, len(order)))
+    return delivery
 
 
-def kept_synapses(image: ChipImage) -> tuple[np.ndarray, np.ndarray | slice]:
-    """Where rows begin, split by atom, without synapses that a later one of their target hides.
-
-    nengo-loihi adds a row with NumPy's ``q[indices] += weights``, of which the last entry of
-    duplicate indices counts.
-
-    Returns
-    -------
-    start : (n_rows + 1,) int array
-        Synapses of each row.
-    kept : (n_synapses,) int array, or slice
-        Where they are in the image, those of a row by ascending target.
-    """
-    atoms = np.maximum(image["row_atoms"], 1)
-    sizes = np.diff(image["row_weight_start"]) // atoms
-    start = _offsets(np.repeat(sizes, image["row_atoms"]))
-    row = np.repeat(np.arange(len(start) - 1), np.diff(start))
-    indices = image["indices"]
-    ascending = (np.diff(indices) > 0) | (np.diff(row) > 0)
-    if ascending.all():
-        return start, slice(None)
-    order = np.lexsort((np.arange(len(row)), indices, row))
-    last = np.append((np.diff(indices[order]) != 0) | (np.diff(row[order]) != 0), True)
-    kept = order[last]
-    return _offsets(np.bincount(row[kept], minlength=len(start) - 1)), kept
+def number_alike(values: np.ndarray, start: np.ndarray) -> np.ndarray:
+    """Number the parts that ``start`` divides ``values`` into; parts that are equal, alike."""
+    content = values.tobytes()
+    width = values.nbytes // max(len(values), 1)
+    known: dict[bytes, int] = {}
+    bounds = itertools.pairwise((start * width).tolist())
+    return np.array([known.setdefault(content[a:b], len(known)) for a, b in bounds], dtype=int)
 
 
-def _row_lengths(image: ChipImage) -> np.ndarray:
-    sizes = np.diff(image["row_weight_start"]) // np.maximum(image["row_atoms"], 1)
-    return np.repeat(sizes, image["row_atoms"])
+def _first_of_each(delivery: np.ndarray) -> np.ndarray:
+    """(n_contacts,) whether each is the first of its delivery."""
+    first = np.zeros(len(delivery), dtype=bool)
+    first[np.unique(delivery, return_index=True)[1]] = True
+    return first
 
 
-def _check_routes(image: ChipImage) -> None:
-    for route, group in enumerate(image["route_synapse"]):
-        part, axons = image.part("route_start", route), image.part("in_axon_start", group)
-        used = image["route_axon"][part] >= 0
-        axon, atom = image["route_axon"][part][used], image["route_atom"][part][used]
-        n_axons, label = axons.stop - axons.start, image.manifest["synapses"][group]["label"]
-        if np.any(axon >= n_axons):
-            reason = f"leads to axon {axon.max()} of {n_axons}"
-            raise ImageError(_wrong_route(label, reason))
-        rows = image["row_start"][group] + image["in_axon_row"][axons][axon]
-        wrong = (atom < 0) | (atom >= image["row_atoms"][rows])
-        if wrong.any():
-            first = wrong.argmax()
-            reason = f"chooses atom {atom[first]} of {image['row_atoms'][rows[first]]}"
-            raise ImageError(_wrong_route(label, reason))
+def _reading_order(delivery: np.ndarray, rows: Rows, contacts: Contacts) -> np.ndarray:
+    """Contacts that spikes reach, delivery by delivery, by ascending target."""
+    filled = (np.diff(rows.start) > 0)[contacts.row]
+    read = np.flatnonzero((delivery >= 0) & contacts.used & filled)
+    lowest = contacts.first[read] + rows.indices[rows.start[contacts.row[read]]]
+    return read[np.lexsort((lowest, delivery[read]))]
 
 
-def _wrong_route(label: str, reason: str) -> str:
-    return f"synapse group '{label}': a route {reason}; compile the image again"
+def _places(rows: Rows, read: np.ndarray) -> np.ndarray:
+    """(n_rows,) where the weights of each row begin, once stored in the order they are read."""
+    sizes = np.diff(rows.start)
+    turn = np.full(len(sizes), len(read))
+    turn[read[::-1]] = np.arange(len(read))[::-1]  # where a row is read often, its first turn
+    order = np.argsort(turn, kind="stable")
+    place = np.zeros(len(sizes), dtype=np.int64)
+    place[order] = offsets_of(sizes[order])[:-1]
+    return place
 
 
-def _check_targets(
-    image: ChipImage,
-    weight_start: np.ndarray,
-    indices: np.ndarray,
-    row: np.ndarray,
-    base: np.ndarray,
-    block: np.ndarray,
-) -> None:
-    filled = np.diff(weight_start) > 0
-    lowest, highest = (np.zeros(len(filled), dtype=int) for _ in range(2))
-    if len(indices):
-        begin = weight_start[:-1][filled]
-        lowest[filled] = np.minimum.reduceat(indices, begin)
-        highest[filled] = np.maximum.reduceat(indices, begin)
-    sizes = np.diff(image["block_start"])
-    wrong = (base >= 0) & ((lowest[row] < 0) | (base + highest[row] >= sizes[block]))
-    wrong &= filled[row]
-    if wrong.any():
-        label = image.manifest["blocks"][block[wrong.argmax()]]["label"]
-        raise ImageError(
-            f"block '{label}': a synapse targets a compartment outside the block of "
-            f"{sizes[block[wrong.argmax()]]}; compile the image again"
-        )
+def _runs(
+    order: np.ndarray, delivery: np.ndarray, place: np.ndarray, rows: Rows, contacts: Contacts
+) -> tuple[np.ndarray, np.ndarray]:
+    """The runs of each delivery."""
+    start, run = runs_of(rows)
+    row = contacts.row[order]
+    of_contact, number = _expand(start[row], start[row + 1])
+    row, of = row[of_contact], delivery[order][of_contact]
+    index, synapse, length = run[number].T
+    shift = rows.shift[row]
+    target = contacts.first[order][of_contact] + index
+    weight = place[row] + synapse - rows.start[row]
+    begins = np.ones(len(row), dtype=bool)
+    begins[1:] = (np.diff(of) != 0) | (target[1:] != (target + length)[:-1])
+    begins[1:] |= (weight[1:] != (weight + length)[:-1]) | (np.diff(shift) != 0)
+    first = np.flatnonzero(begins)
+    length = np.add.reduceat(length, first) if len(first) else length
+    run_start = np.searchsorted(of[first], np.arange(delivery.max(initial=-1) + 2))
+    return run_start, np.stack([target[first], weight[first], length, shift[first]], axis=1)
 
 
-def _pairs(image: ChipImage, axon_delivery: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Every source with every delivery its routes lead to, in the order of sources."""
-    firsts = first_sources(image)
-    sources, numbers = [np.zeros(0, int)], [np.zeros(0, int)]
-    for route, group in enumerate(image["route_synapse"]):
-        part = image.part("route_start", route)
-        used = np.flatnonzero(image["route_axon"][part] >= 0)
-        axon = image["in_axon_start"][group] + image["route_axon"][part][used]
-        sources.append(firsts[route] + used)
-        numbers.append(axon_delivery[axon] + image["route_atom"][part][used])
-    source, number = np.concatenate(sources), np.concatenate(numbers)
-    order = np.argsort(source, kind="stable")
-    return source[order], number[order]
+def _expand(begin: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """All numbers of all ranges, one range after the other, and which range each is of."""
+    sizes = end - begin
+    of = np.repeat(np.arange(len(sizes)), sizes)
+    return of, np.arange(len(of)) + np.repeat(begin - offsets_of(sizes)[:-1], sizes)
+
+
+def _placed(rows: Rows, place: np.ndarray, widths: Sequence[type]) -> np.ndarray:
+    """The weights, each row in its place, in the first of the integer types that they fit."""
+    order = np.argsort(place, kind="stable")
+    _, synapse = _expand(rows.start[:-1][order], rows.start[1:][order])
+    weights = rows.weights[synapse] >> np.repeat(rows.shift[order], np.diff(rows.start)[order])
+    ends = weights.min(initial=0), weights.max(initial=0)
+    fits = (t for t in widths if np.iinfo(t).min <= ends[0] and ends[1] <= np.iinfo(t).max)
+    return weights.astype(next(fits))
+
+
+def _fans(image: ChipImage, pairs: Pairs, rows: Rows, contacts: Contacts) -> dict[str, np.ndarray]:
+    """What a spike costs where it arrives: messages and synaptic operations."""
+    operations = np.where(contacts.used, rows.operations[contacts.row], 0)[pairs.contact]
+    keys, of = np.unique(
+        pairs.source * image.n_cores + contacts.core[pairs.contact], return_inverse=True
+    )
+    operations = np.bincount(of, weights=operations, minlength=len(keys)).astype(np.int64)
+    source, core = np.divmod(keys, image.n_cores)
+    n_inputs = int(image["input_size"].sum())
+    home = np.append(image.compartment_core, np.full(n_inputs, -1))[source]
+    cost = np.stack([core, operations, home], axis=1)
+    start = _starts(source, image)
+    fan = number_alike(cost, start)
+    lead = np.unique(fan, return_index=True)[1]
+    _, kept = _expand(start[lead], start[lead + 1])
+    return {
+        "fan": fan.astype(np.int32),
+        "fan_start": offsets_of(np.diff(start)[lead]),
+        "cost": cost[kept],
+    }
 
 
 def _starts(source: np.ndarray, image: ChipImage) -> np.ndarray:
     """Offsets of each source's entries in a list ordered by source."""
     n_sources = image.n_compartments + int(image["input_size"].sum())
-    return _offsets(np.bincount(source, minlength=n_sources))
-
-
-def _runs(weight_start: np.ndarray, indices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Stretches of consecutive targets: the first of each row, and all of them."""
-    begins = np.ones(len(indices), dtype=bool)
-    begins[1:] = np.diff(indices) != 1
-    begins[weight_start[:-1][np.diff(weight_start) > 0]] = True
-    first = np.flatnonzero(begins)
-    length = np.diff(np.append(first, len(indices)))
-    return np.searchsorted(first, weight_start), np.stack([indices[first], first, length], axis=1)
-
-
-def _narrow(weights: np.ndarray, learning: bool) -> np.ndarray:
-    limit = np.iinfo(np.int16).max
-    fits = not learning and (len(weights) == 0 or np.abs(weights).max() <= limit)
-    return weights.astype(np.int16 if fits else np.int32)
-
-
-def _offsets(sizes: np.ndarray) -> np.ndarray:
-    return np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
+    return offsets_of(np.bincount(source, minlength=n_sources))

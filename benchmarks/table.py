@@ -1,0 +1,108 @@
+"""The results of the benchmark as a table in Markdown: printed, or put between a file's markers.
+
+python benchmarks/table.py [--into README.md]
+"""
+
+import argparse
+import json
+from pathlib import Path
+from typing import Any
+
+RESULTS = Path(__file__).parent / "results.json"
+BEGIN, END = "<!-- benchmark -->", "<!-- /benchmark -->"
+HEADS = {
+    "CPU time of a step, us": (
+        "emulator, chip alone",
+        "native",
+        "ratio",
+        "nengo-loihi, whole loop",
+        "native",
+        "ratio",
+        "float Nengo",
+        "ratio",
+    ),
+    "chip alone, native": (
+        "spikes a step",
+        "synaptic events a step",
+        "events a second",
+        "weights read",
+        "of the memory's bandwidth",
+    ),
+}
+
+
+def table(results: dict[str, Any]) -> str:
+    """Both tables and what they were measured on."""
+    networks = results["networks"].values()
+    times, traffic = HEADS
+    bandwidth = results["triad_bytes_per_s"]
+    lines = [
+        *_rows(times, [[n["title"].rstrip("."), *_times(n)] for n in networks]),
+        "",
+        *_rows(traffic, [[n["title"].rstrip("."), *_traffic(n, bandwidth)] for n in networks]),
+        "",
+        _note(results),
+    ]
+    return "\n".join(lines)
+
+
+def _times(network: dict[str, Any]) -> list[str]:
+    chip, whole = network["chip_us"], network["simulator_us"]
+    pairs = (chip["nengo-loihi"], chip["native"]), (whole["nengo-loihi"], whole["native"])
+    cells = [cell for a, b in pairs for cell in (f"{a:,.0f}", f"{b:,.0f}", f"{a / b:.0f}x")]
+    return [*cells, f"{whole['nengo']:,.0f}", f"{whole['nengo'] / whole['native']:.1f}x"]
+
+
+def _traffic(network: dict[str, Any], bandwidth: float) -> list[str]:
+    step_s = network["chip_us"]["native"] * 1e-6
+    read = network["weight_bytes"] / step_s
+    return [
+        f"{network['spikes']:,.0f}",
+        f"{network['synaptic_events']:,.0f}",
+        f"{network['synaptic_events'] / step_s / 1e6:,.0f} million",
+        f"{read / 1e9:.2f} GB/s",
+        f"{100 * read / bandwidth:.0f} %",
+    ]
+
+
+def _note(results: dict[str, Any]) -> str:
+    machine, largest = results["machine"], max(results["networks"].values(), key=_weights)
+    versions = ", ".join(f"{name} {machine[name]}" for name in list(machine)[1:])
+    return (
+        f"{machine['processor']}, one thread; {versions}. Memory bandwidth (STREAM triad, same "
+        f"run): {results['triad_bytes_per_s'] / 1e9:.1f} GB/s. An image of {_weights(largest):,} "
+        f"weights is extracted in {largest['extract_s']:.1f} s and opened in "
+        f"{largest['open_s']:.1f} s."
+    )
+
+
+def _weights(network: dict[str, Any]) -> int:
+    return network["weights"]
+
+
+def _rows(corner: str, rows: list[list[str]]) -> list[str]:
+    heads = [corner, *HEADS[corner]]
+    return [f"| {' | '.join(row)} |" for row in (heads, ["---"] * len(heads), *rows)]
+
+
+def insert(text: str, content: str) -> str:
+    """The text with the content between its markers."""
+    before, rest = text.split(BEGIN)
+    _, after = rest.split(END)
+    return f"{before}{BEGIN}\n{content}\n{END}{after}"
+
+
+def main() -> None:
+    """Print the table, or write it."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--into", type=Path)
+    file = parser.parse_args().into
+    content = table(json.loads(RESULTS.read_text(encoding="utf-8")))
+    if file is None:
+        print(content)
+    else:
+        file.write_text(insert(file.read_text(encoding="utf-8"), content), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
