@@ -40,3 +40,26 @@ class PerDimension(nengo.solvers.Solver):
             mine = slice(i * self.n_neurons, (i + 1) * self.n_neurons)
             decoders[mine, i : i + 1], _ = solver(A[:, mine], Y[:, i : i + 1], rng=rng)
         return decoders, {}
+
+
+class Tied(nengo.solvers.Solver):
+    r"""One decoder for all neurons: least squares with a single unknown for each dimension.
+
+    .. math:: d = \frac{s^T Y}{s^T s}, \quad s_m = \sum_n A_{mn}
+
+    Neurons that encode one half of one value, with spread gains, need no more; and those with equal
+    weights can share an axon on the chip.
+    """
+
+    compositional = True
+
+    def __init__(self) -> None:
+        super().__init__(weights=False)
+
+    def __call__(
+        self, A: np.ndarray, Y: np.ndarray, rng: Any = np.random
+    ) -> tuple[np.ndarray, dict[str, Any]]:
+        """Decoders of shape (n, d) for activities A (m, n) and values Y (m, d)."""
+        total = A.sum(axis=1)
+        decoder = total @ Y / (total @ total)
+        return np.tile(decoder, (A.shape[1], 1)), {}

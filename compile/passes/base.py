@@ -31,9 +31,12 @@ class Pass(ABC):
     ----------
     name : str
         What it is called in ``--passes``; its docstring's first line is its description.
+    precedes : tuple of str
+        Names of passes that would undo it, or that it would undo, and that it must come before.
     """
 
     name: ClassVar[str]
+    precedes: ClassVar[tuple[str, ...]] = ()
 
 
 class NetworkPass(Pass):

@@ -1,5 +1,6 @@
 """A pipeline: the passes of a compile, in order, and one observer that sees every result."""
 
+import itertools
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -20,19 +21,15 @@ class Pipeline:
     Raises
     ------
     UsageError
-        If passes are not in that order.
+        If passes are not in that order, one would undo another, or one is there twice.
     """
 
     passes: tuple[Pass, ...]
 
     def __post_init__(self) -> None:
         """Check the order."""
-        for before, after in zip(self.passes, self.passes[1:], strict=False):
-            if _stage(after) < _stage(before):
-                raise UsageError(
-                    f"pass {after.name} works on {_kind(after)}, and cannot follow {before.name}, "
-                    f"which works on {_kind(before)}; put it before"
-                )
+        for before, after in itertools.combinations(self.passes, 2):
+            _check_order(before, after)
 
     def stage(self, kind: type[Pass]) -> tuple[Pass, ...]:
         """The passes of one stage."""
@@ -64,11 +61,25 @@ class PassRun:
         return value
 
 
-def _stage(one: Pass) -> int:
-    return next(i for i, kind in enumerate(STAGES) if isinstance(one, kind))
+def _check_order(before: Pass, after: Pass) -> None:
+    if after.name == before.name:
+        raise UsageError(f"pass {after.name} is there twice; give it once, with all its options")
+    if _stage(after) < _stage(before):
+        raise UsageError(
+            f"pass {after.name} works on {kind(after)}, and cannot follow {before.name}, "
+            f"which works on {kind(before)}; put it before"
+        )
+    if before.name in after.precedes:
+        raise UsageError(f"pass {after.name} cannot follow {before.name}; put it before")
 
 
-def _kind(one: Pass) -> str:
+def _stage(one: Pass | type[Pass]) -> int:
+    cls = one if isinstance(one, type) else type(one)
+    return next(i for i, stage in enumerate(STAGES) if issubclass(cls, stage))
+
+
+def kind(one: Pass | type[Pass]) -> str:
+    """What a pass works on."""
     return ("networks", "blocks", "images")[_stage(one)]
 
 

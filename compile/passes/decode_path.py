@@ -1,0 +1,123 @@
+"""How each decoded connection between ensembles on the chip is wired."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar, Literal
+
+import nengo
+from nengo.ensemble import Neurons
+
+from spikeport.compile.decode_cost import DECODE_TAU_S, PathCost, pareto, path_costs
+from spikeport.compile.lint import Scope
+from spikeport.compile.names import base
+from spikeport.compile.passes.base import Context, NetworkPass
+from spikeport.compile.passthrough import PLAIN
+from spikeport.compile.rewire import link, rewire
+from spikeport.compile.rewrite import Rewrite
+from spikeport.compile.settings import Settings
+from spikeport.compile.solved import Solved
+
+Path = Literal["auto", "direct", "onoff", "preset10", "host"]
+LINEAR = (*PLAIN, nengo.Sparse)
+EPSILON_S = 1e-9
+
+
+@dataclass(frozen=True)
+class DecodePath(NetworkPass):
+    """Wire decoded connections neuron to neuron, over decode neurons, or over the host.
+
+    ``network.config[connection].decode_path`` (see `spikeport.add_params`) decides where it is set,
+    then ``default``. ``auto`` takes what loses least among all that need at most ``slack_cores``
+    more than the smallest, where that is not slower than over decode neurons: an ensemble has one
+    filter, the longest of all that goes into it, of 5 ms behind decode neurons and inputs.
+
+    Attributes
+    ----------
+    default : str
+        The path where none is set.
+    slack_cores : float
+        Cores that a lower error may cost.
+    rate_hz : float
+        The firing rate at which synaptic operations are counted.
+    """
+
+    name: ClassVar[str] = "decode_path"
+    default: Path = "auto"
+    slack_cores: float = 2.0
+    rate_hz: float = 100.0
+
+    def apply(self, rewrite: Rewrite, context: Context) -> Rewrite:
+        """Choose, and rewrite what is not wired by nengo-loihi's own decode neurons."""
+        solved = Solved(rewrite, context.dt_s)
+        scope = Scope(rewrite.network, rewrite.names)
+        links = [c for c in rewrite.network.all_connections if _is_link(c, scope)]
+        costs = {
+            c: path_costs(link(c, solved), context.chip.limits, context.dt_s, self.rate_hz)
+            for c in links
+        }
+        settings = Settings(rewrite.network)
+        wanted = {c: settings.get(c, "decode_path") or "auto" for c in links}
+        wanted = {c: self.default if path == "auto" else path for c, path in wanted.items()}
+        chosen = {c: self._best(costs[c]) if path == "auto" else path for c, path in wanted.items()}
+        relay_s = DECODE_TAU_S + context.dt_s
+        for c in _slowed(chosen, rewrite.network.all_connections, scope, relay_s):
+            if wanted[c] == "auto":
+                chosen[c] = self._best([one for one in costs[c] if one.path != "direct"])
+        for c in links:
+            context.note(rewrite.names[c], _note(chosen[c], costs[c]))
+        return rewire(rewrite, chosen, solved)
+
+    def _best(self, costs: Sequence[PathCost]) -> str:
+        """Never the host: it costs traffic with the chip that no figure here shows."""
+        on_chip = [one for one in costs if one.path != "host"]
+        most = min(one.cores for one in on_chip) + self.slack_cores
+        return min((one for one in on_chip if one.cores <= most), key=lambda one: one.error).path
+
+
+def _is_link(connection: nengo.Connection, scope: Scope) -> bool:
+    """Whether nengo-loihi would build decode neurons for a connection, and nothing special."""
+    pre, post = connection.pre_obj, connection.post_obj
+    return (
+        scope.on_chip(pre)
+        and scope.on_chip(post)
+        and isinstance(post, nengo.Ensemble)
+        and not (isinstance(pre, nengo.Ensemble) and connection.solver.weights)
+        and connection.learning_rule_type is None
+        and isinstance(connection.transform, LINEAR)
+    )
+
+
+def _slowed(
+    chosen: dict[nengo.Connection, str],
+    connections: Sequence[nengo.Connection],
+    scope: Scope,
+    relay_s: float,
+) -> list[nengo.Connection]:
+    """The connections to be wired directly that a slower filter of their target would delay more.
+
+    The longest filter of all that goes into an ensemble is the one it has.
+    """
+    filters: dict[Any, float] = {}
+    for c in connections:
+        if scope.on_chip(c.post_obj):
+            post = base(c.post_obj)
+            own = _filter_s(c, chosen.get(c), scope)
+            filters[post] = max(own, filters.get(post, 0.0))
+    most = {c: _filter_s(c, "direct", scope) + relay_s + EPSILON_S for c in chosen}
+    return [c for c, path in chosen.items() if path == "direct" and filters[c.post_obj] > most[c]]
+
+
+def _filter_s(connection: nengo.Connection, path: str | None, scope: Scope) -> float:
+    spikes = scope.on_chip(connection.pre_obj) or isinstance(connection.pre_obj, Neurons)
+    decoded = isinstance(connection.post_obj, nengo.Ensemble) and path != "direct"
+    if decoded or not spikes:
+        return DECODE_TAU_S
+    return 0.0 if connection.synapse is None else connection.synapse.tau
+
+
+def _note(chosen: str, costs: list[PathCost]) -> dict[str, Any]:
+    front = {one.path for one in pareto(costs)}
+    return {
+        "chosen": chosen,
+        "paths": [{**one._asdict(), "pareto": one.path in front} for one in costs],
+    }

@@ -1,0 +1,135 @@
+"""`MergeAxons`: sources with equal weights share one input axon."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from spikeport.compile.connectivity import (
+    Group,
+    Route,
+    Row,
+    assemble,
+    blocks_of,
+    groups_of,
+    routes_of,
+)
+from spikeport.compile.image import ChipImage
+from spikeport.compile.passes.base import Context, ImagePass
+from spikeport.compile.usage import AMOUNTS, block_amounts, is_consecutive
+from spikeport.hardware_models.chip import Chip
+
+
+@dataclass(frozen=True)
+class MergeAxons(ImagePass):
+    """Let sources whose spikes do the same share an input axon, and drop those that do nothing.
+
+    Synapse groups of a block that store their rows alike become one. In it, equal rows are stored
+    once, and axons that read equal rows from equal bases are one axon: its spikes are counted, and
+    counts add up. Groups that learn stay as they are.
+    """
+
+    name: ClassVar[str] = "merge_axons"
+    precedes: ClassVar[tuple[str, ...]] = ("split", "pack", "place")
+
+    def apply(self, image: ChipImage, context: Context) -> ChipImage:
+        """See `ImagePass.apply`."""
+        merged = _merged(image)
+        for name in ("in_axons", "out_axons", "synapse_bits"):
+            before, after = (_amount(one, name, context.chip) for one in (image, merged))
+            context.note(name, {"before": before, "after": after})
+        return merged
+
+
+def _amount(image: ChipImage, name: str, chip: Chip) -> int:
+    return int(block_amounts(image, chip)[:, AMOUNTS.index(name)].sum())
+
+
+def _merged(image: ChipImage) -> ChipImage:
+    groups, routes = groups_of(image), routes_of(image)
+    bundles: dict[Any, _Bundle | _Whole] = {}
+    keys, new = _keys(image), []
+    for group, key, used in zip(groups, keys, _used(groups, routes), strict=True):
+        bundle = _Whole(group) if key == group.like else _Bundle(group)
+        new.append(bundles.setdefault(key, bundle).add(group, used))
+    kept = {key: bundle.group() for key, bundle in bundles.items()}
+    filled = [key for key, group in kept.items() if len(group.axon_row)]
+    number = {key: n for n, key in enumerate(filled)}
+    leading = [
+        route._replace(group=number[keys[route.group]], axon=axon)
+        for route in routes
+        if ((axon := _mapped(new[route.group], route.axon)) >= 0).any()
+    ]
+    return assemble(image, blocks_of(image), [kept[key] for key in filled], leading)
+
+
+def _mapped(axons: np.ndarray, axon: np.ndarray) -> np.ndarray:
+    """New numbers of axons, -1 where there is none; a group may have no axon at all."""
+    new = np.full(len(axon), -1)
+    new[axon >= 0] = axons[axon[axon >= 0]]
+    return new
+
+
+def _keys(image: ChipImage) -> list[Any]:
+    """For each group what others must have in common with it to join it, or its own number."""
+    near, block = is_consecutive(image), image["synapse_block"]
+    kind, form = image["synapse_pop_type"], image["synapse_format"]
+    return [
+        n if image["synapse_learning"][n, 0] else (block[n], kind[n], near[n], form[n].tobytes())
+        for n in range(len(block))
+    ]
+
+
+def _used(groups: Sequence[Group], routes: Sequence[Route]) -> list[np.ndarray]:
+    """For each group whether its axons are reached and do anything."""
+    used = [np.zeros(len(group.axon_row), dtype=bool) for group in groups]
+    for route in routes:
+        used[route.group][route.axon[route.axon >= 0]] = True
+    for group, mine in zip(groups, used, strict=True):
+        acts = np.array([row.weights.any() for row in group.rows], dtype=bool)
+        mine &= (group.axon_base >= 0) & acts[group.axon_row]
+    return used
+
+
+class _Bundle:
+    """Groups on their way to become one: their distinct rows, and axons by row and base."""
+
+    def __init__(self, first: Group) -> None:
+        self._like, self._block = first.like, first.block
+        self._rows: dict[Any, tuple[int, Row]] = {}
+        self._axons: dict[tuple[int, int], int] = {}
+
+    def add(self, group: Group, used: np.ndarray) -> np.ndarray:
+        """Add the axons in use; returns the number here of each of the group's, or -1."""
+        contents = [
+            (row.weights.shape, row.weights.tobytes(), row.indices.tobytes()) for row in group.rows
+        ]
+        new = np.full(len(group.axon_row), -1)
+        for i in np.flatnonzero(used):
+            content, row = contents[group.axon_row[i]], group.rows[group.axon_row[i]]
+            number, _ = self._rows.setdefault(content, (len(self._rows), row))
+            place = (number, int(group.axon_base[i]))
+            new[i] = self._axons.setdefault(place, len(self._axons))
+        return new
+
+    def group(self) -> Group:
+        """The group they become."""
+        places = np.array(list(self._axons), dtype=int).reshape(-1, 2)
+        rows = [row for _, row in self._rows.values()]
+        return Group(self._like, self._block, rows, places[:, 0], places[:, 1])
+
+
+class _Whole:
+    """A group that stays as it is."""
+
+    def __init__(self, group: Group) -> None:
+        self._group = group
+
+    def add(self, group: Group, used: np.ndarray) -> np.ndarray:
+        """See `_Bundle.add`."""
+        return np.arange(len(group.axon_row))
+
+    def group(self) -> Group:
+        """See `_Bundle.group`."""
+        return self._group

@@ -1,0 +1,111 @@
+"""`Pack`: several blocks on a core, under all limits of the chip."""
+
+from collections.abc import Container, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+import numpy as np
+from pydantic import Field
+
+from spikeport.compile.cut import cut
+from spikeport.compile.exact import pack_exactly
+from spikeport.compile.image import ChipImage
+from spikeport.compile.load import block_loads, capacity, core_loads
+from spikeport.compile.lower_bound import sums
+from spikeport.compile.packing import Bins, Problem, pack
+from spikeport.compile.passes.base import Context, ImagePass
+from spikeport.compile.passes.split import find_bounds
+from spikeport.compile.traffic import block_traffic
+from spikeport.hardware_models.chip import Chip
+
+
+@dataclass(frozen=True)
+class Pack(ImagePass):
+    """Put several blocks on a core, on as few cores as can be found.
+
+    Parameters
+    ----------
+    effort : int
+        How much is tried. 0: simple rules; 1: also to empty cores; from 2 on also to cut blocks to
+        parts of up to 1 / effort of a core, where that saves cores.
+    exact : bool
+        Whether to look, before any cutting, for the fewest cores of all; for up to some 100 blocks.
+    """
+
+    effort: Annotated[int, Field(ge=0, le=16)] = 4
+    exact: bool = False
+    name: ClassVar[str] = "pack"
+
+    def apply(self, image: ChipImage, context: Context) -> ChipImage:
+        """See `ImagePass.apply`."""
+        chip, loads = context.chip, block_loads(image, context.chip)
+        problem = _problem(image, chip)
+        bins = pack(problem, self.effort)
+        if self.exact:
+            bins, at_least = pack_exactly(problem, bins)
+            context.note("cores_at_least_uncut", at_least)
+        packing = _on_cores(image, bins)
+        fewest = max(sums(loads, capacity(chip)).values())
+        for parts in range(2, self.effort + 1):
+            if packing.n_cores > fewest:
+                packing = min(packing, _cut_and_pack(image, chip, parts), key=_n_cores)
+        context.note("cores", {"before": image.n_cores, "after": packing.n_cores})
+        context.note("blocks", {"before": image.n_blocks, "after": packing.n_blocks})
+        return packing
+
+
+def _n_cores(image: ChipImage) -> int:
+    return image.n_cores
+
+
+def _problem(image: ChipImage, chip: Chip) -> Problem:
+    return Problem(block_loads(image, chip), capacity(chip), block_traffic(image))
+
+
+def _on_cores(image: ChipImage, bins: Bins) -> ChipImage:
+    core = np.zeros(image.n_blocks, dtype=int)
+    for number, blocks in enumerate(bins):
+        core[blocks] = number
+    return _with_cores(image, core)
+
+
+def _with_cores(image: ChipImage, core: np.ndarray) -> ChipImage:
+    return ChipImage(image.manifest, {**image.arrays, "block_core": core})
+
+
+def _cut_and_pack(image: ChipImage, chip: Chip, parts: int) -> ChipImage:
+    """Cut blocks to parts of a core, pack these, and join neighbours that share a core again."""
+    bounds = find_bounds(image, chip, capacity(chip).shared(parts))
+    cuts = {block: ends[1:-1] for block, ends in bounds.items()}
+    if not cuts:
+        return image
+    counts = [len(cuts.get(block, ())) + 1 for block in range(image.n_blocks)]
+    pieces = cut(image, cuts)
+    pieces = _on_cores(pieces, pack(_problem(pieces, chip), effort=1))
+    cores = np.split(pieces["block_core"], np.cumsum(counts)[:-1])
+    joined = _join(image, cuts, cores)
+    # Longer lists can take more memory: 124 synapses are 64 and 60, and not two times 62.
+    crowded = _crowded(joined, chip)
+    kept = {block for block in cuts if not crowded.isdisjoint(cores[block].tolist())}
+    return _join(image, cuts, cores, kept) if kept else joined
+
+
+def _join(
+    image: ChipImage,
+    cuts: Mapping[int, Sequence[int]],
+    cores: Sequence[np.ndarray],
+    kept: Container[int] = (),
+) -> ChipImage:
+    """Cut only where two pieces that follow each other are on different cores, or as is kept."""
+    ends, core = {}, []
+    for block, mine in enumerate(cores):
+        apart = np.ones(len(mine) - 1, bool) if block in kept else np.diff(mine) != 0
+        ends[block] = np.array(cuts.get(block, ()), dtype=int)[apart].tolist()
+        core.append(mine[np.append(True, apart)])
+    return _with_cores(cut(image, ends), np.concatenate(core))
+
+
+def _crowded(image: ChipImage, chip: Chip) -> set[int]:
+    """The cores that hold more than they can."""
+    room = capacity(chip)
+    return {core for core, load in enumerate(core_loads(image, chip)) if not room.holds(load)}

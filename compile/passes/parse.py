@@ -1,0 +1,88 @@
+"""Text -> pipeline: ``fuse,pack{effort=2},place``."""
+
+import dataclasses
+import re
+from typing import Any, get_type_hints
+
+from pydantic import TypeAdapter, ValidationError
+
+from spikeport.compile.passes import registry
+from spikeport.compile.passes.base import Pass
+from spikeport.compile.passes.pipeline import Pipeline
+from spikeport.errors import UsageError, unknown
+
+ONE_PASS = re.compile(r"""\s*(?P<name>\w+)\s*(?:\{(?P<options>(?:"[^"]*"|[^{}"])*)\})?\s*(?:,|$)""")
+ONE_OPTION = re.compile(
+    r"""\s*(?P<key>\w+)\s*=\s*(?:"(?P<quoted>[^"]*)"|(?P<bare>[^,"]*?))\s*(?:,|$)"""
+)
+
+
+def parse(text: str) -> Pipeline:
+    """The pipeline that a text describes; an empty one has no passes.
+
+    The text is the name of one of `registry.PIPELINES`, or passes separated by commas, each a name
+    that `registry.PASSES` has and, in braces, options: ``key=value`` separated by commas, a value
+    in double quotes where it has commas or braces.
+
+    Raises
+    ------
+    UsageError
+        If the text cannot be read, a pass or option is not known, a value is of the wrong type, or
+        the passes cannot follow each other; see `Pipeline`.
+    """
+    text = registry.PIPELINES.get(text.strip(), text)
+    return Pipeline(
+        tuple(_pass(*match.group("name", "options")) for match in _matches(ONE_PASS, text))
+    )
+
+
+def _matches(pattern: re.Pattern[str], text: str) -> list[re.Match[str]]:
+    """Matches of a pattern that make up all of a text."""
+    matches, at = [], 0
+    while text[at:].strip():
+        match = pattern.match(text, at)
+        if match is None:
+            raise UsageError(
+                f"passes '{text}': cannot be read from '{text[at:].strip()}' on; write them as "
+                "name,name{key=value,key=value}"
+            )
+        matches.append(match)
+        at = match.end()
+    return matches
+
+
+def _pass(name: str, text: str | None) -> Pass:
+    cls = registry.get(name)
+    kinds = options(cls)
+    values: dict[str, Any] = {}
+    for match in _matches(ONE_OPTION, text or ""):
+        key, quoted, bare = match.group("key", "quoted", "bare")
+        if key not in kinds:
+            raise _unknown_option(name, key, kinds)
+        if key in values:
+            raise UsageError(f"pass {name}: option {key} is given twice")
+        values[key] = _convert(
+            f"pass {name}: {key}", bare if quoted is None else quoted, kinds[key]
+        )
+    return cls(**values)
+
+
+def options(cls: type[Pass]) -> dict[str, Any]:
+    """The options of a pass, by name: the types of its fields."""
+    hints = get_type_hints(cls, include_extras=True)
+    fields = dataclasses.fields(cls)  # type: ignore[arg-type]  # every pass is a dataclass
+    return {field.name: hints[field.name] for field in fields}
+
+
+def _unknown_option(name: str, key: str, known: dict[str, Any]) -> UsageError:
+    if known:
+        return unknown(f"option of pass {name}", key, known)
+    return UsageError(f"unknown option of pass {name} '{key}'; it takes none")
+
+
+def _convert(what: str, text: str, kind: Any) -> Any:
+    try:
+        return TypeAdapter(kind).validate_python(text)
+    except ValidationError as error:
+        reason = error.errors()[0]["msg"]
+        raise UsageError(f"{what}={text}: {reason[0].lower()}{reason[1:]}") from None

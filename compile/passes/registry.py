@@ -1,0 +1,39 @@
+"""The passes there are, by name; each is imported when it is first asked for."""
+
+from importlib import import_module
+
+from spikeport.compile.passes.base import Pass
+from spikeport.errors import unknown
+
+PASSES: dict[str, str] = {
+    "split_ensembles": "spikeport.compile.passes.split_ensembles:SplitEnsembles",
+    "fuse": "spikeport.compile.passes.fuse:Fuse",
+    "decode_path": "spikeport.compile.passes.decode_path:DecodePath",
+    "scale_rows": "spikeport.compile.passes.scale_rows:ScaleRows",
+    "merge_axons": "spikeport.compile.passes.merge_axons:MergeAxons",
+    "split": "spikeport.compile.passes.split:Split",
+    "pack": "spikeport.compile.passes.pack:Pack",
+    "place": "spikeport.compile.passes.place:Place",
+}
+"""In the order a pipeline may have them."""
+
+PIPELINES = {
+    "as_written": "merge_axons,split,pack,place",
+    "compact": "split_ensembles,fuse,decode_path,scale_rows,merge_axons,split,pack,place",
+}
+"""Pipelines with a name: what nengo-loihi computes, bit for bit, on fewer cores; and a network that
+is rewritten first, equal in float, on fewer still."""
+
+
+def get(name: str) -> type[Pass]:
+    """The pass of a name.
+
+    Raises
+    ------
+    UsageError
+        There is none; the message lists those there are.
+    """
+    if name not in PASSES:
+        raise unknown("pass", name, PASSES)
+    module, _, cls = PASSES[name].partition(":")
+    return getattr(import_module(module), cls)

@@ -1,0 +1,87 @@
+"""Rows of weights of very different size are brought closer together."""
+
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+import numpy as np
+from nengo_loihi.block import LoihiBlock, Synapse
+from nengo_loihi.builder import Model
+from pydantic import Field
+
+from spikeport.compile.passes.base import BlockPass, Context
+
+
+@dataclass(frozen=True)
+class ScaleRows(BlockPass):
+    """Scale a compartment's weights, bias and threshold by 2^-k, for weights to survive 8 bits.
+
+    All weights of a block share a scale, so neurons of small gain lose theirs beside neurons of
+    large gain. A compartment's input, state and threshold may be scaled together without changing
+    when it spikes; powers of two make that exact. Each k takes a threshold profile of the core.
+
+    Blocks that learn, have noise, a lower bound of the voltage other than zero, or of which current
+    or voltage is read, are left as they are.
+
+    Attributes
+    ----------
+    profiles : int
+        The most thresholds in one block.
+    """
+
+    name: ClassVar[str] = "scale_rows"
+    profiles: Annotated[int, Field(ge=1)] = 3
+
+    def apply(self, model: Model, context: Context) -> None:
+        """See `BlockPass.apply`."""
+        read = {b for probe in model.probes if probe.key != "spiked" for b in probe.target}
+        most = min(self.profiles, context.chip.limits.most("threshold_profiles"))
+        scaled = 0
+        for block in model.blocks:
+            if block not in read and _can_scale(block):
+                exponents = _exponents(_largest_weights(block), int(most))
+                _scale(block, np.exp2(-exponents).astype(np.float32))
+                scaled += bool(exponents.any())
+        context.note("blocks", {"scaled": scaled, "of": len(model.blocks)})
+
+
+def _can_scale(block: LoihiBlock) -> bool:
+    state = block.compartment
+    plain = np.unique(state.vth).size == 1 and not state.enable_noise.any() and state.vmin == 0
+    return plain and not any(synapse.learning or _shifted(synapse) for synapse in block.synapses)
+
+
+def _shifted(synapse: Synapse) -> bool:
+    """Whether the indices of a synapse's weights are not those of compartments."""
+    bases = synapse.axon_compartment_bases
+    return bases is not None and bool(np.any(np.asarray(bases) > 0))
+
+
+def _largest_weights(block: LoihiBlock) -> np.ndarray:
+    """(n_compartments,) the largest absolute weight into each."""
+    largest = np.zeros(block.n_neurons)
+    for synapse in block.synapses:
+        for weights, indices in zip(synapse.weights, synapse.indices, strict=True):
+            np.maximum.at(largest, indices.ravel(), np.abs(weights).ravel())
+    return largest
+
+
+def _exponents(largest: np.ndarray, profiles: int) -> np.ndarray:
+    """(n,) k of each compartment, at most so many different ones.
+
+    The median becomes the size that others are brought to, so that outliers cost no profiles.
+    """
+    used = largest[largest > 0]
+    if used.size == 0:
+        return np.zeros(len(largest), dtype=int)
+    with np.errstate(divide="ignore"):
+        above = np.floor(np.log2(largest / np.quantile(used, 0.1))).clip(min=0).astype(int)
+    step = -(-(above.max() + 1) // profiles)
+    return above // step * step
+
+
+def _scale(block: LoihiBlock, factor: np.ndarray) -> None:
+    block.compartment.vth *= factor
+    block.compartment.bias *= factor
+    for synapse in block.synapses:
+        pairs = zip(synapse.weights, synapse.indices, strict=True)
+        synapse.weights = [weights * factor[indices] for weights, indices in pairs]

@@ -1,0 +1,63 @@
+"""Ensembles that are too large to be decoded at once are cut."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+import nengo
+import numpy as np
+from nengo.ensemble import Neurons
+from pydantic import Field
+
+from spikeport.compile.lint import Scope
+from spikeport.compile.members import members
+from spikeport.compile.names import base
+from spikeport.compile.partition import Part, Partition, in_parts
+from spikeport.compile.passes.base import Context, NetworkPass
+from spikeport.compile.passthrough import foldable
+from spikeport.compile.regroup import regroup
+from spikeport.compile.rewrite import Rewrite
+
+
+@dataclass(frozen=True)
+class SplitEnsembles(NetworkPass):
+    """Cut ensembles with more neurons than a relay or read-out has input axons.
+
+    The decoders are those of the whole ensemble. A probe of its decoded value reads a sum made on
+    the host, one step later; an ensemble of which a probe reads neurons of several parts is left
+    as it is.
+
+    Attributes
+    ----------
+    max_neurons : int, optional
+        The most neurons of an ensemble; by default the input axons of a core.
+    """
+
+    name: ClassVar[str] = "split_ensembles"
+    precedes: ClassVar[tuple[str, ...]] = ("fuse", "decode_path")
+    max_neurons: Annotated[int, Field(ge=1)] | None = None
+
+    def apply(self, rewrite: Rewrite, context: Context) -> Rewrite:
+        """Cut, and rewrite with matrices."""
+        network = rewrite.network
+        most = self.max_neurons or context.chip.limits.most("in_axons")
+        scope = Scope(network, rewrite.names)
+        folded = foldable(network, scope.on_chip)
+        large = [m for m in members(scope, folded) if m.n_neurons > most]
+        parts = {m: [part for (part,) in in_parts([m], most)] for m in large}
+        for probe in network.all_probes:
+            if isinstance(probe.obj, Neurons) and not _in_one(probe, parts.get(base(probe.obj))):
+                del parts[base(probe.obj)]
+        context.note("parts", {rewrite.names[m]: len(cut) for m, cut in parts.items()})
+        if not parts:
+            return rewrite
+        groups = [[part] for cut in parts.values() for part in cut]
+        return regroup(rewrite, Partition(groups), folded, context.dt_s)
+
+
+def _in_one(probe: nengo.Probe, parts: Sequence[Part] | None) -> bool:
+    """Whether a probe reads neurons of one part, or of another ensemble."""
+    if parts is None:
+        return True
+    read = np.arange(probe.obj.size_out)[probe.slice or slice(None)]
+    return any(part.start <= read.min() and read.max() < part.stop for part in parts)

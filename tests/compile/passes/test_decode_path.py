@@ -1,0 +1,113 @@
+import nengo
+import numpy as np
+import pytest
+import scipy.sparse as sparse
+from random_networks import assert_equal_in_float, random_network, rewritten
+
+import spikeport
+from spikeport.backends.host_loop import HostLoop
+from spikeport.backends.native.chip import NativeChip
+from spikeport.compile.decode_cost import PathCost, pareto, relay_noise, rounding
+from spikeport.compile.passes.decode_path import DecodePath
+from spikeport.compile.passes.fuse import Fuse
+from spikeport.compile.pipeline import compile_network
+from spikeport.compile.usage import core_uses
+
+
+@pytest.mark.parametrize("path", ["direct", "host", "onoff", "preset10", "auto"])
+@pytest.mark.parametrize("seed", range(2))
+def test_the_same_in_float(seed: int, path: str) -> None:
+    network = random_network(seed)
+    assert_equal_in_float(network, Fuse(), DecodePath(default=path))
+    assert_equal_in_float(network, DecodePath(default=path))
+
+
+def chain(path: str = "auto", tau: float = 0.005, n: int = 60) -> nengo.Network:
+    with nengo.Network(seed=4, label="chain") as network:
+        spikeport.add_params(network)
+        stimulus = nengo.Node(lambda t: np.sin(12 * t), label="stimulus")
+        first = nengo.Ensemble(n, 1, label="first")
+        second = nengo.Ensemble(n, 1, label="second")
+        nengo.Connection(stimulus, first)
+        connection = nengo.Connection(first, second, synapse=tau)
+        network.config[connection].decode_path = path
+        output = nengo.Node(lambda _t, x: x, size_in=1, label="output")
+        nengo.Connection(second, output, synapse=0.02)
+        network.probe = nengo.Probe(output)
+    return network
+
+
+def chosen(network: nengo.Network, **options: object) -> str:
+    _, notes = rewritten(network, DecodePath(**options))
+    return notes["first -> second"]["chosen"]
+
+
+def test_the_setting_of_a_connection_comes_first() -> None:
+    assert chosen(chain("host"), default="onoff") == "host"
+    assert chosen(chain(), default="onoff") == "onoff"
+
+
+def test_auto_takes_what_loses_least_for_its_cores() -> None:
+    assert chosen(chain()) == "direct"
+    assert chosen(chain(n=400)) == "direct"
+    assert chosen(chain(n=400), slack_cores=0.5) == "preset10"
+
+
+def test_auto_is_not_slower_than_decode_neurons() -> None:
+    network = chain(tau=0.005)
+    with network:
+        inhibitor = network.ensembles[0].neurons
+        nengo.Connection(
+            inhibitor, network.ensembles[1].neurons, transform=np.eye(60), synapse=0.05
+        )
+    assert chosen(network) == "preset10"
+
+
+@pytest.mark.parametrize(
+    ("path", "compartments"), [("direct", 0), ("onoff", 2), ("preset10", 20), ("host", 2)]
+)
+def test_on_the_chip(path: str, compartments: int) -> None:
+    compilation = compile_network(chain(path), pipeline="decode_path")
+    cores = core_uses(compilation.image, compilation.report.chip)
+    assert sum(core.compartments for core in cores) == 120 + 2 + compartments
+
+
+def test_two_kinds_of_relay_into_one_ensemble() -> None:
+    network = chain("onoff")
+    with network:
+        other = nengo.Connection(*network.ensembles, function=lambda x: -x)
+    network.config[other].decode_path = "preset10"
+    compilation = compile_network(network, pipeline="decode_path")
+    blocks = compilation.image.manifest["blocks"]
+    sizes = np.diff(compilation.image["block_start"])
+    relays = [int(n) for b, n in zip(blocks, sizes, strict=True) if "->" in b["label"]]
+    assert sorted(relays) == [2, 2, 20]
+
+
+def run(network: nengo.Network) -> np.ndarray:
+    compilation = compile_network(network, pipeline="decode_path")
+    loop = HostLoop(compilation, NativeChip(compilation.image, seed=1), seed=1)
+    for _ in range(600):
+        loop.step()
+    return loop.data(network.probe)
+
+
+def test_without_decode_neurons_values_are_followed_better() -> None:
+    wanted = np.sin(12 * np.arange(1, 601) * 0.001)[:, np.newaxis]
+    error = {path: np.std(run(chain(path)) - wanted) for path in ("direct", "onoff")}
+    assert error["direct"] < error["onoff"]
+
+
+def test_pareto_front() -> None:
+    cheap, good = PathCost("a", 1, 1, 0, 0.5), PathCost("b", 2, 1, 0, 0.1)
+    worse = PathCost("c", 2, 2, 0, 0.2)
+    assert pareto([cheap, good, worse]) == [cheap, good]
+
+
+def test_more_decode_neurons_make_less_noise() -> None:
+    assert relay_noise("host", 0.001) < relay_noise("preset10", 0.001) < relay_noise("onoff", 0.001)
+
+
+def test_rounding_is_relative_to_the_largest_weight() -> None:
+    assert rounding(sparse.csr_array([[255.0, 1.0, 0.0]])) == 0
+    assert rounding(sparse.csr_array([[255.0, 0.4]])) == pytest.approx(0.4 / 255, rel=1e-4)

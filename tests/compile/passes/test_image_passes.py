@@ -1,0 +1,44 @@
+"""Every image pass leaves an image that computes the same integers."""
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from images import images
+from same_run import assert_same_run, context, small_chip
+
+from spikeport.compile.image import ChipImage
+from spikeport.compile.passes.parse import parse
+
+pytestmark = pytest.mark.filterwarnings("ignore:Overflow in")
+
+LIMITS = ("compartments", "in_axons", "out_axons", "synapse_bits", "threshold_profiles")
+
+
+@settings(
+    max_examples=50,
+    derandomize=True,
+    deadline=None,
+    database=None,
+    suppress_health_check=[HealthCheck.too_slow],
+)
+@given(
+    image=images(),
+    seed=st.integers(0, 2**32 - 1),
+    limits=st.tuples(
+        st.integers(1, 12),
+        st.integers(1, 12),
+        st.integers(1, 12),
+        st.integers(1, 12).map(lambda words: 64 * words),
+        st.integers(1, 8),
+    ),
+)
+@pytest.mark.parametrize(
+    "text", ["merge_axons", "split", "pack{effort=3}", "merge_axons,split,pack,place"]
+)
+def test_any_image_computes_the_same(
+    text: str, image: ChipImage, seed: int, limits: list[int]
+) -> None:
+    after = image
+    for one in parse(text).passes:
+        after = one.apply(after, context(small_chip(**dict(zip(LIMITS, limits, strict=True)))))
+    assert_same_run(image, after, seed=seed)

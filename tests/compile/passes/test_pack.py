@@ -1,0 +1,136 @@
+import sys
+from typing import Any
+
+import numpy as np
+import pytest
+from images import Block, Group, Parts, Route
+from same_run import assert_same_run, context, small_chip
+
+from spikeport.compile.image import ChipImage
+from spikeport.compile.load import block_loads, capacity, core_loads
+from spikeport.compile.lower_bound import lower_bound
+from spikeport.compile.passes.pack import Pack
+from spikeport.errors import MissingExtraError
+from spikeport.hardware_models.chip import Chip
+
+
+def blocks(*sizes: int, **settings: Any) -> ChipImage:
+    """Blocks of a core each, that nothing connects."""
+    parts = [Block(n, core=k, bias=9_000, vth=2**16, **settings) for k, n in enumerate(sizes)]
+    return Parts(parts).image()
+
+
+def packed(image: ChipImage, chip: Chip, **options: Any) -> ChipImage:
+    after = Pack(**options).apply(image, context(chip))
+    assert all(capacity(chip).holds(load) for load in core_loads(after, chip))
+    assert_same_run(image, after)
+    return after
+
+
+def test_blocks_share_cores_as_far_as_there_is_room() -> None:
+    after = packed(blocks(5, 5, 3, 3, 2, 2), small_chip(compartments=10))
+    assert after.n_cores == 2
+    assert np.bincount(after.compartment_core).tolist() == [10, 10]
+
+
+@pytest.mark.parametrize(
+    "resource", ["compartments", "in_axons", "out_axons", "synapse_bits", "threshold_profiles"]
+)
+def test_every_resource_is_limited(resource: str) -> None:
+    pairs = [Block(2, core=k, vth=2**16 + 64 * k) for k in range(4)]
+    groups = [Group([[64]] * 2, block=(k + 1) % 4) for k in range(4)]
+    routes = [Route([0, 1], block=k, group=k) for k in range(4)]
+    image = Parts(pairs, groups, routes=routes).image()
+    limit = {"synapse_bits": 4 * 64, "threshold_profiles": 2}.get(resource, 4)
+    assert packed(image, small_chip()).n_cores == 1
+    assert packed(image, small_chip(**{resource: limit})).n_cores == 2
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {"vmin": [0, -1]},
+        {"vmax": [2**9 - 1, 2**11 - 1]},
+        {"noise_exp": [3, 4], "enable_noise": [1, 1]},
+    ],
+)
+def test_blocks_with_other_settings_of_the_core_stay_apart(settings: dict[str, list[int]]) -> None:
+    pair = [Block(2, core=k, **{name: v[k] for name, v in settings.items()}) for k in range(2)]
+    assert packed(Parts(pair).image(), small_chip()).n_cores == 2
+
+
+def test_noise_settings_do_not_matter_where_there_is_no_noise() -> None:
+    pair = [Block(2, core=k, noise_exp=3 + k, enable_noise=k) for k in range(2)]
+    assert packed(Parts(pair).image(), small_chip()).n_cores == 1
+
+
+def test_synapses_that_learn_stay_apart_from_others() -> None:
+    learning = (1, 0, 0, 2, 8, 1, 1)
+    groups = [Group([[64]], block=0), Group([[64]], block=1, learning=learning)]
+    image = Parts([Block(1, core=0), Block(1, core=1), Block(1, core=2)], groups).image()
+    after = Pack().apply(image, context())
+    assert after["block_core"][0] != after["block_core"][1]
+    assert after.n_cores == 2
+
+
+def test_blocks_that_talk_share_a_core() -> None:
+    groups = [Group([[64]] * 2, block=2), Group([[64]] * 2, block=3)]
+    routes = [Route([0, 1], block=0, group=0), Route([0, 1], block=1, group=1)]
+    image = Parts([Block(2, core=k) for k in range(4)], groups, routes=routes).image()
+    core = packed(image, small_chip(compartments=4))["block_core"]
+    assert core[0] == core[2] != core[1] == core[3]
+
+
+def test_blocks_are_cut_where_that_saves_a_core() -> None:
+    image, chip = blocks(6, 6, 6), small_chip(compartments=9)
+    assert packed(image, chip, effort=1).n_cores == 3
+    after = packed(image, chip, effort=3)
+    assert after.n_cores == 2
+    assert sorted(np.diff(after["block_start"]).tolist()) == [3, 3, 6, 6]
+
+
+HARD = (13, 14, 18, 12, 18, 21)
+"""Sizes that fill two cores of 50 almost, and that the simple rules spread over three."""
+
+
+@pytest.mark.parametrize(("options", "n_cores"), [((0, False), 3), ((1, False), 2), ((0, True), 2)])
+def test_effort_and_exactness_save_cores(options: tuple[int, bool], n_cores: int) -> None:
+    effort, exact = options
+    image, chip = blocks(*HARD), small_chip(compartments=50)
+    assert packed(image, chip, effort=effort, exact=exact).n_cores == n_cores
+
+
+def test_exact_packing_says_how_few_cores_there_can_be() -> None:
+    notes: dict[str, Any] = {}
+    Pack(effort=0, exact=True).apply(blocks(*HARD), context(small_chip(compartments=50), notes))
+    assert notes["cores_at_least_uncut"] == 2
+
+
+def test_without_ortools_exact_packing_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "ortools.sat.python", None)
+    with pytest.raises(MissingExtraError) as caught:
+        Pack(exact=True, effort=0).apply(blocks(*HARD), context(small_chip(compartments=50)))
+    assert str(caught.value) == (
+        "pack{exact=true} needs the package ortools, which is absent; "
+        "install it with: pip install 'spikeport[optimal]'"
+    )
+
+
+def test_what_no_core_holds_gets_a_core_of_its_own() -> None:
+    chip = small_chip(compartments=4)
+    assert Pack().apply(blocks(5, 2, 2), context(chip)).n_cores == 2
+
+
+def test_the_lower_bound_gives_its_reasons() -> None:
+    image, chip = blocks(6, 6, 6), small_chip(compartments=9, threshold_profiles=1)
+    assert lower_bound(block_loads(image, chip), capacity(chip)) == {
+        "compartments": 2,
+        "in_axons": 0,
+        "out_axons": 0,
+        "synapse_bits": 0,
+        "compartment_profiles": 1,
+        "threshold_profiles": 1,
+        "synapse_profiles": 0,
+        "apart": 3,
+        "cores": 3,
+    }

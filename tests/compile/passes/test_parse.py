@@ -1,0 +1,74 @@
+import pytest
+
+from spikeport.compile.passes.pack import Pack
+from spikeport.compile.passes.parse import parse
+from spikeport.compile.passes.pipeline import Pipeline
+from spikeport.compile.passes.place import Place
+from spikeport.compile.passes.split import Split
+from spikeport.errors import UsageError
+
+
+@pytest.mark.parametrize("text", ["", "  "])
+def test_no_text_is_no_pass(text: str) -> None:
+    assert parse(text) == Pipeline(())
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "split,pack{effort=2},place",
+        " split , pack{ effort = 2 } , place ",
+        'split{},pack{effort="2"},place{}',
+    ],
+)
+def test_passes_and_options(text: str) -> None:
+    assert parse(text) == Pipeline((Split(), Pack(effort=2), Place()))
+
+
+def test_several_options() -> None:
+    assert parse("pack{effort=0,exact=true}").passes == (Pack(effort=0, exact=True),)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("split,pack{efort=2}", "unknown option of pass pack 'efort'; there is: effort, exact"),
+        ("split{effort=2}", "unknown option of pass split 'effort'; it takes none"),
+        (
+            "pack{effort=two}",
+            "pass pack: effort=two: input should be a valid integer, unable to parse string as an "
+            "integer",
+        ),
+        (
+            "pack{effort=-1}",
+            "pass pack: effort=-1: input should be greater than or equal to 0",
+        ),
+        ("pack{effort=1,effort=2}", "pass pack: option effort is given twice"),
+        (
+            "split,pack{effort=2",
+            "passes 'split,pack{effort=2': cannot be read from 'pack{effort=2' on; write them as "
+            "name,name{key=value,key=value}",
+        ),
+        (
+            "pack{effort}",
+            "passes 'effort': cannot be read from 'effort' on; write them as "
+            "name,name{key=value,key=value}",
+        ),
+        ("pack,pack", "pass pack is there twice; give it once, with all its options"),
+        ("pack,split", "pass split cannot follow pack; put it before"),
+        (
+            "pack,fuse",
+            "pass fuse works on networks, and cannot follow pack, which works on images; "
+            "put it before",
+        ),
+    ],
+)
+def test_what_is_wrong_is_said(text: str, message: str) -> None:
+    with pytest.raises(UsageError) as caught:
+        parse(text)
+    assert str(caught.value) == message
+
+
+def test_an_unknown_pass_names_those_there_are() -> None:
+    with pytest.raises(UsageError, match=r"^unknown pass 'pak'; there is: .*merge_axons.*split"):
+        parse("split,pak")

@@ -1,0 +1,57 @@
+import numpy as np
+from images import Block, Group, Parts, Route
+from same_run import assert_same_run, context, small_chip
+
+from spikeport.compile.image import ChipImage
+from spikeport.compile.passes.place import Place
+from spikeport.compile.traffic import core_messages
+from spikeport.hardware_models import chip as chips
+from spikeport.hardware_models.links import Links
+from spikeport.hardware_models.topology import between_chips, hops
+
+
+def ring(n: int, stride: int) -> ChipImage:
+    """Blocks of a core each; block k sends to block k + stride, around."""
+    groups = [Group([[64]] * 2, block=(k + stride) % n) for k in range(n)]
+    routes = [Route([0, 1], block=k, group=k) for k in range(n)]
+    parts = [Block(2, core=k, bias=9_000, vth=2**16) for k in range(n)]
+    return Parts(parts, groups, routes=routes).image()
+
+
+def test_messages_are_counted_once_a_core() -> None:
+    messages = core_messages(ring(4, 1))
+    assert messages.tolist() == [[0, 2, 0, 0], [0, 0, 2, 0], [0, 0, 0, 2], [2, 0, 0, 0]]
+    two = ring(4, 1)
+    together = ChipImage(two.manifest, {**two.arrays, "block_core": np.array([0, 1, 1, 0])})
+    assert core_messages(together).tolist() == [[2, 2], [2, 2]]
+
+
+def test_messages_have_shorter_ways_and_links_less_to_carry() -> None:
+    image, chip, notes = ring(16, 5), chips.get("loihi"), {}
+    after = Place().apply(image, context(chip, notes))
+    assert_same_run(image, after)
+    placed = core_messages(after)
+    assert notes["hops"] == {
+        "before": int(sum(d.sum() for d in hops(core_messages(image), chip))),
+        "after": int(sum(d.sum() for d in hops(placed, chip))),
+    }
+    # A ring over four tiles in a row leaves each once: three hops there, and three back.
+    assert notes["hops"]["after"] == 2 * (3 + 3)
+    source, target = np.nonzero(placed)
+    cost = Links(16, chip).cost(source, target, placed[source, target])
+    assert notes["worst_link"]["after"] == cost.worst_link == 2
+    assert notes["worst_link"]["before"] > 2
+
+
+def test_chips_of_a_board_come_first() -> None:
+    board = small_chip(chips=2)
+    pairs = ring(256, 128)  # every message leaves its chip
+    notes: dict[str, dict[str, int]] = {}
+    placed = core_messages(Place().apply(pairs, context(board, notes)))
+    assert notes["between_chips"] == {"before": 512, "after": 0}
+    assert between_chips(placed, board).sum() == 0
+
+
+def test_what_has_no_place_on_the_board_is_left_to_verification() -> None:
+    image = ring(129, 1)
+    assert Place().apply(image, context()) is image

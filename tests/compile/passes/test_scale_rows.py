@@ -1,0 +1,68 @@
+from typing import Any
+
+import nengo
+import numpy as np
+from same_run import context
+
+from spikeport.compile.build import build
+from spikeport.compile.names import Names
+from spikeport.compile.passes.scale_rows import ScaleRows
+
+N = 32
+
+
+def wide(probe: str = "output") -> nengo.Network:
+    """Neurons whose gains span a factor of a thousand."""
+    with nengo.Network(seed=6, label="wide") as network:
+        gains = np.geomspace(0.01, 10, N)
+        pre = nengo.Ensemble(20, 1, label="pre")
+        post = nengo.Ensemble(N, 1, gain=gains, bias=0.9 * np.ones(N), label="post")
+        nengo.Connection(pre.neurons, post.neurons, transform=np.full((N, 20), 1e-3), synapse=0.005)
+        nengo.Probe(post.neurons, probe)
+    return network
+
+
+def floats_of(network: nengo.Network, scale: ScaleRows | None) -> tuple[Any, dict[str, np.ndarray]]:
+    """The discretised block "post", and what was to be discretised."""
+    kept: dict[str, np.ndarray] = {}
+
+    def change(model: Any) -> None:
+        if scale is not None:
+            scale.apply(model, context())
+        block = list(model.blocks)[1]
+        kept["vth"] = block.compartment.vth.copy()
+        kept["bias"] = block.compartment.bias.copy()
+        kept["weights"] = np.vstack(block.synapses[0].weights)
+
+    blocks = build(network, Names(network), 0.001, change)
+    return list(blocks.model.blocks)[1], kept
+
+
+def test_exact_in_float() -> None:
+    _, before = floats_of(wide(), None)
+    _, after = floats_of(wide(), ScaleRows(profiles=8))
+    factor = after["vth"] / before["vth"]
+    assert 4 < len(np.unique(factor)) <= 8
+    assert np.array_equal(np.log2(factor), np.round(np.log2(factor)))
+    assert np.array_equal(after["bias"], before["bias"] * factor)
+    assert np.array_equal(after["weights"], before["weights"] * factor)
+
+
+def test_small_gains_survive_rounding() -> None:
+    plain, _ = floats_of(wide(), None)
+    scaled, _ = floats_of(wide(), ScaleRows(profiles=8))
+    lost = [np.mean(np.vstack(b.synapses[0].weights) == 0) for b in (plain, scaled)]
+    assert lost[0] > 0.2
+    assert lost[1] == 0
+
+
+def test_no_more_thresholds_than_asked() -> None:
+    for profiles in (1, 2, 3):
+        block, _ = floats_of(wide(), ScaleRows(profiles=profiles))
+        assert len(np.unique(block.compartment.vth)) <= profiles
+
+
+def test_blocks_whose_voltage_is_read_stay() -> None:
+    _, before = floats_of(wide("voltage"), None)
+    _, after = floats_of(wide("voltage"), ScaleRows(profiles=8))
+    assert np.array_equal(before["vth"], after["vth"])

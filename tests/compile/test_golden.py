@@ -1,0 +1,65 @@
+"""What passes leave, as text: a command, a network and the expected lines in each golden file."""
+
+import re
+import shlex
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+from typer.testing import CliRunner
+
+from spikeport.cli import app
+from spikeport.hardware_models.chip import BUILT_IN
+
+FILES = sorted((Path(__file__).parent / "golden").glob("*.txt"))
+EDGE = "-" * 88
+AFTER = re.compile(r"^after \w+:\n(?:  .*\n)*", re.MULTILINE)
+SMALL = {"compartments": 12, "in_axons": 32, "out_axons": 32, "synapse_bits": 2048}
+
+
+def small_chip() -> str:
+    """Loihi with little cores, for little networks."""
+    text = (BUILT_IN / "loihi.toml").read_text(encoding="utf-8")
+    for name, limit in SMALL.items():
+        text = re.sub(rf"(\[limits.{name}\]\nvalue = )\d+", rf"\g<1>{limit}", text)
+    return text
+
+
+class Golden(NamedTuple):
+    """The parts of a golden file: the command, the source of net.py, and what is printed."""
+
+    command: str
+    source: str
+    expected: str
+
+    @classmethod
+    def read(cls, path: Path) -> "Golden":
+        head, expected = path.read_text(encoding="utf-8").split(f"\n{EDGE}\n")
+        command, _, source = head.partition("\n")
+        return cls(command.removeprefix("$ "), source, expected)
+
+    def run(self, folder: Path) -> str:
+        """What the command prints after passes, in a folder with net.py and small.toml."""
+        (folder / "small.toml").write_text(small_chip(), encoding="utf-8")
+        (folder / "net.py").write_text(self.source, encoding="utf-8")
+        program, *arguments = shlex.split(self.command)
+        assert program == "spikeport"
+        done = CliRunner().invoke(app, arguments, catch_exceptions=False)
+        assert done.exit_code == 0
+        return "".join(AFTER.findall(done.stdout))
+
+    def write(self, path: Path, expected: str) -> None:
+        path.write_text(f"$ {self.command}\n{self.source}\n{EDGE}\n{expected}", encoding="utf-8")
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_passes_leave_what_they_did(
+    path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    golden = Golden.read(path)
+    printed = golden.run(tmp_path)
+    if request.config.getoption("--bless"):
+        golden.write(path, printed)
+    assert printed == Golden.read(path).expected
+    assert printed.startswith("after ")

@@ -1,0 +1,107 @@
+import itertools
+
+import nengo
+import numpy as np
+import pytest
+
+from spikeport.backends.host_loop import HostLoop
+from spikeport.backends.native.chip import NativeChip
+from spikeport.compile.pipeline import compile_network
+from spikeport.networks.policy import (
+    Layer,
+    Ranges,
+    elu,
+    exact,
+    policy,
+    record_ranges,
+)
+from spikeport.networks.solvers import Tied
+
+HOLD_STEPS = 20
+PASSES = "fuse,decode_path,scale_rows,merge_axons,split,pack"
+
+
+def random_layers(sizes: tuple[int, ...], seed: int = 0) -> list[Layer]:
+    rng = np.random.RandomState(seed)
+    return [
+        Layer(rng.randn(n, m) * 1.4 / np.sqrt(m), 0.2 * rng.randn(n))
+        for m, n in itertools.pairwise(sizes)
+    ]
+
+
+def gait_like(n: int, n_samples: int, seed: int = 0) -> np.ndarray:
+    """Periodic observations at 50 Hz, with some noise."""
+    rng = np.random.RandomState(seed)
+    t = 0.02 * np.arange(n_samples)[:, np.newaxis]
+    phase, size = rng.uniform(0, 2 * np.pi, n), rng.uniform(0.3, 1.2, n)
+    return size * np.sin(3 * np.pi * t + phase) + 0.3 * rng.randn(n) + 0.1 * rng.randn(n_samples, n)
+
+
+def driven(sizes: tuple[int, ...], n_samples: int) -> tuple[nengo.Network, np.ndarray]:
+    """A policy in a network that shows it observations; the exact actions for these."""
+    layers = random_layers(sizes)
+    observations = gait_like(sizes[0], 1000)
+    with nengo.Network(label="driven", seed=1) as network:
+        net = policy(layers, record_ranges(layers, observations))
+        held = nengo.Node(lambda t: observations[int((t - 5e-4) / (HOLD_STEPS * 1e-3))])
+        nengo.Connection(held, net.observation, synapse=None)
+        network.probe = nengo.Probe(net.action)
+    return network, exact(layers, observations[:n_samples])[-1]
+
+
+def relative_error(network: nengo.Network, wanted: np.ndarray, passes: str) -> float:
+    compilation = compile_network(network, pipeline=passes)
+    loop = HostLoop(compilation, NativeChip(compilation.image, seed=1), seed=1)
+    for _ in range(HOLD_STEPS * len(wanted)):
+        loop.step()
+    found = loop.data(network.probe)[HOLD_STEPS - 1 :: HOLD_STEPS]
+    return float(np.std((found - wanted)[5:]) / np.std(wanted[5:]))
+
+
+def test_exact_is_an_elu_network() -> None:
+    layers = random_layers((3, 4, 2))
+    x = np.array([0.3, -0.2, 1.0])
+    hidden = layers[0].weights @ x + layers[0].bias
+    np.testing.assert_allclose(exact(layers, x)[0], hidden)
+    h = np.where(hidden > 0, hidden, np.exp(hidden) - 1)
+    np.testing.assert_allclose(exact(layers, x)[1], layers[1].weights @ h + layers[1].bias)
+    np.testing.assert_allclose(elu(hidden), h)
+
+
+def test_ranges_cover_what_was_recorded_and_have_a_floor() -> None:
+    layer = Layer(np.eye(2), np.zeros(2))
+    (ranges,) = record_ranges([layer, layer], np.array([[2.0, -0.1], [-3.0, 0.1]]), quantile=1)
+    assert ranges.above.tolist() == [2.0, 0.5]
+    assert ranges.below.tolist() == [3.0, 0.5]
+
+
+def test_units_are_at_threshold_at_zero() -> None:
+    net = policy(random_layers((2, 3, 1)), [Ranges(np.ones(3), 2 * np.ones(3))])
+    with nengo.Simulator(net, progress_bar=False) as simulator:
+        for ensemble in net.all_ensembles:
+            current = simulator.data[ensemble].bias
+            at_threshold = 1.0 if isinstance(ensemble.neuron_type, nengo.LIF) else 0.0
+            np.testing.assert_allclose(current, at_threshold, atol=1e-9)
+
+
+def test_tied_decoders_are_least_squares_with_one_unknown() -> None:
+    rates = np.random.RandomState(1).uniform(0, 100, (50, 4))
+    values = rates.sum(axis=1, keepdims=True) * 0.02
+    decoders, _ = Tied()(rates, values)
+    np.testing.assert_allclose(decoders, np.full((4, 1), 0.02))
+
+
+def test_on_the_chip() -> None:
+    network, wanted = driven((6, 10, 10, 4), n_samples=40)
+    direct = relative_error(network, wanted, PASSES)
+    relayed = relative_error(network, wanted, "fuse,decode_path{default=onoff},split,pack")
+    assert direct < 0.35 < relayed
+
+
+@pytest.mark.slow
+def test_a_policy_of_the_papers_size() -> None:
+    network, wanted = driven((69, 128, 128, 128, 19), n_samples=50)
+    assert len(network.all_ensembles) == 768
+    compilation = compile_network(network, pipeline=PASSES)
+    assert len(compilation.report.cores) <= 18
+    assert relative_error(network, wanted, "fuse,decode_path{default=direct},scale_rows") < 0.3

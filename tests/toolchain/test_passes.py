@@ -1,0 +1,52 @@
+"""``spikeport passes``, and the passes of ``spikeport compile``."""
+
+import pytest
+
+from spikeport.compile.passes import registry
+from spikeport.hardware_models import chip as chips
+
+
+def test_passes_lists_every_pass_with_its_options_and_the_default_pipelines(spikeport):
+    done = spikeport("passes")
+    assert done.code == 0
+    assert [name for name in registry.PASSES if name not in done.out] == []
+    assert "effort: int = 4, exact: bool = False" in done.out
+    for name, text in registry.PIPELINES.items():
+        assert f"{name}: {text}\n" in done.out
+    for name in chips.names():
+        assert f"default of {name}: {chips.get(name).pipeline}\n" in done.out
+
+
+def test_a_pipeline_can_be_chosen_by_name(spikeport, net_py):
+    done = spikeport("compile", f"{net_py}:make", "-p", "compact", "--print-after", "all")
+    assert done.code == 0
+    after = [line for line in done.out.splitlines() if line.startswith("after ")]
+    assert after == [f"after {name}:" for name in registry.PASSES]
+
+
+def test_passes_can_be_chosen(spikeport, net_py):
+    done = spikeport("compile", f"{net_py}:make", "--passes", "")
+    assert (done.code, "on 2 cores" in done.out) == (0, True)
+    done = spikeport("compile", f"{net_py}:make", "-p", "pack{effort=0}")
+    assert (done.code, "on 1 core" in done.out) == (0, True)
+    assert "pack: cores 2 -> 1\n" in done.out
+
+
+@pytest.mark.parametrize(("chosen", "printed"), [("pack", ["pack"]), ("all", ["split", "pack"])])
+def test_print_after_prints_what_a_pass_leaves(spikeport, net_py, chosen, printed):
+    done = spikeport("compile", f"{net_py}:make", "-p", "split,pack", "--print-after", chosen)
+    assert done.code == 0
+    after = [line for line in done.out.splitlines() if line.startswith("after ")]
+    assert after == [f"after {name}:" for name in printed]
+    assert "\n  block 0 neurons: compartments 0 to 19, thresholds " in done.out
+
+
+def test_print_after_a_pass_that_is_not_there(spikeport, net_py):
+    done = spikeport("compile", f"{net_py}:make", "-p", "split", "--print-after", "pack")
+    assert done.code == 2
+    assert done.err == "error: unknown pass of this compile 'pack'; there is: all, split\n"
+
+
+def test_a_wrong_pass_exits_with_2(spikeport, net_py):
+    done = spikeport("compile", f"{net_py}:make", "-p", "pack,split")
+    assert (done.code, done.err) == (2, "error: pass split cannot follow pack; put it before\n")
