@@ -5,10 +5,11 @@ order. nengo-loihi replaces clusters of passthrough nodes by connections that co
 have no seed; here they are sorted by name and seeded, so that one network gives one image.
 """
 
+import contextlib
 import hashlib
-import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
 import nengo
@@ -18,11 +19,18 @@ from nengo_loihi.block import LoihiBlock
 from nengo_loihi.builder import Model
 from nengo_loihi.builder.builder import ValidationLevel
 
-from spikeport.compile.discretise import ADDRESS, discretise, refused
+from spikeport.compile.discretise import discretise
+from spikeport.compile.lean import lean
 from spikeport.compile.names import Names
 from spikeport.compile.numpy1 import numpy1_semantics
-from spikeport.compile.quantisation import BlockError, block_error
-from spikeport.errors import CompileError
+from spikeport.compile.quantisation import BlockError, FloatBlock, block_error
+from spikeport.compile.refusal import (
+    RefusedError,
+    collected_warnings,
+    refused,
+    without_addresses,
+)
+from spikeport.compile.relay import RELAYS, relayed
 
 SEED_LIMIT = 2**31 - 1
 NAMED = (nengo.Ensemble, nengo.Node, nengo.Connection, nengo.Probe)
@@ -33,13 +41,15 @@ class Blocks:
     """What the builder made of a network: integer blocks, their names, and what rounding cost.
 
     ``model`` is nengo-loihi's, discretised; ``labels`` names its blocks; ``errors`` holds the
-    quantisation error of each block; ``warnings`` what the builder said on the way.
+    quantisation error of each block; ``warnings`` what the builder said on the way; ``floats`` the
+    values of each block before.
     """
 
     model: Model
     labels: dict[Any, str]
     errors: tuple[BlockError, ...]
     warnings: tuple[str, ...]
+    floats: dict[LoihiBlock, FloatBlock]
 
 
 class OrderedModel(Model):
@@ -60,7 +70,19 @@ class OrderedModel(Model):
             self.building = self.names[obj]
         if self.seeds.get(obj, 0) is None:
             self.seeds[obj] = _seed_from(self.names[obj])
-        return super().build(obj, *args, **kwargs)
+        with self._path(obj):
+            return super().build(obj, *args, **kwargs)
+
+    def _path(self, obj: Any) -> contextlib.AbstractContextManager[None]:
+        """What the network's config asks for: decode neurons of a kind, or none."""
+        if isinstance(obj, nengo.Connection) and self.config is not None:
+            options = self.config[obj]
+            path = options.decode_path if "decode_path" in options._clsparams.params else "auto"
+            if path in RELAYS:
+                return relayed(self, obj, path)
+            if path == "direct" and isinstance(obj.post_obj, Neurons):
+                return lean(self, obj)
+        return contextlib.nullcontext()
 
     def _order_passthrough(self) -> None:
         passthrough = self.split.passthrough
@@ -80,6 +102,7 @@ def build(
     names: Names,
     dt_s: float,
     change: Callable[[Model], Any] = lambda model: None,
+    seeds: Mapping[Any, int] = MappingProxyType({}),
 ) -> Blocks:
     """Build and discretise a network.
 
@@ -93,17 +116,18 @@ def build(
         The time step, in seconds.
     change : callable
         Called with the model of float blocks, which it may change, before they are discretised.
+    seeds : mapping of Nengo objects to int
+        Seeds of objects that are not to be seeded by their place in the network.
 
     Raises
     ------
-    CompileError
+    RefusedError
         If nengo-loihi's builder refuses the network for a reason `lint` does not know.
     """
     model = OrderedModel(dt_s, names)
-    model.seeds[network] = network.seed if network.seed is not None else 0
+    model.seeds.update({network: network.seed or 0, **seeds})
     model.seeded[network] = True
-    with warnings.catch_warnings(record=True) as caught, numpy1_semantics():
-        warnings.simplefilter("always")
+    with collected_warnings() as collected, numpy1_semantics():
         try:
             model.build(network, precompute=False, discretize=False)
         except Exception as error:  # it refuses by errors of any kind, not only by its own
@@ -115,8 +139,8 @@ def build(
         _check_population_axons(model, labels)
         floats = discretise(model, labels)
     errors = tuple(block_error(labels[b], floats[b], b) for b in model.blocks)
-    said = {ADDRESS.sub("", str(w.message)) for w in caught}
-    return Blocks(model, labels, errors, tuple(sorted(said)))
+    said = {without_addresses(one.message) for one in collected}
+    return Blocks(model, labels, errors, tuple(sorted(said)), floats)
 
 
 def _check_probed_nodes(network: nengo.Network, model: Model, names: Names) -> None:
@@ -126,7 +150,7 @@ def _check_probed_nodes(network: nengo.Network, model: Model, names: Names) -> N
     lost = {connection.post_obj for connection in removed & {*network.all_connections}} - fed
     for probe in network.all_probes:
         if probe.obj in lost:
-            raise CompileError(
+            raise RefusedError(
                 f"{names[probe.obj]}: nengo-loihi removes what feeds this passthrough node, and "
                 "its probe would read zeros; cure: give it a function, as in "
                 "nengo.Node(lambda t, x: x, size_in=...)"
@@ -141,7 +165,7 @@ def _check_order_of_reads(model: Model, names: Names) -> None:
         read = np.arange(probe.obj.size_out)[probe.slice]
         blocks = len(model.objs[probe]["out"].target)
         if blocks > 1 and np.any(np.diff(read) <= 0):
-            raise CompileError(
+            raise RefusedError(
                 f"{names[probe.obj]}: its neurons are read out in another order than theirs, which "
                 "fails where they are split over several cores; cure: read them in ascending order"
             )
@@ -153,7 +177,7 @@ def _check_population_axons(model: Model, labels: dict[Any, str]) -> None:
         for synapse in block.synapses:
             bases = np.asarray(synapse.axon_compartment_bases)
             if synapse.pop_type == 16 and np.any(bases[bases >= 0] % 4):
-                raise CompileError(
+                raise RefusedError(
                     f"{labels[block]}: axons of population type 16 start at compartments that are "
                     "not multiples of 4; cure: use pop_type 32, or channels_last=True with a "
                     "multiple of 4 filters, also in each block"

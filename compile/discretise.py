@@ -1,7 +1,5 @@
 """Float blocks -> integer blocks, with nengo-loihi's discretiser."""
 
-import re
-import traceback
 from typing import Any
 
 import numpy as np
@@ -11,9 +9,7 @@ from nengo_loihi.builder import Model
 from nengo_loihi.builder.discretize import discretize_block, discretize_probe
 
 from spikeport.compile.quantisation import FloatBlock, snapshot
-from spikeport.errors import CompileError
-
-ADDRESS = re.compile(r" at 0x[0-9a-f]+")
+from spikeport.compile.refusal import RefusedError, refused
 
 
 def discretise(model: Model, labels: dict[Any, str]) -> dict[LoihiBlock, FloatBlock]:
@@ -33,7 +29,7 @@ def discretise(model: Model, labels: dict[Any, str]) -> dict[LoihiBlock, FloatBl
 
     Raises
     ------
-    CompileError
+    RefusedError
         If a block holds numbers that are not finite, or no scale serves all of its numbers.
     """
     floats = {block: snapshot(block) for block in model.blocks}
@@ -46,7 +42,7 @@ def discretise(model: Model, labels: dict[Any, str]) -> dict[LoihiBlock, FloatBl
 
 def _discretise(block: LoihiBlock, label: str, floats: FloatBlock) -> float:
     if not all(np.isfinite(part).all() for part in (floats.bias, *floats.weights)):
-        raise CompileError(
+        raise RefusedError(
             f"{label}: weights or biases are not finite; cure: look for NaN or infinity in the "
             "functions, transforms and gains of its connections"
         )
@@ -56,17 +52,3 @@ def _discretise(block: LoihiBlock, label: str, floats: FloatBlock) -> float:
         raise refused(
             label, error, "bring its weights, gains and biases closer together"
         ) from error
-
-
-def refused(name: str, error: Exception, cure: str) -> CompileError:
-    """The error for something nengo-loihi refuses, often by an assertion without text."""
-    where = traceback.extract_tb(error.__traceback__)[-1]
-    reason = ADDRESS.sub("", str(error))
-    if not reason:
-        reason = f"{type(error).__name__} at {where.name}: {where.line}"
-    elif not isinstance(error, NengoException | NotImplementedError):
-        reason = f"{type(error).__name__}: {reason}"
-    return CompileError(
-        f"{name}: nengo-loihi refuses it: {reason}; cure: {cure}, or keep its ensembles on the "
-        "host with net.config[ensemble].on_chip = False"
-    )

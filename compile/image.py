@@ -115,11 +115,11 @@ class ChipImage:
 
     @property
     def cores(self) -> tuple[str, ...]:
-        """A label for each core: those of its blocks."""
+        """A label for each core: those of its first blocks, and how many more it has."""
         labels: list[list[str]] = [[] for _ in range(self.n_cores)]
         for core, block in zip(self["block_core"], self.manifest["blocks"], strict=True):
             labels[core].append(block["label"])
-        return tuple(" + ".join(names) for names in labels)
+        return tuple(_core_label(names) for names in labels)
 
     @functools.cached_property
     def compartment_core(self) -> np.ndarray:
@@ -191,6 +191,11 @@ class ChipImage:
                 "compile it again"
             )
         return image
+
+
+def _core_label(blocks: list[str], most: int = 3) -> str:
+    more = len(blocks) - most
+    return " + ".join(blocks[:most] + ([f"{more} more"] if more > 0 else []))
 
 
 def _canonical(array: np.ndarray, dtype: str) -> np.ndarray:

@@ -2,28 +2,32 @@
 
 nengo-loihi finds some of these one at a time, some as an assertion without text, and lets others
 pass in silence (a subclass of LIF is built as plain LIF). Found by reading nengo-loihi 1.1.0's
-builder and confirmed by the tests of this module.
+builder and confirmed by the tests of this module. What each rule says and why stands in
+``rules.toml``, SP0xx.
 """
 
 from collections.abc import Callable, Iterator
 from typing import Any
 
 import nengo
+import numpy as np
 from nengo.connection import LearningRule
 from nengo.ensemble import Neurons
 from nengo_loihi.inputs import ChipProcess
 from nengo_loihi.neurons import LoihiLIF, LoihiSpikingRectifiedLinear
 
+from spikeport.compile import rules
 from spikeport.compile.names import Names, base
 from spikeport.compile.violation import Violation
 
 NEURON_TYPES = (nengo.LIF, nengo.SpikingRectifiedLinear, LoihiLIF, LoihiSpikingRectifiedLinear)
 REGULAR_BASES = (nengo.LIFRate, nengo.RectifiedLinear)
+ARRAYS = ("gain", "bias", "encoders", "max_rates", "intercepts", "eval_points", "function")
+"""What ensembles and connections may be given as arrays, beside transforms."""
 PROBEABLE = {
     nengo.Ensemble: ("decoded_output",),
     Neurons: ("output", "spikes", "voltage", "input"),
 }
-OFF_CHIP_CURE = "or keep it on the host with net.config[ensemble].on_chip = False"
 
 
 class Scope:
@@ -66,16 +70,15 @@ def lint(network: nengo.Network, names: Names) -> list[Violation]:
     return [violation for rule in RULES for violation in rule(scope)]
 
 
+def lint_numbers(network: nengo.Network, names: Names) -> list[Violation]:
+    """Numbers that no pass over the network can reckon with."""
+    return list(finite(Scope(network, names)))
+
+
 def some_ensemble(scope: Scope) -> Iterator[Violation]:
     """At least one ensemble is on the chip."""
     if not scope.ensembles:
-        yield Violation(
-            scope.names[scope.network],
-            "on-chip ensembles",
-            "0",
-            "at least 1",
-            "add an ensemble of spiking neurons that is not marked on_chip = False",
-        )
+        yield rules.get("SP001").broken(scope.names[scope.network], "0")
 
 
 def neuron_type(scope: Scope) -> Iterator[Violation]:
@@ -83,28 +86,15 @@ def neuron_type(scope: Scope) -> Iterator[Violation]:
     for ensemble in scope.ensembles:
         kind = ensemble.neuron_type
         regular = type(kind) is nengo.RegularSpiking and type(kind.base_type) in REGULAR_BASES
-        if regular or type(kind) in NEURON_TYPES:
-            continue
-        yield Violation(
-            scope.names[ensemble],
-            "neuron type",
-            type(kind).__name__,
-            "LIF, SpikingRectifiedLinear or RegularSpiking of LIFRate or RectifiedLinear",
-            f"choose one of these, {OFF_CHIP_CURE}",
-        )
+        if not regular and type(kind) not in NEURON_TYPES:
+            yield rules.get("SP002").broken(scope.names[ensemble], type(kind).__name__)
 
 
 def ensemble_noise(scope: Scope) -> Iterator[Violation]:
     """nengo-loihi does not map ``Ensemble.noise``."""
     for ensemble in scope.ensembles:
         if ensemble.noise is not None:
-            yield Violation(
-                scope.names[ensemble],
-                "ensemble noise",
-                type(ensemble.noise).__name__,
-                "none",
-                f"remove the noise, {OFF_CHIP_CURE}",
-            )
+            yield rules.get("SP003").broken(scope.names[ensemble], type(ensemble.noise).__name__)
 
 
 def gain_and_bias(scope: Scope) -> Iterator[Violation]:
@@ -112,13 +102,7 @@ def gain_and_bias(scope: Scope) -> Iterator[Violation]:
     for ensemble in scope.ensembles:
         if (ensemble.gain is None) != (ensemble.bias is None):
             given = "bias" if ensemble.gain is None else "gain"
-            yield Violation(
-                scope.names[ensemble],
-                "gain and bias",
-                f"{given} only",
-                "both or neither",
-                "set both, or set max_rates and intercepts instead",
-            )
+            yield rules.get("SP004").broken(scope.names[ensemble], f"{given} only")
 
 
 def synapse(scope: Scope) -> Iterator[Violation]:
@@ -127,16 +111,9 @@ def synapse(scope: Scope) -> Iterator[Violation]:
         filtered_on_chip = scope.on_chip(connection.post_obj) and (
             scope.on_chip(connection.pre_obj) or isinstance(connection.pre_obj, Neurons)
         )
-        if not filtered_on_chip or connection.synapse is None:
-            continue
-        if type(connection.synapse) is not nengo.Lowpass:
-            yield Violation(
-                scope.names[connection],
-                "synapse",
-                type(connection.synapse).__name__,
-                "Lowpass or None",
-                "use nengo.Lowpass(tau) with the same group delay",
-            )
+        kind = type(connection.synapse)
+        if filtered_on_chip and kind not in (nengo.Lowpass, type(None)):
+            yield rules.get("SP005").broken(scope.names[connection], kind.__name__)
 
 
 def post_slice(scope: Scope) -> Iterator[Violation]:
@@ -147,53 +124,35 @@ def post_slice(scope: Scope) -> Iterator[Violation]:
         whole = whole or not scope.on_chip(connection.post_obj)
         full_weights = isinstance(connection.pre_obj, nengo.Ensemble) and connection.solver.weights
         if not whole and not full_weights:
-            yield Violation(
-                scope.names[connection],
-                "slice of an on-chip target",
-                f"{connection.size_out} of {connection.post_obj.size_in} dimensions",
-                "all",
-                "connect to the whole target with a dense transform that has zero rows",
-            )
+            part = f"{connection.size_out} of {connection.post_obj.size_in} dimensions"
+            yield rules.get("SP006").broken(scope.names[connection], part)
 
 
 def learning_rule(scope: Scope) -> Iterator[Violation]:
-    """PES, from an ensemble on the chip to a node or ensemble on the host."""
+    """What learns from an ensemble on the chip learns with PES."""
     for connection in scope.network.all_connections:
-        learned = base(connection.post_obj)
-        if isinstance(learned, nengo.Connection) and not scope.on_chip(learned.pre_obj):
-            yield Violation(
-                scope.names[learned],
-                "place of learning",
-                "the host",
-                "from an ensemble on the chip",
-                "put the ensemble it comes from on the chip",
-            )
         rule = connection.learning_rule_type
         if rule is None or not scope.on_chip(connection.pre_obj):
             continue
-        rules = rule.values() if isinstance(rule, dict) else rule
-        for one in rules if isinstance(rule, list | dict) else [rule]:
-            if type(one) is not nengo.PES:
-                yield Violation(
-                    scope.names[connection],
-                    "learning rule",
-                    type(one).__name__,
-                    "PES",
-                    "learn with PES, or off the chip",
-                )
+        kinds = rule.values() if isinstance(rule, dict) else rule
+        for kind in kinds if isinstance(rule, list | dict) else [rule]:
+            if type(kind) is not nengo.PES:
+                yield rules.get("SP007").broken(scope.names[connection], type(kind).__name__)
+
+
+def place_of_learning(scope: Scope) -> Iterator[Violation]:
+    """What an error is fed back to starts at an ensemble on the chip."""
+    for connection in scope.network.all_connections:
+        learned = base(connection.post_obj)
+        if isinstance(learned, nengo.Connection) and not scope.on_chip(learned.pre_obj):
+            yield rules.get("SP008").broken(scope.names[learned], "the host")
 
 
 def chip_process(scope: Scope) -> Iterator[Violation]:
     """Nodes that would run on the board are not part of an image."""
     for node in scope.network.all_nodes:
         if isinstance(node.output, ChipProcess):
-            yield Violation(
-                scope.names[node],
-                "node on the chip",
-                type(node.output).__name__,
-                "none",
-                "feed the events from a node on the host",
-            )
+            yield rules.get("SP009").broken(scope.names[node], type(node.output).__name__)
 
 
 def probe(scope: Scope) -> Iterator[Violation]:
@@ -204,13 +163,30 @@ def probe(scope: Scope) -> Iterator[Violation]:
             continue
         allowed = PROBEABLE.get(type(recorded.obj), ())
         if recorded.attr not in allowed:
-            yield Violation(
-                scope.names[recorded],
-                "probed attribute",
-                recorded.attr,
-                " or ".join(allowed) or "none",
-                f"probe one of these, {OFF_CHIP_CURE}",
-            )
+            limit = " or ".join(allowed) or "none"
+            yield rules.get("SP010").broken(scope.names[recorded], recorded.attr, limit)
+
+
+def finite(scope: Scope) -> Iterator[Violation]:
+    """The arrays that ensembles and connections are given are finite."""
+    network = scope.network
+    for obj in [*network.all_ensembles, *network.all_connections]:
+        odd = [name for name, array in _arrays(obj) if not np.isfinite(array).all()]
+        if odd:
+            yield rules.get("SP011").broken(scope.names[obj], f"NaN or infinity in {odd[0]}")
+
+
+def _arrays(obj: Any) -> Iterator[tuple[str, np.ndarray]]:
+    """The numbers an ensemble or connection was given, by name."""
+    if isinstance(obj, nengo.Connection):
+        yield from _numbers("transform", getattr(obj.transform, "init", None))
+    for name in ARRAYS:
+        yield from _numbers(name, getattr(obj, name, None))
+
+
+def _numbers(name: str, value: Any) -> Iterator[tuple[str, np.ndarray]]:
+    if isinstance(value, np.ndarray | float | int) and np.asarray(value).dtype.kind in "fiu":
+        yield name, np.asarray(value)
 
 
 RULES: tuple[Callable[[Scope], Iterator[Violation]], ...] = (
@@ -221,6 +197,8 @@ RULES: tuple[Callable[[Scope], Iterator[Violation]], ...] = (
     synapse,
     post_slice,
     learning_rule,
+    place_of_learning,
     chip_process,
     probe,
+    finite,
 )

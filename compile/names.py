@@ -4,6 +4,7 @@ Nengo's own ``str`` falls back to memory addresses for objects without a label; 
 """
 
 from collections import Counter
+from collections.abc import Mapping
 from typing import Any
 
 import nengo
@@ -16,11 +17,19 @@ class Names:
     An ensemble, node or subnetwork is called by its label, or by its kind and position; objects in
     subnetworks are prefixed with the subnetwork's name; a connection is ``pre -> post``. Names that
     occur again get ``#2``, ``#3`` and so on, in the order of definition.
+
+    Parameters
+    ----------
+    network : nengo.Network
+        The network.
+    known : mapping of objects to str, optional
+        Objects that have a name already, and keep it.
     """
 
-    def __init__(self, network: nengo.Network) -> None:
-        self._taken: Counter[str] = Counter()
-        self._names: dict[Any, str] = {network: self._unique(network.label or "network")}
+    def __init__(self, network: nengo.Network, known: Mapping[Any, str] | None = None) -> None:
+        self._names: dict[Any, str] = dict(known or {})
+        self._taken: Counter[str] = Counter(self._names.values())
+        self._names.setdefault(network, self._unique(network.label or "network"))
         self._name_objects(network, prefix="")
         for connection in network.all_connections:
             self._name(connection)
@@ -28,6 +37,9 @@ class Names:
     def __getitem__(self, obj: Any) -> str:
         """The name of an object, also of its neurons, a view of it, or a builder's own object."""
         return self._name(base(obj))
+
+    def __contains__(self, obj: Any) -> bool:
+        return obj in self._names
 
     def _name(self, obj: Any) -> str:
         if obj not in self._names:
@@ -37,7 +49,8 @@ class Names:
     def _name_objects(self, network: nengo.Network, prefix: str) -> None:
         for kind in ("ensembles", "nodes", "networks", "probes"):
             for i, obj in enumerate(getattr(network, kind)):
-                self._names[obj] = self._unique(prefix + (obj.label or f"{kind}[{i}]"))
+                if obj not in self._names:
+                    self._names[obj] = self._unique(prefix + (obj.label or f"{kind}[{i}]"))
         for sub in network.networks:
             self._name_objects(sub, prefix=self._names[sub] + ".")
 

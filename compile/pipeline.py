@@ -6,42 +6,53 @@ from pathlib import Path
 from typing import Any
 
 import nengo
+import numpy as np
 from nengo_loihi.builder import Model
 
-from spikeport.compile.build import build
+from spikeport.compile.build import Blocks, build
 from spikeport.compile.extract import extract
+from spikeport.compile.hints import image_hints, network_hints
 from spikeport.compile.image import ChipImage
-from spikeport.compile.lint import lint
+from spikeport.compile.lint import lint, lint_numbers
+from spikeport.compile.load import block_loads, capacity
+from spikeport.compile.lower_bound import lower_bound
 from spikeport.compile.names import Names
+from spikeport.compile.neurobench import neurobench
 from spikeport.compile.passes.base import BlockPass, ImagePass, NetworkPass
+from spikeport.compile.passes.parse import parse
 from spikeport.compile.passes.pipeline import Observer, PassRun, Pipeline, silent
 from spikeport.compile.report import Report
 from spikeport.compile.rewrite import Rewrite
 from spikeport.compile.usage import core_uses
-from spikeport.compile.verify import verify
+from spikeport.compile.verify import verify, verify_settings
 from spikeport.compile.violation import DoesNotFitError
 from spikeport.hardware_models import chip as chips
 
 
 @dataclass(frozen=True)
 class Compilation:
-    """A compiled network: the image, what it takes, and nengo-loihi's model for the host side.
+    """A compiled network: the image, what it takes, and what nengo-loihi made of it.
 
     ``stand_ins`` and ``built`` are those of `spikeport.compile.rewrite.Rewrite`.
     """
 
     image: ChipImage
     report: Report
-    model: Model
+    blocks: Blocks
     stand_ins: Mapping[nengo.Probe, nengo.Probe] = field(default_factory=dict)
     built: Mapping[Any, Any] = field(default_factory=dict)
+
+    @property
+    def model(self) -> Model:
+        """nengo-loihi's model, which has the host's side."""
+        return self.blocks.model
 
 
 def compile_network(
     network: nengo.Network,
     chip: str | Path = "loihi",
     dt: float = 0.001,
-    pipeline: Pipeline | None = None,
+    pipeline: Pipeline | str | None = None,
     observer: Observer = silent,
 ) -> Compilation:
     """Compile a network for a chip.
@@ -54,8 +65,9 @@ def compile_network(
         A chip's name, or the path of its TOML file.
     dt : float
         The time step, in seconds.
-    pipeline : Pipeline, optional
-        The passes; by default no pass: one block a core, as nengo-loihi does.
+    pipeline : Pipeline or str, optional
+        The passes, or a text that `spikeport.compile.passes.parse` reads; by default the chip's.
+        Without any pass every block has a core of its own, as in nengo-loihi.
     observer : callable
         Called after every pass with the pass and the value it left.
 
@@ -66,17 +78,48 @@ def compile_network(
     CompileError
         If nengo-loihi's builder refuses it for another reason.
     UsageError, ChipFileError
-        If the chip is not known, or its file is wrong.
+        If chip or passes are not known, or the chip's file is wrong.
     """
     target = chips.get(str(chip))
-    run = PassRun(pipeline or Pipeline(()), target, dt, observer)
-    rewrite = run.apply(NetworkPass, Rewrite(network, Names(network)))
+    passes = target.pipeline if pipeline is None else pipeline
+    run = PassRun(parse(passes) if isinstance(passes, str) else passes, target, dt, observer)
+    names = Names(network)
+    if broken := lint_numbers(network, names):
+        raise DoesNotFitError(target.name, broken)
+    rewrite = run.apply(NetworkPass, Rewrite(network, names))
     if broken := lint(rewrite.network, rewrite.names):
         raise DoesNotFitError(target.name, broken)
-    blocks = build(rewrite.network, rewrite.names, dt, lambda model: run.apply(BlockPass, model))
-    image = run.apply(ImagePass, extract(blocks, target.name))
-    cores = core_uses(image)
-    if exceeded := verify(cores, target):
+    blocks = build(
+        rewrite.network,
+        rewrite.names,
+        dt,
+        change=lambda model: run.apply(BlockPass, model),
+        seeds=rewrite.seeds,
+    )
+    unplaced = extract(blocks, target.name)
+    image = run.apply(ImagePass, unplaced)
+    cores = core_uses(image, target)
+    if exceeded := [*verify(cores, target), *verify_settings(image, target)]:
         raise DoesNotFitError(target.name, exceeded)
-    report = Report(target, image.digest, tuple(cores), blocks.errors, blocks.warnings)
-    return Compilation(image, report, blocks.model, rewrite.stand_ins, rewrite.built)
+    report = Report(
+        target,
+        image.digest,
+        tuple(cores),
+        blocks.errors,
+        blocks.warnings,
+        placed=_placed(image),
+        passes=tuple(run.record),
+        lower_bound=lower_bound(block_loads(image, target), capacity(target)),
+        neurobench=neurobench(image, cores),
+        hints=(*network_hints(network, names), *image_hints(unplaced, blocks.errors)),
+    )
+    return Compilation(image, report, blocks, rewrite.stand_ins, rewrite.built)
+
+
+def _placed(image: ChipImage) -> tuple[tuple[str, ...], ...]:
+    """The blocks on each core, as nengo-loihi built them: those in pieces by the whole's name."""
+    names = [entry.get("of", entry["label"]) for entry in image.manifest["blocks"]]
+    return tuple(
+        tuple(dict.fromkeys(names[block] for block in np.flatnonzero(image["block_core"] == core)))
+        for core in range(image.n_cores)
+    )

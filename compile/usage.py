@@ -1,4 +1,4 @@
-"""What each core of an image holds, counted from the image itself.
+"""What the blocks and cores of an image hold, counted from the image itself.
 
 Counts are those of the chip, and in three places stricter than nengo-loihi's own: an output axon
 is counted for every compartment that has one (nengo-loihi counts distinct targets, too few where
@@ -6,35 +6,58 @@ compartments share an axon after splitting); synapses whose targets are not cons
 bits, whatever their format says; profiles are counted at all.
 """
 
+import itertools
+from typing import NamedTuple
+
 import numpy as np
 from nengo_loihi.block import SynapseConfig
 
 from spikeport.compile.image import ChipImage
+from spikeport.hardware_models.chip import Chip
 from spikeport.hardware_models.limits import CoreUse
 
-WORD_BITS = 64
-LIST_HEADER_BITS = 4 + 6  # synapse index and count of every list of synapses
 INDEXED = 0  # the compression that stores an index with every weight
+AMOUNTS = ("compartments", "in_axons", "out_axons", "synapse_bits")
 PROFILE = ("decay_u", "decay_v", "refract_delay", "enable_noise")
 
 
-def core_uses(image: ChipImage) -> list[CoreUse]:
+class ListFormat(NamedTuple):
+    """How a synapse group stores its rows: bits per synapse, and synapses per list at most."""
+
+    width_bits: int
+    per_list: int
+
+
+class Layout(NamedTuple):
+    """How a chip stores lists of synapses: bits of a word and of a list's header."""
+
+    word_bits: int = 1
+    header_bits: int = 0
+
+
+def core_uses(image: ChipImage, chip: Chip) -> list[CoreUse]:
     """Count the resources of every core."""
-    in_axons = _in_axons(image)
-    out_axons = _out_axons(image)
-    bits = _synapse_bits(image)
-    compartments = np.bincount(image.compartment_core, minlength=image.n_cores)
+    amounts = np.zeros((image.n_cores, len(AMOUNTS)), dtype=int)
+    np.add.at(amounts, image["block_core"], block_amounts(image, chip))
     return [
         CoreUse(
             label=label,
-            compartments=int(compartments[core]),
-            in_axons=int(in_axons[core]),
-            out_axons=int(out_axons[core]),
-            synapse_bits=int(bits[core]),
+            **dict(zip(AMOUNTS, amounts[core].tolist(), strict=True)),
             **_profiles(image, core),
         )
         for core, label in enumerate(image.cores)
     ]
+
+
+def block_amounts(image: ChipImage, chip: Chip) -> np.ndarray:
+    """(n_blocks, 4) what each block takes of the resources in `AMOUNTS`."""
+    n, block = image.n_blocks, image["synapse_block"]
+    sizes = np.diff(image["block_start"])
+    in_axons = np.bincount(block, weights=np.diff(image["in_axon_start"]), minlength=n)
+    owner = np.repeat(np.arange(n), sizes)
+    out_axons = np.bincount(owner, weights=out_slots(image, chip), minlength=n)
+    bits = np.bincount(block, weights=_group_bits(image, chip), minlength=n)
+    return np.stack([sizes, in_axons, out_axons, bits], axis=1).astype(int)
 
 
 def synapse_core(image: ChipImage) -> np.ndarray:
@@ -42,55 +65,73 @@ def synapse_core(image: ChipImage) -> np.ndarray:
     return image["block_core"][image["synapse_block"]]
 
 
-def _in_axons(image: ChipImage) -> np.ndarray:
-    sizes = np.diff(image["in_axon_start"])
-    return np.bincount(synapse_core(image), weights=sizes, minlength=image.n_cores)
+def axon_slots(image: ChipImage, chip: Chip) -> np.ndarray:
+    """(n_synapse_groups,) slots that an output axon to each synapse group takes."""
+    memory = chip.synapse_memory
+    population = 1 if memory is None else memory.population_32_slots.count
+    return np.where(image["synapse_pop_type"] == 32, population, 1)
 
 
-def _out_axons(image: ChipImage) -> np.ndarray:
-    counts = np.zeros(image.n_cores, dtype=int)
-    pop_type = image["synapse_pop_type"][image["route_synapse"]]
+def out_slots(image: ChipImage, chip: Chip) -> np.ndarray:
+    """(n_compartments,) slots that the output axons of each compartment take."""
+    slots = np.zeros(image.n_compartments, dtype=int)
+    per_axon = axon_slots(image, chip)[image["route_synapse"]]
     for route in np.flatnonzero(image["route_input"] == 0):
         reached = image["route_axon"][image.part("route_start", route)] >= 0
-        slots = 2 if pop_type[route] == 32 else 1
-        counts[image["block_core"][image["route_source"][route]]] += slots * reached.sum()
-    return counts
+        slots[image.part("block_start", image["route_source"][route])] += per_axon[route] * reached
+    return slots
 
 
-def _synapse_bits(image: ChipImage) -> np.ndarray:
-    """Bits of all lists: groups of up to 64 synapses, each group rounded up to whole words."""
-    bits = np.zeros(image.n_cores, dtype=int)
-    column = {name: i for i, name in enumerate(image.manifest["synapse_format"])}
-    for group, core in enumerate(synapse_core(image)):
-        form = image["synapse_format"][group]
-        rows = image.part("row_start", group)
-        sizes = np.diff(image["row_weight_start"][rows.start : rows.stop + 1])
-        weight_bits = SynapseConfig.WEIGHT_BITS_MAP[form[column["weight_bits"]]]
-        width = weight_bits + form[column["delay_bits"]] + form[column["tag_bits"]]
-        if form[column["compression"]] == INDEXED or not _consecutive(image, rows):
-            width += SynapseConfig.INDEX_BITS_MAP[form[column["idx_bits"]]]
-        bits[core] += _list_bits(sizes, width, per_list=form[column["n_synapses"]] + 1)
-    return bits
+def layout(chip: Chip) -> Layout:
+    """How a chip stores lists of synapses; bits alone where that is not public."""
+    memory = chip.synapse_memory
+    return Layout() if memory is None else Layout(memory.word.count, memory.list_header.count)
 
 
-def _consecutive(image: ChipImage, rows: slice) -> bool:
-    """Whether every row of a group reaches compartments 0, 1, 2 ... for each of its atoms."""
-    start = image["row_weight_start"]
-    for row in range(rows.start, rows.stop):
-        indices = image["indices"][start[row] : start[row + 1]].reshape(image["row_atoms"][row], -1)
-        if not np.array_equal(indices, np.broadcast_to(np.arange(indices.shape[1]), indices.shape)):
-            return False
-    return True
+def list_formats(image: ChipImage) -> list[ListFormat]:
+    """How each synapse group stores its rows."""
+    names, consecutive = image.manifest["synapse_format"], is_consecutive(image)
+    forms = [dict(zip(names, row, strict=True)) for row in image["synapse_format"].tolist()]
+    return [_list_format(form, near) for form, near in zip(forms, consecutive, strict=True)]
 
 
-def _list_bits(sizes: np.ndarray, width: int, per_list: int) -> int:
-    full, rest = np.divmod(sizes, per_list)
-    words = full * _words(per_list * width) + np.where(rest > 0, _words(rest * width), 0)
-    return int(words.sum()) * WORD_BITS
+def _list_format(form: dict[str, int], consecutive: bool) -> ListFormat:
+    width = SynapseConfig.WEIGHT_BITS_MAP[form["weight_bits"]]
+    width += form["delay_bits"] + form["tag_bits"]
+    if form["compression"] == INDEXED or not consecutive:
+        width += SynapseConfig.INDEX_BITS_MAP[form["idx_bits"]]
+    return ListFormat(width, form["n_synapses"] + 1)
 
 
-def _words(payload_bits: np.ndarray | int) -> np.ndarray | int:
-    return -(-(payload_bits + LIST_HEADER_BITS) // WORD_BITS)
+def is_consecutive(image: ChipImage) -> np.ndarray:
+    """(n_synapse_groups,) whether each row reaches targets 0, 1, 2 ... for each of its atoms."""
+    sizes = np.diff(image["row_weight_start"])
+    per_atom = np.repeat(sizes // np.maximum(image["row_atoms"], 1), sizes)
+    place = np.arange(len(image["indices"])) - np.repeat(image["row_weight_start"][:-1], sizes)
+    row = np.repeat(np.arange(len(sizes)), sizes)
+    astray = row[image["indices"] != place % per_atom]
+    group = np.searchsorted(image["row_start"], astray, side="right") - 1
+    return np.bincount(group, minlength=len(image["synapse_block"])) == 0
+
+
+def list_bits(sizes: np.ndarray, form: ListFormat, layout: Layout) -> int:
+    """Bits of rows of the given sizes: lists of at most so many synapses, each in whole words."""
+    full, rest = np.divmod(sizes, form.per_list)
+    words = full * _words(np.asarray(form.per_list * form.width_bits), layout)
+    words += np.where(rest > 0, _words(rest * form.width_bits, layout), 0)
+    return int(words.sum()) * layout.word_bits
+
+
+def _words(payload_bits: np.ndarray, layout: Layout) -> np.ndarray:
+    return -(-(payload_bits + layout.header_bits) // layout.word_bits)
+
+
+def _group_bits(image: ChipImage, chip: Chip) -> list[int]:
+    sizes, rows = np.diff(image["row_weight_start"]), itertools.pairwise(image["row_start"])
+    return [
+        list_bits(sizes[first:end], form, layout(chip))
+        for (first, end), form in zip(rows, list_formats(image), strict=True)
+    ]
 
 
 def _profiles(image: ChipImage, core: int) -> dict[str, int]:

@@ -3,21 +3,14 @@
 import math
 from collections.abc import Sequence
 
+from spikeport.compile import rules
+from spikeport.compile.image import ChipImage
+from spikeport.compile.load import PROFILES, SHARED, core_loads
 from spikeport.compile.violation import Violation
 from spikeport.hardware_models.chip import Chip
 from spikeport.hardware_models.limits import CoreUse, Usage, usages
 
-CURES = {
-    "cores": "use fewer or smaller ensembles, or fewer decoded connections: each takes a core",
-    "compartments": "split the ensemble into {parts} that share its targets",
-    "in_axons": "split the source ensemble into {parts} that decode into the same target, "
-    "each with the targets divided by {parts}",
-    "out_axons": "split the source ensemble into {parts}, or give it fewer connections",
-    "synapse_bits": "split the ensemble into {parts}, or connect it more sparsely",
-    "compartment_profiles": "use the same time constants and refractory period on this core",
-    "threshold_profiles": "use the same threshold for the neurons of this core",
-    "synapse_profiles": "bundle connections of this core that share a weight format",
-}
+CHECKED = ("clipping", "noise")
 
 
 def verify(cores: Sequence[CoreUse], chip: Chip) -> list[Violation]:
@@ -25,12 +18,18 @@ def verify(cores: Sequence[CoreUse], chip: Chip) -> list[Violation]:
     return [_violation(usage) for usage in usages(cores, chip) if usage.exceeded]
 
 
+def verify_settings(image: ChipImage, chip: Chip) -> list[Violation]:
+    """Every core whose blocks cannot share its settings of clipping and noise."""
+    return [
+        rules.get("SP108").broken(label, f"{mask.bit_count()} of {name}")
+        for label, load in zip(image.cores, core_loads(image, chip), strict=True)
+        for name, mask in zip(SHARED, load.profiles[len(PROFILES) :], strict=True)
+        if name in CHECKED and mask.bit_count() > 1
+    ]
+
+
 def _violation(usage: Usage) -> Violation:
+    rule = rules.named(usage.resource.replace("_", "-"))
+    assert usage.limit is not None  # what is exceeded is known
     parts = math.ceil(usage.used / usage.limit)
-    return Violation(
-        usage.object,
-        usage.resource.replace("_", "-"),
-        f"{usage.used:,}",
-        f"{usage.limit:,}",
-        CURES[usage.resource].format(parts=parts),
-    )
+    return rule.broken(usage.object, f"{usage.used:,}", f"{usage.limit:,}", parts=parts)

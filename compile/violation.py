@@ -1,33 +1,49 @@
 """What is wrong with a network or a placement, row by row, and the error that carries all rows."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
+from spikeport.compile.refusal import RefusedError
 from spikeport.errors import CompileError
 
 
 class Violation(NamedTuple):
     """One broken rule.
 
-    ``object`` is the Nengo object or core it concerns, ``rule`` the name of the rule, ``used`` and
-    ``limit`` what was found against what is allowed, ``cure`` the smallest change that helps.
+    ``id`` and ``rule`` are the rule's, ``object`` the Nengo object or core it concerns, ``used``
+    and ``limit`` what was found against what is allowed, ``cure`` the smallest change that helps.
     """
 
-    object: str
+    id: str
     rule: str
+    object: str
     used: str
     limit: str
     cure: str
 
     def __str__(self) -> str:
-        return f"{self.object}: {self.rule}: {self.used}, limit {self.limit}; cure: {self.cure}"
+        limit = f", limit {self.limit}" if self.limit else ""
+        return f"{self.object}: {self.id} {self.rule}: {self.used}{limit}; cure: {self.cure}"
 
 
-class DoesNotFitError(CompileError):
+class DoesNotFitError(RefusedError):
     """A network breaks rules of the chip; ``violations`` holds every one of them."""
 
     def __init__(self, chip: str, violations: Iterable[Violation]) -> None:
         self.chip = chip
         self.violations = tuple(violations)
-        rows = "\n".join(f"  {v}" for v in self.violations)
-        super().__init__(f"the network does not fit chip '{chip}':\n{rows}")
+        super().__init__(f"the network does not fit chip '{chip}':\n{_rows(self.violations)}")
+
+
+class OverBudgetError(CompileError):
+    """A network takes more than it may; ``violations`` holds every budget that is exceeded."""
+
+    def __init__(self, violations: Iterable[Violation]) -> None:
+        self.violations = tuple(violations)
+        super().__init__(f"the network exceeds its budget:\n{_rows(self.violations)}")
+
+
+def _rows(violations: Sequence[Violation]) -> str:
+    """Every violation on a line, and how to learn more."""
+    lines = [f"  {violation}" for violation in violations]
+    return "\n".join([*lines, f"more: spikeport compile --explain {violations[0].id}"])

@@ -1,4 +1,7 @@
-"""Exact counts of what happened on the cores in a run: all that energy and time depend on."""
+"""Counts of what happened on the cores in a run: all that energy and time depend on.
+
+Counts of a run are exact, and integers. Those expected of a run before there is one are not.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,7 +23,7 @@ PER_RUN = ("messages", "messages_host")
 
 @dataclass(frozen=True, eq=False)
 class Activity:
-    """Counts of a run. Two runs one after the other add up: see `concatenate`.
+    """Counts of a run, or expected of one. Runs one after the other add up: see `concatenate`.
 
     A message is one spike on its way to one destination core: a spike that reaches synapses on
     three cores is three messages.
@@ -31,19 +34,19 @@ class Activity:
         A label for each core; core k of the chip is the k-th.
     dt_s : float
         Length of a step, in s.
-    spikes : (n_steps, n_cores) int array
+    spikes : (n_steps, n_cores) array
         Spikes of the core's compartments.
-    synaptic_operations : (n_steps, n_cores) int array
+    synaptic_operations : (n_steps, n_cores) array
         Weights added to compartments of the core.
-    updates_active, updates_inactive : (n_steps, n_cores) int array
+    updates_active, updates_inactive : (n_steps, n_cores) array
         Compartments updated whose state was not, or was, at rest.
-    messages_in : (n_steps, n_cores) int array
+    messages_in : (n_steps, n_cores) array
         Messages that arrived at the core, from other cores, itself and the host.
-    learning_updates : (n_steps, n_cores) int array
+    learning_updates : (n_steps, n_cores) array
         Weights on the core that learning updated.
-    messages : (n_cores, n_cores) int array
+    messages : (n_cores, n_cores) array
         Messages of the whole run from source core (row) to destination core (column).
-    messages_host : (n_cores,) int array
+    messages_host : (n_cores,) array
         Messages of the whole run from the host to each core.
     readout_spikes : int
         Spikes of compartments that are read out and must not spike: 0, or the run is wrong.
@@ -51,7 +54,7 @@ class Activity:
     Raises
     ------
     ValueError
-        An array has another shape, or holds no integers.
+        An array has another shape, or holds no numbers.
     """
 
     cores: tuple[str, ...]
@@ -77,17 +80,17 @@ class Activity:
         array = getattr(self, name)
         if array.shape != shape:
             raise ValueError(f"{name} has shape {array.shape}, not {shape} {meaning}")
-        if not np.issubdtype(array.dtype, np.integer):
-            raise ValueError(f"{name} is of {array.dtype}, but counts are integers")
+        if array.dtype.kind not in "iuf":
+            raise ValueError(f"{name} is of {array.dtype}, but counts are numbers")
 
     @property
     def n_steps(self) -> int:
         """Number of steps of the run."""
         return len(self.spikes)
 
-    def totals(self) -> dict[str, int]:
+    def totals(self) -> dict[str, int | float]:
         """Every count, summed over steps and cores."""
-        sums = {name: int(getattr(self, name).sum()) for name in PER_STEP + PER_RUN}
+        sums = {name: getattr(self, name).sum().item() for name in PER_STEP + PER_RUN}
         return {**sums, "readout_spikes": self.readout_spikes}
 
     def per_core(self) -> dict[str, np.ndarray]:

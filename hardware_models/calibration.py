@@ -22,6 +22,7 @@ class Energies(Strictly):
     message: Energy | None = None
     hop_east_west: Energy | None = None
     hop_north_south: Energy | None = None
+    message_between_chips: Energy | None = None
     learning_update: Energy | None = None
 
 
@@ -71,3 +72,8 @@ class Calibration(Strictly):
         if tiles != sorted(set(tiles)):
             raise ValueError(f"tiles must increase from point to point, not {tiles}")
         return points
+
+    @property
+    def has_times(self) -> bool:
+        """Whether the time of anything has a public figure."""
+        return bool(self.barrier) or any(figure is not None for _, figure in self.times)

@@ -3,6 +3,7 @@
 A chip is a TOML file. Those that come with spikeport lie in ``chips/``.
 """
 
+import math
 from pathlib import Path
 from typing import Annotated
 
@@ -11,24 +12,44 @@ from pydantic import Field, field_validator
 from spikeport.errors import unknown
 from spikeport.hardware_models.calibration import Calibration
 from spikeport.hardware_models.chip_file import read
-from spikeport.hardware_models.figure import Bits, Count, Power, Strictly
+from spikeport.hardware_models.figure import Bits, Count, Figure, Power, Strictly
 
 SCHEMA = 1
 BUILT_IN = Path(__file__).parent / "chips"
 
 
 class Limits(Strictly):
-    """What a chip has of each resource: cores per chip, chips per board, the rest per core."""
+    """What a chip has of each resource: cores per chip, chips per board, the rest per core.
+
+    None: not public, which is not unlimited. Nothing is checked against such a limit, and reports
+    name it.
+    """
 
     cores: Count
     chips: Count
-    compartments: Count
-    in_axons: Count
-    out_axons: Count
-    synapse_bits: Bits
-    compartment_profiles: Count
-    threshold_profiles: Count
-    synapse_profiles: Count
+    compartments: Count | None = None
+    in_axons: Count | None = None
+    out_axons: Count | None = None
+    synapse_bits: Bits | None = None
+    compartment_profiles: Count | None = None
+    threshold_profiles: Count | None = None
+    synapse_profiles: Count | None = None
+
+    def most(self, resource: str) -> float:
+        """The most a core holds of a resource; infinity where that is not public."""
+        figure: Figure | None = getattr(self, resource)
+        return math.inf if figure is None else figure.count
+
+
+class SynapseMemory(Strictly):
+    """How a core stores synapses: lists of words, each list with a header.
+
+    ``population_32_slots`` is what an output axon to synapses of population type 32 takes.
+    """
+
+    word: Bits
+    list_header: Bits
+    population_32_slots: Count
 
 
 class Topology(Strictly):
@@ -60,8 +81,14 @@ class Chip(Strictly):
         Version of the file format; ``schema`` in the file.
     name, title : str
         What it is called by programs and by people.
-    limits, topology, power : Limits, Topology, Powers
-        What holds for every network.
+    caveat : str
+        What one must know of every report on it.
+    pipeline : str
+        The passes of a compile that names none, as ``--passes`` takes them.
+    limits, topology, power : Limits, Topology or None, Powers
+        What holds for every network; without a public mesh no hops are counted.
+    synapse_memory : SynapseMemory or None
+        Without a public layout, bits of weights and indices alone are counted.
     calibrations : tuple of Calibration
         Energies and times of events, one set for each source.
     """
@@ -69,8 +96,11 @@ class Chip(Strictly):
     schema_version: Annotated[int, Field(alias="schema")]
     name: Annotated[str, Field(min_length=1)]
     title: str
+    caveat: str = ""
+    pipeline: str = ""
     limits: Limits
-    topology: Topology
+    synapse_memory: SynapseMemory | None = None
+    topology: Topology | None = None
     power: Powers = Powers()
     calibrations: tuple[Calibration, ...] = ()
 

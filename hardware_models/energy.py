@@ -20,6 +20,7 @@ EVENTS: tuple[events.Event, ...] = (
     events.Messages(),
     events.HopsEastWest(),
     events.HopsNorthSouth(),
+    events.MessagesBetweenChips(),
     events.LEARNING_UPDATE,
 )
 NOT_MODELLED = (
@@ -33,7 +34,7 @@ class Term:
     """One term of the dynamic energy: count * figure, in J; None: no public figure."""
 
     event: str
-    count: int
+    count: int | float
     energy: Estimate | None
 
 
@@ -43,6 +44,17 @@ class Draw:
 
     energy_step: Estimate
     power: Estimate
+
+
+@dataclass(frozen=True)
+class CoreEnergy:
+    """Mean dynamic energy of a step on one core, in J; None: no public figure.
+
+    A core's share holds the messages it sends and those it receives from the host.
+    """
+
+    core: str
+    energy_step: Estimate | None
 
 
 @dataclass(frozen=True)
@@ -57,12 +69,14 @@ class EnergyReport:
         Number of steps of the run, and the mean time from one to the next in real time, in s.
     terms : tuple of Term
         The dynamic energy of the run, event by event.
-    dynamic_run : Estimate
-        Their sum, in J.
-    dynamic, static : Draw, Draw or None
+    dynamic_run : Estimate or None
+        Their sum, in J; None: nothing of what happened has a public figure.
+    dynamic, static : Draw or None
         What the events cost, and what the chips cost at rest; None: no public figure.
     system : Draw or None
         What the whole board costs: at rest, chips included, and the events on top.
+    cores : tuple of CoreEnergy
+        The dynamic energy of a step, core by core.
     missing : tuple of str
         What has counts or is drawn, and has no public figure; its energy is left out.
     not_modelled : tuple of str
@@ -73,10 +87,11 @@ class EnergyReport:
     n_steps: int
     period_s: float
     terms: tuple[Term, ...]
-    dynamic_run: Estimate
-    dynamic: Draw
+    dynamic_run: Estimate | None
+    dynamic: Draw | None
     static: Draw | None
     system: Draw | None
+    cores: tuple[CoreEnergy, ...]
     missing: tuple[str, ...]
     not_modelled: tuple[str, ...] = NOT_MODELLED
 
@@ -84,6 +99,7 @@ class EnergyReport:
         """Plain data, ready for JSON."""
         return asdict(self) | {
             "terms": [asdict(term) for term in self.terms],
+            "cores": [asdict(core) for core in self.cores],
             "missing": list(self.missing),
             "not_modelled": list(self.not_modelled),
         }
@@ -109,9 +125,10 @@ def energy(activity: Activity, chip: Chip, calibration: Calibration) -> EnergyRe
     """
     step_s = step_times(activity, chip, calibration).value
     period_s = float(np.maximum(step_s, activity.dt_s).mean())
-    terms = tuple(_term(event, activity, chip, calibration) for event in EVENTS)
+    counts = {event.name: event.per_core(activity, chip) for event in EVENTS}
+    terms = _terms({name: count.sum() for name, count in counts.items()}, calibration)
     run = _sum(terms)
-    dynamic = _draw(run.scaled(1 / activity.n_steps), period_s)
+    dynamic = None if run is None else _draw(run.scaled(1 / activity.n_steps), period_s)
     return EnergyReport(
         calibration=calibration.name,
         n_steps=activity.n_steps,
@@ -120,20 +137,35 @@ def energy(activity: Activity, chip: Chip, calibration: Calibration) -> EnergyRe
         dynamic_run=run,
         dynamic=dynamic,
         static=_static(chip, period_s),
-        system=_system(chip, dynamic.power, period_s),
+        system=_system(chip, dynamic, period_s),
+        cores=tuple(
+            _core(label, {name: count[i] for name, count in counts.items()}, activity, calibration)
+            for i, label in enumerate(activity.cores)
+        ),
         missing=_missing(terms, chip),
     )
 
 
-def _term(event: events.Event, activity: Activity, chip: Chip, calibration: Calibration) -> Term:
-    count = event.count(activity, chip)
-    figure = getattr(calibration.energies, event.name)
-    return Term(event.name, count, None if figure is None else figure.estimate.scaled(count))
+def _terms(counts: dict[str, np.generic], calibration: Calibration) -> tuple[Term, ...]:
+    figures = {name: getattr(calibration.energies, name) for name in counts}
+    return tuple(
+        Term(name, count.item(), figures[name] and figures[name].estimate.scaled(count.item()))
+        for name, count in counts.items()
+    )
 
 
-def _sum(terms: tuple[Term, ...]) -> Estimate:
-    happened = [term for term in terms if term.count]
-    return sum((term.energy or at_least_zero("J") for term in happened), start=zero("J"))
+def _sum(terms: tuple[Term, ...]) -> Estimate | None:
+    happened = [term.energy for term in terms if term.count]
+    if happened and not any(happened):
+        return None
+    return sum((energy or at_least_zero("J") for energy in happened), start=zero("J"))
+
+
+def _core(
+    label: str, counts: dict[str, np.generic], activity: Activity, calibration: Calibration
+) -> CoreEnergy:
+    run = _sum(_terms(counts, calibration))
+    return CoreEnergy(label, None if run is None else run.scaled(1 / activity.n_steps))
 
 
 def _draw(energy_step: Estimate, period_s: float) -> Draw:
@@ -148,11 +180,11 @@ def _static(chip: Chip, period_s: float) -> Draw | None:
     return Draw(power.scaled(period_s, unit="J"), power)
 
 
-def _system(chip: Chip, dynamic_power: Estimate, period_s: float) -> Draw | None:
+def _system(chip: Chip, dynamic: Draw | None, period_s: float) -> Draw | None:
     figure = chip.power.board_idle_w
     if figure is None:
         return None
-    power = figure.estimate + dynamic_power
+    power = figure.estimate + (at_least_zero("W") if dynamic is None else dynamic.power)
     return Draw(power.scaled(period_s, unit="J"), power)
 
 

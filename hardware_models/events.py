@@ -17,13 +17,13 @@ class Event(Protocol):
     def name(self) -> str:
         """Key of the figure."""
 
-    def count(self, activity: Activity, chip: Chip) -> int:
-        """How often it happened in the run."""
+    def per_core(self, activity: Activity, chip: Chip) -> np.ndarray:
+        """How often it happened in the run on each core, or on the way from it, (n_cores,)."""
 
 
 @dataclass(frozen=True)
 class OnCore:
-    """N = sum over steps and cores of a count.
+    """N = sum over steps of a count.
 
     Parameters
     ----------
@@ -36,18 +36,18 @@ class OnCore:
     name: str
     counts: str
 
-    def count(self, activity: Activity, chip: Chip) -> int:
-        """See `Event.count`."""
-        return int(self.per_core(activity).sum())
+    def per_core(self, activity: Activity, chip: Chip) -> np.ndarray:
+        """See `Event.per_core`."""
+        return self.per_step(activity).sum(axis=0)
 
-    def per_core(self, activity: Activity) -> np.ndarray:
+    def per_step(self, activity: Activity) -> np.ndarray:
         """How often it happened in each step on each core, (n_steps, n_cores)."""
         return getattr(activity, self.counts)
 
 
 @dataclass(frozen=True)
 class Messages:
-    """N_msg = messages between cores + messages from the host.
+    """N_msg = messages that a core sends to cores + messages it receives from the host.
 
     A host's spike is counted like a core's: the fit this figure is from had its input as neurons
     on cores, free but for their messages.
@@ -55,9 +55,9 @@ class Messages:
 
     name: str = "message"
 
-    def count(self, activity: Activity, chip: Chip) -> int:
-        """See `Event.count`."""
-        return int(activity.messages.sum() + activity.messages_host.sum())
+    def per_core(self, activity: Activity, chip: Chip) -> np.ndarray:
+        """See `Event.per_core`."""
+        return activity.messages.sum(axis=1) + activity.messages_host
 
 
 @dataclass(frozen=True)
@@ -66,8 +66,8 @@ class HopsEastWest:
 
     name: str = "hop_east_west"
 
-    def count(self, activity: Activity, chip: Chip) -> int:
-        """See `Event.count`."""
+    def per_core(self, activity: Activity, chip: Chip) -> np.ndarray:
+        """See `Event.per_core`."""
         return topology.hops(activity.messages, chip).east_west
 
 
@@ -77,9 +77,20 @@ class HopsNorthSouth:
 
     name: str = "hop_north_south"
 
-    def count(self, activity: Activity, chip: Chip) -> int:
-        """See `Event.count`."""
+    def per_core(self, activity: Activity, chip: Chip) -> np.ndarray:
+        """See `Event.per_core`."""
         return topology.hops(activity.messages, chip).north_south
+
+
+@dataclass(frozen=True)
+class MessagesBetweenChips:
+    """The messages of `topology.between_chips`; no hops are counted for them."""
+
+    name: str = "message_between_chips"
+
+    def per_core(self, activity: Activity, chip: Chip) -> np.ndarray:
+        """See `Event.per_core`."""
+        return topology.between_chips(activity.messages, chip)
 
 
 SYNAPTIC_OPERATION = OnCore("synaptic_operation", "synaptic_operations")

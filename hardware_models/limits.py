@@ -22,18 +22,21 @@ class CoreUse(NamedTuple):
 
 
 class Usage(NamedTuple):
-    """What an object, a core or the chip, uses of a resource, and the most it may use."""
+    """What an object, a core or the chip, uses of a resource, and the most it may use.
+
+    ``limit`` is None where it is not public.
+    """
 
     object: str
     resource: str
     used: int
-    limit: int
+    limit: int | None
     unit: str
 
     @property
     def exceeded(self) -> bool:
         """Whether more is used than there is."""
-        return self.used > self.limit
+        return self.limit is not None and self.used > self.limit
 
 
 class Limit(ABC):
@@ -62,8 +65,7 @@ class Cores(Limit):
 
     def total(self, cores: Sequence[CoreUse], chip: Chip) -> Usage:
         """See `Limit.total`."""
-        limit, unit = chip.limits.cores.count * chip.limits.chips.count, chip.limits.cores.unit
-        return Usage(chip.name, self.resource, len(cores), limit, unit)
+        return Usage(chip.name, self.resource, len(cores), n_cores(chip), "1")
 
 
 @dataclass(frozen=True)
@@ -74,24 +76,30 @@ class PerCore(Limit):
     ----------
     resource : str
         A field of `CoreUse` and of the chip's limits.
+    unit : str
+        The unit both are counted in.
     """
 
     resource: str
+    unit: str = "1"
 
     def usages(self, cores: Sequence[CoreUse], chip: Chip) -> list[Usage]:
         """See `Limit.usages`."""
-        limit = getattr(chip.limits, self.resource)
+        limit = self._limit(chip)
         return [
-            Usage(core.label, self.resource, getattr(core, self.resource), limit.count, limit.unit)
+            Usage(core.label, self.resource, getattr(core, self.resource), limit, self.unit)
             for core in cores
         ]
 
     def total(self, cores: Sequence[CoreUse], chip: Chip) -> Usage:
         """See `Limit.total`."""
-        limit = getattr(chip.limits, self.resource)
-        used = sum(getattr(core, self.resource) for core in cores)
-        on_chip = limit.count * Cores().total(cores, chip).limit
-        return Usage(chip.name, self.resource, used, on_chip, limit.unit)
+        used, limit = sum(getattr(core, self.resource) for core in cores), self._limit(chip)
+        on_board = None if limit is None else limit * n_cores(chip)
+        return Usage(chip.name, self.resource, used, on_board, self.unit)
+
+    def _limit(self, chip: Chip) -> int | None:
+        figure = getattr(chip.limits, self.resource)
+        return None if figure is None else figure.count
 
 
 LIMITS: tuple[Limit, ...] = (
@@ -99,11 +107,16 @@ LIMITS: tuple[Limit, ...] = (
     PerCore("compartments"),
     PerCore("in_axons"),
     PerCore("out_axons"),
-    PerCore("synapse_bits"),
+    PerCore("synapse_bits", "bit"),
     PerCore("compartment_profiles"),
     PerCore("threshold_profiles"),
     PerCore("synapse_profiles"),
 )
+
+
+def n_cores(chip: Chip) -> int:
+    """Cores of all chips of the board."""
+    return chip.limits.cores.count * chip.limits.chips.count
 
 
 def usages(cores: Sequence[CoreUse], chip: Chip) -> list[Usage]:

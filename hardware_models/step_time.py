@@ -83,13 +83,13 @@ def core_times(activity: Activity, times: Times, bound: Bound) -> np.ndarray:
     for event in happened(activity):
         figure = getattr(times, event.name)
         time = at_least_zero("s") if figure is None else figure.estimate
-        total += event.per_core(activity) * _number(getattr(time, bound))
+        total += event.per_step(activity) * _number(getattr(time, bound))
     return total
 
 
 def happened(activity: Activity) -> list[events.OnCore]:
     """The kinds of event that take a core time and happened at least once."""
-    return [event for event in EVENTS if event.per_core(activity).any()]
+    return [event for event in EVENTS if event.per_step(activity).any()]
 
 
 def barrier(tiles: int, calibration: Calibration) -> Estimate | None:

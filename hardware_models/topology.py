@@ -1,4 +1,9 @@
-"""Where cores lie on the chip's mesh of tiles, and how many hops messages take between them."""
+"""Where cores lie on the meshes of tiles of a board's chips, and what ways messages take there.
+
+    chip = core // cores of a mesh
+
+How chips are connected is not public: messages between them are counted, not routed.
+"""
 
 from typing import NamedTuple
 
@@ -9,67 +14,91 @@ from spikeport.hardware_models.chip import Chip
 
 
 class Hops(NamedTuple):
-    """Hops between tiles, by direction."""
+    """Hops between tiles, by direction, each (n_cores,): of the messages that a core sends."""
 
-    east_west: int
-    north_south: int
+    east_west: np.ndarray
+    north_south: np.ndarray
+
+
+def chip_of(n_cores: int, chip: Chip) -> np.ndarray:
+    """(n_cores,) number of the chip that each core lies on."""
+    return np.arange(n_cores) // _cores_per_chip(chip)
 
 
 def tile_xy(n_cores: int, chip: Chip) -> np.ndarray:
-    """Position of each core's tile on the mesh.
+    """Position of each core's tile on the mesh of its chip.
 
         tile = core // cores_per_tile,   x = tile // tiles_y,   y = tile % tiles_y
 
     Parameters
     ----------
     n_cores : int
-        Cores in use: the first ones of the chip.
+        Cores in use: the first ones of the board.
     chip : Chip
-        Whose mesh it is.
+        Whose meshes they are.
 
     Returns
     -------
     xy : (n_cores, 2) int array
-        Column x, from west to east, and row y of each core.
+        Column x, from west to east, and row y of each core; all 0 where the mesh is not public.
 
     Raises
     ------
     CompileError
-        The mesh has fewer cores.
+        The meshes have fewer cores.
 
     Source: the order of cores and tiles is that of SANA-FE (src/arch.cpp).
     """
     mesh = chip.topology
-    n_tiles = mesh.tiles_x.count * mesh.tiles_y.count
-    if n_cores > n_tiles * mesh.cores_per_tile.count:
+    if mesh is None:
+        return np.zeros((n_cores, 2), dtype=int)
+    most = _cores_per_chip(chip) * chip.limits.chips.count
+    if n_cores > most:
         raise CompileError(
-            f"{n_cores} cores are in use, but the mesh of chip '{chip.name}' has "
-            f"{n_tiles * mesh.cores_per_tile.count}; use fewer or smaller ensembles"
+            f"{n_cores} cores are in use, but the mesh of chip '{chip.name}' has {most}; "
+            "use fewer or smaller ensembles"
         )
-    tile = np.arange(n_cores) // mesh.cores_per_tile.count
+    tile = np.arange(n_cores) % _cores_per_chip(chip) // mesh.cores_per_tile.count
     return np.stack(np.divmod(tile, mesh.tiles_y.count), axis=1)
+
+
+def _cores_per_chip(chip: Chip) -> int:
+    mesh = chip.topology
+    if mesh is None:
+        return chip.limits.cores.count
+    return mesh.tiles_x.count * mesh.tiles_y.count * mesh.cores_per_tile.count
 
 
 def tiles_used(n_cores: int, chip: Chip) -> int:
     """Number of tiles that hold the first ``n_cores`` cores."""
-    return len(np.unique(tile_xy(n_cores, chip), axis=0))
+    places = np.column_stack([chip_of(n_cores, chip), tile_xy(n_cores, chip)])
+    return len(np.unique(places, axis=0))
 
 
 def hops(messages: np.ndarray, chip: Chip) -> Hops:
-    """Hops that messages take between tiles with XY routing; none within a tile.
+    """Hops that messages take between tiles of a chip with XY routing; none within a tile.
 
-        H_ew = sum_ij M_ij |x_i - x_j|,   H_ns = sum_ij M_ij |y_i - y_j|
+        H_ew,i = sum_j M_ij |x_i - x_j|,   H_ns,i = sum_j M_ij |y_i - y_j|
 
-    Messages from the host have no public route across the mesh: their hops are not counted.
+    Messages from the host and between chips have no public route: their hops are not counted.
 
     Parameters
     ----------
-    messages : (n_cores, n_cores) int array
+    messages : (n_cores, n_cores) array
         Messages from core i to core j.
     chip : Chip
         Whose mesh it is.
     """
     xy = tile_xy(len(messages), chip)
     distance = np.abs(xy[:, np.newaxis] - xy)  # (n_cores, n_cores, 2)
-    east_west, north_south = np.tensordot(messages, distance, axes=2)
-    return Hops(int(east_west), int(north_south))
+    return Hops(*np.einsum("ij,ijd->di", messages * _same_chip(messages, chip), distance))
+
+
+def between_chips(messages: np.ndarray, chip: Chip) -> np.ndarray:
+    """(n_cores,) messages, of those in a (n_cores, n_cores) array, that leave a core's chip."""
+    return (messages * ~_same_chip(messages, chip)).sum(axis=1)
+
+
+def _same_chip(messages: np.ndarray, chip: Chip) -> np.ndarray:
+    number = chip_of(len(messages), chip)
+    return number[:, np.newaxis] == number

@@ -74,12 +74,14 @@ def neuron_network() -> Callable[..., nengo.Network]:
 
 @pytest.fixture(scope="session")
 def compiled_chain() -> Compilation:
-    return compile_network(make_chain())
+    """One block a core."""
+    return compile_network(make_chain(), pipeline="")
 
 
 @pytest.fixture(scope="session")
 def compiled_convolution() -> Compilation:
-    return compile_network(make_convolution())
+    """One block a core."""
+    return compile_network(make_convolution(), pipeline="")
 
 
 @pytest.fixture

@@ -48,7 +48,7 @@ def test_fanout_is_that_of_nengo_loihis_axons(
     name: str, compiled_chain: Compilation, compiled_convolution: Compilation
 ) -> None:
     compilation = {"chain": compiled_chain, "convolution": compiled_convolution}.get(name)
-    compilation = compilation or compile_network(mixed())
+    compilation = compilation or compile_network(mixed(), pipeline="")
     found = fanout(compilation.image)
     operations, messages = by_brute_force(compilation)
     assert np.array_equal(found.synaptic_operations, operations)
@@ -58,7 +58,7 @@ def test_fanout_is_that_of_nengo_loihis_axons(
 
 def test_fanout_counted_by_hand(neuron_network: Callable[..., nengo.Network]) -> None:
     network = neuron_network(np.ones((6, 3)), 4, 6, slice(1, 4))
-    found = fanout(compile_network(network).image)
+    found = fanout(compile_network(network, pipeline="").image)
     # Neurons 1 to 3 of pre (core 0) reach all 6 of post (core 1); nothing else has an axon.
     assert found.synaptic_operations.tolist() == [[0, 0], [0, 6], [0, 6], [0, 6]] + [[0, 0]] * 6
     assert found.messages.tolist() == [[0, 0], [0, 1], [0, 1], [0, 1]] + [[0, 0]] * 6
@@ -77,5 +77,5 @@ def test_two_groups_on_one_core_are_one_message(image: ChipImage) -> None:
 def test_a_network_without_axons_has_no_fanout() -> None:
     with nengo.Network(seed=1) as network:
         nengo.Ensemble(5, 1)
-    found = fanout(compile_network(network).image)
+    found = fanout(compile_network(network, pipeline="").image)
     assert found.synaptic_operations.tolist() == found.messages.tolist() == [[0]] * 5

@@ -12,6 +12,22 @@ from spikeport.compile.pipeline import compile_network
 from spikeport.compile.violation import DoesNotFitError, Violation
 
 HOST = "or keep it on the host with net.config[ensemble].on_chip = False"
+NEURONS = (
+    "a: SP002 neuron type: {}, limit LIF, SpikingRectifiedLinear or RegularSpiking of LIFRate or "
+    f"RectifiedLinear; cure: choose one of these, {HOST}"
+)
+GAIN = (
+    "a: SP004 gain and bias: {} only, limit both or neither; cure: set both, or set max_rates and "
+    "intercepts instead"
+)
+PART = (
+    "a -> b: SP006 slice of an on-chip target: {} of 3 dimensions, limit all; cure: connect to the "
+    "whole target with a dense transform that has zero rows"
+)
+FINITE = (
+    "{}: SP011 finite numbers: NaN or infinity in {}, limit finite numbers; cure: look for a "
+    "division by zero or an overflow where the array is made"
+)
 
 
 class Eavesdropper(nengo.LIF):
@@ -83,6 +99,28 @@ def process_on_the_board() -> None:
     nengo.Connection(events[:4], a.neurons)
 
 
+def infinite_gain() -> None:
+    nengo.Ensemble(4, 1, label="a", gain=[1, 1, 1, np.inf], bias=np.ones(4))
+
+
+def undefined_encoders() -> None:
+    nengo.Ensemble(4, 1, label="a", encoders=np.full((4, 1), np.nan))
+
+
+def undefined_evaluation_points() -> None:
+    nengo.Ensemble(4, 1, label="a", eval_points=[[0.0], [np.nan]])
+
+
+def undefined_transform() -> None:
+    a, b = (nengo.Ensemble(4, 1, label=label) for label in "ab")
+    nengo.Connection(a, b, transform=np.nan)
+
+
+def infinite_targets() -> None:
+    a, b = (nengo.Ensemble(4, 1, label=label) for label in "ab")
+    nengo.Connection(a, b, eval_points=np.ones((3, 1)), function=[[1.0], [2.0], [np.inf]])
+
+
 def foreign_probe() -> None:
     nengo.Probe(nengo.Ensemble(4, 1, label="a"), "scaled_encoders", label="p")
 
@@ -92,108 +130,56 @@ def probed_connection() -> None:
     nengo.Probe(nengo.Connection(a, a), label="p")
 
 
-NEURONS = "LIF, SpikingRectifiedLinear or RegularSpiking of LIFRate or RectifiedLinear"
-WHOLE = "connect to the whole target with a dense transform that has zero rows"
-CASES: list[tuple[Callable[[], None], Violation]] = [
+CASES: list[tuple[Callable[[], None], str]] = [
     (
         no_ensemble,
-        Violation(
-            "network",
-            "on-chip ensembles",
-            "0",
-            "at least 1",
-            "add an ensemble of spiking neurons that is not marked on_chip = False",
-        ),
+        "network: SP001 on-chip ensembles: 0, limit at least 1; cure: add an ensemble of spiking "
+        "neurons that is not marked on_chip = False",
     ),
+    (foreign_neuron_type, NEURONS.format("AdaptiveLIF")),
+    (foreign_regular_base, NEURONS.format("RegularSpiking")),
+    (subclass_of_a_neuron_type, NEURONS.format("Eavesdropper")),
     (
-        foreign_neuron_type,
-        Violation("a", "neuron type", "AdaptiveLIF", NEURONS, f"choose one of these, {HOST}"),
+        noise,
+        f"a: SP003 ensemble noise: WhiteNoise, limit none; cure: remove the noise, {HOST}",
     ),
-    (
-        foreign_regular_base,
-        Violation("a", "neuron type", "RegularSpiking", NEURONS, f"choose one of these, {HOST}"),
-    ),
-    (
-        subclass_of_a_neuron_type,
-        Violation("a", "neuron type", "Eavesdropper", NEURONS, f"choose one of these, {HOST}"),
-    ),
-    (noise, Violation("a", "ensemble noise", "WhiteNoise", "none", f"remove the noise, {HOST}")),
-    (
-        gain_without_bias,
-        Violation(
-            "a",
-            "gain and bias",
-            "gain only",
-            "both or neither",
-            "set both, or set max_rates and intercepts instead",
-        ),
-    ),
-    (
-        bias_without_gain,
-        Violation(
-            "a",
-            "gain and bias",
-            "bias only",
-            "both or neither",
-            "set both, or set max_rates and intercepts instead",
-        ),
-    ),
+    (gain_without_bias, GAIN.format("gain")),
+    (bias_without_gain, GAIN.format("bias")),
     (
         second_order_synapse,
-        Violation(
-            "a -> a",
-            "synapse",
-            "Alpha",
-            "Lowpass or None",
-            "use nengo.Lowpass(tau) with the same group delay",
-        ),
+        "a -> a: SP005 synapse: Alpha, limit Lowpass or None; cure: use nengo.Lowpass(tau) with "
+        "the same group delay",
     ),
-    (
-        part_of_a_target,
-        Violation("a -> b", "slice of an on-chip target", "1 of 3 dimensions", "all", WHOLE),
-    ),
-    (
-        scattered_part_of_a_target,
-        Violation("a -> b", "slice of an on-chip target", "2 of 3 dimensions", "all", WHOLE),
-    ),
+    (part_of_a_target, PART.format(1)),
+    (scattered_part_of_a_target, PART.format(2)),
     (
         foreign_learning_rule,
-        Violation("a -> out", "learning rule", "RLS", "PES", "learn with PES, or off the chip"),
+        "a -> out: SP007 learning rule: RLS, limit PES; cure: learn with PES, or off the chip",
     ),
     (
         learning_on_the_host,
-        Violation(
-            "u -> out",
-            "place of learning",
-            "the host",
-            "from an ensemble on the chip",
-            "put the ensemble it comes from on the chip",
-        ),
+        "u -> out: SP008 place of learning: the host, limit from an ensemble on the chip; cure: "
+        "put the ensemble it comes from on the chip",
     ),
     (
         process_on_the_board,
-        Violation(
-            "events",
-            "node on the chip",
-            "DVSFileChipProcess",
-            "none",
-            "feed the events from a node on the host",
-        ),
+        "events: SP009 node on the chip: DVSFileChipProcess, limit none; cure: feed the events "
+        "from a node on the host",
     ),
     (
         foreign_probe,
-        Violation(
-            "p",
-            "probed attribute",
-            "scaled_encoders",
-            "decoded_output",
-            f"probe one of these, {HOST}",
-        ),
+        "p: SP010 probed attribute: scaled_encoders, limit decoded_output; cure: probe one of "
+        f"these, {HOST}",
     ),
     (
         probed_connection,
-        Violation("p", "probed attribute", "output", "none", f"probe one of these, {HOST}"),
+        f"p: SP010 probed attribute: output, limit none; cure: probe one of these, {HOST}",
     ),
+    (infinite_gain, FINITE.format("a", "gain")),
+    (undefined_encoders, FINITE.format("a", "encoders")),
+    (undefined_evaluation_points, FINITE.format("a", "eval_points")),
+    (undefined_transform, FINITE.format("a -> b", "transform")),
+    (infinite_targets, FINITE.format("a -> b", "function")),
 ]
 
 
@@ -204,8 +190,8 @@ def violations(make: Callable[[], Any]) -> list[Violation]:
 
 
 @pytest.mark.parametrize(("make", "expected"), CASES, ids=[make.__name__ for make, _ in CASES])
-def test_a_broken_rule_is_reported(make: Callable[[], None], expected: Violation) -> None:
-    assert violations(make) == [expected]
+def test_a_broken_rule_is_reported(make: Callable[[], None], expected: str) -> None:
+    assert [str(violation) for violation in violations(make)] == [expected]
 
 
 def test_every_rule_is_broken_by_a_case() -> None:
@@ -240,10 +226,11 @@ def test_the_error_lists_all_breaches_row_by_row() -> None:
     assert raised.value.violations == tuple(lint(network, Names(network)))
     assert str(raised.value) == (
         "the network does not fit chip 'loihi':\n"
-        "  a: ensemble noise: WhiteNoise, limit none; cure: remove the noise, or keep it on the "
-        "host with net.config[ensemble].on_chip = False\n"
-        "  p: probed attribute: output, limit none; cure: probe one of these, or keep it on the "
-        "host with net.config[ensemble].on_chip = False"
+        "  a: SP003 ensemble noise: WhiteNoise, limit none; cure: remove the noise, or keep it on "
+        "the host with net.config[ensemble].on_chip = False\n"
+        "  p: SP010 probed attribute: output, limit none; cure: probe one of these, or keep it on "
+        "the host with net.config[ensemble].on_chip = False\n"
+        "more: spikeport compile --explain SP003"
     )
 
 

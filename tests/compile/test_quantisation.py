@@ -54,7 +54,18 @@ def test_the_largest_weight_loses_one_part_in_255() -> None:
 
 def test_a_block_without_weights_and_biases_has_no_error() -> None:
     _, error = discretised(np.zeros((0, 4)), np.zeros(4))
-    assert error == BlockError("block", 0.0, 0.0, 0.0)
+    assert error[:4] == BlockError("block", 0.0, 0.0, 0.0)[:4]
+
+
+def test_the_errors_of_neurons_are_those_of_their_integers() -> None:
+    block, error = discretised(np.ones((1, 2)), np.ones(2), tau_s=0.005)
+    comp, scale = block.compartment, block.discretize_info["v_scale"]
+    wanted = -np.expm1(-0.001 / np.array([0.005, 0.02]))  # of current and voltage
+    assert error.threshold == pytest.approx(abs(comp.vth[0] / scale - 1))
+    found = (comp.decay_u[0] + 1) / 4096, comp.decay_v[0] / 4096
+    errors = np.abs(found - wanted) / wanted
+    assert [error.current_decay, error.voltage_decay] == pytest.approx(errors, abs=1e-6)
+    assert 0 < max(errors) < 0.01
 
 
 def test_weights_of_zero_have_no_error_and_are_not_lost() -> None:

@@ -10,13 +10,19 @@ import pytest
 from spikeport.compile.image import ChipImage
 from spikeport.compile.pipeline import Compilation, compile_network
 from spikeport.compile.usage import core_uses
+from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.limits import CoreUse
 
 Make = Callable[..., nengo.Network]
 
 
+LOIHI = chips.get("loihi")
+
+
 def uses(network: nengo.Network) -> dict[str, CoreUse]:
-    return {core.label: core for core in core_uses(compile_network(network).image)}
+    """What each block takes, on a core of its own."""
+    image = compile_network(network, pipeline="").image
+    return {core.label: core for core in core_uses(image, LOIHI)}
 
 
 def test_neurons_wired_to_neurons(neuron_network: Make) -> None:
@@ -94,7 +100,7 @@ def test_splitting_the_target_multiplies_axons(convolution: Make) -> None:
 
 def test_indexed_formats_carry_index_bits(compiled_convolution: Compilation) -> None:
     image = compiled_convolution.image
-    cores = {core.label: core for core in core_uses(image)}
+    cores = {core.label: core for core in core_uses(image, LOIHI)}
     model = compiled_convolution.model
     expected = {
         label: sum(s.bits() for s in block.synapses)
@@ -111,7 +117,7 @@ def test_profiles_are_distinct_settings_on_a_core(image: ChipImage) -> None:
     arrays["refract_delay"][4] += 1
     arrays["enable_noise"][5] = 1
     arrays["vth"][:2] += [64, 128]
-    core = core_uses(ChipImage(image.manifest, arrays))[0]
+    core = core_uses(ChipImage(image.manifest, arrays), LOIHI)[0]
     assert (core.compartment_profiles, core.threshold_profiles) == (1 + 5, 1 + 2)
 
 
@@ -127,9 +133,9 @@ def test_synapse_profiles_are_distinct_formats_on_a_core(neuron_network: Make) -
 
 
 def test_blocks_that_share_a_core_add_up(image: ChipImage) -> None:
-    alone = core_uses(image)
+    alone = core_uses(image, LOIHI)
     arrays = {**image.arrays, "block_core": np.zeros(image.n_blocks)}
-    (together,) = core_uses(ChipImage(image.manifest, arrays))
+    (together,) = core_uses(ChipImage(image.manifest, arrays), LOIHI)
     for name in ("compartments", "in_axons", "out_axons", "synapse_bits"):
         assert getattr(together, name) == sum(getattr(core, name) for core in alone)
 
@@ -138,3 +144,9 @@ def test_an_ensemble_on_its_own_uses_compartments_only() -> None:
     with nengo.Network(seed=1) as network:
         nengo.Ensemble(5, 1, label="a")
     assert uses(network) == {"a": CoreUse("a", 5, 0, 0, 0, 1, 1, 0)}
+
+
+def test_without_a_public_layout_bits_of_weights_are_counted(neuron_network: Make) -> None:
+    image = compile_network(neuron_network(np.ones((70, 3)), 3, 70), pipeline="").image
+    unknown = LOIHI.model_copy(update={"synapse_memory": None})
+    assert core_uses(image, unknown)[1].synapse_bits == 70 * 3 * 8

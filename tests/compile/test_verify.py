@@ -2,17 +2,19 @@ import nengo
 import numpy as np
 import pytest
 
+from spikeport.compile.image import ChipImage
 from spikeport.compile.pipeline import compile_network
-from spikeport.compile.verify import CURES, verify
+from spikeport.compile.verify import verify, verify_settings
 from spikeport.compile.violation import DoesNotFitError, Violation
 from spikeport.errors import CompileError
 from spikeport.hardware_models import chip as chips
-from spikeport.hardware_models.limits import LIMITS, CoreUse
+from spikeport.hardware_models.limits import CoreUse
 
 
-def refusal(network: nengo.Network) -> DoesNotFitError:
+def refusal(network: nengo.Network, passes: str = "") -> DoesNotFitError:
+    """Why a network does not fit, by default with one block a core."""
     with pytest.raises(DoesNotFitError) as raised:
-        compile_network(network)
+        compile_network(network, pipeline=passes)
     return raised.value
 
 
@@ -34,13 +36,14 @@ def test_eight_thousand_decoded_neurons_do_not_fit() -> None:
         "each with the targets divided by 2"
     )
     assert error.violations == (
-        Violation("big -> read-out[1/2]", "in-axons", "8,000", "4,096", cure),
-        Violation("big -> read-out[2/2]", "in-axons", "8,000", "4,096", cure),
+        Violation("SP102", "in-axons", "big -> read-out[1/2]", "8,000", "4,096", cure),
+        Violation("SP102", "in-axons", "big -> read-out[2/2]", "8,000", "4,096", cure),
     )
     assert str(error) == (
         "the network does not fit chip 'loihi':\n"
-        f"  big -> read-out[1/2]: in-axons: 8,000, limit 4,096; cure: {cure}\n"
-        f"  big -> read-out[2/2]: in-axons: 8,000, limit 4,096; cure: {cure}"
+        f"  big -> read-out[1/2]: SP102 in-axons: 8,000, limit 4,096; cure: {cure}\n"
+        f"  big -> read-out[2/2]: SP102 in-axons: 8,000, limit 4,096; cure: {cure}\n"
+        "more: spikeport compile --explain SP102"
     )
     assert isinstance(error, CompileError)
 
@@ -60,11 +63,12 @@ def test_more_blocks_than_cores_do_not_fit() -> None:
             nengo.Ensemble(1, 1)
     assert refusal(network).violations == (
         Violation(
-            "loihi",
+            "SP201",
             "cores",
+            "loihi",
             "130",
             "128",
-            "use fewer or smaller ensembles, or fewer decoded connections: each takes a core",
+            "use fewer or smaller ensembles or fewer decoded connections, or 2 such boards",
         ),
     )
 
@@ -98,10 +102,6 @@ def test_a_cure_names_the_number_of_parts_that_helps() -> None:
     assert violation.cure.startswith("split the source ensemble into 3 that decode")
 
 
-def test_every_limit_has_a_cure() -> None:
-    assert {limit.resource for limit in LIMITS} == set(CURES)
-
-
 def test_several_violations_of_a_network_are_reported_at_once() -> None:
     with nengo.Network(seed=1) as network:
         big = nengo.Ensemble(8000, 1, n_eval_points=100)
@@ -114,10 +114,25 @@ def test_several_violations_of_a_network_are_reported_at_once() -> None:
     assert found == {("cores", "134"), ("in-axons", "8,000"), ("out-axons", "6,000")}
 
 
-def test_one_block_a_core_in_the_order_they_were_built() -> None:
+def test_without_passes_blocks_take_a_core_each_in_the_order_they_were_built() -> None:
     with nengo.Network(seed=1) as network:
         for label in "abc":
             nengo.Ensemble(2, 1, label=label)
-    image = compile_network(network).image
+    image = compile_network(network, pipeline="").image
     assert np.array_equal(image["block_core"], [0, 1, 2])
     assert image.cores == ("a", "b", "c")
+
+
+def test_blocks_of_a_core_share_its_bounds_of_the_voltage() -> None:
+    with nengo.Network(seed=1) as network:
+        for label in "ab":
+            nengo.Ensemble(2, 1, label=label)
+    image = compile_network(network, pipeline="").image
+    mixed = {**image.arrays, "block_core": [0, 0], "block_vmin": [0, -3]}
+    chip = chips.get("loihi")
+    packed = ChipImage(image.manifest, {k: np.asarray(v) for k, v in mixed.items()})
+    assert [str(violation) for violation in verify_settings(packed, chip)] == [
+        "a + b: SP108 shared settings: 2 of clipping, limit 1; cure: put blocks of different "
+        "settings on different cores"
+    ]
+    assert verify_settings(image, chip) == []

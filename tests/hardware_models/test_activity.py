@@ -17,9 +17,15 @@ def test_shapes_are_checked(make_activity):
     assert str(caught.value) == "messages_host has shape (1,), not (2,) (n_cores,)"
 
 
-def test_counts_are_integers(make_activity):
-    with pytest.raises(ValueError, match=r"^spikes is of float64, but counts are integers$"):
-        make_activity(spikes=[[0.0, 1.0], [2.0, 3.0]])
+def test_counts_are_numbers(make_activity):
+    with pytest.raises(ValueError, match=r"^spikes is of bool, but counts are numbers$"):
+        make_activity(spikes=[[False, True], [True, True]])
+
+
+def test_counts_of_a_run_sum_to_integers_and_expected_ones_need_not(make_activity):
+    assert repr(make_activity(spikes=[[0, 1], [2, 3]]).totals()["spikes"]) == "6"
+    expected = make_activity(n_steps=1, spikes=[[0.25, 1.5]])
+    assert expected.totals()["spikes"] == 1.75
 
 
 def test_totals_and_sums_per_core(make_activity):

@@ -39,8 +39,9 @@ def test_dynamic_energy_by_hand(chip, activity):
         "hop_east_west": (4, 4 * 2),  # core 0 at (0, 0) -> core 7 at (1, 1)
         "hop_north_south": (4, 4 * 3),
     }
-    for term in report.terms[:-1]:
-        count, pj = expected[term.event]
+    terms = {term.event: term for term in report.terms}
+    for event, (count, pj) in expected.items():
+        term = terms[event]
         assert term.count == count
         assert numbers(term.energy, 1e12) == pytest.approx([pj, pj / 2, pj * 2])
     # 48 + 320 + 80 + 500 + 11000 + 8 + 12 = 11968 pJ in two steps of 1 ms
@@ -49,6 +50,22 @@ def test_dynamic_energy_by_hand(chip, activity):
     assert numbers(report.dynamic.power, 1e6) == pytest.approx([5.984, 2.992, 11.968])
     assert report.dynamic.power.unit == "W"
     assert report.dynamic_run.source == "a paper [vendor]"
+
+
+def test_the_energies_of_the_cores_add_up_to_all(chip, activity):
+    report = energy(activity, chip, chip.calibration("bench"))
+    whole = sum(core.energy_step.value for core in report.cores)
+    assert whole == pytest.approx(report.dynamic.energy_step.value)
+    # core 7: 6 synaptic operations, 4 active and 2 inactive updates, a spike, in two steps
+    assert numbers(report.cores[7].energy_step, 1e12) == pytest.approx([78, 39, 156])
+
+
+def test_events_without_any_public_figure_have_no_energy(chip, activity):
+    report = energy(activity, chip, chip.calibration("empty"))
+    assert report.dynamic_run is None
+    assert report.dynamic is None
+    assert {core.energy_step for core in report.cores} == {None}
+    assert report.system.power.format() == "1 W [>= 1]"
 
 
 def test_learning_without_figure_and_without_updates_is_not_missing(chip, activity):

@@ -48,3 +48,13 @@ def test_a_board_has_the_cores_of_all_its_chips(chip, n_chips):
     board = chip.model_copy(update={"limits": limits})
     assert totals([FULL], board)["cores"].limit == 8 * n_chips
     assert totals([FULL], board)["in_axons"].limit == 80 * n_chips
+
+
+def test_a_limit_that_is_not_public_is_never_exceeded(chip):
+    limits = chip.limits.model_copy(update={"in_axons": None})
+    partly = chip.model_copy(update={"limits": limits})
+    assert limits.most("in_axons") == float("inf")
+    found = {usage.resource: usage for usage in usages([OVER._replace(in_axons=10**9)], partly)}
+    assert found["in_axons"] == Usage("over", "in_axons", 10**9, None, "1")
+    assert not found["in_axons"].exceeded
+    assert totals([OVER], partly)["in_axons"].limit is None

@@ -23,7 +23,7 @@ def figures(model: BaseModel) -> list[Figure]:
 
 def test_every_figure_has_source_and_evidence_and_is_in_si():
     found = figures(LOIHI)
-    assert len(found) == 9 + 3 + 3 + (7 + 7 + 2) + (7 + 8 + 4)
+    assert len(found) == 9 + 3 + 3 + 3 + (7 + 7 + 2) + (7 + 8 + 4)
     for figure in found:
         assert figure.source
         assert figure.evidence in {"code", "transcribed", "abstract", "vendor"}

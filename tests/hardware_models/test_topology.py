@@ -3,7 +3,15 @@ import pytest
 
 from spikeport.errors import CompileError
 from spikeport.hardware_models import chip as chips
-from spikeport.hardware_models.topology import Hops, hops, tile_xy, tiles_used
+from spikeport.hardware_models.chip import Chip
+from spikeport.hardware_models.topology import (
+    Hops,
+    between_chips,
+    chip_of,
+    hops,
+    tile_xy,
+    tiles_used,
+)
 
 
 def test_tiles_lie_column_by_column(chip):
@@ -27,7 +35,14 @@ def test_hops(chip):
     messages[0, 2] = 5  # (0, 0) -> (0, 1): 5 north-south
     messages[7, 3] = 7  # (1, 1) -> (0, 1): 7 east-west
     messages[6, 0] = 2  # (1, 1) -> (0, 0): 2 of each
-    assert hops(messages, chip) == Hops(east_west=7 + 2, north_south=5 + 2)
+    found = Hops(*(direction.tolist() for direction in hops(messages, chip)))
+    assert found == Hops(east_west=[0] * 6 + [2, 7], north_south=[5] + [0] * 5 + [2, 0])
+
+
+def test_a_mesh_that_is_not_public_has_no_hops(data):
+    chip = Chip.model_validate({**data, "topology": None})
+    assert not np.any(hops(np.ones((9, 9), dtype=int), chip))
+    assert tiles_used(5, chip) == 1
 
 
 def test_cores_beyond_the_mesh(chip):
@@ -36,3 +51,25 @@ def test_cores_beyond_the_mesh(chip):
     assert str(caught.value) == (
         "9 cores are in use, but the mesh of chip 'toy' has 8; use fewer or smaller ensembles"
     )
+
+
+def board(chip, n_chips):
+    chips_ = chip.limits.chips.model_copy(update={"value": float(n_chips)})
+    return chip.model_copy(update={"limits": chip.limits.model_copy(update={"chips": chips_})})
+
+
+def test_the_cores_of_a_second_chip_lie_on_a_mesh_of_their_own(chip):
+    two = board(chip, 2)
+    assert chip_of(16, two).tolist() == [0] * 8 + [1] * 8
+    assert tile_xy(16, two)[8:].tolist() == tile_xy(8, chip).tolist()
+    assert tiles_used(10, two) == 4 + 1
+    with pytest.raises(CompileError, match=r"^17 cores are in use, .* has 16;"):
+        tile_xy(17, two)
+
+
+def test_messages_between_chips_are_counted_and_have_no_hops(chip):
+    messages = np.zeros((16, 16), dtype=int)
+    messages[0, 15], messages[9, 3], messages[1, 2] = 4, 3, 1
+    two = board(chip, 2)
+    assert between_chips(messages, two).tolist() == [4] + [0] * 8 + [3] + [0] * 6
+    assert sum(int(direction.sum()) for direction in hops(messages, two)) == 1

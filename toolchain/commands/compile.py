@@ -1,34 +1,88 @@
 """``spikeport compile``."""
 
+import math
+from dataclasses import dataclass
 from pathlib import Path
 
-from rich.console import Console
-
+from spikeport.backends.loss import Tell, measure
+from spikeport.commands import rates
+from spikeport.commands.passes import printer
 from spikeport.commands.progress import progress_bar
-from spikeport.commands.tables import core_table, resource_table
+from spikeport.commands.screen import Findings, show
+from spikeport.compile.budget import Budget
+from spikeport.compile.expected import expected_activity
 from spikeport.compile.pipeline import Compilation, compile_network
+from spikeport.compile.violation import OverBudgetError
 from spikeport.errors import UsageError
 from spikeport.experiments.run_folder import write_json
 from spikeport.find_network import find_network
 from spikeport.hardware_models import chip as chips
 
+DT_S = 0.001
+SEED = 0
+"""Of processes on the host, where a loss is measured."""
 
-def run(spec: str, chip: str, pairs: list[str], out: Path | None, json: Path | None) -> None:
-    """Compile, write what was asked for, and print the report."""
-    _check_places(out, json)
-    chips.get(chip)
+
+@dataclass(frozen=True)
+class Request:
+    """What the user asked for."""
+
+    network: str
+    chip: str
+    settings: list[str]
+    out: Path | None
+    json: Path | None
+    rates: list[str]
+    loss_s: float | None
+    budget: Budget
+    cores: bool
+    passes: str | None = None
+    print_after: str | None = None
+
+
+def run(request: Request) -> None:
+    """Compile, write what was asked for, print the report, and hold it against the budget."""
+    stated = rates.parse(request.rates)
+    if stated is not None and request.loss_s is not None:
+        raise UsageError("--rate-hz and --loss: the run of --loss has rates of its own; give one")
+    _check_run(request.loss_s)
+    request.budget.check_basis(stated is not None or request.loss_s is not None)
+    _check_places(request.out, request.json)
+    chip = chips.get(request.chip)
+    passes = chip.pipeline if request.passes is None else request.passes
+    observer = printer(request.print_after, passes)
     with progress_bar() as progress:
         progress("building the network", None)
-        network = find_network(spec, pairs)
+        network = find_network(request.network, request.settings)
         progress("compiling", None)
-        compilation = compile_network(network, chip)
-    report = compilation.report.to_dict()
-    if out is not None:
-        compilation.image.save(out / "image.npz")
-        write_json(out / "report.json", report)
-    if json is not None:
-        write_json(json, report)
-    show(compilation)
+        compilation = compile_network(network, request.chip, DT_S, passes, observer)
+        activity = None if stated is None else expected_activity(compilation.image, stated)
+        findings = Findings(compilation.report, activity, stated)
+        if request.loss_s is not None:
+            findings = _measured(compilation, request.loss_s, progress)
+    _write(request, compilation, findings)
+    show(findings, request.cores)
+    if exceeded := request.budget.exceeded(findings.report, findings.activity):
+        raise OverBudgetError(exceeded)
+
+
+def _check_run(seconds: float | None) -> None:
+    if seconds is not None and not (math.isfinite(seconds) and seconds >= DT_S):
+        raise UsageError(f"--loss {seconds:g}: a run is at least one step of {DT_S:g} s")
+
+
+def _measured(compilation: Compilation, seconds: float, tell: Tell) -> Findings:
+    measured = measure(compilation, seconds, SEED, tell)
+    return Findings(compilation.report, measured.activity, loss=measured.loss)
+
+
+def _write(request: Request, compilation: Compilation, findings: Findings) -> None:
+    report = findings.to_dict()
+    if request.out is not None:
+        compilation.image.save(request.out / "image.npz")
+        write_json(request.out / "report.json", report)
+    if request.json is not None:
+        write_json(request.json, report)
 
 
 def _check_places(out: Path | None, json: Path | None) -> None:
@@ -37,14 +91,3 @@ def _check_places(out: Path | None, json: Path | None) -> None:
         raise UsageError(f"--out {out}: is a file; choose a folder")
     if json is not None and json.exists() and not json.is_file():
         raise UsageError(f"--json {json}: is not a file that can be replaced; choose another")
-
-
-def show(compilation: Compilation) -> None:
-    """Print the report."""
-    console = Console()
-    report = compilation.report
-    console.print(resource_table(report))
-    console.print(core_table(report))
-    for warning in report.warnings:
-        console.print(f"nengo-loihi: {warning}", style="dim", markup=False)
-    console.print(f"fits chip '{report.chip.name}'; image {report.digest[:16]}", markup=False)

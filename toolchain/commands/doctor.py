@@ -20,9 +20,12 @@ PACKAGES = {
     "h5netcdf": "robot",
     "h5py": "robot",
     "pillow": "robot",
+    "scikit-learn": "digits",
     "imageio": "video",
     "imageio-ffmpeg": "video",
     "mujoco-menagerie": "menagerie",
+    "torch": "train",
+    "rsl-rl-lib": "train",
 }
 
 

@@ -27,7 +27,8 @@ def print_chips() -> None:
 
 def _chip_table(chip: Chip) -> Table:
     columns = ("figure", "value", "evidence", Column("source", overflow="fold"))
-    table = Table(*columns, box=SIMPLE_HEAD, title=escape(f"{chip.name}: {chip.title}"))
+    title, caveat = escape(f"{chip.name}: {chip.title}"), escape(chip.caveat)
+    table = Table(*columns, box=SIMPLE_HEAD, title=title, caption=caveat)
     for what, figure in _figures(chip):
         value = f"{figure.count:,}" if figure.unit in ("1", "bit") else figure.estimate.format()
         table.add_row(*(escape(text) for text in (what, value, figure.evidence, figure.source)))

@@ -12,7 +12,8 @@ from rich.table import Table
 
 from spikeport import settings
 from spikeport.commands.progress import progress_bar
-from spikeport.commands.tables import cost_table, resource_table
+from spikeport.commands.tables import cost_notes, cost_table, resource_table
+from spikeport.compile.passes.parse import parse
 from spikeport.errors import UsageError, unknown
 from spikeport.experiments import registry, run_folder
 from spikeport.experiments.options import Experiment, Options, Outcome
@@ -26,6 +27,7 @@ class Request:
     experiment: str
     backend: str
     chip: str
+    passes: str | None
     seed: int
     seconds: float | None
     settings: list[str]
@@ -43,6 +45,8 @@ def run(request: Request) -> None:
     chosen = experiment.settings(**settings.parse(request.settings, experiment.settings, owner))
     seconds = _seconds(request, experiment)
     chips.get(request.chip)
+    if request.passes is not None:
+        parse(request.passes)
     folder = run_folder.create(request.out, experiment.name, request.overwrite)
     with run_folder.removed_if_empty(folder), progress_bar() as progress:
         options = Options(
@@ -50,6 +54,7 @@ def run(request: Request) -> None:
             seconds=seconds,
             backend=request.backend,
             chip=request.chip,
+            pipeline=request.passes,
             seed=request.seed,
             video=request.video,
             progress=progress,
@@ -61,10 +66,9 @@ def run(request: Request) -> None:
 
 def _seconds(request: Request, experiment: Experiment) -> float:
     seconds = experiment.seconds if request.seconds is None else request.seconds
-    if not (math.isfinite(seconds) and seconds >= experiment.step_s):
-        raise UsageError(
-            f"--seconds {seconds:g}: {experiment.name} simulates at least {experiment.step_s:g} s"
-        )
+    if not (math.isfinite(seconds) and seconds >= experiment.shortest_s):
+        least = f"{experiment.name} simulates at least {experiment.shortest_s:g} s"
+        raise UsageError(f"--seconds {seconds:g}: {least}")
     return seconds
 
 
@@ -75,6 +79,8 @@ def show(outcome: Outcome, folder: Path) -> None:
     if outcome.report is not None:
         console.print(resource_table(outcome.report))
         console.print(cost_table(outcome.report.chip, outcome.activity))
+        for note in cost_notes(outcome.report.chip, outcome.activity):
+            console.print(note, style="dim", markup=False)
     table = Table(
         "metric", "value", box=SIMPLE_HEAD, title=f"{result['experiment']} on {result['backend']}"
     )

@@ -1,61 +1,90 @@
 """The tables the commands print."""
 
-from collections.abc import Iterable
-from typing import Any
+from collections.abc import Iterator
 
 from rich.box import SIMPLE_HEAD
 from rich.markup import escape
 from rich.table import Table
 
+from spikeport.compile.expected import Rates
+from spikeport.compile.loss import Loss
 from spikeport.compile.report import Report
 from spikeport.hardware_models.activity import Activity
+from spikeport.hardware_models.calibration import Calibration
 from spikeport.hardware_models.chip import Chip
-from spikeport.hardware_models.energy import Draw, energy
+from spikeport.hardware_models.energy import Draw, EnergyReport, energy
 from spikeport.hardware_models.limits import Usage
 from spikeport.hardware_models.timing import timing
 
 NO_FIGURE = "no public figure"
+MOST_PARTS = 6
+MOST_EVENTS = 3
+BITS_PER_KIB = 8 * 1024
 
 
 def resource_table(report: Report) -> Table:
-    """Every resource: the chip's sum, and the fullest core."""
-    table = Table("used / limit", box=SIMPLE_HEAD)
-    for name in ("whole chip", "%", "fullest core", "%"):
+    """Every resource: the chip's sum, and the core that uses most of it."""
+    table = Table(box=SIMPLE_HEAD, title=escape(f"{report.chip.title}: {n_cores(report)}"))
+    table.add_column("used / limit", no_wrap=True)
+    for name in ("whole chip", "%", "fullest", "%", "core"):
         table.add_column(name, justify="right", no_wrap=True)
-    fullest = report.fullest()
+    fullest, labels = report.fullest(), [core.label for core in report.cores]
     for name, total in report.resources().items():
-        core = ("", "") if name == "cores" else _share(fullest[name])
+        one = fullest[name]
+        core = () if name == "cores" else (*_share(one), str(labels.index(one.object)))
         table.add_row(name.replace("_", " "), *_share(total), *core)
-    table.title = escape(f"{report.chip.title}: {len(report.cores)} cores")
     return table
+
+
+def n_cores(report: Report) -> str:
+    """How many cores, in words."""
+    return f"{len(report.cores)} core{'s' * (len(report.cores) != 1)}"
 
 
 def _share(usage: Usage) -> tuple[str, str]:
-    return f"{usage.used:,} / {usage.limit:,}", f"{100 * usage.used / usage.limit:.1f}"
+    scale, unit = (BITS_PER_KIB, " KiB") if usage.unit == "bit" else (1, "")
+    if usage.limit is None:
+        return f"{usage.used / scale:,.0f}{unit} / not public", ""
+    amounts = f"{usage.used / scale:,.0f} / {usage.limit / scale:,.0f}{unit}"
+    return amounts, f"{100 * usage.used / usage.limit:.1f}"
 
 
-def core_table(report: Report) -> Table:
-    """Every core: what it holds, and what rounding cost its blocks."""
-    title = "cores; rounding error of the weights, and share of them lost to zero"
-    table = Table(title=title, box=SIMPLE_HEAD)
+def core_table(report: Report, activity: Activity | None) -> Table:
+    """Every core: what it holds, and what a step on it costs in energy."""
+    table = Table(title="cores", box=SIMPLE_HEAD)
     table.add_column("core", no_wrap=True, justify="right")
     table.add_column("holds")
-    for name in ("neurons", "axons in", "out", "kbit", "error", "lost"):
+    for name in ("neurons", "axons in", "out", "KiB"):
         table.add_column(name, justify="right", no_wrap=True)
-    errors = {error.label: error for error in report.errors}
+    costs = {} if activity is None else _core_costs(report.chip, activity)
+    for name in costs:
+        table.add_column(escape(f"energy / step, {name}"), justify="right")
     for number, core in enumerate(report.cores):
-        error = errors[core.label]
-        numbers = (core.compartments, core.in_axons, core.out_axons, core.synapse_bits // 1024)
-        shares = (f"{100 * error.weights:.1f} %", f"{100 * error.lost_weights:.0f} %")
-        table.add_row(str(number), escape(core.label), *(f"{n:,}" for n in numbers), *shares)
+        numbers = (
+            core.compartments,
+            core.in_axons,
+            core.out_axons,
+            core.synapse_bits // BITS_PER_KIB,
+        )
+        spent = [texts[number] for texts in costs.values()]
+        table.add_row(str(number), escape(core.label), *(f"{n:,}" for n in numbers), *spent)
     return table
 
 
-def cost_table(chip: Chip, activity: Activity) -> Table:
-    """Energy and time of a run, in every calibration of the chip."""
-    table = Table(
-        "", box=SIMPLE_HEAD, title=f"energy and time, from the counts of {activity.n_steps:,} steps"
-    )
+def _core_costs(chip: Chip, activity: Activity) -> dict[str, list[str]]:
+    """What a step costs on each core, by calibration."""
+    return {
+        c.name: [
+            core.energy_step.format() if core.energy_step else NO_FIGURE
+            for core in energy(activity, chip, c).cores
+        ]
+        for c in chip.calibrations
+    }
+
+
+def cost_table(chip: Chip, activity: Activity, rates: Rates | None = None) -> Table:
+    """Energy and time of a run, or expected at stated rates, in every calibration of the chip."""
+    table = Table("", box=SIMPLE_HEAD, title=f"energy and time, {_basis(activity, rates)}")
     rows: dict[str, list[str]] = {}
     for calibration in chip.calibrations:
         table.add_column(escape(calibration.name))
@@ -66,15 +95,63 @@ def cost_table(chip: Chip, activity: Activity) -> Table:
     return table
 
 
-def _cost_rows(chip: Chip, activity: Activity, calibration: Any) -> Iterable[tuple[str, str]]:
-    spent, taken = energy(activity, chip, calibration), timing(activity, chip, calibration)
-    for name in ("dynamic", "static", "system"):
-        draw: Draw | None = getattr(spent, name)
-        yield f"{name} energy / step", draw.energy_step.format() if draw else NO_FIGURE
+def _basis(activity: Activity, rates: Rates | None) -> str:
+    if rates is None:
+        return f"from the counts of {activity.n_steps:,} steps"
+    named = [f"{name} {rate:g} Hz" for name, rate in rates.by_name_hz.items()]
+    return escape(f"expected at {', '.join([f'{rates.all_hz:g} Hz', *named])}")
+
+
+def _cost_rows(
+    chip: Chip, activity: Activity, calibration: Calibration
+) -> Iterator[tuple[str, str]]:
+    spent = energy(activity, chip, calibration)
+    draws: list[tuple[str, Draw | None]]
+    draws = [("dynamic", spent.dynamic), ("static", spent.static), ("system", spent.system)]
+    yield (
+        "dynamic energy / step",
+        (spent.dynamic.energy_step.format() if spent.dynamic else NO_FIGURE),
+    )
+    yield "of it", _where_it_goes(spent)
+    for name, draw in draws:
         yield f"{name} power", draw.power.format() if draw else NO_FIGURE
-        if name != "dynamic" and draw is not None:
-            yield f"{name} source", draw.power.source.split("; ")[0]
+    if not calibration.has_times:
+        yield from ((label, NO_FIGURE) for label in ("step time, mean", "step time, longest"))
+        return
+    taken = timing(activity, chip, calibration)
+    fits = "within" if taken.fits else "longer than"
     yield "step time, mean", taken.mean.format()
-    yield "step time, worst", f"{taken.worst.format()} ({taken.limiting_core})"
-    yield "worst step fits dt", f"{'yes' if taken.fits else 'no'}, dt = {1000 * taken.dt_s:g} ms"
-    yield "dynamic and time source", calibration.description
+    longest = f"{taken.worst.format()}, {fits} dt = {1000 * taken.dt_s:g} ms"
+    yield "step time, longest", f"{longest} (core {activity.cores.index(taken.limiting_core)})"
+
+
+def _where_it_goes(spent: EnergyReport) -> str:
+    """The events that take most of the dynamic energy, with their shares."""
+    known = [(t.energy.value, t.event.replace("_", " ")) for t in spent.terms if t.energy]
+    whole = sum(value for value, _ in known)
+    largest = [row for row in sorted(known, reverse=True)[:MOST_EVENTS] if row[0] > whole / 100]
+    return ", ".join(f"{name} {100 * value / whole:.0f} %" for value, name in largest)
+
+
+def cost_notes(chip: Chip, activity: Activity) -> Iterator[str]:
+    """Where the figures of a table of costs are from."""
+    for calibration in chip.calibrations:
+        missing = energy(activity, chip, calibration).missing
+        absent = f"; not public: {', '.join(missing)}" if missing else ""
+        yield f"{calibration.name}: {calibration.description}{absent}"
+    for name, figure in (("static", chip.power.static_chip_w), ("system", chip.power.board_idle_w)):
+        if figure is not None:
+            yield f"{name}: {figure.estimate.source}" + (f"; {figure.note}" * bool(figure.note))
+
+
+def loss_table(loss: Loss) -> Table:
+    """What rounding cost the outputs, largest share first."""
+    title = f"loss: outputs {100 * loss.output_error:.2g} % off, {loss.n_steps:,} steps"
+    floor = f"a change in the last bit alone: {100 * loss.floor:.2g} %"
+    table = Table("cause", box=SIMPLE_HEAD, title=title, caption=floor)
+    for name in ("rounding", "output error", "share"):
+        table.add_column(name, justify="right", no_wrap=True)
+    for part in loss.parts[:MOST_PARTS]:
+        numbers = (part.rounding, part.output_error, part.share)
+        table.add_row(escape(f"{part.object}: {part.what}"), *(f"{100 * n:.2g} %" for n in numbers))
+    return table

@@ -1,0 +1,79 @@
+"""Blocks in floating point: what nengo-loihi's emulator computes where nothing is rounded.
+
+    I <- (1 - d_u) I + s_u q,   v <- clip((1 - d_v) v + s_v (I + b), vmin, vmax)
+
+where q is the sum of weights that spikes of the step before read, and s is d where a block scales
+its input, and 1 where it does not. A neuron above threshold spikes, is set to 0 and rests.
+
+Source: nengo-loihi 1.1.0, emulator/interface.py, at floating-point blocks.
+"""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from spikeport.compile.extract import offsets
+from spikeport.compile.image import ChipImage
+from spikeport.compile.numbers import Numbers
+from spikeport.compile.synapses import n_sources, ranges, synapses_of
+
+
+class FloatChip:
+    """The wiring of an image, run with floating-point numbers.
+
+    Parameters
+    ----------
+    image : ChipImage
+        The wiring, without learning and noise, as no pass has changed it.
+    """
+
+    def __init__(self, image: ChipImage) -> None:
+        self._n = image.n_compartments
+        self._refract = image["refract_delay"].astype(np.int64)
+        parts = list(synapses_of(image))
+        source, target, number = (
+            np.concatenate([*(part[i] for part in parts), np.zeros(0, int)]) for i in range(3)
+        )
+        order = np.argsort(source, kind="stable")
+        self._target, self._number = target[order], number[order]
+        self._start = offsets(np.bincount(source, minlength=n_sources(image)))
+
+    def run(
+        self, numbers: Numbers, spikes: Sequence[np.ndarray]
+    ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        """Steps from rest.
+
+        Parameters
+        ----------
+        numbers : Numbers
+            Weights and neurons.
+        spikes : sequence of (n,) int array
+            For each step, the neurons of all inputs that spike on the host; they arrive one later.
+
+        Yields
+        ------
+        voltage, spiked : (n_compartments,) float and bool array
+            The state after each step, in the numbers' units.
+        """
+        weights = numbers.weights[self._number]
+        keep_u, keep_v = 1 - numbers.decay_u, 1 - numbers.decay_v
+        into_u = np.where(numbers.scale_u, numbers.decay_u, 1.0)
+        into_v = np.where(numbers.scale_v, numbers.decay_v, 1.0)
+        current, voltage = np.zeros(self._n), np.zeros(self._n)
+        resting = np.zeros(self._n, dtype=np.int64)
+        arriving = np.zeros(0, dtype=np.int64)
+        for from_host in spikes:
+            current = keep_u * current + into_u * self._delivered(arriving, weights)
+            voltage = keep_v * voltage + into_v * (current + numbers.bias)
+            voltage = np.clip(voltage, numbers.vmin, numbers.vmax)
+            voltage[resting > 0] = 0
+            spiked = voltage > numbers.vth
+            voltage[spiked] = 0
+            resting = np.maximum(np.where(spiked, self._refract, resting) - 1, 0)
+            arriving = np.concatenate([np.flatnonzero(spiked), self._n + from_host])
+            yield voltage, spiked
+
+    def _delivered(self, sources: np.ndarray, weights: np.ndarray) -> np.ndarray:
+        """(n_compartments,) sum of the weights that spikes of the sources read."""
+        synapses = ranges(self._start[sources], np.diff(self._start)[sources])
+        return np.bincount(self._target[synapses], weights[synapses], minlength=self._n)

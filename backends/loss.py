@@ -1,0 +1,179 @@
+"""Measures what rounding costs a network's outputs: see `spikeport.compile.loss`.
+
+The network runs once on its image, in closed loop with its host. What the host sent is then sent
+again to the blocks in floating point: with all numbers as wanted, and with one part of them rounded
+at a time.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from spikeport.backends.host_loop import HostLoop
+from spikeport.backends.native.chip import NativeChip
+from spikeport.backends.recorder import Recorder
+from spikeport.backends.rerun import TAU_S, Rerun, error
+from spikeport.compile.aliasing import rate_aliasing
+from spikeport.compile.extract import extract
+from spikeport.compile.image import ChipImage
+from spikeport.compile.loss import Loss, Part
+from spikeport.compile.numbers import Numbers, restored, wanted
+from spikeport.compile.pipeline import Compilation
+from spikeport.errors import BackendError
+from spikeport.hardware_models.activity import Activity
+
+WINDOW = 100
+"""Steps in a row in which a source spikes, if its input is saturated: above 0.98 of the radius."""
+LAST_BIT = 1 + 2.0**-40
+NEURONS = {
+    "bias": "bias",
+    "threshold": "vth",
+    "current decay": "decay_u",
+    "voltage decay": "decay_v",
+}
+
+Tell = Callable[[str, float | None], None]
+
+
+class Measured(NamedTuple):
+    """A loss, and the counts of the run it was measured in."""
+
+    loss: Loss
+    activity: Activity
+
+
+class Cause(NamedTuple):
+    """A part of an array of `Numbers`, which the discretiser rounded."""
+
+    object: str
+    what: str
+    array: str
+    part: slice
+
+    def rounding(self, exact: Numbers, rounded: Numbers) -> float:
+        """Relative rms error of the part."""
+        pair = (getattr(numbers, self.array)[self.part] for numbers in (rounded, exact))
+        return error(*pair)
+
+
+def measure(compilation: Compilation, seconds: float, seed: int, tell: Tell) -> Measured:
+    """Run a compiled network on its image, and its blocks in floating point.
+
+    Parameters
+    ----------
+    compilation : Compilation
+        The compiled network.
+    seconds : float
+        Simulated time of each run, in s.
+    seed : int
+        Seed of processes on the host.
+    tell : callable
+        Called with what is being done and the share done.
+
+    Raises
+    ------
+    BackendError
+        If blocks learn or have noise, nothing is read out, or a function of the network fails.
+    """
+    blocks = compilation.blocks
+    image = extract(blocks, compilation.image.manifest["chip"])
+    tell("running the network", None)
+    spikes, activity = _run(compilation, max(1, round(seconds / image.manifest["dt_s"])), seed)
+    rerun, exact = Rerun(image, spikes), wanted(blocks)
+    baseline = rerun.floats(exact)
+    loss = Loss(
+        n_steps=len(spikes),
+        tau_s=TAU_S,
+        output_error=error(rerun.integers(), baseline),
+        floor=error(rerun.floats(replace(exact, bias=exact.bias * LAST_BIT)), baseline),
+        parts=_parts(rerun, exact, restored(blocks), baseline, list(causes(image)), tell),
+        aliasing=rate_aliasing(blocks),
+        readout_spikes=activity.readout_spikes,
+        saturated_inputs=_saturated(image, spikes),
+    )
+    return Measured(loss, activity)
+
+
+def _run(
+    compilation: Compilation, n_steps: int, seed: int
+) -> tuple[list[list[np.ndarray]], Activity]:
+    """Run on the image; what the host sent, and the counts."""
+    recorder = Recorder(NativeChip(compilation.image, seed))
+    loop = HostLoop(compilation, recorder, seed)
+    for step in range(n_steps):
+        try:
+            loop.step()
+        except Exception as raised:  # whatever the functions of the network's nodes raise
+            reason = f"{type(raised).__name__}: {raised}"
+            raise BackendError(f"step {step + 1}: the network raised {reason}") from raised
+    activity = loop.activity()
+    loop.close()
+    return recorder.spikes, activity
+
+
+def causes(image: ChipImage) -> Iterator[Cause]:
+    """All that is rounded: the weights of each connection, and the neurons of each block."""
+    labels = [block["label"] for block in image.manifest["blocks"]]
+    for group, block in enumerate(image["synapse_block"]):
+        rows = image.part("row_start", group)
+        weights = image["row_weight_start"][[rows.start, rows.stop]]
+        what = f"weights from {_senders(image, group, labels)}"
+        yield Cause(labels[block], what, "weights", slice(*weights))
+    for block, label in enumerate(labels):
+        part = image.part("block_start", block)
+        for what, array in NEURONS.items():
+            yield Cause(label, what, array, part)
+
+
+def _senders(image: ChipImage, group: int, labels: list[str]) -> str:
+    """Where the spikes that a synapse group gets are from."""
+    routes = np.flatnonzero(image["route_synapse"] == group)
+    sources = zip(image["route_input"][routes], image["route_source"][routes], strict=True)
+    return ", ".join(dict.fromkeys("the host" if host else labels[i] for host, i in sources))
+
+
+def _parts(
+    rerun: Rerun,
+    exact: Numbers,
+    rounded: Numbers,
+    baseline: np.ndarray,
+    found: Sequence[Cause],
+    tell: Tell,
+) -> tuple[Part, ...]:
+    """The output error of each cause alone, largest first."""
+    errors = []
+    found = [cause for cause in found if cause.rounding(exact, rounded) > 0]
+    for i, cause in enumerate(found):
+        tell(f"rounding {cause.object}", i / len(found))
+        mixed = exact.with_part(cause.array, rounded, cause.part)
+        errors.append(error(rerun.floats(mixed), baseline))
+    squares = sum(one**2 for one in errors) or 1.0
+    parts = [
+        Part(cause.object, cause.what, cause.rounding(exact, rounded), one, one**2 / squares)
+        for cause, one in zip(found, errors, strict=True)
+    ]
+    return tuple(sorted(parts, key=lambda part: -part.share))
+
+
+def _saturated(image: ChipImage, spikes: Sequence[Sequence[np.ndarray]]) -> dict[str, float]:
+    """For each input, the share of windows in which its busiest source spiked in every step."""
+    shares = {}
+    for i, size in enumerate(image["input_size"]):
+        table = np.zeros((len(spikes), size))
+        for step, parts in enumerate(spikes):
+            table[step, parts[i]] = 1
+        n_windows = len(table) // WINDOW
+        full = table[: n_windows * WINDOW].reshape(n_windows, WINDOW, size).all(axis=1)
+        shares[f"input {i} to {_receivers(image, i)}"] = (
+            float(full.mean(axis=0).max()) if full.size else 0.0
+        )
+    return shares
+
+
+def _receivers(image: ChipImage, number: int) -> str:
+    """The blocks that the spikes of an input reach."""
+    routes = np.flatnonzero((image["route_input"] == 1) & (image["route_source"] == number))
+    blocks = image["synapse_block"][image["route_synapse"][routes]]
+    return ", ".join(dict.fromkeys(image.manifest["blocks"][block]["label"] for block in blocks))

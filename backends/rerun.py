@@ -1,0 +1,104 @@
+"""Runs blocks again on the spikes that a host once sent, and compares what is read out."""
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from scipy.signal import lfilter
+
+from spikeport.backends.float_chip import FloatChip
+from spikeport.backends.native.chip import NativeChip
+from spikeport.compile.extract import offsets
+from spikeport.compile.image import ChipImage
+from spikeport.compile.numbers import Numbers
+from spikeport.errors import BackendError
+
+TAU_S = 0.02
+"""Time constant of the filter outputs are compared through."""
+READ = ("voltage", "spiked")
+"""What of a compartment an output may hold to be compared."""
+
+
+class Rerun:
+    """The outputs of an image on recorded spikes of its host.
+
+    Parameters
+    ----------
+    image : ChipImage
+        The image, as no pass has changed it.
+    spikes : sequence of sequence of (n,) int array
+        For every step and input, the neurons that spiked on the host.
+
+    Raises
+    ------
+    BackendError
+        If blocks learn or have noise, which cannot be run again, or nothing is read out.
+    """
+
+    def __init__(self, image: ChipImage, spikes: Sequence[Sequence[np.ndarray]]) -> None:
+        _check(image)
+        self._image, self._spikes = image, spikes
+        first = offsets(image["input_size"])
+        self._numbered = [
+            np.concatenate([*(n + part for n, part in zip(first, step, strict=False)), []]).astype(
+                np.int64
+            )
+            for step in spikes
+        ]
+        self._chip = FloatChip(image)
+
+    def floats(self, numbers: Numbers) -> np.ndarray:
+        """(n_steps, n) filtered outputs in floating point, in the chip's units."""
+        rows = (
+            self._held(voltage * numbers.to_integers, spiked)
+            for voltage, spiked in self._chip.run(numbers, self._numbered)
+        )
+        return self._filtered(rows)
+
+    def integers(self) -> np.ndarray:
+        """(n_steps, n) filtered outputs of the image itself."""
+        chip = NativeChip(self._image, seed=0)
+        rows = (
+            [np.array(part, dtype=float) for part in chip.step(step, {})] for step in self._spikes
+        )
+        return self._filtered(rows)
+
+    def _held(self, voltage: np.ndarray, spiked: np.ndarray) -> list[np.ndarray]:
+        state = {"voltage": voltage, "spiked": spiked.astype(float)}
+        return [
+            state.get(output["key"], voltage)[
+                self._image["output_compartment"][self._image.part("output_start", i)]
+            ]
+            for i, output in enumerate(self._image.manifest["outputs"])
+        ]
+
+    def _filtered(self, rows: Iterable[list[np.ndarray]]) -> np.ndarray:
+        """Decode what the outputs held, and filter it."""
+        decoded = np.array([self._decoded(row) for row in rows])
+        decay = np.exp(-self._image.manifest["dt_s"] / TAU_S)
+        return lfilter([1 - decay], [1, -decay], decoded, axis=0)
+
+    def _decoded(self, row: list[np.ndarray]) -> np.ndarray:
+        parts = []
+        for i, output in enumerate(self._image.manifest["outputs"]):
+            if output["key"] in READ:
+                weights = self._image["output_weights"][self._image.part("output_weight_start", i)]
+                matrix = weights.reshape(output["shape"]) if output["weights"] == "matrix" else None
+                parts.append(row[i] if matrix is None else row[i] @ matrix)
+        return np.concatenate(parts)
+
+
+def _check(image: ChipImage) -> None:
+    """Refuse what cannot be run again, or compared."""
+    if image["synapse_learning"][:, 0].any() or image["enable_noise"].any():
+        raise BackendError(
+            "loss is not measured of a network that learns or has noise on the chip: "
+            "each of its runs differs; compile it without --loss"
+        )
+    if not any(output["key"] in READ for output in image.manifest["outputs"]):
+        raise BackendError("loss is measured at what is read out, and nothing is; add a probe")
+
+
+def error(outputs: np.ndarray, reference: np.ndarray) -> float:
+    """rms(outputs - reference) / rms(reference); 0 where the reference is 0 throughout."""
+    norm = np.linalg.norm(reference)
+    return float(np.linalg.norm(outputs - reference) / norm) if norm > 0 else 0.0

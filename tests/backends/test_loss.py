@@ -1,0 +1,173 @@
+"""Float blocks against nengo-loihi's own, and what rounding is found to cost."""
+
+import nengo
+import numpy as np
+import pytest
+from nengo_loihi.builder import Model
+from nengo_loihi.emulator import EmulatorInterface
+
+from spikeport.backends.float_chip import FloatChip
+from spikeport.backends.loss import Measured, causes, measure
+from spikeport.compile.build import Blocks, build
+from spikeport.compile.extract import extract
+from spikeport.compile.names import Names
+from spikeport.compile.numbers import ROUNDED, restored, wanted
+from spikeport.compile.numpy1 import numpy1_semantics
+from spikeport.compile.pipeline import compile_network
+from spikeport.errors import BackendError
+
+
+def feedforward(seed: int = 2) -> nengo.Network:
+    with nengo.Network(seed=seed) as network:
+        stimulus = nengo.Node(lambda t: np.sin(20 * t), label="stimulus")
+        a, b = (nengo.Ensemble(30, 1, label=label) for label in "ab")
+        nengo.Connection(stimulus, a)
+        nengo.Connection(a, b, function=np.square)
+        nengo.Probe(b, label="out")
+    return network
+
+
+def recurrent() -> nengo.Network:
+    """No input, and biases that let neurons spike by themselves."""
+    rng = np.random.RandomState(3)
+    with nengo.Network(seed=3) as network:
+        bias = rng.uniform(0.5, 2, 20)
+        a = nengo.Ensemble(20, 1, label="a", gain=np.ones(20), bias=bias)
+        weights = rng.uniform(-0.2, 0.2, (20, 20))
+        nengo.Connection(a.neurons, a.neurons, transform=weights, synapse=0.01)
+        nengo.Probe(a.neurons, label="out")
+    return network
+
+
+def quiet(_what: str, _share: float | None) -> None:
+    """Report no progress."""
+
+
+def emulated(network: nengo.Network, n_steps: int) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Voltages and spikes of nengo-loihi's emulator on blocks that were not discretised."""
+    model = Model(dt=0.001)
+    model.seeds[network], model.seeded[network] = network.seed, True
+    with numpy1_semantics():
+        model.build(network, precompute=False, discretize=False)
+    rows = []
+    with EmulatorInterface(model, seed=0) as emulator:
+        for _ in range(n_steps):
+            emulator.step()
+            state = emulator.compartment
+            rows.append((state.voltage.copy(), state.spiked.copy()))
+    return rows
+
+
+def built(network: nengo.Network) -> Blocks:
+    return build(network, Names(network), 0.001)
+
+
+def test_float_blocks_are_nengo_loihis() -> None:
+    blocks, n_steps = built(recurrent()), 200
+    chip = FloatChip(extract(blocks, "loihi"))
+    silence = [np.zeros(0, dtype=int)] * n_steps
+    ours = list(chip.run(wanted(blocks), silence))
+    spikes = 0
+    for (voltage, spiked), (their_voltage, their_spiked) in zip(
+        ours, emulated(recurrent(), n_steps), strict=True
+    ):
+        assert np.array_equal(spiked, their_spiked)
+        assert voltage == pytest.approx(their_voltage, abs=1e-4)  # theirs are float32
+        spikes += spiked.sum()
+    assert spikes > 100
+
+
+def test_restored_numbers_are_near_those_wanted() -> None:
+    blocks = built(feedforward())
+    exact, rounded = wanted(blocks), restored(blocks)
+    for name in ROUNDED:
+        a, b = getattr(exact, name), getattr(rounded, name)
+        assert not np.array_equal(a, b)
+        assert np.linalg.norm(a - b) < 0.02 * np.linalg.norm(a)
+
+
+@pytest.fixture(scope="module")
+def measured() -> Measured:
+    return measure(compile_network(feedforward()), seconds=0.3, seed=0, tell=quiet)
+
+
+def test_shares_sum_to_one_in_falling_order(measured: Measured) -> None:
+    shares = [part.share for part in measured.loss.parts]
+    assert sum(shares) == pytest.approx(1)
+    assert shares == sorted(shares, reverse=True)
+
+
+def test_outputs_are_off_by_about_as_much_as_their_causes(measured: Measured) -> None:
+    loss = measured.loss
+    whole = np.sqrt(sum(part.output_error**2 for part in loss.parts))
+    assert 0.2 * whole < loss.output_error < 5 * whole
+    assert loss.floor < loss.output_error < 0.3
+    assert measured.activity.n_steps == loss.n_steps == 300
+
+
+def test_every_connection_and_ensemble_is_a_cause() -> None:
+    found = {(c.object, c.what) for c in causes(extract(built(feedforward()), "loihi"))}
+    assert {("a", "weights from the host"), ("b", "weights from a -> b"), ("a", "bias")} < found
+
+
+def test_what_is_rounded_more_is_found_to_cost_more() -> None:
+    def network(big: float) -> nengo.Network:
+        """Eight bits are shared with a weight that is never used: its source is silent."""
+        with nengo.Network(seed=1) as net:
+            pre = nengo.Ensemble(9, 1, label="pre", gain=np.ones(9), bias=[0] + [2.0] * 8)
+            post = nengo.Ensemble(1, 1, label="post", gain=np.ones(1), bias=[0.9])
+            weights = [[big, *np.linspace(0.0002, 0.002, 8)]]
+            nengo.Connection(pre.neurons, post.neurons, transform=weights, synapse=0.005)
+            nengo.Probe(post.neurons)
+        return net
+
+    losses = [measure(compile_network(network(big)), 0.3, 0, quiet).loss for big in (0.002, 0.2)]
+    errors = [
+        {(p.object, p.what): p.output_error for p in loss.parts}["post", "weights from pre"]
+        for loss in losses
+    ]
+    assert errors[0] < 0.05 < errors[1]
+
+
+def test_inputs_that_spike_in_every_step_are_saturated() -> None:
+    with nengo.Network(seed=1) as network:
+        ensemble = nengo.Ensemble(20, 1, label="a")
+        nengo.Connection(nengo.Node(lambda t: 3.0 * (t > 0.1)), ensemble)
+        nengo.Probe(ensemble)
+    loss = measure(compile_network(network), 0.4, 0, quiet).loss
+    # Of four windows, the input is low in the first and rises in the second.
+    assert loss.saturated_inputs == {"input 0 to a": 0.5}
+    assert [hint.id for hint in loss.hints if hint.id == "SP408"] == ["SP408"]
+
+
+def test_the_loss_is_the_same_every_time(measured: Measured) -> None:
+    assert measure(compile_network(feedforward()), 0.3, 0, quiet).loss == measured.loss
+
+
+def refusal(network: nengo.Network) -> str:
+    with pytest.raises(BackendError) as raised:
+        measure(compile_network(network), 0.01, 0, quiet)
+    return str(raised.value)
+
+
+def test_what_cannot_be_compared_is_refused() -> None:
+    with nengo.Network(seed=1) as silent:
+        nengo.Ensemble(5, 1)
+    assert refusal(silent) == "loss is measured at what is read out, and nothing is; add a probe"
+    with nengo.Network(seed=1) as learns:
+        pre, out = nengo.Ensemble(5, 1), nengo.Node(lambda _t, x: None, size_in=1)
+        learned = nengo.Connection(pre, out, learning_rule_type=nengo.PES())
+        nengo.Connection(nengo.Node(0.1), learned.learning_rule)
+    assert refusal(learns) == (
+        "loss is not measured of a network that learns or has noise on the chip: "
+        "each of its runs differs; compile it without --loss"
+    )
+
+
+def test_an_error_of_a_node_is_told_with_its_step() -> None:
+    with nengo.Network(seed=1) as network:
+        stimulus = nengo.Node(lambda t: 1 / (t < 0.0045))
+        ensemble = nengo.Ensemble(5, 1)
+        nengo.Connection(stimulus, ensemble)
+        nengo.Probe(ensemble)
+    assert refusal(network) == "step 5: the network raised ZeroDivisionError: division by zero"

@@ -1,0 +1,108 @@
+"""What cannot be compiled ends in an error of ours that names the object and the cure."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import nengo
+import numpy as np
+import pytest
+
+from spikeport.compile.pipeline import compile_network
+from spikeport.compile.violation import DoesNotFitError
+from spikeport.errors import CompileError
+from spikeport.hardware_models import chip as chips
+
+
+def pair() -> tuple[nengo.Ensemble, nengo.Ensemble]:
+    a, b = (nengo.Ensemble(10, 1, label=label) for label in "ab")
+    return a, b
+
+
+def undefined_gain() -> None:
+    a = nengo.Ensemble(10, 1, label="a", gain=np.full(10, np.nan), bias=np.ones(10))
+    nengo.Connection(a, nengo.Ensemble(10, 1, label="b"))
+
+
+def infinite_weights() -> None:
+    a, b = pair()
+    nengo.Connection(a.neurons, b.neurons, transform=np.full((10, 10), np.inf))
+
+
+def undefined_function() -> None:
+    nengo.Connection(*pair(), function=lambda x: x * np.nan)
+
+
+def undefined_points() -> None:
+    a = nengo.Ensemble(10, 1, label="a", eval_points=np.full((5, 1), np.nan))
+    nengo.Connection(a, nengo.Ensemble(10, 1, label="b"))
+
+
+def very_long_synapse() -> None:
+    nengo.Connection(*pair(), synapse=100.0)
+
+
+def sparse_decoded_transform() -> None:
+    nengo.Connection(*pair(), transform=nengo.Sparse((1, 1), indices=[[0, 0]]))
+
+
+def second_order_synapse() -> None:
+    nengo.Connection(*pair(), synapse=nengo.LinearFilter([1], [0.1, 1]))
+
+
+@pytest.mark.parametrize(
+    ("make", "names"),
+    [
+        (undefined_gain, "a: SP011 finite numbers: NaN or infinity in gain"),
+        (infinite_weights, "a -> b: SP011 finite numbers: NaN or infinity in transform"),
+        (undefined_function, "a -> b"),
+        (undefined_points, "a: SP011 finite numbers: NaN or infinity in eval_points"),
+        (very_long_synapse, "a -> b"),
+        (sparse_decoded_transform, "a -> b"),
+        (second_order_synapse, "a -> b: SP005 synapse: LinearFilter"),
+    ],
+    ids=lambda value: getattr(value, "__name__", ""),
+)
+def test_an_error_names_the_object_and_a_cure(make: Callable[[], None], names: str) -> None:
+    with nengo.Network(seed=1) as network:
+        make()
+    with pytest.raises(CompileError) as raised:
+        compile_network(network)
+    assert names in str(raised.value)
+    assert "; cure: " in str(raised.value)
+
+
+def test_weights_of_zero_compile_with_a_hint() -> None:
+    with nengo.Network(seed=1) as network:
+        a, b = pair()
+        nengo.Connection(a.neurons, b.neurons, transform=np.zeros((10, 10)))
+    hints = {(hint.id, hint.object) for hint in compile_network(network).report.hints}
+    assert ("SP402", "b") in hints
+
+
+def test_a_network_without_a_seed_is_compiled_reproducibly() -> None:
+    def digest() -> str:
+        with nengo.Network() as network:
+            nengo.Connection(*pair())
+        return compile_network(network).image.digest
+
+    assert digest() == digest()
+
+
+def test_zero_neurons_are_refused_by_nengo() -> None:
+    with nengo.Network(), pytest.raises(nengo.exceptions.ValidationError, match="n_neurons"):
+        nengo.Ensemble(0, 1)
+
+
+def test_a_chip_too_small_is_named_with_all_that_does_not_fit(tmp_path: Path) -> None:
+    text = (chips.BUILT_IN / "loihi.toml").read_text()
+    small = tmp_path / "small.toml"
+    small.write_text(text.replace("value = 1024", "value = 4"))
+    with nengo.Network(seed=1) as network:
+        nengo.Connection(*pair())
+    with pytest.raises(DoesNotFitError) as raised:
+        compile_network(network, small, pipeline="")
+    assert {(v.id, v.object, v.limit) for v in raised.value.violations} == {
+        ("SP103", "a", "4"),
+        ("SP103", "b", "4"),
+        ("SP103", "a -> b", "4"),
+    }

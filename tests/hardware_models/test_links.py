@@ -1,0 +1,42 @@
+import numpy as np
+
+from spikeport.hardware_models.links import Cost, Links
+
+
+def cost(chip, *flows):
+    """Of messages on a toy chip: cores 0, 1 | 2, 3 | 4, 5 | 6, 7 on tiles 00 | 01 | 10 | 11."""
+    source, target, messages = np.array(flows).T
+    return Links(8, chip).cost(source, target, messages)
+
+
+def board(chip):
+    two = chip.limits.chips.model_copy(update={"value": 2.0})
+    return chip.model_copy(update={"limits": chip.limits.model_copy(update={"chips": two})})
+
+
+def test_no_link_within_a_tile(chip):
+    assert cost(chip, (0, 1, 9), (2, 2, 9)) == Cost(0, 0, 0)
+
+
+def test_messages_move_along_the_row_and_then_the_column(chip):
+    # (0, 0) -> (1, 1) goes by (1, 0): it shares its first link with (0, 0) -> (1, 0) ...
+    assert cost(chip, (0, 6, 5), (1, 4, 3)) == Cost(0, 8, 2 * 5 + 3)
+    # ... its second with (1, 0) -> (1, 1), and none with (0, 0) -> (0, 1).
+    assert cost(chip, (0, 6, 5), (4, 7, 4)) == Cost(0, 9, 2 * 5 + 4)
+    assert cost(chip, (0, 6, 5), (0, 3, 4)) == Cost(0, 5, 2 * 5 + 4)
+
+
+def test_directions_of_a_link_do_not_share_it(chip):
+    assert cost(chip, (0, 4, 5), (4, 0, 3)) == Cost(0, 5, 8)
+
+
+def test_messages_between_chips_are_counted_and_not_routed(chip):
+    links = Links(16, board(chip))
+    source, target, messages = np.array([0, 8]), np.array([15, 12]), np.array([7, 2])
+    assert links.cost(source, target, messages) == Cost(7, 2, 2)
+
+
+def test_another_chip_is_further_than_any_tile(chip):
+    distance = Links(16, board(chip)).distances()
+    assert np.array_equal(distance, distance.T)
+    assert distance[0].tolist() == [0, 0, 1, 1, 1, 1, 2, 2] + [3] * 8

@@ -1,0 +1,117 @@
+"""``spikeport diff A B``: what changed from one compile to another."""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from spikeport.commands.report_file import read
+
+SAME, DIFFERENT = 0, 1
+
+
+SECTIONS = ("passes", "quantisation", "energy", "timing", "loss")
+
+
+class Change(NamedTuple):
+    """A figure of two reports that differs; None: the report does not have it."""
+
+    figure: str
+    a: Any
+    b: Any
+
+
+def run(a: Path, b: Path) -> int:
+    """Print what differs; 1 if anything does, else 0, as ``diff`` does."""
+    found = changes(read(a), read(b))
+    console = Console(highlight=False)
+    if not found:
+        console.print("no difference")
+        return SAME
+    table = Table("figure", box=SIMPLE_HEAD)
+    for name in (str(a), str(b), "change"):
+        table.add_column(escape(name), justify="right")
+    for change in found:
+        texts = (_text(change.a), _text(change.b), _relative(change))
+        table.add_row(escape(change.figure), *(escape(text) for text in texts))
+    console.print(table)
+    return DIFFERENT
+
+
+def changes(a: dict[str, Any], b: dict[str, Any]) -> list[Change]:
+    """Every figure that differs, or is in one report alone, of the sections that both have."""
+    shared = [section for section in SECTIONS if a.get(section) and b.get(section)]
+    left, right = figures(a, shared), figures(b, shared)
+    names = [*left, *(name for name in right if name not in left)]
+    pairs = [Change(name, left.get(name), right.get(name)) for name in names]
+    return [change for change in pairs if change.a != change.b]
+
+
+def figures(report: dict[str, Any], sections: Sequence[str] = SECTIONS) -> dict[str, Any]:
+    """The figures of a report that are compared, by name."""
+    found: dict[str, Any] = {"image": report["image_digest"][:16]}
+    for name, row in report["resources"].items():
+        found |= {f"{name} {key}": value for key, value in row.items()}
+    for section in sections:
+        found |= FIGURES[section](report[section])
+    return found
+
+
+def _passes(passes: list[dict[str, Any]]) -> dict[str, Any]:
+    return {"passes": ",".join(map(_pass, passes))}
+
+
+def _pass(record: dict[str, Any]) -> str:
+    options = ",".join(f"{key}={value}" for key, value in record["options"].items())
+    return record["name"] + f"{{{options}}}" * bool(options)
+
+
+def _rounding(errors: list[dict[str, Any]]) -> dict[str, Any]:
+    return {f"rounding of weights, {error['label']}": error["weights"] for error in errors}
+
+
+def _powers(energy: dict[str, Any]) -> dict[str, Any]:
+    return {
+        f"{part} power, {calibration} (W)": spent[part] and spent[part]["power"]["value"]
+        for calibration, spent in energy.items()
+        for part in ("dynamic", "static", "system")
+    }
+
+
+def _times(timing: dict[str, Any]) -> dict[str, Any]:
+    return {
+        f"longest step, {calibration} (s)": taken and taken["worst"]["value"]
+        for calibration, taken in timing.items()
+    }
+
+
+def _loss(loss: dict[str, Any]) -> dict[str, Any]:
+    parts = {f"loss by {p['object']}: {p['what']}": p["output_error"] for p in loss["parts"]}
+    return {"loss at the outputs": loss["output_error"], **parts}
+
+
+FIGURES: dict[str, Callable[[Any], dict[str, Any]]] = {
+    "passes": _passes,
+    "quantisation": _rounding,
+    "energy": _powers,
+    "timing": _times,
+    "loss": _loss,
+}
+
+
+def _text(value: Any) -> str:
+    if value is None:
+        return "-"
+    return f"{value:,.4g}" if isinstance(value, float) else str(value)
+
+
+def _relative(change: Change) -> str:
+    """By how much a number grew, in percent."""
+    numbers = [v for v in (change.a, change.b) if isinstance(v, int | float)]
+    if len(numbers) < 2 or change.a == 0:
+        return ""
+    return f"{100 * (change.b - change.a) / change.a:+.1f} %"

@@ -1,0 +1,43 @@
+"""``spikeport train``."""
+
+import os
+import sys
+from dataclasses import asdict
+from pathlib import Path
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
+
+from spikeport.commands.progress import progress_bar
+from spikeport.errors import MissingExtraError, UsageError, unknown
+
+POLICIES = ("walk",)
+
+
+def run(policy: str, out: Path, seed: int, steps: int, threads: int | None) -> None:
+    """Train a policy, or go on training it, and print how it walks."""
+    if policy not in POLICIES:
+        raise unknown("policy", policy, POLICIES)
+    if out.is_file():
+        raise UsageError(f"--out {out}: this is a file; give the folder of the training run")
+    # Threads of torch that wait actively stall each other when anything else runs.
+    os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
+    os.environ.setdefault("GOMP_SPINCOUNT", "0")
+    try:
+        from spikeport.training.train import TrainOptions
+        from spikeport.training.walk import train_walk
+    except ModuleNotFoundError as error:
+        raise MissingExtraError(
+            f"training needs the package {error.name}, which is not installed; "
+            "install it with: pip install 'spikeport[train]'"
+        ) from error
+    options = TrainOptions(out, seed, steps, threads=threads or os.cpu_count() or 1)
+    command = " ".join(("spikeport", *sys.argv[1:]))
+    with progress_bar() as progress:
+        evaluations = train_walk(options, command, progress)
+    table = Table("walking", *evaluations, box=SIMPLE_HEAD)
+    rows = zip(*(asdict(e).items() for e in evaluations.values()), strict=True)
+    for row in rows:
+        table.add_row(row[0][0], *(f"{value:.4g}" for _, value in row))
+    Console().print(table)
