@@ -62,7 +62,10 @@ class HostLoop:
         senders = [port.process for port in program.senders]
         boxes = {id(p): part for p, part in zip(senders, self._outbox.parts, strict=True)}
         boxes |= {id(port.process): signals.allocate(port.size) for port in program.error_senders}
-        self._errors = [(port.target, boxes[id(port.process)]) for port in program.error_senders]
+        learning = np.flatnonzero(self.compilation.image["synapse_learning"][:, 0]).tolist()
+        self._errors = [
+            (learning[port.target], boxes[id(port.process)]) for port in program.error_senders
+        ]
         self._inbox = signals.allocate(self._decoder.size)
         for (_, process), part in zip(program.receivers, self._decoder.parts, strict=True):
             boxes[id(process)] = self._inbox[part]

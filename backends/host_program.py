@@ -8,7 +8,10 @@ from nengo_loihi.builder import Model
 
 
 class Port(NamedTuple):
-    """A process that sends values to the chip: how many, and to which input or synapse group."""
+    """A process that sends values to the chip: how many, and to which input or learning group.
+
+    Learning groups are counted by themselves: passes keep their order, not that of all groups.
+    """
 
     process: nengo.Process
     size: int
@@ -20,7 +23,7 @@ class HostProgram:
     """What stays on the host when a network is compiled.
 
     ``model`` is Nengo's built model. ``senders`` collect the spikes of each input,
-    ``error_senders`` the learning errors of synapse groups; ``receivers`` pairs outputs, by number,
+    ``error_senders`` the errors of groups that learn; ``receivers`` pairs outputs, by number,
     with the processes that take their values; ``probes`` maps probes of on-chip objects to the
     output they record.
     """
@@ -36,7 +39,8 @@ def host_program(model: Model) -> HostProgram:
     """Collect the host side of a model that nengo-loihi has built."""
     outputs = {id(probe): i for i, probe in enumerate(model.probes)}
     node_of = {id(model.spike_targets[r]): s for s, r in model.host2chip_senders.items()}
-    groups = {s: i for i, s in enumerate(s for block in model.blocks for s in block.synapses)}
+    synapses = [s for block in model.blocks for s in block.synapses if s.learning]
+    groups = {s: i for i, s in enumerate(synapses)}
     on_chip = [p for p in model.nengo_probes if p not in model.chip2host_params]
     return HostProgram(
         model=model.host,

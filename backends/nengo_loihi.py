@@ -14,9 +14,9 @@ from nengo_loihi.emulator import EmulatorInterface
 from nengo_loihi.inputs import SpikeInput
 
 from spikeport.backends.counter import Counter
-from spikeport.backends.readout import readout_compartments
 from spikeport.compile.fanout import fanout
 from spikeport.compile.image import ChipImage
+from spikeport.compile.outputs import readout_compartments
 from spikeport.compile.usage import synapse_core
 from spikeport.hardware_models.activity import Activity
 

@@ -1,8 +1,10 @@
 """The backends there are, and how each opens a network."""
 
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import nengo
 
@@ -12,12 +14,28 @@ from spikeport.backends.host_loop import HostLoop
 from spikeport.backends.nengo_loihi import NengoLoihiChip
 from spikeport.backends.reference import Reference
 from spikeport.compile.image import ChipImage
+from spikeport.compile.lint import Scope
+from spikeport.compile.names import Names
+from spikeport.compile.passes.pipeline import Pipeline
 from spikeport.compile.pipeline import Compilation, compile_network
-from spikeport.errors import unknown
+from spikeport.errors import UsageError, unknown
 
-Open = Callable[[nengo.Network, str | Path, float, int, Compilation | None], Execution]
-"""Opens a network, given the chip, the time step in seconds, a seed and, where the network was
-opened before, what it was compiled to."""
+
+class Source(NamedTuple):
+    """A network, and how it is compiled: see `spikeport.compile.pipeline.compile_network`."""
+
+    network: nengo.Network
+    chip: str | Path
+    dt_s: float
+    pipeline: Pipeline | str | None
+
+
+Open = Callable[[Source, int, Compilation | None], Execution]
+"""Opens a network, given a seed and, where it was opened before, what it was compiled to."""
+
+NOTHING_ON_CHIP = (
+    "no ensemble of the network is meant for the chip: all of it runs on the host, in float Nengo"
+)
 
 
 @dataclass(frozen=True)
@@ -30,29 +48,23 @@ class Backend:
 
 
 def _on(load: Callable[[ChipImage, int], Chip]) -> Open:
-    """Compile a network, load its image with ``load``, and keep the rest on the host."""
+    """Compile a network, load its image with ``load``, and keep the rest on the host.
 
-    def open_network(
-        network: nengo.Network,
-        chip: str | Path,
-        dt_s: float,
-        seed: int,
-        compilation: Compilation | None,
-    ) -> Execution:
-        compiled = compilation or compile_network(network, chip, dt_s)
+    A network with nothing for the chip is all host, and that is float Nengo.
+    """
+
+    def open_source(source: Source, seed: int, compilation: Compilation | None) -> Execution:
+        if not Scope(source.network, Names(source.network)).ensembles:
+            warnings.warn(NOTHING_ON_CHIP, stacklevel=4)  # the caller of Simulator or its reset
+            return _without_chip(source, seed, None)
+        compiled = compilation or compile_network(*source)
         return HostLoop(compiled, load(compiled.image, seed), seed)
 
-    return open_network
+    return open_source
 
 
-def _without_chip(
-    network: nengo.Network,
-    _chip: str | Path,
-    dt_s: float,
-    seed: int,
-    _compilation: Compilation | None,
-) -> Execution:
-    return Reference(network, dt_s, seed)
+def _without_chip(source: Source, seed: int, _: Compilation | None) -> Execution:
+    return Reference(source.network, source.dt_s, seed)
 
 
 def _native(image: ChipImage, seed: int) -> Chip:
@@ -73,6 +85,9 @@ BACKENDS = {
 }
 
 
+FLOAT_EMULATION = "simreal"
+
+
 def get(name: str) -> Backend:
     """The backend of that name.
 
@@ -81,6 +96,12 @@ def get(name: str) -> Backend:
     UsageError
         If there is none; lists those there are.
     """
+    if name == FLOAT_EMULATION:
+        raise UsageError(
+            "backend 'simreal': nengo-loihi's float emulation runs blocks that were not rounded, "
+            "and an image holds integers only; choose 'reference' for float Nengo, or measure what "
+            "rounding costs with `spikeport compile NETWORK --loss SECONDS`"
+        )
     if name not in BACKENDS:
         raise unknown("backend", name, BACKENDS)
     return BACKENDS[name]

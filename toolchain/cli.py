@@ -4,6 +4,7 @@ Exit codes: 0 done, 1 the network does not fit or a run failed, 2 wrong use, 130
 """
 
 import sys
+import warnings
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
@@ -42,6 +43,49 @@ Settings = Annotated[
 ]
 
 
+Backend = Annotated[
+    str, typer.Option(help="analytic, reference, native or nengo-loihi; see `backends`.")
+]
+Seed = Annotated[int, typer.Option(help="Seed of the run.", min=0, max=LARGEST_SEED)]
+Seconds = Annotated[float | None, typer.Option(help="Simulated time.")]
+Out = Annotated[Path | None, typer.Option(help="Folder of the run.")]
+Overwrite = Annotated[bool, typer.Option(help="Replace an earlier run in --out.")]
+Video = Annotated[bool, typer.Option("--video", help="Write video.mp4 too.")]
+
+
+RateHz = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--rate-hz",
+        metavar="[NAME=]RATE",
+        help="Reckon energy and time at firing rates: of all, of an ensemble or of `host`.",
+    ),
+]
+
+
+Passes = Annotated[
+    str | None,
+    typer.Option(
+        "--passes",
+        "-p",
+        metavar="PASSES",
+        help="as_written, compact, or name,name{key=value}; by default the chip's; see `passes`.",
+    ),
+]
+PrintAfter = Annotated[
+    str | None, typer.Option(metavar="PASS", help="Print what a pass, or each of `all`, leaves.")
+]
+
+
+def explained(rule: str | None) -> None:
+    """Print what a rule is, and stop."""
+    if rule is not None:
+        from spikeport.commands.explain import explain
+
+        explain(rule)
+        raise typer.Exit
+
+
 @app.callback(invoke_without_command=True)
 def root(
     version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False,
@@ -61,31 +105,112 @@ def compile_command(
     settings: Settings = None,
     out: Annotated[Path | None, typer.Option(help="Folder to write image and report to.")] = None,
     json: Annotated[Path | None, typer.Option(help="File to write the report to.")] = None,
+    passes: Passes = None,
+    print_after: PrintAfter = None,
+    rate_hz: RateHz = None,
+    loss: Annotated[
+        float | None, typer.Option(metavar="SECONDS", help="Run, and say what rounding costs.")
+    ] = None,
+    max_cores: Annotated[int | None, typer.Option(help="Exit with 1 above this.")] = None,
+    max_power: Annotated[float | None, typer.Option(metavar="W", help="The same of power.")] = None,
+    max_step_us: Annotated[float | None, typer.Option(help="The same of a step's time.")] = None,
+    cores: Annotated[bool, typer.Option("--cores", help="Print the table of all cores.")] = False,
+    explain: Annotated[
+        str | None,
+        typer.Option(
+            metavar="RULE", help="Explain a rule, e.g. SP101.", callback=explained, is_eager=True
+        ),
+    ] = None,
 ) -> None:
-    """Compile a network: say whether it fits, and on how many cores."""
-    from spikeport.commands.compile import run
+    """Compile a network: say whether it fits, what it costs and what it loses."""
+    from spikeport.commands.compile import Request, run
+    from spikeport.compile.budget import Budget
 
-    run(network, chip, settings or [], out, json)
+    budget = Budget(max_cores, max_power, max_step_us)
+    run(
+        Request(
+            network,
+            chip,
+            settings or [],
+            out,
+            json,
+            rate_hz or [],
+            loss,
+            budget,
+            cores,
+            passes,
+            print_after,
+        )
+    )
+
+
+@app.command("diff")
+def diff_command(
+    a: Annotated[Path, typer.Argument(help="A report, or the folder of a compile or run.")],
+    b: Annotated[Path, typer.Argument(help="Another.")],
+) -> None:
+    """Compare two compiles or runs: exits with 1 if any figure differs, else 0."""
+    from spikeport.commands.diff import run
+
+    raise typer.Exit(run(a, b))
 
 
 @app.command("run")
 def run_command(
     experiment: Annotated[str, typer.Argument(help="The experiment, e.g. reach.")],
-    backend: Annotated[
-        str, typer.Option(help="analytic, reference, native or nengo-loihi; see `backends`.")
-    ] = "native",
+    backend: Backend = "native",
     chip: Chip = "loihi",
-    seed: Annotated[int, typer.Option(help="Seed of the run.", min=0, max=LARGEST_SEED)] = 0,
-    seconds: Annotated[float | None, typer.Option(help="Simulated time.")] = None,
+    passes: Passes = None,
+    seed: Seed = 0,
+    seconds: Seconds = None,
     settings: Settings = None,
-    out: Annotated[Path | None, typer.Option(help="Folder of the run.")] = None,
-    overwrite: Annotated[bool, typer.Option(help="Replace an earlier run in --out.")] = False,
-    video: Annotated[bool, typer.Option("--video", help="Write video.mp4 too.")] = False,
+    out: Out = None,
+    overwrite: Overwrite = False,
+    video: Video = False,
 ) -> None:
     """Run an experiment of the paper in closed loop, and write its folder."""
     from spikeport.commands.run import Request, run
 
-    run(Request(experiment, backend, chip, seed, seconds, settings or [], out, overwrite, video))
+    chosen = settings or []
+    run(Request(experiment, backend, chip, passes, seed, seconds, chosen, out, overwrite, video))
+
+
+@app.command("train")
+def train_command(
+    policy: Annotated[str, typer.Argument(help="The policy to train: walk.")],
+    out: Annotated[Path, typer.Option(help="Folder of the run; one that is there goes on.")] = Path(
+        "runs/train-walk"
+    ),
+    seed: Annotated[int, typer.Option(help="Seed of the run.", min=0, max=LARGEST_SEED)] = 0,
+    steps: Annotated[int, typer.Option(help="Control steps of all robots.", min=1)] = 18_000_000,
+    threads: Annotated[int | None, typer.Option(help="Threads; all cores.", min=1)] = None,
+) -> None:
+    """Train a policy from scratch; a run that was interrupted goes on where it was."""
+    from spikeport.commands.train import run
+
+    run(policy, out, seed, steps, threads)
+
+
+@app.command("figure")
+def figure_command(
+    figure: Annotated[str, typer.Argument(help="reach (the paper's Fig. 4) or draw (Fig. 5).")],
+    backend: Backend = "native",
+    chip: Chip = "loihi",
+    passes: Passes = None,
+    seed: Seed = 0,
+    seconds: Seconds = None,
+    settings: Settings = None,
+    out: Out = None,
+    overwrite: Overwrite = False,
+    video: Video = False,
+) -> None:
+    """Make a figure of the paper: a run with its settings, and its folder."""
+    from spikeport.commands import figure as command
+    from spikeport.commands.run import Request
+
+    command.figure(
+        Request(figure, backend, chip, passes, seed, seconds, settings or [], out, overwrite, video)
+    )
 
 
 @app.command()
@@ -94,6 +219,14 @@ def chips() -> None:
     from spikeport.commands.lists import print_chips
 
     print_chips()
+
+
+@app.command()
+def passes() -> None:
+    """List the passes of a compile, their options and the chips' pipelines."""
+    from spikeport.commands.passes import print_passes
+
+    print_passes()
 
 
 @app.command()
@@ -114,6 +247,7 @@ def doctor() -> None:
 
 def main() -> None:
     """Run the command line; a user's mistake gives a message, never a traceback."""
+    warnings.filterwarnings("ignore", module="spikeport.compile")  # they stand in the report
     try:
         app(prog_name="spikeport")
     except SpikeportError as error:

@@ -5,7 +5,10 @@
     ├── MissingExtraError (ImportError)    an optional package is absent: names the extra
     ├── ChipFileError (ValueError)         a chip's TOML is wrong: path and reason
     ├── CompileError (ValueError)          a network cannot be put on the chip
-    │   └── DoesNotFitError                ... because it breaks limits: carries all violations
+    │   ├── RefusedError                   ... says its builder; nengo's BuildError too
+    │   │   ├── InvalidError               ... of a parameter; nengo's ValidationError too
+    │   │   └── DoesNotFitError            ... because it breaks limits: carries all violations
+    │   └── OverBudgetError                ... within the user's budget: carries all violations
     ├── ImageError (ValueError)            an image file is foreign, truncated or altered
     ├── BackendError (RuntimeError)        a backend cannot run what it was given
     ├── RenderError (RuntimeError)         no picture can be made on this machine

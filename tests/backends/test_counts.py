@@ -1,6 +1,8 @@
 """Counts of a run, against a slow count from the objects of nengo-loihi's own emulator."""
 
+import re
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import nengo
@@ -10,6 +12,7 @@ import pytest
 
 import spikeport
 from spikeport.hardware_models.activity import PER_STEP, Activity
+from spikeport.hardware_models.chip import BUILT_IN
 
 STEPS = 120
 
@@ -43,14 +46,16 @@ def learning() -> None:
 
 
 class SlowCount:
-    """Follows every spike of nengo-loihi's emulator, one by one."""
+    """Follows every spike of nengo-loihi's emulator, one by one, on blocks of the given cores."""
 
-    def __init__(self, network: nengo.Network, simulator: Callable[..., Any]) -> None:
+    def __init__(
+        self, network: nengo.Network, simulator: Callable[..., Any], block_core: np.ndarray
+    ) -> None:
         self.sim = simulator(network)
         self.emulator = self.sim.sims["emulator"]
-        self.blocks = list(self.sim.model.blocks)
-        n = len(self.blocks)
-        self.core = {s: c for c, block in enumerate(self.blocks) for s in block.synapses}
+        self.blocks = list(zip(self.sim.model.blocks, block_core.tolist(), strict=True))
+        n = int(block_core.max()) + 1
+        self.core = {s: core for block, core in self.blocks for s in block.synapses}
         self.counts = {name: np.zeros((STEPS, n), int) for name in PER_STEP}
         self.messages = np.zeros((n, n), int)
         self.messages_host = np.zeros(n, int)
@@ -70,7 +75,7 @@ class SlowCount:
             before = self.emulator.compartment.spiked.copy()
             self.now: dict[Any, np.ndarray] = {}
             self.sim.step()
-            for core, block in enumerate(self.blocks):
+            for block, core in self.blocks:
                 self._arrive(t, block, np.flatnonzero(before[slices[block]]), core)
                 self._state(t, core, slices[block])
             for source, indices in self.sent.items():
@@ -94,7 +99,7 @@ class SlowCount:
 
     def _state(self, t: int, core: int, part: slice) -> None:
         state = self.emulator.compartment
-        self.counts["spikes"][t, core] = state.spiked[part].sum()
+        self.counts["spikes"][t, core] += state.spiked[part].sum()
         for i in range(part.start, part.stop):
             at_rest = not (
                 state.bias[i]
@@ -116,20 +121,33 @@ class SlowCount:
                 self.counts["learning_updates"][t, core] += sum(w.size for w in synapse.weights)
 
 
+def with_passes(passes: str, folder: Path) -> Path:
+    """Loihi with another default pipeline."""
+    text = (BUILT_IN / "loihi.toml").read_text(encoding="utf-8")
+    chip = folder / "chip.toml"
+    chip.write_text(re.sub("^pipeline = .*", f'pipeline = "{passes}"', text, flags=re.MULTILINE))
+    return chip
+
+
+@pytest.mark.parametrize("passes", ["", "pack"])
 @pytest.mark.parametrize(
     "make", [closed_loop, convolution, learning], ids=lambda make: make.__name__
 )
 def test_counts_are_those_of_a_slow_count(
-    make: Callable[[], None], nengo_loihi_simulator: Callable[..., Any]
+    make: Callable[[], None],
+    passes: str,
+    nengo_loihi_simulator: Callable[..., Any],
+    tmp_path: Path,
 ) -> None:
     with nengo.Network(seed=2) as network:
         make()
-    slow = SlowCount(network, nengo_loihi_simulator)
+    chip = with_passes(passes, tmp_path)
+    with spikeport.Simulator(network, chip, backend="nengo-loihi", seed=5) as ours:
+        ours.run_steps(STEPS)
+        activity, block_core = ours.activity, ours.image["block_core"]
+    slow = SlowCount(network, nengo_loihi_simulator, block_core)
     with slow.sim:
         slow.run()
-    with spikeport.Simulator(network, backend="nengo-loihi", seed=5) as ours:
-        ours.run_steps(STEPS)
-        activity = ours.activity
     for name in PER_STEP:
         assert np.array_equal(getattr(activity, name), slow.counts[name]), name
     assert np.array_equal(activity.messages, slow.messages)
@@ -155,8 +173,8 @@ def test_every_message_that_arrives_was_sent() -> None:
 def test_every_compartment_is_updated_in_every_step() -> None:
     activity = activity_of(closed_loop)
     updates = activity.updates_active + activity.updates_inactive
-    # a, b, the 20 relays of a -> b, the on/off pair of b's read-out
-    assert np.array_equal(updates, np.tile([30, 20, 20, 2], (STEPS, 1)))
+    # a, b, the 20 relays of a -> b, the on/off pair of b's read-out, all on one core
+    assert np.array_equal(updates, np.full((STEPS, 1), 30 + 20 + 20 + 2))
 
 
 def test_learning_updates_every_weight_at_every_fourth_step() -> None:

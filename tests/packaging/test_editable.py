@@ -13,6 +13,7 @@ FOLDERS = {
     "hardware_models": "hardware_models",
     "backends": "backends",
     "robot": "robot",
+    "training": "training",
     "experiments": "experiments",
     "commands": "toolchain/commands",
 }

@@ -50,11 +50,12 @@ def metadata(wheel):
 
 
 def test_the_wheel_holds_every_module_and_data_file_of_the_package(wheel, checkout):
-    folders = ("networks", "compile", "hardware_models", "backends", "robot", "experiments")
+    folders = ("networks", "compile", "hardware_models", "backends", "robot", "training")
+    folders += ("experiments",)
     wanted = {
         path.relative_to(checkout).as_posix()
         for folder in folders
-        for pattern in ("**/*.py", "**/*.toml", "**/*.xml")
+        for pattern in ("**/*.py", "**/*.toml", "**/*.xml", "**/*.npz", "**/*.md")
         for path in (checkout / folder).glob(pattern)
     }
     wanted |= {

@@ -18,6 +18,8 @@ from spikeport.find_network import find_network
 from spikeport.hardware_models import chip as chips
 
 ANALYTIC = ("run", "reach", "--backend", "analytic", "--seconds", "0.05")
+COMPILE_OPTIONS = ["--chip", "--set", "--out", "--json", "--rate-hz", "--loss", "--max-cores"]
+COMPILE_OPTIONS += ["--max-power", "--max-step-us", "--cores", "--explain"]
 RUN_OPTIONS = ["--backend", "--chip", "--seed", "--seconds", "--set", "--out", "--overwrite"]
 RUN_OPTIONS.append("--video")
 REACH_BACKENDS = ", ".join(sorted(registry.get("reach").backends))
@@ -43,8 +45,9 @@ def test_no_command_prints_help_as_wrong_use(spikeport):
 @pytest.mark.parametrize(
     ("command", "options"),
     [
-        ([], ["--version", "compile", "run", "chips", "backends", "doctor"]),
-        (["compile"], ["--chip", "--set", "--out", "--json"]),
+        ([], ["--version", "compile", "diff", "run", "chips", "backends", "doctor"]),
+        (["compile"], COMPILE_OPTIONS),
+        (["diff"], ["--help"]),
         (
             ["run"],
             RUN_OPTIONS,
@@ -94,8 +97,9 @@ def test_compile_prints_the_cores_and_the_digest(spikeport, net_py):
     image = compile_network(find_network(f"{net_py}:make", [])).image
     done = spikeport("compile", f"{net_py}:make")
     assert done.code == 0
-    assert f"Intel Loihi: {image.n_cores} cores" in done.out
-    assert f"fits chip 'loihi'; image {image.digest[:16]}\n" in done.out
+    assert f"Intel Loihi: {image.n_cores} core" in done.out
+    assert f"fits chip 'loihi' on {image.n_cores} core" in done.out
+    assert f"; image {image.digest[:16]}\n" in done.out
     assert done.err == ""
 
 
@@ -107,7 +111,8 @@ def test_compile_writes_image_and_report(spikeport, net_py, tmp_path):
     image, written = ChipImage.load(out / "image.npz"), json.loads(report.read_text())
     assert written["image_digest"] == image.digest
     assert written["chip"] == image.manifest["chip"] == "loihi"
-    assert written["resources"]["cores"] == {"used": image.n_cores, "limit": 128}
+    cores = {"used": image.n_cores, "limit": 128, "lower_bound": image.n_cores}
+    assert written["resources"]["cores"] == cores
     assert written["resources"]["compartments"]["used"] == image.n_compartments
     assert len(written["cores"]) == image.n_cores
 
@@ -116,8 +121,9 @@ def test_compile_passes_settings_to_the_network(spikeport, net_py, tmp_path):
     report = tmp_path / "report.json"
     settings = ("--set", "n_neurons=33", "--set", "label=many")
     assert spikeport("compile", f"{net_py}:make", *settings, "--json", report).code == 0
-    cores = {c["label"]: c["compartments"] for c in json.loads(report.read_text())["cores"]}
-    assert cores["many"] == 33
+    written = json.loads(report.read_text())
+    assert "many" in {error["label"] for error in written["quantisation"]}
+    assert written["resources"]["compartments"]["used"] >= 33
 
 
 def test_two_processes_compile_the_same_image(start, net_py, tmp_path):
@@ -131,7 +137,7 @@ def test_two_processes_compile_the_same_image(start, net_py, tmp_path):
 
 
 def test_labels_in_brackets_are_printed_as_they_are(spikeport, net_py):
-    done = spikeport("compile", f"{net_py}:make", "--set", "label=[/bold] [red]x")
+    done = spikeport("compile", f"{net_py}:make", "--set", "label=[/bold] [red]x", "--cores")
     assert done.code == 0
     assert "[/bold] [red]x" in done.out
 
@@ -142,11 +148,12 @@ def test_every_violation_is_printed_and_nothing_written(spikeport, net_py, tmp_p
     assert done.code == 1
     assert done.err == (
         "error: the network does not fit chip 'loihi':\n"
-        "  wrong neurons: neuron type: Tanh, limit LIF, SpikingRectifiedLinear or RegularSpiking "
-        "of LIFRate or RectifiedLinear; cure: choose one of these, or keep it on the host with "
-        "net.config[ensemble].on_chip = False\n"
-        "  a -> b: synapse: Alpha, limit Lowpass or None; cure: use nengo.Lowpass(tau) with the "
-        "same group delay\n"
+        "  wrong neurons: SP002 neuron type: Tanh, limit LIF, SpikingRectifiedLinear or "
+        "RegularSpiking of LIFRate or RectifiedLinear; cure: choose one of these, or keep it on "
+        "the host with net.config[ensemble].on_chip = False\n"
+        "  a -> b: SP005 synapse: Alpha, limit Lowpass or None; cure: use nengo.Lowpass(tau) with "
+        "the same group delay\n"
+        "more: spikeport compile --explain SP002\n"
     )
     assert done.out == ""
     assert names(tmp_path) == ["net.py"]
@@ -157,8 +164,9 @@ def test_exceeded_limits_are_printed_with_use_and_limit(spikeport, net_py, tmp_p
     assert done.code == 1
     assert done.err == (
         "error: the network does not fit chip 'loihi':\n"
-        "  loihi: cores: 196, limit 128; cure: use fewer or smaller ensembles, or fewer decoded "
-        "connections: each takes a core\n"
+        "  loihi: SP201 cores: 196, limit 128; cure: use fewer or smaller ensembles or fewer "
+        "decoded connections, or 2 such boards\n"
+        "more: spikeport compile --explain SP201\n"
     )
     assert names(tmp_path) == ["net.py"]
 
@@ -166,7 +174,7 @@ def test_exceeded_limits_are_printed_with_use_and_limit(spikeport, net_py, tmp_p
 def test_a_network_without_ensembles_does_not_fit(spikeport, net_py):
     done = spikeport("compile", f"{net_py}:empty")
     assert done.code == 1
-    assert "network: on-chip ensembles: 0, limit at least 1; cure: " in done.err
+    assert "network: SP001 on-chip ensembles: 0, limit at least 1; cure: " in done.err
 
 
 @pytest.mark.parametrize(
@@ -296,14 +304,14 @@ def test_unknown_names_of_run_list_what_there_is(spikeport, tmp_path):
         f"error: unknown chip 'lohi'; there is: {', '.join(chips.names())}\n"
     )
     assert error("reach", "--set", "box=huge") == (
-        "error: unknown box 'huge'; there is: large, small\n"
+        "error: unknown box 'huge'; there is: large, small, x0:x1,y0:y1,z0:z1 (m)\n"
     )
     assert error("reach", "--set", "preset=fat") == (
         "error: unknown preset 'fat'; there is: lean, paper\n"
     )
     assert error("reach", "--set", "n=1") == (
         "error: unknown key of experiment 'reach' 'n'; "
-        "there is: appearance, box, cb, m1, network_seed, preset, s1\n"
+        "there is: appearance, box, calibrated, cb, m1, network_seed, preset, s1\n"
     )
     assert error("reach", "--set", "m1=0") == (
         "error: m1=0: the number of neurons must be at least 1\n"
@@ -367,11 +375,13 @@ def test_an_earlier_run_outlives_one_that_does_not_fit(spikeport, tmp_path):
     before = (out / "result.json").read_text()
     text = (chips.BUILT_IN / "loihi.toml").read_text()
     small = tmp_path / "small.toml"
-    small.write_text(text.replace("value = 128", "value = 3", 1).replace('"loihi"', '"small"', 1))
+    small.write_text(text.replace("value = 128", "value = 1", 1).replace('"loihi"', '"small"', 1))
     sizes = ("--set", "m1=1", "--set", "cb=1", "--set", "s1=1")
     done = spikeport("run", "reach", *sizes, "--chip", small, "--out", out, "--overwrite")
     assert done.code == 1
-    assert done.err.startswith("error: the network does not fit chip 'small':\n  small: cores: ")
+    assert done.err.startswith(
+        "error: the network does not fit chip 'small':\n  small: SP201 cores: "
+    )
     assert (out / "result.json").read_text() == before
 
 

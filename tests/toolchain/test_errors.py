@@ -1,8 +1,12 @@
 import inspect
+import subprocess
+import sys
 
 import pytest
+from nengo.exceptions import BuildError, ValidationError
 
 from spikeport import errors
+from spikeport.compile.refusal import InvalidError, RefusedError
 from spikeport.compile.violation import DoesNotFitError
 
 TREE = {
@@ -34,11 +38,18 @@ def test_the_tree_is_whole():
     assert errors.SpikeportError.__bases__ == (Exception,)
 
 
-def test_a_network_that_does_not_fit_is_a_compile_error():
-    assert DoesNotFitError.__bases__ == (errors.CompileError,)
+def test_a_refused_network_is_a_compile_error_and_nengos_error():
+    assert RefusedError.__bases__ == (errors.CompileError, BuildError)
+    assert InvalidError.__bases__ == (RefusedError, ValidationError)
+    assert DoesNotFitError.__bases__ == (RefusedError,)
 
 
 def test_an_unknown_name_lists_the_known_ones_in_order():
     error = errors.unknown("chip", "lohi", ["b", "a"])
     assert type(error) is errors.UsageError
     assert str(error) == "unknown chip 'lohi'; there is: a, b"
+
+
+def test_errors_are_imported_without_nengo():
+    code = "import sys, spikeport.errors; sys.exit('nengo' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code]).returncode == 0

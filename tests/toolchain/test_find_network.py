@@ -117,4 +117,7 @@ def test_an_unknown_key_lists_the_functions_parameters(net_py):
 
 
 def test_our_own_errors_pass_as_they_are():
-    assert refusal("arm", "box=huge") == "unknown box 'huge'; there is: large, small"
+    assert (
+        refusal("arm", "box=huge")
+        == "unknown box 'huge'; there is: large, small, x0:x1,y0:y1,z0:z1 (m)"
+    )

@@ -2,6 +2,7 @@
 
 import os
 import signal
+from collections.abc import Iterator
 from itertools import pairwise
 
 import nengo
@@ -29,6 +30,14 @@ def interrupted_network() -> tuple[nengo.Network, list[nengo.Probe]]:
         nengo.Connection(ensemble, host)
         probes = [nengo.Probe(obj) for obj in (node, ensemble, ensemble.neurons, host)]
     return network, probes
+
+
+@pytest.fixture(autouse=True)
+def interruptible() -> Iterator[None]:
+    """SIGINT raises KeyboardInterrupt, also where the tests were started in the background."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
 
 
 @pytest.mark.parametrize("backend", ["native", "nengo-loihi", "reference"])

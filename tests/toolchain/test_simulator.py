@@ -1,12 +1,16 @@
+import gc
+import warnings
 from importlib import metadata
 
 import nengo
 import numpy as np
 import pytest
-from nengo.exceptions import SimulatorClosed
+from nengo.exceptions import SimulatorClosed, ValidationError
+from nengo.utils.progress import ProgressBar
 
 from spikeport import Simulator, compile_network
 from spikeport.backends.registry import BACKENDS
+from spikeport.compile.violation import DoesNotFitError
 from spikeport.errors import UsageError
 
 
@@ -89,11 +93,112 @@ def test_a_closed_simulator_does_not_run(sim):
             advance()
 
 
-@pytest.mark.parametrize("advance", [lambda sim: sim.run(-1), lambda sim: sim.run_steps(-1)])
-def test_time_does_not_run_backwards(sim, advance):
-    with pytest.raises(UsageError, match=r"^a simulation runs forwards: -\d+ steps were asked for"):
+@pytest.mark.parametrize(
+    ("advance", "asked"),
+    [
+        (lambda sim: sim.run(-1), "-1 s"),
+        (lambda sim: sim.run(-0.0001), "-0.0001 s"),
+        (lambda sim: sim.run_steps(-1), "-1 steps"),
+    ],
+    ids=["seconds", "less than a step", "steps"],
+)
+def test_time_does_not_run_backwards(sim, advance, asked):
+    with pytest.raises(UsageError) as caught:
         advance(sim)
+    assert str(caught.value) == f"a simulation runs forwards: {asked} were asked for"
+    assert isinstance(caught.value, ValidationError)
     assert sim.n_steps == 0
+
+
+def test_a_time_of_no_step_is_warned_of(sim):
+    with pytest.warns(UserWarning, match=r"^0\.0004 s is no step of 0\.001 s$"):
+        sim.run(0.0004)
+    sim.run_steps(0)
+    assert sim.n_steps == 0
+
+
+def test_a_closed_simulator_is_not_opened_again(sim):
+    sim.close()
+    with pytest.raises(SimulatorClosed, match=r"^Cannot re-open after simulator is closed\.$"), sim:
+        pass
+
+
+def leave_open():
+    Simulator(network(), backend="reference")
+    gc.collect()
+
+
+def test_a_simulator_that_nobody_closed_is_warned_of():
+    with pytest.warns(ResourceWarning, match=r"^Simulator was deallocated while open; close it"):
+        leave_open()
+
+
+def test_neither_a_closed_simulator_nor_one_never_built_is_warned_of():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", ResourceWarning)
+        Simulator(network(), backend="reference").close()
+        with pytest.raises(UsageError):
+            Simulator(network(), backend="board")
+        gc.collect()
+
+
+class Bar(ProgressBar):
+    """Keeps what it is shown last."""
+
+    seen = None
+
+    def update(self, progress):
+        self.seen = (progress.name_during, progress.n_steps, progress.max_steps)
+
+    def close(self):
+        pass
+
+
+def test_a_run_shows_its_progress_where_it_is_asked_to():
+    shown, other = Bar(), Bar()
+    with Simulator(network(), backend="reference", progress_bar=shown) as sim:
+        sim.run(0.005)
+        assert shown.seen == ("Simulating", 5, 5)
+        sim.run_steps(3, progress_bar=other)
+        sim.run_steps(4, progress_bar=False)
+    assert (shown.seen, other.seen) == (("Simulating", 5, 5), ("Simulating", 3, 3))
+
+
+def host_only():
+    with nengo.Network(seed=1) as net:
+        stimulus = nengo.Node(np.sin)
+        ensemble = nengo.Ensemble(20, 1, neuron_type=nengo.Direct())
+        nengo.Connection(stimulus, ensemble)
+        net.value = nengo.Probe(ensemble, synapse=0.01)
+    return net
+
+
+def test_a_network_with_nothing_for_the_chip_runs_on_the_host_and_says_so():
+    net = host_only()
+    says_so = {
+        "expected_warning": UserWarning,
+        "match": "^no ensemble of the network is meant for the chip: all of it runs on the host, "
+        "in float Nengo$",
+    }
+    with pytest.warns(**says_so) as warned:
+        sim = Simulator(net)
+    assert [one.filename for one in warned] == [__file__]
+    sim.run_steps(20)
+    first = np.array(sim.data[net.value])
+    with pytest.warns(**says_so) as warned:
+        sim.reset()
+    assert [one.filename for one in warned] == [__file__]
+    with sim, Simulator(net, backend="reference") as reference:
+        for simulator in (sim, reference):
+            simulator.run_steps(20)
+    assert np.array_equal(sim.data[net.value], first)
+    assert np.array_equal(sim.data[net.value], reference.data[net.value])
+    assert sim.compilation is None
+
+
+def test_such_a_network_has_no_image_to_compile():
+    with pytest.raises(DoesNotFitError):
+        compile_network(host_only())
 
 
 def test_another_network_is_not_in_the_data(sim):
@@ -134,11 +239,7 @@ def test_activity_counts_the_steps_and_the_probed_spikes(backend):
         sim.run_steps(100)
         assert sim.activity.n_steps == 100
         in_probe = np.count_nonzero(sim.data[net.spikes])
-        counted = sum(
-            n
-            for core, n in zip(sim.activity.cores, sim.activity.spikes.sum(axis=0), strict=True)
-            if core == "ensemble"
-        )
+        counted = sim.activity.spikes.sum()  # of the ensemble: nothing else on the chip spikes
     assert counted == in_probe > 0
 
 
@@ -162,7 +263,9 @@ def test_the_reference_has_neither_image_nor_report():
         assert sim.compilation is None
         with pytest.raises(UsageError) as caught:
             sim.report()
-    assert str(caught.value) == "the reference backend compiles nothing: there is no report"
+    assert str(caught.value) == (
+        "nothing of the network is compiled for a chip: there is no report"
+    )
 
 
 def test_an_unknown_backend_lists_the_backends():

@@ -1,4 +1,4 @@
-"""The wheel of what git knows of this checkout, and an environment with NumPy 1 that has it."""
+"""The wheel of what git knows of this checkout, and environments with NumPy 1 that have it."""
 
 import os
 import shutil
@@ -9,9 +9,14 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[1]
 NUMPY_1 = ("numpy==1.26.4", "scipy<1.14")
 Run = Callable[..., subprocess.CompletedProcess[str]]
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add --bless."""
+    parser.addoption("--bless", action="store_true", help="write golden files anew")
 
 
 def _foreign_environment() -> dict[str, str]:
@@ -64,17 +69,23 @@ def wheel(checkout: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="session")
-def numpy_1(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Run:
-    """Runs a program of an environment that has the wheel, its core dependencies and NumPy 1."""
+def environment(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Run]:
+    """Makes an environment of the wheel, its core dependencies, NumPy 1 and more packages."""
     if sys.version_info >= (3, 13):
         pytest.skip("NumPy 1.26 has no wheels for this Python")
-    folder = tmp_path_factory.mktemp("numpy1")
-    done = _run(sys.executable, "-m", "venv", folder / "venv", cwd=folder)
-    assert done.returncode == 0, done.stderr
-    programs = folder / "venv" / "bin"
-    _pip(programs / "python", "install", wheel, *NUMPY_1, cwd=folder)
 
-    def run(program: str, *arguments: object, cwd: Path) -> subprocess.CompletedProcess[str]:
-        return _run(programs / program, *arguments, cwd=cwd)
+    def make(*packages: str) -> Run:
+        folder = tmp_path_factory.mktemp("environment")
+        done = _run(sys.executable, "-m", "venv", folder / "venv", cwd=folder)
+        assert done.returncode == 0, done.stderr
+        programs = folder / "venv" / "bin"
+        _pip(programs / "python", "install", wheel, *NUMPY_1, *packages, cwd=folder)
+        return lambda program, *arguments, cwd: _run(programs / program, *arguments, cwd=cwd)
 
-    return run
+    return make
+
+
+@pytest.fixture(scope="session")
+def numpy_1(environment: Callable[..., Run]) -> Run:
+    """Runs a program of an environment that has the wheel, its core dependencies and NumPy 1."""
+    return environment()

@@ -1,0 +1,40 @@
+"""``spikeport train`` as a user types it; what a run computes is tested in tests/training."""
+
+import sys
+
+import pytest
+
+
+def test_help_names_every_option(spikeport):
+    done = spikeport("train", "--help")
+    assert done.code == 0
+    assert [o for o in ("--out", "--seed", "--steps", "--threads") if o not in done.out] == []
+
+
+def test_an_unknown_policy_lists_those_there_are(spikeport):
+    assert spikeport("train", "run") == (2, "", "error: unknown policy 'run'; there is: walk\n")
+
+
+def test_a_file_is_no_folder_of_a_run(spikeport, tmp_path):
+    path = tmp_path / "file"
+    path.touch()
+    message = f"error: --out {path}: this is a file; give the folder of the training run\n"
+    assert spikeport("train", "walk", "--out", str(path)) == (2, "", message)
+
+
+def test_without_torch_the_extra_is_named(spikeport, tmp_path, monkeypatch):
+    for name in [n for n in sys.modules if n.startswith("spikeport.training")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "torch", None)
+    message = (
+        "error: training needs the package torch, which is not installed; "
+        "install it with: pip install 'spikeport[train]'\n"
+    )
+    assert spikeport("train", "walk", "--out", str(tmp_path)) == (2, "", message)
+
+
+@pytest.mark.parametrize("option", ["--steps", "--threads"])
+def test_counts_start_at_one(spikeport, option):
+    done = spikeport("train", "walk", option, "0")
+    assert done.code == 2
+    assert f"Invalid value for '{option}'" in done.err
