@@ -10,16 +10,11 @@ import nengo
 import numpy as np
 
 from spikeport.errors import DivergedError
-from spikeport.experiments.reach_task import GridTour, ReachTask, TargetBox, Task
+from spikeport.experiments.arm_task import Task
 from spikeport.networks.arm import STATE_SIZE, ArmNetwork
 from spikeport.networks.operational_space import OperationalSpaceLaw
-from spikeport.networks.region import ArmRegion
 from spikeport.robot.description import ARM_JOINTS
 from spikeport.robot.plant import Plant
-
-REGION_SEEDS = (1000, 1001, 1002)
-REGION_SECONDS = 15.0
-"""Random runs that shape the region; no evaluation uses these seeds."""
 
 
 class Sample(NamedTuple):
@@ -47,6 +42,11 @@ class Recording(NamedTuple):
     def distance_m(self) -> np.ndarray:
         """(n,) distance of hand and target."""
         return np.linalg.norm(self.target - self.hand, axis=1)
+
+    def at_limit(self, limits_rad: np.ndarray) -> np.ndarray:
+        """(n,) whether a joint is at its lowest or highest angle, or pressed beyond; (4, 2)."""
+        at_limit = (self.q <= limits_rad[:, 0]) | (self.q >= limits_rad[:, 1])
+        return np.asarray(at_limit.any(axis=1))
 
     def exact_torque(self, law: OperationalSpaceLaw) -> np.ndarray:
         """(n, 4) torque of the exact law at the recorded states, in N m."""
@@ -82,10 +82,14 @@ class ArmLoop:
     ) -> None:
         self.law = law
         self.plant = Plant(anchored=True, appearance=appearance)
-        start = dict(zip(ARM_JOINTS, law.gains.rest_rad, strict=True))
-        self.plant.reset(seed, posture_rad=start)
         self._arm = [self.plant.joints.index(joint) for joint in ARM_JOINTS]
         self._ticks = round(self.plant.dt_s / dt_s) if dt_s else 1
+        self.restart(seed)
+
+    def restart(self, seed: int) -> None:
+        """Put the arm back to its initial posture, as a seed varies it, and forget the rest."""
+        start = dict(zip(ARM_JOINTS, self.law.gains.rest_rad, strict=True))
+        self.plant.reset(seed, posture_rad=start)
         self._tick = 0
         self._samples: list[Sample] = []
         self.poses: list[np.ndarray] = []
@@ -99,6 +103,13 @@ class ArmLoop:
         state = self.plant.state
         q, dq, hand = state.q[self._arm], state.dq[self._arm], self.plant.hand_position()
         self._seen = (q, dq, hand, self.task.target)
+        self._output = np.concatenate(self._seen)
+
+    @property
+    def limits_rad(self) -> np.ndarray:
+        """(4, 2) lowest and highest angle of each joint."""
+        model = self.plant.model
+        return np.array([model.joint(joint).range for joint in ARM_JOINTS])
 
     def recording(self) -> Recording:
         """What was seen and done so far."""
@@ -114,7 +125,7 @@ class ArmLoop:
         self._tick += 1
         if self._tick % self._ticks == 0:
             self._physics(np.array(torque))
-        return np.concatenate(self._seen)
+        return self._output
 
     def _physics(self, torque: np.ndarray) -> None:
         self._samples.append(Sample(self.plant.time_s, *self._seen, torque))
@@ -138,27 +149,3 @@ def close_loop(controller: ArmNetwork, loop: ArmLoop) -> None:
     nengo.Connection(plant[:STATE_SIZE], controller.state, synapse=None)
     nengo.Connection(plant[STATE_SIZE:], controller.target, synapse=None)
     nengo.Connection(controller.torque, plant, synapse=None)
-
-
-def record_region(law: OperationalSpaceLaw, box: TargetBox) -> ArmRegion:
-    """The region a task needs, from runs of the exact law.
-
-    One run visits a grid that fills the box, so that no target lies outside the region; others
-    follow random targets that no evaluation uses, as the task will.
-    """
-    tour = GridTour(box)
-    runs = [_exact_run(ArmLoop(law, seed=0), tour, tour.seconds)]
-    for seed in REGION_SEEDS:
-        loop = ArmLoop(law, seed)
-        random = ReachTask(box, seed, loop.plant.hand_position())
-        runs.append(_exact_run(loop, random, REGION_SECONDS))
-    whole = Recording(*(np.concatenate(column) for column in zip(*runs, strict=True)))
-    error = whole.target - whole.hand
-    return ArmRegion.from_recording(whole.q, whole.dq, whole.hand, error, seed=0)
-
-
-def _exact_run(loop: ArmLoop, task: Task, seconds: float) -> Recording:
-    loop.begin(task)
-    for _ in range(round(seconds / loop.plant.dt_s)):
-        loop.step(loop.exact_torque())
-    return loop.recording()

@@ -20,14 +20,15 @@ def silent(_what: str, _share: float | None) -> None:
 class Options:
     """Options all experiments share.
 
-    ``seed`` draws what varies from run to run of the same controller; ``folder`` is where the run
-    is written.
+    ``pipeline`` is that of the compile, by default the chip's; ``seed`` draws what varies from run
+    to run of the same controller; ``folder`` is where the run is written.
     """
 
     folder: Path
     seconds: float
     backend: str = "native"
     chip: str = "loihi"
+    pipeline: str | None = None
     seed: int = 0
     video: bool = False
     progress: Progress = field(default=silent, compare=False)
@@ -53,5 +54,5 @@ class Experiment:
     backends: tuple[str, ...]
     seconds: float
     """Simulated time where none is asked for."""
-    step_s: float
-    """Its longest time step: the shortest time it can simulate."""
+    shortest_s: float
+    """The shortest time it can simulate."""

@@ -1,77 +1,85 @@
 """Reach-to-target: the right arm follows random targets (paper, sec. 4.1 and Fig. 4)."""
 
-import dataclasses
-import time
 from dataclasses import dataclass
 from typing import Any
 
 import nengo
-from nengo.exceptions import SimulationError
+import numpy as np
+from matplotlib.figure import Figure
 
-from spikeport.errors import DivergedError, UsageError, unknown
-from spikeport.experiments import run_folder
-from spikeport.experiments.arm_loop import ArmLoop, close_loop, record_region
-from spikeport.experiments.on_chip import on_chip
+from spikeport.experiments import arm_run, reach_task
+from spikeport.experiments.arm_controller import controller
+from spikeport.experiments.arm_region import record_region
+from spikeport.experiments.arm_settings import ArmSettings
+from spikeport.experiments.arm_task import Rehearsal
+from spikeport.experiments.arm_trial import ArmRun, ArmTrial
 from spikeport.experiments.options import Experiment, Options, Outcome
-from spikeport.experiments.reach_figure import draw
+from spikeport.experiments.reach_figure import reach_figure
 from spikeport.experiments.reach_metrics import metrics
-from spikeport.experiments.reach_picture import check_video, picture, write_video
-from spikeport.experiments.reach_probes import write_probes
-from spikeport.experiments.reach_task import BOXES, ReachTask, TargetBox
-from spikeport.networks.arm import PRESETS, ArmNetwork, ArmSizes, analytic_arm, arm
+from spikeport.experiments.reach_task import ReachTask, TargetBox, find_box
 from spikeport.networks.operational_space import OperationalSpaceLaw
 from spikeport.robot.arm import ArmDynamics
-from spikeport.simulator import Simulator
 
-DT_S = 0.001
-LARGEST_SEED = 2**32 - 1
-"""Of NumPy's random states."""
+TRACE_S = 1.0
+"""How long a trace pictures show."""
 
 
-@dataclass(frozen=True)
-class ReachSettings:
-    """Settings of the experiment.
+@dataclass(frozen=True, kw_only=True)
+class ReachSettings(ArmSettings):
+    """Settings of the experiment, see `ArmSettings`.
 
-    ``box`` is where targets appear, ``preset`` the size of the controller; ``m1``, ``cb`` and
-    ``s1`` replace its neurons per axis, ensemble and dimension. ``network_seed`` draws the neurons.
-    ``appearance`` is that of the robot in pictures: ``primitive``, or ``menagerie`` for meshes.
+    ``box`` is where targets appear: ``small``, ``large`` or ``x0:x1,y0:y1,z0:z1`` in m.
     """
 
     box: str = "small"
-    preset: str = "lean"
-    m1: int | None = None
-    cb: int | None = None
-    s1: int | None = None
-    network_seed: int = 0
-    appearance: str = "primitive"
 
     def __post_init__(self) -> None:
         """Check the values; UsageError says what is wrong."""
-        if self.box not in BOXES:
-            raise unknown("box", self.box, BOXES)
-        if self.preset not in PRESETS:
-            raise unknown("preset", self.preset, PRESETS)
-        for key, value in self._given_sizes().items():
-            if value < 1:
-                raise UsageError(f"{key}={value}: the number of neurons must be at least 1")
-        if not 0 <= self.network_seed <= LARGEST_SEED:
-            raise UsageError(
-                f"network_seed={self.network_seed}: a seed must be from 0 to {LARGEST_SEED}"
-            )
-
-    def _given_sizes(self) -> dict[str, int]:
-        sizes = {"m1": self.m1, "cb": self.cb, "s1": self.s1}
-        return {key: value for key, value in sizes.items() if value is not None}
+        super().__post_init__()
+        find_box(self.box)
 
     @property
     def target_box(self) -> TargetBox:
         """Where targets appear."""
-        return BOXES[self.box]
+        return find_box(self.box)
+
+
+@dataclass(frozen=True)
+class ReachTrial(ArmTrial):
+    """What a reach run does, and what is made of it."""
+
+    settings: ReachSettings
+    name = "reach"
+
+    def task(self, hand: np.ndarray) -> ReachTask:
+        """Random targets, drawn from the seed of the run."""
+        return ReachTask(self.settings.target_box, self.options.seed, hand)
+
+    def rehearsals(self) -> list[Rehearsal]:
+        """A tour of the box, and random targets."""
+        return reach_task.rehearsals(self.settings.target_box)
 
     @property
-    def sizes(self) -> ArmSizes:
-        """Neuron counts of the controller."""
-        return dataclasses.replace(PRESETS[self.preset], **self._given_sizes())
+    def goal(self) -> str:
+        """The box."""
+        return f"box {self.settings.box}"
+
+    def goal_points(self) -> np.ndarray:
+        """Points that fill the box."""
+        return self.settings.target_box.grid(3)
+
+    def metrics(self, run: ArmRun) -> dict[str, Any]:
+        """The figures of a run."""
+        assert isinstance(run.task, ReachTask)
+        return metrics(run, run.task.reach_times_s)
+
+    def figure(self, run: ArmRun, result: dict[str, Any]) -> Figure:
+        """The paper's Fig. 4."""
+        return reach_figure(run, result)
+
+    def trace_since(self, time_s: float) -> float:
+        """The last second."""
+        return time_s - TRACE_S
 
 
 def arm_network(
@@ -86,89 +94,25 @@ def arm_network(
 
     It gives the image that the experiment runs, digest and all: the robot is not part of it.
     """
-    settings = ReachSettings(box, preset, m1, cb, s1, network_seed)
-    with nengo.Network(label="reach", seed=network_seed) as network:
-        _controller(settings)
-    return network
-
-
-def _controller(settings: ReachSettings) -> ArmNetwork:
+    settings = ReachSettings(box=box, preset=preset, m1=m1, cb=cb, s1=s1, network_seed=network_seed)
     law = OperationalSpaceLaw(ArmDynamics())
-    region = record_region(law, settings.target_box)
-    return arm(law, region, settings.sizes, seed=settings.network_seed)
+    region = record_region(law, reach_task.rehearsals(settings.target_box))
+    with nengo.Network(label="reach", seed=network_seed) as network:
+        controller(settings, region)
+    return network
 
 
 def run(settings: ReachSettings, options: Options) -> Outcome:
     """Run the experiment and write its folder."""
-    law = OperationalSpaceLaw(ArmDynamics())
-    loop = ArmLoop(law, options.seed, DT_S, settings.appearance)
-    if options.video:
-        check_video(options.folder, loop)
-    task = ReachTask(settings.target_box, options.seed, loop.plant.hand_position())
-    loop.begin(task)
-    analytic = options.backend == "analytic"
-    options.progress("building the controller", None)
-    with nengo.Network(label="reach", seed=settings.network_seed) as network:
-        controller = analytic_arm(law) if analytic else _controller(settings)
-        close_loop(controller, loop)
-    backend = "reference" if analytic else options.backend
-    options.progress("compiling", None)
-    with Simulator(network, chip=options.chip, backend=backend, dt=DT_S, seed=options.seed) as sim:
-        wall_s = _simulate(sim, loop, options)
-    recording = loop.recording()
-    exact = recording.exact_torque(law)
-    figures = metrics(recording, exact, task.reach_times_s, sim, wall_s)
-    rasters = {axis: sim.data[probe] != 0 for axis, probe in controller.rasters.items()}
-    result = _result(settings, options, sim, figures)
-    options.progress("writing", None)
-    run_folder.clear(options.folder)
-    write_probes(options.folder, recording, exact, rasters, DT_S)
-    draw(options.folder, recording, rasters, result, picture(loop))
-    if options.video:
-        write_video(options.folder, loop)
-    run_folder.write_result(options.folder, result)
-    report = None if sim.compilation is None else sim.compilation.report
-    return Outcome(result, report, sim.activity)
-
-
-def _simulate(sim: Simulator, loop: ArmLoop, options: Options) -> float:
-    """Run all steps; returns the wall-clock time they took, in seconds."""
-    steps = round(options.seconds / DT_S)
-    start = time.perf_counter()
-    try:
-        for i in range(steps):
-            sim.step()
-            if i % 50 == 0:
-                options.progress("simulating", i / steps)
-    except (DivergedError, SimulationError) as error:  # Nengo's: a node gave NaN or infinity
-        path = run_folder.write_last_states(options.folder, loop.plant.history())
-        raise DivergedError(f"{error}; the last states are in {path}") from error
-    return time.perf_counter() - start
-
-
-def _result(
-    settings: ReachSettings, options: Options, sim: Simulator, figures: dict[str, Any]
-) -> dict[str, Any]:
-    """What ``result.json`` holds, but for schema and versions."""
-    return {
-        "command": list(options.command),
-        "experiment": EXPERIMENT.name,
-        "backend": options.backend,
-        "seconds": options.seconds,
-        "seeds": {"run": options.seed, "network": settings.network_seed},
-        "settings": dataclasses.asdict(settings),
-        "metrics": figures,
-        "activity": sim.activity.totals(),
-        **on_chip(sim),
-    }
+    return arm_run.run(ReachTrial(settings, options))
 
 
 EXPERIMENT = Experiment(
-    name="reach",
+    name=ReachTrial.name,
     summary="the right arm follows random targets",
     settings=ReachSettings,
     run=run,
-    backends=("analytic", "reference", "native", "nengo-loihi"),
+    backends=arm_run.BACKENDS,
     seconds=15.0,
-    step_s=0.005,
+    shortest_s=0.005,
 )

@@ -4,14 +4,18 @@ Source: paper, sec. 4.1. Its target area and gains are not published; the boxes 
 """
 
 from dataclasses import dataclass
-from typing import Protocol
+from functools import partial
 
 import numpy as np
 
+from spikeport.errors import UsageError, unknown
+from spikeport.experiments.arm_task import SHOULDER_M, Rehearsal
+
 REACHED_M = 0.04
 MIN_JUMP_M = 0.10
-SHOULDER_M = (0.0, -0.2135, 1.4989)
-"""The right shoulder with the pelvis anchored at 1.06 m: centre of the reachable shell."""
+REGION_SEEDS = (1000, 1001, 1002)
+REGION_SECONDS = 15.0
+"""Random runs that shape the region; no evaluation uses these seeds."""
 
 
 @dataclass(frozen=True)
@@ -49,13 +53,33 @@ BOXES = {
 }
 
 
-class Task(Protocol):
-    """Something that tells the arm where to go."""
+def find_box(text: str) -> TargetBox:
+    """The box of that name, or of the edges ``x0:x1,y0:y1,z0:z1`` in metres.
 
-    target: np.ndarray
+    Raises
+    ------
+    UsageError
+        If it is neither, or too small to hold targets 10 cm apart wherever the last one was.
+    """
+    if text in BOXES:
+        return BOXES[text]
+    edges = _edges(text)
+    if edges.shape != (3, 2) or not np.isfinite(edges).all():
+        raise unknown("box", text, [*BOXES, "x0:x1,y0:y1,z0:z1 (m)"])
+    low, high = edges.T
+    if (high < low).any() or np.linalg.norm(high - low) <= 2 * MIN_JUMP_M:
+        raise UsageError(
+            f"box {text}: each edge must rise, and the diagonal exceed {2 * MIN_JUMP_M:g} m"
+        )
+    return TargetBox(tuple(low), tuple(high))
 
-    def update(self, time_s: float, hand: np.ndarray) -> None:
-        """Look at the hand's position, and move on if it is time to."""
+
+def _edges(text: str) -> np.ndarray:
+    """The numbers of ``a:b,c:d``, row by row; empty if they are none."""
+    try:
+        return np.array([[float(end) for end in edge.split(":")] for edge in text.split(",")])
+    except ValueError:
+        return np.empty((0, 2))
 
 
 class ReachTask:
@@ -107,3 +131,16 @@ class GridTour:
         """Move on when the time at this target is over."""
         number = int(time_s / self._dwell_s)
         self.target = self._targets[min(number, len(self._targets) - 1)]
+
+
+def rehearsals(box: TargetBox) -> list[Rehearsal]:
+    """What shapes the region of a box.
+
+    One run visits a grid that fills it, so that no target lies outside the region; others follow
+    random targets that no evaluation uses, as the task will.
+    """
+    tour = GridTour(box)
+    random = [
+        Rehearsal(partial(ReachTask, box, seed), REGION_SECONDS, seed) for seed in REGION_SEEDS
+    ]
+    return [Rehearsal(lambda _hand: tour, tour.seconds, seed=0), *random]

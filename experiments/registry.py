@@ -5,7 +5,10 @@ from importlib import import_module
 from spikeport.errors import MissingExtraError, unknown
 from spikeport.experiments.options import Experiment
 
-EXPERIMENTS = {"reach": "spikeport.experiments.reach"}
+EXPERIMENTS = {
+    "draw": "spikeport.experiments.draw",
+    "reach": "spikeport.experiments.reach",
+}
 """The module of each experiment, which names it ``EXPERIMENT``."""
 
 

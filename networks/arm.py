@@ -12,13 +12,13 @@ torques are divided by their full scale and multiplied again in the torque node,
 read-out on the chip saturates, silently, at a value of 10.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import nengo
 import numpy as np
 
-from spikeport.networks.operational_space import OperationalSpaceLaw
+from spikeport.networks.operational_space import LawTerms, OperationalSpaceLaw
 from spikeport.networks.region import ArmRegion, Box
 from spikeport.networks.solvers import PerDimension
 
@@ -27,6 +27,8 @@ JOINTS = ("pitch", "roll", "yaw", "elbow")
 STATE_SIZE = 11
 RASTER_NEURONS = 60
 """Neurons of each M1 axis whose spikes are probed."""
+REGULARISATION = 0.05
+"""Of the torques' decoders (see `nengo.solvers.LstsqL2`)."""
 MAX_DECODED_NEURONS = 4000
 """Neurons of one decoded ensemble: a relay on the chip has 4,096 input axons."""
 
@@ -61,13 +63,30 @@ class ArmNetwork(nengo.Network):
 
     ``state`` takes joint angles (rad), joint velocities (rad/s) and the hand's position (m);
     ``target`` the position (m) to reach; ``torque`` gives the four joint torques in N m.
-    ``rasters`` holds, for each axis of M1, a probe of the spikes of some of its neurons.
+    ``rasters`` holds, for each axis of M1, a probe of the spikes of some of its neurons; ``groups``
+    the ensembles that decode each term of the torque (`term_torques`).
     """
 
     state: nengo.Node
     target: nengo.Node
     torque: nengo.Node
     rasters: dict[str, nengo.Probe]
+    groups: dict[str, list[nengo.Ensemble]]
+
+
+def term_torques(terms: LawTerms, dq: np.ndarray, error: np.ndarray) -> dict[str, np.ndarray]:
+    """The terms whose sum is the torque: (n, 4) in N m each, by the group that decodes it.
+
+    Parameters
+    ----------
+    terms : LawTerms
+        The law's terms at n postures.
+    dq, error : (n, 4) and (n, 3) arrays
+        Joint velocities in rad/s and position errors in m.
+    """
+    kinematic = {f"M1 {axis}": terms.kinematic[:, d] * error[:, [d]] for d, axis in enumerate(AXES)}
+    damping = {f"CB {joint}": terms.damping[:, j] * dq[:, [j]] for j, joint in enumerate(JOINTS)}
+    return {**kinematic, **damping, "CB gravity": terms.bias}
 
 
 def arm(
@@ -76,6 +95,7 @@ def arm(
     sizes: ArmSizes | None = None,
     synapses: Synapses | None = None,
     seed: int = 0,
+    decoders: Mapping[str, np.ndarray] | None = None,
 ) -> ArmNetwork:
     """Build the spiking controller.
 
@@ -89,14 +109,20 @@ def arm(
         Neuron counts and time constants.
     seed : int
         Seed of neurons and evaluation points.
+    decoders : mapping of str to (n, 4) array, optional
+        Decoders of each group of ``groups``, in N m per Hz, instead of those solved for float
+        neurons.
     """
     net = ArmNetwork(label="arm", seed=seed)
-    build = _Builder(net, law, region, sizes or ArmSizes(), synapses or Synapses(), seed)
+    build = _Builder(
+        net, law, region, sizes or ArmSizes(), synapses or Synapses(), seed, decoders or {}
+    )
     with net:
         net.config[nengo.Ensemble].max_rates = nengo.dists.Uniform(200, 400)
         net.config[nengo.Ensemble].neuron_type = nengo.LIF(
             initial_state={"voltage": nengo.dists.Choice([0])}
         )
+        net.rasters, net.groups = {}, {}
         build.inputs()
         build.s1()
         build.torque()
@@ -116,14 +142,20 @@ class _Builder:
         sizes: ArmSizes,
         synapses: Synapses,
         seed: int,
+        decoders: Mapping[str, np.ndarray],
     ) -> None:
         self.net = net
         self.region = region
         self.sizes = sizes
         self.synapses = synapses
-        self.terms = law.terms(region.q_samples)
+        self.decoders = decoders
         self.q = region.q.normalise(region.q_samples)
         self.scalar = np.random.RandomState(seed).uniform(-1, 1, (len(self.q), 1))
+        self.targets = term_torques(
+            law.terms(region.q_samples),
+            self.scalar * region.dq.half,
+            self.scalar * region.error.half,
+        )
         self.scales: list[np.ndarray] = []
 
     def inputs(self) -> None:
@@ -136,15 +168,21 @@ class _Builder:
         self.net.target = nengo.Node(lambda _t, x: region.x.normalise(x), size_in=3, label="target")
 
     def s1(self) -> None:
-        """Relay the state, 50 neurons a dimension."""
+        """Relay the state, 50 neurons a dimension.
+
+        Their intercepts are even, in pairs of both signs: so few at random leave gaps, whose error
+        is an error of the hand's position.
+        """
         n = self.sizes.s1
         signs = np.where(np.arange(STATE_SIZE * n) % 2, 1.0, -1.0)
         encoders = np.repeat(np.eye(STATE_SIZE), n, axis=0) * signs[:, np.newaxis]
+        pairs = -(-n // 2)
+        intercepts = np.repeat(-1 + 1.9 * (np.arange(pairs) + 0.5) / pairs, 2)[:n]
         self.s1_ensemble = nengo.Ensemble(
             STATE_SIZE * n,
             STATE_SIZE,
             encoders=encoders,
-            intercepts=nengo.dists.Uniform(-1, 0.9),
+            intercepts=np.tile(intercepts, STATE_SIZE),
             eval_points=nengo.dists.Uniform(-1, 1),
             n_eval_points=2000,
             label="S1",
@@ -153,7 +191,7 @@ class _Builder:
 
     def torque(self) -> None:
         """Sum the decoded torques, each times its full scale: one column block for each term."""
-        n_terms = len(AXES) + len(JOINTS) + 1
+        n_terms = len(self.targets)
         scales = self.scales  # filled while the terms are built, complete before the first step
 
         def total(_t: float, shares: np.ndarray) -> np.ndarray:
@@ -165,11 +203,9 @@ class _Builder:
         """One 5-D group [q, e_d] per axis."""
         region = self.region
         per_error = region.x.half / region.error.half
-        self.net.rasters = {}
         for d, axis in enumerate(AXES):
-            targets = self.terms.kinematic[:, d] * region.error.half[d] * self.scalar
             feedback = _select(4, {8 + d: -per_error[d]})
-            group = self._term(f"M1 {axis}", self.sizes.m1, targets, feedback)
+            group = self._term(f"M1 {axis}", self.sizes.m1, feedback)
             target = np.zeros((5, 3))
             target[4, d] = per_error[d]
             for ensemble in group:
@@ -179,24 +215,23 @@ class _Builder:
     def cb(self) -> None:
         """One 5-D group [q, dq_j] per joint, and a 4-D group [q] for gravity and posture."""
         for j, joint in enumerate(JOINTS):
-            targets = self.terms.damping[:, j] * self.region.dq.half[j] * self.scalar
-            self._term(f"CB {joint}", self.sizes.cb, targets, _select(4, {4 + j: 1.0}))
-        self._term("CB gravity", self.sizes.cb, self.terms.bias, _select(4))
+            self._term(f"CB {joint}", self.sizes.cb, _select(4, {4 + j: 1.0}))
+        self._term("CB gravity", self.sizes.cb, _select(4))
 
-    def _term(
-        self, label: str, n: int, targets: np.ndarray, transform: np.ndarray
-    ) -> list[nengo.Ensemble]:
-        """Ensembles that decode ``targets`` (N m) from S1's state, transformed, into the torque."""
+    def _term(self, label: str, n: int, transform: np.ndarray) -> list[nengo.Ensemble]:
+        """Ensembles that decode a term of the torque from S1's state, transformed."""
         dimensions = len(transform)
         points = np.hstack([self.q, self.scalar])[:, :dimensions]
+        targets = self.targets[label]
         scale = np.abs(targets).max(axis=0)
         column = 4 * len(self.scales)
         self.scales.append(scale)
         parts = -(-n // MAX_DECODED_NEURONS)
-        group = []
+        group = self.net.groups[label] = []
         for part in range(parts):
+            neurons = slice(n * part // parts, n * (part + 1) // parts)
             ensemble = nengo.Ensemble(
-                n * (part + 1) // parts - n * part // parts,
+                neurons.stop - neurons.start,
                 dimensions,
                 radius=1.2,
                 intercepts=nengo.dists.Uniform(-1, 0.9),
@@ -216,11 +251,17 @@ class _Builder:
                 function=targets / scale / parts,
                 eval_points=points,
                 scale_eval_points=False,
-                solver=nengo.solvers.LstsqL2(reg=0.05),
+                solver=self._solver(label, neurons, scale),
                 synapse=self.synapses.torque_s,
             )
             group.append(ensemble)
         return group
+
+    def _solver(self, label: str, neurons: slice, scale: np.ndarray) -> nengo.solvers.Solver:
+        """What gives the decoders of some neurons of a group."""
+        if label in self.decoders:
+            return nengo.solvers.NoSolver(self.decoders[label][neurons] / scale)
+        return nengo.solvers.LstsqL2(reg=REGULARISATION)
 
 
 def _select(n_joints: int, extra: dict[int, float] | None = None) -> np.ndarray:
@@ -245,7 +286,7 @@ def analytic_arm(law: OperationalSpaceLaw) -> ArmNetwork:
         nengo.Connection(net.state, exact[:STATE_SIZE], synapse=None)
         nengo.Connection(net.target, exact[STATE_SIZE:], synapse=None)
         nengo.Connection(exact, net.torque, synapse=0)  # a step of delay: no algebraic loop
-        net.rasters = {}
+        net.rasters, net.groups = {}, {}
     return net
 
 

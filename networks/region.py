@@ -30,6 +30,10 @@ class Box:
         half = np.percentile(np.abs(samples), PEAK_PERCENTILE, axis=0)
         return cls(np.zeros_like(half), half * (1 + margin))
 
+    def at_least(self, half: np.ndarray) -> "Box":
+        """The box, widened where it is narrower than ``half``."""
+        return Box(self.centre, np.maximum(self.half, half))
+
     @classmethod
     def join(cls, *boxes: "Box") -> "Box":
         """The box of all their dimensions, one box after the other."""
@@ -38,6 +42,10 @@ class Box:
     def normalise(self, values: np.ndarray) -> np.ndarray:
         """Values in units of the box, clipped to it."""
         return np.minimum(np.maximum((values - self.centre) / self.half, -1.0), 1.0)
+
+    def clip(self, values: np.ndarray) -> np.ndarray:
+        """The points of the box that are nearest to the values."""
+        return self.restore(self.normalise(values))
 
     def restore(self, normalised: np.ndarray) -> np.ndarray:
         """The inverse of `normalise` inside the box."""
@@ -74,10 +82,14 @@ class ArmRegion:
 
         The samples are drawn from the recording and jittered by a share of each joint's range:
         spiking runs leave the recorded path, and decoders must know what to do beside it.
+
+        The box of errors is no narrower than that of positions: target and position reach M1 one by
+        one, in units of the error, and what carries them clips beyond 1.
         """
         rng = np.random.RandomState(seed)
         box = Box.around(q)
         drawn = q[rng.randint(len(q), size=n_samples)]
         drawn = drawn + rng.uniform(-jitter, jitter, drawn.shape) * 2 * box.half
-        inside = box.restore(box.normalise(drawn))
-        return cls(box, Box.symmetric(dq), Box.around(x), Box.symmetric(error), inside)
+        position = Box.around(x)
+        apart = Box.symmetric(error).at_least(position.half)
+        return cls(box, Box.symmetric(dq), position, apart, box.clip(drawn))

@@ -3,8 +3,9 @@ import numpy as np
 import pytest
 
 from spikeport.errors import DivergedError, UsageError
-from spikeport.experiments.arm_loop import ArmLoop, close_loop, record_region
-from spikeport.experiments.reach_task import BOXES, GridTour, ReachTask, TargetBox
+from spikeport.experiments.arm_loop import ArmLoop, Recording, close_loop
+from spikeport.experiments.arm_region import record_region
+from spikeport.experiments.reach_task import BOXES, GridTour, ReachTask, TargetBox, rehearsals
 from spikeport.networks.arm import ArmSizes, analytic_arm, arm
 from spikeport.robot.description import ARM_JOINTS
 
@@ -13,7 +14,7 @@ SMALL = ArmSizes(m1=60, cb=30, s1=10)
 
 @pytest.fixture(scope="module")
 def region(law):
-    return record_region(law, BOXES["small"])
+    return record_region(law, rehearsals(BOXES["small"]))
 
 
 def started(law, seed=0, dt_s=0.001):
@@ -161,7 +162,7 @@ def test_every_target_of_the_box_lies_in_the_region(region):
 
 
 def test_the_region_is_the_same_every_time(law, region):
-    again = record_region(law, BOXES["small"])
+    again = record_region(law, rehearsals(BOXES["small"]))
     assert np.array_equal(again.q_samples, region.q_samples)
 
 
@@ -169,3 +170,16 @@ def test_an_unknown_appearance_lists_those_there_are(law):
     with pytest.raises(UsageError) as caught:
         ArmLoop(law, 0, appearance="chrome")
     assert str(caught.value) == "unknown appearance 'chrome'; there is: menagerie, primitive"
+
+
+def test_a_step_is_at_a_limit_if_one_joint_is_there_or_beyond(law):
+    limits = ArmLoop(law, 0).limits_rad
+    inside, low, high, beyond = (limits.mean(axis=1) for _ in range(4))
+    low[0], high[3], beyond[1] = limits[0, 0], limits[3, 1], limits[1, 1] + 0.01
+    q = np.array([inside, low, high, beyond])
+    recording = Recording(*[np.zeros(4)] * 6)._replace(q=q)
+    assert recording.at_limit(limits).tolist() == [False, True, True, True]
+
+
+def test_the_limits_are_those_of_the_arm(law):
+    assert np.array_equal(ArmLoop(law, 0).limits_rad, law.arm.limits_rad)

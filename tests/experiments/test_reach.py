@@ -10,8 +10,9 @@ from PIL import Image
 
 from spikeport.compile.pipeline import compile_network
 from spikeport.errors import DivergedError, UsageError
-from spikeport.experiments import reach
+from spikeport.experiments import arm_run, reach
 from spikeport.experiments.arm_loop import Recording
+from spikeport.experiments.arm_trial import ArmRun
 from spikeport.experiments.reach_metrics import metrics
 from spikeport.networks.arm import PRESETS, ArmNetwork, ArmSizes, analytic_arm
 from spikeport.robot.plant import Plant
@@ -93,7 +94,10 @@ def test_the_network_seed_changes_the_image_and_sizes_replace_the_presets():
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
-        ({"box": "huge"}, "unknown box 'huge'; there is: large, small"),
+        (
+            {"box": "huge"},
+            "unknown box 'huge'; there is: large, small, x0:x1,y0:y1,z0:z1 (m)",
+        ),
         ({"preset": "fat"}, "unknown preset 'fat'; there is: lean, paper"),
         ({"cb": -5}, "cb=-5: the number of neurons must be at least 1"),
         ({"network_seed": 2**32}, "network_seed=4294967296: a seed must be from 0 to 4294967295"),
@@ -129,7 +133,7 @@ def test_the_result_reads_back_as_it_was_returned(loihi):
 def test_the_resources_are_those_of_the_compiler(loihi):
     report = loihi.outcome.report.to_dict()
     assert loihi.result["resources"] == report["resources"]
-    assert set(loihi.result["resources"]["cores"]) == {"used", "limit"}
+    assert set(loihi.result["resources"]["cores"]) == {"used", "limit", "lower_bound"}
     assert loihi.result["resources"]["cores"]["used"] == len(report["cores"])
 
 
@@ -202,30 +206,31 @@ def test_two_runs_differ_in_wall_clock_time_only(tmp_path):
 # metrics
 
 
-def recorded(distances, torques):
+def finished(distances, torques=(0.0,), at_limit=(False,), wall_s=1.0):
+    """A run of 4 s whose exact torques are zero."""
     n = len(distances)
-    target = np.outer(distances, [1, 0, 0])
-    torque = np.outer(torques, np.ones(4))
+    target, torque = np.outer(distances, [1, 0, 0]), np.outer(torques, np.ones(4))
     zero = np.zeros((n, 4))
-    return Recording(0.005 * np.arange(n), zero, zero, np.zeros((n, 3)), target, torque)
+    recording = Recording(0.005 * np.arange(n), zero, zero, np.zeros((n, 3)), target, torque)
+    sim = SimpleNamespace(time=4.0, image=None)
+    return ArmRun(None, recording, zero, np.array(at_limit), {}, sim, wall_s, None)
 
 
 def test_metrics_of_a_run_with_reaches():
-    sim = SimpleNamespace(time=4.0, image=None)
-    recording = recorded([0.3, 0.4], [1.0, -1.0])
-    figures = metrics(recording, np.zeros((2, 4)), [0.5, 1.5], sim, wall_s=2.0)
+    run = finished([0.3, 0.4], [1.0, -1.0], [False, True], wall_s=2.0)
+    figures = metrics(run, [0.5, 1.5])
     assert figures["reaches"] == 2
     assert figures["seconds_per_reach_mean"] == 0.75
     assert figures["seconds_per_reach_max"] == 2.5
     assert figures["distance_rms_m"] == pytest.approx(0.125**0.5)
     assert figures["torque_error_rms_nm"] == [1.0] * 4
+    assert figures["joint_limit_steps"] == 1
     assert figures["readout_spikes"] is None
     assert figures["real_time_factor"] == 2.0
 
 
 def test_metrics_of_a_run_without_reaches():
-    sim = SimpleNamespace(time=4.0, image=None)
-    figures = metrics(recorded([0.3], [0.0]), np.zeros((1, 4)), [], sim, 1.0)
+    figures = metrics(finished([0.3]), [])
     assert figures["reaches"] == 0
     assert figures["seconds_per_reach_mean"] is None
     assert figures["seconds_per_reach_max"] == 4.0
@@ -248,7 +253,7 @@ def failing_arm(value):
             half = nengo.Node(lambda t: np.full(4, 1e308 if t > 0.05 else 0.0))
             for _ in range(2):
                 nengo.Connection(half, net.torque, transform=np.sign(value), synapse=None)
-            net.rasters = {}
+            net.rasters, net.groups = {}, {}
         return net
 
     return build
@@ -260,7 +265,7 @@ def test_a_controller_that_fails_ends_the_run_and_leaves_the_last_states(
     tmp_path, spikeport, monkeypatch, value
 ):
     out = tmp_path / "run"
-    monkeypatch.setattr(reach, "analytic_arm", failing_arm(value))
+    monkeypatch.setattr(arm_run, "analytic_arm", failing_arm(value))
     code, printed, error = spikeport(*ANALYTIC, "--out", out)
     assert (code, printed) == (1, "")
     assert error == (
@@ -285,7 +290,7 @@ def test_a_law_that_gives_nan_ends_the_run_and_leaves_the_last_states(
         return net
 
     out = tmp_path / "run"
-    monkeypatch.setattr(reach, "analytic_arm", nan_arm)
+    monkeypatch.setattr(arm_run, "analytic_arm", nan_arm)
     code, printed, error = spikeport(*ANALYTIC, "--out", out)
     assert (code, printed) == (1, "")
     assert error.startswith("error: Function '")
@@ -322,23 +327,60 @@ def test_divergence_replaces_an_earlier_run(tmp_path, monkeypatch):
     options = reach.Options(tmp_path, 0.1, backend="analytic")
     reach.run(reach.ReachSettings(), options)
     assert names(tmp_path) == FILES
-    monkeypatch.setattr(reach, "analytic_arm", failing_arm(np.inf))
+    monkeypatch.setattr(arm_run, "analytic_arm", failing_arm(np.inf))
     with pytest.raises(DivergedError):
         reach.run(reach.ReachSettings(), options)
     assert names(tmp_path) == ["last_states.npz"]
 
 
-@pytest.mark.parametrize("failing", ["draw", "write_probes"])
-def test_a_failure_while_writing_leaves_no_result(tmp_path, monkeypatch, failing):
+@pytest.mark.parametrize(
+    ("module", "failing"), [(reach, "reach_figure"), (arm_run, "write_probes")]
+)
+def test_a_failure_while_writing_leaves_no_result(tmp_path, monkeypatch, module, failing):
     def full(*_):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     options = reach.Options(tmp_path, 0.05, backend="analytic")
     reach.run(reach.ReachSettings(), options)
-    monkeypatch.setattr(reach, failing, full)
+    monkeypatch.setattr(module, failing, full)
     with pytest.raises(OSError, match="No space left"):
         reach.run(reach.ReachSettings(), options)
     assert "result.json" not in names(tmp_path)
+
+
+# what it cannot do
+
+
+def test_a_box_out_of_reach_is_refused_before_the_run(tmp_path, spikeport):
+    out = tmp_path / "run"
+    code, printed, error = spikeport(
+        *ANALYTIC, "--set", "box=0.3:0.9,-0.3:-0.1,1.1:1.3", "--out", out
+    )
+    assert (code, printed) == (2, "")
+    assert error == (
+        "error: box 0.3:0.9,-0.3:-0.1,1.1:1.3: (0.600, -0.300, 1.100) m is out of reach of the "
+        "right arm, by 10.0 cm; the nearest point inside is (0.518, -0.287, 1.157) m; cure: move "
+        "it there, or make it smaller\n"
+    )
+    assert not out.exists()
+
+
+def test_a_joint_at_its_limit_is_marked_in_the_figure():
+    def marks(at_limit):
+        run = finished([0.3, 0.4], [0.0, 0.0], at_limit)
+        result = {
+            "settings": {"box": "small"},
+            "metrics": {"reaches": 0},
+            "seeds": {"run": 0},
+            "seconds": 0.01,
+            "backend": "analytic",
+            "resources": None,
+        }
+        legend = reach.reach_figure(run, result).axes[0].get_legend()
+        return [text.get_text() for text in legend.get_texts()]
+
+    assert marks([False, False]) == ["reached below 4 cm"]
+    assert marks([False, True]) == ["reached below 4 cm", "joint at its limit (1 steps)"]
 
 
 # what a machine may lack
@@ -360,12 +402,12 @@ def test_a_video_that_cannot_be_made_is_refused_before_the_run(tmp_path, spikepo
 
 def test_a_run_without_graphics_has_a_figure_all_the_same(tmp_path, monkeypatch):
     from spikeport.errors import RenderError
-    from spikeport.experiments import reach_picture
+    from spikeport.experiments import arm_picture
 
     def no_graphics(*_):
         raise RenderError("none")
 
-    monkeypatch.setattr(reach_picture, "Renderer", no_graphics)
+    monkeypatch.setattr(arm_picture, "Renderer", no_graphics)
     reach.run(reach.ReachSettings(), reach.Options(tmp_path, 0.05, backend="analytic"))
     assert names(tmp_path) == FILES
 

@@ -1,14 +1,16 @@
 import numpy as np
 import pytest
 
+from spikeport.errors import UsageError
+from spikeport.experiments.arm_task import SHOULDER_M
 from spikeport.experiments.reach_task import (
     BOXES,
     MIN_JUMP_M,
     REACHED_M,
-    SHOULDER_M,
     GridTour,
     ReachTask,
     TargetBox,
+    find_box,
 )
 
 HAND = np.array([0.3, -0.2, 1.2])
@@ -118,3 +120,24 @@ def test_a_tour_is_the_same_every_time(box):
         return found
 
     assert np.array_equal(path(GridTour(box)), path(GridTour(box)))
+
+
+def test_a_box_is_found_by_name_or_by_its_edges():
+    assert find_box("large") is BOXES["large"]
+    assert find_box("0.3:0.4,-0.3:-0.1,1.1:1.3") == TargetBox((0.3, -0.3, 1.1), (0.4, -0.1, 1.3))
+
+
+@pytest.mark.parametrize("text", ["huge", "0:1,0:1", "0:1,0:1,0:nan", "0:1:2,0:1,0:1", ""])
+def test_what_is_no_box_is_refused(text):
+    with pytest.raises(UsageError) as caught:
+        find_box(text)
+    assert str(caught.value) == (
+        f"unknown box '{text}'; there is: large, small, x0:x1,y0:y1,z0:z1 (m)"
+    )
+
+
+@pytest.mark.parametrize("text", ["0:0.1,0:0.1,0:0.1", "1:0,0:1,0:1"])
+def test_a_box_without_room_for_targets_is_refused(text):
+    with pytest.raises(UsageError) as caught:
+        find_box(text)
+    assert str(caught.value) == f"box {text}: each edge must rise, and the diagonal exceed 0.2 m"

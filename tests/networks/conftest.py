@@ -2,8 +2,8 @@
 
 import pytest
 
-from spikeport.experiments.arm_loop import record_region
-from spikeport.experiments.reach_task import BOXES
+from spikeport.experiments.arm_region import record_region
+from spikeport.experiments.reach_task import BOXES, rehearsals
 from spikeport.networks.operational_space import OperationalSpaceLaw
 from spikeport.networks.region import ArmRegion
 from spikeport.robot.arm import ArmDynamics
@@ -16,4 +16,4 @@ def law() -> OperationalSpaceLaw:
 
 @pytest.fixture(scope="session")
 def region(law: OperationalSpaceLaw) -> ArmRegion:
-    return record_region(law, BOXES["small"])
+    return record_region(law, rehearsals(BOXES["small"]))

@@ -4,7 +4,7 @@ import nengo
 import numpy as np
 import pytest
 
-from spikeport.networks.arm import MAX_DECODED_NEURONS, PRESETS, ArmSizes, arm
+from spikeport.networks.arm import MAX_DECODED_NEURONS, PRESETS, ArmSizes, arm, term_torques
 from spikeport.networks.solvers import PerDimension
 
 SMALL = ArmSizes(m1=40, cb=30, s1=10)
@@ -68,6 +68,35 @@ def test_it_is_factored_as_in_the_paper(law, region):
 def test_the_presets_have_the_papers_totals(law, region, preset, total):
     assert PRESETS[preset].total == total
     assert sum(e.n_neurons for e in arm(law, region, PRESETS[preset]).all_ensembles) == total
+
+
+@pytest.mark.parametrize("n", [50, 7])
+def test_s1s_intercepts_are_even_in_pairs_of_both_signs(law, region, n):
+    (s1,) = of_label(arm(law, region, ArmSizes(m1=40, cb=30, s1=n)), "S1")
+    intercepts = np.reshape(s1.intercepts, (11, n))
+    signs = np.asarray(s1.encoders).sum(axis=1).reshape(11, n)
+    assert (intercepts == intercepts[0]).all()
+    assert np.diff(intercepts[0, ::2]) == pytest.approx(1.9 / -(-n // 2))
+    assert (intercepts[:, 1::2] == intercepts[:, : n - 1 : 2]).all()
+    assert (signs[:, 1::2] == -signs[:, : n - 1 : 2]).all()
+
+
+def test_the_terms_add_up_to_the_torque(law, region):
+    q, rng = region.q_samples[:5], np.random.RandomState(0)
+    dq, error = rng.randn(5, 4), 0.1 * rng.randn(5, 3)
+    terms = term_torques(law.terms(q), dq, error)
+    assert list(terms) == list(arm(law, region, SMALL).groups)
+    assert sum(terms.values()) == pytest.approx(law.torques(q, dq, error))
+
+
+def test_given_decoders_are_shared_out_among_the_ensembles_of_a_group(law, region):
+    sizes = ArmSizes(m1=MAX_DECODED_NEURONS + 2, cb=30, s1=10)
+    given = np.random.RandomState(0).randn(sizes.m1, 4)
+    net = arm(law, region, sizes, decoders={"M1 x": given})
+    solvers = {c.pre_obj: c.solver for c in net.all_connections if c.post_obj is net.torque}
+    taken = np.vstack([solvers[ensemble].values for ensemble in net.groups["M1 x"]])
+    assert taken * (given[0] / taken[0]) == pytest.approx(given)
+    assert isinstance(solvers[net.groups["M1 y"][0]], nengo.solvers.LstsqL2)
 
 
 def test_s1_has_fifty_neurons_for_each_dimension_and_no_other(law, region):

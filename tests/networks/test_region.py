@@ -53,7 +53,7 @@ def test_the_boxes_are_those_of_the_recording(recording):
         "q": Box.around(recording["q"]),
         "x": Box.around(recording["x"]),
         "dq": Box.symmetric(recording["dq"]),
-        "error": Box.symmetric(recording["error"]),
+        "error": Box.symmetric(recording["error"]).at_least(Box.around(recording["x"]).half),
     }.items():
         assert np.array_equal(getattr(region, name).centre, wanted.centre)
         assert np.array_equal(getattr(region, name).half, wanted.half)
@@ -74,3 +74,18 @@ def test_the_samples_follow_from_the_seed(recording):
 
 def test_the_number_of_samples_is_the_callers(recording):
     assert ArmRegion.from_recording(**recording, seed=0, n_samples=7).q_samples.shape == (7, 4)
+
+
+def test_the_box_of_errors_is_no_narrower_than_that_of_positions(recording):
+    recording = {**recording, "error": recording["error"] * [0.01, 1.0, 100.0]}
+    region = ArmRegion.from_recording(**recording, seed=0)
+    assert (region.error.half >= region.x.half).all()
+    assert region.error.half[0] == region.x.half[0]
+    assert region.error.half[2] > 10 * region.x.half[2]
+    assert region.error.centre.tolist() == [0.0, 0.0, 0.0]
+
+
+def test_the_nearest_point_of_a_box_is_the_point_itself_inside():
+    assert BOX.clip(np.array([[1.2, 0.0], [9.0, 0.0]])) == pytest.approx(
+        np.array([[1.2, 0.0], [1.5, 0.0]])
+    )

@@ -1,5 +1,6 @@
-"""Pictures and videos of a reach run, drawn from its recorded poses."""
+"""Pictures and videos of a run of the arm, drawn from its recorded poses."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import mujoco
@@ -11,16 +12,20 @@ from spikeport.robot.render import Mark, Renderer
 from spikeport.robot.video import VideoWriter
 
 FPS = 25
-TRACE_SAMPLES = 200
+TRACE_MARKS = 800
 TARGET_RGBA = (0.95, 0.45, 0.05, 1.0)
 TRACE_RGBA = (0.1, 0.65, 0.25, 1.0)
 
+TraceSince = Callable[[float], float]
+"""From when on (s) the hand's trace is shown at a moment (s)."""
 
-def picture(loop: ArmLoop) -> np.ndarray | None:
+
+def picture(loop: ArmLoop, trace_since: TraceSince) -> np.ndarray | None:
     """The robot at the end of a run, with target and the hand's trace; None without graphics."""
     try:
         with Renderer(loop.plant.model, 720, 540) as renderer:
-            return renderer.frame(loop.plant.data, _marks(loop.recording(), len(loop.poses)))
+            marks = _marks(loop.recording(), len(loop.poses), trace_since)
+            return renderer.frame(loop.plant.data, marks)
     except RenderError:
         return None
 
@@ -37,14 +42,14 @@ def check_video(folder: Path, loop: ArmLoop) -> None:
         pass
 
 
-def write_video(folder: Path, loop: ArmLoop) -> None:
+def write_video(folder: Path, loop: ArmLoop, trace_since: TraceSince) -> None:
     """Write ``video.mp4``, in real time; raises what `check_video` does."""
     with _renderer(loop) as renderer, _writer(folder) as video:
         recording = loop.recording()
         for i in range(0, len(loop.poses), round(1 / (FPS * loop.plant.dt_s))):
             loop.plant.data.qpos[:] = loop.poses[i]
             mujoco.mj_forward(loop.plant.model, loop.plant.data)
-            video.add(renderer.frame(loop.plant.data, _marks(recording, i + 1)))
+            video.add(renderer.frame(loop.plant.data, _marks(recording, i + 1, trace_since)))
 
 
 def _renderer(loop: ArmLoop) -> Renderer:
@@ -55,8 +60,10 @@ def _writer(folder: Path) -> VideoWriter:
     return VideoWriter(folder / "video.mp4", FPS)
 
 
-def _marks(recording: Recording, end: int) -> list[Mark]:
-    """The target, and where the hand went in the last second, up to a number of samples."""
-    trace = recording.hand[max(0, end - TRACE_SAMPLES) : end : 2]
+def _marks(recording: Recording, end: int, trace_since: TraceSince) -> list[Mark]:
+    """The target, and where the hand went lately, thinned where there are too many samples."""
+    now_s = recording.time_s[end - 1]
+    trace = recording.hand[:end][recording.time_s[:end] >= trace_since(now_s)]
+    thinned = trace[:: 2 + len(trace) // TRACE_MARKS]
     target = Mark(tuple(recording.target[end - 1]), 0.025, TARGET_RGBA)
-    return [target, *(Mark(tuple(hand), 0.004, TRACE_RGBA) for hand in trace)]
+    return [target, *(Mark(tuple(hand), 0.004, TRACE_RGBA) for hand in thinned)]

@@ -1,4 +1,4 @@
-"""``probes.nc``: the time series of a reach run, with names and units."""
+"""``probes.nc``: the time series of a run of the arm, with names and units."""
 
 from pathlib import Path
 

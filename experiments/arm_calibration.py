@@ -1,0 +1,96 @@
+r"""Decoders of the torque, refitted to what the neurons of a controller do where it runs.
+
+.. math:: D = \arg\min_D |A D - Y|^2 + m (\lambda \max A)^2 |D|^2
+
+``A`` (m, n) are the firing rates of a group in Hz while m random states of its region are held,
+``Y`` (m, 4) the term of the exact law there, in N m. Nengo solves decoders for the tuning curves
+of neurons that see the exact state; these know what rounded weights, rates of whole steps, relays
+and the other decoders make of it.
+"""
+
+import itertools
+from typing import NamedTuple
+
+import nengo
+import numpy as np
+
+from spikeport.experiments.options import Options
+from spikeport.networks.arm import REGULARISATION, ArmNetwork, term_torques
+from spikeport.networks.operational_space import OperationalSpaceLaw
+from spikeport.networks.region import ArmRegion
+from spikeport.simulator import Simulator
+
+STATES = 1500
+SETTLING_STEPS = 35
+"""Of every state: 7 time constants of the slowest filter before the neurons."""
+COUNTED_STEPS = 30
+SEED = 0
+"""Of the states that are held."""
+
+
+class HeldStates(NamedTuple):
+    """States [q, dq, x] (m, 11) with targets (m, 3), and the terms of the torque there."""
+
+    state: np.ndarray
+    target: np.ndarray
+    torques: dict[str, np.ndarray]
+
+
+def draw_states(law: OperationalSpaceLaw, region: ArmRegion, n: int = STATES) -> HeldStates:
+    """Random states of a region, in which all terms of the torque are at work at once."""
+    rng = np.random.RandomState(SEED)
+    q = region.q_samples[rng.randint(len(region.q_samples), size=n)]
+    dq = region.dq.restore(rng.uniform(-1, 1, (n, 4)))
+    x = law.arm.batch(q).position
+    target = region.x.clip(x + region.error.restore(rng.uniform(-1, 1, (n, 3))))
+    return HeldStates(np.hstack([q, dq, x]), target, term_torques(law.terms(q), dq, target - x))
+
+
+def refit(
+    built: ArmNetwork, held: HeldStates, options: Options, dt_s: float
+) -> dict[str, np.ndarray]:
+    """(n, 4) decoders in N m per Hz for each group of a controller, measured on a backend."""
+    with nengo.Network(label="calibration", seed=built.seed) as network:
+        network.add(built)
+        _feed(built.state, held.state, dt_s)
+        _feed(built.target, held.target, dt_s)
+        probes = {
+            label: [nengo.Probe(ensemble.neurons) for ensemble in group]
+            for label, group in built.groups.items()
+        }
+    with Simulator(
+        network, chip=options.chip, backend=options.backend, dt=dt_s, pipeline=options.pipeline
+    ) as sim:
+        rates = _rates(sim, list(itertools.chain(*probes.values())), len(held.state), options)
+    solver = nengo.solvers.LstsqL2(reg=REGULARISATION)
+    return {
+        label: solver(np.hstack([rates[probe] for probe in group]), held.torques[label])[0]
+        for label, group in probes.items()
+    }
+
+
+def _feed(node: nengo.Node, values: np.ndarray, dt_s: float) -> None:
+    """Hold each of some values (m, d) for a while, the last one on to the end."""
+    steps = SETTLING_STEPS + COUNTED_STEPS
+
+    def value(time_s: float) -> np.ndarray:
+        step = round(time_s / dt_s) - 1
+        return values[min(step // steps, len(values) - 1)]
+
+    source = nengo.Node(value, size_out=values.shape[1])
+    nengo.Connection(source, node, synapse=None)
+
+
+def _rates(
+    sim: Simulator, probes: list[nengo.Probe], states: int, options: Options
+) -> dict[nengo.Probe, np.ndarray]:
+    """(states, n) firing rates in Hz of the neurons of each probe while each state is held."""
+    found: dict[nengo.Probe, list[np.ndarray]] = {probe: [] for probe in probes}
+    for state in range(states):
+        sim.run_steps(SETTLING_STEPS)
+        sim.clear_probes()
+        sim.run_steps(COUNTED_STEPS)
+        for probe in probes:
+            found[probe].append(sim.data[probe].mean(axis=0))
+        options.progress("calibrating", state / states)
+    return {probe: np.array(rows) for probe, rows in found.items()}

@@ -1,0 +1,87 @@
+"""Says before a run that a point cannot be reached, and where the nearest one is that can.
+
+    q* = argmin_q |x(q) - p|^2,  q_low <= q <= q_high          nearest reachable point: x(q*)
+
+solved by bounded least squares from the nearest of a grid of postures. A network is also bound to
+the region of states it was made for.
+"""
+
+from collections.abc import Iterable, Iterator
+from itertools import product
+
+import numpy as np
+from scipy.optimize import least_squares
+from scipy.spatial import cKDTree
+
+from spikeport.errors import UsageError
+from spikeport.networks.region import ArmRegion
+from spikeport.robot.arm import ArmDynamics
+
+TOLERANCE_M = 0.001
+"""How far off its target an arm may stay that is said to reach it."""
+LIMIT_MARGIN_RAD = 0.02
+"""Kept to every joint limit: a controller cannot hold a joint exactly there."""
+STARTS = 7
+"""Angles of each joint in the grid of postures from which the nearest one is searched."""
+TRIED = 24
+"""Postures of the grid that are tried for each point: one may lead into a joint limit."""
+MAX_STEPS = 100
+"""Of one search; far more than a point within reach takes."""
+
+
+def check_reachable(what: str, points: np.ndarray) -> None:
+    """Raise `UsageError` if one of the points (n, 3) in m is out of the arm's reach.
+
+    The message names ``what`` they belong to and the first of them.
+    """
+    _check("reach of the right arm", what, points, nearest_reachable(points))
+
+
+def check_sampled(what: str, points: np.ndarray, region: ArmRegion) -> None:
+    """Raise `UsageError` if a network is not made for one of the points (n, 3) in m."""
+    _check("the region the network is made for", what, points, region.x.clip(points))
+
+
+def _check(where: str, what: str, points: np.ndarray, inside: Iterable[np.ndarray]) -> None:
+    for point, nearest in zip(points, inside, strict=True):
+        apart_m = np.linalg.norm(point - nearest)
+        if apart_m > TOLERANCE_M:
+            raise UsageError(
+                f"{what}: {_text(point)} is out of {where}, by {100 * apart_m:.1f} cm; the nearest "
+                f"point inside is {_text(nearest)}; cure: move it there, or make it smaller"
+            )
+
+
+def _text(point: np.ndarray) -> str:
+    return f"({', '.join(f'{value:.3f}' for value in point)}) m"
+
+
+def nearest_reachable(points: np.ndarray) -> Iterator[np.ndarray]:
+    """The points (3,) of the arm's workspace nearest to points (n, 3), all in m, one by one."""
+    arm = ArmDynamics()
+    margin = np.array([LIMIT_MARGIN_RAD, -LIMIT_MARGIN_RAD])
+    low, high = (arm.limits_rad + margin).T
+    shares = np.linspace(0.05, 0.95, STARTS)
+    postures = low + (high - low) * np.array(list(product(shares, repeat=4)))
+    _, starts = cKDTree(arm.batch(postures).position).query(points, TRIED)
+    for point, near in zip(points, starts, strict=True):
+        yield point + _least_apart(arm, point, postures[near], (low, high))
+
+
+def _least_apart(
+    arm: ArmDynamics, point: np.ndarray, starts: np.ndarray, bounds: tuple[np.ndarray, np.ndarray]
+) -> np.ndarray:
+    """(3,) from a point to the hand that comes nearest, tried from one start after the other."""
+    least = np.full(3, np.inf)
+    for start in starts:
+        apart = least_squares(
+            lambda q: arm.at(q).position - point,
+            start,
+            jac=lambda q: arm.at(q).jacobian,
+            bounds=bounds,
+            max_nfev=MAX_STEPS,
+        ).fun
+        least = min(least, apart, key=np.linalg.norm)
+        if np.linalg.norm(least) < TOLERANCE_M:
+            break
+    return least

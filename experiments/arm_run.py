@@ -1,0 +1,153 @@
+"""One run of the arm in closed loop, from its settings to a written folder.
+
+What its experiments share; each is an `ArmTrial` that says what to do, and what to make of it.
+"""
+
+import dataclasses
+import time
+from typing import Any, NamedTuple
+
+import nengo
+from nengo.exceptions import SimulationError
+
+from spikeport.atomic import atomic_path
+from spikeport.errors import DivergedError
+from spikeport.experiments import run_folder
+from spikeport.experiments.arm_controller import DT_S, spiking_controller
+from spikeport.experiments.arm_loop import ArmLoop, close_loop
+from spikeport.experiments.arm_picture import check_video, picture, write_video
+from spikeport.experiments.arm_probes import write_probes
+from spikeport.experiments.arm_reach import check_reachable
+from spikeport.experiments.arm_trial import ArmRun, ArmTrial
+from spikeport.experiments.on_chip import on_chip
+from spikeport.experiments.options import Options, Outcome
+from spikeport.networks.arm import ArmNetwork, analytic_arm
+from spikeport.networks.operational_space import OperationalSpaceLaw
+from spikeport.robot.arm import ArmDynamics
+from spikeport.simulator import Simulator
+
+BACKENDS = ("analytic", "reference", "native", "nengo-loihi")
+
+
+class Rig(NamedTuple):
+    """Plant, controller and simulator, ready for all runs that need the same network."""
+
+    loop: ArmLoop
+    built: ArmNetwork
+    sim: Simulator
+
+
+def run(trial: ArmTrial) -> Outcome:
+    """Run an experiment and write its folder."""
+    options = trial.options
+    rig = prepare(trial)
+    with rig.sim as sim:
+        done = perform(trial, rig)
+    result = _result(trial, done)
+    options.progress("writing", None)
+    pictured = done._replace(picture=picture(rig.loop, trial.trace_since))
+    _write(trial, rig.loop, pictured, result)
+    report = None if sim.compilation is None else sim.compilation.report
+    return Outcome(result, report, sim.activity)
+
+
+def prepare(trial: ArmTrial) -> Rig:
+    """Check what a trial asks for, build its network and compile it.
+
+    Raises
+    ------
+    UsageError
+        If a point of its goal is out of the arm's reach, or of the region of its network.
+    RenderError, MissingExtraError
+        If it asks for a video that cannot be made here.
+    """
+    settings, options = trial.settings, trial.options
+    law = OperationalSpaceLaw(ArmDynamics())
+    loop = ArmLoop(law, options.seed, DT_S, settings.appearance)
+    if options.video:
+        check_video(options.folder, loop)
+    check_reachable(trial.goal, trial.goal_points())
+    analytic = options.backend == "analytic"
+    built = analytic_arm(law) if analytic else spiking_controller(trial, law)
+    with nengo.Network(label=trial.name, seed=settings.network_seed) as network:
+        network.add(built)
+        close_loop(built, loop)
+    options.progress("compiling", None)
+    backend = "reference" if analytic else options.backend
+    sim = Simulator(
+        network,
+        chip=options.chip,
+        backend=backend,
+        dt=DT_S,
+        seed=options.seed,
+        pipeline=options.pipeline,
+    )
+    return Rig(loop, built, sim)
+
+
+def perform(trial: ArmTrial, rig: Rig) -> ArmRun:
+    """Run a trial on a rig that was prepared for it, or for one with the same network.
+
+    Raises
+    ------
+    DivergedError
+        If a torque is not finite; the last states are in the folder.
+    """
+    loop, sim = rig.loop, rig.sim
+    if sim.n_steps:
+        sim.reset(trial.options.seed)
+    loop.restart(trial.options.seed)
+    loop.begin(trial.task(loop.plant.hand_position()))
+    wall_s = _simulate(sim, loop, trial.options)
+    recording = loop.recording()
+    return ArmRun(
+        task=loop.task,
+        recording=recording,
+        exact=recording.exact_torque(loop.law),
+        at_limit=recording.at_limit(loop.limits_rad),
+        rasters={axis: sim.data[probe] != 0 for axis, probe in rig.built.rasters.items()},
+        sim=sim,
+        wall_s=wall_s,
+    )
+
+
+def _simulate(sim: Simulator, loop: ArmLoop, options: Options) -> float:
+    """Run all steps; returns the wall-clock time they took, in seconds."""
+    steps = round(options.seconds / DT_S)
+    start = time.perf_counter()
+    try:
+        for i in range(steps):
+            sim.step()
+            if i % 50 == 0:
+                options.progress("simulating", i / steps)
+    except (DivergedError, SimulationError) as error:  # Nengo's: a node gave NaN or infinity
+        path = run_folder.write_last_states(options.folder, loop.plant.history())
+        raise DivergedError(f"{error}; the last states are in {path}") from error
+    return time.perf_counter() - start
+
+
+def _result(trial: ArmTrial, done: ArmRun) -> dict[str, Any]:
+    """What ``result.json`` holds, but for schema and versions."""
+    settings, options = trial.settings, trial.options
+    return {
+        "command": list(options.command),
+        "experiment": trial.name,
+        "backend": options.backend,
+        "seconds": options.seconds,
+        "seeds": {"run": options.seed, "network": settings.network_seed},
+        "settings": dataclasses.asdict(settings),
+        "metrics": trial.metrics(done),
+        "activity": done.sim.activity.totals(),
+        **on_chip(done.sim),
+    }
+
+
+def _write(trial: ArmTrial, loop: ArmLoop, done: ArmRun, result: dict[str, Any]) -> None:
+    folder = trial.options.folder
+    run_folder.clear(folder)
+    write_probes(folder, done.recording, done.exact, done.rasters, DT_S)
+    with atomic_path(folder / "figure.png") as temporary:
+        trial.figure(done, result).savefig(temporary, dpi=110, format="png")
+    if trial.options.video:
+        write_video(folder, loop, trial.trace_since)
+    run_folder.write_result(folder, result)

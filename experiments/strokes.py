@@ -1,0 +1,43 @@
+"""The reference strokes of the ten digits: smooth curves of unit speed in a unit box.
+
+A stroke's points are joined by a cubic spline, then measured along its length,
+
+    s(u) = integral_0^u |c'(v)| dv,    c(s / s_end) for s in [0, s_end]
+
+so that a pen which moves evenly along ``s`` draws it at an even speed. The points are data
+(``strokes.toml``); x runs from left to right and y from bottom to top.
+"""
+
+import tomllib
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+DIGITS = tuple(range(10))
+POINTS = 4000
+"""Points of a sampled stroke: 0.2 mm apart in the longest digit at its usual size."""
+
+
+@cache
+def _strokes() -> dict[str, dict]:
+    return tomllib.loads(Path(__file__).with_name("strokes.toml").read_text(encoding="utf-8"))
+
+
+def unit_stroke(digit: int) -> np.ndarray:
+    """(n, 2) points of a digit in the unit box, close together, in the order they are drawn."""
+    stroke = _strokes()[str(digit)]
+    points, closed = np.array(stroke["points"]), stroke.get("closed", False)
+    if closed:
+        points = np.vstack([points, points[:1]])
+    chords = np.sqrt(np.linalg.norm(np.diff(points, axis=0), axis=1))  # centripetal
+    knots = np.concatenate([[0.0], np.cumsum(chords)])
+    spline = CubicSpline(knots, points, bc_type="periodic" if closed else "natural")
+    return spline(np.linspace(0.0, knots[-1], POINTS))
+
+
+def arc_length(points: np.ndarray) -> np.ndarray:
+    """(n,) length of a curve of points (n, d) from its first point to each."""
+    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    return np.concatenate([[0.0], np.cumsum(steps)])
