@@ -1,0 +1,125 @@
+"""The walking policy as an ordinary network: weights, biases, and the robot they are made for.
+
+h_0 = observation,    h_i = elu(W_i h_{i-1} + b_i),    action = W_n h_{n-1} + b_n
+elu(x) = x for x > 0, exp(x) - 1 otherwise
+"""
+
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from spikeport.atomic import atomic_path
+from spikeport.errors import UsageError
+
+SHIPPED = Path(__file__).with_name("policies") / "h1_walk.npz"
+"""The policy that comes with this package; its model card lies beside it."""
+
+_FIELDS = ("joints", "pose_rad", "action_scale_rad", "activation")
+
+
+@dataclass(frozen=True)
+class WalkingPolicy:
+    """A policy of a robot's joints.
+
+    Attributes
+    ----------
+    weights, biases : tuple of ndarray
+        Of every layer, ``(outputs, inputs)`` and ``(outputs,)``.
+    joints : tuple of str
+        The joints in the order of the actions.
+    pose_rad : ndarray, (joints,)
+        The pose that the zero action asks for.
+    action_scale_rad : float
+        Change of a joint's target for an action of one.
+    """
+
+    weights: tuple[np.ndarray, ...]
+    biases: tuple[np.ndarray, ...]
+    joints: tuple[str, ...]
+    pose_rad: np.ndarray
+    action_scale_rad: float
+
+    def __call__(self, observation: ArrayLike) -> np.ndarray:
+        """Actions ``(..., joints)`` for observations ``(..., inputs)``."""
+        x = np.asarray(observation, dtype=float)
+        for W, b in zip(self.weights[:-1], self.biases[:-1], strict=True):
+            x = elu(x @ W.T + b)
+        return x @ self.weights[-1].T + self.biases[-1]
+
+    def save(self, path: Path) -> None:
+        """Write the policy, whole or not at all."""
+        arrays: dict[str, Any] = {f"weights_{i}": W for i, W in enumerate(self.weights)}
+        arrays |= {f"biases_{i}": b for i, b in enumerate(self.biases)}
+        arrays |= {name: getattr(self, name) for name in _FIELDS[:-1]}
+        with atomic_path(path) as temporary, open(temporary, "wb") as file:
+            np.savez_compressed(file, activation="elu", **arrays)
+
+
+def elu(x: np.ndarray) -> np.ndarray:
+    """The exponential linear unit, with its negative side ending at -1."""
+    return np.where(x > 0, x, np.expm1(np.minimum(x, 0.0)))
+
+
+def load(path: Path = SHIPPED) -> WalkingPolicy:
+    """Read a policy that `WalkingPolicy.save` wrote; by default the one that is shipped.
+
+    Raises
+    ------
+    UsageError
+        The file holds something else, layers do not fit each other, or a number is not finite.
+    """
+    arrays = _read(path)
+    layers = sum(name.startswith("weights_") for name in arrays)
+    weights, biases = (_numbered(path, arrays, kind, layers) for kind in ("weights", "biases"))
+    missing = [name for name in _FIELDS if name not in arrays]
+    if missing or not layers:
+        raise _refusal(path, "weights, biases and " + ", ".join(_FIELDS), "arrays missing")
+    joints = tuple(str(joint) for joint in arrays["joints"])
+    pose, scale = arrays["pose_rad"], float(arrays["action_scale_rad"])
+    policy = WalkingPolicy(weights, biases, joints, pose, scale)
+    _check(path, policy, str(arrays["activation"]))
+    return policy
+
+
+def _read(path: Path) -> dict[str, np.ndarray]:
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            return dict(file)
+    except (zipfile.BadZipFile, ValueError, EOFError) as error:
+        raise _refusal(path, "an npz file", str(error)) from error
+
+
+def _numbered(
+    path: Path, arrays: dict[str, np.ndarray], kind: str, layers: int
+) -> tuple[np.ndarray, ...]:
+    names = [f"{kind}_{i}" for i in range(layers)]
+    for name in names:
+        if name not in arrays:
+            raise _refusal(path, f"{kind} of {layers} layers", f"no {name}")
+    return tuple(arrays[name].astype(float) for name in names)
+
+
+def _check(path: Path, policy: WalkingPolicy, activation: str) -> None:
+    if activation != "elu":
+        raise _refusal(path, "activation elu", f"activation {activation}")
+    size = policy.weights[0].shape[-1]
+    for i, (W, b) in enumerate(zip(policy.weights, policy.biases, strict=True)):
+        if W.shape != (len(b), size):
+            raise _refusal(path, f"weights_{i} of shape ({len(b)}, {size})", f"{W.shape}")
+        if not (np.isfinite(W).all() and np.isfinite(b).all()):
+            raise _refusal(path, "finite numbers", f"NaN or infinity in layer {i}")
+        size = len(b)
+    if size != len(policy.joints) or policy.pose_rad.shape != (size,):
+        found = f"{size} actions, {len(policy.joints)} joints"
+        raise _refusal(path, "one action and one angle of the pose per joint", found)
+
+
+def _refusal(path: Path, expected: str, found: str) -> UsageError:
+    return UsageError(
+        f"policy file '{path}': expected {expected}, found {found}; "
+        "make one with: spikeport train walk"
+    )

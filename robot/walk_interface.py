@@ -1,0 +1,75 @@
+"""What a walking policy observes and does: 69 numbers in, 19 joint targets out, at 50 Hz.
+
+    observation = [v, omega, g, command, q - q_default, dq, last action]     (3 3 3 3 19 19 19)
+    target = q_default + 0.5 action
+
+Source: the interface of Isaac Lab's ``Isaac-Velocity-Flat-H1``, with the joints in our order.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from spikeport.robot.description import DEFAULT_POSE, JOINTS
+from spikeport.robot.state import State
+
+CONTROL_DT_S = 0.02
+"""Time from one action to the next."""
+
+ACTION_SCALE_RAD = 0.5
+"""Change of a joint's target for an action of one."""
+
+POSE_RAD = np.array([DEFAULT_POSE[joint] for joint in JOINTS])
+"""Joint angles that the zero action asks for, ``(19,)``."""
+
+PARTS = {
+    "linear velocity": slice(0, 3),
+    "angular velocity": slice(3, 6),
+    "gravity": slice(6, 9),
+    "command": slice(9, 12),
+    "joint angles": slice(12, 31),
+    "joint velocities": slice(31, 50),
+    "last action": slice(50, 69),
+}
+"""Where each part of an observation lies: m/s, rad/s, a unit vector, (vx m/s, vy m/s, wz rad/s),
+rad from the default pose, rad/s, and actions; the first three are vectors in the pelvis frame."""
+
+OBSERVATION_SIZE = 69
+ACTION_SIZE = len(JOINTS)
+
+
+def gravity(quaternion: ArrayLike) -> np.ndarray:
+    """Direction of gravity in the frame of a body with orientation (w, x, y, z), ``(..., 3)``.
+
+    g = -R^T e_z, the negative last row of the rotation matrix R.
+    """
+    w, x, y, z = np.moveaxis(np.asarray(quaternion, dtype=float), -1, 0)
+    return -np.stack((2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)), axis=-1)
+
+
+def observation(state: State, command: ArrayLike, last_action: ArrayLike) -> np.ndarray:
+    """What the policy is told, ``(69,)``.
+
+    Parameters
+    ----------
+    state : State
+        The motion of the robot.
+    command : array_like, (3,)
+        Wanted vx, vy (m/s) and wz (rad/s) in the pelvis frame.
+    last_action : array_like, (19,)
+        What the policy gave last; zeros at the start.
+    """
+    parts = (
+        state.base_linear_velocity,
+        state.base_angular_velocity,
+        gravity(state.base_quaternion),
+        np.asarray(command, dtype=float),
+        state.q - POSE_RAD,
+        state.dq,
+        np.asarray(last_action, dtype=float),
+    )
+    return np.concatenate(parts)
+
+
+def targets_rad(action: ArrayLike) -> np.ndarray:
+    """Joint targets of an action, ``(..., 19)``, in rad."""
+    return POSE_RAD + ACTION_SCALE_RAD * np.asarray(action, dtype=float)

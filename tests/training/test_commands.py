@@ -1,0 +1,55 @@
+import numpy as np
+import pytest
+
+from spikeport.training.commands import CommandRange, Commands
+
+
+def drawn(n=4000, **ranges):
+    return Commands(n, CommandRange(**ranges), np.random.default_rng(0))
+
+
+def test_speeds_are_within_their_ranges():
+    value = drawn(vx_m_s=(0.4, 1.0), wz_rad_s=0.6, heading=0.0).value
+    assert value[:, 0].min() >= 0.4
+    assert value[:, 0].max() <= 1.0
+    assert np.abs(value[:, 2]).max() <= 0.6
+    assert (value[:, 1] == 0).all()
+
+
+def test_shares_of_standing_and_turning_in_place():
+    commands = drawn(vx_m_s=(0.5, 1.0), standing=0.2, turning=0.3, heading=0.0)
+    still = commands.value[:, 0] == 0
+    assert np.mean(still) == pytest.approx(0.5, abs=0.03)
+    assert np.mean(still & (commands.value[:, 2] == 0)) == pytest.approx(0.2, abs=0.03)
+
+
+def test_a_heading_is_turned_to_the_short_way():
+    commands = drawn(200, heading=1.0, wz_rad_s=0.5, heading_gain=1.0)
+    heading = np.full(200, 3.0)
+    commands.update(heading)
+    wz = commands.value[:, 2]
+    assert np.abs(wz).max() == 0.5
+    turned = heading + 0.1 * wz
+    commands.update(turned)
+    assert (np.abs(commands.value[:, 2]) <= np.abs(wz)).all()
+
+
+def test_commands_change_after_their_time():
+    commands = drawn(1, seconds=(0.1, 0.1), heading=0.0)
+    first = commands.value.copy()
+    for _ in range(4):
+        commands.update(np.zeros(1))
+    assert (commands.value == first).all()
+    assert commands.age_s == pytest.approx(0.08)
+    commands.update(np.zeros(1))
+    assert (commands.value != first).any()
+    assert commands.age_s == 0
+
+
+def test_who_is_asked_for_little_need_not_step():
+    commands = drawn(3, still=0.1)
+    commands.value[:] = [[0.0, 0.0, 0.0], [0.05, 0.0, 0.09], [0.0, 0.0, -0.2]]
+    assert commands.moving.tolist() == [False, False, True]
+    commands = drawn(3, still=0.0)
+    commands.value[:] = [[0.0, 0.0, 0.0], [0.05, 0.0, 0.09], [0.0, 0.0, -0.2]]
+    assert commands.moving.tolist() == [False, True, True]

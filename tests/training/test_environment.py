@@ -1,0 +1,154 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from spikeport.robot.walk_interface import PARTS, POSE_RAD
+from spikeport.training import mirror, randomisation
+from spikeport.training.commands import CommandRange
+from spikeport.training.environment import EPISODE_STEPS, Task, WalkEnvironment
+from spikeport.training.observation import PRIVILEGED
+from spikeport.training.rewards import Weights
+
+CALM = Task(randomisation=randomisation.UNDISTURBED)
+STATE = mirror.joined(
+    mirror.SCALAR,
+    mirror.VECTOR,
+    mirror.Mirror(np.arange(4), np.array([1.0, -1.0, 1.0, -1.0])),
+    mirror.JOINT,
+    mirror.VECTOR,
+    mirror.AXIAL,
+    mirror.JOINT,
+)
+FORWARD = 1.0 * np.isin(np.arange(19), [2, 7])
+"""Hip pitch of both legs."""
+
+
+@pytest.fixture
+def environment():
+    made = []
+
+    def make(n=4, task=CALM, seed=0):
+        made.append(WalkEnvironment(n, task, seed, threads=1))
+        return made[-1]
+
+    yield make
+    for env in made:
+        env.close()
+
+
+def run(env, steps, seed=1):
+    """The observations and rewards of random actions."""
+    rng = np.random.default_rng(seed)
+    seen, rewards = [], []
+    for _ in range(steps):
+        outcome = env.step(0.3 * rng.standard_normal((env.n, 19)))
+        seen.append(env.observe())
+        rewards.append(outcome.reward)
+    return np.array(seen), np.array(rewards)
+
+
+def test_the_same_seed_gives_the_same_run(environment):
+    seen, rewards = run(environment(task=Task(), seed=5), 40)
+    again, rewards_again = run(environment(task=Task(), seed=5), 40)
+    assert (seen == again).all()
+    assert (rewards == rewards_again).all()
+    other, _ = run(environment(task=Task(), seed=6), 40)
+    assert (seen != other).any()
+
+
+def test_the_mirror_image_of_a_run_is_a_run(environment):
+    left, right = environment(n=3), environment(n=3)
+    right.states[:] = STATE(left.states)
+    right.commands.value[:] = mirror.COMMAND(left.commands.value)
+    left.step(np.zeros((3, 19)))
+    right.step(np.zeros((3, 19)))
+    rng = np.random.default_rng(0)
+    for _ in range(3):
+        action = 0.3 * rng.standard_normal((3, 19))
+        one, other = left.step(action), right.step(mirror.JOINT(action))
+        np.testing.assert_allclose(one.reward, other.reward, atol=1e-3)
+    np.testing.assert_allclose(
+        PRIVILEGED(left.observe_all()), right.observe_all(), atol=2e-2, rtol=2e-2
+    )
+
+
+def test_a_robot_without_a_policy_falls_and_starts_over(environment):
+    env = environment(n=2, task=replace(CALM, weights=Weights(fall=-100.0)))
+    outcome = env.step(np.tile(FORWARD, (2, 1)))
+    assert not outcome.fallen.any()
+    while not outcome.fallen.any():
+        outcome = env.step(np.tile(FORWARD, (2, 1)))
+    first = np.argmax(outcome.fallen)
+    assert outcome.terms["fall"][first] == pytest.approx(-2.0)
+    assert env.age[first] == 0
+    np.testing.assert_allclose(env.motion.q[first], POSE_RAD, atol=0.05)
+    assert (env.observe()[first, PARTS["last action"]] == 0).all()
+
+
+def test_an_episode_ends_after_20_s(environment):
+    env = environment(n=2)
+    env.age[:] = EPISODE_STEPS - 1, 3
+    outcome = env.step(np.zeros((2, 19)))
+    assert outcome.timed_out.tolist() == [True, False]
+    assert not outcome.fallen.any()
+    assert env.age.tolist() == [0, 4]
+
+
+def test_a_robot_that_diverges_has_fallen(environment):
+    env = environment(n=2)
+    env.states[0, 40] = 1e12
+    outcome = env.step(np.zeros((2, 19)))
+    assert outcome.fallen.tolist() == [True, False]
+    assert np.isfinite(outcome.reward).all()
+    assert np.isfinite(env.observe_all()).all()
+
+
+def test_a_delayed_action_acts_later(environment):
+    def moved(delay_steps):
+        delays = replace(randomisation.UNDISTURBED, delay_steps=(delay_steps, delay_steps))
+        env = environment(n=1, task=replace(CALM, randomisation=delays))
+        still, pushed = env.states.copy(), np.zeros((1, 19))
+        pushed[0, 10] = 1.0
+        env.step(np.zeros((1, 19)))
+        rest = env.motion.q[0, 10]
+        env.states[:] = still
+        env.step(pushed)
+        return env.motion.q[0, 10] - rest
+
+    distances = [moved(d) for d in range(5)]
+    assert distances[0] > distances[1] > distances[2] > distances[3] > 0
+    assert distances[4] == pytest.approx(0, abs=1e-3)
+
+
+def test_pushes_change_the_velocity(environment):
+    pushing = replace(randomisation.UNDISTURBED, push_m_s=0.5, push_every_s=0.02)
+    env = environment(n=50, task=replace(CALM, randomisation=pushing))
+    env.step(np.zeros((50, 19)))
+    speed = np.abs(env.motion.level_velocity[:, :2])
+    assert 0.2 < speed.mean() < 0.35
+
+
+def test_a_joint_offset_is_kept_for_an_episode(environment):
+    task = replace(CALM, randomisation=replace(randomisation.UNDISTURBED, joint_offset_sd_rad=0.1))
+    env = environment(n=200, task=task)
+    offset = env.joint_offset.copy()
+    assert offset.std() == pytest.approx(0.1, abs=0.01)
+    env.step(np.zeros((200, 19)))
+    assert (env.joint_offset == offset).all()
+
+
+def test_bodies_differ_within_their_ranges(environment):
+    env = environment(n=30, task=Task())
+    floor = env._models[0].geom("floor").id
+    friction = [m.geom_friction[floor, 0] for m in env._models]
+    assert 0.5 <= min(friction) < 0.7
+    assert 1.0 < max(friction) <= 1.2
+    masses = [m.body("torso_link").mass[0] for m in env._models]
+    assert 17.789 - 2 <= min(masses) < max(masses) <= 17.789 + 2
+
+
+def test_commands_are_those_of_the_task(environment):
+    env = environment(n=20, task=replace(CALM, commands=CommandRange(standing=1.0)))
+    assert not env.commands.moving.any()
+    assert (env.observe()[:, PARTS["command"]] == 0).all()

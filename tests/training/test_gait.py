@@ -1,0 +1,33 @@
+import numpy as np
+
+from spikeport.training.gait import Gait
+
+
+def walked(*contacts):
+    gait = Gait(1)
+    for left, right in contacts:
+        gait.update(np.array([[left, right]], bool))
+    return gait
+
+
+def test_clocks_of_a_step_with_the_left_foot():
+    gait = walked((1, 1), (0, 1), (0, 1), (0, 1))
+    np.testing.assert_allclose(gait.air_s, [[0.06, 0]])
+    np.testing.assert_allclose(gait.contact_s, [[0, 0.08]])
+    np.testing.assert_allclose(gait.since_lift_s, [[0.04, 0.08]])
+    assert not gait.touched_down.any()
+
+
+def test_a_touchdown_keeps_the_time_in_the_air():
+    gait = walked((0, 1), (0, 1), (1, 1))
+    assert gait.touched_down.tolist() == [[True, False]]
+    np.testing.assert_allclose(gait.last_air_s, [[0.04, 0]])
+    np.testing.assert_allclose(gait.air_s, 0)
+
+
+def test_reset_puts_both_feet_down():
+    gait = walked((0, 1), (0, 1))
+    gait.reset(np.array([True]))
+    gait.update(np.ones((1, 2), bool))
+    assert not gait.touched_down.any()
+    np.testing.assert_allclose(gait.since_lift_s, 0.02)

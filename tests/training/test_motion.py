@@ -1,0 +1,49 @@
+import numpy as np
+
+from spikeport.robot import state
+from spikeport.robot.plant import Plant
+from spikeport.robot.walk_interface import observation
+from spikeport.training import model
+from spikeport.training.motion import Feet, Motion
+
+
+def fallen_a_little():
+    plant = Plant()
+    plant.reset(3)
+    plant.data.qvel[:6] = [0.4, -0.2, 0.1, 0.5, -0.6, 0.7]
+    for _ in range(20):
+        plant.step()
+    return plant
+
+
+def test_the_motion_is_that_of_the_robot_alone():
+    plant = fallen_a_little()
+    motion = Motion.from_states(plant.data.qpos[None], plant.data.qvel[None])
+    one = state.read(plant.data)
+    np.testing.assert_allclose(motion.velocity[0], one.base_linear_velocity, atol=1e-12)
+    np.testing.assert_allclose(motion.turn_rate[0], one.base_angular_velocity)
+    np.testing.assert_allclose(motion.q[0], one.q)
+    seen = observation(one, np.zeros(3), np.zeros(19))
+    np.testing.assert_allclose(motion.gravity[0], seen[6:9])
+
+
+def test_the_level_frame_turns_about_the_vertical_alone():
+    plant = fallen_a_little()
+    motion = Motion.from_states(plant.data.qpos[None], plant.data.qvel[None])
+    rotation = plant.data.body("pelvis").xmat.reshape(3, 3)
+    assert motion.level_velocity[0, 2] == plant.data.qvel[2]
+    np.testing.assert_allclose(motion.yaw_rate[0], (rotation @ plant.data.qvel[3:6])[2])
+    forward = np.array([np.cos(motion.heading_rad[0]), np.sin(motion.heading_rad[0])])
+    np.testing.assert_allclose(motion.level_velocity[0, 0], forward @ plant.data.qvel[:2])
+
+
+def test_feet_from_sensors():
+    sensors = np.zeros((1, sum(model.SENSORS.values()) * 2))
+    sensors[0, [2, 5]] = 0.12, 0.055  # heights of left heel and toe
+    sensors[0, 6:9] = 1, 2, 3
+    sensors[0, 13 + 10 : 13 + 13] = 0, 30, -40
+    feet = Feet.from_sensors(sensors)
+    np.testing.assert_allclose(feet.height_m, [[0.04, -0.02]])
+    np.testing.assert_allclose(feet.velocity[0, 0], [1, 2, 3])
+    np.testing.assert_allclose(feet.force_n, [[0, 50]])
+    assert feet.contact.tolist() == [[False, True]]

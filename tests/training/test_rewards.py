@@ -1,0 +1,134 @@
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from spikeport.robot.description import JOINTS
+from spikeport.robot.walk_interface import POSE_RAD
+from spikeport.training import rewards
+from spikeport.training.rewards import RewardSettings, Step, Weights
+
+SETTINGS = RewardSettings(vx_sd_m_s=0.5, wz_sd_rad_s=0.25, step_s=0.4, lift_m=0.1)
+
+
+@pytest.fixture
+def standing():
+    """One robot that stands as it should while it is asked to walk."""
+    motion = SimpleNamespace(
+        height_m=np.array([1.0]),
+        gravity=np.array([[0.0, 0.0, -1.0]]),
+        turn_rate=np.zeros((1, 3)),
+        level_velocity=np.zeros((1, 3)),
+        q=POSE_RAD[None].copy(),
+    )
+    feet = SimpleNamespace(
+        contact=np.array([[True, True]]),
+        force_n=np.full((1, 2), 250.0),
+        height_m=np.zeros((1, 2)),
+        velocity=np.zeros((1, 2, 3)),
+    )
+    gait = SimpleNamespace(
+        air_s=np.zeros((1, 2)),
+        contact_s=np.ones((1, 2)),
+        since_lift_s=np.zeros((1, 2)),
+        touched_down=np.zeros((1, 2), bool),
+        last_air_s=np.zeros((1, 2)),
+    )
+    still = np.zeros((1, 19))
+    return Step(
+        motion=motion,
+        feet=feet,
+        gait=gait,
+        command=np.array([[0.5, 0.0, 0.25]]),
+        moving=np.array([True]),
+        velocity=np.zeros((1, 2)),
+        yaw_rate=np.zeros(1),
+        actions=(still, still, still),
+        joint_acceleration=still,
+        torque_nm=still,
+        fallen=np.array([False]),
+        settings=SETTINGS,
+    )
+
+
+def swinging(step, height_m=0.05, air_s=0.3):
+    """The left foot is up."""
+    step.feet.contact[0, 0] = False
+    step.feet.height_m[0, 0] = height_m
+    step.gait.air_s[0, 0], step.gait.contact_s[0, 0] = air_s, 0
+    return step
+
+
+def value(term, step):
+    return getattr(rewards, term)(step)[0]
+
+
+def test_every_weight_has_a_term():
+    assert list(rewards.TERMS) == list(vars(Weights()))
+
+
+def test_standing_still_costs_nothing_but_missed_speed(standing):
+    costs = {name: term(standing)[0] for name, term in rewards.TERMS.items()}
+    assert costs.pop("alive") == 1
+    assert costs.pop("track_velocity") == pytest.approx(np.exp(-1))
+    assert costs.pop("track_yaw_rate") == pytest.approx(np.exp(-1))
+    assert set(costs.values()) == {0}
+
+
+def test_lift_grows_with_the_height_of_the_swinging_foot(standing):
+    assert value("lift", swinging(standing)) == pytest.approx(0.5)
+    assert value("lift", swinging(standing, height_m=0.3)) == 1
+    assert value("lift", replace(standing, moving=np.array([False]))) == 0
+
+
+def test_time_in_the_air_counts_up_to_the_length_of_a_step(standing):
+    assert value("air_time", swinging(standing)) == pytest.approx(0.3)
+    assert value("air_time", swinging(standing, air_s=0.6)) == pytest.approx(0.4)
+
+
+def test_a_foot_that_came_down_early_costs_the_missing_time(standing):
+    standing.gait.touched_down[0, 1] = True
+    standing.gait.last_air_s[0, 1] = 0.3
+    assert value("early_touchdown", standing) == pytest.approx(0.1 / 0.02)
+
+
+def test_a_foot_that_is_not_lifted_for_long_costs(standing):
+    standing.gait.since_lift_s[0] = 1.0, 5.0
+    assert value("late_lift", standing) == pytest.approx(0.2 + 1)
+
+
+def test_a_low_foot_that_moves_costs(standing):
+    standing.feet.velocity[0, 0, 0] = 2.0
+    assert value("clearance", swinging(standing)) == pytest.approx(0.03**2 * 2)
+    assert value("slide", standing) == 0
+    standing.feet.contact[0, 0] = True
+    assert value("slide", standing) == 2
+
+
+def test_flight(standing):
+    standing.feet.contact[0] = False
+    assert value("flight", standing) == 1
+
+
+def test_posture(standing):
+    standing.motion.q[0, JOINTS.index("left_hip_yaw")] += 0.2
+    standing.motion.q[0, JOINTS.index("right_elbow")] -= 0.3
+    standing.motion.q[0, JOINTS.index("left_ankle")] = -0.85
+    assert value("hips", standing) == pytest.approx(0.2)
+    assert value("swinging_arms", standing) == pytest.approx(0.3)
+    assert value("ankle_limits", standing) == pytest.approx(0.05)
+
+
+def test_differences_of_actions(standing):
+    newest, last, oldest = np.full((3, 1, 19), 0.0)
+    newest[0, 0], last[0, 0] = 3.0, 1.0
+    step = replace(standing, actions=(newest, last, oldest))
+    assert value("action_rate", step) == 4
+    assert value("action_jerk", step) == 1
+
+
+def test_rewards_are_per_second(standing):
+    terms = rewards.reward(standing, Weights(alive=0.25, track_velocity=0.0))
+    assert terms["alive"] == pytest.approx(0.25 * 0.02)
+    assert "track_velocity" not in terms

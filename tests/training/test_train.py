@@ -1,0 +1,122 @@
+from dataclasses import replace
+
+import pytest
+
+pytest.importorskip("torch")
+pytest.importorskip("rsl_rl")
+
+import torch
+
+from spikeport.errors import UsageError
+from spikeport.training import checkpoint, evaluate
+from spikeport.training.curriculum import STAGES, stage_at
+from spikeport.training.learner import LearnerOptions
+from spikeport.training.train import TrainOptions, train
+
+SMALL = LearnerOptions(robots=8, horizon=4)
+
+
+def silent(_what, _share):
+    """Report nothing."""
+
+
+@pytest.fixture
+def options(tmp_path):
+    """Three segments of an update each; the last one has noise on hidden units."""
+    stages = (STAGES[0], replace(STAGES[2], first_step=64))
+    return TrainOptions(
+        tmp_path / "run",
+        seed=3,
+        steps=96,
+        learner=SMALL,
+        updates_per_segment=1,
+        stages=stages,
+        evaluate_every=99,
+        threads=1,
+    )
+
+
+class KilledError(Exception):
+    pass
+
+
+def killed_after(share):
+    def progress(_what, done):
+        if done is not None and done > share:
+            raise KilledError
+
+    return progress
+
+
+def weights(options):
+    last = checkpoint.load(checkpoint.latest(options.folder))
+    return last.learner["actor_state_dict"]
+
+
+def test_a_run_that_was_killed_ends_as_one_that_was_not(options, tmp_path):
+    whole = replace(options, folder=tmp_path / "whole")
+    train(whole, silent)
+    with pytest.raises(KilledError):
+        train(options, killed_after(0.5))
+    assert checkpoint.latest(options.folder).name == "00001.pt"
+    train(options, silent)
+    one, other = weights(whole), weights(options)
+    assert [name for name in one if not torch.equal(one[name], other[name])] == []
+
+
+def test_training_changes_the_weights_and_logs_every_segment(options):
+    log = train(options, silent)
+    assert [(entry["step"], entry["stage"]) for entry in log] == [
+        (32, "step"),
+        (64, "step"),
+        (96, "noisy"),
+    ]
+    first, last = (
+        checkpoint.load(checkpoint.path_of(options.folder, n)).learner["actor_state_dict"]
+        for n in (1, 3)
+    )
+    assert not torch.equal(first["mlp.A"], last["mlp.A"])
+    lines = (options.folder / "log.jsonl").read_text().splitlines()
+    assert len(lines) == 3
+
+
+def test_a_finished_run_trains_no_more(options):
+    log = train(options, silent)
+    assert train(options, killed_after(-1)) == log
+
+
+def test_a_run_with_another_seed_is_not_continued(options):
+    train(replace(options, steps=32), silent)
+    with pytest.raises(UsageError) as error:
+        train(replace(options, seed=4), silent)
+    assert str(error.value) == (
+        f"'{options.folder}' holds a run with seed 3, asked for is 4; "
+        "choose another --out, or the same seed to go on"
+    )
+
+
+def test_a_broken_checkpoint_is_refused(options):
+    path = checkpoint.path_of(options.folder, 1)
+    path.parent.mkdir(parents=True)
+    path.write_bytes(b"not a checkpoint")
+    with pytest.raises(UsageError) as error:
+        train(options, silent)
+    assert str(error.value) == (
+        f"'{path}' is not a checkpoint of this version (UnpicklingError); "
+        "delete it to go on from the one before, or choose another --out"
+    )
+
+
+def test_the_policy_is_evaluated_where_it_is_due(options, monkeypatch):
+    monkeypatch.setattr(evaluate, "EPISODE_STEPS", 3)
+    log = train(replace(options, evaluate_every=2, episodes=2), silent)
+    assert [entry.get("episodes") for entry in log] == [None, 2, None]
+
+
+def test_stages_follow_each_other():
+    firsts = [stage.first_step for stage in STAGES]
+    assert firsts == sorted(firsts)
+    assert stage_at(0) is STAGES[0]
+    assert stage_at(firsts[1] - 1) is STAGES[0]
+    assert stage_at(firsts[1]) is STAGES[1]
+    assert stage_at(10**9) is STAGES[-1]

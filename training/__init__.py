@@ -1,0 +1,1 @@
+"""Trains the walking policy that the locomotion network is converted from (extra ``train``)."""

@@ -1,0 +1,82 @@
+"""The model card: what a policy is, how it was made and how it walks."""
+
+import json
+from dataclasses import asdict
+from importlib import metadata
+from typing import Any
+
+from spikeport.training.curriculum import Stage
+from spikeport.training.evaluate import Evaluation
+
+PACKAGES = ("mujoco", "numpy", "rsl-rl-lib", "spikeport", "torch")
+
+_TEXT = """\
+# {name}: a walking policy for the Unitree H1
+
+A network 69 -> 128 -> 128 -> 128 -> 19 with ELU units, trained from scratch by PPO in MuJoCo:
+
+    {command}
+
+{step:,} control steps of {robots} robots at 50 Hz; the checkpoint was chosen by evaluation.
+Interface: `spikeport.robot.walk_interface`; joints in the order of
+`spikeport.robot.description.JOINTS`.
+
+## How it walks
+
+Random commands (vx 0 to 1 m/s, wz -1 to 1 rad/s) for 20 s. Errors are means of the absolute
+difference, smoothed over 0.2 s, the first second after a change of command left out.
+
+| robots | episodes | falls | vx error, m/s | wz error, rad/s | foot clearance, m | steps/s |
+|---|---|---|---|---|---|---|
+{rows}
+
+## Recipe
+
+Seed {seed}. Versions: {versions}. Stages, by control step, as `spikeport.training.curriculum`
+states them; what a stage changes against the one before:
+
+{stages}
+"""
+
+
+def card(
+    name: str,
+    made: dict[str, Any],
+    evaluations: dict[str, Evaluation],
+    stages: tuple[Stage, ...],
+) -> str:
+    """The card's text; ``made`` has the command, seed, step and number of robots."""
+    versions = ", ".join(f"{package} {metadata.version(package)}" for package in PACKAGES)
+    rows = "\n".join(_row(robots, e) for robots, e in evaluations.items())
+    return _TEXT.format(
+        name=name, rows=rows, versions=versions, stages="\n".join(_changes(stages)), **made
+    )
+
+
+def _row(robots: str, e: Evaluation) -> str:
+    return (
+        f"| {robots} | {e.episodes} | {e.fallen} | {e.vx_error_m_s:.3f} | {e.wz_error_rad_s:.3f} "
+        f"| {e.clearance_m:.3f} | {e.steps_per_s:.2f} |"
+    )
+
+
+def _changes(stages: tuple[Stage, ...]) -> list[str]:
+    """One line per stage: every setting that is not what it was."""
+    lines: list[str] = []
+    before: dict[str, str] = {}
+    for stage in stages:
+        now = _flat(asdict(stage))
+        changed = {k: v for k, v in now.items() if before.get(k) != v and k != "name"}
+        lines.append(f"- **{stage.name}**: " + ", ".join(f"{k} {v}" for k, v in changed.items()))
+        before = now
+    return lines
+
+
+def _flat(nested: dict[str, Any], prefix: str = "") -> dict[str, str]:
+    flat: dict[str, str] = {}
+    for key, value in nested.items():
+        if isinstance(value, dict):
+            flat |= _flat(value, "" if key == "task" else f"{key}.")
+        else:
+            flat[prefix + key] = json.dumps(value)
+    return flat

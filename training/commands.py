@@ -1,0 +1,77 @@
+"""What the robot is asked to do: speeds that change every few seconds."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from spikeport.robot.walk_interface import CONTROL_DT_S
+
+
+@dataclass(frozen=True)
+class CommandRange:
+    """Where commands are drawn from.
+
+    ``standing`` and ``turning`` are the shares of commands that ask to stand, and to turn in
+    place; ``heading`` is the share of the others that asks for a direction, which is turned to
+    with wz = ``heading_gain`` * (direction - heading), limited to +- ``wz_rad_s``. Who is asked for
+    no more than ``still`` need not step.
+    """
+
+    vx_m_s: tuple[float, float] = (0.0, 1.0)
+    wz_rad_s: float = 1.0
+    standing: float = 0.0
+    turning: float = 0.0
+    heading: float = 0.5
+    heading_gain: float = 1.0
+    still: float = 0.1
+    seconds: tuple[float, float] = (3.0, 8.0)
+
+
+class Commands:
+    """The commands of n robots, each with its own moments of change.
+
+    Attributes
+    ----------
+    value : ndarray, (n, 3)
+        vx, vy (m/s) and wz (rad/s); vy is 0.
+    age_s : ndarray, (n,)
+        Time since the last change.
+    """
+
+    def __init__(self, n: int, ranges: CommandRange, rng: np.random.Generator) -> None:
+        self._ranges, self._rng = ranges, rng
+        self.value = np.zeros((n, 3))
+        self.age_s = np.zeros(n)
+        self._left_s = np.zeros(n)
+        self._follows_heading = np.zeros(n, bool)
+        self._direction_rad = np.zeros(n)
+        self.draw(np.ones(n, bool))
+
+    @property
+    def moving(self) -> np.ndarray:
+        """Who is asked to move, ``(n,)``."""
+        return np.abs(self.value).max(axis=1) > self._ranges.still
+
+    def draw(self, which: np.ndarray) -> None:
+        """Draw new commands for some robots, ``which (n,)`` of bool."""
+        k, r, rng = np.count_nonzero(which), self._ranges, self._rng
+        vx, wz = rng.uniform(*r.vx_m_s, k), rng.uniform(-r.wz_rad_s, r.wz_rad_s, k)
+        kind = rng.random(k)
+        stands, turns = kind < r.standing, kind > 1 - r.turning
+        vx[stands | turns] = 0.0
+        wz[stands] = 0.0
+        self.value[which] = np.stack((vx, np.zeros(k), wz), axis=1)
+        self._follows_heading[which] = (rng.random(k) < r.heading) & ~stands & ~turns
+        self._direction_rad[which] = rng.uniform(-np.pi, np.pi, k)
+        self._left_s[which] = rng.uniform(*r.seconds, k)
+        self.age_s[which] = 0.0
+
+    def update(self, heading_rad: np.ndarray) -> None:
+        """Advance by one control step, with the robots' headings ``(n,)``."""
+        self._left_s -= CONTROL_DT_S
+        self.age_s += CONTROL_DT_S
+        self.draw(self._left_s <= 0)
+        r, turning = self._ranges, self._follows_heading
+        error = (self._direction_rad - heading_rad + np.pi) % (2 * np.pi) - np.pi
+        wz = np.clip(r.heading_gain * error, -r.wz_rad_s, r.wz_rad_s)
+        self.value[turning, 2] = wz[turning]

@@ -1,0 +1,92 @@
+"""Says how well a policy walks: falls and errors of speed in random episodes of 20 s."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from spikeport.robot.walk_interface import CONTROL_DT_S
+from spikeport.training.environment import EPISODE_STEPS, Task, WalkEnvironment
+
+Policy = Callable[[np.ndarray], np.ndarray]
+"""Actions ``(n, 19)`` for observations ``(n, 69)``."""
+
+SETTLING_S = 1.0
+"""Time after a change of command that no error is counted in."""
+
+SMOOTHING_S = 0.2
+"""Speeds are averaged over this time before they are compared."""
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """What came out.
+
+    ``fallen`` of ``episodes`` robots fell; the errors are means of |vx* - vx| and |wz* - wz|,
+    smoothed over 0.2 s, 1 s after each change of command left out; ``clearance_m`` is the mean
+    height of a foot's highest point in a step, ``steps_per_s`` the rate of touch-downs, both while
+    asked to walk.
+    """
+
+    episodes: int
+    fallen: int
+    vx_error_m_s: float
+    wz_error_rad_s: float
+    clearance_m: float
+    steps_per_s: float
+
+
+def evaluate(policy: Policy, task: Task, *, episodes: int = 100, seed: int = 0) -> Evaluation:
+    """Let a policy walk ``episodes`` robots for 20 s, as many at once."""
+    env = WalkEnvironment(episodes, task, seed)
+    tally = Tally(episodes)
+    try:
+        for _ in range(EPISODE_STEPS):
+            fallen = env.step(policy(env.observe())).fallen
+            tally.add(env, fallen)
+    finally:
+        env.close()
+    return tally.result()
+
+
+class Tally:
+    """Sums over the steps of robots that have not fallen."""
+
+    def __init__(self, n: int) -> None:
+        self._up = np.ones(n, bool)
+        self._recent: list[np.ndarray] = []
+        self._errors: list[np.ndarray] = []
+        self._peak_m = np.zeros((n, 2))
+        self._peaks: list[np.ndarray] = []
+        self._walking = 0
+
+    def add(self, env: WalkEnvironment, fallen: np.ndarray) -> None:
+        """Count one control step."""
+        self._up &= ~fallen
+        motion, command = env.motion, env.commands
+        speed = np.stack((motion.level_velocity[:, 0], motion.yaw_rate), axis=1)
+        self._recent = [*self._recent, speed][-round(SMOOTHING_S / CONTROL_DT_S) :]
+        error = np.abs(command.value[:, [0, 2]] - np.mean(self._recent, axis=0))
+        self._errors.append(error[self._up & (command.age_s > SETTLING_S)])
+        self._add_steps(env)
+
+    def _add_steps(self, env: WalkEnvironment) -> None:
+        walking = self._up & (env.commands.value[:, 0] > 0.2)
+        self._walking += int(np.count_nonzero(walking))
+        self._peak_m = np.maximum(self._peak_m, env.feet.height_m)
+        down = env.gait.touched_down
+        self._peaks.append(self._peak_m[down & walking[:, None]])
+        self._peak_m[down] = 0.0
+
+    def result(self) -> Evaluation:
+        """The figures; NaN where nothing could be counted."""
+        errors, peaks = np.concatenate(self._errors), np.concatenate(self._peaks)
+        vx, wz = errors.mean(axis=0) if len(errors) else (np.nan, np.nan)
+        return Evaluation(
+            episodes=len(self._up),
+            fallen=int(np.count_nonzero(~self._up)),
+            vx_error_m_s=float(vx),
+            wz_error_rad_s=float(wz),
+            clearance_m=float(peaks.mean()) if len(peaks) else float("nan"),
+            steps_per_s=len(peaks) / (max(self._walking, 1) * CONTROL_DT_S),
+        )

@@ -1,0 +1,15 @@
+"""The trained actor as an ordinary network, and the model card that goes with it."""
+
+import numpy as np
+
+from spikeport.networks.walking_policy import WalkingPolicy
+from spikeport.robot.description import JOINTS
+from spikeport.robot.walk_interface import ACTION_SCALE_RAD, POSE_RAD
+from spikeport.training.networks import MirrorNetwork
+
+
+def policy_of(actor: MirrorNetwork) -> WalkingPolicy:
+    """The actor with its tied weights and input scales written out."""
+    layers = [(W.detach().numpy(), b.detach().numpy()) for W, b in actor.layers()]
+    weights, biases = zip(*layers, strict=True)
+    return WalkingPolicy(weights, biases, JOINTS, np.copy(POSE_RAD), ACTION_SCALE_RAD)

@@ -1,0 +1,44 @@
+"""Clocks of every foot: how long it has been up or down, and since when it was last lifted."""
+
+import numpy as np
+
+from spikeport.robot.walk_interface import CONTROL_DT_S
+
+
+class Gait:
+    """The gait of n robots, left foot first; all times in s, ``(n, 2)``.
+
+    Attributes
+    ----------
+    air_s, contact_s : ndarray
+        Time in the air and on the floor; one of them is 0.
+    since_lift_s : ndarray
+        Time since the foot last left the floor.
+    touched_down : ndarray of bool
+        Whether the foot came down in the last step.
+    last_air_s : ndarray
+        How long it had been in the air then.
+    """
+
+    def __init__(self, n: int) -> None:
+        self.air_s, self.contact_s, self.since_lift_s = np.zeros((3, n, 2))
+        self.last_air_s = np.zeros((n, 2))
+        self.contact = np.ones((n, 2), bool)
+        self.touched_down = np.zeros((n, 2), bool)
+
+    def reset(self, which: np.ndarray) -> None:
+        """Start anew with both feet on the floor."""
+        for clock in (self.air_s, self.contact_s, self.since_lift_s, self.last_air_s):
+            clock[which] = 0.0
+        self.contact[which] = True
+        self.touched_down[which] = False
+
+    def update(self, contact: np.ndarray) -> None:
+        """Advance by one control step with the feet on the floor or not, ``(n, 2)``."""
+        self.touched_down = contact & ~self.contact
+        self.last_air_s = np.where(self.touched_down, self.air_s, self.last_air_s)
+        lifted = ~contact & self.contact
+        self.since_lift_s = np.where(lifted, 0.0, self.since_lift_s + CONTROL_DT_S)
+        self.air_s = np.where(contact, 0.0, self.air_s + CONTROL_DT_S)
+        self.contact_s = np.where(contact, self.contact_s + CONTROL_DT_S, 0.0)
+        self.contact = contact

@@ -1,0 +1,61 @@
+"""Reflection of the robot in its sagittal plane: left becomes right.
+
+    P x = sign * x[order],    P P x = x
+
+Pitch, knee, ankle and elbow angles change sides; roll and yaw angles change sides and sign.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from spikeport.robot.description import JOINTS
+
+
+class Mirror(NamedTuple):
+    """A signed permutation of the last axis: ``order (n,)``, ``sign (n,)``."""
+
+    order: np.ndarray
+    sign: np.ndarray
+
+    def __call__(self, x: np.ndarray) -> np.ndarray:
+        """The mirror image of ``x (..., n)``."""
+        return x[..., self.order] * self.sign
+
+
+def joined(*mirrors: Mirror) -> Mirror:
+    """The mirror of parts that lie one behind the other."""
+    starts = np.cumsum([0, *(len(m.order) for m in mirrors)])
+    order = [m.order + start for m, start in zip(mirrors, starts, strict=False)]
+    return Mirror(np.concatenate(order), np.concatenate([m.sign for m in mirrors]))
+
+
+def _other_side(joint: str) -> str:
+    side, _, role = joint.partition("_")
+    return {"left": f"right_{role}", "right": f"left_{role}"}.get(side, joint)
+
+
+def _joint_sign(joint: str) -> float:
+    return -1.0 if joint == "torso" or joint.endswith(("yaw", "roll")) else 1.0
+
+
+VECTOR = Mirror(np.arange(3), np.array([1.0, -1.0, 1.0]))
+"""Of a velocity or direction."""
+
+AXIAL = Mirror(np.arange(3), np.array([-1.0, 1.0, -1.0]))
+"""Of an angular velocity."""
+
+COMMAND = Mirror(np.arange(3), np.array([1.0, -1.0, -1.0]))
+"""Of (vx, vy, wz)."""
+
+JOINT = Mirror(
+    np.array([JOINTS.index(_other_side(j)) for j in JOINTS]),
+    np.array([_joint_sign(j) for j in JOINTS]),
+)
+"""Of joint angles, joint velocities and actions."""
+
+SCALAR = Mirror(np.arange(1), np.ones(1))
+PAIR = Mirror(np.array([1, 0]), np.ones(2))
+"""Of one number per foot, the left one first."""
+
+OBSERVATION = joined(VECTOR, AXIAL, VECTOR, COMMAND, JOINT, JOINT, JOINT)

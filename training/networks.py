@@ -1,0 +1,141 @@
+"""Actor and critic that know the robot's symmetry by construction.
+
+The hidden units form pairs (h, h') that change places when the input is mirrored:
+
+    W1 = [A; A P]    W2, W3 = [[B, C], [C, B]]    action: W4 = [D, P D]    value: w4 = [d, d]
+
+so that actor(P x) = P actor(x) and critic(P x) = critic(x). Exact symmetry alone topples from a
+symmetric stand; the actor's first bias, [c + k, c - k], may break it.
+"""
+
+import math
+
+import torch
+from rsl_rl.models import MLPModel
+from rsl_rl.modules import GaussianDistribution
+from tensordict import TensorDict
+from torch import nn
+from torch.nn import functional
+
+from spikeport.robot.description import JOINTS
+from spikeport.training.mirror import JOINT, Mirror
+
+WIDTH = 128
+HIDDEN_LAYERS = 3
+NOISE_SIZE = WIDTH * HIDDEN_LAYERS
+SYMMETRY_BREAKING_SD = 0.15
+
+Layer = tuple[torch.Tensor, torch.Tensor]
+
+
+def _uniform(rows: int, columns: int, fan_in: int) -> nn.Parameter:
+    bound = 1 / math.sqrt(fan_in)
+    return nn.Parameter(torch.empty(rows, columns).uniform_(-bound, bound))
+
+
+class MirrorNetwork(nn.Module):
+    """An ELU network of three hidden layers with the symmetry of the robot.
+
+    Parameters
+    ----------
+    inputs : Mirror
+        How the input is mirrored.
+    outputs : Mirror
+        How the output is.
+    scale : ndarray
+        Factor of every input, folded into the first layer.
+    output_gain : float
+        Size of the last layer's weights, against what is usual.
+    symmetry_breaking_sd : float
+        Of the part of the first bias that has no mirror image; 0: there is none.
+
+    Attributes
+    ----------
+    noise : float
+        Strength of the noise on hidden units: h += noise (0.5 + 0.5 |h|) N(0, 1).
+    """
+
+    def __init__(
+        self,
+        inputs: Mirror,
+        outputs: Mirror,
+        scale: torch.Tensor,
+        output_gain: float,
+        symmetry_breaking_sd: float = 0.0,
+    ) -> None:
+        super().__init__()
+        half, n_in, n_out = WIDTH // 2, len(inputs.order), len(outputs.order)
+        self.noise = 0.0
+        self.register_buffer("scale", scale)
+        for name, mirror in (("in", inputs), ("out", outputs)):
+            self.register_buffer(f"{name}_index", torch.as_tensor(mirror.order))
+            self.register_buffer(f"{name}_sign", torch.as_tensor(mirror.sign, dtype=torch.float))
+        self.A = _uniform(half, n_in, n_in)
+        self.B = nn.ParameterList(_uniform(half, half, WIDTH) for _ in range(HIDDEN_LAYERS - 1))
+        self.C = nn.ParameterList(_uniform(half, half, WIDTH) for _ in range(HIDDEN_LAYERS - 1))
+        self.D = nn.Parameter(output_gain * _uniform(n_out, half, WIDTH).detach())
+        self.c = nn.ParameterList(nn.Parameter(torch.zeros(half)) for _ in range(HIDDEN_LAYERS))
+        self.e = nn.Parameter(torch.zeros(n_out))
+        k = symmetry_breaking_sd * torch.randn(half)
+        self.k = nn.Parameter(k, requires_grad=symmetry_breaking_sd > 0)
+
+    def layers(self) -> list[Layer]:
+        """Weights ``(outputs, inputs)`` and bias of every layer, as an ordinary network's."""
+        A = self.A * self.scale
+        mirrored = A[:, self.in_index] * self.in_sign
+        layers = [(torch.cat((A, mirrored)), torch.cat((self.c[0] + self.k, self.c[0] - self.k)))]
+        for B, C, c in zip(self.B, self.C, list(self.c)[1:], strict=True):
+            W = torch.cat((torch.cat((B, C), dim=1), torch.cat((C, B), dim=1)))
+            layers.append((W, torch.cat((c, c))))
+        D = torch.cat((self.D, self._mirror_rows(self.D)), dim=1)
+        return [*layers, (D, (self.e + self._mirror_rows(self.e)) / 2)]
+
+    def _mirror_rows(self, x: torch.Tensor) -> torch.Tensor:
+        sign = self.out_sign if x.ndim == 1 else self.out_sign[:, None]
+        return x[self.out_index] * sign
+
+    def forward(self, x: torch.Tensor) -> torch.Tensor:
+        """The output; behind the input may lie the noise of hidden units, ``(n, 384)``."""
+        n_in = len(self.scale)
+        x, noise = x[:, :n_in], x[:, n_in:].split(WIDTH, dim=1)
+        *hidden, last = self.layers()
+        for i, (W, b) in enumerate(hidden):
+            x = functional.elu(functional.linear(x, W, b))
+            if self.noise and len(noise) == len(hidden):
+                x = x + self.noise * (0.5 + 0.5 * x.abs()) * noise[i]
+        return functional.linear(x, *last)
+
+
+class MirrorGaussian(GaussianDistribution):
+    """Gaussian actions whose standard deviation is the same on both sides, and capped per joint."""
+
+    def __init__(self, output_dim: int, init_std: float) -> None:
+        super().__init__(output_dim, init_std, std_type="log")
+        self.register_buffer("other_side", torch.as_tensor(JOINT.order))
+        self.register_buffer("largest", torch.tensor([_largest_std(joint) for joint in JOINTS]))
+
+    def update(self, mlp_output: torch.Tensor) -> None:
+        """Centre the distribution on the network's output."""
+        log_std = (self.log_std_param + self.log_std_param[self.other_side]) / 2
+        std = torch.minimum(log_std.exp(), self.largest)
+        self._distribution = torch.distributions.Normal(mlp_output, std.expand_as(mlp_output))
+
+
+def _largest_std(joint: str) -> float:
+    return {"torso": 0.15, "left_hip_yaw": 0.2, "right_hip_yaw": 0.2}.get(joint, 1.0)
+
+
+class MirrorModel(MLPModel):
+    """rsl-rl's model around a `MirrorNetwork`."""
+
+    def __init__(
+        self,
+        observations: TensorDict,
+        groups: list[str],
+        network: MirrorNetwork,
+        distribution: GaussianDistribution | None = None,
+    ) -> None:
+        output_dim = len(network.out_index)
+        super().__init__(observations, {"all": groups}, "all", output_dim, hidden_dims=(1,))
+        self.mlp = network
+        self.distribution = distribution

@@ -1,0 +1,67 @@
+"""What policy and critic are told, for a batch of robots."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from spikeport.robot.walk_interface import POSE_RAD
+from spikeport.training import mirror
+from spikeport.training.randomisation import observation_noise
+
+if TYPE_CHECKING:
+    from spikeport.training.environment import WalkEnvironment
+
+_NOISE = observation_noise()
+
+PRIVILEGED = mirror.joined(
+    mirror.OBSERVATION,
+    mirror.VECTOR,
+    mirror.SCALAR,
+    mirror.SCALAR,
+    mirror.JOINT,
+    *[mirror.PAIR] * 6,
+    mirror.Mirror(np.arange(2), np.array([1.0, -1.0])),
+    mirror.Mirror(np.arange(1), np.array([-1.0])),
+    mirror.Mirror(np.array([3, 4, 5, 0, 1, 2]), np.tile([1.0, -1.0, 1.0], 2)),
+)
+"""Mirror of what `privileged` gives."""
+
+
+def exact(env: "WalkEnvironment") -> np.ndarray:
+    """What the policy is told, without noise, ``(n, 69)``."""
+    m = env.motion
+    parts = (m.velocity, m.turn_rate, m.gravity, env.commands.value, m.q - POSE_RAD, m.dq)
+    return np.concatenate((*parts, env.actions[0]), axis=1)
+
+
+def noisy(env: "WalkEnvironment", rng: np.random.Generator) -> np.ndarray:
+    """What the policy is told, ``(n, 69)``."""
+    seen = exact(env)
+    scale = env.task.randomisation.observation_noise
+    return seen + scale * _NOISE * rng.uniform(-1, 1, seen.shape) if scale else seen
+
+
+def privileged(env: "WalkEnvironment") -> np.ndarray:
+    """What the critic is told: the exact observation, and what only a simulation knows.
+
+    Smoothed speeds, height of the pelvis, delay, joint offsets, and of the feet: contact, force,
+    height, clocks and velocity.
+    """
+    feet, gait = env.feet, env.gait
+    parts = (
+        exact(env),
+        env.motion.level_velocity,
+        (env.motion.height_m - 0.9)[:, None] * 5,
+        env.delay[:, None] / 4.0,
+        env.joint_offset * 10,
+        feet.contact,
+        feet.force_n / 500.0,
+        feet.height_m * 10,
+        gait.air_s,
+        gait.contact_s.clip(max=1.0),
+        gait.since_lift_s.clip(max=2.0),
+        env.velocity,
+        env.yaw_rate[:, None],
+        feet.velocity.reshape(len(feet.velocity), 6),
+    )
+    return np.concatenate(parts, axis=1)

@@ -1,0 +1,94 @@
+"""What differs from one training robot to the next, and from one step to the next."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from spikeport.robot.walk_interface import OBSERVATION_SIZE, PARTS
+from spikeport.training.model import KD, KP
+
+SUBSTEPS = 4
+"""Physics steps within a control step."""
+
+
+@dataclass(frozen=True)
+class Randomisation:
+    """Ranges of uniform draws; ``_sd`` are standard deviations of normal ones.
+
+    Per episode: friction, scales of armature, damping and gains, change of the torso's mass and
+    centre of mass, delay of actions in physics steps, offset of every joint's target. Per step:
+    noise of observations and of joint targets (in actions), pushes (changes of the horizontal
+    velocity, about every ``push_every_s``).
+    """
+
+    friction: tuple[float, float] = (0.5, 1.2)
+    armature: tuple[float, float] = (0.3, 1.1)
+    damping: tuple[float, float] = (0.2, 1.2)
+    gain: tuple[float, float] = (0.9, 1.1)
+    torso_mass_kg: float = 2.0
+    torso_com_m: float = 0.02
+    delay_steps: tuple[int, int] = (0, 4)
+    observation_noise: float = 1.0
+    push_m_s: float = 0.2
+    push_every_s: float = 5.0
+    joint_offset_sd_rad: float = 0.0
+    action_noise_sd: float = 0.0
+
+
+UNDISTURBED = Randomisation(
+    friction=(1.0, 1.0),
+    armature=(1.0, 1.0),
+    damping=(1.0, 1.0),
+    gain=(1.0, 1.0),
+    torso_mass_kg=0.0,
+    torso_com_m=0.0,
+    delay_steps=(0, 0),
+    observation_noise=0.0,
+    push_m_s=0.0,
+)
+"""The robot as it is described, undisturbed."""
+
+
+def observation_noise() -> np.ndarray:
+    """Half widths of the noise on every observation, ``(69,)``."""
+    width = np.zeros(OBSERVATION_SIZE)
+    for part, value in {
+        "linear velocity": 0.05,
+        "angular velocity": 0.1,
+        "gravity": 0.03,
+        "joint angles": 0.01,
+        "joint velocities": 0.5,
+    }.items():
+        width[PARTS[part]] = value
+    return width
+
+
+class Bodies:
+    """Draws the physics of one robot: writes into its model, from the figures of an unchanged one.
+
+    Parameters
+    ----------
+    nominal : mujoco.MjModel
+        The unchanged model.
+    """
+
+    def __init__(self, nominal: Any) -> None:
+        self._nominal = nominal
+        self._floor = nominal.geom("floor").id
+        self._torso = nominal.body("torso_link").id
+
+    def draw(self, model: Any, ranges: Randomisation, rng: np.random.Generator) -> None:
+        """Give ``model`` other friction, inertia and gains; lengths stay what they are."""
+        nominal = self._nominal
+        model.geom_friction[self._floor, 0] = rng.uniform(*ranges.friction)
+        model.dof_armature[6:] = nominal.dof_armature[6:] * rng.uniform(*ranges.armature)
+        model.dof_damping[6:] = nominal.dof_damping[6:] * rng.uniform(*ranges.damping)
+        kp = KP * rng.uniform(*ranges.gain, len(KP))
+        kd = KD * rng.uniform(*ranges.gain, len(KD))
+        model.actuator_gainprm[:, 0] = kp
+        model.actuator_biasprm[:, 1] = -kp
+        model.actuator_biasprm[:, 2] = -kd
+        mass, com = nominal.body_mass[self._torso], nominal.body_ipos[self._torso]
+        model.body_mass[self._torso] = mass + ranges.torso_mass_kg * rng.uniform(-1, 1)
+        model.body_ipos[self._torso] = com + ranges.torso_com_m * rng.uniform(-1, 1, 3)

@@ -1,0 +1,273 @@
+"""The rewards of walking: each term a function of a step, each weight a figure per second.
+
+    reward = dt sum_k weight_k term_k
+
+Terms whose weight is negative are costs. Sources: Isaac Lab's ``Isaac-Velocity-Flat-H1``; the
+terms of stepping are this project's own.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from spikeport.robot.description import JOINTS
+from spikeport.robot.walk_interface import CONTROL_DT_S, POSE_RAD
+from spikeport.training.gait import Gait
+from spikeport.training.motion import Feet, Motion
+
+
+@dataclass(frozen=True)
+class RewardSettings:
+    """Scales within the terms: widths, thresholds, heights."""
+
+    vx_sd_m_s: float = 0.5
+    wz_sd_rad_s: float = 0.5
+    step_s: float = 0.42
+    longest_step_s: float = 0.55
+    lift_every_s: float = 0.8
+    lift_m: float = 0.10
+    clearance_m: float = 0.08
+    high_m: float = 0.16
+    pelvis_m: float = 0.95
+    impact_n: float = 700.0
+
+
+@dataclass(frozen=True)
+class Step:
+    """All that a reward may depend on, for n robots.
+
+    ``velocity (n, 2)`` and ``yaw_rate (n,)`` are smoothed; ``actions`` are the last three,
+    the newest first, each ``(n, 19)``; ``moving (n,)`` says who is asked to move.
+    """
+
+    motion: Motion
+    feet: Feet
+    gait: Gait
+    command: np.ndarray
+    moving: np.ndarray
+    velocity: np.ndarray
+    yaw_rate: np.ndarray
+    actions: tuple[np.ndarray, np.ndarray, np.ndarray]
+    joint_acceleration: np.ndarray
+    torque_nm: np.ndarray
+    fallen: np.ndarray
+    settings: RewardSettings
+
+    @property
+    def single_support(self) -> np.ndarray:
+        """Who is asked to move and has one foot on the floor, ``(n,)``."""
+        return self.moving & (self.feet.contact.sum(axis=1) == 1)
+
+
+def _of(*endings: str) -> list[int]:
+    return [i for i, joint in enumerate(JOINTS) if joint.endswith(endings)]
+
+
+_HIPS = _of("hip_yaw", "hip_roll")
+_TORSO = _of("torso")
+_SHOULDERS = _of("shoulder_roll", "shoulder_yaw")
+_SWINGING = _of("shoulder_pitch", "elbow")
+_ANKLES = _of("ankle")
+_ANKLE_LIMITS_RAD = (-0.80, 0.45)
+
+
+def _squares(x: np.ndarray) -> np.ndarray:
+    return np.einsum("ni,ni->n", x, x)
+
+
+def _deviation(s: Step, joints: list[int]) -> np.ndarray:
+    return np.abs(s.motion.q[:, joints] - POSE_RAD[joints]).sum(axis=1)
+
+
+def track_velocity(s: Step) -> np.ndarray:
+    """exp(-|v* - v|^2 / sd^2)."""
+    return np.exp(-_squares(s.command[:, :2] - s.velocity) / s.settings.vx_sd_m_s**2)
+
+
+def track_yaw_rate(s: Step) -> np.ndarray:
+    """exp(-(wz* - wz)^2 / sd^2)."""
+    return np.exp(-(((s.command[:, 2] - s.yaw_rate) / s.settings.wz_sd_rad_s) ** 2))
+
+
+def alive(s: Step) -> np.ndarray:
+    """1 while it stands."""
+    return 1.0 - s.fallen
+
+
+def fall(s: Step) -> np.ndarray:
+    """1 in the step it falls."""
+    return s.fallen.astype(float)
+
+
+def air_time(s: Step) -> np.ndarray:
+    """How long one foot has been up and the other down, the shorter of both, up to ``step_s``."""
+    both = np.minimum(s.gait.air_s.max(axis=1), s.gait.contact_s.max(axis=1))
+    return np.minimum(both, s.settings.step_s) * s.single_support
+
+
+def lift(s: Step) -> np.ndarray:
+    """Height of the swinging foot in single support, as a share of ``lift_m``, up to 1."""
+    height = s.feet.height_m.max(axis=1) / s.settings.lift_m
+    return np.clip(height, 0.0, 1.0) * s.single_support
+
+
+def late_lift(s: Step) -> np.ndarray:
+    """Time beyond ``lift_every_s`` since each foot was lifted, up to 1 s each."""
+    late = np.clip(s.gait.since_lift_s - s.settings.lift_every_s, 0.0, 1.0)
+    return late.sum(axis=1) * s.moving
+
+
+def long_air(s: Step) -> np.ndarray:
+    """Whether a foot is up longer than ``longest_step_s``."""
+    return (s.gait.air_s > s.settings.longest_step_s).any(axis=1).astype(float)
+
+
+def early_touchdown(s: Step) -> np.ndarray:
+    """By how much less than ``step_s`` a foot was up, per second, as it comes down."""
+    early = np.clip(s.settings.step_s - s.gait.last_air_s, 0.0, None) * s.gait.touched_down
+    return early.sum(axis=1) * s.moving / CONTROL_DT_S
+
+
+def clearance(s: Step) -> np.ndarray:
+    """Missing height squared times speed of each foot in the air, m^3/s."""
+    missing = np.clip(s.settings.clearance_m - s.feet.height_m, 0.0, None) ** 2
+    speed = np.linalg.norm(s.feet.velocity[..., :2], axis=-1)
+    return (missing * speed).sum(axis=1)
+
+
+def high_foot(s: Step) -> np.ndarray:
+    """Height of each foot beyond ``high_m``."""
+    return np.clip(s.feet.height_m - s.settings.high_m, 0.0, None).sum(axis=1)
+
+
+def slide(s: Step) -> np.ndarray:
+    """Horizontal speed of the feet on the floor."""
+    return (np.linalg.norm(s.feet.velocity[..., :2], axis=-1) * s.feet.contact).sum(axis=1)
+
+
+def flight(s: Step) -> np.ndarray:
+    """1 with both feet in the air."""
+    return (~s.feet.contact.any(axis=1)).astype(float)
+
+
+def impact(s: Step) -> np.ndarray:
+    """Contact force of each foot beyond ``impact_n``."""
+    return np.clip(s.feet.force_n - s.settings.impact_n, 0.0, 1000.0).sum(axis=1)
+
+
+def stand(s: Step) -> np.ndarray:
+    """1 with both feet on the floor where it is asked to stand."""
+    return (~s.moving & s.feet.contact.all(axis=1)).astype(float)
+
+
+def low_pelvis(s: Step) -> np.ndarray:
+    """How far the pelvis is below ``pelvis_m``."""
+    return np.clip(s.settings.pelvis_m - s.motion.height_m, 0.0, None)
+
+
+def tilt(s: Step) -> np.ndarray:
+    """Horizontal part of gravity in the pelvis frame, squared."""
+    return _squares(s.motion.gravity[:, :2])
+
+
+def sway(s: Step) -> np.ndarray:
+    """Angular velocity about the horizontal axes, squared."""
+    return _squares(s.motion.turn_rate[:, :2])
+
+
+def bounce(s: Step) -> np.ndarray:
+    """Vertical velocity, squared."""
+    return s.motion.level_velocity[:, 2] ** 2
+
+
+def hips(s: Step) -> np.ndarray:
+    """Yaw and roll of the hips from the default pose."""
+    return _deviation(s, _HIPS)
+
+
+def torso(s: Step) -> np.ndarray:
+    """Turn of the torso."""
+    return _deviation(s, _TORSO)
+
+
+def swinging_arms(s: Step) -> np.ndarray:
+    """Shoulder pitch and elbow from the default pose."""
+    return _deviation(s, _SWINGING)
+
+
+def spread_arms(s: Step) -> np.ndarray:
+    """Shoulder roll and yaw from the default pose."""
+    return _deviation(s, _SHOULDERS)
+
+
+def ankle_limits(s: Step) -> np.ndarray:
+    """How far the ankles are beyond nine tenths of their range."""
+    q = s.motion.q[:, _ANKLES]
+    return np.abs(q - np.clip(q, *_ANKLE_LIMITS_RAD)).sum(axis=1)
+
+
+def acceleration(s: Step) -> np.ndarray:
+    """Joint accelerations, squared."""
+    return _squares(s.joint_acceleration)
+
+
+def torque(s: Step) -> np.ndarray:
+    """Joint torques, squared."""
+    return _squares(s.torque_nm)
+
+
+def action_rate(s: Step) -> np.ndarray:
+    """Change of the action, squared."""
+    return _squares(s.actions[0] - s.actions[1])
+
+
+def action_jerk(s: Step) -> np.ndarray:
+    """Second difference of the action, squared."""
+    newest, last, oldest = s.actions
+    return _squares(newest - 2 * last + oldest)
+
+
+@dataclass(frozen=True)
+class Weights:
+    """Weight of every term, per second; the fields are the terms' names."""
+
+    track_velocity: float = 1.5
+    track_yaw_rate: float = 1.0
+    alive: float = 0.25
+    fall: float = -200.0
+    air_time: float = 1.5
+    lift: float = 2.0
+    late_lift: float = -1.0
+    long_air: float = -1.0
+    early_touchdown: float = -0.1
+    clearance: float = -20.0
+    high_foot: float = -3.0
+    slide: float = -0.25
+    flight: float = -0.5
+    impact: float = -0.002
+    stand: float = 0.0
+    low_pelvis: float = -5.0
+    tilt: float = -1.0
+    sway: float = -0.05
+    bounce: float = -0.2
+    hips: float = -0.2
+    torso: float = -0.1
+    swinging_arms: float = -0.2
+    spread_arms: float = -0.3
+    ankle_limits: float = -1.0
+    acceleration: float = -5e-7
+    torque: float = -1e-5
+    action_rate: float = -0.02
+    action_jerk: float = -0.005
+
+
+TERMS: dict[str, Callable[[Step], np.ndarray]] = {
+    field.name: globals()[field.name] for field in fields(Weights)
+}
+
+
+def reward(s: Step, weights: Weights) -> dict[str, np.ndarray]:
+    """The reward of every term that counts, ``(n,)`` each."""
+    weight = {name: getattr(weights, name) for name in TERMS}
+    return {n: CONTROL_DT_S * weight[n] * TERMS[n](s) for n in TERMS if weight[n] != 0.0}
