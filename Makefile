@@ -5,10 +5,10 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test shadow check bench format clean
+.PHONY: help demo test shadow nengo-suite check bench bless format clean
 
 help:  ## what can be made
-	@awk -F':.*## ' '/^[a-z]+:.*## /{printf "  make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-11s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 $(STAMP): pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
@@ -29,13 +29,20 @@ test: check  ## lint, types and all tests
 shadow: $(STAMP)  ## nengo-loihi's own tests, native backend beside its emulator (4 minutes)
 	$(BIN)/python -m pytest tests/shadow
 
+nengo-suite: $(STAMP)  ## Nengo's own tests on spikeport.Simulator, with what it does not support
+	$(BIN)/python -m pytest tests/nengo_suite
+
 check: $(STAMP) build/links  ## lint and types only
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 
-bench: $(STAMP)  ## speed of the backends, side by side
+bench: $(STAMP)  ## speed of the backends, side by side; writes benchmarks/results.json
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -W ignore benchmarks/speed.py
+	$(BIN)/python benchmarks/table.py
+
+bless: $(STAMP)  ## write the golden texts of the compiler's passes anew
+	$(BIN)/python -m pytest tests/compile/test_golden.py --bless
 
 format: $(STAMP)  ## format the code in place
 	$(BIN)/ruff check --fix .
@@ -45,7 +52,7 @@ format: $(STAMP)  ## format the code in place
 build/links: Makefile
 	@rm -rf $@ && mkdir -p $@/spikeport
 	@ln -s $(abspath toolchain)/* $@/spikeport/
-	@for d in networks compile hardware_models backends robot experiments; do \
+	@for d in networks compile hardware_models backends robot training experiments; do \
 	  ln -s $(abspath .)/$$d $@/spikeport/$$d; done
 
 clean:  ## remove the environment and everything built

@@ -4,14 +4,16 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from spikeport.compile.pipeline import Compilation, compile_network
+    from spikeport.compile.settings import add_params
     from spikeport.simulator import Simulator
 
 __version__ = "0.1.0"
-__all__ = ["Compilation", "Simulator", "compile_network"]
+__all__ = ["Compilation", "Simulator", "add_params", "compile_network"]
 
 _HOMES = {
     "Compilation": "spikeport.compile.pipeline",
     "Simulator": "spikeport.simulator",
+    "add_params": "spikeport.compile.settings",
     "compile_network": "spikeport.compile.pipeline",
 }
 
