@@ -82,7 +82,7 @@ class ArmLoop:
     ) -> None:
         self.law = law
         self.plant = Plant(anchored=True, appearance=appearance)
-        self._arm = [self.plant.joints.index(joint) for joint in ARM_JOINTS]
+        self._arm = np.array([self.plant.joints.index(joint) for joint in ARM_JOINTS])
         self._ticks = round(self.plant.dt_s / dt_s) if dt_s else 1
         self.restart(seed)
 

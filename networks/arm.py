@@ -156,7 +156,7 @@ class _Builder:
             self.scalar * region.dq.half,
             self.scalar * region.error.half,
         )
-        self.scales: list[np.ndarray] = []
+        self.scales = {label: np.abs(t).max(axis=0) for label, t in self.targets.items()}
 
     def inputs(self) -> None:
         """Normalise what comes in."""
@@ -191,13 +191,12 @@ class _Builder:
 
     def torque(self) -> None:
         """Sum the decoded torques, each times its full scale: one column block for each term."""
-        n_terms = len(self.targets)
-        scales = self.scales  # filled while the terms are built, complete before the first step
+        scales = np.stack(list(self.scales.values()))
 
         def total(_t: float, shares: np.ndarray) -> np.ndarray:
-            return (shares.reshape(n_terms, 4) * scales).sum(axis=0)
+            return (shares.reshape(scales.shape) * scales).sum(axis=0)
 
-        self.net.torque = nengo.Node(total, size_in=4 * n_terms, size_out=4, label="torque")
+        self.net.torque = nengo.Node(total, size_in=scales.size, size_out=4, label="torque")
 
     def m1(self) -> None:
         """One 5-D group [q, e_d] per axis."""
@@ -223,9 +222,8 @@ class _Builder:
         dimensions = len(transform)
         points = np.hstack([self.q, self.scalar])[:, :dimensions]
         targets = self.targets[label]
-        scale = np.abs(targets).max(axis=0)
-        column = 4 * len(self.scales)
-        self.scales.append(scale)
+        scale = self.scales[label]
+        column = 4 * list(self.scales).index(label)
         parts = -(-n // MAX_DECODED_NEURONS)
         group = self.net.groups[label] = []
         for part in range(parts):

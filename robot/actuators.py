@@ -12,6 +12,7 @@ position   kp     (0, -kp, -kd)  target, rad
 Source: MuJoCo documentation, "Actuation model".
 """
 
+import functools
 from collections.abc import Sequence
 from typing import Any
 
@@ -24,12 +25,19 @@ from spikeport.robot.description import JOINTS
 _INDEX = {joint: index for index, joint in enumerate(JOINTS)}
 
 
-def indices(joints: Sequence[str]) -> list[int]:
+def indices(joints: Sequence[str]) -> np.ndarray:
     """Places of joints in a joint vector; raises `UsageError` for a name that is not a joint."""
+    return _indices(tuple(joints))
+
+
+@functools.cache
+def _indices(joints: tuple[str, ...]) -> np.ndarray:
     for joint in joints:
         if joint not in _INDEX:
             raise unknown("joint", joint, JOINTS)
-    return [_INDEX[joint] for joint in joints]
+    places = np.array([_INDEX[joint] for joint in joints], dtype=np.intp)
+    places.setflags(write=False)
+    return places
 
 
 def values(what: str, given: ArrayLike, joints: Sequence[str]) -> np.ndarray:
@@ -55,13 +63,13 @@ def values(what: str, given: ArrayLike, joints: Sequence[str]) -> np.ndarray:
     return array
 
 
-def set_torque_mode(model: Any, index: Sequence[int]) -> None:
+def set_torque_mode(model: Any, index: np.ndarray) -> None:
     """Make ``ctrl`` of these actuators a torque in N m."""
     model.actuator_gainprm[index, 0] = 1.0
     model.actuator_biasprm[index, :3] = 0.0
 
 
-def set_position_mode(model: Any, index: Sequence[int], kp: np.ndarray, kd: np.ndarray) -> None:
+def set_position_mode(model: Any, index: np.ndarray, kp: np.ndarray, kd: np.ndarray) -> None:
     """Make ``ctrl`` of these actuators a target angle in rad, with gains in N m/rad, N m s/rad."""
     model.actuator_gainprm[index, 0] = kp
     model.actuator_biasprm[index, 0] = 0.0

@@ -43,7 +43,7 @@ class Plant:
         self._anchored_at_reset = anchored
         self._watch = Watch(self.model)
         self._history = History(self.model)
-        self._under_torque: list[int] | None = None
+        self._under_torque: tuple[str, ...] | None = None
         self._weld = self.model.equality("anchor").id
         self._lock = self.model.equality("torso_lock").id
         self._weakest, self._strongest = self.model.actuator_forcerange.T.copy()
@@ -172,9 +172,9 @@ class Plant:
         """
         index = actuators.indices(joints)
         torques = actuators.values("torques_nm", torques_nm, joints)
-        if index != self._under_torque:  # it takes longer than a step of the physics
+        if tuple(joints) != self._under_torque:  # it takes longer than a step of the physics
             actuators.set_torque_mode(self.model, index)
-            self._under_torque = index
+            self._under_torque = tuple(joints)
         weakest, strongest = self._weakest[index], self._strongest[index]
         self.data.ctrl[index] = np.minimum(np.maximum(torques, weakest), strongest)
 

@@ -33,7 +33,7 @@ class TrainOptions:
     """A training run.
 
     ``steps`` is its length in control steps of all robots together, a multiple of segments being
-    done; every ``evaluate_every`` segments the policy walks ``episodes`` episodes.
+    done; every ``evaluate_every`` segments and at the end the policy walks ``episodes`` episodes.
     """
 
     folder: Path
@@ -114,7 +114,7 @@ def _segment(
     step += options.steps_per_segment
     entry = {"segment": segment + 1, "step": step, "stage": stage.name, "seconds": seconds}
     entry |= figures
-    if (segment + 1) % options.evaluate_every == 0:
+    if (segment + 1) % options.evaluate_every == 0 or segment + 1 == options.segments:
         progress(f"{step / 1e6:.1f} M steps: evaluating", step / options.steps)
         policy = policy_of(learner.actor)
         entry |= asdict(
