@@ -25,6 +25,8 @@ Interface: `spikeport.robot.walk_interface`; joints in the order of
 
 Random commands (vx 0 to 1 m/s, wz -1 to 1 rad/s) for 20 s. Errors are means of the absolute
 difference, smoothed over 0.2 s, the first second after a change of command left out.
+"As trained" has the delays, bodies, noise and pushes of the last stage; "exact targets" has them
+without offsets and noise of the joint targets; "undisturbed" is the robot as it is described.
 
 | robots | episodes | falls | vx error, m/s | wz error, rad/s | foot clearance, m | steps/s |
 |---|---|---|---|---|---|---|
@@ -32,8 +34,10 @@ difference, smoothed over 0.2 s, the first second after a change of command left
 
 ## Recipe
 
-Seed {seed}. Versions: {versions}. Stages, by control step, as `spikeport.training.curriculum`
-states them; what a stage changes against the one before:
+Seed {seed}.
+Versions: {versions}.
+Stages, by control step, as `spikeport.training.curriculum` states them; what a stage changes
+against the one before:
 
 {stages}
 """

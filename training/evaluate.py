@@ -79,14 +79,14 @@ class Tally:
         self._peak_m[down] = 0.0
 
     def result(self) -> Evaluation:
-        """The figures; NaN where nothing could be counted."""
+        """The figures; errors are infinite where nothing could be counted, heights 0."""
         errors, peaks = np.concatenate(self._errors), np.concatenate(self._peaks)
-        vx, wz = errors.mean(axis=0) if len(errors) else (np.nan, np.nan)
+        vx, wz = errors.mean(axis=0) if len(errors) else (np.inf, np.inf)
         return Evaluation(
             episodes=len(self._up),
             fallen=int(np.count_nonzero(~self._up)),
             vx_error_m_s=float(vx),
             wz_error_rad_s=float(wz),
-            clearance_m=float(peaks.mean()) if len(peaks) else float("nan"),
+            clearance_m=float(peaks.mean()) if len(peaks) else 0.0,
             steps_per_s=len(peaks) / (max(self._walking, 1) * CONTROL_DT_S),
         )

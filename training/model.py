@@ -37,7 +37,7 @@ def build() -> Any:
     model = spec.compile()
     floor = model.geom("floor").id
     model.geom_priority[floor] = 1  # contacts take the floor's friction, which is randomised
-    actuators.set_position_mode(model, range(len(JOINTS)), KP, KD)
+    actuators.set_position_mode(model, np.arange(len(JOINTS)), KP, KD)
     return model
 
 

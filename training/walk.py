@@ -17,7 +17,8 @@ def train_walk(options: TrainOptions, command: str, progress: Progress) -> dict[
     """Write ``h1_walk.npz`` and ``h1_walk.md`` into the run's folder.
 
     Returns how the policy walks: ``"as trained"`` with the delays and disturbances of the last
-    stage, ``"not pushed"`` and ``"undisturbed"`` with fewer of them.
+    stage, ``"exact targets"`` without offsets and noise of the joint targets, ``"undisturbed"``
+    without any.
     """
     log = train(options, progress)
     trained = tuple(stage for stage in options.stages if stage.first_step < log[-1]["step"])
@@ -43,4 +44,5 @@ def train_walk(options: TrainOptions, command: str, progress: Progress) -> dict[
 
 
 def _fewer(disturbances: Randomisation) -> dict[str, Randomisation]:
-    return {"not pushed": replace(disturbances, push_m_s=0.0), "undisturbed": UNDISTURBED}
+    exact = replace(disturbances, joint_offset_sd_rad=0.0, action_noise_sd=0.0)
+    return {"exact targets": exact, "undisturbed": UNDISTURBED}

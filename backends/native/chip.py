@@ -43,6 +43,7 @@ class NativeChip:
         firsts = image.n_compartments + np.cumsum(sizes) - sizes
         self._inputs = list(zip(firsts.tolist(), sizes.tolist(), strict=True))
         self._counts: list[np.ndarray] = []
+        self._counted = len(PER_STEP), image.n_cores
         parts = [image.part("output_start", i) for i in range(len(image.manifest["outputs"]))]
         self._views = [self.state.held[part] for part in parts]
         self._closed = False
@@ -55,7 +56,7 @@ class NativeChip:
             raise BackendError("the chip is closed: it cannot step any more")
         n_pending = self._accept(spikes)
         self._learning.check(errors)
-        counts = np.zeros((len(PER_STEP), self._image.n_cores), dtype=np.int64)
+        counts = np.zeros(self._counted, dtype=np.int64)
         advance = self._step_learning if self._learning.active else self._step
         advance(n_pending, counts, errors)
         self._counts.append(counts)

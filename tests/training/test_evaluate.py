@@ -56,7 +56,7 @@ def test_steps_and_their_height():
 
 
 def test_without_a_step_there_is_no_height():
-    assert np.isnan(tallied(robots(0.5, 0.2, 2.0)).clearance_m)
+    assert tallied(robots(0.5, 0.2, 2.0)).clearance_m == 0
 
 
 def test_robots_without_a_policy_fall(monkeypatch):
@@ -73,3 +73,7 @@ def test_the_same_seed_gives_the_same_figures(monkeypatch):
         evaluate(policy, Task(), episodes=2, seed=seed).vx_error_m_s for seed in (3, 3, 4)
     )
     assert first == again != other
+
+
+def test_errors_that_were_never_counted_are_no_small_ones():
+    assert tallied(robots(0.5, 0.2, 0.5)).vx_error_m_s == np.inf

@@ -21,9 +21,11 @@ def silent(_what, _share):
 
 
 @pytest.fixture
-def options(tmp_path):
+def options(tmp_path, monkeypatch):
     """Three segments of an update each; the last one has noise on hidden units."""
-    stages = (STAGES[0], replace(STAGES[2], first_step=64))
+    monkeypatch.setattr(evaluate, "EPISODE_STEPS", 3)
+    noisy = next(stage for stage in STAGES if stage.hidden_noise)
+    stages = (STAGES[0], replace(noisy, first_step=64))
     return TrainOptions(
         tmp_path / "run",
         seed=3,
@@ -32,6 +34,7 @@ def options(tmp_path):
         updates_per_segment=1,
         stages=stages,
         evaluate_every=99,
+        episodes=2,
         threads=1,
     )
 
@@ -107,9 +110,8 @@ def test_a_broken_checkpoint_is_refused(options):
     )
 
 
-def test_the_policy_is_evaluated_where_it_is_due(options, monkeypatch):
-    monkeypatch.setattr(evaluate, "EPISODE_STEPS", 3)
-    log = train(replace(options, evaluate_every=2, episodes=2), silent)
+def test_the_policy_is_evaluated_where_it_is_due_and_at_the_end(options):
+    log = train(replace(options, evaluate_every=2), silent)
     assert [entry.get("episodes") for entry in log] == [None, 2, 2]
 
 

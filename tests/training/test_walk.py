@@ -34,7 +34,7 @@ def test_a_run_leaves_a_policy_and_its_card(tmp_path, monkeypatch):
     evaluations = train_walk(options, "spikeport train walk", lambda _what, _share: None)
     assert {robots: e.episodes for robots, e in evaluations.items()} == {
         "as trained": 2,
-        "not pushed": 2,
+        "exact targets": 2,
         "undisturbed": 2,
     }
     assert load(tmp_path / "h1_walk.npz").joints == JOINTS
@@ -49,6 +49,6 @@ def test_the_card_states_figures_recipe_and_what_a_stage_changes():
     text = card("h1_walk", made, {"as trained": WALKS}, stages)
     assert "1,234,567 control steps of 512 robots" in text
     assert "| as trained | 100 | 2 | 0.051 | 0.099 | 0.104 | 2.61 |" in text
-    assert "Seed 7. Versions: mujoco " in text
+    assert "Seed 7.\nVersions: mujoco " in text
     assert "- **harder**: first_step 9, hidden_noise 0.5\n" in text
     assert "weights.fall -200.0" in text
