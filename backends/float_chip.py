@@ -14,8 +14,8 @@ import numpy as np
 
 from spikeport.compile.extract import offsets
 from spikeport.compile.image import ChipImage
-from spikeport.compile.numbers import Numbers
 from spikeport.compile.synapses import n_sources, ranges, synapses_of
+from spikeport.compile.verdict.numbers import Numbers
 
 
 class FloatChip:

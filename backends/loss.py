@@ -1,4 +1,4 @@
-"""Measures what rounding costs a network's outputs: see `spikeport.compile.loss`.
+"""Measures what rounding costs a network's outputs: see `spikeport.compile.verdict.loss`.
 
 The network runs once on its image, in closed loop with its host. What the host sent is then sent
 again to the blocks in floating point: with all numbers as wanted, and with one part of them rounded
@@ -15,12 +15,12 @@ from spikeport.backends.host_loop import HostLoop
 from spikeport.backends.native.chip import NativeChip
 from spikeport.backends.recorder import Recorder
 from spikeport.backends.rerun import TAU_S, Rerun, error
-from spikeport.compile.aliasing import rate_aliasing
 from spikeport.compile.extract import extract
 from spikeport.compile.image import ChipImage
-from spikeport.compile.loss import Loss, Part
-from spikeport.compile.numbers import Numbers, restored, wanted
 from spikeport.compile.pipeline import Compilation
+from spikeport.compile.verdict.aliasing import rate_aliasing
+from spikeport.compile.verdict.loss import Loss, Part
+from spikeport.compile.verdict.numbers import Numbers, restored, wanted
 from spikeport.errors import BackendError
 from spikeport.hardware_models.activity import Activity
 

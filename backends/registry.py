@@ -14,10 +14,10 @@ from spikeport.backends.host_loop import HostLoop
 from spikeport.backends.nengo_loihi import NengoLoihiChip
 from spikeport.backends.reference import Reference
 from spikeport.compile.image import ChipImage
-from spikeport.compile.lint import Scope
 from spikeport.compile.names import Names
 from spikeport.compile.passes.pipeline import Pipeline
 from spikeport.compile.pipeline import Compilation, compile_network
+from spikeport.compile.verdict.lint import Scope
 from spikeport.errors import UsageError, unknown
 
 

@@ -9,7 +9,7 @@ from spikeport.backends.float_chip import FloatChip
 from spikeport.backends.native.chip import NativeChip
 from spikeport.compile.extract import offsets
 from spikeport.compile.image import ChipImage
-from spikeport.compile.numbers import Numbers
+from spikeport.compile.verdict.numbers import Numbers
 from spikeport.errors import BackendError
 
 TAU_S = 0.02

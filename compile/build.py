@@ -20,7 +20,6 @@ from nengo_loihi.builder import Model
 from nengo_loihi.builder.builder import ValidationLevel
 
 from spikeport.compile.discretise import discretise
-from spikeport.compile.lean import lean
 from spikeport.compile.names import Names
 from spikeport.compile.numpy1 import numpy1_semantics
 from spikeport.compile.quantisation import BlockError, FloatBlock, block_error
@@ -30,7 +29,8 @@ from spikeport.compile.refusal import (
     refused,
     without_addresses,
 )
-from spikeport.compile.relay import RELAYS, relayed
+from spikeport.compile.rewriting.lean import lean
+from spikeport.compile.rewriting.relay import RELAYS, relayed
 
 SEED_LIMIT = 2**31 - 1
 NAMED = (nengo.Ensemble, nengo.Node, nengo.Connection, nengo.Probe)
@@ -59,7 +59,7 @@ class OrderedModel(Model):
         super().__init__(dt=dt_s, label="spikeport")
         self.names = names
         self.building = "network"
-        # Limits are checked by spikeport.compile.verify, which reports all of them at once.
+        # Limits are checked by spikeport.compile.verdict.verify, which reports all of them at once.
         self.validation_level = ValidationLevel.NONE
 
     def build(self, obj: Any, *args: Any, **kwargs: Any) -> Any:

@@ -11,7 +11,7 @@ from nengo_loihi.builder import Model
 
 from spikeport.compile.image import ChipImage
 from spikeport.compile.refusal import ADDRESS
-from spikeport.compile.rewrite import Rewrite
+from spikeport.compile.rewriting.rewrite import Rewrite
 
 
 @singledispatch

@@ -11,21 +11,21 @@ from nengo_loihi.builder import Model
 
 from spikeport.compile.build import Blocks, build
 from spikeport.compile.extract import extract
-from spikeport.compile.hints import image_hints, network_hints
 from spikeport.compile.image import ChipImage
-from spikeport.compile.lint import lint, lint_numbers
-from spikeport.compile.load import block_loads, capacity
-from spikeport.compile.lower_bound import lower_bound
 from spikeport.compile.names import Names
-from spikeport.compile.neurobench import neurobench
 from spikeport.compile.passes.base import BlockPass, ImagePass, NetworkPass
 from spikeport.compile.passes.parse import parse
 from spikeport.compile.passes.pipeline import Observer, PassRun, Pipeline, silent
-from spikeport.compile.report import Report
-from spikeport.compile.rewrite import Rewrite
+from spikeport.compile.placing.load import block_loads, capacity
+from spikeport.compile.placing.lower_bound import lower_bound
+from spikeport.compile.rewriting.rewrite import Rewrite
 from spikeport.compile.usage import core_uses
-from spikeport.compile.verify import verify, verify_settings
-from spikeport.compile.violation import DoesNotFitError
+from spikeport.compile.verdict.hints import image_hints, network_hints
+from spikeport.compile.verdict.lint import lint, lint_numbers
+from spikeport.compile.verdict.neurobench import neurobench
+from spikeport.compile.verdict.report import Report
+from spikeport.compile.verdict.verify import verify, verify_settings
+from spikeport.compile.verdict.violation import DoesNotFitError
 from spikeport.hardware_models import chip as chips
 
 
@@ -33,7 +33,7 @@ from spikeport.hardware_models import chip as chips
 class Compilation:
     """A compiled network: the image, what it takes, and what nengo-loihi made of it.
 
-    ``stand_ins`` and ``built`` are those of `spikeport.compile.rewrite.Rewrite`.
+    ``stand_ins`` and ``built`` are those of `spikeport.compile.rewriting.rewrite.Rewrite`.
     """
 
     image: ChipImage

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from spikeport.compile.report import Report
+from spikeport.compile.verdict.report import Report
 from spikeport.hardware_models.activity import Activity
 
 Progress = Callable[[str, float | None], None]

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from spikeport.compile.pipeline import Compilation, compile_network
-    from spikeport.compile.settings import add_params
+    from spikeport.compile.rewriting.settings import add_params
     from spikeport.simulator import Simulator
 
 __version__ = "0.1.0"
@@ -13,7 +13,7 @@ __all__ = ["Compilation", "Simulator", "add_params", "compile_network"]
 _HOMES = {
     "Compilation": "spikeport.compile.pipeline",
     "Simulator": "spikeport.simulator",
-    "add_params": "spikeport.compile.settings",
+    "add_params": "spikeport.compile.rewriting.settings",
     "compile_network": "spikeport.compile.pipeline",
 }
 

@@ -124,7 +124,7 @@ def compile_command(
 ) -> None:
     """Compile a network: say whether it fits, what it costs and what it loses."""
     from spikeport.commands.compile import Request, run
-    from spikeport.compile.budget import Budget
+    from spikeport.compile.verdict.budget import Budget
 
     budget = Budget(max_cores, max_power, max_step_us)
     run(

@@ -10,14 +10,14 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from spikeport.atomic import write_text
-from spikeport.compile.report_data import schema
-from spikeport.compile.rules import GROUPS, RULES, Rule
+from spikeport.compile.verdict.report_data import schema
+from spikeport.compile.verdict.rules import GROUPS, RULES, Rule
 
 HEAD = """# Rules
 
 Every rule `spikeport compile` checks, with the id its messages carry. `spikeport compile --explain
 SP101` prints one of them. SP0xx to SP2xx are refused; SP3xx end a compile with exit code 1; SP4xx
-are hints. Made from `compile/rules.toml` by `python -m spikeport.documents docs`."""
+are hints. Made from `compile/verdict/rules.toml` by `python -m spikeport.documents docs`."""
 
 
 def rules() -> str:

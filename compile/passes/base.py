@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 from nengo_loihi.builder import Model
 
 from spikeport.compile.image import ChipImage
-from spikeport.compile.rewrite import Rewrite
+from spikeport.compile.rewriting.rewrite import Rewrite
 from spikeport.hardware_models.chip import Chip
 
 

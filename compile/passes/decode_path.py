@@ -7,15 +7,15 @@ from typing import Any, ClassVar, Literal
 import nengo
 from nengo.ensemble import Neurons
 
-from spikeport.compile.decode_cost import DECODE_TAU_S, PathCost, pareto, path_costs
-from spikeport.compile.lint import Scope
 from spikeport.compile.names import base
 from spikeport.compile.passes.base import Context, NetworkPass
-from spikeport.compile.passthrough import PLAIN
-from spikeport.compile.rewire import link, rewire
-from spikeport.compile.rewrite import Rewrite
-from spikeport.compile.settings import Settings
-from spikeport.compile.solved import Solved
+from spikeport.compile.rewriting.decode_cost import DECODE_TAU_S, PathCost, pareto, path_costs
+from spikeport.compile.rewriting.passthrough import PLAIN
+from spikeport.compile.rewriting.rewire import link, rewire
+from spikeport.compile.rewriting.rewrite import Rewrite
+from spikeport.compile.rewriting.settings import Settings
+from spikeport.compile.rewriting.solved import Solved
+from spikeport.compile.verdict.lint import Scope
 
 Path = Literal["auto", "direct", "onoff", "preset10", "host"]
 LINEAR = (*PLAIN, nengo.Sparse)

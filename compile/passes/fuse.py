@@ -5,13 +5,13 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from spikeport.compile.lint import Scope
-from spikeport.compile.members import members
-from spikeport.compile.partition import Partition, alike, in_parts
 from spikeport.compile.passes.base import Context, NetworkPass
-from spikeport.compile.passthrough import foldable
-from spikeport.compile.regroup import regroup
-from spikeport.compile.rewrite import Rewrite
+from spikeport.compile.rewriting.members import members
+from spikeport.compile.rewriting.partition import Partition, alike, in_parts
+from spikeport.compile.rewriting.passthrough import foldable
+from spikeport.compile.rewriting.regroup import regroup
+from spikeport.compile.rewriting.rewrite import Rewrite
+from spikeport.compile.verdict.lint import Scope
 
 
 @dataclass(frozen=True)

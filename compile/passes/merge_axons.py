@@ -6,7 +6,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from spikeport.compile.connectivity import (
+from spikeport.compile.image import ChipImage
+from spikeport.compile.passes.base import Context, ImagePass
+from spikeport.compile.placing.connectivity import (
     Group,
     Route,
     Row,
@@ -15,8 +17,6 @@ from spikeport.compile.connectivity import (
     groups_of,
     routes_of,
 )
-from spikeport.compile.image import ChipImage
-from spikeport.compile.passes.base import Context, ImagePass
 from spikeport.compile.usage import AMOUNTS, block_amounts, is_consecutive
 from spikeport.hardware_models.chip import Chip
 

@@ -7,15 +7,15 @@ from typing import Annotated, ClassVar
 import numpy as np
 from pydantic import Field
 
-from spikeport.compile.cut import cut
-from spikeport.compile.exact import pack_exactly
 from spikeport.compile.image import ChipImage
-from spikeport.compile.load import block_loads, capacity, core_loads
-from spikeport.compile.lower_bound import sums
-from spikeport.compile.packing import Bins, Problem, pack
 from spikeport.compile.passes.base import Context, ImagePass
 from spikeport.compile.passes.split import find_bounds
-from spikeport.compile.traffic import block_traffic
+from spikeport.compile.placing.cut import cut
+from spikeport.compile.placing.exact import pack_exactly
+from spikeport.compile.placing.load import block_loads, capacity, core_loads
+from spikeport.compile.placing.lower_bound import sums
+from spikeport.compile.placing.packing import Bins, Problem, pack
+from spikeport.compile.placing.traffic import block_traffic
 from spikeport.hardware_models.chip import Chip
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from spikeport.compile.image import ChipImage
 from spikeport.compile.passes.base import Context, ImagePass
-from spikeport.compile.traffic import core_messages
+from spikeport.compile.placing.traffic import core_messages
 from spikeport.hardware_models.limits import n_cores
 from spikeport.hardware_models.links import Cost, Links
 

@@ -6,11 +6,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from spikeport.compile.cut import can_cut, cut
-from spikeport.compile.demand import Demand
 from spikeport.compile.image import ChipImage
-from spikeport.compile.load import Capacity, ProfileMasks, block_loads, capacity
 from spikeport.compile.passes.base import Context, ImagePass
+from spikeport.compile.placing.cut import can_cut, cut
+from spikeport.compile.placing.demand import Demand
+from spikeport.compile.placing.load import Capacity, ProfileMasks, block_loads, capacity
 from spikeport.compile.usage import axon_slots, out_slots
 from spikeport.hardware_models.chip import Chip
 

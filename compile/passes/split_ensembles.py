@@ -9,14 +9,14 @@ import numpy as np
 from nengo.ensemble import Neurons
 from pydantic import Field
 
-from spikeport.compile.lint import Scope
-from spikeport.compile.members import members
 from spikeport.compile.names import base
-from spikeport.compile.partition import Part, Partition, in_parts
 from spikeport.compile.passes.base import Context, NetworkPass
-from spikeport.compile.passthrough import foldable
-from spikeport.compile.regroup import regroup
-from spikeport.compile.rewrite import Rewrite
+from spikeport.compile.rewriting.members import members
+from spikeport.compile.rewriting.partition import Part, Partition, in_parts
+from spikeport.compile.rewriting.passthrough import foldable
+from spikeport.compile.rewriting.regroup import regroup
+from spikeport.compile.rewriting.rewrite import Rewrite
+from spikeport.compile.verdict.lint import Scope
 
 
 @dataclass(frozen=True)

@@ -11,9 +11,9 @@ from spikeport.backends.loss import Measured, causes, measure
 from spikeport.compile.build import Blocks, build
 from spikeport.compile.extract import extract
 from spikeport.compile.names import Names
-from spikeport.compile.numbers import ROUNDED, restored, wanted
 from spikeport.compile.numpy1 import numpy1_semantics
 from spikeport.compile.pipeline import compile_network
+from spikeport.compile.verdict.numbers import ROUNDED, restored, wanted
 from spikeport.errors import BackendError
 
 

@@ -7,7 +7,7 @@ from nengo.exceptions import BuildError, ValidationError
 
 from spikeport.compile.pipeline import compile_network
 from spikeport.compile.refusal import InvalidError, RefusedError, collected_warnings
-from spikeport.compile.violation import DoesNotFitError
+from spikeport.compile.verdict.violation import DoesNotFitError
 from spikeport.errors import CompileError
 
 HOST = "or keep its ensembles on the host with net.config[ensemble].on_chip = False"

@@ -4,8 +4,8 @@ import json
 
 import pytest
 
-from spikeport.compile import rules
-from spikeport.compile.report_data import ReportData
+from spikeport.compile.verdict import rules
+from spikeport.compile.verdict.report_data import ReportData
 
 
 @pytest.fixture

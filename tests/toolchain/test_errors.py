@@ -7,7 +7,7 @@ from nengo.exceptions import BuildError, ValidationError
 
 from spikeport import errors
 from spikeport.compile.refusal import InvalidError, RefusedError
-from spikeport.compile.violation import DoesNotFitError
+from spikeport.compile.verdict.violation import DoesNotFitError
 
 TREE = {
     "UsageError": ValueError,

@@ -10,7 +10,7 @@ from nengo.utils.progress import ProgressBar
 
 from spikeport import Simulator, compile_network
 from spikeport.backends.registry import BACKENDS
-from spikeport.compile.violation import DoesNotFitError
+from spikeport.compile.verdict.violation import DoesNotFitError
 from spikeport.errors import UsageError
 
 

@@ -9,10 +9,10 @@ from spikeport.commands import rates
 from spikeport.commands.passes import printer
 from spikeport.commands.progress import progress_bar
 from spikeport.commands.screen import Findings, show
-from spikeport.compile.budget import Budget
-from spikeport.compile.expected import expected_activity
 from spikeport.compile.pipeline import Compilation, compile_network
-from spikeport.compile.violation import OverBudgetError
+from spikeport.compile.verdict.budget import Budget
+from spikeport.compile.verdict.expected import expected_activity
+from spikeport.compile.verdict.violation import OverBudgetError
 from spikeport.errors import UsageError
 from spikeport.experiments.run_folder import write_json
 from spikeport.find_network import find_network

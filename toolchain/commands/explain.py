@@ -4,8 +4,8 @@ from collections.abc import Iterator
 
 from rich.console import Console
 
-from spikeport.compile import rules
-from spikeport.compile.rules import GROUPS, Rule
+from spikeport.compile.verdict import rules
+from spikeport.compile.verdict.rules import GROUPS, Rule
 
 
 def explain(rule_id: str) -> None:

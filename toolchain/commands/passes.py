@@ -13,7 +13,7 @@ from spikeport.compile.passes import registry
 from spikeport.compile.passes.base import Pass
 from spikeport.compile.passes.parse import options, parse
 from spikeport.compile.passes.pipeline import Observer, kind, silent
-from spikeport.compile.report import Report
+from spikeport.compile.verdict.report import Report
 from spikeport.errors import unknown
 from spikeport.hardware_models import chip as chips
 

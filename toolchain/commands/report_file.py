@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from spikeport.compile.report import SCHEMA
+from spikeport.compile.verdict.report import SCHEMA
 from spikeport.errors import UsageError
 from spikeport.experiments.run_folder import RESULT_SCHEMA
 

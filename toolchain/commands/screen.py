@@ -15,11 +15,11 @@ from spikeport.commands.tables import (
     n_cores,
     resource_table,
 )
-from spikeport.compile.expected import Rates
-from spikeport.compile.loss import Loss
-from spikeport.compile.neurobench import NeuroBench, workload
-from spikeport.compile.report import Report
-from spikeport.compile.violation import Violation
+from spikeport.compile.verdict.expected import Rates
+from spikeport.compile.verdict.loss import Loss
+from spikeport.compile.verdict.neurobench import NeuroBench, workload
+from spikeport.compile.verdict.report import Report
+from spikeport.compile.verdict.violation import Violation
 from spikeport.hardware_models.activity import Activity
 
 MOST_NAMED = 3

@@ -6,9 +6,9 @@ from rich.box import SIMPLE_HEAD
 from rich.markup import escape
 from rich.table import Table
 
-from spikeport.compile.expected import Rates
-from spikeport.compile.loss import Loss
-from spikeport.compile.report import Report
+from spikeport.compile.verdict.expected import Rates
+from spikeport.compile.verdict.loss import Loss
+from spikeport.compile.verdict.report import Report
 from spikeport.hardware_models.activity import Activity
 from spikeport.hardware_models.calibration import Calibration
 from spikeport.hardware_models.chip import Chip

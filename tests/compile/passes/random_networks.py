@@ -7,7 +7,7 @@ from nengo_loihi.neurons import LoihiLIF, LoihiSpikingRectifiedLinear
 
 from spikeport.compile.names import Names
 from spikeport.compile.passes.base import Context, NetworkPass
-from spikeport.compile.rewrite import Rewrite
+from spikeport.compile.rewriting.rewrite import Rewrite
 from spikeport.hardware_models import chip as chips
 
 DT_S = 0.001

@@ -7,10 +7,10 @@ from random_networks import assert_equal_in_float, random_network, rewritten
 import spikeport
 from spikeport.backends.host_loop import HostLoop
 from spikeport.backends.native.chip import NativeChip
-from spikeport.compile.decode_cost import PathCost, pareto, relay_noise, rounding
 from spikeport.compile.passes.decode_path import DecodePath
 from spikeport.compile.passes.fuse import Fuse
 from spikeport.compile.pipeline import compile_network
+from spikeport.compile.rewriting.decode_cost import PathCost, pareto, relay_noise, rounding
 from spikeport.compile.usage import core_uses
 
 

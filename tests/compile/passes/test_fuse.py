@@ -4,8 +4,8 @@ import pytest
 from random_networks import assert_equal_in_float, random_network, rewritten
 
 from spikeport.compile.build import build
-from spikeport.compile.lint import lint
 from spikeport.compile.passes.fuse import Fuse
+from spikeport.compile.verdict.lint import lint
 
 
 @pytest.mark.parametrize("seed", range(8))

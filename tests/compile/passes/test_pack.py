@@ -7,9 +7,9 @@ from images import Block, Group, Parts, Route
 from same_run import assert_same_run, context, small_chip
 
 from spikeport.compile.image import ChipImage
-from spikeport.compile.load import block_loads, capacity, core_loads
-from spikeport.compile.lower_bound import lower_bound
 from spikeport.compile.passes.pack import Pack
+from spikeport.compile.placing.load import block_loads, capacity, core_loads
+from spikeport.compile.placing.lower_bound import lower_bound
 from spikeport.errors import MissingExtraError
 from spikeport.hardware_models.chip import Chip
 

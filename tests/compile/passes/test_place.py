@@ -4,7 +4,7 @@ from same_run import assert_same_run, context, small_chip
 
 from spikeport.compile.image import ChipImage
 from spikeport.compile.passes.place import Place
-from spikeport.compile.traffic import core_messages
+from spikeport.compile.placing.traffic import core_messages
 from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.links import Links
 from spikeport.hardware_models.topology import between_chips, hops

@@ -6,12 +6,12 @@ import pytest
 from images import Block, Group, Parts, Route
 from same_run import assert_same_run, context, small_chip
 
-from spikeport.compile.cut import cut
-from spikeport.compile.demand import Demand
 from spikeport.compile.image import ChipImage
-from spikeport.compile.load import ProfileMasks, block_loads, capacity
 from spikeport.compile.passes.split import Split
 from spikeport.compile.pipeline import compile_network
+from spikeport.compile.placing.cut import cut
+from spikeport.compile.placing.demand import Demand
+from spikeport.compile.placing.load import ProfileMasks, block_loads, capacity
 from spikeport.compile.usage import out_slots
 from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.chip import Chip

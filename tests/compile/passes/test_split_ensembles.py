@@ -3,10 +3,10 @@ import pytest
 from random_networks import assert_equal_in_float, random_network, rewritten
 from same_run import context, small_chip
 
-from spikeport.compile.lint import lint
 from spikeport.compile.names import Names
 from spikeport.compile.passes.split_ensembles import SplitEnsembles
-from spikeport.compile.rewrite import Rewrite
+from spikeport.compile.rewriting.rewrite import Rewrite
+from spikeport.compile.verdict.lint import lint
 
 
 @pytest.mark.parametrize("seed", range(4))

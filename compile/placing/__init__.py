@@ -1,0 +1,1 @@
+"""Blocks onto cores: what they take, how they are cut, packed and bounded."""

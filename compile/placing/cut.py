@@ -1,0 +1,133 @@
+"""Cuts blocks into pieces: stretches of their compartments, which can lie on different cores.
+
+Every compartment keeps its number, its integers and its input. An input axon of a block becomes one
+of each piece it has targets in; the compartments that send to it send to all of these.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from spikeport.compile.image import ChipImage
+from spikeport.compile.placing.connectivity import (
+    Blocks,
+    Group,
+    Route,
+    Row,
+    assemble,
+    groups_of,
+    routes_of,
+)
+
+
+class Kept(NamedTuple):
+    """A piece of a group: its number, and its axon for each of the group's axons, or -1."""
+
+    group: int
+    axon: np.ndarray
+
+
+def can_cut(image: ChipImage) -> np.ndarray:
+    """(n_blocks,) whether blocks can be cut: those whose axons are plain and do not learn."""
+    whole = np.zeros(image.n_blocks, dtype=bool)
+    odd = (image["synapse_pop_type"] != 0) | (image["synapse_learning"][:, 0] != 0)
+    group_of_row = np.repeat(np.arange(len(odd)), np.diff(image["row_start"]))
+    odd[group_of_row[image["row_atoms"] != 1]] = True
+    whole[image["synapse_block"][odd]] = True
+    return ~whole
+
+
+def cut(image: ChipImage, cuts: Mapping[int, Sequence[int]]) -> ChipImage:
+    """Cut blocks into pieces; every piece and every other block gets a core of its own.
+
+    Parameters
+    ----------
+    image : ChipImage
+        The image.
+    cuts : mapping of int to sequence of int
+        For blocks that `can_cut`, the first compartments of all pieces but the first, ascending,
+        counted from the block's first.
+    """
+    bounds = [[0, *cuts.get(b, ()), int(n)] for b, n in enumerate(np.diff(image["block_start"]))]
+    blocks = _cut_blocks(image, bounds)
+    first_piece = np.searchsorted(blocks.like, np.arange(image.n_blocks))
+    groups: list[Group] = []
+    kept: list[list[Kept]] = []
+    for group in groups_of(image):
+        parts = _cut_group(group, bounds[group.block], int(first_piece[group.block]))
+        kept.append([Kept(len(groups) + i, axon) for i, (_, axon) in enumerate(parts)])
+        groups += [part for part, _ in parts]
+    routes = [
+        part
+        for route in routes_of(image)
+        for to in kept[route.group]
+        for part in _cut_route(route, to, bounds, first_piece)
+    ]
+    return assemble(image, blocks, groups, routes)
+
+
+def _cut_blocks(image: ChipImage, bounds: list[list[int]]) -> Blocks:
+    like = np.repeat(np.arange(len(bounds)), [len(ends) - 1 for ends in bounds])
+    first = [
+        start + at
+        for start, ends in zip(image["block_start"], bounds, strict=False)
+        for at in ends[:-1]
+    ]
+    entries = [
+        entry if len(ends) == 2 else _piece_entry(entry, i, len(ends) - 1)
+        for entry, ends in zip(image.manifest["blocks"], bounds, strict=True)
+        for i in range(len(ends) - 1)
+    ]
+    start = np.append(first, image.n_compartments)
+    return Blocks(start, np.arange(len(like)), like, entries)
+
+
+def _piece_entry(entry: dict[str, Any], i: int, n: int) -> dict[str, Any]:
+    """Manifest entry of a piece; ``of`` names the block that nengo-loihi built."""
+    label = entry["label"]
+    return {"of": label, **entry, "label": f"{label}[{i + 1}/{n}]"}
+
+
+def _cut_group(group: Group, ends: list[int], first_piece: int) -> list[tuple[Group, np.ndarray]]:
+    """The pieces of a group that have axons, each with its axon for each of the group's, or -1."""
+    if len(ends) == 2:
+        return [(group._replace(block=first_piece), np.arange(len(group.axon_row)))]
+    parts = [_part(group, *stretch, first_piece + i) for i, stretch in enumerate(pairwise(ends))]
+    return [(part, axon) for part, axon in parts if len(part.axon_row)]
+
+
+def _part(group: Group, first: int, end: int, piece: int) -> tuple[Group, np.ndarray]:
+    """What of a group has targets in a stretch of its block; its axon for each of the group's."""
+    keys = list(zip(group.axon_row.tolist(), group.axon_base.tolist(), strict=True))
+    rows = {key: _stretch(group.rows[key[0]], key[1], first, end) for key in dict.fromkeys(keys)}
+    used = [i for i, key in enumerate(keys) if rows[key].weights.size]
+    number = {key: n for n, key in enumerate(dict.fromkeys(keys[i] for i in used))}
+    axon = np.full(len(keys), -1)
+    axon[used] = np.arange(len(used))
+    row = np.array([number[keys[i]] for i in used], dtype=int)
+    base = np.array([max(keys[i][1] - first, 0) for i in used], dtype=int)
+    return Group(group.like, piece, [rows[key] for key in number], row, base), axon
+
+
+def _stretch(row: Row, base: int, first: int, end: int) -> Row:
+    """The synapses of a row of one atom, read from a base, that have targets in a stretch."""
+    target = base + row.indices[0] if base >= 0 else np.full(row.indices.shape[1], -1)
+    inside = (target >= first) & (target < end)
+    indices = target[inside] - first - max(base - first, 0)
+    return Row(row.weights[:, inside], indices[np.newaxis])
+
+
+def _cut_route(
+    route: Route, to: Kept, bounds: list[list[int]], first_piece: np.ndarray
+) -> Iterator[Route]:
+    """The routes to one piece of a group that reach it, from each piece of the source."""
+    axon = np.where(route.axon >= 0, to.axon[route.axon], -1)
+    ends, first_of = [0, len(axon)], route.source
+    if not route.of_input:
+        ends, first_of = bounds[route.source], int(first_piece[route.source])
+    for i, (first, end) in enumerate(pairwise(ends)):
+        if (axon[first:end] >= 0).any():
+            atom = route.atom[first:end]
+            yield Route(route.of_input, first_of + i, to.group, axon[first:end], atom)

@@ -1,0 +1,103 @@
+"""The fewest cores, by constraint programming (OR-tools' CP-SAT).
+
+    minimise sum_k y_k   with, for blocks b, cores k, amounts a and profiles p of kind i,
+    sum_k x_bk = 1,   x_bk <= y_k,   y_k >= y_k+1
+    sum_b a_b x_bk <= room_a,   x_bk <= z_pk for p of b,   sum_p z_pk <= room_i
+
+The search is one thread's and ends after a number of operations, not seconds: it is the same on
+every machine.
+"""
+
+import itertools
+from typing import Any, NamedTuple
+
+from spikeport.compile.placing.lower_bound import lower_bound
+from spikeport.compile.placing.packing import Bins, Problem, settled
+from spikeport.errors import MissingExtraError
+
+SEARCH = 30.0
+"""CP-SAT's deterministic time: of the order of a second each."""
+
+
+class Exact(NamedTuple):
+    """The best packing that was found, and how few cores any takes."""
+
+    bins: Bins
+    at_least: int
+
+
+def pack_exactly(problem: Problem, known: Bins) -> Exact:
+    """Pack blocks on as few cores as possible, starting from a packing that is known.
+
+    Raises
+    ------
+    MissingExtraError
+        OR-tools is not installed.
+    """
+    at_least = lower_bound(problem.loads, problem.room)["cores"]
+    fits = all(problem.fits([block]) for block in range(len(problem.loads)))
+    if len(known) == at_least or not fits:  # what fits no core, verification refuses
+        return Exact(known, at_least)
+    try:
+        from ortools.sat.python import cp_model
+    except ImportError as error:
+        raise MissingExtraError(
+            "pack{exact=true} needs the package ortools, which is absent; "
+            "install it with: pip install 'spikeport[optimal]'"
+        ) from error
+    model = cp_model.CpModel()
+    on = _placements(model, problem, known, at_least)
+    _limit_amounts(model, problem, on)
+    _limit_profiles(model, problem, on)
+    solver = cp_model.CpSolver()
+    solver.parameters.num_workers = 1
+    solver.parameters.max_deterministic_time = SEARCH
+    solver.solve(model)
+    cores = range(len(known))
+    bins = [[b for b, where in enumerate(on) if solver.boolean_value(where[k])] for k in cores]
+    bins = settled(problem, [blocks for blocks in bins if blocks])
+    return Exact(sorted(bins), round(solver.best_objective_bound))
+
+
+def _placements(model: Any, problem: Problem, known: Bins, at_least: int) -> list[list[Any]]:
+    """x_bk and y_k, hinted at by what is known."""
+    used = [model.new_bool_var(f"y{k}") for k in range(len(known))]
+    on = [
+        [model.new_bool_var(f"x{b},{k}") for k in range(len(known))]
+        for b in range(len(problem.loads))
+    ]
+    for where in on:
+        model.add_exactly_one(where)
+        for here, core in zip(where, used, strict=True):
+            model.add_implication(here, core)
+    for k, blocks in enumerate(known):
+        for block in blocks:
+            model.add_hint(on[block][k], 1)
+    for core, following in itertools.pairwise(used):
+        model.add_implication(following, core)
+    model.add(sum(used) >= at_least)
+    model.minimize(sum(used))
+    return on
+
+
+def _limit_amounts(model: Any, problem: Problem, on: list[list[Any]]) -> None:
+    for kind, room in enumerate(problem.room.amounts):
+        if room < float("inf"):
+            for k in range(len(on[0])):
+                total = sum(load.amounts[kind] * on[b][k] for b, load in enumerate(problem.loads))
+                model.add(total <= int(room))
+
+
+def _limit_profiles(model: Any, problem: Problem, on: list[list[Any]]) -> None:
+    for kind, room in enumerate(problem.room.profiles):
+        masks = [load.profiles[kind] for load in problem.loads]
+        bits = range(max(mask.bit_length() for mask in masks))
+        if len(bits) <= room:
+            continue
+        for k in range(len(on[0])):
+            held = [model.new_bool_var(f"z{kind},{k},{bit}") for bit in bits]
+            model.add(sum(held) <= int(room))
+            for b, mask in enumerate(masks):
+                for bit in bits:
+                    if mask >> bit & 1:
+                        model.add_implication(on[b][k], held[bit])

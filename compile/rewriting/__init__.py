@@ -1,0 +1,1 @@
+"""Networks rewritten: equal in float, other in shape, before nengo-loihi builds them."""

@@ -1,0 +1,204 @@
+"""Rules a network must keep before nengo-loihi's builder is asked: all breaches at once, in words.
+
+nengo-loihi finds some of these one at a time, some as an assertion without text, and lets others
+pass in silence (a subclass of LIF is built as plain LIF). Found by reading nengo-loihi 1.1.0's
+builder and confirmed by the tests of this module. What each rule says and why stands in
+``rules.toml``, SP0xx.
+"""
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import nengo
+import numpy as np
+from nengo.connection import LearningRule
+from nengo.ensemble import Neurons
+from nengo_loihi.inputs import ChipProcess
+from nengo_loihi.neurons import LoihiLIF, LoihiSpikingRectifiedLinear
+
+from spikeport.compile.names import Names, base
+from spikeport.compile.verdict import rules
+from spikeport.compile.verdict.violation import Violation
+
+NEURON_TYPES = (nengo.LIF, nengo.SpikingRectifiedLinear, LoihiLIF, LoihiSpikingRectifiedLinear)
+REGULAR_BASES = (nengo.LIFRate, nengo.RectifiedLinear)
+ARRAYS = ("gain", "bias", "encoders", "max_rates", "intercepts", "eval_points", "function")
+"""What ensembles and connections may be given as arrays, beside transforms."""
+PROBEABLE = {
+    nengo.Ensemble: ("decoded_output",),
+    Neurons: ("output", "spikes", "voltage", "input"),
+}
+
+
+class Scope:
+    """A network, the names of its objects, and which of them go onto the chip."""
+
+    def __init__(self, network: nengo.Network, names: Names) -> None:
+        self.network = network
+        self.names = names
+        config = network.config[nengo.Ensemble]
+        self._switchable = "on_chip" in config._extra_params
+        self._ends_of_learning = set(_ends_of_learning(network))
+
+    def on_chip(self, obj: Any) -> bool:
+        """Whether an object's ensemble is meant for the chip."""
+        ensemble = base(obj)
+        if not isinstance(ensemble, nengo.Ensemble) or ensemble in self._ends_of_learning:
+            return False
+        if isinstance(ensemble.neuron_type, nengo.Direct):
+            return False
+        return not (self._switchable and self.network.config[ensemble].on_chip is False)
+
+    @property
+    def ensembles(self) -> list[nengo.Ensemble]:
+        """The ensembles meant for the chip."""
+        return [e for e in self.network.all_ensembles if self.on_chip(e)]
+
+
+def _ends_of_learning(network: nengo.Network) -> Iterator[Any]:
+    """What nengo-loihi keeps on the host unasked: targets of learning, and sources of its error."""
+    for connection in network.all_connections:
+        if connection.learning_rule_type is not None:
+            yield base(connection.post_obj)
+        if isinstance(connection.post_obj, LearningRule):
+            yield base(connection.pre_obj)
+
+
+def lint(network: nengo.Network, names: Names) -> list[Violation]:
+    """Every breach of every rule, in the order of `RULES`."""
+    scope = Scope(network, names)
+    return [violation for rule in RULES for violation in rule(scope)]
+
+
+def lint_numbers(network: nengo.Network, names: Names) -> list[Violation]:
+    """Numbers that no pass over the network can reckon with."""
+    return list(finite(Scope(network, names)))
+
+
+def some_ensemble(scope: Scope) -> Iterator[Violation]:
+    """At least one ensemble is on the chip."""
+    if not scope.ensembles:
+        yield rules.get("SP001").broken(scope.names[scope.network], "0")
+
+
+def neuron_type(scope: Scope) -> Iterator[Violation]:
+    """The chip has LIF and integrate-and-fire neurons, and not what a subclass adds to them."""
+    for ensemble in scope.ensembles:
+        kind = ensemble.neuron_type
+        regular = type(kind) is nengo.RegularSpiking and type(kind.base_type) in REGULAR_BASES
+        if not regular and type(kind) not in NEURON_TYPES:
+            yield rules.get("SP002").broken(scope.names[ensemble], type(kind).__name__)
+
+
+def ensemble_noise(scope: Scope) -> Iterator[Violation]:
+    """nengo-loihi does not map ``Ensemble.noise``."""
+    for ensemble in scope.ensembles:
+        if ensemble.noise is not None:
+            yield rules.get("SP003").broken(scope.names[ensemble], type(ensemble.noise).__name__)
+
+
+def gain_and_bias(scope: Scope) -> Iterator[Violation]:
+    """Gain and bias come together or not at all."""
+    for ensemble in scope.ensembles:
+        if (ensemble.gain is None) != (ensemble.bias is None):
+            given = "bias" if ensemble.gain is None else "gain"
+            yield rules.get("SP004").broken(scope.names[ensemble], f"{given} only")
+
+
+def synapse(scope: Scope) -> Iterator[Violation]:
+    """Between compartments the chip has one first-order low-pass filter."""
+    for connection in scope.network.all_connections:
+        filtered_on_chip = scope.on_chip(connection.post_obj) and (
+            scope.on_chip(connection.pre_obj) or isinstance(connection.pre_obj, Neurons)
+        )
+        kind = type(connection.synapse)
+        if filtered_on_chip and kind not in (nengo.Lowpass, type(None)):
+            yield rules.get("SP005").broken(scope.names[connection], kind.__name__)
+
+
+def post_slice(scope: Scope) -> Iterator[Violation]:
+    """nengo-loihi connects to all dimensions (or all neurons) of an ensemble on the chip."""
+    for connection in scope.network.all_connections:
+        part = connection.post_slice
+        whole = isinstance(part, slice) and part == slice(None)
+        whole = whole or not scope.on_chip(connection.post_obj)
+        full_weights = isinstance(connection.pre_obj, nengo.Ensemble) and connection.solver.weights
+        if not whole and not full_weights:
+            part = f"{connection.size_out} of {connection.post_obj.size_in} dimensions"
+            yield rules.get("SP006").broken(scope.names[connection], part)
+
+
+def learning_rule(scope: Scope) -> Iterator[Violation]:
+    """What learns from an ensemble on the chip learns with PES."""
+    for connection in scope.network.all_connections:
+        rule = connection.learning_rule_type
+        if rule is None or not scope.on_chip(connection.pre_obj):
+            continue
+        kinds = rule.values() if isinstance(rule, dict) else rule
+        for kind in kinds if isinstance(rule, list | dict) else [rule]:
+            if type(kind) is not nengo.PES:
+                yield rules.get("SP007").broken(scope.names[connection], type(kind).__name__)
+
+
+def place_of_learning(scope: Scope) -> Iterator[Violation]:
+    """What an error is fed back to starts at an ensemble on the chip."""
+    for connection in scope.network.all_connections:
+        learned = base(connection.post_obj)
+        if isinstance(learned, nengo.Connection) and not scope.on_chip(learned.pre_obj):
+            yield rules.get("SP008").broken(scope.names[learned], "the host")
+
+
+def chip_process(scope: Scope) -> Iterator[Violation]:
+    """Nodes that would run on the board are not part of an image."""
+    for node in scope.network.all_nodes:
+        if isinstance(node.output, ChipProcess):
+            yield rules.get("SP009").broken(scope.names[node], type(node.output).__name__)
+
+
+def probe(scope: Scope) -> Iterator[Violation]:
+    """What of the chip's state can be recorded."""
+    for recorded in scope.network.all_probes:
+        connection = isinstance(recorded.obj, nengo.Connection)
+        if not scope.on_chip(recorded.obj.pre_obj if connection else recorded.obj):
+            continue
+        allowed = PROBEABLE.get(type(recorded.obj), ())
+        if recorded.attr not in allowed:
+            limit = " or ".join(allowed) or "none"
+            yield rules.get("SP010").broken(scope.names[recorded], recorded.attr, limit)
+
+
+def finite(scope: Scope) -> Iterator[Violation]:
+    """The arrays that ensembles and connections are given are finite."""
+    network = scope.network
+    for obj in [*network.all_ensembles, *network.all_connections]:
+        odd = [name for name, array in _arrays(obj) if not np.isfinite(array).all()]
+        if odd:
+            yield rules.get("SP011").broken(scope.names[obj], f"NaN or infinity in {odd[0]}")
+
+
+def _arrays(obj: Any) -> Iterator[tuple[str, np.ndarray]]:
+    """The numbers an ensemble or connection was given, by name."""
+    if isinstance(obj, nengo.Connection):
+        yield from _numbers("transform", getattr(obj.transform, "init", None))
+    for name in ARRAYS:
+        yield from _numbers(name, getattr(obj, name, None))
+
+
+def _numbers(name: str, value: Any) -> Iterator[tuple[str, np.ndarray]]:
+    if isinstance(value, np.ndarray | float | int) and np.asarray(value).dtype.kind in "fiu":
+        yield name, np.asarray(value)
+
+
+RULES: tuple[Callable[[Scope], Iterator[Violation]], ...] = (
+    some_ensemble,
+    neuron_type,
+    ensemble_noise,
+    gain_and_bias,
+    synapse,
+    post_slice,
+    learning_rule,
+    place_of_learning,
+    chip_process,
+    probe,
+    finite,
+)
