@@ -21,7 +21,7 @@ $(STAMP): pyproject.toml constraints.txt
 
 demo: $(STAMP)  ## the arm on the emulated chip reaches for targets; writes runs/demo
 	$(BIN)/spikeport compile arm
-	$(BIN)/spikeport run reach --backend nengo-loihi --out runs/demo --overwrite
+	$(BIN)/spikeport run reach --out runs/demo --overwrite
 
 test: check  ## lint, types and all tests
 	$(BIN)/python -m pytest

@@ -9,7 +9,7 @@ from nengo_loihi.builder import Model
 from nengo_loihi.probe import LoihiProbe
 
 from spikeport.compile.build import Blocks
-from spikeport.compile.image import SCHEMA, ChipImage
+from spikeport.compile.image import ARITHMETIC, SCHEMA, ChipImage
 
 LEARNING = ("on", "lr_int", "lr_exp", "tracing_tau", "tracing_mag", "train_epoch", "learn_epoch")
 
@@ -42,6 +42,7 @@ def _manifest(blocks: Blocks, synapses: list[tuple[int, Synapse]], chip: str) ->
     model = blocks.model
     return {
         "schema": SCHEMA,
+        "arithmetic": ARITHMETIC,
         "chip": chip,
         "dt_s": float(model.dt),
         "pes_error_scale": float(model.pes_error_scale),

@@ -23,6 +23,8 @@ from spikeport.atomic import atomic_path
 from spikeport.errors import ImageError
 
 SCHEMA = 1
+ARITHMETIC = "nengo-loihi 1.1"
+"""How chips and emulators compute from the integers of an image; the only way there is so far."""
 
 LAYOUT: dict[str, tuple[str, str]] = {
     # blocks: groups of compartments that share a core and its settings
@@ -73,9 +75,9 @@ LAYOUT: dict[str, tuple[str, str]] = {
 class ChipImage:
     """A compiled network for one chip.
 
-    ``manifest`` is JSON-ready: schema, chip, ``dt_s``, labels of blocks, synapses, inputs and
-    outputs, and the column names of the tables. ``arrays`` has exactly the keys of `LAYOUT`, in
-    the dtypes given there. Two images are equal when their digests are.
+    ``manifest`` is JSON-ready: schema, arithmetic, chip, ``dt_s``, labels of blocks, synapses,
+    inputs and outputs, and the columns of the tables. ``arrays`` has exactly the keys of `LAYOUT`,
+    in the dtypes given there. Two images are equal when their digests are.
     """
 
     manifest: Mapping[str, Any]
@@ -176,13 +178,20 @@ class ChipImage:
     @classmethod
     def _checked(cls, header: Any, arrays: dict[str, np.ndarray], path: str | Path) -> "ChipImage":
         manifest = header.get("manifest") if isinstance(header, dict) else None
-        schema = manifest.get("schema") if isinstance(manifest, dict) else None
-        if schema != SCHEMA:
+        manifest = manifest if isinstance(manifest, dict) else {}
+        if manifest.get("schema") != SCHEMA:
             raise ImageError(
-                f"{path}: image schema {schema}, this spikeport reads {SCHEMA}; compile it again"
+                f"{path}: image schema {manifest.get('schema')}, this spikeport reads {SCHEMA}; "
+                "compile it again"
+            )
+        if manifest.get("arithmetic") != ARITHMETIC:
+            raise ImageError(
+                f"{path}: an image for chip '{manifest.get('chip')}' that computes as "
+                f"'{manifest.get('arithmetic')}', this spikeport as '{ARITHMETIC}'; compile the "
+                "network for a chip that `spikeport chips` lists"
             )
         try:
-            image = cls(header["manifest"], arrays)
+            image = cls(manifest, arrays)
         except ImageError as error:
             raise ImageError(f"{path}: {error}") from None
         if image.digest != header.get("digest"):

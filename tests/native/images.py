@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from nengo_loihi.block import SynapseConfig
 
 from spikeport.compile.extract import LEARNING, flat, offsets
-from spikeport.compile.image import SCHEMA, ChipImage
+from spikeport.compile.image import ARITHMETIC, SCHEMA, ChipImage
 
 KEYS = ("voltage", "current", "spiked")
 PER_BLOCK = ("vmin", "vmax", "noise_offset", "noise_exp", "noise_at_membrane")
@@ -97,6 +97,7 @@ class Parts:
     def _manifest(self) -> dict[str, Any]:
         return {
             "schema": SCHEMA,
+            "arithmetic": ARITHMETIC,
             "chip": "none",
             "dt_s": 0.001,
             "pes_error_scale": 100.0,
