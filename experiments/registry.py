@@ -1,6 +1,7 @@
 """The experiments there are; each is imported when it is asked for, since most need the robot."""
 
 from importlib import import_module
+from typing import Any
 
 from spikeport.errors import MissingExtraError, unknown
 from spikeport.experiments.options import Experiment
@@ -24,11 +25,22 @@ def get(name: str) -> Experiment:
     """
     if name not in EXPERIMENTS:
         raise unknown("experiment", name, EXPERIMENTS)
+    experiment: Experiment = imported(f"experiment '{name}'", EXPERIMENTS[name]).EXPERIMENT
+    return experiment
+
+
+def imported(what: str, module: str) -> Any:
+    """A module of an experiment, which ``what`` needs.
+
+    Raises
+    ------
+    MissingExtraError
+        If a package is absent; names the extra that brings it.
+    """
     try:
-        experiment: Experiment = import_module(EXPERIMENTS[name]).EXPERIMENT
+        return import_module(module)
     except ModuleNotFoundError as error:
         raise MissingExtraError(
-            f"experiment '{name}' needs the package {error.name}, which is absent; "
+            f"{what} needs the package {error.name}, which is absent; "
             "install it with: pip install 'spikeport[robot]'"
         ) from error
-    return experiment

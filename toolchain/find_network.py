@@ -12,8 +12,10 @@ import nengo
 
 from spikeport import settings
 from spikeport.errors import SpikeportError, UsageError, unknown
+from spikeport.experiments.registry import imported
 
 BUILT_IN = {"arm": "spikeport.experiments.reach:arm_network"}
+OURS = {spec.partition(":")[0] for spec in BUILT_IN.values()}
 
 
 def find_network(spec: str, pairs: list[str]) -> nengo.Network:
@@ -52,12 +54,18 @@ def find_network(spec: str, pairs: list[str]) -> nengo.Network:
 
 
 def _function(where: str, name: str) -> Callable[..., Any]:
-    module = _import_file(Path(where)) if where.endswith(".py") else _import_module(where)
+    module = _import(where)
     function = getattr(module, name, None)
     if not callable(function):
         known = [n for n, v in vars(module).items() if callable(v) and not n.startswith("_")]
         raise unknown(f"function of {where}", name, known)
     return function
+
+
+def _import(where: str) -> Any:
+    if where in OURS:
+        return imported("the network", where)
+    return _import_file(Path(where)) if where.endswith(".py") else _import_module(where)
 
 
 def _import_module(name: str) -> Any:

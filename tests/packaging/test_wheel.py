@@ -121,13 +121,16 @@ def test_doctor_names_the_missing_extra(numpy_1, tmp_path):
     assert "'spikeport[robot]'" in done.stdout
 
 
-@pytest.mark.parametrize("command", [["run", "reach"], ["compile", "arm"]])
-def test_what_needs_the_robot_says_how_to_get_it(numpy_1, tmp_path, command):
+@pytest.mark.parametrize(
+    ("command", "what"),
+    [(["run", "reach"], "experiment 'reach'"), (["compile", "arm"], "the network")],
+)
+def test_what_needs_the_robot_says_how_to_get_it(numpy_1, tmp_path, command, what):
     done = numpy_1("spikeport", *command, cwd=tmp_path)
     assert done.returncode == 2
     assert done.stderr == (
-        "error: the robot needs the package mujoco, which cannot be imported "
-        "(No module named 'mujoco'); install it with: pip install 'spikeport[robot]'\n"
+        f"error: {what} needs the package matplotlib, which is absent; "
+        "install it with: pip install 'spikeport[robot]'\n"
     )
     assert list(tmp_path.iterdir()) == []
 
