@@ -42,6 +42,15 @@ def create(out: Path | None, experiment: str, overwrite: bool = False) -> Path:
         folder.mkdir(parents=True, exist_ok=out is not None)
     except OSError as error:
         raise UsageError(f"{folder}: cannot be made ({error.strerror})") from None
+    try:
+        _check_free(folder, overwrite)
+    except BaseException:  # an interrupt, too
+        _remove_if_empty(folder)
+        raise
+    return folder
+
+
+def _check_free(folder: Path, overwrite: bool) -> None:
     if not os.access(folder, os.W_OK | os.X_OK):
         raise UsageError(f"{folder}: cannot be written to; choose another --out")
     held = {path.name for path in folder.iterdir() if not is_leftover(path)}
@@ -49,7 +58,6 @@ def create(out: Path | None, experiment: str, overwrite: bool = False) -> Path:
         raise UsageError(f"{folder}: holds more than a run; choose another --out")
     if held and not overwrite:
         raise UsageError(f"{folder}: holds a run; choose another --out, or give --overwrite")
-    return folder
 
 
 def clear(folder: Path) -> None:
@@ -64,8 +72,12 @@ def removed_if_empty(folder: Path) -> Iterator[None]:
     try:
         yield
     finally:
-        if folder.is_dir() and not any(folder.iterdir()):
-            folder.rmdir()
+        _remove_if_empty(folder)
+
+
+def _remove_if_empty(folder: Path) -> None:
+    if folder.is_dir() and not any(folder.iterdir()):
+        folder.rmdir()
 
 
 def write_result(folder: Path, result: Mapping[str, Any]) -> None:
