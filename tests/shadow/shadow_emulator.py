@@ -89,7 +89,7 @@ class ShadowEmulator(EmulatorInterface):
 def image_of(model: Any) -> ChipImage:
     """The image of a discretised model, one block a core."""
     labels = {block: f"block {i}" for i, block in enumerate(model.blocks)}
-    return extract(Blocks(model, labels, (), ()), range(len(model.blocks)), "none")
+    return extract(Blocks(model, labels, (), (), {}), "none")
 
 
 def install() -> None:
