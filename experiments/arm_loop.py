@@ -82,7 +82,6 @@ class ArmLoop:
     ) -> None:
         self.law = law
         self.plant = Plant(anchored=True, appearance=appearance)
-        self._arm = np.array([self.plant.joints.index(joint) for joint in ARM_JOINTS])
         self._ticks = round(self.plant.dt_s / dt_s) if dt_s else 1
         self.restart(seed)
 
@@ -100,9 +99,7 @@ class ArmLoop:
         self._observe()
 
     def _observe(self) -> None:
-        state = self.plant.state
-        q, dq, hand = state.q[self._arm], state.dq[self._arm], self.plant.hand_position()
-        self._seen = (q, dq, hand, self.task.target)
+        self._seen = *self.plant.motion(ARM_JOINTS), self.plant.hand_position(), self.task.target
         self._output = np.concatenate(self._seen)
 
     @property

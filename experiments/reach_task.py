@@ -3,6 +3,7 @@
 Source: paper, sec. 4.1. Its target area and gains are not published; the boxes are ours.
 """
 
+import math
 from dataclasses import dataclass
 from functools import partial
 
@@ -103,7 +104,7 @@ class ReachTask:
 
     def update(self, time_s: float, hand: np.ndarray) -> None:
         """Move on to a new target if the hand has reached this one."""
-        if np.linalg.norm(self.target - hand) < REACHED_M:
+        if math.dist(self.target, hand) < REACHED_M:
             self.reach_times_s.append(time_s)
             self.target = self._box.draw(self._rng, self.target)
 

@@ -8,8 +8,8 @@
   decoding gravity and posture.
 
 All values are normalised to the region the task needs (`spikeport.networks.region`). Decoded
-torques are divided by their full scale and multiplied again in the torque node, on the host: a
-read-out on the chip saturates, silently, at a value of 10.
+torques are divided by their full scale, and multiplied again on their way to the torque node, on
+the host: a read-out on the chip saturates, silently, at a value of 10.
 """
 
 from collections.abc import Callable, Mapping
@@ -159,13 +159,21 @@ class _Builder:
         self.scales = {label: np.abs(t).max(axis=0) for label, t in self.targets.items()}
 
     def inputs(self) -> None:
-        """Normalise what comes in."""
-        region = self.region
-        whole = Box.join(region.q, region.dq, region.x)
-        self.net.state = nengo.Node(
-            lambda _t, s: whole.normalise(s), size_in=STATE_SIZE, label="state"
-        )
-        self.net.target = nengo.Node(lambda _t, x: region.x.normalise(x), size_in=3, label="target")
+        """Normalise what comes in, in one node: each costs the host a call of Python."""
+        region, net = self.region, self.net
+        box = Box.join(region.q, region.dq, region.x, region.x)
+        with nengo.Network(label="inputs"):
+            net.state = nengo.Node(size_in=STATE_SIZE, label="state")
+            net.target = nengo.Node(size_in=3, label="target")
+            whole = nengo.Node(
+                lambda _t, values: box.normalise(values),
+                size_in=STATE_SIZE + 3,
+                size_out=STATE_SIZE + 3,
+                label="normalised",
+            )
+            nengo.Connection(net.state, whole[:STATE_SIZE], synapse=None)
+            nengo.Connection(net.target, whole[STATE_SIZE:], synapse=None)
+        self.state, self.target = whole[:STATE_SIZE], whole[STATE_SIZE:]
 
     def s1(self) -> None:
         """Relay the state, 50 neurons a dimension.
@@ -187,16 +195,16 @@ class _Builder:
             n_eval_points=2000,
             label="S1",
         )
-        nengo.Connection(self.net.state, self.s1_ensemble, synapse=None)
+        nengo.Connection(self.state, self.s1_ensemble, synapse=None)
 
     def torque(self) -> None:
-        """Sum the decoded torques, each times its full scale: one column block for each term."""
-        scales = np.stack(list(self.scales.values()))
-
-        def total(_t: float, shares: np.ndarray) -> np.ndarray:
-            return (shares.reshape(scales.shape) * scales).sum(axis=0)
-
-        self.net.torque = nengo.Node(total, size_in=scales.size, size_out=4, label="torque")
+        """Sum the decoded torques, each times its full scale."""
+        with nengo.Network(label="torques"):
+            self.shares = nengo.Node(size_in=4 * len(self.scales), label="shares")
+            self.net.torque = nengo.Node(size_in=4, label="torque")
+            for i, scale in enumerate(self.scales.values()):
+                share = self.shares[4 * i : 4 * i + 4]
+                nengo.Connection(share, self.net.torque, transform=scale, synapse=None)
 
     def m1(self) -> None:
         """One 5-D group [q, e_d] per axis."""
@@ -208,7 +216,7 @@ class _Builder:
             target = np.zeros((5, 3))
             target[4, d] = per_error[d]
             for ensemble in group:
-                nengo.Connection(self.net.target, ensemble, transform=target, synapse=None)
+                nengo.Connection(self.target, ensemble, transform=target, synapse=None)
             self.net.rasters[axis] = nengo.Probe(group[0].neurons[:RASTER_NEURONS])
 
     def cb(self) -> None:
@@ -245,7 +253,7 @@ class _Builder:
             )
             nengo.Connection(
                 ensemble,
-                self.net.torque[column : column + 4],
+                self.shares[column : column + 4],
                 function=targets / scale / parts,
                 eval_points=points,
                 scale_eval_points=False,

@@ -55,7 +55,7 @@ def values(what: str, given: ArrayLike, joints: Sequence[str]) -> np.ndarray:
         )
     array = array if array.ndim else np.full(len(joints), array)
     finite = np.isfinite(array)
-    if not finite.all():
+    if np.count_nonzero(finite) < len(finite):
         first = int(np.argmin(finite))
         raise UsageError(
             f"{what}: {array[first]} given for joint '{joints[first]}'; give finite numbers"

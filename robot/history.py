@@ -4,11 +4,16 @@ from typing import Any
 
 import numpy as np
 
+from spikeport.robot.engine import mujoco
+
 
 class History:
     """Keeps time, positions, velocities and commands of the last ``length`` steps."""
 
     def __init__(self, model: Any, length: int = 200) -> None:
+        state = mujoco.mjtState
+        parts = state.mjSTATE_TIME, state.mjSTATE_QPOS, state.mjSTATE_QVEL, state.mjSTATE_CTRL
+        self._model, self._parts = model, int(sum(parts))
         self._ends = np.cumsum([1, model.nq, model.nv])
         self._rows = np.empty((length, 1 + model.nq + model.nv + model.nu))
         self._count = 0
@@ -17,12 +22,12 @@ class History:
         """Forget every state."""
         self._count = 0
 
-    def record(self, data: Any) -> None:
-        """Copy the present state into the ring, over the oldest one."""
+    def record(self, data: Any) -> np.ndarray:
+        """Copy the present state into the ring, over the oldest one; returns qpos and qvel."""
         row = self._rows[self._count % len(self._rows)]
-        row[0] = data.time
-        np.concatenate((data.qpos, data.qvel, data.ctrl), out=row[1:])
+        mujoco.mj_getState(self._model, data, row, self._parts)
         self._count += 1
+        return row[1 : self._ends[-1]]
 
     def arrays(self) -> dict[str, np.ndarray]:
         """``time_s (n,)``, ``qpos (n, 26)``, ``qvel (n, 25)``, ``ctrl (n, 19)``, oldest first."""

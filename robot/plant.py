@@ -46,6 +46,7 @@ class Plant:
         self._under_torque: tuple[str, ...] | None = None
         self._weld = self.model.equality("anchor").id
         self._lock = self.model.equality("torso_lock").id
+        self._hands = {side: self.model.site(f"{side}_hand").id for side in ("left", "right")}
         self._weakest, self._strongest = self.model.actuator_forcerange.T.copy()
         self.reset(0)
 
@@ -189,19 +190,23 @@ class Plant:
         # Second half of this step, then first half of the next: sensors, sites and pictures are
         # then those of the new state, not of the one before it.
         mujoco.mj_step2(self.model, self.data)
-        self._history.record(self.data)
-        self._watch.check(self.data)
+        self._watch.check(self._history.record(self.data), self.data.time)
         mujoco.mj_step1(self.model, self.data)
 
     def history(self) -> dict[str, np.ndarray]:
         """The last 200 states, oldest first: ``time_s``, ``qpos``, ``qvel``, ``ctrl``."""
         return self._history.arrays()
 
+    def motion(self, joints: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
+        """Angles in rad and velocities in rad/s of some joints, ``(n,)`` each."""
+        index = actuators.indices(joints)
+        return self.data.qpos[7:][index], self.data.qvel[6:][index]
+
     def hand_position(self, side: str = "right") -> np.ndarray:
         """Centre of a hand in the world frame, m, ``(3,)``; ``side`` is "left" or "right"."""
-        if side not in ("left", "right"):
-            raise unknown("side", side, ("left", "right"))
-        return self.data.site(f"{side}_hand").xpos.copy()
+        if side not in self._hands:
+            raise unknown("side", side, self._hands)
+        return self.data.site_xpos[self._hands[side]].copy()
 
     def _set_anchored(self, anchored: bool) -> None:
         self.data.eq_active[[self._weld, self._lock]] = anchored

@@ -89,11 +89,17 @@ def test_the_terms_add_up_to_the_torque(law, region):
     assert sum(terms.values()) == pytest.approx(law.torques(q, dq, error))
 
 
+def decoded(net):
+    """The connections that decode a term of the torque."""
+    terms = [ensemble for group in net.groups.values() for ensemble in group]
+    return [c for c in net.all_connections if c.pre_obj in terms]
+
+
 def test_given_decoders_are_shared_out_among_the_ensembles_of_a_group(law, region):
     sizes = ArmSizes(m1=MAX_DECODED_NEURONS + 2, cb=30, s1=10)
     given = np.random.RandomState(0).randn(sizes.m1, 4)
     net = arm(law, region, sizes, decoders={"M1 x": given})
-    solvers = {c.pre_obj: c.solver for c in net.all_connections if c.post_obj is net.torque}
+    solvers = {c.pre_obj: c.solver for c in decoded(net)}
     taken = np.vstack([solvers[ensemble].values for ensemble in net.groups["M1 x"]])
     assert taken * (given[0] / taken[0]) == pytest.approx(given)
     assert isinstance(solvers[net.groups["M1 y"][0]], nengo.solvers.LstsqL2)
@@ -137,9 +143,9 @@ def test_the_parts_of_a_split_ensemble_share_its_targets(law, region):
 
 def test_decoded_values_stay_below_one(law, region):
     net = arm(law, region, SMALL)
-    decoded = [c for c in net.all_connections if c.post_obj is net.torque]
-    assert len(decoded) == 8
-    for connection in decoded:
+    connections = decoded(net)
+    assert len(connections) == 8
+    for connection in connections:
         assert np.abs(connection.function).max(axis=0) == pytest.approx(1.0)
 
 
@@ -243,12 +249,10 @@ def test_static_torques_are_those_of_the_exact_law(law, region):
 
 
 def test_states_outside_the_region_are_clipped_to_it(law, region):
-    with nengo.Network() as net:
-        controller = arm(law, region, SMALL)
-    state = controller.state.output(0.0, np.full(11, 1e6))
-    assert state.tolist() == [1.0] * 11
-    assert controller.target.output(0.0, np.full(3, -1e6)).tolist() == [-1.0] * 3
-    assert net.all_ensembles
+    nodes = arm(law, region, SMALL).all_nodes
+    (normalised,) = [node for node in nodes if node.label == "normalised"]
+    values = normalised.output(0.0, np.repeat([1e6, -1e6], [11, 3]))
+    assert values.tolist() == [1.0] * 11 + [-1.0] * 3
 
 
 def test_the_same_seed_gives_the_same_torques_and_another_does_not(law, region):

@@ -254,3 +254,12 @@ def test_commands_need_one_finite_number_per_joint(free):
         free.hold(["torso"], [np.nan])
     assert str(error.value) == "targets_rad: nan given for joint 'torso'; give finite numbers"
     np.testing.assert_array_equal(free.data.ctrl, before)
+
+
+def test_motion_gives_some_joints_in_the_order_asked():
+    plant = Plant(anchored=True)
+    plant.step()
+    q, dq = plant.motion(("right_elbow", "left_knee"))
+    state, places = plant.state, [JOINTS.index("right_elbow"), JOINTS.index("left_knee")]
+    assert q.tolist() == state.q[places].tolist()
+    assert dq.tolist() == state.dq[places].tolist()
