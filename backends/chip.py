@@ -1,6 +1,6 @@
 """The narrow protocol of everything an image runs on: an emulator, a board, a recording."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Protocol
 
 import numpy as np
@@ -14,16 +14,14 @@ class Chip(Protocol):
     A chip starts with all state at zero. `step` advances it by one time step.
     """
 
-    def step(
-        self, spikes: Sequence[np.ndarray], errors: Mapping[int, np.ndarray]
-    ) -> list[np.ndarray]:
+    def step(self, spikes: np.ndarray, errors: Mapping[int, np.ndarray]) -> list[np.ndarray]:
         """Advance by one step.
 
         Parameters
         ----------
-        spikes : sequence of (n,) int arrays
-            For each input of the image, the sources that spike on the host in this step. They
-            reach the chip's synapses in the next step.
+        spikes : (n,) int array
+            The sources that spike on the host in this step, counted through all inputs of the
+            image, one after the other. They reach the chip's synapses in the next step.
         errors : mapping of int to (d,) float array
             Learning errors by number of synapse group, in effect from this step on.
 

@@ -48,7 +48,7 @@ class FloatChip:
         numbers : Numbers
             Weights and neurons.
         spikes : sequence of (n,) int array
-            For each step, the neurons of all inputs that spike on the host; they arrive one later.
+            For each step, the sources that spike on the host; they arrive one later.
 
         Yields
         ------

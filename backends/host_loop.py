@@ -13,7 +13,6 @@ import numpy as np
 from spikeport.backends.chip import Chip
 from spikeport.backends.decoding import Decoder, Recording
 from spikeport.backends.host_program import HostProgram, host_program
-from spikeport.backends.outbox import Outbox
 from spikeport.backends.tape import Flattener, PooledSignals
 from spikeport.compile.pipeline import Compilation
 from spikeport.hardware_models.activity import Activity
@@ -57,10 +56,10 @@ class HostLoop:
         edge = [*program.senders, *program.error_senders]
         size = sum(port.size for port in edge) + self._decoder.size
         signals = PooledSignals(program.model, extra=size)
-        sizes = [port.size for port in program.senders]
-        self._outbox = Outbox(signals.allocate(sum(sizes)), sizes)
-        senders = [port.process for port in program.senders]
-        boxes = {id(p): part for p, part in zip(senders, self._outbox.parts, strict=True)}
+        self._sources = signals.allocate(sum(port.size for port in program.senders))
+        ends = np.cumsum([port.size for port in program.senders]).astype(int)
+        parts = np.split(self._sources, ends[:-1])
+        boxes = {id(p.process): part for p, part in zip(program.senders, parts, strict=False)}
         boxes |= {id(port.process): signals.allocate(port.size) for port in program.error_senders}
         learning = np.flatnonzero(self.compilation.image["synapse_learning"][:, 0]).tolist()
         self._errors = [
@@ -78,7 +77,7 @@ class HostLoop:
                 function()
         if self._host.model.probes:
             self._host._probe()
-        held = self._chip.step(self._outbox.spikes(), self._sum_errors())
+        held = self._chip.step(self._sources.nonzero()[0], self._sum_errors())
         self._decoder.decode(held, self._inbox)
         for recording in self._recordings.values():
             recording.append(held)

@@ -5,6 +5,7 @@ again to the blocks in floating point: with all numbers as wanted, and with one 
 at a time.
 """
 
+import itertools
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple
@@ -15,7 +16,7 @@ from spikeport.backends.host_loop import HostLoop
 from spikeport.backends.native.chip import NativeChip
 from spikeport.backends.recorder import Recorder
 from spikeport.backends.rerun import TAU_S, Rerun, error
-from spikeport.compile.extract import extract
+from spikeport.compile.extract import extract, offsets
 from spikeport.compile.image import ChipImage
 from spikeport.compile.pipeline import Compilation
 from spikeport.compile.verdict.aliasing import rate_aliasing
@@ -96,9 +97,7 @@ def measure(compilation: Compilation, seconds: float, seed: int, tell: Tell) -> 
     return Measured(loss, activity)
 
 
-def _run(
-    compilation: Compilation, n_steps: int, seed: int
-) -> tuple[list[list[np.ndarray]], Activity]:
+def _run(compilation: Compilation, n_steps: int, seed: int) -> tuple[list[np.ndarray], Activity]:
     """Run on the image; what the host sent, and the counts."""
     recorder = Recorder(NativeChip(compilation.image, seed))
     loop = HostLoop(compilation, recorder, seed)
@@ -157,19 +156,19 @@ def _parts(
     return tuple(sorted(parts, key=lambda part: -part.share))
 
 
-def _saturated(image: ChipImage, spikes: Sequence[Sequence[np.ndarray]]) -> dict[str, float]:
+def _saturated(image: ChipImage, spikes: Sequence[np.ndarray]) -> dict[str, float]:
     """For each input, the share of windows in which its busiest source spiked in every step."""
-    shares = {}
-    for i, size in enumerate(image["input_size"]):
-        table = np.zeros((len(spikes), size))
-        for step, parts in enumerate(spikes):
-            table[step, parts[i]] = 1
-        n_windows = len(table) // WINDOW
-        full = table[: n_windows * WINDOW].reshape(n_windows, WINDOW, size).all(axis=1)
-        shares[f"input {i} to {_receivers(image, i)}"] = (
-            float(full.mean(axis=0).max()) if full.size else 0.0
-        )
-    return shares
+    ends = offsets(image["input_size"])
+    n_windows = len(spikes) // WINDOW
+    table = np.zeros((n_windows * WINDOW, ends[-1]))
+    for row, sources in zip(table, spikes, strict=False):
+        row[sources] = 1
+    full = table.reshape(n_windows, WINDOW, ends[-1]).all(axis=1)
+    shares = full.mean(axis=0) if n_windows else np.zeros(ends[-1])
+    return {
+        f"input {i} to {_receivers(image, i)}": float(shares[a:b].max(initial=0.0))
+        for i, (a, b) in enumerate(itertools.pairwise(ends))
+    }
 
 
 def _receivers(image: ChipImage, number: int) -> str:

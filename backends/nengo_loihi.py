@@ -4,7 +4,8 @@ The emulator is used as it is; what it runs on is rebuilt from the image alone, 
 image does not hold cannot be relied on.
 """
 
-from collections.abc import Mapping, Sequence
+import itertools
+from collections.abc import Mapping
 from types import SimpleNamespace
 from typing import Any
 
@@ -14,6 +15,7 @@ from nengo_loihi.emulator import EmulatorInterface
 from nengo_loihi.inputs import SpikeInput
 
 from spikeport.backends.counter import Counter
+from spikeport.compile.extract import offsets
 from spikeport.compile.fanout import fanout
 from spikeport.compile.image import ChipImage
 from spikeport.compile.outputs import readout_compartments
@@ -55,17 +57,12 @@ class NengoLoihiChip:
         self._synapse_core = synapse_core(image)
         self._biased = image["bias"] != 0
         self._arriving = np.zeros(0, dtype=int)
-        self._first_input = image.n_compartments + np.concatenate(
-            [[0], np.cumsum(image["input_size"])]
-        )
 
-    def step(
-        self, spikes: Sequence[np.ndarray], errors: Mapping[int, np.ndarray]
-    ) -> list[np.ndarray]:
+    def step(self, spikes: np.ndarray, errors: Mapping[int, np.ndarray]) -> list[np.ndarray]:
         """See `spikeport.backends.chip.Chip.step`."""
         now = self._emulator.t + 1
         self._emulator.host2chip(
-            [(source, now, s) for source, s in zip(self._inputs, spikes, strict=True)],
+            zip(self._inputs, itertools.repeat(now), by_input(self._image, spikes)),
             [(self._synapses[group], now, error) for group, error in errors.items()],
         )
         self._emulator.step()
@@ -73,14 +70,14 @@ class NengoLoihiChip:
         state = self._emulator.compartment
         return [getattr(state, key)[compartments] for key, compartments in self._outputs]
 
-    def _count(self, spikes: Sequence[np.ndarray]) -> None:
+    def _count(self, spikes: np.ndarray) -> None:
         state = self._emulator.compartment
         active = self._biased | state.spiked | (state.current != 0) | (state.voltage != 0)
         active |= state.input[0] != 0
         self._counter.step(self._arriving, state.spiked, active, self._learning_updates())
         self._counter.readout_spikes += int(state.spiked[self._readouts].sum())
-        sources = [first + s for first, s in zip(self._first_input, spikes, strict=False)]
-        self._arriving = np.concatenate([np.flatnonzero(state.spiked), *sources]).astype(int)
+        from_host = self._image.n_compartments + spikes
+        self._arriving = np.concatenate([np.flatnonzero(state.spiked), from_host]).astype(int)
 
     def _learning_updates(self) -> np.ndarray:
         updates = np.zeros(self._image.n_cores, dtype=int)
@@ -96,6 +93,12 @@ class NengoLoihiChip:
     def close(self) -> None:
         """See `spikeport.backends.chip.Chip.close`."""
         self._emulator.close()
+
+
+def by_input(image: ChipImage, spikes: np.ndarray) -> list[np.ndarray]:
+    """The spikes of each input, counted from 0 in each."""
+    ends = itertools.pairwise(offsets(image["input_size"]))
+    return [spikes[(spikes >= a) & (spikes < b)] - a for a, b in ends]
 
 
 def load_blocks(image: ChipImage) -> tuple[list[LoihiBlock], list[Synapse]]:

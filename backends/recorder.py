@@ -1,6 +1,6 @@
 """A chip that notes what the host sends it."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -11,18 +11,16 @@ from spikeport.hardware_models.activity import Activity
 class Recorder:
     """Passes everything on to a chip. Implements `spikeport.backends.chip.Chip`.
 
-    ``spikes`` holds, for every step, the spikes of every input.
+    ``spikes`` holds the spikes of every step.
     """
 
     def __init__(self, chip: Chip) -> None:
         self._chip = chip
-        self.spikes: list[list[np.ndarray]] = []
+        self.spikes: list[np.ndarray] = []
 
-    def step(
-        self, spikes: Sequence[np.ndarray], errors: Mapping[int, np.ndarray]
-    ) -> list[np.ndarray]:
+    def step(self, spikes: np.ndarray, errors: Mapping[int, np.ndarray]) -> list[np.ndarray]:
         """See `spikeport.backends.chip.Chip.step`."""
-        self.spikes.append([np.array(part, dtype=np.int64) for part in spikes])
+        self.spikes.append(np.array(spikes, dtype=np.int64))
         return self._chip.step(spikes, errors)
 
     def activity(self) -> Activity:

@@ -7,7 +7,6 @@ from scipy.signal import lfilter
 
 from spikeport.backends.float_chip import FloatChip
 from spikeport.backends.native.chip import NativeChip
-from spikeport.compile.extract import offsets
 from spikeport.compile.image import ChipImage
 from spikeport.compile.verdict.numbers import Numbers
 from spikeport.errors import BackendError
@@ -25,8 +24,8 @@ class Rerun:
     ----------
     image : ChipImage
         The image, as no pass has changed it.
-    spikes : sequence of sequence of (n,) int array
-        For every step and input, the neurons that spiked on the host.
+    spikes : sequence of (n,) int array
+        For every step, the sources that spiked on the host, counted through all inputs.
 
     Raises
     ------
@@ -34,23 +33,16 @@ class Rerun:
         If blocks learn or have noise, which cannot be run again, or nothing is read out.
     """
 
-    def __init__(self, image: ChipImage, spikes: Sequence[Sequence[np.ndarray]]) -> None:
+    def __init__(self, image: ChipImage, spikes: Sequence[np.ndarray]) -> None:
         _check(image)
         self._image, self._spikes = image, spikes
-        first = offsets(image["input_size"])
-        self._numbered = [
-            np.concatenate([*(n + part for n, part in zip(first, step, strict=False)), []]).astype(
-                np.int64
-            )
-            for step in spikes
-        ]
         self._chip = FloatChip(image)
 
     def floats(self, numbers: Numbers) -> np.ndarray:
         """(n_steps, n) filtered outputs in floating point, in the chip's units."""
         rows = (
             self._held(voltage * numbers.to_integers, spiked)
-            for voltage, spiked in self._chip.run(numbers, self._numbered)
+            for voltage, spiked in self._chip.run(numbers, self._spikes)
         )
         return self._filtered(rows)
 

@@ -61,24 +61,6 @@ def _lowpass(memory: np.ndarray, row: np.ndarray, a: float, b: float) -> None:
 
 
 @njit(cache=True)
-def list_spikes(
-    values: np.ndarray, sizes: np.ndarray, spikes: np.ndarray, ends: np.ndarray
-) -> None:
-    """List the entries that are not zero of the parts of ``values``, one part after the other.
-
-    Part i has ``sizes[i]`` entries, counted from 0, and its list ends before ``spikes[ends[i]]``.
-    """
-    n, begin = 0, 0
-    for i in range(len(sizes)):
-        for k in range(sizes[i]):
-            if values[begin + k] != 0:
-                spikes[n] = k
-                n += 1
-        begin += sizes[i]
-        ends[i] = n
-
-
-@njit(cache=True)
 def decode(
     held: np.ndarray,
     start: np.ndarray,

@@ -90,7 +90,8 @@ def chips(image: ChipImage, native: NativeChip, rounds: int) -> dict[str, float]
 def stepper(chip: Chip, image: ChipImage) -> Callable[[], object]:
     """A step of a chip in which three in ten sources on the host spike."""
     rng = np.random.RandomState(0)
-    steps = [[np.flatnonzero(rng.rand(n) < 0.3) for n in image["input_size"]] for _ in range(50)]
+    n = int(image["input_size"].sum())
+    steps = [np.flatnonzero(rng.rand(n) < 0.3) for _ in range(50)]
     spikes = itertools.cycle(steps)
     return lambda: chip.step(next(spikes), {})
 

@@ -1,6 +1,6 @@
 """`NativeChip`: an image on the compiled kernels."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -39,18 +39,14 @@ class NativeChip:
         self._learning = Learning(image, self._wiring, rng)
         self._noise = Noise(image, rng, drawn_anyway=self._learning.active)
         self._n_arriving = 0
-        sizes = image["input_size"]
-        firsts = image.n_compartments + np.cumsum(sizes) - sizes
-        self._inputs = list(zip(firsts.tolist(), sizes.tolist(), strict=True))
+        self._n_sources = int(image["input_size"].sum())
         self._counts: list[np.ndarray] = []
         self._counted = len(PER_STEP), image.n_cores
         parts = [image.part("output_start", i) for i in range(len(image.manifest["outputs"]))]
         self._views = [self.state.held[part] for part in parts]
         self._closed = False
 
-    def step(
-        self, spikes: Sequence[np.ndarray], errors: Mapping[int, np.ndarray]
-    ) -> list[np.ndarray]:
+    def step(self, spikes: np.ndarray, errors: Mapping[int, np.ndarray]) -> list[np.ndarray]:
         """See `spikeport.backends.chip.Chip.step`."""
         if self._closed:
             raise BackendError("the chip is closed: it cannot step any more")
@@ -62,26 +58,23 @@ class NativeChip:
         self._counts.append(counts)
         return self._views
 
-    def _accept(self, spikes: Sequence[np.ndarray]) -> int:
+    def _accept(self, spikes: np.ndarray) -> int:
         """Put the host's spikes aside; returns how many. Refuses any that no input has."""
-        if len(spikes) != len(self._inputs):
-            raise BackendError(f"spikes of {len(spikes)} inputs; the image has {len(self._inputs)}")
-        n = 0
-        for i, (sources, (first, size)) in enumerate(zip(spikes, self._inputs, strict=True)):
-            if len(sources):
-                array = np.asarray(sources)
-                if array.ndim != 1 or array.dtype.kind not in "iu":
-                    raise BackendError(
-                        f"input {i}: its spikes are {array.dtype} of shape {array.shape}; "
-                        "give the numbers of the sources that spike, as a (n,) array of integers"
-                    )
-                n = accept(self._loaded, array, first, size, n)
-                if n < 0:
-                    given = f"{len(array)} spikes of sources {array.min()} to {array.max()}"
-                    raise BackendError(
-                        f"input {i}: {given}; it has {size}, counted from 0, "
-                        "of which each can spike once in a step"
-                    )
+        sources = np.asarray(spikes)
+        if not sources.size:
+            return 0
+        if sources.ndim != 1 or sources.dtype.kind not in "iu":
+            raise BackendError(
+                f"the host's spikes are {sources.dtype} of shape {sources.shape}; "
+                "give the numbers of the sources that spike, as a (n,) array of integers"
+            )
+        n = accept(self._loaded, sources, self._image.n_compartments, self._n_sources)
+        if n < 0:
+            raise BackendError(
+                f"{len(sources)} spikes of sources {sources.min()} to {sources.max()} of the host; "
+                f"the image's inputs have {self._n_sources}, counted from 0, "
+                "of which each can spike once in a step"
+            )
         return n
 
     def _step(self, n_pending: int, counts: np.ndarray, _: Mapping[int, np.ndarray]) -> None:

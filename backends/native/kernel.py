@@ -30,17 +30,16 @@ SPIKES, OPERATIONS, ACTIVE, INACTIVE, MESSAGES_IN, LEARNING = range(6)
 
 
 @njit(cache=True)
-def accept(loaded: Loaded, sources: np.ndarray, first: int, size: int, n: int) -> int:
-    """Append the spikes of an input to ``pending``, which holds n; returns -1 if one is not its."""
+def accept(loaded: Loaded, sources: np.ndarray, first: int, size: int) -> int:
+    """Put the host's spikes into ``pending``; returns how many, or -1 if one is of no source."""
     if len(sources) > size:
         return -1
     pending = loaded.state.pending
-    for source in sources:
-        if source < 0 or source >= size:
+    for n in range(len(sources)):
+        if sources[n] < 0 or sources[n] >= size:
             return -1
-        pending[n] = first + source
-        n += 1
-    return n
+        pending[n] = first + sources[n]
+    return len(sources)
 
 
 @njit(cache=True)

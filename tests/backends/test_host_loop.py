@@ -38,7 +38,7 @@ def test_an_image_from_disk_runs_like_a_fresh_one(loop: nengo.Network, tmp_path:
 def test_two_runs_from_one_image_do_not_share_state(loop: nengo.Network) -> None:
     image = compile_network(loop).image
     first, second = NengoLoihiChip(image, seed=1), NengoLoihiChip(image, seed=1)
-    silence = [np.zeros(0, int)] * len(image["input_size"])
+    silence = np.zeros(0, int)
     for _ in range(50):
         first.step(silence, {})
     once = [second.step(silence, {}) for _ in range(50)]

@@ -10,7 +10,8 @@ A step has five phases: deliver, integrate, leak, fire, rest. Widths, sign inclu
 Learning is left out; noise is not.
 """
 
-from collections.abc import Mapping, Sequence
+import itertools
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -43,9 +44,7 @@ class Oracle:
         self.block = np.repeat(np.arange(image.n_blocks), np.diff(image["block_start"]))
         self.host_spikes = [np.zeros(0, dtype=int) for _ in image["input_size"]]
 
-    def step(
-        self, spikes: Sequence[np.ndarray], errors: Mapping[int, np.ndarray]
-    ) -> list[np.ndarray]:
+    def step(self, spikes: np.ndarray, errors: Mapping[int, np.ndarray]) -> list[np.ndarray]:
         """Advance by one step; host spikes are delivered in the next one."""
         on_q, on_u = self._noise()
         self._deliver()
@@ -53,7 +52,9 @@ class Oracle:
         self._leak(on_u)
         self._fire()
         self._rest()
-        self.host_spikes = [np.array(sources, dtype=int) for sources in spikes]
+        ends = itertools.pairwise([0, *np.cumsum(self.image["input_size"])])
+        given = np.asarray(spikes, dtype=int)
+        self.host_spikes = [given[(given >= a) & (given < b)] - a for a, b in ends]
         return [self._read(i) for i in range(len(self.image.manifest["outputs"]))]
 
     def _deliver(self) -> None:

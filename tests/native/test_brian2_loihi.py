@@ -189,9 +189,9 @@ def rows(mantissas: np.ndarray, block: int) -> Group:
     return Group(weights=weights, indices=targets, block=block)
 
 
-def host_spikes(inputs: np.ndarray) -> list[list[np.ndarray]]:
+def host_spikes(inputs: np.ndarray) -> list[np.ndarray]:
     """brian2-loihi delivers a spike in its own step, a chip in the next one."""
-    return [[np.flatnonzero(row)] for row in [*inputs[1:], np.zeros(N_INPUTS)]]
+    return [np.flatnonzero(row) for row in [*inputs[1:], np.zeros(N_INPUTS)]]
 
 
 @pytest.fixture(scope="module")

@@ -35,68 +35,68 @@ def refusal(step: Callable[[], Any]) -> str:
 
 
 @pytest.mark.parametrize(
-    ("spikes", "message"),
+    ("spikes", "found"),
     [
-        ([NOTHING], "spikes of 1 inputs; the image has 2"),
-        ([NOTHING] * 3, "spikes of 3 inputs; the image has 2"),
-        (
-            [NOTHING, np.array([0, 2])],
-            "input 1: 2 spikes of sources 0 to 2; "
-            "it has 2, counted from 0, of which each can spike once in a step",
-        ),
-        (
-            [np.array([-1]), NOTHING],
-            "input 0: 1 spikes of sources -1 to -1; "
-            "it has 3, counted from 0, of which each can spike once in a step",
-        ),
-        (
-            [np.array([0, 1, 1, 2]), NOTHING],
-            "input 0: 4 spikes of sources 0 to 2; "
-            "it has 3, counted from 0, of which each can spike once in a step",
-        ),
-        (
-            [np.array([0.0, 1.0]), NOTHING],
-            "input 0: its spikes are float64 of shape (2,); "
-            "give the numbers of the sources that spike, as a (n,) array of integers",
-        ),
-        (
-            [NOTHING, np.array([True, False])],
-            "input 1: its spikes are bool of shape (2,); "
-            "give the numbers of the sources that spike, as a (n,) array of integers",
-        ),
-        (
-            [np.array([[0, 1]]), NOTHING],
-            "input 0: its spikes are int64 of shape (1, 2); "
-            "give the numbers of the sources that spike, as a (n,) array of integers",
-        ),
+        ([0, 5], "2 spikes of sources 0 to 5"),
+        ([-1], "1 spikes of sources -1 to -1"),
+        ([0, 1, 1, 2, 3, 4], "6 spikes of sources 0 to 4"),
     ],
 )
-def test_wrong_spikes_are_refused(chip: NativeChip, spikes: list[np.ndarray], message: str) -> None:
-    chip.step([np.array([0]), NOTHING], {})
+def test_spikes_of_no_source_are_refused(chip: NativeChip, spikes: list[int], found: str) -> None:
+    assert_refused(
+        chip,
+        np.array(spikes),
+        f"{found} of the host; the image's inputs have 5, counted from 0, "
+        "of which each can spike once in a step",
+    )
+
+
+@pytest.mark.parametrize(
+    ("spikes", "found"),
+    [
+        (np.array([0.0, 1.0]), "float64 of shape (2,)"),
+        (np.array([True, False]), "bool of shape (2,)"),
+        (np.array([[0, 1]]), "int64 of shape (1, 2)"),
+    ],
+)
+def test_spikes_that_are_not_numbers_of_sources_are_refused(
+    chip: NativeChip, spikes: np.ndarray, found: str
+) -> None:
+    assert_refused(
+        chip,
+        spikes,
+        f"the host's spikes are {found}; "
+        "give the numbers of the sources that spike, as a (n,) array of integers",
+    )
+
+
+def assert_refused(chip: NativeChip, spikes: np.ndarray, message: str) -> None:
+    """The step is refused, and leaves the chip as it was."""
+    chip.step(np.array([0]), {})
     before = snapshot(chip)
     assert refusal(lambda: chip.step(spikes, {})) == message
     for a, b in zip(before, snapshot(chip), strict=True):
         np.testing.assert_array_equal(a, b)
-    chip.step([NOTHING, NOTHING], {})
+    chip.step(NOTHING, {})
     assert chip.state.q.tolist() == [64, 64]
 
 
 @pytest.mark.parametrize("dtype", [np.int8, np.uint8, np.int32, np.uint64])
 def test_integers_of_any_width_are_spikes(chip: NativeChip, dtype: type) -> None:
-    chip.step([np.array([0, 2], dtype), np.array([1], dtype)], {})
-    chip.step([NOTHING, NOTHING], {})
+    chip.step(np.array([0, 2, 4], dtype), {})
+    chip.step(NOTHING, {})
     assert chip.state.q.tolist() == [3 * 64, 3 * 64]
 
 
 def test_a_closed_chip_does_not_step(chip: NativeChip) -> None:
     chip.close()
-    assert refusal(lambda: chip.step([NOTHING] * 2, {})) == (
+    assert refusal(lambda: chip.step(NOTHING, {})) == (
         "the chip is closed: it cannot step any more"
     )
 
 
 def test_errors_of_groups_that_do_not_learn_are_refused(chip: NativeChip) -> None:
-    assert refusal(lambda: chip.step([NOTHING] * 2, {0: np.zeros(1)})) == (
+    assert refusal(lambda: chip.step(NOTHING, {0: np.zeros(1)})) == (
         "synapse group 0 does not learn; those that do: none"
     )
 
@@ -105,10 +105,10 @@ def test_errors_of_another_shape_are_refused() -> None:
     rule = (1, 4, -7, 10, 8.5, 2, 4)
     parts = Parts([Block(n=4)], [Group([[0] * 4]), Group([[0] * 4], learning=rule)])
     chip = NativeChip(parts.image(), seed=0)
-    assert refusal(lambda: chip.step([], {1: np.zeros(4)})) == (
+    assert refusal(lambda: chip.step(NOTHING, {1: np.zeros(4)})) == (
         "synapse group 1: its error has shape (4,), not (2,)"
     )
-    assert refusal(lambda: chip.step([], {0: np.zeros(2)})) == (
+    assert refusal(lambda: chip.step(NOTHING, {0: np.zeros(2)})) == (
         "synapse group 0 does not learn; those that do: 1"
     )
 

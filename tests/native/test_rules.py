@@ -28,13 +28,13 @@ def one_source(weights: list[int], **of_block: Any) -> ChipImage:
     ).image()
 
 
-def spikes_at(*steps: int, n_steps: int) -> list[list[np.ndarray]]:
+def spikes_at(*steps: int, n_steps: int) -> list[np.ndarray]:
     """The one source spikes at these steps, counted from 1."""
-    return [[np.zeros(int(t in steps), dtype=int)] for t in range(1, n_steps + 1)]
+    return [np.zeros(int(t in steps), dtype=int) for t in range(1, n_steps + 1)]
 
 
 def alone(image: ChipImage, n_steps: int) -> list[Snapshot]:
-    return assert_equal_steps(image, 0, silence(image, n_steps))
+    return assert_equal_steps(image, 0, silence(n_steps))
 
 
 def column(states: list[Snapshot], name: str, compartment: int = 0) -> list[int]:
@@ -95,7 +95,7 @@ def test_any_voltage_decays_as_64_bits_say(keep: int) -> None:
     image = Parts([Block(n=n, vmin=-INT32_MAX, vmax=INT32_MAX, decay_v=4096 - keep)]).image()
     chip = NativeChip(image, 0)
     chip.state.v[:] = voltages
-    chip.step([], {})
+    chip.step(np.array([]), {})
     np.testing.assert_array_equal(
         chip.state.v,
         np.where(decay(voltages, np.int64(keep)) > 2**23 - 1, 0, decay(voltages, np.int64(keep))),
@@ -114,8 +114,8 @@ def test_input_sums_beyond_32_bits_wrap_at_22() -> None:
         inputs=[3],
         routes=[Route(axon=[0, 1, 2], input=0)],
     ).image()
-    both, lowest = [np.array([0, 1])], [np.array([2])]
-    states = assert_equal_steps(image, 0, [both, lowest, [np.array([0])], [np.array([], int)]])
+    both, lowest = np.array([0, 1]), np.array([2])
+    states = assert_equal_steps(image, 0, [both, lowest, np.array([0]), np.array([], int)])
     assert column(states, "q") == [0, -2, 0, -1]
 
 
@@ -211,7 +211,7 @@ def test_compartments_that_share_an_axon_add_up() -> None:
         inputs=[2],
         routes=[Route(axon=[0, 0, 0], block=0), Route(axon=[0, 0], input=0)],
     ).image()
-    states = assert_equal_steps(image, 0, [[np.array([0, 1])]] * 2)
+    states = assert_equal_steps(image, 0, [np.array([0, 1])] * 2)
     assert states[1].q.tolist() == [0, 0, 0, 4 * 7, 4 * -9]
 
 
@@ -222,7 +222,7 @@ def test_an_atom_chooses_the_row_of_its_axon() -> None:
         inputs=[3],
         routes=[Route(axon=[0, 0, 0], atom=[2, 0, 1], input=0)],
     ).image()
-    states = assert_equal_steps(image, 0, [[np.array([i])] for i in (0, 1, 2, 0)])
+    states = assert_equal_steps(image, 0, [np.array([i]) for i in (0, 1, 2, 0)])
     assert [s.q.tolist() for s in states] == [[0, 0], [500, 600], [1, 2], [30, 40]]
 
 
@@ -233,7 +233,7 @@ def test_an_axon_base_shifts_targets_and_minus_one_is_not_used() -> None:
         inputs=[4],
         routes=[Route(axon=[0, 1, 2, -1], input=0)],
     ).image()
-    states = assert_equal_steps(image, 0, [[np.array([i])] for i in (0, 1, 2, 3, 3)])
+    states = assert_equal_steps(image, 0, [np.array([i]) for i in (0, 1, 2, 3, 3)])
     nothing = [0, 0, 0, 0]
     assert [s.q.tolist() for s in states] == [nothing, [1, 2, 0, 0], [0, 0, 1, 2], nothing, nothing]
 
@@ -255,7 +255,7 @@ def test_noise_is_drawn_for_all_compartments_in_every_step(at_membrane: int) -> 
         enable_noise=[1, 0, 1],
     )
     image = Parts([Block(n=2), block]).image()
-    states = assert_equal_steps(image, 5, silence(image, 4))
+    states = assert_equal_steps(image, 5, silence(4))
     drawn = np.random.RandomState(5).randint(-127, 128, size=(4, 5), dtype=np.int32)
     expected = np.where([0, 0, 1, 0, 1], (drawn + 3 * 64) * 4, 0)
     reached = [s.v if at_membrane else s.q for s in states]
@@ -265,7 +265,7 @@ def test_noise_is_drawn_for_all_compartments_in_every_step(at_membrane: int) -> 
 
 def test_noise_of_a_small_exponent_is_rounded_towards_zero() -> None:
     image = Parts([Block(n=200, decay_v=4096, noise_exp=2, enable_noise=1)]).image()
-    (state,) = assert_equal_steps(image, 3, silence(image, 1))
+    (state,) = assert_equal_steps(image, 3, silence(1))
     drawn = np.random.RandomState(3).randint(-127, 128, size=200, dtype=np.int32)
     np.testing.assert_array_equal(state.q, np.trunc(drawn / 32))
 
@@ -290,8 +290,8 @@ def test_a_source_that_spikes_twice_in_a_step_counts_twice() -> None:
         groups=[Group(weights=[[3]])], inputs=[2], routes=[Route(axon=[0, 0], input=0)]
     ).image()
     for chip in (NativeChip(image, 0), NengoLoihiChip(image, 0), Oracle(image, 0)):
-        chip.step([np.array([1, 1])], {})
-        chip.step([np.zeros(0, dtype=int)], {})
+        chip.step(np.array([1, 1]), {})
+        chip.step(np.zeros(0, dtype=int), {})
         assert snapshot(chip).q.tolist() == [6]
 
 
@@ -299,7 +299,7 @@ def test_outputs_hold_what_their_compartments_hold() -> None:
     block = Block(n=3, bias=[4, 40, 400], vth=100)
     reads = [Output(key, [2, 0, 2]) for key in ("voltage", "current", "spiked")]
     chip = NativeChip(Parts([block], outputs=reads).image(), 0)
-    voltage, current, spiked = chip.step([], {})
+    voltage, current, spiked = chip.step(np.array([]), {})
     assert (voltage.tolist(), current.tolist()) == ([0, 4, 0], [0, 0, 0])
     assert spiked.tolist() == [1, 0, 1]
 

@@ -23,7 +23,7 @@ def wired(transform: np.ndarray, path: str) -> ChipImage:
 
 def outputs(image: ChipImage) -> np.ndarray:
     chip = NativeChip(image, seed=0)
-    return np.array([chip.step([], {})[0].copy() for _ in range(200)])
+    return np.array([chip.step(np.array([]), {})[0].copy() for _ in range(200)])
 
 
 TIED = np.repeat(np.random.RandomState(1).uniform(-0.2, 1, (9, 4)), 3, axis=1) / 300

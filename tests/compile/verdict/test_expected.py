@@ -60,7 +60,7 @@ def test_readouts_do_not_spike(image: ChipImage) -> None:
 def test_at_the_rates_of_a_run_the_counts_are_those_of_the_run(wired: ChipImage) -> None:
     chip, n = NativeChip(wired, seed=0), 1000
     for _ in range(n):
-        chip.step([], {})
+        chip.step(np.array([]), {})
     run = chip.activity()
     counts = run.per_core()["spikes"]
     rates = Rates(0, {"pre": counts[0] / 4, "post": counts[1] / 6})

@@ -42,7 +42,7 @@ def test_copies_have_the_same_weights_bias_and_settings() -> None:
 def test_copies_spike_together() -> None:
     chip = NativeChip(wired([[1, 2], [1, 2]], [0.5, 0.5]), seed=0)
     for _ in range(100):
-        chip.step([], {})
+        chip.step(np.array([]), {})
         assert chip.state.v[2] == chip.state.v[3]
     assert chip.activity().totals()["spikes"] > 0
 
@@ -70,7 +70,7 @@ def test_silenced_neurons_never_spike(seed: int) -> None:
     image = wired(rng.uniform(-0.02, 0.02, (40, 2)).tolist(), rng.uniform(0.5, 1.1, 40).tolist())
     chip, spiked = NativeChip(image, seed=0), np.zeros(42, dtype=bool)
     for _ in range(500):
-        chip.step([], {})
+        chip.step(np.array([]), {})
         spiked |= chip.state.spiked != 0
     assert 0 < silenced(image).sum() < 40
     assert not np.any(spiked & silenced(image))
