@@ -11,7 +11,7 @@ from shadow_tally import TALLY
 
 from spikeport.backends.native.chip import NativeChip
 from spikeport.compile.build import Blocks
-from spikeport.compile.extract import extract
+from spikeport.compile.extract import extract, offsets
 from spikeport.compile.image import ChipImage
 
 
@@ -54,12 +54,18 @@ class ShadowEmulator(EmulatorInterface):
         super().step()
         sent = [_sources(source.spikes.get(self.t, [])) for source in self.inputs]
         self._expected = [sorted(sources) for sources in sent]
-        outputs = self._native.step(sent, self._errors)
+        outputs = self._native.step(self._counted_through(sent), self._errors)
         for name, ours, theirs in self._pairs(outputs):
             if not np.array_equal(ours, theirs):
                 TALLY.mismatch(f"step {self.t}: {name}")
                 raise ShadowMismatchError(f"step {self.t}: {name} differs")
         TALLY.step(spikes=int(self.compartment.spiked.sum()), n=self.compartment.n_compartments)
+
+    def _counted_through(self, sent: list[np.ndarray]) -> np.ndarray:
+        """The spikes of all inputs in one array, as a chip takes them."""
+        firsts = offsets(source.n_neurons for source in self.inputs)
+        parts = [first + sources for first, sources in zip(firsts, sent, strict=False)]
+        return np.concatenate([np.zeros(0, dtype=int), *parts])
 
     def _pairs(self, outputs: list[np.ndarray]) -> Iterator[tuple[str, Any, Any]]:
         ours, theirs = self._native.state, self.compartment
