@@ -4,41 +4,45 @@ from typing import Any
 
 import nengo
 import numpy as np
-from nengo.params import IntParam, NumberParam
+from nengo.params import IntParam
+from nengo.solvers import SolverParam
 
 
 class PerDimension(nengo.solvers.Solver):
     """Solves dimension i from its own neurons alone, and from no others.
 
     For an ensemble whose neurons ``[i n, (i + 1) n)`` encode dimension i: the decoders of ``d``
-    independent one-dimensional ensembles, found by regularised least squares for each.
+    independent one-dimensional ensembles.
 
     Parameters
     ----------
     n_neurons : int
         Neurons per dimension.
-    reg : float
-        Regularisation, as a share of the largest rate (see `nengo.solvers.LstsqL2`).
+    each : nengo.solvers.Solver, optional
+        What solves a dimension; regularised least squares if not given.
+    weights : bool
+        Whether the connection is wired from neuron to neuron.
     """
 
     compositional = True
     n_neurons = IntParam("n_neurons", low=1)
-    reg = NumberParam("reg", low=0)
+    each = SolverParam("each")
 
-    def __init__(self, n_neurons: int, reg: float = 0.05) -> None:
-        super().__init__(weights=False)
+    def __init__(
+        self, n_neurons: int, each: nengo.solvers.Solver | None = None, weights: bool = False
+    ) -> None:
+        super().__init__(weights=weights)
         self.n_neurons = n_neurons
-        self.reg = reg
+        self.each = each or nengo.solvers.LstsqL2(reg=0.05)
 
     def __call__(
         self, A: np.ndarray, Y: np.ndarray, rng: Any = np.random
     ) -> tuple[np.ndarray, dict[str, Any]]:
         """Decoders of shape (n, d) for activities A (m, n) and values Y (m, d)."""
-        solver = nengo.solvers.LstsqL2(reg=self.reg)
         decoders = np.zeros((A.shape[1], Y.shape[1]))
         for i in range(Y.shape[1]):
             mine = slice(i * self.n_neurons, (i + 1) * self.n_neurons)
-            decoders[mine, i : i + 1], _ = solver(A[:, mine], Y[:, i : i + 1], rng=rng)
+            decoders[mine, i : i + 1], _ = self.each(A[:, mine], Y[:, i : i + 1], rng=rng)
         return decoders, {}
 
 

@@ -7,10 +7,10 @@ import pytest
 from spikeport.backends.host_loop import HostLoop
 from spikeport.backends.native.chip import NativeChip
 from spikeport.compile.pipeline import compile_network
+from spikeport.networks.activations import elu
 from spikeport.networks.policy import (
     Layer,
     Ranges,
-    elu,
     exact,
     policy,
     record_ranges,

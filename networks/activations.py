@@ -1,0 +1,58 @@
+"""Nonlinearities of a policy's units, by name, and the signs of z for which they are not zero.
+
+elu = z for z > 0, exp(z) - 1 below;    relu = max(z, 0);    tanh = tanh(z)
+silu = z / (1 + exp(-z));    gelu = z Phi(z), Phi the normal distribution function
+
+All are 0 at z = 0, where the neurons of both signs are at threshold.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from scipy.special import expit, ndtr
+
+from spikeport.errors import unknown
+
+
+class Activation(NamedTuple):
+    """A function of pre-activations; ``signs`` are those of z that need neurons."""
+
+    function: Callable[[np.ndarray], np.ndarray]
+    signs: tuple[int, ...] = (+1, -1)
+
+
+def elu(z: np.ndarray) -> np.ndarray:
+    """The exponential linear unit: z where positive, else exp(z) - 1."""
+    return np.where(z > 0, z, np.expm1(np.minimum(z, 0)))
+
+
+def relu(z: np.ndarray) -> np.ndarray:
+    """The rectified linear unit: z where positive, else 0."""
+    return np.maximum(z, 0.0)
+
+
+def silu(z: np.ndarray) -> np.ndarray:
+    """The sigmoid-weighted linear unit; its least value is -0.278, at z = -1.278."""
+    return z * expit(z)
+
+
+def gelu(z: np.ndarray) -> np.ndarray:
+    """The Gaussian error linear unit, exact; its least value is -0.170, at z = -0.752."""
+    return z * ndtr(z)
+
+
+ACTIVATIONS = {
+    "elu": Activation(elu),
+    "relu": Activation(relu, signs=(+1,)),
+    "tanh": Activation(np.tanh),
+    "silu": Activation(silu),
+    "gelu": Activation(gelu),
+}
+
+
+def activation(name: str) -> Activation:
+    """The activation of that name; raises UsageError, which lists those there are."""
+    if name not in ACTIVATIONS:
+        raise unknown("activation", name, ACTIVATIONS)
+    return ACTIVATIONS[name]

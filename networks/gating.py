@@ -1,0 +1,53 @@
+"""Gates: neurons that silence populations while they fire, as a nucleus disinhibits an action.
+
+    J = gain (e . x / R - strength r / 1 kHz) + bias
+
+with r the mean rate of the inhibiting neurons in Hz: Nengo multiplies what goes into neurons by
+their gains, so all neurons of a population fall silent alike once the strength exceeds what they
+represent above threshold, in radii. The inhibition comes from several sources; one large weight
+would round all others of its core to zero.
+
+Source: nengo_spa's thalamus, whose strength this is.
+"""
+
+from collections.abc import Iterable
+
+import nengo
+import numpy as np
+from nengo.base import ObjView
+from nengo_spa.modules.thalamus import Thalamus
+
+FULL_RATE_HZ = 1000.0
+"""Of a closed gate: its neurons fire in every step."""
+
+
+def gate(
+    inhibitor: ObjView,
+    ensembles: Iterable[nengo.Ensemble],
+    strength: float = Thalamus.route_inhibit.default,
+    synapse: float = 0.005,
+) -> None:
+    """Silence ensembles while some neurons fire.
+
+    Parameters
+    ----------
+    inhibitor : ObjView
+        The neurons, such as ``selection.nuclei["gate"][action]``.
+    ensembles : iterable of nengo.Ensemble
+        What is silenced.
+    strength : float
+        Inhibition at 1 kHz, in radii of what an ensemble represents.
+    synapse : float
+        Time constant in seconds; an ensemble on the chip has one, the longest of its inputs.
+    """
+    n_sources = inhibitor.size_out
+    for ensemble in ensembles:
+        nengo.Connection(
+            inhibitor,
+            ensemble.neurons,
+            transform=np.full(
+                (ensemble.n_neurons, n_sources), -strength / (n_sources * FULL_RATE_HZ)
+            ),
+            synapse=synapse,
+            label=f"gate of {ensemble.label}",
+        )

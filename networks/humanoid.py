@@ -1,0 +1,142 @@
+"""Arm, path follower and walking policy in one network, and basal ganglia that choose among them.
+
+    torque = arm(state, target)                               while "draw" is selected, else 0
+    command = follower(reference, state)                      while "walk" is selected, else 0
+    action = policy(observation) + bias                       likewise, or always
+
+All gating is on the chip: gates of the actions that are not selected silence the neurons
+(`spikeport.networks.gating`). A constant would pass a gate by, so the policy's output bias comes
+from neurons too. Where ``balances`` is set, the policy is not gated: at zero command it keeps the
+robot standing while the arm draws.
+
+Source: paper, sec. 3.3.
+"""
+
+import dataclasses
+from dataclasses import dataclass
+
+import nengo
+import numpy as np
+
+from spikeport.networks.action_selection import (
+    SelectionNetwork,
+    SelectionOptions,
+    action_selection,
+)
+from spikeport.networks.arm import ArmNetwork
+from spikeport.networks.gating import gate
+from spikeport.networks.path_follower import FollowerNetwork
+from spikeport.networks.policy import Layer, PolicyNetwork
+from spikeport.networks.solvers import Tied
+
+ACTIONS = ("walk", "draw")
+BIAS_NEURONS = 8
+BIAS_RATE_HZ = 1020.0
+"""On the chip they fire in every step, without noise."""
+
+
+@dataclass(frozen=True)
+class HumanoidOptions:
+    """What is gated, and the time constants of gates and of the bias in seconds.
+
+    ``tau_walk`` is the filter of the policy's gates, ``tau_arm`` that of the arm's and the
+    follower's: those of the layers they silence (an ensemble on the chip has one).
+    """
+
+    balances: bool = False
+    tau_walk: float = 0.002
+    tau_arm: float = 0.005
+    tau_bias: float = 0.005
+    selection: SelectionOptions = dataclasses.field(default_factory=SelectionOptions)
+
+
+class HumanoidNetwork(nengo.Network):
+    """``utilities`` of `ACTIONS` (2) is its input beside those of its parts.
+
+    These are ``arm.state``, ``arm.target``, ``follower.reference``, ``follower.state`` and
+    ``observation``, which holds the command. ``gates`` (2) is 1 for the action that is selected;
+    ``torque`` (4), ``command`` (2) and ``action`` (19) are the outputs of arm, follower and policy.
+    """
+
+    arm: ArmNetwork
+    follower: FollowerNetwork
+    policy: PolicyNetwork
+    selection: SelectionNetwork
+    utilities: nengo.Node
+    gates: nengo.Node
+    observation: nengo.Node
+    torque: nengo.Node
+    command: nengo.Node
+    action: nengo.Node
+
+
+def without_bias(layer: Layer) -> Layer:
+    """The layer of the action for a policy whose bias `humanoid` adds."""
+    return dataclasses.replace(layer, bias=np.zeros_like(layer.bias))
+
+
+def humanoid(
+    arm: ArmNetwork,
+    follower: FollowerNetwork,
+    policy: PolicyNetwork,
+    bias: np.ndarray,
+    options: HumanoidOptions | None = None,
+    seed: int = 0,
+) -> HumanoidNetwork:
+    """Put the parts together.
+
+    Parameters
+    ----------
+    arm, follower, policy : nengo.Network
+        The parts, not yet in any network; the policy's last layer is one `without_bias`.
+    bias : (19,) array
+        That layer's bias.
+    options : HumanoidOptions, optional
+        What is gated, and how.
+    seed : int
+        Seed of the selection.
+    """
+    options = options or HumanoidOptions()
+    with HumanoidNetwork(label="humanoid", seed=seed) as net:
+        net.arm, net.follower, net.policy = arm, follower, policy
+        for part in (arm, follower, policy):
+            net.add(part)
+        net.selection = action_selection(len(ACTIONS), options.selection, seed)
+        constant = _constant(bias, policy.action, options.tau_bias)
+        walk, draw = net.selection.nuclei["gate"]
+        gate(draw, [e for group in arm.groups.values() for e in group], synapse=options.tau_arm)
+        gate(walk, follower.all_ensembles, synapse=options.tau_arm)
+        if not options.balances:
+            gate(walk, [*policy.all_ensembles, constant], synapse=options.tau_walk)
+    net.utilities, net.gates = net.selection.utilities, net.selection.gates
+    net.observation, net.action = policy.observation, policy.action
+    net.torque, net.command = arm.torque, follower.command
+    return net
+
+
+def _constant(values: np.ndarray, target: nengo.Node, tau: float) -> nengo.Ensemble:
+    """Neurons that add constant values to a node for as long as nothing silences them."""
+    rates = np.full(BIAS_NEURONS, BIAS_RATE_HZ)
+    point = np.zeros((1, 1))
+    always = nengo.Ensemble(
+        BIAS_NEURONS,
+        1,
+        encoders=np.ones((BIAS_NEURONS, 1)),
+        gain=rates,
+        bias=rates,
+        eval_points=point,
+        neuron_type=nengo.SpikingRectifiedLinear(
+            initial_state={"voltage": nengo.dists.Choice([0])}
+        ),
+        label="bias of action",
+    )
+    nengo.Connection(
+        always,
+        target,
+        function=np.ones((1, 1)),
+        eval_points=point,
+        solver=Tied(),
+        transform=values[:, np.newaxis],
+        synapse=tau,
+    )
+    return always

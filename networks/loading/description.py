@@ -1,0 +1,126 @@
+"""What a walking policy was trained on, and its translation to another robot's description.
+
+    observation = [head, q - q_default, dq, last action],    target = q_default + s action
+
+With p, s of the policy and p', s' of the robot, in the robot's order of joints:
+
+    q - p = (q - p') + (p' - p),    a = (s' a' + p' - p) / s,    a' = (s a + p - p') / s'
+
+so that weights and biases of the first and last layer take up every difference.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from spikeport.networks.loading.mlp import Mlp, checked
+from spikeport.networks.loading.refusal import MismatchError
+from spikeport.networks.policy_values import Layer
+from spikeport.networks.walking_policy import WalkingPolicy
+
+HEAD = 12
+"""Linear and angular velocity, gravity, command: three numbers each."""
+
+
+@dataclass(frozen=True, eq=False)
+class Description:
+    """Joints, and what holds of each of them by name.
+
+    Attributes
+    ----------
+    joints : tuple of str
+        In the order of observations and actions.
+    pose_rad : mapping
+        The pose that the zero action asks for, and that observed angles count from.
+    gains : mapping
+        Of the position control: (kp, kd) in N m/rad and N m s/rad.
+    action_scale_rad : mapping
+        Change of a joint's target for an action of one.
+    control_dt_s : float
+        Time from one action to the next.
+    observation_scale : ndarray, (12 + 3 joints,) or ()
+        Factor of every observation.
+    """
+
+    joints: tuple[str, ...]
+    pose_rad: Mapping[str, float]
+    gains: Mapping[str, tuple[float, float]]
+    action_scale_rad: Mapping[str, float]
+    control_dt_s: float
+    observation_scale: ArrayLike = 1.0
+
+
+def translated(mlp: Mlp, theirs: Description, ours: Description) -> WalkingPolicy:
+    """The policy for our robot, of a perceptron made for theirs.
+
+    Parameters
+    ----------
+    mlp : Mlp
+        Observations and actions in their order of joints.
+    theirs, ours : Description
+        What it was made for, and what it is to be for; ours has one action scale for all joints.
+
+    Raises
+    ------
+    MismatchError
+        It is of another shape or activation, or the robots differ in what no weight makes up for:
+        joints, gains, time between actions.
+    """
+    _check_robot(theirs, ours)
+    _check_shape(mlp, len(ours.joints))
+    (p, s), (p_ours, s_ours) = (_pose_and_scale(one, ours.joints) for one in (theirs, ours))
+    order = [theirs.joints.index(joint) for joint in ours.joints]
+    shift, ratio = p_ours - p, s_ours / s
+    head, q, dq, action = _parts(mlp.layers[0].weights * theirs.observation_scale, order)
+    first = np.hstack((head, q, dq, action * ratio))
+    first_bias = mlp.layers[0].bias + (q + action / s) @ shift
+    last, last_bias = mlp.layers[-1].weights[order], mlp.layers[-1].bias[order]
+    layers = (
+        Layer(first, first_bias),
+        *mlp.layers[1:-1],
+        Layer(last / ratio[:, np.newaxis], (last_bias - shift / s) / ratio),
+    )
+    checked(layers, (mlp.activation,))
+    weights, biases = zip(*((layer.weights, layer.bias) for layer in layers), strict=True)
+    return WalkingPolicy(weights, biases, ours.joints, p_ours, float(s_ours[0]))
+
+
+def _pose_and_scale(robot: Description, joints: Sequence[str]) -> Iterator[np.ndarray]:
+    for values in (robot.pose_rad, robot.action_scale_rad):
+        yield np.array([values[joint] for joint in joints])
+
+
+def _parts(weights: np.ndarray, order: list[int]) -> list[np.ndarray]:
+    """Columns of head, angles, velocities and last action, the joints' in another order."""
+    n = len(order)
+    head, *parts = np.split(weights, [HEAD, HEAD + n, HEAD + 2 * n], axis=1)
+    return [head, *(part[:, order] for part in parts)]
+
+
+def _check_shape(mlp: Mlp, n_joints: int) -> None:
+    if mlp.activation != "elu":
+        raise MismatchError("activation elu", mlp.activation)
+    wanted, found = (HEAD + 3 * n_joints, n_joints), (mlp.sizes[0], mlp.sizes[-1])
+    if found != wanted:
+        in_words = ("{} observations and {} actions".format(*sizes) for sizes in (wanted, found))
+        raise MismatchError(*in_words)
+
+
+def _check_robot(theirs: Description, ours: Description) -> None:
+    if sorted(theirs.joints) != sorted(ours.joints):
+        foreign = [joint for joint in theirs.joints if joint not in ours.joints]
+        found = f"{len(theirs.joints)} joints, foreign: {', '.join(foreign) or 'none'}"
+        raise MismatchError(f"the joints {', '.join(ours.joints)}", found)
+    if not np.isclose(theirs.control_dt_s, ours.control_dt_s):
+        raise MismatchError(
+            f"an action every {ours.control_dt_s:g} s", f"{theirs.control_dt_s:g} s"
+        )
+    for joint, gains in ours.gains.items():
+        if not theirs.action_scale_rad[joint] > 0:
+            scale = f"{theirs.action_scale_rad[joint]:g}"
+            raise MismatchError(f"an action scale above 0 of {joint}", scale)
+        if not np.allclose(theirs.gains[joint], gains):
+            wanted, found = ("kp {:g}, kd {:g}".format(*g) for g in (gains, theirs.gains[joint]))
+            raise MismatchError(f"gains {wanted} of {joint}", found)

@@ -1,0 +1,82 @@
+"""Reads a file of a policy, whatever of the known formats it has: told by its content.
+
+| format | what it is |
+|---|---|
+| npz | ours, see `spikeport.networks.walking_policy` |
+| TorchScript | a scripted or traced module, as Isaac Lab exports it (NVIDIA's H1 policies) |
+| checkpoint | rsl-rl's, of any version with numbered dense layers |
+| ONNX | a graph of dense layers |
+"""
+
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+
+from spikeport.networks import walking_policy
+from spikeport.networks.loading import checkpoint, onnx_file, torchscript
+from spikeport.networks.loading.mlp import Mlp
+from spikeport.networks.loading.refusal import MismatchError, refusing
+from spikeport.networks.policy_values import Layer
+
+ACTIVATION = "elu"
+"""Of checkpoints, which do not name theirs, unless it is given."""
+
+PICKLE = b"\x80"
+ZIPS = {".npy": "npz", "constants.pkl": "TorchScript", "data.pkl": "checkpoint"}
+"""What the members of an archive tell; a TorchScript file has a data.pkl too."""
+
+
+def load_mlp(path: Path, activation: str = ACTIVATION) -> Mlp:
+    """Read the layers of a policy, with all normalisation folded into them.
+
+    Parameters
+    ----------
+    path : Path
+        A file of any of the formats.
+    activation : str
+        Of the actor of a checkpoint; other files say which they have.
+
+    Raises
+    ------
+    UsageError
+        It is no perceptron of one kind of activation; the message says what was found instead.
+    MissingExtraError
+        The package that reads the format is absent.
+    """
+    with refusing(path):
+        return READERS[file_format(path)](path, activation)
+
+
+def file_format(path: Path) -> str:
+    """Which of the formats a file has; raises UsageError if it has none."""
+    with refusing(path), open(path, "rb") as file:
+        if zipfile.is_zipfile(file):
+            return _of_zip(path)
+        file.seek(0)
+        if file.read(1) == PICKLE:
+            return "checkpoint"
+        if path.suffix == ".onnx":
+            return "ONNX"
+        raise MismatchError(" or ".join(READERS), "none of them")
+
+
+def _of_zip(path: Path) -> str:
+    with zipfile.ZipFile(path) as archive:
+        names = archive.namelist()
+    for end, kind in ZIPS.items():
+        if any(name.endswith(end) for name in names):
+            return kind
+    raise MismatchError(" or ".join(READERS), "another zip archive")
+
+
+def _npz(path: Path) -> Mlp:
+    policy = walking_policy.load(path)
+    return Mlp(tuple(map(Layer, policy.weights, policy.biases)), "elu")
+
+
+READERS: dict[str, Callable[[Path, str], Mlp]] = {
+    "npz": lambda path, _: _npz(path),
+    "TorchScript": lambda path, _: torchscript.read(path),
+    "checkpoint": checkpoint.read,
+    "ONNX": lambda path, _: onnx_file.read(path),
+}

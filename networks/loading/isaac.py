@@ -1,0 +1,124 @@
+"""Environment descriptions of Isaac Lab's H1 (``env.yaml``), as NVIDIA's H1 policies come with.
+
+They name joints by regular expressions. The order of observations and actions is the articulation's
+there: breadth-first, level by level away from the pelvis.
+"""
+
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import numpy as np
+
+from spikeport.networks.loading import environment
+from spikeport.networks.loading.description import Description
+from spikeport.networks.loading.environment import Action, Actuator, ByName, Term
+from spikeport.networks.loading.refusal import MismatchError
+
+_LEVELS = (
+    ("hip_yaw", "torso"),
+    ("hip_roll", "shoulder_pitch"),
+    ("hip_pitch", "shoulder_roll"),
+    ("knee", "shoulder_yaw"),
+    ("ankle", "elbow"),
+)
+
+
+def _breadth_first() -> Iterator[str]:
+    for level in _LEVELS:
+        for role in level:
+            yield from ("torso",) if role == "torso" else (f"left_{role}", f"right_{role}")
+
+
+JOINTS = tuple(_breadth_first())
+"""The H1's joints, in the order of Isaac Lab's articulation."""
+
+TERMS = {
+    "base_lin_vel": 3,
+    "base_ang_vel": 3,
+    "projected_gravity": 3,
+    "generated_commands": 3,
+    "joint_pos_rel": len(JOINTS),
+    "joint_vel_rel": len(JOINTS),
+    "last_action": len(JOINTS),
+}
+"""Functions of the observation's terms in their order, and the sizes of these."""
+
+ACTION = "JointPositionAction"
+
+
+def described(path: Path) -> Description:
+    """The robot and the observation of a policy.
+
+    Raises
+    ------
+    MismatchError
+        The file describes another robot, another observation or another kind of action.
+    """
+    found, terms = environment.read(path)
+    action, robot = _action(found.actions), found.scene.robot
+    return Description(
+        joints=JOINTS,
+        pose_rad=_of_joints("robot.init_state.joint_pos", robot.init_state.joint_pos, 0.0),
+        gains=_gains(robot.actuators),
+        action_scale_rad=_of_joints("actions: scale", action.scale, 1.0),
+        control_dt_s=found.decimation * found.sim.dt,
+        observation_scale=_scales(terms),
+    )
+
+
+def _action(actions: Mapping[str, Action]) -> Action:
+    kinds = [action.class_type.rpartition(":")[2] for action in actions.values()]
+    if kinds != [ACTION]:
+        raise MismatchError(f"one action, a {ACTION}", ", ".join(kinds) or "none")
+    (action,) = actions.values()
+    if len(_matching("actions: joint_names", action.joint_names)) != len(JOINTS):
+        raise MismatchError("an action for every joint", ", ".join(action.joint_names))
+    return action
+
+
+def _scales(terms: Mapping[str, Term]) -> np.ndarray:
+    functions = [term.func.rpartition(":")[2] for term in terms.values()]
+    if functions != list(TERMS):
+        raise MismatchError(f"the observation {', '.join(TERMS)}", ", ".join(functions) or "none")
+    scales = [1.0 if term.scale is None else term.scale for term in terms.values()]
+    return np.repeat(scales, list(TERMS.values()))
+
+
+def _gains(actuators: Mapping[str, Actuator]) -> dict[str, tuple[float, float]]:
+    gains = {}
+    for name, group in actuators.items():
+        where = f"actuators.{name}"
+        for joint in _matching(f"{where}.joint_names_expr", group.joint_names_expr):
+            stiffness, damping = (
+                _value(where, joint, table, np.nan) for table in (group.stiffness, group.damping)
+            )
+            gains[joint] = (stiffness, damping)
+    for joint in JOINTS:
+        if not np.isfinite(gains.get(joint, np.nan)).all():
+            raise MismatchError(f"stiffness and damping of {joint}", "none")
+    return gains
+
+
+def _of_joints(where: str, table: ByName, default: float) -> dict[str, float]:
+    if isinstance(table, dict):
+        _matching(where, list(table))
+    return {joint: _value(where, joint, table, default) for joint in JOINTS}
+
+
+def _value(where: str, joint: str, table: ByName, default: float) -> float:
+    """A joint's value in a table; at most one expression may match."""
+    if not isinstance(table, dict):
+        return table
+    found = [value for expression, value in table.items() if re.fullmatch(expression, joint)]
+    if len(found) > 1:
+        raise MismatchError(f"one value of {joint} in {where}", f"{len(found)}")
+    return found[0] if found else default
+
+
+def _matching(where: str, expressions: list[str]) -> list[str]:
+    """The joints that expressions match; each has to match one."""
+    for expression in expressions:
+        if not any(re.fullmatch(expression, joint) for joint in JOINTS):
+            raise MismatchError(f"joints of the H1 in {where}", expression)
+    return [j for j in JOINTS if any(re.fullmatch(e, j) for e in expressions)]

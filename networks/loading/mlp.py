@@ -1,0 +1,55 @@
+"""A multilayer perceptron: what every file of a policy comes down to."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from spikeport.networks.activations import ACTIVATIONS
+from spikeport.networks.loading.refusal import MismatchError
+from spikeport.networks.policy_values import Layer
+
+
+@dataclass(frozen=True)
+class Mlp:
+    """Dense layers with the same activation after each but the last.
+
+    Attributes
+    ----------
+    layers : tuple of Layer
+        Hidden layers, and the linear last one.
+    activation : str
+        Of the hidden layers, one of `spikeport.networks.activations.ACTIVATIONS`.
+    """
+
+    layers: tuple[Layer, ...]
+    activation: str
+
+    @property
+    def sizes(self) -> tuple[int, ...]:
+        """Inputs, units of every hidden layer, outputs."""
+        return (self.layers[0].weights.shape[1], *(len(layer.bias) for layer in self.layers))
+
+
+def checked(layers: tuple[Layer, ...], activations: tuple[str, ...]) -> Mlp:
+    """The perceptron of these layers.
+
+    Raises
+    ------
+    MismatchError
+        It has no hidden layer, mixes activations, does not fit together, or is not finite.
+    """
+    if not activations:
+        raise MismatchError("at least one hidden layer", "none")
+    if len(set(activations)) > 1:
+        raise MismatchError("one activation for all hidden layers", ", ".join(activations))
+    if activations[0] not in ACTIVATIONS:
+        raise MismatchError(f"activation {' or '.join(ACTIVATIONS)}", activations[0])
+    size = layers[0].weights.shape[1]
+    for number, (weights, bias) in enumerate((layer.weights, layer.bias) for layer in layers):
+        if weights.shape != (len(bias), size):
+            wanted = f"weights of shape ({len(bias)}, {size}) in layer {number}"
+            raise MismatchError(wanted, f"{weights.shape}")
+        if not (np.isfinite(weights).all() and np.isfinite(bias).all()):
+            raise MismatchError("finite numbers", f"NaN or infinity in layer {number}")
+        size = len(bias)
+    return Mlp(layers, activations[0])

@@ -1,0 +1,55 @@
+"""Walking policies from files of any format, for our robot."""
+
+from dataclasses import replace
+from pathlib import Path
+
+from spikeport.networks import walking_policy
+from spikeport.networks.loading import isaac
+from spikeport.networks.loading.description import Description, translated
+from spikeport.networks.loading.files import file_format, load_mlp
+from spikeport.networks.loading.refusal import MismatchError, refusing
+from spikeport.networks.walking_policy import WalkingPolicy
+
+
+def load_walking(path: Path, robot: Description, description: Path | None = None) -> WalkingPolicy:
+    """Read a walking policy, for our robot and in its order of joints.
+
+    Parameters
+    ----------
+    path : Path
+        A file of any format that `load_mlp` reads.
+    robot : Description
+        What the policy is to be for.
+    description : Path, optional
+        The environment description of Isaac Lab that belongs to it; our own files need none.
+
+    Raises
+    ------
+    UsageError
+        It is no policy of such a robot; the message says what was expected and what was found.
+    MissingExtraError
+        The package that reads the format is absent.
+    """
+    mlp = load_mlp(path)
+    theirs = _ours(path, robot) if file_format(path) == "npz" else _foreign(path, description)
+    with refusing(path):
+        return translated(mlp, theirs, robot)
+
+
+def _ours(path: Path, robot: Description) -> Description:
+    """Our files have joints, pose and action scale in them; the rest is the robot's."""
+    policy = walking_policy.load(path)
+    return replace(
+        robot,
+        joints=policy.joints,
+        pose_rad=dict(zip(policy.joints, policy.pose_rad, strict=True)),
+        action_scale_rad=dict.fromkeys(policy.joints, policy.action_scale_rad),
+    )
+
+
+def _foreign(path: Path, description: Path | None) -> Description:
+    if description is None:
+        with refusing(path, cure="give it with --description env.yaml"):
+            raise MismatchError("Isaac Lab's environment description with it", "none")
+    with refusing(description):
+        return isaac.described(description)

@@ -1,0 +1,87 @@
+"""The exact law of the path follower, which the spiking network decodes piece by piece.
+
+    e = s_ref - s,  d = |(e_x, e_y)|,  w = |(e_vx, e_vy)|
+    v = max(v_min, kp_speed d + kd_speed w)
+    wz = kp_heading wrap(atan2(e_y, e_x) - heading)
+
+The heading that is wanted is that of the point to be reached, so the law asks for it to move ahead.
+Where it moves at speed v, the robot settles at d = v / kp_speed behind it; with kp_heading twice
+kp_speed, chord and turn of a circle then agree, and the robot stays on it.
+
+Source: paper, sec. 3.2.2. The gains are ours, the paper gives none; so are the upper limits, the
+commands that the walking policy is trained for.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+REFERENCE_SIZE = 4
+STATE_SIZE = 5
+COMMAND_SIZE = 2
+
+
+@dataclass(frozen=True)
+class FollowerGains:
+    """Gains and limits of the law.
+
+    Attributes
+    ----------
+    kp_speed : float
+        Forward speed per distance, in 1/s.
+    kd_speed : float
+        Forward speed per velocity error.
+    kp_heading : float
+        Yaw rate per heading error, in 1/s.
+    min_speed_m_s, max_speed_m_s : float
+        Limits of the forward speed.
+    max_yaw_rate_rad_s : float
+        Limit of the yaw rate, to both sides.
+    """
+
+    kp_speed: float = 1.25
+    kd_speed: float = 0.1
+    kp_heading: float = 2.5
+    min_speed_m_s: float = 0.01
+    max_speed_m_s: float = 1.0
+    max_yaw_rate_rad_s: float = 1.0
+
+    @property
+    def reach_m(self) -> float:
+        """The distance whose speed alone is the largest."""
+        return self.max_speed_m_s / self.kp_speed
+
+    def speed(self, distance: ArrayLike, velocity_error: ArrayLike) -> np.ndarray:
+        """Forward speed in m/s from the sizes of both errors, in m and m/s."""
+        wanted = self.kp_speed * np.asarray(distance) + self.kd_speed * np.asarray(velocity_error)
+        return np.clip(wanted, self.min_speed_m_s, self.max_speed_m_s)
+
+    def yaw_rate(self, heading_error: ArrayLike) -> np.ndarray:
+        """Yaw rate in rad/s from the heading error in rad."""
+        wanted = self.kp_heading * np.asarray(heading_error)
+        return np.clip(wanted, -self.max_yaw_rate_rad_s, self.max_yaw_rate_rad_s)
+
+
+def wrap(angle: ArrayLike) -> np.ndarray:
+    """The angle in [-pi, pi) that is equal but for whole turns; both in rad."""
+    return (np.asarray(angle) + np.pi) % (2 * np.pi) - np.pi
+
+
+def exact_command(gains: FollowerGains, reference: ArrayLike, state: ArrayLike) -> np.ndarray:
+    """Forward speed in m/s and yaw rate in rad/s, ``(..., 2)``.
+
+    Parameters
+    ----------
+    gains : FollowerGains
+        Gains and limits.
+    reference : array_like, (..., 4)
+        Planar position (m) and velocity (m/s) of the point to follow, in the world frame.
+    state : array_like, (..., 5)
+        Heading (rad), planar position (m) and velocity (m/s) of the robot, in the world frame.
+    """
+    state = np.asarray(state, dtype=float)
+    x, y, vx, vy = np.moveaxis(np.asarray(reference, dtype=float) - state[..., 1:], -1, 0)
+    speed = gains.speed(np.hypot(x, y), np.hypot(vx, vy))
+    yaw_rate = gains.yaw_rate(wrap(np.arctan2(y, x) - state[..., 0]))
+    return np.stack(np.broadcast_arrays(speed, yaw_rate), axis=-1)

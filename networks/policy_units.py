@@ -1,0 +1,133 @@
+"""The hidden units of a policy as neurons: one or two one-dimensional ensembles each.
+
+Those for z > 0 have encoders +1, those for z < 0 have -1; all are at threshold at z = 0, and all
+neurons of an ensemble have the same decoder (`spikeport.networks.solvers.Tied`).
+"""
+
+import itertools
+from collections.abc import Callable
+from typing import NamedTuple
+
+import nengo
+import numpy as np
+
+from spikeport.networks.policy_values import PolicyOptions, Ranges
+from spikeport.networks.solvers import Tied
+
+N_POINTS = 200
+"""Values of a half space at which its decoder is solved."""
+
+IF_TAU_RC_S = 4.0
+"""Membrane time constant of the neurons called integrate-and-fire: on the chip, at steps of 1 ms, a
+decay of 1 in 4,096, the least nengo-loihi allows neurons with a refractory period."""
+
+
+class Half(NamedTuple):
+    """The neurons for one sign of the pre-activation of unit number ``unit``."""
+
+    unit: int
+    ensemble: nengo.Ensemble
+    decoded: nengo.Connection
+
+
+class HiddenLayer(nengo.Network):
+    """A layer of units between ``input`` and ``output``."""
+
+    input: nengo.Node
+    output: nengo.Node
+    halves: list[Half]
+
+
+def hidden_layer(label: str, reach: Ranges, options: PolicyOptions, apart: bool) -> HiddenLayer:
+    """A layer of units.
+
+    Parameters
+    ----------
+    label : str
+        Its name.
+    reach : Ranges
+        Of its units.
+    options : PolicyOptions
+        Neurons, rates and time constants.
+    apart : bool
+        Whether ``output`` has the halves of all units by themselves (see `Readout`) or their sums.
+    """
+    n, signs = len(reach.above), options.function.signs
+    kinds, radii = _neurons(options), {+1: reach.above, -1: reach.below}
+    with HiddenLayer(label=label) as net:
+        net.input = nengo.Node(size_in=n, label=f"{label} input")
+        net.output = nengo.Node(size_in=n * len(signs) if apart else n, label=f"{label} output")
+        net.halves = []
+        for unit, (number, sign) in itertools.product(range(n), enumerate(signs)):
+            ensemble, points = _ensemble(unit, sign, radii[sign][unit], kinds[sign], options)
+            nengo.Connection(net.input[unit], ensemble, synapse=None)
+            target = net.output[unit + n * number if apart else unit]
+            decoded = _decode(ensemble, target, points, options)
+            net.halves.append(Half(unit, ensemble, decoded))
+    return net
+
+
+def _ensemble(
+    unit: int, sign: int, radius: float, kind: nengo.neurons.NeuronType, options: PolicyOptions
+) -> tuple[nengo.Ensemble, np.ndarray]:
+    """The neurons of one unit for one sign of its pre-activation, and values there (n, 1)."""
+    n = options.n_neurons // 2
+    points = sign * np.linspace(0, radius, N_POINTS)[:, np.newaxis]
+    ensemble = nengo.Ensemble(
+        n,
+        1,
+        radius=radius,
+        encoders=np.full((n, 1), sign),
+        intercepts=nengo.dists.Choice([0.0]),
+        max_rates=nengo.dists.Uniform(*options.max_rates),
+        eval_points=points / radius,
+        neuron_type=kind,
+        label=f"unit {unit}{'+' if sign > 0 else '-'}",
+    )
+    return ensemble, points
+
+
+def _decode(
+    ensemble: nengo.Ensemble, target: nengo.Node, points: np.ndarray, options: PolicyOptions
+) -> nengo.Connection:
+    return nengo.Connection(
+        ensemble,
+        target,
+        function=options.function.function(points),
+        eval_points=points,
+        scale_eval_points=False,
+        solver=Tied(),
+        synapse=None,
+    )
+
+
+def _neurons(options: PolicyOptions) -> dict[int, nengo.neurons.NeuronType]:
+    """The neuron type for each sign."""
+    above, below = _KINDS[options.units]
+    return {+1: above(options), -1: below(options)}
+
+
+def _lif(options: PolicyOptions) -> nengo.LIF:
+    return nengo.LIF(tau_ref=options.tau_ref, initial_state=_at_rest())
+
+
+def _relu(_options: PolicyOptions) -> nengo.SpikingRectifiedLinear:
+    return nengo.SpikingRectifiedLinear(initial_state=_at_rest())
+
+
+def _integrate_and_fire(options: PolicyOptions) -> nengo.LIF:
+    return nengo.LIF(tau_rc=IF_TAU_RC_S, tau_ref=options.tau_ref, initial_state=_at_rest())
+
+
+_Kind = Callable[[PolicyOptions], nengo.neurons.NeuronType]
+_KINDS: dict[str, tuple[_Kind, _Kind]] = {
+    "hybrid": (_relu, _lif),
+    "lif": (_lif, _lif),
+    "relu": (_relu, _relu),
+    "if": (_integrate_and_fire, _integrate_and_fire),
+}
+
+
+def _at_rest() -> dict[str, nengo.dists.Distribution]:
+    """On the chip all neurons start at zero."""
+    return {"voltage": nengo.dists.Choice([0])}

@@ -1,0 +1,121 @@
+"""What a policy is converted from, and how: its layers, the ranges of its units, the options."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from spikeport.errors import UsageError, unknown
+from spikeport.networks.activations import Activation, activation
+
+UNITS = ("hybrid", "lif", "relu", "if")
+SOLVES = ("unit", "layer")
+
+
+@dataclass(frozen=True)
+class Layer:
+    """A dense layer: ``weights`` (n_out, n_in) and ``bias`` (n_out,)."""
+
+    weights: np.ndarray
+    bias: np.ndarray
+
+
+@dataclass(frozen=True)
+class Readout(Layer):
+    """A layer that weighs the halves of the units before it by themselves.
+
+    Its ``weights`` are (n_out, n_halves * n): first those of all units for z > 0, then those for
+    z < 0, if the activation has neurons there.
+    """
+
+
+@dataclass(frozen=True)
+class Ranges:
+    """How far the pre-activations of a layer's units reach, (n,) each, both positive."""
+
+    above: np.ndarray
+    below: np.ndarray
+
+
+@dataclass(frozen=True)
+class PolicyOptions:
+    """How the units of a policy become neurons; rates in Hz, time constants in seconds.
+
+    Attributes
+    ----------
+    n_neurons : int
+        Neurons of a unit, half of them for each sign of its pre-activation.
+    tau_fwd, tau_out : float
+        Low-pass filters between layers, and of the action.
+    max_rates : tuple of float
+        Firing rates at the end of a unit's range are drawn uniformly from these.
+    tau_ref : float
+        Refractory period of LIF and IF neurons.
+    activation : str
+        One of `spikeport.networks.activations.ACTIVATIONS`.
+    units : str
+        ``hybrid``: spiking rectified linear neurons for z > 0, LIF for z < 0; ``lif``, ``relu``
+        and ``if`` have these, or integrate-and-fire neurons with a refractory period, for both.
+    solve : str
+        ``unit``: every unit decodes the activation, and the weights stay as they are; ``layer``:
+        the weights between two layers are solved for jointly (`spikeport.networks.policy_solving`).
+    """
+
+    n_neurons: int = 20
+    tau_fwd: float = 0.002
+    tau_out: float = 0.005
+    max_rates: tuple[float, float] = (400.0, 800.0)
+    tau_ref: float = 0.001
+    activation: str = "elu"
+    units: str = "hybrid"
+    solve: str = "unit"
+
+    def __post_init__(self) -> None:
+        """Check the values; UsageError says what is wrong."""
+        if self.n_neurons < 2:
+            raise UsageError(
+                f"n_neurons={self.n_neurons}: a unit needs at least 2 neurons, one for each sign"
+            )
+        activation(self.activation)
+        for key, known in (("units", UNITS), ("solve", SOLVES)):
+            if getattr(self, key) not in known:
+                raise unknown(key, getattr(self, key), known)
+
+    @property
+    def function(self) -> Activation:
+        """The activation."""
+        return activation(self.activation)
+
+
+def exact(
+    layers: Sequence[Layer], observation: np.ndarray, activation_name: str = "elu"
+) -> list[np.ndarray]:
+    """Pre-activations of every layer, the last being the action, for (..., n) observations."""
+    function = activation(activation_name).function
+    values, found = np.asarray(observation), []
+    for layer in layers:
+        found.append(values @ layer.weights.T + layer.bias)
+        values = function(found[-1])
+    return found
+
+
+def record_ranges(
+    layers: Sequence[Layer],
+    observations: np.ndarray,
+    quantile: float = 0.995,
+    floor: float = 0.5,
+    activation_name: str = "elu",
+) -> list[Ranges]:
+    """Ranges of all hidden units, for each sign, on recorded (n_samples, n) observations.
+
+    Error grows with the range, so it is a quantile of what occurs, and not the utmost; ``floor``
+    is the least range of a unit that hardly ever has that sign.
+    """
+    hidden = exact(layers, observations, activation_name)[:-1]
+    return [
+        Ranges(
+            np.maximum(np.quantile(z, quantile, axis=0), floor),
+            np.maximum(np.quantile(-z, quantile, axis=0), floor),
+        )
+        for z in hidden
+    ]

@@ -1,0 +1,82 @@
+"""Populations of spiking rectified linear neurons that compute one kinked line each.
+
+    f(x) = slope [x - threshold]+
+
+All neurons of a population have the same threshold, spread gains and the same decoder
+(`spikeport.networks.solvers.Tied`). Several such populations are one ensemble, with a dimension for
+each.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import nengo
+import numpy as np
+
+from spikeport.networks.solvers import PerDimension, Tied
+
+N_POINTS = 100
+"""Values at which a decoder is solved."""
+
+
+@dataclass(frozen=True)
+class Rectified:
+    """A population.
+
+    Attributes
+    ----------
+    threshold, slope : float
+        Of the line.
+    full : float
+        Where neurons fire at the given rates.
+    n_neurons : int
+        Neurons of a population.
+    rates : tuple of float
+        Rates in Hz are drawn uniformly from these.
+    switches : bool
+        Whether the decoder is solved at ``full`` alone: for populations that are mostly silent, or
+        fire in every step of the chip.
+    """
+
+    threshold: float
+    slope: float
+    full: float
+    n_neurons: int
+    rates: tuple[float, float]
+    switches: bool = False
+
+    def ensemble(
+        self, n: int, radius: float, rng: np.random.RandomState, label: str
+    ) -> nengo.Ensemble:
+        """``n`` populations: the neurons of population i are [i n_neurons, (i + 1) n_neurons).
+
+        ``radius`` matters for what comes from the host, which is clipped to it.
+        """
+        total = n * self.n_neurons
+        per_unit = rng.uniform(*self.rates, total) / (self.full - self.threshold)
+        return nengo.Ensemble(
+            total,
+            n,
+            radius=radius,
+            encoders=np.repeat(np.eye(n), self.n_neurons, axis=0),
+            gain=per_unit * radius,
+            bias=-per_unit * self.threshold,
+            neuron_type=nengo.SpikingRectifiedLinear(
+                initial_state={"voltage": nengo.dists.Choice([0])}
+            ),
+            label=label,
+        )
+
+    def decoding(self, n: int, weights: bool) -> dict[str, Any]:
+        """What a connection from ``n`` populations computes.
+
+        ``weights`` says whether it is wired from neuron to neuron.
+        """
+        first = self.full if self.switches else self.threshold
+        points = np.repeat(np.linspace(first, self.full, N_POINTS)[:, np.newaxis], n, axis=1)
+        return {
+            "function": self.slope * (points - self.threshold),
+            "eval_points": points,
+            "scale_eval_points": False,
+            "solver": PerDimension(self.n_neurons, Tied(), weights=weights),
+        }

@@ -1,0 +1,76 @@
+"""A plane vector turned backwards by an angle, in spikes: every product as two squares.
+
+    b = R(-angle) e = [e_x cos + e_y sin, e_y cos - e_x sin]
+    a c = ((a + c) / 2)^2 - ((a - c) / 2)^2
+
+A square is a function of one dimension, which few neurons decode well.
+"""
+
+from dataclasses import dataclass
+
+import nengo
+import numpy as np
+
+HALVES = 0.5 * np.array(
+    [
+        [1, 0, 1, 0],
+        [1, 0, -1, 0],
+        [0, 1, 0, 1],
+        [0, 1, 0, -1],
+        [0, 1, 1, 0],
+        [0, 1, -1, 0],
+        [1, 0, 0, 1],
+        [1, 0, 0, -1],
+    ]
+)
+"""Half sums and differences of [e_x, e_y, cos, sin], those of each product in turn."""
+
+ROTATION = np.array([[1, -1, 1, -1, 0, 0, 0, 0], [0, 0, 0, 0, 1, -1, -1, 1]])
+"""b from the squares of the halves."""
+
+N_POINTS = 1000
+"""Values at which the decoders of a square are solved."""
+
+
+@dataclass(frozen=True)
+class Squares:
+    """Neurons of each of the eight squares, their rates in Hz, and their synapses' time in s."""
+
+    n_neurons: int
+    max_rates: tuple[float, float]
+    tau: float
+
+
+def rotate(turned: nengo.Node, body: nengo.Ensemble, squares: Squares) -> None:
+    """Connect a vector and an angle with the ensemble of the vector seen from that angle.
+
+    Parameters
+    ----------
+    turned : nengo.Node or view of one, 4 dimensions
+        The vector, no longer than 1, and cosine and sine of the angle.
+    body : nengo.Ensemble, 2 dimensions
+        Gets the vector turned backwards.
+    squares : Squares
+        The neurons in between.
+    """
+    for number, (half, share) in enumerate(zip(HALVES, ROTATION.T, strict=True)):
+        square = _half(f"square {number + 1}", squares)
+        nengo.Connection(turned, square, transform=half[np.newaxis], synapse=None)
+        nengo.Connection(
+            square, body, function=np.square, transform=share[:, np.newaxis], synapse=squares.tau
+        )
+
+
+def _half(label: str, squares: Squares) -> nengo.Ensemble:
+    """Neurons of both signs, with intercepts that leave no gaps."""
+    n = squares.n_neurons
+    number = np.arange(n)
+    return nengo.Ensemble(
+        n,
+        1,
+        max_rates=nengo.dists.Uniform(*squares.max_rates),
+        encoders=np.where(number % 2, 1.0, -1.0)[:, np.newaxis],
+        intercepts=-1 + 1.9 * (number // 2 + 0.5) / -(-n // 2),
+        eval_points=np.linspace(-1, 1, N_POINTS)[:, np.newaxis],
+        label=label,
+    )

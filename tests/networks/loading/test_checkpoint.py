@@ -1,0 +1,155 @@
+import pytest
+import torch
+from rsl_rl.algorithms import PPO
+from rsl_rl.models import MLPModel, RNNModel
+from rsl_rl.storage import RolloutStorage
+from tensordict import TensorDict
+
+from spikeport.networks.loading.files import load_mlp
+
+
+@pytest.fixture
+def path(tmp_path):
+    return tmp_path / "model_300.pt"
+
+
+@pytest.fixture
+def checkpoint(actor):
+    """What rsl-rl's runner saves."""
+    seen = TensorDict({"policy": torch.zeros(4, 5)}, batch_size=4)
+    critic = MLPModel(seen, {"critic": ["policy"]}, "critic", 1, (4,))
+    storage = RolloutStorage("rl", 4, 8, seen, [3])
+    return {**PPO(actor, critic, storage).save(), "iter": 300, "infos": None}
+
+
+def older(checkpoint):
+    """The names of rsl-rl 3."""
+    names = {"mlp.": "actor.", "obs_normalizer.": "actor_obs_normalizer."}
+    state = {"std": torch.ones(3), "critic.0.weight": torch.ones(1, 1)}
+    for name, value in checkpoint["actor_state_dict"].items():
+        for now, before in names.items():
+            if name.startswith(now):
+                state[name.replace(now, before)] = value
+    return {"model_state_dict": state, "optimizer_state_dict": {}, "iter": 300, "infos": None}
+
+
+def oldest(checkpoint):
+    """The names of rsl-rl 2, with the normalisation by itself."""
+    content = older(checkpoint)
+    state, start = content["model_state_dict"], "actor_obs_normalizer."
+    apart = {name: state.pop(name) for name in list(state) if name.startswith(start)}
+    apart = {name.removeprefix(start): value for name, value in apart.items()}
+    return {**content, "obs_norm_state_dict": apart}
+
+
+@pytest.mark.parametrize("version", [dict, older, oldest])
+def test_the_actor_of_a_checkpoint_is_read(path, checkpoint, actor, agrees, version):
+    torch.save(version(checkpoint), path)
+    mlp = load_mlp(path)
+    assert (mlp.sizes, mlp.activation) == ((5, 7, 6, 3), "elu")
+    agrees(mlp, actor.as_jit())
+
+
+def test_a_file_from_before_zip_archives_is_read(path, checkpoint, actor, agrees):
+    torch.save(checkpoint, path, _use_new_zipfile_serialization=False)
+    agrees(load_mlp(path), actor.as_jit())
+
+
+def test_an_actor_without_normalisation_is_read(path, sequential, agrees):
+    state = {f"actor.{name}": value for name, value in sequential().state_dict().items()}
+    torch.save({"model_state_dict": {**state, "log_std": torch.zeros(3)}}, path)
+    agrees(load_mlp(path), sequential())
+
+
+def test_the_activation_is_the_one_that_is_given(path, checkpoint):
+    torch.save(checkpoint, path)
+    assert load_mlp(path, "tanh").activation == "tanh"
+
+
+def test_a_recurrent_actor_is_refused(path, refusal):
+    seen = TensorDict({"policy": torch.zeros(4, 5)}, batch_size=4)
+    model = RNNModel(seen, {"actor": ["policy"]}, "actor", 3, (4,), rnn_hidden_dim=6)
+    torch.save({"actor_state_dict": model.state_dict()}, path)
+    assert refusal(path) == (
+        "expected an actor of dense layers, mlp.N.weight, found rnn.rnn.weight_ih_l0"
+    )
+
+
+def test_an_actor_whose_output_is_no_mean_is_refused(path, refusal):
+    seen = TensorDict({"policy": torch.zeros(4, 5)}, batch_size=4)
+    kind = {"class_name": "HeteroscedasticGaussianDistribution", "init_std": 1.0}
+    groups = {"actor": ["policy"]}
+    model = MLPModel(seen, groups, "actor", 3, (4,), distribution_cfg=kind)
+    torch.save({"actor_state_dict": model.state_dict()}, path)
+    assert refusal(path) == (
+        "expected a Gaussian action with one standard deviation, found another"
+    )
+
+
+def test_layers_that_do_not_fit_are_refused(path, checkpoint, refusal):
+    checkpoint["actor_state_dict"]["mlp.2.weight"] = torch.ones(6, 8)
+    torch.save(checkpoint, path)
+    assert refusal(path) == "expected weights of shape (6, 7) in layer 1, found (6, 8)"
+
+
+def test_a_bias_that_does_not_fit_is_refused(path, checkpoint, refusal):
+    checkpoint["actor_state_dict"]["mlp.2.bias"] = torch.ones(4)
+    torch.save(checkpoint, path)
+    assert refusal(path) == (
+        "expected shapes that fit each other, found weights (6, 7), bias (4,), values ()"
+    )
+
+
+def test_a_normalisation_that_is_no_vector_is_refused(path, checkpoint, refusal):
+    checkpoint["actor_state_dict"]["obs_normalizer._mean"] = torch.ones(5, 5)
+    torch.save(checkpoint, path)
+    assert refusal(path) == "expected a vector, found an array of shape (5, 5)"
+
+
+def test_a_missing_bias_is_refused(path, checkpoint, refusal):
+    del checkpoint["actor_state_dict"]["mlp.2.bias"]
+    torch.save(checkpoint, path)
+    assert refusal(path) == "expected mlp.2.bias, found none"
+
+
+def test_objects_that_may_run_code_are_refused(path, refusal):
+    torch.save({"actor_state_dict": {}, "infos": Unsafe()}, path)
+    assert (
+        refusal(path)
+        == "expected tensors and plain values, found other objects, which may run code"
+    )
+    assert not Unsafe.made
+
+
+class Unsafe:
+    made = False
+
+    def __setstate__(self, state):
+        Unsafe.made = True
+
+    def __getstate__(self):
+        return {"a": 1}
+
+
+STATES = "with actor_state_dict or model_state_dict"
+
+
+@pytest.mark.parametrize(
+    ("content", "complaint"),
+    [
+        ({"weights": torch.ones(1)}, f"expected a checkpoint of rsl-rl {STATES}, found weights"),
+        (torch.ones(2), "expected a checkpoint of rsl-rl, found Tensor"),
+        (
+            {"actor_state_dict": {"mlp.0.weight": 1}},
+            "expected tensors in actor_state_dict, found other values",
+        ),
+        ({"model_state_dict": {"std": torch.ones(1)}}, "expected a linear last layer, found none"),
+        (
+            {"actor_state_dict": {}},
+            "expected a Gaussian action with one standard deviation, found another",
+        ),
+    ],
+)
+def test_another_content_is_refused(path, refusal, content, complaint):
+    torch.save(content, path)
+    assert refusal(path) == complaint

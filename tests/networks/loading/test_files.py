@@ -1,0 +1,53 @@
+import sys
+import zipfile
+
+import numpy as np
+import pytest
+import torch
+
+from spikeport.errors import MissingExtraError, UsageError
+from spikeport.networks import walking_policy
+from spikeport.networks.loading.files import load_mlp
+from spikeport.networks.policy_values import exact
+
+FORMATS = "expected npz or TorchScript or checkpoint or ONNX, found"
+
+
+def test_our_own_file_is_read_as_layers():
+    policy, x = walking_policy.load(), np.linspace(-1, 1, 69)
+    mlp = load_mlp(walking_policy.SHIPPED)
+    assert mlp.sizes == (69, 128, 128, 128, 19)
+    np.testing.assert_allclose(exact(mlp.layers, x, mlp.activation)[-1], policy(x))
+
+
+def test_a_text_is_refused(tmp_path, refusal):
+    path = tmp_path / "policy.pt"
+    path.write_text("not a policy")
+    assert refusal(path) == f"{FORMATS} none of them"
+
+
+def test_another_archive_is_refused(tmp_path, refusal):
+    path = tmp_path / "policy.pt"
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("readme.txt", "not a policy")
+    assert refusal(path) == f"{FORMATS} another zip archive"
+
+
+def test_an_npz_of_other_arrays_is_refused(tmp_path):
+    path = tmp_path / "policy.npz"
+    np.savez(path, x=np.zeros(2))
+    with pytest.raises(UsageError, match=r"expected weights, biases and joints, .* arrays missing"):
+        load_mlp(path)
+
+
+@pytest.mark.parametrize(("module", "name"), [("torch", "policy.pt"), ("onnx", "policy.onnx")])
+def test_without_the_reader_its_extra_is_named(tmp_path, monkeypatch, module, name):
+    torch.save({}, tmp_path / "policy.pt")
+    (tmp_path / "policy.onnx").touch()
+    monkeypatch.setitem(sys.modules, module, None)
+    with pytest.raises(MissingExtraError) as error:
+        load_mlp(tmp_path / name)
+    assert str(error.value) == (
+        f"reading this file needs the package {module}, which is not installed; "
+        "install it with: pip install 'spikeport[convert]'"
+    )

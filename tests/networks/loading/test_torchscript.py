@@ -1,0 +1,138 @@
+import zipfile
+
+import pytest
+import torch
+from torch import nn
+
+from spikeport.networks.loading.files import load_mlp
+
+pytestmark = pytest.mark.filterwarnings("ignore:.torch.jit:DeprecationWarning")
+ACTIVATIONS = {"elu": nn.ELU, "relu": nn.ReLU, "tanh": nn.Tanh, "silu": nn.SiLU, "gelu": nn.GELU}
+SHAPE = (1, 5)
+
+
+@pytest.fixture
+def path(tmp_path):
+    return tmp_path / "policy.pt"
+
+
+@pytest.mark.parametrize("name", ACTIVATIONS)
+def test_a_scripted_module_is_read(path, sequential, agrees, name):
+    module = sequential(ACTIVATIONS[name])
+    torch.jit.script(module).save(path)
+    mlp = load_mlp(path)
+    assert (mlp.sizes, mlp.activation) == ((5, 7, 6, 3), name)
+    agrees(mlp, module)
+
+
+def test_a_traced_module_in_training_mode_is_read(path, sequential, agrees):
+    module = sequential(lambda: nn.ELU(inplace=True)).train()
+    torch.jit.trace(module, torch.zeros(SHAPE)).save(path)
+    agrees(load_mlp(path), module)
+
+
+def test_a_frozen_module_is_read(path, sequential, agrees):
+    module = sequential()
+    torch.jit.freeze(torch.jit.script(module)).save(path)
+    agrees(load_mlp(path), module)
+
+
+def test_what_rsl_rl_exports_is_read_with_its_normalisation(path, actor, agrees):
+    exported = torch.jit.script(actor.as_jit())
+    exported.save(path)
+    agrees(load_mlp(path), exported)
+
+
+class Arithmetic(nn.Module):
+    """Matrices and constants written out."""
+
+    def __init__(self):
+        super().__init__()
+        self.W = nn.Parameter(torch.randn(5, 4))
+        self.V = nn.Parameter(torch.randn(4, 3))
+
+    def forward(self, x):
+        hidden = torch.tanh(2.0 * torch.matmul(3.0 - x, self.W) + 1.0)
+        return torch.addmm(torch.ones(3), hidden / 2.0, self.V, beta=0.5, alpha=2.0)
+
+
+def test_arithmetic_is_folded_into_the_layers(path, agrees):
+    module = Arithmetic()
+    torch.jit.script(module).save(path)
+    agrees(load_mlp(path), module)
+
+
+class Skip(nn.Module):
+    def __init__(self):
+        super().__init__()
+        self.layer = nn.Linear(5, 5)
+
+    def forward(self, x):
+        return x + self.layer(x)
+
+
+class Two(nn.Module):
+    def forward(self, x, y):
+        return x + y
+
+
+CHAIN = "expected a chain of dense layers and activations, found operation"
+
+
+@pytest.mark.parametrize(
+    ("module", "complaint"),
+    [
+        (nn.Sequential(nn.Linear(5, 3)), "expected at least one hidden layer, found none"),
+        (
+            nn.Sequential(nn.Linear(5, 3), nn.ELU(alpha=0.5), nn.Linear(3, 2)),
+            "expected ELU with alpha 1, found 0.5, 1, 1",
+        ),
+        (
+            nn.Sequential(nn.Linear(5, 3), nn.GELU("tanh"), nn.Linear(3, 2)),
+            "expected activation elu or relu or tanh or silu or gelu, found gelu (tanh)",
+        ),
+        (
+            nn.Sequential(nn.Linear(5, 3), nn.ELU(), nn.Linear(3, 3), nn.ReLU(), nn.Linear(3, 2)),
+            "expected one activation for all hidden layers, found elu, relu",
+        ),
+        (
+            nn.Sequential(nn.Linear(5, 3), nn.Tanh()),
+            "expected a linear last layer, found tanh at its end",
+        ),
+        (
+            nn.Sequential(nn.Tanh(), nn.Linear(5, 3)),
+            "expected a dense layer before every activation, found tanh without one",
+        ),
+        (nn.Identity(), "expected a linear last layer, found none"),
+        (nn.Sequential(nn.Linear(5, 3), nn.Softplus()), f"{CHAIN} aten::softplus"),
+        (nn.LayerNorm(5), f"{CHAIN} aten::layer_norm"),
+        (Skip(), f"{CHAIN} aten::add of other values"),
+        (Two(), "expected a module of the observation alone, found 2 inputs"),
+    ],
+)
+def test_another_module_is_refused(path, refusal, module, complaint):
+    torch.jit.script(module).save(path)
+    assert refusal(path) == complaint
+
+
+def test_nan_is_refused(path, sequential, refusal):
+    module = sequential()
+    module[2].weight.data[0, 0] = torch.nan
+    torch.jit.script(module).save(path)
+    assert refusal(path) == "expected finite numbers, found NaN or infinity in layer 1"
+
+
+def test_matrices_that_do_not_fit_are_refused(path, refusal):
+    torch.jit.script(nn.Sequential(nn.Linear(5, 3), nn.Linear(4, 2))).save(path)
+    assert refusal(path) == (
+        "expected shapes that fit each other, found weights (2, 4), bias (2,), values (3,)"
+    )
+
+
+def test_a_damaged_file_is_refused(path, sequential, refusal, tmp_path):
+    torch.jit.script(sequential()).save(tmp_path / "whole.pt")
+    with zipfile.ZipFile(tmp_path / "whole.pt") as whole, zipfile.ZipFile(path, "w") as part:
+        for name in whole.namelist():
+            if not name.endswith("/data.pkl"):
+                part.writestr(name, whole.read(name))
+    assert refusal(path).startswith("expected a TorchScript module, found ")

@@ -1,0 +1,252 @@
+"""Walking policies of others become ours, or are refused with what was found."""
+
+from collections import deque
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+from torch import nn
+
+from spikeport.errors import UsageError
+from spikeport.experiments.policy_file import H1, load_policy
+from spikeport.networks import walking_policy
+from spikeport.networks.loading import isaac
+from spikeport.networks.walking_policy import WalkingPolicy
+from spikeport.robot import description as robot
+from spikeport.robot.description import DEFAULT_POSE, JOINTS
+from spikeport.robot.walk_interface import targets_rad
+
+pytestmark = pytest.mark.filterwarnings("ignore:.torch.jit:DeprecationWarning")
+N = len(JOINTS)
+POSE = np.array([DEFAULT_POSE[joint] for joint in JOINTS])
+WITH = "; what can be read: spikeport convert --help"
+
+
+@pytest.fixture
+def module():
+    torch.manual_seed(4)
+    layers = [nn.Linear(69, 8), nn.ELU(), nn.Linear(8, 8), nn.ELU(), nn.Linear(8, N)]
+    return nn.Sequential(*layers).double().eval()
+
+
+@pytest.fixture
+def path(tmp_path, module):
+    torch.jit.script(module).save(tmp_path / "policy.pt")
+    return tmp_path / "policy.pt"
+
+
+def breadth_first(model):
+    """Joints of a model, level by level away from the root."""
+    waiting, found = deque([1]), []
+    while waiting:
+        body = waiting.popleft()
+        joints = range(model.body_jntadr[body], model.body_jntadr[body] + model.body_jntnum[body])
+        found += [model.joint(joint).name for joint in joints]
+        waiting += [b for b in range(body + 1, model.nbody) if model.body_parentid[b] == body]
+    return tuple(name for name in found if name in JOINTS)
+
+
+def test_the_order_of_isaac_lab_is_breadth_first():
+    assert breadth_first(robot.load()) == isaac.JOINTS
+
+
+def both_targets(policy, module, pose, action_scale, observation_scale=1.0):
+    """Joint targets in our order: of the policy, and of the module with its own robot's values."""
+    rng = np.random.default_rng(2)
+    head, q, dq = rng.standard_normal(12), POSE + rng.standard_normal(N), rng.standard_normal(N)
+    before = rng.standard_normal(N)
+    ours = targets_rad(policy(np.concatenate((head, q - POSE, dq, before))))
+    order = [JOINTS.index(joint) for joint in isaac.JOINTS]
+    last = (targets_rad(before) - pose) / action_scale
+    parts = (head, (q - pose)[order], dq[order], last[order])
+    with torch.no_grad():
+        action = module(torch.tensor(np.concatenate(parts) * observation_scale)).numpy()
+    theirs = np.empty(N)
+    theirs[order] = action
+    return ours, pose + action_scale * theirs
+
+
+def test_an_isaac_lab_policy_moves_our_joints_as_it_moved_its_own(path, module, environment):
+    policy = load_policy(path, environment())
+    assert policy.joints == JOINTS
+    np.testing.assert_allclose(*both_targets(policy, module, POSE, 0.5), atol=1e-6)
+
+
+def test_another_pose_and_other_scales_are_folded_in(path, module, environment):
+    changes = {
+        "scene/robot/init_state/joint_pos": {".*_knee": 0.5, "left_elbow": 0.1},
+        "actions/joint_pos/scale": {".*_knee": 0.25, "torso": 0.1},
+        "observations/policy/base_ang_vel/scale": 0.2,
+        "observations/policy/joint_vel/scale": 0.05,
+    }
+    policy = load_policy(path, environment(changes))
+    pose = np.array([0.5 * j.endswith("knee") + 0.1 * (j == "left_elbow") for j in JOINTS])
+    scale = np.array([{"torso": 0.1}.get(j, 0.25 if j.endswith("knee") else 1) for j in JOINTS])
+    factor = np.repeat([1, 0.2, 1, 0.05, 1], [3, 3, 6 + N, N, N])
+    np.testing.assert_allclose(*both_targets(policy, module, pose, scale, factor), atol=1e-6)
+    np.testing.assert_allclose(policy.pose_rad, POSE)
+    assert policy.action_scale_rad == 0.5
+
+
+def test_our_own_file_is_read_with_its_joints_by_name(tmp_path):
+    shipped = walking_policy.load()
+    order = np.random.default_rng(0).permutation(N)
+    columns = [*range(12), *(start + i for start in (12, 31, 50) for i in order)]
+    (first, *others), biases = shipped.weights, list(shipped.biases)
+    weights = (first[:, columns], *others[:-1], others[-1][order])
+    biases[-1] = biases[-1][order]
+    joints = tuple(JOINTS[i] for i in order)
+    moved = replace(shipped, weights=weights, biases=tuple(biases), joints=joints)
+    replace(moved, pose_rad=shipped.pose_rad[order]).save(tmp_path / "moved.npz")
+    policy, x = load_policy(tmp_path / "moved.npz"), np.linspace(-1, 1, 69)
+    np.testing.assert_allclose(policy(x), shipped(x))
+    assert policy.joints == JOINTS
+
+
+def test_the_shipped_policy_is_read_as_it_is():
+    x = np.linspace(-1, 1, 69)
+    np.testing.assert_allclose(load_policy()(x), walking_policy.load()(x))
+
+
+def refused(path, description=None):
+    with pytest.raises(UsageError) as error:
+        load_policy(path, description)
+    return str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("layers", "complaint"),
+    [
+        (
+            [nn.Linear(48, 8), nn.ELU(), nn.Linear(8, 12)],
+            "expected 69 observations and 19 actions, found 48 observations and 12 actions",
+        ),
+        ([nn.Linear(69, 8), nn.GELU(), nn.Linear(8, N)], "expected activation elu, found gelu"),
+    ],
+)
+def test_a_policy_of_another_kind_is_refused(tmp_path, environment, layers, complaint):
+    path = tmp_path / "policy.pt"
+    torch.jit.script(nn.Sequential(*layers)).save(path)
+    assert refused(path, environment()) == f"policy file '{path}': {complaint}{WITH}"
+
+
+def test_a_foreign_policy_needs_its_description(path):
+    assert refused(path) == (
+        f"policy file '{path}': expected Isaac Lab's environment description with it, found none; "
+        "give it with --description env.yaml"
+    )
+
+
+def test_a_file_of_ours_for_other_joints_is_refused(tmp_path):
+    path, rng = tmp_path / "policy.npz", np.random.default_rng(0)
+    weights = (rng.standard_normal((4, 18)), rng.standard_normal((2, 4)))
+    WalkingPolicy(weights, (np.zeros(4), np.zeros(2)), ("hip", "knee"), np.zeros(2), 0.5).save(path)
+    assert refused(path) == (
+        f"policy file '{path}': expected the joints {', '.join(JOINTS)}, "
+        f"found 2 joints, foreign: hip, knee{WITH}"
+    )
+
+
+LEGS = "scene/robot/actuators/legs"
+ACTION = "actions/joint_pos"
+TERM = "observations/policy"
+OF_THE_POLICY = (
+    "expected an action every",
+    "expected an action scale",
+    "expected gains",
+    "expected finite",
+)
+
+
+@pytest.mark.parametrize(
+    ("changes", "complaint"),
+    [
+        ({"sim/dt": 0.0025}, "expected an action every 0.02 s, found 0.01 s"),
+        (
+            {f"{LEGS}/stiffness/.*_knee": 150.0},
+            "expected gains kp 200, kd 5 of left_knee, found kp 150, kd 5",
+        ),
+        ({f"{ACTION}/scale": 0.0}, "expected an action scale above 0 of left_hip_yaw, found 0"),
+        (
+            {"scene/robot/init_state/joint_pos": float("nan")},
+            "expected finite numbers, found NaN or infinity in layer 0",
+        ),
+        (
+            {f"{LEGS}/stiffness/left_knee": 150.0},
+            "expected one value of left_knee in actuators.legs, found 2",
+        ),
+        (
+            {f"{LEGS}/joint_names_expr": [".*_hip_yaw"]},
+            "expected stiffness and damping of torso, found none",
+        ),
+        (
+            {"scene/robot/init_state/joint_pos": {".*_hip_pitch_joint": -0.2}},
+            "expected joints of the H1 in robot.init_state.joint_pos, found .*_hip_pitch_joint",
+        ),
+        (
+            {f"{ACTION}/class_type": "isaaclab.envs.mdp.actions.joint_actions:JointEffortAction"},
+            "expected one action, a JointPositionAction, found JointEffortAction",
+        ),
+        (
+            {f"{ACTION}/joint_names": ["left_.*", "torso"]},
+            "expected an action for every joint, found left_.*, torso",
+        ),
+        (
+            {f"{ACTION}/preserve_order": True},
+            "expected a description of Isaac Lab (actions.joint_pos.preserve_order: Input should "
+            "be False), found True",
+        ),
+        (
+            {f"{TERM}/base_lin_vel": None},
+            f"expected the observation {', '.join(isaac.TERMS)}, "
+            f"found {', '.join(list(isaac.TERMS)[1:])}",
+        ),
+        (
+            {f"{TERM}/joint_pos/history_length": 3},
+            "expected a description of Isaac Lab (history_length: Input should be 0 or None), "
+            "found 3",
+        ),
+        (
+            {"scene": {}},
+            "expected a description of Isaac Lab (scene.robot: Field required), found none",
+        ),
+    ],
+)
+def test_another_robot_or_task_is_refused(path, environment, changes, complaint):
+    description = environment(changes)
+    about = path if complaint.startswith(OF_THE_POLICY) else description
+    assert refused(path, description) == f"policy file '{about}': {complaint}{WITH}"
+
+
+@pytest.mark.parametrize(
+    ("text", "complaint"),
+    [
+        ("a: [1", "expected YAML, found while parsing a flow sequence"),
+        (
+            "just words",
+            "expected a description of Isaac Lab (all: Input should be a valid dictionary or "
+            "instance of Environment), found 'just words'",
+        ),
+    ],
+)
+def test_another_text_is_no_description(path, tmp_path, text, complaint):
+    description = tmp_path / "env.yaml"
+    description.write_text(text)
+    assert refused(path, description) == f"policy file '{description}': {complaint}{WITH}"
+
+
+def test_tags_of_a_description_make_no_objects(path, environment, tmp_path):
+    description = environment()
+    harm = f"harm: !!python/object/apply:os.mkdir ['{tmp_path / 'harm'}']\n"
+    description.write_text(description.read_text() + harm)
+    load_policy(path, description)
+    assert not (tmp_path / "harm").exists()
+
+
+def test_the_h1_of_this_package_is_the_one_of_isaac_lab(environment):
+    described = isaac.described(environment())
+    assert sorted(described.joints) == sorted(H1.joints)
+    assert described.gains == {joint: tuple(gain) for joint, gain in H1.gains.items()}
+    assert described.pose_rad == H1.pose_rad
+    assert described.action_scale_rad == H1.action_scale_rad

@@ -1,0 +1,17 @@
+import numpy as np
+
+from spikeport.networks.held import Held
+
+
+def test_a_function_is_computed_where_its_input_changes() -> None:
+    calls = []
+
+    def double(values: np.ndarray) -> np.ndarray:
+        calls.append(values.tolist())
+        return 2 * values
+
+    held, values = Held(double), np.array([1.0, 2.0])
+    assert [held(t, values).tolist() for t in range(3)] == [[2.0, 4.0]] * 3
+    values[0] = 3.0
+    assert held(3, values).tolist() == [6.0, 4.0]
+    assert calls == [[1.0, 2.0], [3.0, 2.0]]

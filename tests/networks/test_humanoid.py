@@ -1,0 +1,125 @@
+import nengo
+import numpy as np
+import pytest
+
+from spikeport import Simulator
+from spikeport.networks.arm import ArmSizes, arm
+from spikeport.networks.humanoid import HumanoidNetwork, HumanoidOptions, humanoid, without_bias
+from spikeport.networks.path_follower import path_follower
+from spikeport.networks.path_following import FollowerGains
+from spikeport.networks.policy import Layer, policy, record_ranges
+from spikeport.networks.walking_policy import load
+
+SMALL = ArmSizes(m1=60, cb=40, s1=10)
+WALK, DRAW = (0.8, 0.4), (0.4, 0.8)
+HOLD_STEPS = 300
+CLOSED_STEPS = 35
+"""From new utilities until a gate that closes has silenced its neurons."""
+PARTS = ("arm", "follower", "policy")
+
+
+def small_layers() -> list[Layer]:
+    rng = np.random.RandomState(0)
+    weights = [rng.randn(8, 6) / np.sqrt(6), rng.randn(4, 8) / np.sqrt(8)]
+    return [Layer(w, rng.uniform(0.5, 1.0, len(w))) for w in weights]
+
+
+def observed(layers: list[Layer]) -> np.ndarray:
+    return 0.3 * np.random.RandomState(1).randn(200, layers[0].weights.shape[1])
+
+
+def parts(law, region, sizes, layers, options=None) -> HumanoidNetwork:
+    return humanoid(
+        arm(law, region, sizes),
+        path_follower(FollowerGains()),
+        policy([*layers[:-1], without_bias(layers[-1])], record_ranges(layers, observed(layers))),
+        layers[-1].bias,
+        options,
+    )
+
+
+def shown(net: HumanoidNetwork, law, region) -> nengo.Network:
+    """The humanoid at one state of the robot; first it is to walk, then to draw, then to walk."""
+    q = region.q_samples[0]
+    inputs = {
+        net.arm.state: np.concatenate([q, np.zeros(4), law.arm.at(q).position]),
+        net.arm.target: region.x.centre,
+        net.follower.reference: np.array([0.5, 0.3, 0.5, 0.0]),
+        net.policy.observation: np.full(net.policy.observation.size_in, 0.2),
+    }
+    phases = (WALK, DRAW, WALK)
+    with nengo.Network(seed=0) as network:
+        network.add(net)
+        for node, value in inputs.items():
+            nengo.Connection(nengo.Node(value), node, synapse=None)
+        wanted = nengo.Node(lambda t: phases[int((t - 5e-4) * 1000 / HOLD_STEPS)])
+        nengo.Connection(wanted, net.utilities, synapse=None)
+        network.outputs = [nengo.Probe(node) for node in (net.torque, net.command, net.action)]
+        ensembles = {
+            "arm": [e for group in net.arm.groups.values() for e in group],
+            "follower": net.follower.all_ensembles,
+            "policy": net.policy.all_ensembles,
+        }
+        network.spikes = {part: [nengo.Probe(e.neurons) for e in ensembles[part]] for part in PARTS}
+    return network
+
+
+def run(network: nengo.Network) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+    """(n_phases, steps, size) outputs and (n_phases, steps) spikes of each part."""
+    with Simulator(network, pipeline="compact") as sim:
+        sim.run_steps(3 * HOLD_STEPS)
+        values = [sim.data[probe].reshape(3, HOLD_STEPS, -1) for probe in network.outputs]
+        spikes = [
+            sum((sim.data[probe] != 0).sum(axis=1) for probe in network.spikes[part])
+            for part in PARTS
+        ]
+    return (
+        dict(zip(PARTS, values, strict=True)),
+        {part: n.reshape(3, HOLD_STEPS) for part, n in zip(PARTS, spikes, strict=True)},
+    )
+
+
+def test_one_action_silences_the_other(law, region):
+    outputs, spikes = run(shown(parts(law, region, SMALL, small_layers()), law, region))
+    for part, closed in (("arm", (0, 2)), ("follower", (1,)), ("policy", (1,))):
+        for phase in range(3):
+            late = spikes[part][phase, CLOSED_STEPS:]
+            value = outputs[part][phase, -50:].mean(axis=0)
+            if phase in closed:
+                assert not late.any()
+                assert value == pytest.approx(0, abs=1e-6)
+            else:
+                assert late[100:].mean() > 1
+                assert np.abs(value).max() > 0.1
+
+
+def test_an_open_policy_does_what_it_does_alone(law, region):
+    """Within 0.02: its bias comes from neurons, and its weights share their steps with the gate."""
+    layers = small_layers()
+    outputs, _ = run(shown(parts(law, region, SMALL, layers), law, region))
+    with nengo.Network(seed=0) as network:
+        alone = policy(layers, record_ranges(layers, observed(layers)))
+        nengo.Connection(nengo.Node(np.full(6, 0.2)), alone.observation, synapse=None)
+        action = nengo.Probe(alone.action)
+    with Simulator(network, pipeline="compact") as sim:
+        sim.run_steps(HOLD_STEPS)
+        expected = sim.data[action][-100:].mean(axis=0)
+    assert outputs["policy"][0, -100:].mean(axis=0) == pytest.approx(expected, abs=0.02)
+
+
+def test_a_policy_that_balances_is_never_silent(law, region):
+    options = HumanoidOptions(balances=True)
+    outputs, spikes = run(shown(parts(law, region, SMALL, small_layers(), options), law, region))
+    assert not spikes["follower"][1, CLOSED_STEPS:].any()
+    walking, drawing, _ = outputs["policy"][:, -100:].mean(axis=1)
+    assert drawing == pytest.approx(walking, abs=0.05)
+
+
+@pytest.mark.slow
+def test_at_full_size_it_fits_on_64_cores(law, region):
+    """Measured when written: 24."""
+    weights = load()
+    layers = [Layer(W, b) for W, b in zip(weights.weights, weights.biases, strict=True)]
+    network = shown(parts(law, region, None, layers), law, region)
+    with Simulator(network, pipeline="compact") as sim:
+        assert len(sim.compilation.report.cores) <= 64
