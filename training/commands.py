@@ -6,6 +6,9 @@ import numpy as np
 
 from spikeport.robot.walk_interface import CONTROL_DT_S
 
+LARGEST_CHANGE = np.array([1.0, 1.0, 2.0])
+"""How fast the reference follows a command: m/s^2, m/s^2, rad/s^2."""
+
 
 @dataclass(frozen=True)
 class CommandRange:
@@ -34,13 +37,16 @@ class Commands:
     ----------
     value : ndarray, (n, 3)
         vx, vy (m/s) and wz (rad/s); vy is 0.
+    reference : ndarray, (n, 3)
+        What a robot can be expected to do by now: follows ``value`` no faster than
+        `LARGEST_CHANGE`, from standing.
     age_s : ndarray, (n,)
         Time since the last change.
     """
 
     def __init__(self, n: int, ranges: CommandRange, rng: np.random.Generator) -> None:
         self._ranges, self._rng = ranges, rng
-        self.value = np.zeros((n, 3))
+        self.value, self.reference = np.zeros((2, n, 3))
         self.age_s = np.zeros(n)
         self._left_s = np.zeros(n)
         self._follows_heading = np.zeros(n, bool)
@@ -49,8 +55,13 @@ class Commands:
 
     @property
     def moving(self) -> np.ndarray:
-        """Who is asked to move, ``(n,)``."""
-        return np.abs(self.value).max(axis=1) > self._ranges.still
+        """Who is asked to move by now, ``(n,)``."""
+        return np.abs(self.reference).max(axis=1) > self._ranges.still
+
+    def restart(self, which: np.ndarray) -> None:
+        """Draw new commands for some robots that stand."""
+        self.draw(which)
+        self.reference[which] = 0.0
 
     def draw(self, which: np.ndarray) -> None:
         """Draw new commands for some robots, ``which (n,)`` of bool."""
@@ -75,3 +86,5 @@ class Commands:
         error = (self._direction_rad - heading_rad + np.pi) % (2 * np.pi) - np.pi
         wz = np.clip(r.heading_gain * error, -r.wz_rad_s, r.wz_rad_s)
         self.value[turning, 2] = wz[turning]
+        most = CONTROL_DT_S * LARGEST_CHANGE
+        self.reference += np.clip(self.value - self.reference, -most, most)

@@ -26,14 +26,17 @@ _STEP = Task(
     scales=RewardSettings(),
 )
 _STRIDE = replace(_STEP, weights=replace(_STEP.weights, air_time=4.0, early_touchdown=-0.7))
+_ALL_WAYS = CommandRange(vx_m_s=(-0.3, 1.0), turning=0.1)
+"""Steps back are what catches a robot that has braked too hard."""
+
 _WIDE = Task(
-    commands=CommandRange(),
+    commands=_ALL_WAYS,
     randomisation=Randomisation(push_m_s=0.3),
     weights=replace(_STRIDE.weights, track_velocity=2.5, track_yaw_rate=1.4, torso=-0.6),
     scales=replace(_STRIDE.scales, vx_sd_m_s=0.35, wz_sd_rad_s=0.35),
 )
 _NOISY = Task(
-    commands=CommandRange(),
+    commands=_ALL_WAYS,
     randomisation=Randomisation(push_m_s=0.4, joint_offset_sd_rad=0.05, action_noise_sd=0.1),
     weights=replace(
         _WIDE.weights,
@@ -49,15 +52,14 @@ _NOISY = Task(
 )
 _PRECISE = replace(
     _NOISY,
-    commands=CommandRange(turning=0.10),
+    commands=replace(_ALL_WAYS, turning=0.15, still=0.0),
     weights=replace(_NOISY.weights, track_velocity=4.0, track_yaw_rate=2.0),
     scales=replace(_NOISY.scales, vx_sd_m_s=0.12, wz_sd_rad_s=0.2),
 )
-_SLOW = replace(_PRECISE, commands=CommandRange(turning=0.25, still=0.0))
 _STANDING = replace(
-    _SLOW,
-    commands=replace(_SLOW.commands, standing=0.12),
-    weights=replace(_SLOW.weights, stand=1.0),
+    _PRECISE,
+    commands=CommandRange(standing=0.12, turning=0.1, still=0.0),
+    weights=replace(_PRECISE.weights, stand=1.0),
 )
 
 STAGES = (
@@ -66,8 +68,7 @@ STAGES = (
     Stage("wide", 3_500_000, _WIDE, entropy=0.0005),
     Stage("noisy", 5_500_000, _NOISY, hidden_noise=0.06),
     Stage("precise", 8_500_000, _PRECISE, hidden_noise=0.06),
-    Stage("slow", 9_800_000, _SLOW, hidden_noise=0.06),
-    Stage("standing", 14_000_000, _STANDING, hidden_noise=0.06),
+    Stage("standing", 15_000_000, _STANDING, hidden_noise=0.06),
 )
 """In order; sources of the figures: see `spikeport.training.rewards`."""
 

@@ -75,8 +75,10 @@ class WalkEnvironment:
         self._models = [copy.copy(nominal) for _ in range(n)]
         self._data = [mujoco.MjData(nominal) for _ in range(threads)]
         self._rollout = Rollout(nthread=threads)
-        self._limit_nm = nominal.actuator_forcerange[:, 1]
         self._start = _start_state(nominal)
+        sizes = {"state": len(self._start), "sensordata": nominal.nsensordata}
+        self._out = {name: np.empty((n, SUBSTEPS, size)) for name, size in sizes.items()}
+        self._limit_nm = nominal.actuator_forcerange[:, 1]
         self.states = np.tile(self._start, (n, 1))
         self._targets = np.tile(POSE_RAD, (n, 1))
         newest, last, oldest = np.zeros((3, n, ACTION_SIZE))
@@ -130,7 +132,15 @@ class WalkEnvironment:
         targets = targets_rad(action + jitter) + self.joint_offset
         late = np.arange(SUBSTEPS) < self.delay[:, None]
         control = np.where(late[..., None], self._targets[:, None], targets[:, None])
-        states, sensors = self._rollout.rollout(self._models, self._data, self.states, control)
+        states, sensors = self._rollout.rollout(
+            self._models,
+            self._data,
+            self.states,
+            control,
+            nstep=SUBSTEPS,
+            skip_checks=True,
+            **self._out,
+        )
         diverged = ~np.isfinite(states[:, -1]).all(axis=1)
         self.states = np.where(diverged[:, None], self._start, states[:, -1])
         self.feet = Feet.from_sensors(np.nan_to_num(sensors[:, -1]))
@@ -149,7 +159,7 @@ class WalkEnvironment:
             motion=motion,
             feet=self.feet,
             gait=self.gait,
-            command=self.commands.value,
+            reference=self.commands.reference,
             moving=self.commands.moving,
             velocity=self.velocity,
             yaw_rate=self.yaw_rate,
@@ -188,7 +198,7 @@ class WalkEnvironment:
             past[which] = 0.0
         self.velocity[which], self.yaw_rate[which], self.age[which] = 0.0, 0.0, 0
         self.gait.reset(which)
-        self.commands.draw(which)
+        self.commands.restart(which)
 
     def _standing(self, k: int) -> np.ndarray:
         """States of k robots near the default pose, looking anywhere, moving slowly."""

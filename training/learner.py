@@ -1,20 +1,26 @@
 """PPO on many robots: rsl-rl's, with the symmetric networks and the noise of hidden units.
 
-The noise of hidden units is an observation, so that an update replays the sample that was drawn.
+The noise of hidden units is part of what the policy sees, so that an update replays the sample that
+was drawn.
 """
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import torch
+from numpy.typing import ArrayLike
 from rsl_rl.algorithms import PPO
 from rsl_rl.storage import RolloutStorage
 from tensordict import TensorDict
+from torch.optim.swa_utils import AveragedModel, get_ema_multi_avg_fn
 
+from spikeport.networks.walking_policy import WalkingPolicy
 from spikeport.robot.walk_interface import ACTION_SIZE, CONTROL_DT_S, PARTS
 from spikeport.training.curriculum import Stage
 from spikeport.training.environment import WalkEnvironment
+from spikeport.training.export import policy_of
 from spikeport.training.mirror import JOINT, OBSERVATION, SCALAR
 from spikeport.training.networks import (
     NOISE_SIZE,
@@ -24,6 +30,7 @@ from spikeport.training.networks import (
     MirrorNetwork,
 )
 from spikeport.training.observation import PRIVILEGED
+from spikeport.training.workers import ALONE, Worker
 
 SCALES = {
     "linear velocity": 2.0,
@@ -35,6 +42,9 @@ SCALES = {
     "last action": 0.5,
 }
 """Factors that bring the parts of an observation to a size near one."""
+
+AVERAGING = 0.96
+"""Share of the average actor that is kept in an update."""
 
 Figures = dict[str, float]
 
@@ -58,36 +68,55 @@ class LearnerOptions:
 
 
 class Learner:
-    """Actor, critic and their optimiser; `begin` comes before `collect` and `update`."""
+    """Actor, critic and their optimiser; `begin` comes before `collect` and `update`.
 
-    def __init__(self, options: LearnerOptions) -> None:
-        self.options = options
+    Parameters
+    ----------
+    options : LearnerOptions
+        Sizes, of all workers together.
+    worker : Worker
+        Which of them this is; all of them call `update` at the same time.
+
+    Attributes
+    ----------
+    worker : Worker
+        As given.
+    robots : int
+        Number of its robots.
+    actor, average : Module
+        What acts in training, and its running average.
+    """
+
+    def __init__(self, options: LearnerOptions, worker: Worker = ALONE) -> None:
+        self.options, self.worker = options, worker
+        self.robots = len(range(worker.rank, options.robots, worker.world_size))
         sample = self._sample(0)
         scale = _scale()
         extra = torch.ones(len(PRIVILEGED.order) - len(scale))
         self.actor = MirrorNetwork(OBSERVATION, JOINT, scale, 0.1, SYMMETRY_BREAKING_SD)
+        self.average = AveragedModel(self.actor, multi_avg_fn=get_ema_multi_avg_fn(AVERAGING))
         critic = MirrorNetwork(PRIVILEGED, SCALAR, torch.cat((scale, extra)), 1.0)
         noisy = MirrorGaussian(ACTION_SIZE, options.initial_std)
         self.ppo = PPO(
-            MirrorModel(sample, ["policy", "hidden_noise"], self.actor, noisy),
-            MirrorModel(sample, ["privileged"], critic),
+            MirrorModel(sample, "policy", self.actor, noisy),
+            MirrorModel(sample, "privileged", critic),
             self._storage(sample),
             num_learning_epochs=options.epochs,
             num_mini_batches=options.minibatches,
             learning_rate=options.learning_rate,
             desired_kl=options.desired_kl,
+            multi_gpu_cfg=None if worker == ALONE else _distributed(worker),
         )
 
     def begin(self, stage: Stage) -> None:
         """Take over what a stage asks of the learner."""
-        self._noise_size = NOISE_SIZE if stage.hidden_noise else 0
-        self.actor.noise = stage.hidden_noise
+        self._noise_sd = 0.5 * stage.hidden_noise
         self.ppo.entropy_coef = stage.entropy
-        self.ppo.storage = self._storage(self._sample(self._noise_size))
+        self.ppo.storage = self._storage(self._sample(NOISE_SIZE if stage.hidden_noise else 0))
 
     def collect(self, env: WalkEnvironment) -> Figures:
         """Let the robots act for one horizon; returns falls and rewards per second."""
-        log: list[Figures] = []
+        log: list[dict[str, np.ndarray]] = []
         with torch.inference_mode():
             seen = self._look(env)
             for _ in range(self.options.horizon):
@@ -99,45 +128,55 @@ class Learner:
                     torch.as_tensor(outcome.fallen | outcome.timed_out),
                     {"time_outs": torch.as_tensor(outcome.timed_out)},
                 )
-                happened = {"falls": outcome.fallen, "reward": outcome.reward, **outcome.terms}
-                log.append({k: float(v.mean()) / CONTROL_DT_S for k, v in happened.items()})
+                log.append({"falls": outcome.fallen, "reward": outcome.reward, **outcome.terms})
             self.ppo.compute_returns(seen)
-        return mean_figures(log)
+        return {name: mean / CONTROL_DT_S for name, mean in mean_figures(log).items()}
 
     def update(self) -> Figures:
         """Learn from what was collected; returns the losses and the pace."""
-        return {**self.ppo.update(), "learning_rate": self.ppo.learning_rate}
+        losses = self.ppo.update()
+        self.average.update_parameters(self.actor)
+        return {**losses, "learning_rate": self.ppo.learning_rate}
+
+    def policy(self) -> WalkingPolicy:
+        """What is evaluated and shipped: the average actor."""
+        return policy_of(self.average.module)
 
     def state(self) -> dict[str, Any]:
         """All that must be kept to go on learning."""
-        return self.ppo.save()
+        return {**self.ppo.save(), "average": self.average.state_dict()}
 
     def load(self, state: dict[str, Any]) -> None:
         """Go on from a kept state."""
         self.ppo.load(state, None, True)
+        self.average.load_state_dict(state["average"])
 
     def _look(self, env: WalkEnvironment) -> TensorDict:
-        noise = torch.randn(env.n, self._noise_size)
-        return _observations(_tensor(env.observe()), _tensor(env.observe_all()), noise)
+        seen = _tensor(env.observe())
+        if self._noise_sd:
+            noise = torch.empty(env.n, NOISE_SIZE).normal_(std=self._noise_sd)
+            seen = torch.cat((seen, noise), dim=1)
+        return _observations(seen, _tensor(env.observe_all()))
 
     def _sample(self, noise_size: int) -> TensorDict:
-        sizes = (len(OBSERVATION.order), len(PRIVILEGED.order), noise_size)
-        return _observations(*(torch.zeros(self.options.robots, size) for size in sizes))
+        sizes = (len(OBSERVATION.order) + noise_size, len(PRIVILEGED.order))
+        return _observations(*(torch.zeros(self.robots, size) for size in sizes))
 
     def _storage(self, sample: TensorDict) -> RolloutStorage:
-        options = self.options
-        return RolloutStorage("rl", options.robots, options.horizon, sample, [ACTION_SIZE])
+        return RolloutStorage("rl", self.robots, self.options.horizon, sample, [ACTION_SIZE])
 
 
-def mean_figures(log: list[Figures]) -> Figures:
-    """Mean of every figure over the entries of a log."""
+def mean_figures(log: Sequence[Mapping[str, ArrayLike]]) -> Figures:
+    """Mean of every figure over the entries of a log, and over the robots."""
     return {key: float(np.mean([entry[key] for entry in log])) for key in log[0]}
 
 
-def _observations(
-    policy: torch.Tensor, privileged: torch.Tensor, noise: torch.Tensor
-) -> TensorDict:
-    parts = {"policy": policy, "privileged": privileged, "hidden_noise": noise}
+def _distributed(worker: Worker) -> dict[str, int]:
+    return {"global_rank": worker.rank, "world_size": worker.world_size}
+
+
+def _observations(policy: torch.Tensor, privileged: torch.Tensor) -> TensorDict:
+    parts = {"policy": policy, "privileged": privileged}
     return TensorDict(parts, batch_size=[len(policy)])
 
 

@@ -9,6 +9,7 @@ symmetric stand; the actor's first bias, [c + k, c - k], may break it.
 """
 
 import math
+from typing import Any
 
 import torch
 from rsl_rl.models import MLPModel
@@ -48,11 +49,6 @@ class MirrorNetwork(nn.Module):
         Size of the last layer's weights, against what is usual.
     symmetry_breaking_sd : float
         Of the part of the first bias that has no mirror image; 0: there is none.
-
-    Attributes
-    ----------
-    noise : float
-        Strength of the noise on hidden units: h += noise (0.5 + 0.5 |h|) N(0, 1).
     """
 
     def __init__(
@@ -65,7 +61,6 @@ class MirrorNetwork(nn.Module):
     ) -> None:
         super().__init__()
         half, n_in, n_out = WIDTH // 2, len(inputs.order), len(outputs.order)
-        self.noise = 0.0
         self.register_buffer("scale", scale)
         for name, mirror in (("in", inputs), ("out", outputs)):
             self.register_buffer(f"{name}_index", torch.as_tensor(mirror.order))
@@ -95,14 +90,17 @@ class MirrorNetwork(nn.Module):
         return x[self.out_index] * sign
 
     def forward(self, x: torch.Tensor) -> torch.Tensor:
-        """The output; behind the input may lie the noise of hidden units, ``(n, 384)``."""
+        """The output; behind the input may lie noise of the hidden units, ``(n, 384)``.
+
+        It grows with their activity: h += (1 + |h|) noise.
+        """
         n_in = len(self.scale)
         x, noise = x[:, :n_in], x[:, n_in:].split(WIDTH, dim=1)
         *hidden, last = self.layers()
         for i, (W, b) in enumerate(hidden):
-            x = functional.elu(functional.linear(x, W, b))
-            if self.noise and len(noise) == len(hidden):
-                x = x + self.noise * (0.5 + 0.5 * x.abs()) * noise[i]
+            x = functional.elu(functional.linear(x, W, b), inplace=True)
+            if len(noise) == len(hidden):
+                x = torch.addcmul(x, 1 + x.abs(), noise[i])
         return functional.linear(x, *last)
 
 
@@ -131,11 +129,15 @@ class MirrorModel(MLPModel):
     def __init__(
         self,
         observations: TensorDict,
-        groups: list[str],
+        group: str,
         network: MirrorNetwork,
         distribution: GaussianDistribution | None = None,
     ) -> None:
         output_dim = len(network.out_index)
-        super().__init__(observations, {"all": groups}, "all", output_dim, hidden_dims=(1,))
+        super().__init__(observations, {"all": [group]}, "all", output_dim, hidden_dims=(1,))
         self.mlp = network
         self.distribution = distribution
+
+    def get_latent(self, obs: TensorDict, *_: Any) -> torch.Tensor:
+        """The one group that the network reads, not copied."""
+        return obs[self.obs_groups[0]]

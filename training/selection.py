@@ -12,7 +12,6 @@ from spikeport.networks.walking_policy import WalkingPolicy
 from spikeport.training import checkpoint
 from spikeport.training.environment import Task
 from spikeport.training.evaluate import Evaluation, evaluate
-from spikeport.training.export import policy_of
 from spikeport.training.learner import Learner, LearnerOptions
 from spikeport.training.progress import Progress
 
@@ -57,10 +56,10 @@ def choose(
 
 
 def shortlist(log: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """The entries that walked best, of those evaluated in the last stage of the log."""
-    evaluated = [e for e in log if "vx_error_m_s" in e and e["stage"] == log[-1]["stage"]]
+    """The entries that walked best, of those evaluated."""
+    evaluated = [e for e in log if "vx_error_m_s" in e]
     if not evaluated:
-        raise UsageError("no checkpoint was evaluated in the last stage; train longer with --steps")
+        raise UsageError("no checkpoint was evaluated; train longer with --steps")
     return sorted(evaluated, key=_rank_of)[:SHORTLIST]
 
 
@@ -71,4 +70,4 @@ def _rank_of(figures: dict[str, Any]) -> tuple[int, float]:
 def _policy(folder: Path, segment: int, options: LearnerOptions) -> WalkingPolicy:
     learner = Learner(options)
     learner.load(checkpoint.load(checkpoint.path_of(folder, segment)).learner)
-    return policy_of(learner.actor)
+    return learner.policy()

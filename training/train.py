@@ -19,11 +19,11 @@ from spikeport.errors import UsageError
 from spikeport.training import checkpoint
 from spikeport.training.checkpoint import Checkpoint
 from spikeport.training.curriculum import STAGES, Stage, stage_at
-from spikeport.training.environment import WalkEnvironment
+from spikeport.training.environment import Task, WalkEnvironment
 from spikeport.training.evaluate import evaluate
-from spikeport.training.export import policy_of
 from spikeport.training.learner import Learner, LearnerOptions, mean_figures
 from spikeport.training.progress import Progress
+from spikeport.training.workers import Worker, others
 
 EVALUATION_SEED = 10_000
 
@@ -33,7 +33,8 @@ class TrainOptions:
     """A training run.
 
     ``steps`` is its length in control steps of all robots together, a multiple of segments being
-    done; every ``evaluate_every`` segments and at the end the policy walks ``episodes`` episodes.
+    done by ``workers`` processes; every ``evaluate_every`` segments and at the end the policy walks
+    ``episodes`` episodes.
     """
 
     folder: Path
@@ -44,7 +45,12 @@ class TrainOptions:
     stages: tuple[Stage, ...] = STAGES
     evaluate_every: int = 4
     episodes: int = 100
-    threads: int = 2
+    workers: int = 2
+
+    @property
+    def goal(self) -> Task:
+        """What checkpoints are judged by: the task of the last stage."""
+        return self.stages[-1].task
 
     @property
     def steps_per_segment(self) -> int:
@@ -73,21 +79,32 @@ def train(options: TrainOptions, progress: Progress) -> list[dict[str, Any]]:
     UsageError
         The folder holds a run with other options.
     """
-    torch.set_num_threads(options.threads)
-    learner, done, log = _start(options)
-    for segment in range(done, options.segments):
-        log.append(_segment(learner, options, segment, progress))
-        state = Checkpoint(options.identity(), segment + 1, learner.state(), log)
-        checkpoint.save(options.folder, state)
-        lines = "".join(json.dumps(entry) + "\n" for entry in log)
-        write_text(options.folder / "log.jsonl", lines)
+    first = Worker(0, options.workers)
+    learner, done, log = _start(options, first)
+    if done >= options.segments:
+        return log
+    with others(options.workers - 1, _help, options):
+        for segment in range(done, options.segments):
+            log.append(_segment(learner, options, segment, progress))
+            state = Checkpoint(options.identity(), segment + 1, learner.state(), log)
+            checkpoint.save(options.folder, state)
+            lines = "".join(json.dumps(entry) + "\n" for entry in log)
+            write_text(options.folder / "log.jsonl", lines)
     return log
 
 
-def _start(options: TrainOptions) -> tuple[Learner, int, list[dict[str, Any]]]:
+def _help(worker: Worker, options: TrainOptions) -> None:
+    """Take part in all segments that are left, as another worker than the first."""
+    learner, done, _ = _start(options, worker)
+    for segment in range(done, options.segments):
+        _learn(learner, options, segment, lambda _what, _share: None)
+
+
+def _start(options: TrainOptions, worker: Worker) -> tuple[Learner, int, list[dict[str, Any]]]:
     """The learner, new or as it was left, the number of segments done, and their figures."""
+    torch.set_num_threads(1)
     torch.manual_seed(options.seed)
-    learner = Learner(options.learner)
+    learner = Learner(options.learner, worker)
     path = checkpoint.latest(options.folder)
     if path is None:
         return learner, 0, []
@@ -109,27 +126,30 @@ def _segment(
     step = segment * options.steps_per_segment
     stage = stage_at(step, options.stages)
     start = time.perf_counter()
-    figures = _learn(learner, options, stage, segment, progress)
+    figures = _learn(learner, options, segment, progress)
     seconds = time.perf_counter() - start
     step += options.steps_per_segment
     entry = {"segment": segment + 1, "step": step, "stage": stage.name, "seconds": seconds}
     entry |= figures
     if (segment + 1) % options.evaluate_every == 0 or segment + 1 == options.segments:
         progress(f"{step / 1e6:.1f} M steps: evaluating", step / options.steps)
-        policy = policy_of(learner.actor)
         entry |= asdict(
-            evaluate(policy, stage.task, episodes=options.episodes, seed=EVALUATION_SEED)
+            evaluate(
+                learner.policy(), options.goal, episodes=options.episodes, seed=EVALUATION_SEED
+            )
         )
     return entry
 
 
 def _learn(
-    learner: Learner, options: TrainOptions, stage: Stage, segment: int, progress: Progress
+    learner: Learner, options: TrainOptions, segment: int, progress: Progress
 ) -> dict[str, float]:
-    seed = int(np.random.SeedSequence([options.seed, segment]).generate_state(1)[0])
+    stage = stage_at(segment * options.steps_per_segment, options.stages)
+    parts = [options.seed, segment, learner.worker.rank]
+    seed = int(np.random.SeedSequence(parts).generate_state(1)[0])
     torch.manual_seed(seed)
     learner.begin(stage)
-    env = WalkEnvironment(options.learner.robots, stage.task, seed, options.threads)
+    env = WalkEnvironment(learner.robots, stage.task, seed, threads=1)
     env.spread_ages()
     log: list[dict[str, float]] = []
     try:

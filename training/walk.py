@@ -22,7 +22,7 @@ def train_walk(options: TrainOptions, command: str, progress: Progress) -> dict[
     """
     log = train(options, progress)
     trained = tuple(stage for stage in options.stages if stage.first_step < log[-1]["step"])
-    task = trained[-1].task
+    task = options.goal
     choice = choose(options.folder, log, task, options.learner, progress)
     evaluations = {"as trained": choice.evaluation}
     for robots, disturbances in _fewer(task.randomisation).items():

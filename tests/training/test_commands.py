@@ -48,8 +48,21 @@ def test_commands_change_after_their_time():
 
 def test_who_is_asked_for_little_need_not_step():
     commands = drawn(3, still=0.1)
-    commands.value[:] = [[0.0, 0.0, 0.0], [0.05, 0.0, 0.09], [0.0, 0.0, -0.2]]
+    commands.reference[:] = [[0.0, 0.0, 0.0], [0.05, 0.0, 0.09], [0.0, 0.0, -0.2]]
     assert commands.moving.tolist() == [False, False, True]
     commands = drawn(3, still=0.0)
-    commands.value[:] = [[0.0, 0.0, 0.0], [0.05, 0.0, 0.09], [0.0, 0.0, -0.2]]
+    commands.reference[:] = [[0.0, 0.0, 0.0], [0.05, 0.0, 0.09], [0.0, 0.0, -0.2]]
     assert commands.moving.tolist() == [False, True, True]
+
+
+def test_the_reference_follows_a_command_as_fast_as_a_robot_can():
+    commands = drawn(2, vx_m_s=(1.0, 1.0), wz_rad_s=1.0, heading=0.0, seconds=(9.0, 9.0))
+    assert not commands.reference.any()
+    for _ in range(25):
+        commands.update(np.zeros(2))
+    assert commands.reference[:, 0] == pytest.approx(0.5)
+    for _ in range(25):
+        commands.update(np.zeros(2))
+    assert commands.reference == pytest.approx(commands.value)
+    commands.restart(np.array([True, False]))
+    assert commands.moving.tolist() == [False, True]

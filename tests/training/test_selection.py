@@ -7,9 +7,8 @@ from spikeport.errors import UsageError
 from spikeport.training.selection import shortlist
 
 
-def entry(segment, fallen=0, vx=0.05, wz=0.05, stage="last"):
-    figures = {"fallen": fallen, "vx_error_m_s": vx, "wz_error_rad_s": wz}
-    return {"segment": segment, "stage": stage, **figures}
+def entry(segment, fallen=0, vx=0.05, wz=0.05):
+    return {"segment": segment, "fallen": fallen, "vx_error_m_s": vx, "wz_error_rad_s": wz}
 
 
 def chosen(*log):
@@ -26,14 +25,11 @@ def test_falls_count_before_errors_and_errors_against_their_goals():
     assert chosen(*log) == [3, 2, 4]
 
 
-def test_only_evaluated_checkpoints_of_the_last_stage_are_candidates():
-    unevaluated = {"segment": 3, "stage": "last"}
-    assert chosen(entry(1, stage="first"), entry(2, fallen=9), unevaluated) == [2]
+def test_only_evaluated_checkpoints_are_candidates():
+    assert chosen(entry(1, fallen=3), {"segment": 2}, entry(3, fallen=9)) == [1, 3]
 
 
 def test_without_an_evaluation_nothing_can_be_chosen():
     with pytest.raises(UsageError) as error:
-        shortlist([entry(1, stage="first"), {"segment": 2, "stage": "last"}])
-    assert str(error.value) == (
-        "no checkpoint was evaluated in the last stage; train longer with --steps"
-    )
+        shortlist([{"segment": 1}, {"segment": 2}])
+    assert str(error.value) == "no checkpoint was evaluated; train longer with --steps"

@@ -50,3 +50,10 @@ def test_it_is_made_for_this_robot(policy):
 def test_its_card_lies_beside_it():
     card = SHIPPED.with_suffix(".md").read_text()
     assert "spikeport train walk" in card
+
+
+def test_it_stays_where_it_is_when_asked_to(policy):
+    speed, turn, pelvis, *_ = walked(policy, 0.0, 0.0, seconds=30.0)
+    assert pelvis.min() > 0.8
+    assert speed.mean() == pytest.approx(0.0, abs=0.1)
+    assert turn.mean() == pytest.approx(0.0, abs=0.1)

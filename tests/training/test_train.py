@@ -35,7 +35,7 @@ def options(tmp_path, monkeypatch):
         stages=stages,
         evaluate_every=99,
         episodes=2,
-        threads=1,
+        workers=1,
     )
 
 
@@ -56,7 +56,10 @@ def weights(options):
     return last.learner["actor_state_dict"]
 
 
-def test_a_run_that_was_killed_ends_as_one_that_was_not(options, tmp_path):
+@pytest.mark.parametrize("workers", [1, pytest.param(2, marks=pytest.mark.slow)])
+def test_a_run_that_was_killed_ends_as_one_that_was_not(options, tmp_path, workers):
+    """With several workers, all of them start over with the weights that the first one kept."""
+    options = replace(options, workers=workers)
     whole = replace(options, folder=tmp_path / "whole")
     train(whole, silent)
     with pytest.raises(KilledError):

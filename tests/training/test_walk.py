@@ -29,7 +29,7 @@ def test_a_run_leaves_a_policy_and_its_card(tmp_path, monkeypatch):
         stages=STAGES[:1],
         evaluate_every=1,
         episodes=2,
-        threads=1,
+        workers=1,
     )
     evaluations = train_walk(options, "spikeport train walk", lambda _what, _share: None)
     assert {robots: e.episodes for robots, e in evaluations.items()} == {

@@ -21,9 +21,6 @@ def run(policy: str, out: Path, seed: int, steps: int, threads: int | None) -> N
         raise unknown("policy", policy, POLICIES)
     if out.is_file():
         raise UsageError(f"--out {out}: this is a file; give the folder of the training run")
-    # Threads of torch that wait actively stall each other when anything else runs.
-    os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
-    os.environ.setdefault("GOMP_SPINCOUNT", "0")
     try:
         from spikeport.training.train import TrainOptions
         from spikeport.training.walk import train_walk
@@ -32,7 +29,7 @@ def run(policy: str, out: Path, seed: int, steps: int, threads: int | None) -> N
             f"training needs the package {error.name}, which is not installed; "
             "install it with: pip install 'spikeport[train]'"
         ) from error
-    options = TrainOptions(out, seed, steps, threads=threads or os.cpu_count() or 1)
+    options = TrainOptions(out, seed, steps, workers=threads or os.cpu_count() or 1)
     command = " ".join(("spikeport", *sys.argv[1:]))
     with progress_bar() as progress:
         evaluations = train_walk(options, command, progress)

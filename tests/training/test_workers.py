@@ -1,0 +1,35 @@
+import pytest
+
+pytest.importorskip("torch")
+pytest.importorskip("rsl_rl")
+
+import torch
+from torch import distributed
+
+from spikeport.training.learner import Learner, LearnerOptions
+from spikeport.training.workers import ALONE, Worker, others
+
+
+def add(worker, values):
+    """Add a value of every worker to those of the others."""
+    total = torch.tensor(values[worker.rank])
+    distributed.all_reduce(total)
+    return total.item()
+
+
+@pytest.mark.slow
+def test_workers_meet():
+    values = [1.0, 10.0]
+    with others(1, add, values):
+        assert add(Worker(0, 2), values) == 11.0
+
+
+def test_nobody_is_met_alone():
+    with others(0, add, [1.0]):
+        assert not distributed.is_initialized()
+
+
+def test_robots_are_shared_out():
+    options = LearnerOptions(robots=8, horizon=4)
+    assert [Learner(options, Worker(rank, 3)).robots for rank in range(3)] == [3, 3, 2]
+    assert Learner(options, ALONE).robots == 8

@@ -1,0 +1,62 @@
+"""Several processes that train one policy.
+
+Each has its share of the robots. PPO averages their gradients before every step of its optimiser,
+so that all hold the same weights: on n cores this is nearly n times as fast as one process, which
+threads within torch's and MuJoCo's calls are not.
+"""
+
+import multiprocessing
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from torch import distributed
+
+
+class Worker(NamedTuple):
+    """One of several processes; the first one, with ``rank`` 0, keeps the run's files."""
+
+    rank: int = 0
+    world_size: int = 1
+
+    def join(self, meeting: str) -> None:
+        """Meet the others; ``meeting`` is the address of a file that all can reach."""
+        distributed.init_process_group(
+            "gloo", init_method=meeting, rank=self.rank, world_size=self.world_size
+        )
+
+
+ALONE = Worker()
+
+
+@contextmanager
+def others(number: int, work: Callable[..., Any], *args: Any) -> Iterator[None]:
+    """Let ``number`` other processes do ``work(worker, *args)`` beside this one, the first."""
+    if not number:
+        yield
+        return
+    spawn = multiprocessing.get_context("spawn")
+    with tempfile.TemporaryDirectory() as folder:
+        meeting = (Path(folder) / "meeting").as_uri()
+        workers = [Worker(rank, number + 1) for rank in range(number + 1)]
+        processes = [
+            spawn.Process(target=_help, args=(worker, meeting, work, args), daemon=True)
+            for worker in workers[1:]
+        ]
+        for process in processes:
+            process.start()
+        workers[0].join(meeting)
+        try:
+            yield
+        finally:
+            distributed.destroy_process_group()
+            for process in processes:
+                process.terminate()
+                process.join()
+
+
+def _help(worker: Worker, meeting: str, work: Callable[..., Any], args: tuple[Any, ...]) -> None:
+    worker.join(meeting)
+    work(worker, *args)
