@@ -18,6 +18,7 @@ from spikeport.backends.recorder import Recorder
 from spikeport.backends.rerun import TAU_S, Rerun, error
 from spikeport.compile.extract import extract, offsets
 from spikeport.compile.image import ChipImage
+from spikeport.compile.modules import by_module
 from spikeport.compile.pipeline import Compilation
 from spikeport.compile.verdict.aliasing import rate_aliasing
 from spikeport.compile.verdict.loss import Loss, Part
@@ -39,10 +40,11 @@ Tell = Callable[[str, float | None], None]
 
 
 class Measured(NamedTuple):
-    """A loss, and the counts of the run it was measured in."""
+    """A loss, and the counts of the run it was measured in, by core and by module."""
 
     loss: Loss
     activity: Activity
+    by_module: Activity
 
 
 class Cause(NamedTuple):
@@ -94,7 +96,15 @@ def measure(compilation: Compilation, seconds: float, seed: int, tell: Tell) -> 
         readout_spikes=activity.readout_spikes,
         saturated_inputs=_saturated(image, spikes),
     )
-    return Measured(loss, activity)
+    return Measured(loss, activity, _counts(by_module(compilation.image), spikes))
+
+
+def _counts(image: ChipImage, spikes: Sequence[np.ndarray]) -> Activity:
+    """The counts of a run on what the host once sent."""
+    chip = NativeChip(image, seed=0)
+    for step in spikes:
+        chip.step(step, {})
+    return chip.activity()
 
 
 def _run(compilation: Compilation, n_steps: int, seed: int) -> tuple[list[np.ndarray], Activity]:

@@ -23,14 +23,10 @@ from spikeport.compile.discretise import discretise
 from spikeport.compile.names import Names
 from spikeport.compile.numpy1 import numpy1_semantics
 from spikeport.compile.quantisation import BlockError, FloatBlock, block_error
-from spikeport.compile.refusal import (
-    RefusedError,
-    collected_warnings,
-    refused,
-    without_addresses,
-)
+from spikeport.compile.refusal import RefusedError, collected_warnings, without_addresses
 from spikeport.compile.rewriting.lean import lean
 from spikeport.compile.rewriting.relay import RELAYS, relayed
+from spikeport.compile.verdict.finite import refused_or_not_finite
 
 SEED_LIMIT = 2**31 - 1
 NAMED = (nengo.Ensemble, nengo.Node, nengo.Connection, nengo.Probe)
@@ -131,7 +127,7 @@ def build(
         try:
             model.build(network, precompute=False, discretize=False)
         except Exception as error:  # it refuses by errors of any kind, not only by its own
-            raise refused(model.building, error, "change this object") from error
+            raise refused_or_not_finite(model.building, error) from error
         change(model)
         labels = dict(_labels(model, names))
         _check_probed_nodes(network, model, names)

@@ -9,7 +9,8 @@ from nengo_loihi.builder import Model
 from nengo_loihi.builder.discretize import discretize_block, discretize_probe
 
 from spikeport.compile.quantisation import FloatBlock, snapshot
-from spikeport.compile.refusal import RefusedError, refused
+from spikeport.compile.refusal import refused
+from spikeport.compile.verdict.finite import not_finite
 
 
 def discretise(model: Model, labels: dict[Any, str]) -> dict[LoihiBlock, FloatBlock]:
@@ -42,10 +43,7 @@ def discretise(model: Model, labels: dict[Any, str]) -> dict[LoihiBlock, FloatBl
 
 def _discretise(block: LoihiBlock, label: str, floats: FloatBlock) -> float:
     if not all(np.isfinite(part).all() for part in (floats.bias, *floats.weights)):
-        raise RefusedError(
-            f"{label}: weights or biases are not finite; cure: look for NaN or infinity in the "
-            "functions, transforms and gains of its connections"
-        )
+        raise not_finite(label, "weights or biases")
     try:
         return discretize_block(block)
     except (NengoException, AssertionError) as error:

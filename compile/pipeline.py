@@ -18,10 +18,11 @@ from spikeport.compile.passes.parse import parse
 from spikeport.compile.passes.pipeline import Observer, PassRun, Pipeline, silent
 from spikeport.compile.placing.load import block_loads, capacity
 from spikeport.compile.placing.lower_bound import lower_bound
+from spikeport.compile.refusal import collected_warnings, without_addresses
 from spikeport.compile.rewriting.rewrite import Rewrite
 from spikeport.compile.usage import core_uses
 from spikeport.compile.verdict.hints import image_hints, network_hints
-from spikeport.compile.verdict.lint import lint, lint_numbers
+from spikeport.compile.verdict.lint import lint
 from spikeport.compile.verdict.neurobench import neurobench
 from spikeport.compile.verdict.report import Report
 from spikeport.compile.verdict.verify import verify, verify_settings
@@ -84,9 +85,10 @@ def compile_network(
     passes = target.pipeline if pipeline is None else pipeline
     run = PassRun(parse(passes) if isinstance(passes, str) else passes, target, dt, observer)
     names = Names(network)
-    if broken := lint_numbers(network, names):
+    if broken := lint(network, names, rewritten=not run.rewrites):
         raise DoesNotFitError(target.name, broken)
-    rewrite = run.apply(NetworkPass, Rewrite(network, names))
+    with collected_warnings() as said:
+        rewrite = run.apply(NetworkPass, Rewrite(network, names))
     if broken := lint(rewrite.network, rewrite.names):
         raise DoesNotFitError(target.name, broken)
     blocks = build(
@@ -106,7 +108,7 @@ def compile_network(
         image.digest,
         tuple(cores),
         blocks.errors,
-        blocks.warnings,
+        tuple(sorted({*blocks.warnings, *(without_addresses(one.message) for one in said)})),
         placed=_placed(image),
         passes=tuple(run.record),
         lower_bound=lower_bound(block_loads(image, target), capacity(target)),

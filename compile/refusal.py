@@ -58,11 +58,11 @@ def without_addresses(said: Exception | Warning | str) -> str:
 
 @contextlib.contextmanager
 def collected_warnings() -> Iterator[list[warnings.WarningMessage]]:
-    """Collect all warnings, and pass them on at the end: from module ``spikeport.compile``."""
+    """Collect all warnings; at the end pass on each once, from module ``spikeport.compile``."""
     with warnings.catch_warnings(record=True) as collected:
         warnings.simplefilter("always")
         yield collected
-    for one in collected:
+    for one in {without_addresses(one.message): one for one in collected}.values():
         warnings.warn_explicit(
             one.message, one.category, one.filename, one.lineno, "spikeport.compile"
         )

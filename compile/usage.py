@@ -105,13 +105,22 @@ def _list_format(form: dict[str, int], consecutive: bool) -> ListFormat:
 
 def is_consecutive(image: ChipImage) -> np.ndarray:
     """(n_synapse_groups,) whether each row reaches targets 0, 1, 2 ... for each of its atoms."""
-    sizes = np.diff(image["row_weight_start"])
-    per_atom = np.repeat(sizes // np.maximum(image["row_atoms"], 1), sizes)
-    place = np.arange(len(image["indices"])) - np.repeat(image["row_weight_start"][:-1], sizes)
-    row = np.repeat(np.arange(len(sizes)), sizes)
-    astray = row[image["indices"] != place % per_atom]
-    group = np.searchsorted(image["row_start"], astray, side="right") - 1
+    first = np.zeros(len(image["indices"]), dtype=bool)
+    first[_atom_starts(image)] = True
+    expected = np.where(first, 0, np.roll(image["indices"], 1) + np.int16(1))
+    row = np.searchsorted(
+        image["row_weight_start"], np.flatnonzero(image["indices"] != expected), side="right"
+    )
+    group = np.searchsorted(image["row_start"], row - 1, side="right") - 1
     return np.bincount(group, minlength=len(image["synapse_block"])) == 0
+
+
+def _atom_starts(image: ChipImage) -> np.ndarray:
+    """Where the weights of each atom of each row begin, but for those without any."""
+    sizes, atoms = np.diff(image["row_weight_start"]), image["row_atoms"]
+    number = np.arange(atoms.sum()) - np.repeat(np.cumsum(atoms) - atoms, atoms)
+    length = np.repeat(sizes // np.maximum(atoms, 1), atoms)
+    return (np.repeat(image["row_weight_start"][:-1], atoms) + number * length)[length > 0]
 
 
 def list_bits(sizes: np.ndarray, form: ListFormat, layout: Layout) -> int:

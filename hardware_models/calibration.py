@@ -37,6 +37,7 @@ class Times(Strictly):
     message_out: Time | None = None
     hop_east_west: Time | None = None
     hop_north_south: Time | None = None
+    message_between_chips: Time | None = None
     learning_update: Time | None = None
 
 

@@ -7,7 +7,7 @@ import math
 from pathlib import Path
 from typing import Annotated
 
-from pydantic import Field, field_validator
+from pydantic import Field, ValidationInfo, field_validator
 
 from spikeport.errors import unknown
 from spikeport.hardware_models.calibration import Calibration
@@ -58,6 +58,11 @@ class Topology(Strictly):
     tiles_x: Count
     tiles_y: Count
     cores_per_tile: Count
+
+    @property
+    def places(self) -> int:
+        """Cores that the mesh has room for."""
+        return self.tiles_x.count * self.tiles_y.count * self.cores_per_tile.count
 
 
 class Powers(Strictly):
@@ -110,6 +115,16 @@ class Chip(Strictly):
         if version != SCHEMA:
             raise ValueError(f"version {version} is not supported, only {SCHEMA}")
         return version
+
+    @field_validator("topology")
+    @classmethod
+    def _cores_have_places(cls, mesh: Topology | None, info: ValidationInfo) -> Topology | None:
+        limits = info.data.get("limits")
+        if mesh and limits and mesh.places < limits.cores.count:
+            raise ValueError(
+                f"has places for {mesh.places} cores, and limits.cores is {limits.cores.count}"
+            )
+        return mesh
 
     @field_validator("calibrations")
     @classmethod

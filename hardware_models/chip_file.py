@@ -7,37 +7,42 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from spikeport.errors import ChipFileError
+from spikeport.errors import ChipFileError, SpikeportError
 
 M = TypeVar("M", bound=BaseModel)
 
 REASONS = {"missing": "is missing", "extra_forbidden": "is not a known key"}
 
 
-def read(path: Path, model: type[M]) -> M:
-    """The content of the file.
+def read(
+    path: Path,
+    model: type[M],
+    what: str = "chip",
+    refusal: type[SpikeportError] = ChipFileError,
+) -> M:
+    """The content of the file; ``what`` it is to be, for messages.
 
     Raises
     ------
-    ChipFileError
+    ChipFileError, or another ``refusal``
         The file cannot be read, is not TOML, or does not fit the model.
     """
     try:
-        return model.model_validate(_toml(path))
+        return model.model_validate(_toml(path, refusal))
     except ValidationError as error:
         rows = "\n".join(f"  {_dotted(e)}: {_reason(e)}" for e in error.errors())
-        raise ChipFileError(f"{path}: not a chip:\n{rows}") from None
+        raise refusal(f"{path}: not a {what}:\n{rows}") from None
 
 
-def _toml(path: Path) -> dict[str, Any]:
+def _toml(path: Path, refusal: type[SpikeportError]) -> dict[str, Any]:
     try:
         return tomllib.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
-        raise ChipFileError(f"{path}: no such file") from None
+        raise refusal(f"{path}: no such file") from None
     except OSError as error:
-        raise ChipFileError(f"{path}: cannot be read: {error.strerror}") from error
+        raise refusal(f"{path}: cannot be read: {error.strerror}") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ChipFileError(f"{path}: not TOML: {error}") from error
+        raise refusal(f"{path}: not TOML: {error}") from error
 
 
 def _dotted(error: ErrorDetails) -> str:

@@ -1,5 +1,6 @@
 """What a run costs: dynamic, static and system, always all three, from exact counts."""
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -54,6 +55,18 @@ class CoreEnergy:
     """
 
     core: str
+    energy_step: Estimate | None
+
+
+@dataclass(frozen=True)
+class ModuleEnergy:
+    """Mean energy of a step of one module, in J; None: no public figure.
+
+    Of what its neurons and synapses do, wherever they lie: messages depend on the placement, and
+    are not in it.
+    """
+
+    module: str
     energy_step: Estimate | None
 
 
@@ -146,6 +159,19 @@ def energy(activity: Activity, chip: Chip, calibration: Calibration) -> EnergyRe
     )
 
 
+def module_energies(
+    activity: Activity, names: Sequence[str], chip: Chip, calibration: Calibration
+) -> list[ModuleEnergy]:
+    """Energy of every module, from the activity of an image in which each has its own core."""
+    on_core = [event for event in EVENTS if isinstance(event, events.OnCore)]
+    counts = {event.name: event.per_core(activity, chip) for event in on_core}
+    of_modules = [{name: count[i] for name, count in counts.items()} for i in range(len(names))]
+    return [
+        ModuleEnergy(name, _per_step(count, activity, calibration))
+        for name, count in zip(names, of_modules, strict=True)
+    ]
+
+
 def _terms(counts: dict[str, np.generic], calibration: Calibration) -> tuple[Term, ...]:
     figures = {name: getattr(calibration.energies, name) for name in counts}
     return tuple(
@@ -164,8 +190,14 @@ def _sum(terms: tuple[Term, ...]) -> Estimate | None:
 def _core(
     label: str, counts: dict[str, np.generic], activity: Activity, calibration: Calibration
 ) -> CoreEnergy:
+    return CoreEnergy(label, _per_step(counts, activity, calibration))
+
+
+def _per_step(
+    counts: dict[str, np.generic], activity: Activity, calibration: Calibration
+) -> Estimate | None:
     run = _sum(_terms(counts, calibration))
-    return CoreEnergy(label, None if run is None else run.scaled(1 / activity.n_steps))
+    return None if run is None else run.scaled(1 / activity.n_steps)
 
 
 def _draw(energy_step: Estimate, period_s: float) -> Draw:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from spikeport.hardware_models.chip import Chip
+from spikeport.hardware_models.topology import chips_used
 
 
 class CoreUse(NamedTuple):
@@ -69,6 +70,22 @@ class Cores(Limit):
 
 
 @dataclass(frozen=True)
+class Chips(Limit):
+    """used = number of chips that hold the cores; the limit on cores says where it is exceeded."""
+
+    resource: str = "chips"
+
+    def usages(self, cores: Sequence[CoreUse], chip: Chip) -> list[Usage]:
+        """See `Limit.usages`."""
+        return []
+
+    def total(self, cores: Sequence[CoreUse], chip: Chip) -> Usage:
+        """See `Limit.total`."""
+        used = chips_used(len(cores), chip)
+        return Usage(chip.name, self.resource, used, chip.limits.chips.count, "1")
+
+
+@dataclass(frozen=True)
 class PerCore(Limit):
     """used = what a core holds of the resource, limit = what a core can hold of it.
 
@@ -104,6 +121,7 @@ class PerCore(Limit):
 
 LIMITS: tuple[Limit, ...] = (
     Cores(),
+    Chips(),
     PerCore("compartments"),
     PerCore("in_axons"),
     PerCore("out_axons"),

@@ -1,6 +1,6 @@
 """How long each step of a run takes, from exact counts and a calibration's times per event."""
 
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 
@@ -9,8 +9,9 @@ from spikeport.hardware_models import events
 from spikeport.hardware_models.activity import Activity
 from spikeport.hardware_models.calibration import Calibration, Times
 from spikeport.hardware_models.chip import Chip
-from spikeport.hardware_models.estimate import Estimate, at_least_zero, merge_sources
-from spikeport.hardware_models.topology import tiles_used
+from spikeport.hardware_models.estimate import Estimate, at_least_zero, merge_sources, zero
+from spikeport.hardware_models.topology import between_chips as messages_between
+from spikeport.hardware_models.topology import chip_of, tiles_used
 
 EVENTS = (
     events.UPDATE_ACTIVE,
@@ -32,12 +33,12 @@ class StepTimes(NamedTuple):
 
 
 def step_times(activity: Activity, chip: Chip, calibration: Calibration) -> StepTimes:
-    """Time of each step: that of the core that takes longest, and the barrier after it.
+    """Time of each step: of the slowest core or chip's link, and the barrier after it.
 
-        T_step = max over cores T_core + t_barrier(tiles)
+        T_step = max(max over cores T_core, T_between) + t_barrier(tiles)
 
-    See `core_times` and `barrier`. The tiles are those that hold the activity's cores. A part
-    without public figure is left out, which leaves no upper bound.
+    See `core_times`, `between_chips` and `barrier`. The tiles are those that hold the activity's
+    cores. A part without public figure is left out, which leaves no upper bound.
 
     Raises
     ------
@@ -52,10 +53,16 @@ def step_times(activity: Activity, chip: Chip, calibration: Calibration) -> Step
             "run at least one step of a network with ensembles on the chip"
         )
     wait = barrier(tiles_used(len(activity.cores), chip), calibration) or at_least_zero("s")
+    links = between_chips(activity, chip, calibration) or at_least_zero("s")
     return StepTimes(
-        core_times(activity, calibration.times, "value").max(axis=1) + wait.value,
-        core_times(activity, calibration.times, "low").max(axis=1) + _number(wait.low),
-        core_times(activity, calibration.times, "high").max(axis=1) + _number(wait.high),
+        *(
+            np.maximum(
+                core_times(activity, calibration.times, bound).max(axis=1),
+                _number(getattr(links, bound)),
+            )
+            + _number(getattr(wait, bound))
+            for bound in get_args(Bound)
+        )
     )
 
 
@@ -90,6 +97,25 @@ def core_times(activity: Activity, times: Times, bound: Bound) -> np.ndarray:
 def happened(activity: Activity) -> list[events.OnCore]:
     """The kinds of event that take a core time and happened at least once."""
     return [event for event in EVENTS if event.per_step(activity).any()]
+
+
+def between_chips(activity: Activity, chip: Chip, calibration: Calibration) -> Estimate | None:
+    """Mean time per step of the messages that leave the busiest chip, in s, one after the other.
+
+        T_between = max over chips N_leaving t_message / n_steps
+
+    Messages between cores are counted over the whole run, hence the mean. None where there are such
+    messages and no public figure.
+    """
+    leaving = np.bincount(
+        chip_of(len(activity.cores), chip), weights=messages_between(activity.messages, chip)
+    )
+    figure = calibration.times.message_between_chips
+    if not leaving.any():
+        return zero("s")
+    if figure is None:
+        return None
+    return figure.estimate.scaled(float(leaving.max()) / activity.n_steps)
 
 
 def barrier(tiles: int, calibration: Calibration) -> Estimate | None:

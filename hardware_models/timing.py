@@ -1,6 +1,6 @@
 """Whether a chip keeps up with real time: the mean and the longest step of a run."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -13,6 +13,7 @@ from spikeport.hardware_models.estimate import Estimate, merge_sources
 from spikeport.hardware_models.step_time import (
     StepTimes,
     barrier,
+    between_chips,
     core_times,
     happened,
     known,
@@ -47,6 +48,8 @@ class TimingReport:
         The same of its upper bound; None where that is not known.
     barrier : Estimate or None
         The barrier's share of each step, in s; None: no public figure.
+    between_chips : Estimate or None
+        What messages between chips take of a step, in s; None: no public figure.
     missing : tuple of str
         What happened and has no public figure; its time is left out.
     not_modelled : tuple of str
@@ -63,6 +66,7 @@ class TimingReport:
     fits: bool
     fits_at_high: bool | None
     barrier: Estimate | None
+    between_chips: Estimate | None
     missing: tuple[str, ...]
     not_modelled: tuple[str, ...] = NOT_MODELLED
 
@@ -86,7 +90,8 @@ def timing(activity: Activity, chip: Chip, calibration: Calibration) -> TimingRe
     """
     times = step_times(activity, chip, calibration)
     wait = barrier(tiles_used(len(activity.cores), chip), calibration)
-    source = _source(activity, calibration, wait)
+    links = between_chips(activity, chip, calibration)
+    source = _source(activity, calibration, (wait, links))
     worst = _over_run(np.max, times, source)
     worst_step = int(times.value.argmax())
     slowest = core_times(activity, calibration.times, "value")[worst_step].argmax()
@@ -101,7 +106,8 @@ def timing(activity: Activity, chip: Chip, calibration: Calibration) -> TimingRe
         fits=worst.value <= activity.dt_s,
         fits_at_high=None if worst.high is None else worst.high <= activity.dt_s,
         barrier=wait,
-        missing=_missing(activity, calibration),
+        between_chips=links,
+        missing=_missing(activity, calibration, links),
     )
 
 
@@ -110,13 +116,16 @@ def _over_run(reduce: Callable[..., Any], times: StepTimes, source: str) -> Esti
     return Estimate(value, known(low), known(high), "s", source)
 
 
-def _source(activity: Activity, calibration: Calibration, wait: Estimate | None) -> str:
+def _source(activity: Activity, calibration: Calibration, others: Iterable[Estimate | None]) -> str:
     figures = [getattr(calibration.times, event.name) for event in happened(activity)]
     estimates = [figure.estimate for figure in figures if figure is not None]
-    return merge_sources(e.source for e in [*estimates, wait] if e is not None)
+    return merge_sources(e.source for e in [*estimates, *others] if e is not None)
 
 
-def _missing(activity: Activity, calibration: Calibration) -> tuple[str, ...]:
+def _missing(
+    activity: Activity, calibration: Calibration, links: Estimate | None
+) -> tuple[str, ...]:
     names = [event.name for event in happened(activity)]
     missing = [name for name in names if getattr(calibration.times, name) is None]
+    missing += ["message_between_chips"] if links is None else []
     return tuple(missing + ([] if calibration.barrier else ["barrier"]))

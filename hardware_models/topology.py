@@ -1,6 +1,6 @@
 """Where cores lie on the meshes of tiles of a board's chips, and what ways messages take there.
 
-    chip = core // cores of a mesh
+    chip = core // cores of a chip
 
 How chips are connected is not public: messages between them are counted, not routed.
 """
@@ -22,7 +22,12 @@ class Hops(NamedTuple):
 
 def chip_of(n_cores: int, chip: Chip) -> np.ndarray:
     """(n_cores,) number of the chip that each core lies on."""
-    return np.arange(n_cores) // _cores_per_chip(chip)
+    return np.arange(n_cores) // chip.limits.cores.count
+
+
+def chips_used(n_cores: int, chip: Chip) -> int:
+    """Number of chips that hold the first ``n_cores`` cores."""
+    return -(-n_cores // chip.limits.cores.count)
 
 
 def tile_xy(n_cores: int, chip: Chip) -> np.ndarray:
@@ -52,21 +57,14 @@ def tile_xy(n_cores: int, chip: Chip) -> np.ndarray:
     mesh = chip.topology
     if mesh is None:
         return np.zeros((n_cores, 2), dtype=int)
-    most = _cores_per_chip(chip) * chip.limits.chips.count
+    most = chip.limits.cores.count * chip.limits.chips.count
     if n_cores > most:
         raise CompileError(
             f"{n_cores} cores are in use, but the mesh of chip '{chip.name}' has {most}; "
             "use fewer or smaller ensembles"
         )
-    tile = np.arange(n_cores) % _cores_per_chip(chip) // mesh.cores_per_tile.count
+    tile = np.arange(n_cores) % chip.limits.cores.count // mesh.cores_per_tile.count
     return np.stack(np.divmod(tile, mesh.tiles_y.count), axis=1)
-
-
-def _cores_per_chip(chip: Chip) -> int:
-    mesh = chip.topology
-    if mesh is None:
-        return chip.limits.cores.count
-    return mesh.tiles_x.count * mesh.tiles_y.count * mesh.cores_per_tile.count
 
 
 def tiles_used(n_cores: int, chip: Chip) -> int:

@@ -2,13 +2,21 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import nengo
 from nengo.ensemble import Neurons
+from pydantic import Field
 
 from spikeport.compile.names import base
 from spikeport.compile.passes.base import Context, NetworkPass
+from spikeport.compile.rewriting.decode_choice import (
+    EPSILON_S,
+    Slack,
+    all_but,
+    chosen,
+    rejected,
+)
 from spikeport.compile.rewriting.decode_cost import DECODE_TAU_S, PathCost, pareto, path_costs
 from spikeport.compile.rewriting.passthrough import PLAIN
 from spikeport.compile.rewriting.rewire import link, rewire
@@ -19,7 +27,6 @@ from spikeport.compile.verdict.lint import Scope
 
 Path = Literal["auto", "direct", "onoff", "preset10", "host"]
 LINEAR = (*PLAIN, nengo.Sparse)
-EPSILON_S = 1e-9
 
 
 @dataclass(frozen=True)
@@ -28,8 +35,9 @@ class DecodePath(NetworkPass):
 
     ``network.config[connection].decode_path`` (see `spikeport.add_params`) decides where it is set,
     then ``default``. ``auto`` takes what loses least among all that need at most ``slack_cores``
-    more than the smallest, where that is not slower than over decode neurons: an ensemble has one
-    filter, the longest of all that goes into it, of 5 ms behind decode neurons and inputs.
+    more than the fewest, where that is at most ``slack_delay_s`` slower than over decode neurons:
+    an ensemble has one filter, the longest of all that goes into it, of 5 ms behind decode neurons
+    and inputs. The way over the host takes a step more, and traffic with the chip in every step.
 
     Attributes
     ----------
@@ -37,14 +45,17 @@ class DecodePath(NetworkPass):
         The path where none is set.
     slack_cores : float
         Cores that a lower error may cost.
+    slack_delay_s : float
+        Delay that a lower error may cost, in seconds.
     rate_hz : float
         The firing rate at which synaptic operations are counted.
     """
 
     name: ClassVar[str] = "decode_path"
     default: Path = "auto"
-    slack_cores: float = 2.0
-    rate_hz: float = 100.0
+    slack_cores: Annotated[float, Field(ge=0)] = 2.0
+    slack_delay_s: Annotated[float, Field(ge=0)] = 0.0
+    rate_hz: Annotated[float, Field(ge=0, allow_inf_nan=False)] = 100.0
 
     def apply(self, rewrite: Rewrite, context: Context) -> Rewrite:
         """Choose, and rewrite what is not wired by nengo-loihi's own decode neurons."""
@@ -58,20 +69,19 @@ class DecodePath(NetworkPass):
         settings = Settings(rewrite.network)
         wanted = {c: settings.get(c, "decode_path") or "auto" for c in links}
         wanted = {c: self.default if path == "auto" else path for c, path in wanted.items()}
-        chosen = {c: self._best(costs[c]) if path == "auto" else path for c, path in wanted.items()}
+        reasons = {c: self._rejected(costs[c], wanted[c], slowed=False) for c in links}
+        first = {c: chosen(costs[c], reasons[c]) for c in links}
         relay_s = DECODE_TAU_S + context.dt_s
-        for c in _slowed(chosen, rewrite.network.all_connections, scope, relay_s):
-            if wanted[c] == "auto":
-                chosen[c] = self._best([one for one in costs[c] if one.path != "direct"])
+        for c in _slowed(first, rewrite.network.all_connections, scope, relay_s):
+            reasons[c] = self._rejected(costs[c], wanted[c], slowed=True)
         for c in links:
-            context.note(rewrite.names[c], _note(chosen[c], costs[c]))
-        return rewire(rewrite, chosen, solved)
+            context.note(rewrite.names[c], _note(costs[c], reasons[c]))
+        return rewire(rewrite, {c: chosen(costs[c], reasons[c]) for c in links}, solved)
 
-    def _best(self, costs: Sequence[PathCost]) -> str:
-        """Never the host: it costs traffic with the chip that no figure here shows."""
-        on_chip = [one for one in costs if one.path != "host"]
-        most = min(one.cores for one in on_chip) + self.slack_cores
-        return min((one for one in on_chip if one.cores <= most), key=lambda one: one.error).path
+    def _rejected(self, costs: list[PathCost], wanted: str, slowed: bool) -> dict[str, str]:
+        if wanted != "auto":
+            return all_but(wanted, costs)
+        return rejected(costs, Slack(self.slack_cores, self.slack_delay_s), slowed)
 
 
 def _is_link(connection: nengo.Connection, scope: Scope) -> bool:
@@ -88,7 +98,7 @@ def _is_link(connection: nengo.Connection, scope: Scope) -> bool:
 
 
 def _slowed(
-    chosen: dict[nengo.Connection, str],
+    paths: dict[nengo.Connection, str],
     connections: Sequence[nengo.Connection],
     scope: Scope,
     relay_s: float,
@@ -101,10 +111,10 @@ def _slowed(
     for c in connections:
         if scope.on_chip(c.post_obj):
             post = base(c.post_obj)
-            own = _filter_s(c, chosen.get(c), scope)
+            own = _filter_s(c, paths.get(c), scope)
             filters[post] = max(own, filters.get(post, 0.0))
-    most = {c: _filter_s(c, "direct", scope) + relay_s + EPSILON_S for c in chosen}
-    return [c for c, path in chosen.items() if path == "direct" and filters[c.post_obj] > most[c]]
+    most = {c: _filter_s(c, "direct", scope) + relay_s + EPSILON_S for c in paths}
+    return [c for c, path in paths.items() if path == "direct" and filters[c.post_obj] > most[c]]
 
 
 def _filter_s(connection: nengo.Connection, path: str | None, scope: Scope) -> float:
@@ -112,12 +122,15 @@ def _filter_s(connection: nengo.Connection, path: str | None, scope: Scope) -> f
     decoded = isinstance(connection.post_obj, nengo.Ensemble) and path != "direct"
     if decoded or not spikes:
         return DECODE_TAU_S
-    return 0.0 if connection.synapse is None else connection.synapse.tau
+    return getattr(connection.synapse, "tau", 0.0)  # of others than low-pass the rules tell
 
 
-def _note(chosen: str, costs: list[PathCost]) -> dict[str, Any]:
+def _note(costs: list[PathCost], reasons: dict[str, str]) -> dict[str, Any]:
     front = {one.path for one in pareto(costs)}
     return {
-        "chosen": chosen,
-        "paths": [{**one._asdict(), "pareto": one.path in front} for one in costs],
+        "chosen": chosen(costs, reasons),
+        "paths": [
+            {**one._asdict(), "pareto": one.path in front, "not_chosen": reasons.get(one.path)}
+            for one in costs
+        ],
     }

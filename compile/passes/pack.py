@@ -9,12 +9,12 @@ from pydantic import Field
 
 from spikeport.compile.image import ChipImage
 from spikeport.compile.passes.base import Context, ImagePass
-from spikeport.compile.passes.split import find_bounds
 from spikeport.compile.placing.cut import cut
 from spikeport.compile.placing.exact import pack_exactly
 from spikeport.compile.placing.load import block_loads, capacity, core_loads
-from spikeport.compile.placing.lower_bound import sums
-from spikeport.compile.placing.packing import Bins, Problem, pack
+from spikeport.compile.placing.lower_bound import lower_bound, sums
+from spikeport.compile.placing.packing import Bins, Problem, pack, settled
+from spikeport.compile.placing.search import Search
 from spikeport.compile.placing.traffic import block_traffic
 from spikeport.hardware_models.chip import Chip
 
@@ -29,33 +29,58 @@ class Pack(ImagePass):
         How much is tried. 0: simple rules; 1: also to empty cores; from 2 on also to cut blocks to
         parts of up to 1 / effort of a core, where that saves cores.
     exact : bool
-        Whether to look, before any cutting, for the fewest cores of all; for up to some 100 blocks.
+        Whether to look for the fewest cores of all that these blocks or pieces take; for up to some
+        100 of them.
     """
 
     effort: Annotated[int, Field(ge=0, le=16)] = 4
     exact: bool = False
     name: ClassVar[str] = "pack"
+    precedes: ClassVar[tuple[str, ...]] = ("place",)
 
     def apply(self, image: ChipImage, context: Context) -> ChipImage:
         """See `ImagePass.apply`."""
-        chip, loads = context.chip, block_loads(image, context.chip)
-        problem = _problem(image, chip)
+        chip, problem = context.chip, _problem(image, context.chip)
         bins = pack(problem, self.effort)
         if self.exact:
             bins, at_least = pack_exactly(problem, bins)
             context.note("cores_at_least_uncut", at_least)
-        packing = _on_cores(image, bins)
-        fewest = max(sums(loads, capacity(chip)).values())
+        packing = _on_cores(image, settled(problem, bins) if self.effort or self.exact else bins)
+        fewest = max(sums(problem.loads, problem.room).values())
+        search = Search(image, chip)
         for parts in range(2, self.effort + 1):
             if packing.n_cores > fewest:
-                packing = min(packing, _cut_and_pack(image, chip, parts), key=_n_cores)
+                bounds = search.bounds(problem.room.shared(parts))
+                packing = self._cut_and_pack(image, chip, bounds, packing.n_cores) or packing
         context.note("cores", {"before": image.n_cores, "after": packing.n_cores})
         context.note("blocks", {"before": image.n_blocks, "after": packing.n_blocks})
         return packing
 
+    def _cut_and_pack(
+        self, image: ChipImage, chip: Chip, bounds: Mapping[int, list[int]], most: int
+    ) -> ChipImage | None:
+        """Cut blocks, pack the pieces, and join neighbours that share a core again.
 
-def _n_cores(image: ChipImage) -> int:
-    return image.n_cores
+        None where that does not take fewer cores than ``most``.
+        """
+        cuts = {block: ends[1:-1] for block, ends in bounds.items()}
+        counts = [len(cuts.get(block, ())) + 1 for block in range(image.n_blocks)]
+        pieces = cut(image, cuts)
+        problem = _problem(pieces, chip)
+        if lower_bound(problem.loads, problem.room)["cores"] >= most:
+            return None
+        bins = pack(problem, effort=1)
+        if self.exact and len(bins) >= most:
+            bins = pack_exactly(problem, bins).bins
+        if len(bins) >= most:
+            return None
+        pieces = _on_cores(pieces, settled(problem, bins))
+        cores = np.split(pieces["block_core"], np.cumsum(counts)[:-1])
+        joined = _join(image, cuts, cores)
+        # Longer lists can take more memory: 124 synapses are 64 and 60, and not two times 62.
+        crowded = _crowded(joined, chip)
+        kept = {block for block in cuts if not crowded.isdisjoint(cores[block].tolist())}
+        return _join(image, cuts, cores, kept) if kept else joined
 
 
 def _problem(image: ChipImage, chip: Chip) -> Problem:
@@ -64,30 +89,13 @@ def _problem(image: ChipImage, chip: Chip) -> Problem:
 
 def _on_cores(image: ChipImage, bins: Bins) -> ChipImage:
     core = np.zeros(image.n_blocks, dtype=int)
-    for number, blocks in enumerate(bins):
+    for number, blocks in enumerate(sorted(sorted(blocks) for blocks in bins)):
         core[blocks] = number
     return _with_cores(image, core)
 
 
 def _with_cores(image: ChipImage, core: np.ndarray) -> ChipImage:
     return ChipImage(image.manifest, {**image.arrays, "block_core": core})
-
-
-def _cut_and_pack(image: ChipImage, chip: Chip, parts: int) -> ChipImage:
-    """Cut blocks to parts of a core, pack these, and join neighbours that share a core again."""
-    bounds = find_bounds(image, chip, capacity(chip).shared(parts))
-    cuts = {block: ends[1:-1] for block, ends in bounds.items()}
-    if not cuts:
-        return image
-    counts = [len(cuts.get(block, ())) + 1 for block in range(image.n_blocks)]
-    pieces = cut(image, cuts)
-    pieces = _on_cores(pieces, pack(_problem(pieces, chip), effort=1))
-    cores = np.split(pieces["block_core"], np.cumsum(counts)[:-1])
-    joined = _join(image, cuts, cores)
-    # Longer lists can take more memory: 124 synapses are 64 and 60, and not two times 62.
-    crowded = _crowded(joined, chip)
-    kept = {block for block in cuts if not crowded.isdisjoint(cores[block].tolist())}
-    return _join(image, cuts, cores, kept) if kept else joined
 
 
 def _join(

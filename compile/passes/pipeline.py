@@ -46,6 +46,11 @@ class PassRun:
         self._observe = observer
         self.record: list[dict[str, Any]] = []
 
+    @property
+    def rewrites(self) -> bool:
+        """Whether the network itself is rewritten."""
+        return bool(self._pipeline.stage(NetworkPass))
+
     def apply(self, kind: type[Pass], value: Any) -> Any:
         """Apply the passes of one stage, in order, to a value."""
         for one in self._pipeline.stage(kind):

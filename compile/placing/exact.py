@@ -12,7 +12,7 @@ import itertools
 from typing import Any, NamedTuple
 
 from spikeport.compile.placing.lower_bound import lower_bound
-from spikeport.compile.placing.packing import Bins, Problem, settled
+from spikeport.compile.placing.packing import Bins, Problem
 from spikeport.errors import MissingExtraError
 
 SEARCH = 30.0
@@ -55,8 +55,7 @@ def pack_exactly(problem: Problem, known: Bins) -> Exact:
     solver.solve(model)
     cores = range(len(known))
     bins = [[b for b, where in enumerate(on) if solver.boolean_value(where[k])] for k in cores]
-    bins = settled(problem, [blocks for blocks in bins if blocks])
-    return Exact(sorted(bins), round(solver.best_objective_bound))
+    return Exact([blocks for blocks in bins if blocks], round(solver.best_objective_bound))
 
 
 def _placements(model: Any, problem: Problem, known: Bins, at_least: int) -> list[list[Any]]:

@@ -53,11 +53,9 @@ def pack(problem: Problem, effort: int) -> Bins:
     """Pack blocks; without ``effort`` by the simple rules alone."""
     results = (_filled(problem, *rule) for rule in product(_orders(problem), CHOICES))
     bins = min(results, key=problem.cost)
-    if effort:
-        if len(bins) > lower_bound(problem.loads, problem.room)["cores"]:
-            bins = _emptied(problem, bins)
-        bins = settled(problem, bins)
-    return sorted(sorted(blocks) for blocks in bins)
+    if effort and len(bins) > lower_bound(problem.loads, problem.room)["cores"]:
+        bins = _emptied(problem, bins)
+    return bins
 
 
 def _orders(problem: Problem) -> list[list[int]]:
@@ -178,6 +176,7 @@ def _emptied(problem: Problem, bins: Bins) -> Bins:
 
 def settled(problem: Problem, bins: Bins) -> Bins:
     """Move or swap blocks onto the core they share most spikes with, until none can be."""
+    bins = [list(blocks) for blocks in bins]
     while sum(_settle(problem, bins, block) for block in range(len(problem.loads))):
         pass
     return [blocks for blocks in bins if blocks]

@@ -38,6 +38,8 @@ class PathCost(NamedTuple):
         Share of a core's scarcest resource that it takes, by estimate; may be above 1.
     synaptic_ops_per_s : float
         Synaptic operations at the stated firing rate.
+    host_messages_per_s : float
+        Spikes and values that go between chip and host.
     delay_s : float
         Delay it adds to the connection's own synapse.
     error : float
@@ -48,6 +50,7 @@ class PathCost(NamedTuple):
     path: str
     cores: float
     synaptic_ops_per_s: float
+    host_messages_per_s: float
     delay_s: float
     error: float
 
@@ -98,7 +101,7 @@ def _direct(link: Link, limits: Limits, rate_hz: float) -> PathCost:
     ops = rate_hz * sparse.csr_array(link.encoders @ link.decoders).nnz
     cores = _cores(limits, in_axons=axons.shape[1], synapse_bits=WEIGHT_BITS * full.nnz)
     return PathCost(
-        "direct", cores, ops, 0.0, float(np.hypot(rounding(full), _coarseness(link, full)))
+        "direct", cores, ops, 0.0, 0.0, float(np.hypot(rounding(full), _coarseness(link, full)))
     )
 
 
@@ -123,6 +126,7 @@ def _relay(path: str, link: Link, limits: Limits, dt_s: float, rate_hz: float) -
             synapse_bits=bits,
         ),
         ops,
+        0.0,
         DECODE_TAU_S + dt_s,
         float(np.hypot(rounding(link.decoders), relay_noise(path, dt_s))),
     )
@@ -139,7 +143,8 @@ def _host(link: Link, limits: Limits, dt_s: float, rate_hz: float) -> PathCost:
         synapse_bits=bits,
     )
     error = float(np.hypot(rounding(link.decoders), relay_noise("host", dt_s)))
-    return PathCost("host", cores, ops, DECODE_TAU_S + 2 * dt_s, error)
+    # In every step each dimension is read, and one of its two neurons on the host spikes.
+    return PathCost("host", cores, ops, 2 * d / dt_s, DECODE_TAU_S + 2 * dt_s, error)
 
 
 def _cores(limits: Limits, **used: float) -> float:

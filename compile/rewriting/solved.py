@@ -17,8 +17,8 @@ from nengo_loihi.builder.ensemble import build_ensemble
 from nengo_loihi.compat import sample_transform
 
 from spikeport.compile.numpy1 import numpy1_semantics
-from spikeport.compile.refusal import refused
 from spikeport.compile.rewriting.rewrite import Rewrite
+from spikeport.compile.verdict.finite import not_finite, refused_or_not_finite
 
 DENSE_FROM = 0.5
 """Share of non-zero weights from which indices cost more than zeros."""
@@ -80,7 +80,10 @@ class Solved:
         """What is built of a connection from an ensemble, in Nengo's units."""
         if connection not in self._model.params:
             self.ensemble(connection.pre_obj)
-            self._model.params[connection] = self._guarded(connection, self._decode, connection)
+            built = self._guarded(connection, self._decode, connection)
+            if not np.isfinite(built.weights).all():
+                raise not_finite(self._names[connection], "decoders or transform")
+            self._model.params[connection] = built
         return self._model.params[connection]
 
     def built(self, connection: nengo.Connection) -> BuiltConnection:
@@ -105,7 +108,7 @@ class Solved:
             try:
                 return build(*args)
             except Exception as error:  # it refuses by errors of any kind, not only by its own
-                raise refused(self._names[obj], error, "change this object") from error
+                raise refused_or_not_finite(self._names[obj], error) from error
 
 
 def transformed(transform: np.ndarray, matrix: Matrix) -> Matrix:

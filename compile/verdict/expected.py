@@ -9,7 +9,6 @@ A compartment's update is active if it has a bias, spikes, or lies in a block th
 reaches: an upper bound, as the current of a reached block may have decayed to zero.
 """
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -17,12 +16,12 @@ import numpy as np
 
 from spikeport.compile.fanout import fanout, first_sources
 from spikeport.compile.image import ChipImage
+from spikeport.compile.modules import module_of_blocks
 from spikeport.compile.outputs import readout_compartments
 from spikeport.errors import UsageError, unknown
 from spikeport.hardware_models.activity import Activity
 
 HOST = "host"
-PIECE = re.compile(r"\[\d+/\d+\]$")
 
 
 @dataclass(frozen=True)
@@ -71,7 +70,7 @@ def source_rates(image: ChipImage, rates: Rates) -> np.ndarray:
     """(n_sources,) rate of every compartment, and of the inputs' neurons after them, in Hz."""
     _check(image, rates)
     sizes = np.diff(image["block_start"])
-    named = [rates.by_name_hz.get(name, rates.all_hz) for name in _names(image)]
+    named = [rates.by_name_hz.get(name, rates.all_hz) for name in module_of_blocks(image)]
     inputs = np.full(image["input_size"].sum(), rates.by_name_hz.get(HOST, rates.all_hz))
     of_sources = np.concatenate([np.repeat(named, sizes), inputs])
     of_sources[readout_compartments(image)] = 0
@@ -79,7 +78,7 @@ def source_rates(image: ChipImage, rates: Rates) -> np.ndarray:
 
 
 def _check(image: ChipImage, rates: Rates) -> None:
-    known = {HOST, *_names(image)}
+    known = {HOST, *module_of_blocks(image)}
     if odd := [name for name in rates.by_name_hz if name not in known]:
         raise unknown("ensemble", odd[0], known)
     fastest = 1 / image.manifest["dt_s"]
@@ -88,12 +87,6 @@ def _check(image: ChipImage, rates: Rates) -> None:
             raise UsageError(
                 f"rate of {name}: {rate:g} Hz; a neuron spikes from 0 to {fastest:g} times a second"
             )
-
-
-def _names(image: ChipImage) -> list[str]:
-    """What each block is, or is a piece of: ``a`` for ``a[2/3]``."""
-    blocks = image.manifest["blocks"]
-    return [PIECE.sub("", block.get("of", block["label"])) for block in blocks]
 
 
 def _per_core(image: ChipImage, of_compartments: np.ndarray) -> np.ndarray:

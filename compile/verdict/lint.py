@@ -12,7 +12,9 @@ from typing import Any
 import nengo
 import numpy as np
 from nengo.connection import LearningRule
+from nengo.dists import Distribution
 from nengo.ensemble import Neurons
+from nengo.params import iter_params
 from nengo_loihi.inputs import ChipProcess
 from nengo_loihi.neurons import LoihiLIF, LoihiSpikingRectifiedLinear
 
@@ -64,15 +66,14 @@ def _ends_of_learning(network: nengo.Network) -> Iterator[Any]:
             yield base(connection.pre_obj)
 
 
-def lint(network: nengo.Network, names: Names) -> list[Violation]:
-    """Every breach of every rule, in the order of `RULES`."""
+def lint(network: nengo.Network, names: Names, rewritten: bool = True) -> list[Violation]:
+    """Every breach of every rule, in the order of `RULES`.
+
+    Before a network is rewritten, of those that no pass over it can mend.
+    """
     scope = Scope(network, names)
-    return [violation for rule in RULES for violation in rule(scope)]
-
-
-def lint_numbers(network: nengo.Network, names: Names) -> list[Violation]:
-    """Numbers that no pass over the network can reckon with."""
-    return list(finite(Scope(network, names)))
+    rules_ = [rule for rule in RULES if rewritten or rule not in MENDED]
+    return [violation for rule in rules_ for violation in rule(scope)]
 
 
 def some_ensemble(scope: Scope) -> Iterator[Violation]:
@@ -185,7 +186,10 @@ def _arrays(obj: Any) -> Iterator[tuple[str, np.ndarray]]:
 
 
 def _numbers(name: str, value: Any) -> Iterator[tuple[str, np.ndarray]]:
-    if isinstance(value, np.ndarray | float | int) and np.asarray(value).dtype.kind in "fiu":
+    if isinstance(value, Distribution):
+        for param in iter_params(value):
+            yield from _numbers(name, getattr(value, param))
+    elif isinstance(value, np.ndarray | float | int) and np.asarray(value).dtype.kind in "fiu":
         yield name, np.asarray(value)
 
 
@@ -202,3 +206,5 @@ RULES: tuple[Callable[[Scope], Iterator[Violation]], ...] = (
     probe,
     finite,
 )
+MENDED = (synapse, post_slice)
+"""Rules that a pass over a network may see to."""

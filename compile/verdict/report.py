@@ -10,12 +10,30 @@ from spikeport.compile.verdict.neurobench import NeuroBench, workload
 from spikeport.compile.verdict.violation import Violation
 from spikeport.hardware_models.activity import Activity
 from spikeport.hardware_models.chip import Chip
-from spikeport.hardware_models.energy import energy
+from spikeport.hardware_models.energy import ModuleEnergy, energy, module_energies
 from spikeport.hardware_models.limits import CoreUse, Usage, totals, usages
 from spikeport.hardware_models.timing import timing
 
 SCHEMA = 1
 """Version of the report as plain data; `spikeport.compile.verdict.report_data` is its schema."""
+
+
+@dataclass(frozen=True)
+class Modules:
+    """The modules of an image by name, and the activity of one in which each has its own core."""
+
+    names: tuple[str, ...]
+    activity: Activity
+
+    def energies(self, chip: Chip) -> dict[str, list[ModuleEnergy]]:
+        """What a step of each module costs, by calibration."""
+        return {
+            c.name: module_energies(self.activity, self.names, chip, c) for c in chip.calibrations
+        }
+
+    def to_dict(self, chip: Chip) -> dict[str, Any]:
+        """Plain data, ready for JSON."""
+        return {name: [asdict(one) for one in found] for name, found in self.energies(chip).items()}
 
 
 @dataclass(frozen=True)
@@ -57,6 +75,7 @@ class Report:
         activity: Activity | None = None,
         rates: Rates | None = None,
         loss: Mapping[str, Any] | None = None,
+        modules: Modules | None = None,
     ) -> dict[str, Any]:
         """The report as plain data.
 
@@ -68,6 +87,8 @@ class Report:
             What the counts are expected at; None: they are those of a run.
         loss : mapping, optional
             What a run on floating-point and on integer blocks showed, as plain data.
+        modules : Modules, optional
+            The counts by module: with them comes the energy of each.
         """
         return {
             "schema": SCHEMA,
@@ -85,6 +106,7 @@ class Report:
             "warnings": list(self.warnings),
             "basis": _basis(activity, rates),
             **costs(self.chip, activity),
+            "modules": None if modules is None else modules.to_dict(self.chip),
             "loss": None if loss is None else dict(loss),
         }
 

@@ -12,7 +12,7 @@ from spikeport.compile.verdict.loss import Loss
 from spikeport.compile.verdict.neurobench import NeuroBench
 from spikeport.compile.verdict.report import SCHEMA
 from spikeport.compile.verdict.violation import Violation
-from spikeport.hardware_models.energy import EnergyReport
+from spikeport.hardware_models.energy import EnergyReport, ModuleEnergy
 from spikeport.hardware_models.limits import CoreUse
 from spikeport.hardware_models.timing import TimingReport
 
@@ -80,6 +80,7 @@ class ReportData(BaseModel):
     basis: Basis | None
     energy: dict[str, EnergyReport] | None
     timing: dict[str, TimingReport | None] | None
+    modules: dict[str, list[ModuleEnergy]] | None
     loss: Loss | None
 
 

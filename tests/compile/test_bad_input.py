@@ -32,6 +32,19 @@ def undefined_function() -> None:
     nengo.Connection(*pair(), function=lambda x: x * np.nan)
 
 
+def infinite_function() -> None:
+    nengo.Connection(*pair(), function=lambda x: np.full_like(x, np.inf))
+
+
+def undefined_decoders() -> None:
+    nengo.Connection(*pair(), solver=nengo.solvers.NoSolver(np.full((10, 1), np.nan)))
+
+
+def undefined_distribution() -> None:
+    a = nengo.Ensemble(10, 1, label="a", gain=nengo.dists.Choice([np.nan]), bias=np.ones(10))
+    nengo.Connection(a, nengo.Ensemble(10, 1, label="b"))
+
+
 def undefined_points() -> None:
     a = nengo.Ensemble(10, 1, label="a", eval_points=np.full((5, 1), np.nan))
     nengo.Connection(a, nengo.Ensemble(10, 1, label="b"))
@@ -49,26 +62,54 @@ def second_order_synapse() -> None:
     nengo.Connection(*pair(), synapse=nengo.LinearFilter([1], [0.1, 1]))
 
 
+def second_order_synapse_of_neurons() -> None:
+    a, b = pair()
+    nengo.Connection(a.neurons, b.neurons, synapse=nengo.LinearFilter([1], [0.1, 1]))
+
+
+def bursting_neurons() -> None:
+    a = nengo.Ensemble(10, 1, label="a", neuron_type=nengo.Izhikevich())
+    nengo.Connection(a, nengo.Ensemble(10, 1, label="b"))
+
+
+FUNCTION = "a -> b: SP011 finite numbers: NaN or infinity in what its function returns"
+
+
+@pytest.mark.parametrize("passes", ["as_written", "compact"])
 @pytest.mark.parametrize(
     ("make", "names"),
     [
         (undefined_gain, "a: SP011 finite numbers: NaN or infinity in gain"),
         (infinite_weights, "a -> b: SP011 finite numbers: NaN or infinity in transform"),
-        (undefined_function, "a -> b"),
+        (undefined_function, FUNCTION),
+        (infinite_function, FUNCTION),
+        (undefined_decoders, "a -> b: SP011 finite numbers: NaN or infinity in "),
+        (undefined_distribution, "a: SP011 finite numbers: NaN or infinity in gain"),
         (undefined_points, "a: SP011 finite numbers: NaN or infinity in eval_points"),
         (very_long_synapse, "a -> b"),
-        (sparse_decoded_transform, "a -> b"),
         (second_order_synapse, "a -> b: SP005 synapse: LinearFilter"),
+        (second_order_synapse_of_neurons, "a -> b: SP005 synapse: LinearFilter"),
+        (bursting_neurons, "a: SP002 neuron type: Izhikevich"),
     ],
     ids=lambda value: getattr(value, "__name__", ""),
 )
-def test_an_error_names_the_object_and_a_cure(make: Callable[[], None], names: str) -> None:
+def test_an_error_names_the_object_and_a_cure(
+    make: Callable[[], None], names: str, passes: str
+) -> None:
     with nengo.Network(seed=1) as network:
         make()
     with pytest.raises(CompileError) as raised:
-        compile_network(network)
+        compile_network(network, pipeline=passes)
     assert names in str(raised.value)
     assert "; cure: " in str(raised.value)
+
+
+def test_a_sparse_transform_of_decoded_values_is_refused_unless_it_is_multiplied_out() -> None:
+    with nengo.Network(seed=1) as network:
+        sparse_decoded_transform()
+    with pytest.raises(CompileError, match=r"^a -> b: nengo-loihi refuses it: .*; cure: "):
+        compile_network(network)
+    assert compile_network(network, pipeline="compact").report.resources()["cores"].used == 1
 
 
 def test_weights_of_zero_compile_with_a_hint() -> None:

@@ -120,8 +120,8 @@ def test_a_transform_that_is_not_finite_is_refused() -> None:
     with pytest.raises(CompileError) as raised:
         ours(network)
     assert str(raised.value) == (
-        "a -> b: weights or biases are not finite; cure: look for NaN or infinity in the "
-        "functions, transforms and gains of its connections"
+        "a -> b: SP011 finite numbers: NaN or infinity in weights or biases, limit finite numbers; "
+        "cure: look for a division by zero, a root or logarithm out of range, or an overflow there"
     )
 
 

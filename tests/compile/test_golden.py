@@ -6,23 +6,15 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
+from chip_files import chip_file
 from typer.testing import CliRunner
 
 from spikeport.cli import app
-from spikeport.hardware_models.chip import BUILT_IN
 
 FILES = sorted((Path(__file__).parent / "golden").glob("*.txt"))
 EDGE = "-" * 88
-AFTER = re.compile(r"^after \w+:\n(?:  .*\n)*", re.MULTILINE)
 SMALL = {"compartments": 12, "in_axons": 32, "out_axons": 32, "synapse_bits": 2048}
-
-
-def small_chip() -> str:
-    """Loihi with little cores, for little networks."""
-    text = (BUILT_IN / "loihi.toml").read_text(encoding="utf-8")
-    for name, limit in SMALL.items():
-        text = re.sub(rf"(\[limits.{name}\]\nvalue = )\d+", rf"\g<1>{limit}", text)
-    return text
+AFTER = re.compile(r"^after \w+:\n(?:  .*\n)*", re.MULTILINE)
 
 
 class Golden(NamedTuple):
@@ -39,8 +31,9 @@ class Golden(NamedTuple):
         return cls(command.removeprefix("$ "), source, expected)
 
     def run(self, folder: Path) -> str:
-        """What the command prints after passes, in a folder with net.py and small.toml."""
-        (folder / "small.toml").write_text(small_chip(), encoding="utf-8")
+        """What the command prints after passes, in a folder with net.py and two chips."""
+        chip_file(folder / "small.toml", **SMALL)
+        chip_file(folder / "board.toml", **SMALL, cores=2, chips=3)
         (folder / "net.py").write_text(self.source, encoding="utf-8")
         program, *arguments = shlex.split(self.command)
         assert program == "spikeport"

@@ -61,3 +61,14 @@ def test_what_the_builder_warns_of_reaches_the_user_and_the_report() -> None:
     with pytest.warns(UserWarning, match="Number of eval_points doesn't match") as seen:
         report = compile_network(network).report
     assert set(report.warnings) == {str(one.message) for one in seen}
+
+
+def test_what_it_warns_of_while_a_network_is_rewritten_is_told_once_and_reported() -> None:
+    with nengo.Network(seed=1) as network:
+        for _ in range(2):
+            nengo.Ensemble(5, 1, intercepts=nengo.dists.Choice([0.99]))
+    with pytest.warns(UserWarning, match="larger than intercept limit") as seen:
+        report = compile_network(network, pipeline="fuse").report
+    said = [str(one.message) for one in seen]
+    assert sum("intercept limit" in message for message in said) == 1
+    assert set(report.warnings) == set(said)

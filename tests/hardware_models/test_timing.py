@@ -3,6 +3,7 @@ import json
 import pytest
 
 from spikeport.errors import UsageError
+from spikeport.hardware_models.chip import Chip
 from spikeport.hardware_models.estimate import Estimate
 from spikeport.hardware_models.step_time import barrier
 from spikeport.hardware_models.timing import timing
@@ -71,6 +72,40 @@ def test_what_has_no_public_figure_is_named_and_leaves_no_upper_bound(chip, make
     assert report.missing == ("learning_update",)
     assert ns(report.worst) == [pytest.approx(1000), pytest.approx(500), None]
     assert report.fits_at_high is None
+
+
+@pytest.fixture
+def two_chips(data):
+    """Two chips of one core, with a time of 400 ns for a message between them."""
+    bench = data["calibrations"][0]
+    between = {**bench["times"]["spike"], "value": 400, "low": 200, "high": 800}
+    bench["times"] = {**bench["times"], "message_between_chips": between}
+    for name, value in (("cores", 1), ("chips", 2)):
+        data["limits"][name] = {**data["limits"][name], "value": value}
+    return Chip.model_validate(data)
+
+
+def test_messages_between_chips_take_the_time_of_the_busiest_chip(two_chips, make_activity):
+    activity = make_activity(
+        spikes=[[5, 0], [1, 0]],
+        messages=[[9, 4], [2, 9]],  # 4 leave the first chip in two steps: 800 ns a step
+    )
+    report = timing(activity, two_chips, two_chips.calibration("bench"))
+    assert ns(report.between_chips) == pytest.approx([800, 400, 1600])
+    # two tiles: a barrier of 1500 ns; step 0 takes 5 * 100 ns on core 0
+    assert ns(report.worst) == pytest.approx([2300, 1150, 4600])
+    assert report.missing == ()
+
+
+def test_messages_between_chips_without_a_figure_leave_no_upper_bound(data, make_activity):
+    for name, value in (("cores", 1), ("chips", 2)):
+        data["limits"][name] = {**data["limits"][name], "value": value}
+    chip = Chip.model_validate(data)
+    activity = make_activity(messages=[[0, 4], [2, 0]])
+    report = timing(activity, chip, chip.calibration("bench"))
+    assert report.missing == ("message_between_chips",)
+    assert report.between_chips is None
+    assert ns(report.worst) == [pytest.approx(1500), pytest.approx(750), None]
 
 
 def test_a_calibration_without_figures(chip, make_activity):

@@ -67,6 +67,14 @@ def test_the_cores_of_a_second_chip_lie_on_a_mesh_of_their_own(chip):
         tile_xy(17, two)
 
 
+def test_chips_that_use_less_than_their_mesh_end_where_their_cores_do(chip):
+    cores = chip.limits.cores.model_copy(update={"value": 3.0})
+    limits = chip.limits.model_copy(update={"cores": cores})
+    two = board(chip.model_copy(update={"limits": limits}), 2)
+    assert chip_of(6, two).tolist() == [0, 0, 0, 1, 1, 1]
+    assert tile_xy(6, two).tolist() == [[0, 0], [0, 0], [0, 1]] * 2
+
+
 def test_messages_between_chips_are_counted_and_have_no_hops(chip):
     messages = np.zeros((16, 16), dtype=int)
     messages[0, 15], messages[9, 3], messages[1, 2] = 4, 3, 1

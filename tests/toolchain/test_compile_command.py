@@ -6,6 +6,7 @@ import pytest
 
 from spikeport.compile.verdict import rules
 from spikeport.compile.verdict.report_data import ReportData
+from spikeport.hardware_models import chip as chips
 
 
 @pytest.fixture
@@ -57,6 +58,17 @@ def test_stated_rates_give_energy_and_time(spikeport, net_py, report):
     assert len(written["energy"]["nahuku-fit"]["cores"]) == len(written["cores"])
 
 
+def test_modules_cost_what_their_neurons_do(spikeport, net_py, report):
+    options = ("--rate-hz", "100", "--cores", *report.option)
+    done = spikeport("compile", f"{net_py}:make", *options)
+    assert done.code == 0
+    assert "modules, without messages" in done.out
+    written = ReportData.model_validate(report.read())
+    names = [one.module for one in written.modules["nahuku-fit"]]
+    assert names == list(dict.fromkeys(name for core in written.placed for name in core))
+    assert all(one.energy_step.value > 0 for one in written.modules["nahuku-fit"])
+
+
 def test_faster_neurons_cost_more(spikeport, net_py, report):
     powers = []
     for rate in (10, 200):
@@ -98,6 +110,41 @@ def test_where_nothing_is_public_the_report_says_so(spikeport, net_py, report):
     assert written["energy"]["intel-relative"]["dynamic"] is None
     assert written["resources"]["in_axons"]["limit"] is None
     assert ReportData.model_validate(written).chip == "loihi2"
+
+
+# boards of several chips
+
+
+@pytest.fixture
+def board(tmp_path):
+    """Two chips of one core each."""
+    text = (chips.BUILT_IN / "loihi.toml").read_text(encoding="utf-8")
+    for name, value, limit in (("cores", 128, 1), ("chips", 1, 2)):
+        head = f"[limits.{name}]\nvalue = "
+        text = text.replace(f"{head}{value}\n", f"{head}{limit}\n")
+    path = tmp_path / "board.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_what_goes_between_chips_is_shown(spikeport, net_py, board, report):
+    options = ("--chip", board, "-p", "", "--rate-hz", "100", *report.option)
+    done = spikeport("compile", f"{net_py}:make", *options)
+    assert (done.code, done.err) == (0, "")
+    assert "Intel Loihi: 2 cores of 2 chips" in done.out
+    (chips_row,) = [line for line in done.out.splitlines() if line.strip().startswith("chips ")]
+    assert chips_row.split()[1:] == ["2", "/", "2", "100.0"]
+    # 20 neurons at 100 Hz send 2 spikes a step to the read-out on the other chip
+    assert "2.0 messages / step: no public figure" in done.out
+    assert "fits chip 'loihi' on 2 cores of 2 chips (lower bound 1)" in done.out
+    assert ReportData.model_validate(report.read()).resources["chips"].used == 2
+
+
+def test_a_board_with_too_few_chips_is_refused(spikeport, net_py, board):
+    board.write_text(board.read_text().replace("value = 2\n", "value = 1\n", 1))
+    done = spikeport("compile", f"{net_py}:make", "--chip", board, "-p", "")
+    assert done.code == 1
+    assert "loihi: SP201 cores: 2, limit 1; cure: " in done.err
 
 
 # budgets

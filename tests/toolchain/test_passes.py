@@ -5,6 +5,21 @@ import pytest
 from spikeport.compile.passes import registry
 from spikeport.hardware_models import chip as chips
 
+PAIRS = """
+import nengo
+import spikeport
+
+
+def make():
+    with nengo.Network(seed=1) as network:
+        spikeport.add_params(network)
+        a, b = nengo.Ensemble(20, 1), nengo.Ensemble(20, 1)
+        for path in ("host", "host", "auto"):
+            connection = nengo.Connection(a, b)
+            network.config[connection].decode_path = path
+    return network
+"""
+
 
 def test_passes_lists_every_pass_with_its_options_and_the_default_pipelines(spikeport):
     done = spikeport("passes")
@@ -30,6 +45,13 @@ def test_passes_can_be_chosen(spikeport, net_py):
     done = spikeport("compile", f"{net_py}:make", "-p", "pack{effort=0}")
     assert (done.code, "on 1 core" in done.out) == (0, True)
     assert "pack: cores 2 -> 1\n" in done.out
+
+
+def test_how_connections_are_wired_is_counted(spikeport, tmp_path):
+    (tmp_path / "pairs.py").write_text(PAIRS, encoding="utf-8")
+    done = spikeport("compile", f"{tmp_path / 'pairs.py'}:make", "-p", "decode_path")
+    assert done.code == 0
+    assert "decode_path: 1 direct, 2 host\n" in done.out
 
 
 @pytest.mark.parametrize(("chosen", "printed"), [("pack", ["pack"]), ("all", ["split", "pack"])])

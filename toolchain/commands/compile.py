@@ -9,9 +9,11 @@ from spikeport.commands import rates
 from spikeport.commands.passes import printer
 from spikeport.commands.progress import progress_bar
 from spikeport.commands.screen import Findings, show
+from spikeport.compile.modules import by_module, modules
 from spikeport.compile.pipeline import Compilation, compile_network
 from spikeport.compile.verdict.budget import Budget
-from spikeport.compile.verdict.expected import expected_activity
+from spikeport.compile.verdict.expected import Rates, expected_activity
+from spikeport.compile.verdict.report import Modules
 from spikeport.compile.verdict.violation import OverBudgetError
 from spikeport.errors import UsageError
 from spikeport.experiments.run_folder import write_json
@@ -47,7 +49,7 @@ def run(request: Request) -> None:
         raise UsageError("--rate-hz and --loss: the run of --loss has rates of its own; give one")
     _check_run(request.loss_s)
     request.budget.check_basis(stated is not None or request.loss_s is not None)
-    _check_places(request.out, request.json)
+    check_places(request.out, request.json)
     chip = chips.get(request.chip)
     passes = chip.pipeline if request.passes is None else request.passes
     observer = printer(request.print_after, passes)
@@ -56,11 +58,10 @@ def run(request: Request) -> None:
         network = find_network(request.network, request.settings)
         progress("compiling", None)
         compilation = compile_network(network, request.chip, DT_S, passes, observer)
-        activity = None if stated is None else expected_activity(compilation.image, stated)
-        findings = Findings(compilation.report, activity, stated)
+        findings = _reckoned(compilation, stated)
         if request.loss_s is not None:
             findings = _measured(compilation, request.loss_s, progress)
-    _write(request, compilation, findings)
+    write(request.out, request.json, compilation, findings)
     show(findings, request.cores)
     if exceeded := request.budget.exceeded(findings.report, findings.activity):
         raise OverBudgetError(exceeded)
@@ -71,21 +72,34 @@ def _check_run(seconds: float | None) -> None:
         raise UsageError(f"--loss {seconds:g}: a run is at least one step of {DT_S:g} s")
 
 
+def _reckoned(compilation: Compilation, stated: Rates | None) -> Findings:
+    """What is known without a run: with rates, also what it costs at them."""
+    if stated is None:
+        return Findings(compilation.report)
+    image = compilation.image
+    counts = Modules(modules(image), expected_activity(by_module(image), stated))
+    return Findings(compilation.report, expected_activity(image, stated), stated, modules=counts)
+
+
 def _measured(compilation: Compilation, seconds: float, tell: Tell) -> Findings:
     measured = measure(compilation, seconds, SEED, tell)
-    return Findings(compilation.report, measured.activity, loss=measured.loss)
+    counts = Modules(modules(compilation.image), measured.by_module)
+    return Findings(compilation.report, measured.activity, loss=measured.loss, modules=counts)
 
 
-def _write(request: Request, compilation: Compilation, findings: Findings) -> None:
+def write(
+    out: Path | None, json: Path | None, compilation: Compilation, findings: Findings
+) -> None:
+    """Write image and report to a folder, and the report to a file, where they are given."""
     report = findings.to_dict()
-    if request.out is not None:
-        compilation.image.save(request.out / "image.npz")
-        write_json(request.out / "report.json", report)
-    if request.json is not None:
-        write_json(request.json, report)
+    if out is not None:
+        compilation.image.save(out / "image.npz")
+        write_json(out / "report.json", report)
+    if json is not None:
+        write_json(json, report)
 
 
-def _check_places(out: Path | None, json: Path | None) -> None:
+def check_places(out: Path | None, json: Path | None) -> None:
     """Say what cannot be written before the work, not after it."""
     if out is not None and out.exists() and not out.is_dir():
         raise UsageError(f"--out {out}: is a file; choose a folder")

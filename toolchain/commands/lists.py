@@ -46,7 +46,7 @@ def _figures(chip: Chip) -> Iterator[tuple[str, Figure]]:
     for prefix, group in groups:
         for name in type(group).model_fields:
             if (figure := getattr(group, name)) is not None:
-                yield prefix + name.replace("_", " "), figure
+                yield prefix + name.removesuffix("_w").replace("_", " "), figure
 
 
 def print_backends() -> None:

@@ -1,6 +1,7 @@
 """``spikeport passes``, and the passes of a compile on the screen."""
 
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Mapping
 from typing import Any, Literal, get_args, get_origin
 
 from rich.box import SIMPLE_HEAD
@@ -43,8 +44,9 @@ def _options(cls: type[Pass]) -> str:
 def _type(hint: Any) -> str:
     if get_origin(hint) is Literal:
         return " | ".join(map(str, get_args(hint)))
-    plain = get_args(hint)[0] if hasattr(hint, "__metadata__") else hint
-    return getattr(plain, "__name__", str(plain))
+    if get_args(hint):  # with its bounds, or with None, which the default shows
+        return _type(get_args(hint)[0])
+    return hint.__name__
 
 
 def printer(chosen: str | None, passes: str) -> Observer:
@@ -69,14 +71,20 @@ def printer(chosen: str | None, passes: str) -> Observer:
 
 
 def pass_lines(report: Report) -> Iterator[str]:
-    """What passes changed, one line a pass: ``pack: cores 26 -> 6``."""
+    """What passes did, one line a pass: ``pack: cores 26 -> 6``, ``decode_path: 3 direct``."""
     for done in report.passes:
-        changes = [
-            f"{key.replace('_', ' ')} {value['before']:,} -> {value['after']:,}"
-            for key, value in done["notes"].items()
-            if isinstance(value, dict)
-            and set(value) == {"before", "after"}
-            and value["before"] != value["after"]
-        ]
-        if changes:
-            yield f"{done['name']}: {', '.join(changes)}"
+        notes = {key: note for key, note in done["notes"].items() if isinstance(note, dict)}
+        if parts := [*_changes(notes), *_choices(notes)]:
+            yield f"{done['name']}: {', '.join(parts)}"
+
+
+def _changes(notes: Mapping[str, Any]) -> Iterator[str]:
+    for key, note in notes.items():
+        if set(note) == {"before", "after"} and note["before"] != note["after"]:
+            yield f"{key.replace('_', ' ')} {note['before']:,} -> {note['after']:,}"
+
+
+def _choices(notes: Mapping[str, Any]) -> Iterator[str]:
+    """How often each thing was chosen."""
+    chosen = Counter(note["chosen"] for note in notes.values() if "chosen" in note)
+    yield from (f"{n:,} {what}" for what, n in sorted(chosen.items()))

@@ -6,9 +6,9 @@ from typing import Any
 
 from rich.console import Console
 
+from spikeport.commands.core_tables import core_table, module_table
 from spikeport.commands.passes import pass_lines
 from spikeport.commands.tables import (
-    core_table,
     cost_notes,
     cost_table,
     loss_table,
@@ -18,7 +18,7 @@ from spikeport.commands.tables import (
 from spikeport.compile.verdict.expected import Rates
 from spikeport.compile.verdict.loss import Loss
 from spikeport.compile.verdict.neurobench import NeuroBench, workload
-from spikeport.compile.verdict.report import Report
+from spikeport.compile.verdict.report import Modules, Report
 from spikeport.compile.verdict.violation import Violation
 from spikeport.hardware_models.activity import Activity
 
@@ -29,27 +29,31 @@ MOST_NAMED = 3
 class Findings:
     """All that is known of a compile.
 
-    ``activity`` holds the counts of a run, or those expected at ``rates``.
+    ``activity`` holds the counts of a run, or those expected at ``rates``, ``modules`` the same by
+    module.
     """
 
     report: Report
     activity: Activity | None = None
     rates: Rates | None = None
     loss: Loss | None = None
+    modules: Modules | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data, ready for JSON."""
         loss = None if self.loss is None else self.loss.to_dict()
-        return self.report.to_dict(self.activity, self.rates, loss)
+        return self.report.to_dict(self.activity, self.rates, loss, self.modules)
 
 
 def show(findings: Findings, cores: bool) -> None:
-    """Print the report; with the table of all cores where it is asked for."""
+    """Print the report; with the tables of all cores and modules where they are asked for."""
     console = Console(highlight=False)
     report = findings.report
     console.print(resource_table(report))
     if cores:
         console.print(core_table(report, findings.activity))
+        if findings.modules is not None:
+            console.print(module_table(report.chip, findings.modules))
     if findings.activity is not None and report.chip.calibrations:
         console.print(cost_table(report.chip, findings.activity, findings.rates))
         for note in cost_notes(report.chip, findings.activity):

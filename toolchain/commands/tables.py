@@ -15,8 +15,10 @@ from spikeport.hardware_models.chip import Chip
 from spikeport.hardware_models.energy import Draw, EnergyReport, energy
 from spikeport.hardware_models.limits import Usage
 from spikeport.hardware_models.timing import timing
+from spikeport.hardware_models.topology import chips_used
 
 NO_FIGURE = "no public figure"
+OF_BOARD = ("cores", "chips")
 MOST_PARTS = 6
 MOST_EVENTS = 3
 BITS_PER_KIB = 8 * 1024
@@ -26,19 +28,27 @@ def resource_table(report: Report) -> Table:
     """Every resource: the chip's sum, and the core that uses most of it."""
     table = Table(box=SIMPLE_HEAD, title=escape(f"{report.chip.title}: {n_cores(report)}"))
     table.add_column("used / limit", no_wrap=True)
-    for name in ("whole chip", "%", "fullest", "%", "core"):
+    whole = "whole chip" if report.chip.limits.chips.count == 1 else "whole board"
+    for name in (whole, "%", "fullest", "%", "core"):
         table.add_column(name, justify="right", no_wrap=True)
     fullest, labels = report.fullest(), [core.label for core in report.cores]
     for name, total in report.resources().items():
-        one = fullest[name]
-        core = () if name == "cores" else (*_share(one), str(labels.index(one.object)))
+        if name == "chips" and total.limit == 1:
+            continue
+        core = () if name in OF_BOARD else _on_fullest(fullest[name], labels)
         table.add_row(name.replace("_", " "), *_share(total), *core)
     return table
 
 
+def _on_fullest(one: Usage, labels: list[str]) -> tuple[str, ...]:
+    return *_share(one), str(labels.index(one.object))
+
+
 def n_cores(report: Report) -> str:
-    """How many cores, in words."""
-    return f"{len(report.cores)} core{'s' * (len(report.cores) != 1)}"
+    """How many cores, and chips where it takes several, in words."""
+    cores = f"{len(report.cores)} core{'s' * (len(report.cores) != 1)}"
+    chips = chips_used(len(report.cores), report.chip)
+    return cores if chips == 1 else f"{cores} of {chips} chips"
 
 
 def _share(usage: Usage) -> tuple[str, str]:
@@ -47,39 +57,6 @@ def _share(usage: Usage) -> tuple[str, str]:
         return f"{usage.used / scale:,.0f}{unit} / not public", ""
     amounts = f"{usage.used / scale:,.0f} / {usage.limit / scale:,.0f}{unit}"
     return amounts, f"{100 * usage.used / usage.limit:.1f}"
-
-
-def core_table(report: Report, activity: Activity | None) -> Table:
-    """Every core: what it holds, and what a step on it costs in energy."""
-    table = Table(title="cores", box=SIMPLE_HEAD)
-    table.add_column("core", no_wrap=True, justify="right")
-    table.add_column("holds")
-    for name in ("neurons", "axons in", "out", "KiB"):
-        table.add_column(name, justify="right", no_wrap=True)
-    costs = {} if activity is None else _core_costs(report.chip, activity)
-    for name in costs:
-        table.add_column(escape(f"energy / step, {name}"), justify="right")
-    for number, core in enumerate(report.cores):
-        numbers = (
-            core.compartments,
-            core.in_axons,
-            core.out_axons,
-            core.synapse_bits // BITS_PER_KIB,
-        )
-        spent = [texts[number] for texts in costs.values()]
-        table.add_row(str(number), escape(core.label), *(f"{n:,}" for n in numbers), *spent)
-    return table
-
-
-def _core_costs(chip: Chip, activity: Activity) -> dict[str, list[str]]:
-    """What a step costs on each core, by calibration."""
-    return {
-        c.name: [
-            core.energy_step.format() if core.energy_step else NO_FIGURE
-            for core in energy(activity, chip, c).cores
-        ]
-        for c in chip.calibrations
-    }
 
 
 def cost_table(chip: Chip, activity: Activity, rates: Rates | None = None) -> Table:
@@ -123,6 +100,15 @@ def _cost_rows(
     yield "step time, mean", taken.mean.format()
     longest = f"{taken.worst.format()}, {fits} dt = {1000 * taken.dt_s:g} ms"
     yield "step time, longest", f"{longest} (core {activity.cores.index(taken.limiting_core)})"
+    if chips_used(len(activity.cores), chip) > 1:
+        time = taken.between_chips.format() if taken.between_chips else NO_FIGURE
+        yield "between chips", f"{_between_chips(spent, activity):,.1f} messages / step: {time}"
+
+
+def _between_chips(spent: EnergyReport, activity: Activity) -> float:
+    """Messages of a step that leave their chip."""
+    counts = {term.event: term.count for term in spent.terms}
+    return counts["message_between_chips"] / activity.n_steps
 
 
 def _where_it_goes(spent: EnergyReport) -> str:

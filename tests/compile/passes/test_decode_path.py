@@ -1,3 +1,5 @@
+from typing import Any
+
 import nengo
 import numpy as np
 import pytest
@@ -12,6 +14,7 @@ from spikeport.compile.passes.fuse import Fuse
 from spikeport.compile.pipeline import compile_network
 from spikeport.compile.rewriting.decode_cost import PathCost, pareto, relay_noise, rounding
 from spikeport.compile.usage import core_uses
+from spikeport.compile.verdict.violation import DoesNotFitError
 
 
 @pytest.mark.parametrize("path", ["direct", "host", "onoff", "preset10", "auto"])
@@ -22,7 +25,7 @@ def test_the_same_in_float(seed: int, path: str) -> None:
     assert_equal_in_float(network, DecodePath(default=path))
 
 
-def chain(path: str = "auto", tau: float = 0.005, n: int = 60) -> nengo.Network:
+def chain(path: str = "auto", tau: Any = 0.005, n: int = 60) -> nengo.Network:
     with nengo.Network(seed=4, label="chain") as network:
         spikeport.add_params(network)
         stimulus = nengo.Node(lambda t: np.sin(12 * t), label="stimulus")
@@ -37,9 +40,17 @@ def chain(path: str = "auto", tau: float = 0.005, n: int = 60) -> nengo.Network:
     return network
 
 
-def chosen(network: nengo.Network, **options: object) -> str:
+def note(network: nengo.Network, **options: object) -> dict[str, Any]:
     _, notes = rewritten(network, DecodePath(**options))
-    return notes["first -> second"]["chosen"]
+    return notes["first -> second"]
+
+
+def chosen(network: nengo.Network, **options: object) -> str:
+    return note(network, **options)["chosen"]
+
+
+def reasons(network: nengo.Network, **options: object) -> dict[str, str | None]:
+    return {one["path"]: one["not_chosen"] for one in note(network, **options)["paths"]}
 
 
 def test_the_setting_of_a_connection_comes_first() -> None:
@@ -63,6 +74,46 @@ def test_auto_is_not_slower_than_decode_neurons() -> None:
     assert chosen(network) == "preset10"
 
 
+def test_auto_takes_the_host_where_its_delay_may_be() -> None:
+    options = {"slack_cores": 0.5, "slack_delay_s": 0.001}
+    assert chosen(chain(n=400), **options) == "host"
+    assert chosen(chain(n=400), slack_cores=0.5) == "preset10"
+
+
+def test_what_is_not_chosen_has_its_reason() -> None:
+    assert reasons(chain(n=400), slack_cores=0.5) == {
+        "direct": "1.3 more cores than the fewest",
+        "onoff": "loses more than preset10",
+        "preset10": None,
+        "host": "1 ms slower than decode neurons",
+    }
+    assert reasons(chain("host")) == {
+        "direct": "host is set",
+        "onoff": "host is set",
+        "preset10": "host is set",
+        "host": None,
+    }
+
+
+def test_the_way_over_the_host_costs_messages_in_every_step() -> None:
+    (host,) = [one for one in note(chain())["paths"] if one["path"] == "host"]
+    assert host["host_messages_per_s"] == 2 * 1000
+
+
+def lag_s(path: str) -> float:
+    """By how much the output follows the sine late."""
+    t = np.arange(1, 2001) * 0.001
+    wave = np.exp(-12j * t)
+    found, wanted = run(chain(path, n=200), len(t))[:, 0] @ wave, np.sin(12 * t) @ wave
+    return float(-np.angle(found / wanted) / 12)
+
+
+@pytest.mark.parametrize("path", ["onoff", "preset10", "host"])
+def test_the_delay_is_that_of_a_run(path: str) -> None:
+    (cost,) = [one for one in note(chain())["paths"] if one["path"] == path]
+    assert lag_s(path) - lag_s("direct") == pytest.approx(cost["delay_s"], abs=0.003)
+
+
 @pytest.mark.parametrize(
     ("path", "compartments"), [("direct", 0), ("onoff", 2), ("preset10", 20), ("host", 2)]
 )
@@ -70,6 +121,13 @@ def test_on_the_chip(path: str, compartments: int) -> None:
     compilation = compile_network(chain(path), pipeline="decode_path")
     cores = core_uses(compilation.image, compilation.report.chip)
     assert sum(core.compartments for core in cores) == 120 + 2 + compartments
+
+
+def test_over_the_host_any_filter_is_allowed() -> None:
+    alpha = nengo.Alpha(0.01)
+    assert run(chain("host", tau=alpha), n_steps=10).shape == (10, 1)
+    with pytest.raises(DoesNotFitError, match="first -> second: SP005 synapse: Alpha"):
+        run(chain("direct", tau=alpha))
 
 
 def test_two_kinds_of_relay_into_one_ensemble() -> None:
@@ -84,10 +142,10 @@ def test_two_kinds_of_relay_into_one_ensemble() -> None:
     assert sorted(relays) == [2, 2, 20]
 
 
-def run(network: nengo.Network) -> np.ndarray:
+def run(network: nengo.Network, n_steps: int = 600) -> np.ndarray:
     compilation = compile_network(network, pipeline="decode_path")
     loop = HostLoop(compilation, NativeChip(compilation.image, seed=1), seed=1)
-    for _ in range(600):
+    for _ in range(n_steps):
         loop.step()
     return loop.data(network.probe)
 
@@ -99,8 +157,8 @@ def test_without_decode_neurons_values_are_followed_better() -> None:
 
 
 def test_pareto_front() -> None:
-    cheap, good = PathCost("a", 1, 1, 0, 0.5), PathCost("b", 2, 1, 0, 0.1)
-    worse = PathCost("c", 2, 2, 0, 0.2)
+    cheap, good = PathCost("a", 1, 1, 0, 0, 0.5), PathCost("b", 2, 1, 0, 0, 0.1)
+    worse = PathCost("c", 2, 2, 0, 0, 0.2)
     assert pareto([cheap, good, worse]) == [cheap, good]
 
 

@@ -89,6 +89,7 @@ def test_blocks_are_cut_where_that_saves_a_core() -> None:
     assert sorted(np.diff(after["block_start"]).tolist()) == [3, 3, 6, 6]
 
 
+EFFORTS = [(1, True), (2, False), (2, True)]
 HARD = (13, 14, 18, 12, 18, 21)
 """Sizes that fill two cores of 50 almost, and that the simple rules spread over three."""
 
@@ -98,6 +99,17 @@ def test_effort_and_exactness_save_cores(options: tuple[int, bool], n_cores: int
     effort, exact = options
     image, chip = blocks(*HARD), small_chip(compartments=50)
     assert packed(image, chip, effort=effort, exact=exact).n_cores == n_cores
+
+
+def test_exact_packing_is_of_pieces_too() -> None:
+    sizes, thresholds = (27, 20, 30, 6, 21), (4, 0, 4, 2, 2)
+    parts = [
+        Block(n, core=k, bias=9_000, vth=2**16 + 64 * threshold)
+        for k, (n, threshold) in enumerate(zip(sizes, thresholds, strict=True))
+    ]
+    image, chip = Parts(parts).image(), small_chip(compartments=37, threshold_profiles=2)
+    found = [packed(image, chip, effort=n, exact=exact).n_cores for n, exact in EFFORTS]
+    assert found == [4, 4, 3]
 
 
 def test_exact_packing_says_how_few_cores_there_can_be() -> None:

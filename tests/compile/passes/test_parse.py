@@ -55,6 +55,7 @@ def test_several_options() -> None:
             "name,name{key=value,key=value}",
         ),
         ("pack,pack", "pass pack is there twice; give it once, with all its options"),
+        ("place,pack", "pass pack cannot follow place; put it before"),
         ("pack,split", "pass split cannot follow pack; put it before"),
         (
             "pack,fuse",

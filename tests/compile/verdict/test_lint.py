@@ -26,7 +26,7 @@ PART = (
 )
 FINITE = (
     "{}: SP011 finite numbers: NaN or infinity in {}, limit finite numbers; cure: look for a "
-    "division by zero or an overflow where the array is made"
+    "division by zero, a root or logarithm out of range, or an overflow there"
 )
 
 
