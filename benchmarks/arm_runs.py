@@ -1,12 +1,11 @@
 """Runs of the arm for the benchmarks: one network for many runs, one file for each that is done."""
 
 import dataclasses
-import json
-import time
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+
+from saved_runs import CALIBRATION, Clock, saved_results
 
 from spikeport.experiments.arm_run import Rig, perform, prepare
 from spikeport.experiments.arm_trial import ArmTrial
@@ -16,26 +15,6 @@ from spikeport.experiments.options import Options
 from spikeport.experiments.reach import ReachSettings, ReachTrial
 
 RESULTS = Path("build/arm_runs")
-CALIBRATION = "nahuku-fit"
-"""Whose energies are given."""
-
-
-@dataclass
-class Clock:
-    """Real-time factor of a simulation in this process's CPU time, taken from its progress."""
-
-    share: list[float] = field(default_factory=list)
-    cpu_s: list[float] = field(default_factory=list)
-
-    def __call__(self, what: str, share: float | None) -> None:
-        """See `spikeport.experiments.options.Progress`."""
-        if what == "simulating" and share is not None:
-            self.share.append(share)
-            self.cpu_s.append(time.process_time())
-
-    def factor(self, seconds: float) -> float:
-        """Simulated time over CPU time."""
-        return seconds * (self.share[-1] - self.share[0]) / (self.cpu_s[-1] - self.cpu_s[0])
 
 
 def reach_trial(box: str, target_seed: int, **settings: Any) -> ArmTrial:
@@ -53,16 +32,7 @@ def draw_trial(digit: int, **settings: Any) -> ArmTrial:
 
 def results(trials: Mapping[int, ArmTrial], name: str) -> Iterator[dict[str, Any]]:
     """The figures of numbered trials that need the same network; what was done before is read."""
-    rig: Rig | None = None
-    for number, trial in trials.items():
-        file = RESULTS / f"{name}-{number}.json"
-        if not file.exists():
-            rig = rig or prepare(trial)
-            file.parent.mkdir(parents=True, exist_ok=True)
-            file.write_text(json.dumps(_result(trial, rig), indent=2), encoding="utf-8")
-        yield json.loads(file.read_text(encoding="utf-8"))
-    if rig is not None:
-        rig.sim.close()
+    return saved_results(RESULTS, name, trials, prepare, _result)
 
 
 def _result(trial: ArmTrial, rig: Rig) -> dict[str, Any]:

@@ -14,6 +14,8 @@ from typing import NamedTuple
 import nengo
 import numpy as np
 
+from spikeport.experiments.calibration import Refitted, hold
+from spikeport.experiments.on_chip import digest_of
 from spikeport.experiments.options import Options
 from spikeport.networks.arm import REGULARISATION, ArmNetwork, term_torques
 from spikeport.networks.operational_space import OperationalSpaceLaw
@@ -46,14 +48,13 @@ def draw_states(law: OperationalSpaceLaw, region: ArmRegion, n: int = STATES) ->
     return HeldStates(np.hstack([q, dq, x]), target, term_torques(law.terms(q), dq, target - x))
 
 
-def refit(
-    built: ArmNetwork, held: HeldStates, options: Options, dt_s: float
-) -> dict[str, np.ndarray]:
+def refit(built: ArmNetwork, held: HeldStates, options: Options, dt_s: float) -> Refitted:
     """(n, 4) decoders in N m per Hz for each group of a controller, measured on a backend."""
+    steps = SETTLING_STEPS + COUNTED_STEPS
     with nengo.Network(label="calibration", seed=built.seed) as network:
         network.add(built)
-        _feed(built.state, held.state, dt_s)
-        _feed(built.target, held.target, dt_s)
+        hold(built.state, held.state, steps, dt_s)
+        hold(built.target, held.target, steps, dt_s)
         probes = {
             label: [nengo.Probe(ensemble.neurons) for ensemble in group]
             for label, group in built.groups.items()
@@ -62,23 +63,13 @@ def refit(
         network, chip=options.chip, backend=options.backend, dt=dt_s, pipeline=options.pipeline
     ) as sim:
         rates = _rates(sim, list(itertools.chain(*probes.values())), len(held.state), options)
+        digest = digest_of(sim)
     solver = nengo.solvers.LstsqL2(reg=REGULARISATION)
-    return {
+    decoders = {
         label: solver(np.hstack([rates[probe] for probe in group]), held.torques[label])[0]
         for label, group in probes.items()
     }
-
-
-def _feed(node: nengo.Node, values: np.ndarray, dt_s: float) -> None:
-    """Hold each of some values (m, d) for a while, the last one on to the end."""
-    steps = SETTLING_STEPS + COUNTED_STEPS
-
-    def value(time_s: float) -> np.ndarray:
-        step = round(time_s / dt_s) - 1
-        return values[min(step // steps, len(values) - 1)]
-
-    source = nengo.Node(value, size_out=values.shape[1])
-    nengo.Connection(source, node, synapse=None)
+    return Refitted(decoders, digest)
 
 
 def _rates(

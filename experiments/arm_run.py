@@ -3,30 +3,25 @@
 What its experiments share; each is an `ArmTrial` that says what to do, and what to make of it.
 """
 
-import dataclasses
-import time
 from typing import Any, NamedTuple
 
 import nengo
-from nengo.exceptions import SimulationError
 
 from spikeport.atomic import atomic_path
-from spikeport.errors import DivergedError
-from spikeport.experiments import run_folder
-from spikeport.experiments.arm_controller import DT_S, spiking_controller
+from spikeport.experiments import closed_loop, run_folder
+from spikeport.experiments.arm_controller import spiking_controller
 from spikeport.experiments.arm_loop import ArmLoop, close_loop
-from spikeport.experiments.arm_picture import check_video, picture, write_video
+from spikeport.experiments.arm_picture import arm_marks
 from spikeport.experiments.arm_probes import write_probes
 from spikeport.experiments.arm_reach import check_reachable
 from spikeport.experiments.arm_trial import ArmRun, ArmTrial
-from spikeport.experiments.on_chip import on_chip
-from spikeport.experiments.options import Options, Outcome
+from spikeport.experiments.closed_loop import DT_S, open_simulator, simulate
+from spikeport.experiments.options import Outcome
+from spikeport.experiments.pictures import check_video, picture, write_video
 from spikeport.networks.arm import ArmNetwork, analytic_arm
 from spikeport.networks.operational_space import OperationalSpaceLaw
 from spikeport.robot.arm import ArmDynamics
 from spikeport.simulator import Simulator
-
-BACKENDS = ("analytic", "reference", "native", "nengo-loihi")
 
 
 class Rig(NamedTuple):
@@ -43,10 +38,11 @@ def run(trial: ArmTrial) -> Outcome:
     rig = prepare(trial)
     with rig.sim as sim:
         done = perform(trial, rig)
-    result = _result(trial, done)
+    figures = trial.metrics(done)
+    result = closed_loop.result(trial.name, trial.settings, options, sim, figures)
     options.progress("writing", None)
-    pictured = done._replace(picture=picture(rig.loop, trial.trace_since))
-    _write(trial, rig.loop, pictured, result)
+    marks = arm_marks(done.recording, trial.trace_since)
+    _write(trial, rig.loop, done._replace(picture=picture(rig.loop, marks)), result)
     report = None if sim.compilation is None else sim.compilation.report
     return Outcome(result, report, sim.activity)
 
@@ -72,17 +68,7 @@ def prepare(trial: ArmTrial) -> Rig:
     with nengo.Network(label=trial.name, seed=settings.network_seed) as network:
         network.add(built)
         close_loop(built, loop)
-    options.progress("compiling", None)
-    backend = "reference" if analytic else options.backend
-    sim = Simulator(
-        network,
-        chip=options.chip,
-        backend=backend,
-        dt=DT_S,
-        seed=options.seed,
-        pipeline=options.pipeline,
-    )
-    return Rig(loop, built, sim)
+    return Rig(loop, built, open_simulator(network, options))
 
 
 def perform(trial: ArmTrial, rig: Rig) -> ArmRun:
@@ -98,7 +84,7 @@ def perform(trial: ArmTrial, rig: Rig) -> ArmRun:
         sim.reset(trial.options.seed)
     loop.restart(trial.options.seed)
     loop.begin(trial.task(loop.plant.hand_position()))
-    wall_s = _simulate(sim, loop, trial.options)
+    wall_s = simulate(sim, loop.plant, trial.options)
     recording = loop.recording()
     return ArmRun(
         task=loop.task,
@@ -111,37 +97,6 @@ def perform(trial: ArmTrial, rig: Rig) -> ArmRun:
     )
 
 
-def _simulate(sim: Simulator, loop: ArmLoop, options: Options) -> float:
-    """Run all steps; returns the wall-clock time they took, in seconds."""
-    steps = round(options.seconds / DT_S)
-    start = time.perf_counter()
-    try:
-        for i in range(steps):
-            sim.step()
-            if i % 50 == 0:
-                options.progress("simulating", i / steps)
-    except (DivergedError, SimulationError) as error:  # Nengo's: a node gave NaN or infinity
-        path = run_folder.write_last_states(options.folder, loop.plant.history())
-        raise DivergedError(f"{error}; the last states are in {path}") from error
-    return time.perf_counter() - start
-
-
-def _result(trial: ArmTrial, done: ArmRun) -> dict[str, Any]:
-    """What ``result.json`` holds, but for schema and versions."""
-    settings, options = trial.settings, trial.options
-    return {
-        "command": list(options.command),
-        "experiment": trial.name,
-        "backend": options.backend,
-        "seconds": options.seconds,
-        "seeds": {"run": options.seed, "network": settings.network_seed},
-        "settings": dataclasses.asdict(settings),
-        "metrics": trial.metrics(done),
-        "activity": done.sim.activity.totals(),
-        **on_chip(done.sim),
-    }
-
-
 def _write(trial: ArmTrial, loop: ArmLoop, done: ArmRun, result: dict[str, Any]) -> None:
     folder = trial.options.folder
     run_folder.clear(folder)
@@ -149,5 +104,5 @@ def _write(trial: ArmTrial, loop: ArmLoop, done: ArmRun, result: dict[str, Any])
     with atomic_path(folder / "figure.png") as temporary:
         trial.figure(done, result).savefig(temporary, dpi=110, format="png")
     if trial.options.video:
-        write_video(folder, loop, trial.trace_since)
+        write_video(folder, loop, arm_marks(done.recording, trial.trace_since))
     run_folder.write_result(folder, result)

@@ -16,7 +16,8 @@ class ArmSettings:
 
     ``preset`` is the size of the controller; ``m1``, ``cb`` and ``s1`` replace its neurons per
     axis, ensemble and dimension. ``network_seed`` draws the neurons. ``calibrated`` refits the
-    torque's decoders to what the neurons do on the backend (`experiments.arm_calibration`).
+    torque's decoders to what the neurons do on the backend (`experiments.arm_calibration`), or
+    takes them from a file that ``spikeport calibrate`` wrote.
     ``appearance`` is that of the robot in pictures: ``primitive``, or ``menagerie`` for meshes.
     """
 
@@ -25,7 +26,7 @@ class ArmSettings:
     cb: int | None = None
     s1: int | None = None
     network_seed: int = 0
-    calibrated: bool = False
+    calibrated: bool | str = False
     appearance: str = "primitive"
 
     def __post_init__(self) -> None:

@@ -1,5 +1,6 @@
 """What a run of the arm leaves, and what each of its experiments says about itself."""
 
+import dataclasses
 from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -48,6 +49,12 @@ class ArmTrial(ABC):
     @abstractmethod
     def rehearsals(self) -> Iterable[Rehearsal]:
         """Runs of the exact law that show which states the task needs."""
+
+    @property
+    def network_settings(self) -> dict[str, Any]:
+        """The settings that the controller depends on."""
+        sizes = dataclasses.asdict(self.settings.sizes)
+        return {**sizes, "network_seed": self.settings.network_seed}
 
     @property
     @abstractmethod

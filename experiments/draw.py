@@ -1,5 +1,6 @@
 """Digit drawing: the right arm draws a digit in the air (paper, sec. 4.1 and Fig. 5)."""
 
+import dataclasses
 import math
 from dataclasses import dataclass
 from functools import partial
@@ -9,10 +10,12 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from spikeport.errors import UsageError, unknown
-from spikeport.experiments import arm_run, digit_reader
+from spikeport.experiments import arm_controller, arm_run, digit_reader
 from spikeport.experiments.arm_settings import ArmSettings
 from spikeport.experiments.arm_task import Rehearsal
 from spikeport.experiments.arm_trial import ArmRun, ArmTrial
+from spikeport.experiments.calibration import Calibration
+from spikeport.experiments.closed_loop import BACKENDS
 from spikeport.experiments.draw_figure import draw_figure
 from spikeport.experiments.draw_metrics import drawing, metrics
 from spikeport.experiments.draw_task import SHORTEST_S, DrawTask, Sheet
@@ -85,6 +88,12 @@ class DrawTrial(ArmTrial):
         ]
 
     @property
+    def network_settings(self) -> dict[str, Any]:
+        """The sheet besides, and how long a digit takes."""
+        sheet = dataclasses.asdict(self.settings.sheet)
+        return {**super().network_settings, **sheet, "seconds": self.options.seconds}
+
+    @property
     def goal(self) -> str:
         """The digit."""
         return f"digit {self.settings.digit}"
@@ -113,6 +122,11 @@ class DrawTrial(ArmTrial):
         return DrawTask.begin_s
 
 
+def calibrate(settings: DrawSettings, options: Options) -> Calibration:
+    """Refit the controller's decoders where it runs."""
+    return arm_controller.calibrate(DrawTrial(settings, options))
+
+
 def run(settings: DrawSettings, options: Options) -> Outcome:
     """Run the experiment and write its folder."""
     return arm_run.run(DrawTrial(settings, options))
@@ -123,7 +137,8 @@ EXPERIMENT = Experiment(
     summary="the right arm draws a digit",
     settings=DrawSettings,
     run=run,
-    backends=arm_run.BACKENDS,
+    backends=BACKENDS,
     seconds=12.0,
     shortest_s=SHORTEST_S,
+    calibrate=calibrate,
 )

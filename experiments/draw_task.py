@@ -73,7 +73,7 @@ class DrawTask:
     ) -> None:
         self.stroke = stroke
         draw_s = seconds - self.begin_s - REST_S
-        approach = hand + np.outer(_minimum_jerk(APPROACH_S, dt_s), stroke[0] - hand)
+        approach = hand + np.outer(minimum_jerk(APPROACH_S, dt_s), stroke[0] - hand)
         rest = np.repeat(stroke[:1], round(REST_S / dt_s), axis=0)
         self._way = np.vstack([approach, rest, _along(stroke, draw_s, dt_s)])
         self._dt_s = dt_s
@@ -85,7 +85,7 @@ class DrawTask:
         self.target = self._way[step]
 
 
-def _minimum_jerk(seconds: float, dt_s: float) -> np.ndarray:
+def minimum_jerk(seconds: float, dt_s: float) -> np.ndarray:
     """(n,) share of the way at every step."""
     tau = np.arange(0.0, seconds, dt_s) / seconds
     return tau**3 * (10 - 15 * tau + 6 * tau**2)

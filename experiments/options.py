@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from spikeport.compile.verdict.report import Report
+from spikeport.experiments.calibration import Calibration
 from spikeport.hardware_models.activity import Activity
 
 Progress = Callable[[str, float | None], None]
@@ -34,6 +35,13 @@ class Options:
     progress: Progress = field(default=silent, compare=False)
     command: tuple[str, ...] = ()
 
+    @property
+    def substrate(self) -> dict[str, str]:
+        """What neurons run on: with equal ones they do the same, on either backend with a chip."""
+        if self.backend == "reference":
+            return {"chip": "none", "passes": "none"}
+        return {"chip": str(self.chip), "passes": self.pipeline or "by default"}
+
 
 class Outcome(NamedTuple):
     """What a run leaves: what ``result.json`` holds, the compile's report, the chip's counts."""
@@ -56,3 +64,13 @@ class Experiment:
     """Simulated time where none is asked for."""
     shortest_s: float
     """The shortest time it can simulate."""
+    pipeline: str | None = None
+    """The passes of its compile where none are asked for; None for the chip's."""
+    calibrate: Callable[[Any, Options], Calibration] | None = None
+    """Refits its decoders to what the neurons do on a backend; None where it cannot."""
+    check: Callable[[Any, Options], None] | None = None
+    """Refuses what a run would refuse, without one; None where the settings refuse it all."""
+
+    def passes(self, asked: str | None) -> str | None:
+        """The passes of its compile: those asked for, of which "" is none, or else its own."""
+        return self.pipeline if asked is None else asked

@@ -7,12 +7,13 @@ import nengo
 import numpy as np
 from matplotlib.figure import Figure
 
-from spikeport.experiments import arm_run, reach_task
-from spikeport.experiments.arm_controller import controller
+from spikeport.experiments import arm_controller, arm_run, reach_task
 from spikeport.experiments.arm_region import record_region
 from spikeport.experiments.arm_settings import ArmSettings
 from spikeport.experiments.arm_task import Rehearsal
 from spikeport.experiments.arm_trial import ArmRun, ArmTrial
+from spikeport.experiments.calibration import Calibration
+from spikeport.experiments.closed_loop import BACKENDS
 from spikeport.experiments.options import Experiment, Options, Outcome
 from spikeport.experiments.reach_figure import reach_figure
 from spikeport.experiments.reach_metrics import metrics
@@ -60,6 +61,11 @@ class ReachTrial(ArmTrial):
         return reach_task.rehearsals(self.settings.target_box)
 
     @property
+    def network_settings(self) -> dict[str, Any]:
+        """The box besides."""
+        return {**super().network_settings, "box": self.settings.box}
+
+    @property
     def goal(self) -> str:
         """The box."""
         return f"box {self.settings.box}"
@@ -98,8 +104,15 @@ def arm_network(
     law = OperationalSpaceLaw(ArmDynamics())
     region = record_region(law, reach_task.rehearsals(settings.target_box))
     with nengo.Network(label="reach", seed=network_seed) as network:
-        nengo.Probe(controller(settings, region).torque)  # what leads nowhere is not compiled
+        nengo.Probe(
+            arm_controller.controller(settings, region).torque
+        )  # what leads nowhere is not compiled
     return network
+
+
+def calibrate(settings: ReachSettings, options: Options) -> Calibration:
+    """Refit the controller's decoders where it runs."""
+    return arm_controller.calibrate(ReachTrial(settings, options))
 
 
 def run(settings: ReachSettings, options: Options) -> Outcome:
@@ -112,7 +125,8 @@ EXPERIMENT = Experiment(
     summary="the right arm follows random targets",
     settings=ReachSettings,
     run=run,
-    backends=arm_run.BACKENDS,
+    backends=BACKENDS,
     seconds=15.0,
     shortest_s=0.005,
+    calibrate=calibrate,
 )

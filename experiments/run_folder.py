@@ -109,8 +109,13 @@ def _plain(value: Any) -> Any:
 
 
 def write_last_states(folder: Path, history: Mapping[str, np.ndarray]) -> Path:
-    """Save the last states of a simulation that diverged."""
+    """Save the last states of a simulation that diverged; they are all that is left of it."""
     clear(folder)
+    return add_last_states(folder, history)
+
+
+def add_last_states(folder: Path, history: Mapping[str, np.ndarray]) -> Path:
+    """Save the last states beside what else a run leaves."""
     path = folder / "last_states.npz"
     with atomic_path(path) as temporary, open(temporary, "wb") as file:
         np.savez_compressed(file, **history)  # type: ignore[arg-type]

@@ -111,11 +111,22 @@ class Plant:
         self._history.clear()
         self._history.record(self.data)
 
-    def anchor(self) -> None:
-        """Weld the pelvis to the world and lock the torso, both where they are now."""
+    def anchor(self, pose: ArrayLike | None = None, torso_rad: float | None = None) -> None:
+        """Weld the pelvis to the world and lock the torso.
+
+        Parameters
+        ----------
+        pose : array_like, (7,), optional
+            Position in m and orientation (w, x, y, z) of the pelvis; by default those of now. The
+            weld gives: a robot is moved by steps that are small.
+        torso_rad : float, optional
+            Angle of the torso; by default that of now.
+        """
+        pose = self.data.qpos[:7] if pose is None else np.asarray(pose, dtype=float)
+        torso_rad = self.data.joint("torso").qpos[0] if torso_rad is None else torso_rad
         # weld: anchor point (3), pose of the pelvis in the world (7), weight of the rotation (1)
-        self.model.eq_data[self._weld, :11] = [0, 0, 0, *self.data.qpos[:7], 1]
-        self.model.eq_data[self._lock, 0] = self.data.joint("torso").qpos[0]
+        self.model.eq_data[self._weld, :11] = [0, 0, 0, *pose, 1]
+        self.model.eq_data[self._lock, 0] = torso_rad
         self._set_anchored(True)
 
     def release(self) -> None:

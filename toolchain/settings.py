@@ -8,14 +8,18 @@ from typing import Any
 
 from spikeport.errors import UsageError, unknown
 
+SWITCH_OR_TEXT = bool | str
 BOOLEANS = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
 
 
-def parse(pairs: Iterable[str], target: Callable[..., Any], owner: str) -> dict[str, Any]:
+def parse(
+    pairs: Iterable[str], target: Callable[..., Any], owner: str, option: str = "--set"
+) -> dict[str, Any]:
     """Keyword arguments for ``target`` from ``KEY=VALUE`` texts.
 
     Values are converted to the type each parameter is annotated with (or that of its default):
-    int, float, bool or str.
+    int, float, bool or str; for ``bool | str`` what is not true or false is a text. ``option`` is
+    where the texts come from, for messages.
 
     Raises
     ------
@@ -28,7 +32,7 @@ def parse(pairs: Iterable[str], target: Callable[..., Any], owner: str) -> dict[
     for pair in pairs:
         key, equals, text = pair.partition("=")
         if not equals:
-            raise UsageError(f"--set {pair}: expected KEY=VALUE")
+            raise UsageError(f"{option} {pair}: expected KEY=VALUE")
         if key not in parameters:
             raise (
                 unknown(f"key of {owner}", key, parameters)
@@ -36,12 +40,12 @@ def parse(pairs: Iterable[str], target: Callable[..., Any], owner: str) -> dict[
                 else UsageError(f"unknown key of {owner} '{key}'; it takes none")
             )
         if key in values:
-            raise UsageError(f"--set {key}: given twice")
-        values[key] = _convert(text, parameters[key], key)
+            raise UsageError(f"{option} {key}: given twice")
+        values[key] = _convert(text, parameters[key], f"{option} {key}")
     return values
 
 
-def _parameters(target: Callable[..., Any], owner: str) -> dict[str, type]:
+def _parameters(target: Callable[..., Any], owner: str) -> dict[str, Any]:
     try:
         parameters = inspect.signature(target).parameters
     except (TypeError, ValueError) as error:
@@ -63,7 +67,9 @@ def _evaluated(annotation: Any, target: Callable[..., Any]) -> Any:
         return None
 
 
-def _plain_type(hint: Any, default: Any) -> type:
+def _plain_type(hint: Any, default: Any) -> Any:
+    if hint == SWITCH_OR_TEXT:
+        return hint
     if typing.get_origin(hint) in (typing.Union, types.UnionType):
         hint = next(t for t in typing.get_args(hint) if t is not type(None))
     if hint in (int, float, bool, str):
@@ -71,11 +77,13 @@ def _plain_type(hint: Any, default: Any) -> type:
     return type(default) if type(default) in (int, float, bool) else str
 
 
-def _convert(text: str, kind: type, key: str) -> Any:
+def _convert(text: str, kind: Any, what: str) -> Any:
+    if kind == SWITCH_OR_TEXT:
+        return BOOLEANS.get(text.lower(), text)
     try:
         return BOOLEANS[text.lower()] if kind is bool else kind(text)
     except (ValueError, KeyError):
-        raise UsageError(f"--set {key}={text}: expected {_describe(kind)}") from None
+        raise UsageError(f"{what}={text}: expected {_describe(kind)}") from None
 
 
 def _describe(kind: type) -> str:

@@ -11,6 +11,7 @@ import pytest
 from spikeport.cli import main
 from spikeport.experiments import reach
 from spikeport.experiments.options import Options, Outcome
+from spikeport.experiments.sweep_plan import Sweep
 from spikeport.networks.operational_space import OperationalSpaceLaw
 from spikeport.robot.arm import ArmDynamics
 
@@ -41,6 +42,26 @@ def loihi(tmp_path_factory: pytest.TempPathFactory) -> Run:
     """One second of a small controller on nengo-loihi's emulator."""
     folder = tmp_path_factory.mktemp("loihi")
     return run_reach(folder, 1.0, backend="nengo-loihi", m1=200, command=("spikeport", "run"))
+
+
+@pytest.fixture
+def sweep_of() -> Callable[..., Sweep]:
+    """A sweep of the walk, with what is given in place of its own."""
+
+    def make(**replaced: Any) -> Sweep:
+        asked = {
+            "experiment": "walk",
+            "backend": "native",
+            "chip": "loihi",
+            "pipeline": "compact",
+            "seconds": 2.0,
+            "settings": {"path": "paper"},
+            "varied": {"n_neurons": (2, 20)},
+            "seeds": (0,),
+        }
+        return Sweep(**{**asked, **replaced})
+
+    return make
 
 
 @pytest.fixture(scope="session")

@@ -1,8 +1,12 @@
+import dataclasses
+import functools
+
 import nengo
 import numpy as np
 import pytest
 
-from spikeport.experiments import draw
+from spikeport.errors import UsageError
+from spikeport.experiments import arm_controller, draw, reach
 from spikeport.experiments.arm_calibration import draw_states, refit
 from spikeport.experiments.arm_region import record_region
 from spikeport.experiments.arm_run import perform, prepare
@@ -46,7 +50,7 @@ def test_states_hold_all_terms_of_the_torque_at_once(law, region):
 
 def test_refitted_decoders_bring_the_torque_nearer_to_the_exact_law(law, region, tmp_path):
     held = draw_states(law, region, 120)
-    decoders = refit(arm(law, region, SMALL), held, Options(tmp_path, 1.0), 0.001)
+    decoders = refit(arm(law, region, SMALL), held, Options(tmp_path, 1.0), 0.001).decoders
     assert {label: found.shape for label, found in decoders.items()} == {
         **{f"M1 {axis}": (40, 4) for axis in "xyz"},
         **{f"CB {joint}": (30, 4) for joint in ("pitch", "roll", "yaw", "elbow", "gravity")},
@@ -67,6 +71,49 @@ def test_a_rig_gives_the_same_run_again_whatever_it_did_before(tmp_path):
     rig.sim.close()
     assert (first.torque == again.torque).all()
     assert (first.target != other.target).any()
+
+
+@pytest.fixture
+def few_states(monkeypatch):
+    """A refit on 30 states, not on 1,500."""
+    monkeypatch.setattr(arm_controller, "draw_states", functools.partial(draw_states, n=30))
+
+
+def test_a_file_gives_the_controller_that_a_refit_in_place_gives(few_states, tmp_path):
+    settings, options = ReachSettings(m1=40, cb=30, s1=10), Options(tmp_path, 0.1)
+    path = tmp_path / "decoders.npz"
+    calibration = reach.calibrate(settings, options)
+    calibration.save(path)
+    digests = []
+    for calibrated in (True, str(path), False):
+        chosen = dataclasses.replace(settings, calibrated=calibrated)
+        with prepare(ReachTrial(chosen, options)).sim as sim:
+            digests.append(sim.image.digest)
+    assert digests[0] == digests[1] != digests[2]
+    assert calibration.image_digest not in digests  # it has no relays of decoded torques
+
+
+def test_a_file_made_for_another_network_is_refused(few_states, tmp_path):
+    settings, options = ReachSettings(m1=40, cb=30, s1=10), Options(tmp_path, 0.1)
+    path = tmp_path / "decoders.npz"
+    reach.calibrate(settings, options).save(path)
+    other = dataclasses.replace(settings, network_seed=1, box="large", calibrated=str(path))
+    with pytest.raises(UsageError) as caught:
+        prepare(ReachTrial(other, options))
+    assert str(caught.value) == (
+        f"calibrated={path}: made for network_seed=0, box=small, but the run has network_seed=1, "
+        "box=large; make it with `spikeport calibrate`, the settings of the run, and --out"
+    )
+
+
+def test_a_drawing_is_calibrated_for_its_sheet_and_time_but_not_for_its_digit(tmp_path):
+    def depends_on(seconds=12.0, **settings):
+        trial = draw.DrawTrial(draw.DrawSettings(**settings), Options(tmp_path, seconds))
+        return trial.network_settings
+
+    assert depends_on(digit=2) == depends_on(digit=5)
+    assert depends_on(width_m=0.1) != depends_on()
+    assert depends_on(seconds=20.0) != depends_on()
 
 
 @pytest.mark.slow

@@ -402,12 +402,12 @@ def test_a_video_that_cannot_be_made_is_refused_before_the_run(tmp_path, spikepo
 
 def test_a_run_without_graphics_has_a_figure_all_the_same(tmp_path, monkeypatch):
     from spikeport.errors import RenderError
-    from spikeport.experiments import arm_picture
+    from spikeport.experiments import pictures
 
     def no_graphics(*_):
         raise RenderError("none")
 
-    monkeypatch.setattr(arm_picture, "Renderer", no_graphics)
+    monkeypatch.setattr(pictures, "Renderer", no_graphics)
     reach.run(reach.ReachSettings(), reach.Options(tmp_path, 0.05, backend="analytic"))
     assert names(tmp_path) == FILES
 

@@ -294,8 +294,8 @@ def test_unknown_names_of_run_list_what_there_is(spikeport, tmp_path):
         assert (done.code, done.out) == (2, "")
         return done.err
 
-    assert error("walk") == (
-        f"error: unknown experiment 'walk'; there is: {', '.join(sorted(registry.EXPERIMENTS))}\n"
+    assert error("dance") == (
+        f"error: unknown experiment 'dance'; there is: {', '.join(sorted(registry.EXPERIMENTS))}\n"
     )
     assert error("reach", "--backend", "board") == (
         f"error: unknown backend of reach 'board'; there is: {REACH_BACKENDS}\n"

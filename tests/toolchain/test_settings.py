@@ -22,6 +22,7 @@ def target(
     plain_yes=True,
     plain_text="a",
     nothing=None,
+    switch_or_text: bool | str = False,
     *,
     keyword: int = 0,
     **rest: int,
@@ -53,6 +54,8 @@ def refusal(pairs, function=target):
         ("plain_yes=no", False),
         ("plain_text=2", "2"),
         ("nothing=2", "2"),
+        ("switch_or_text=yes", True),
+        ("switch_or_text=file.npz", "file.npz"),
         ("keyword=5", 5),
     ],
 )

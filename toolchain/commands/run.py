@@ -43,7 +43,7 @@ def run(request: Request) -> None:
         raise unknown(f"backend of {experiment.name}", request.backend, experiment.backends)
     owner = f"experiment '{experiment.name}'"
     chosen = experiment.settings(**settings.parse(request.settings, experiment.settings, owner))
-    seconds = _seconds(request, experiment)
+    seconds = seconds_of(request.seconds, experiment)
     chips.get(request.chip)
     if request.passes is not None:
         parse(request.passes)
@@ -54,7 +54,7 @@ def run(request: Request) -> None:
             seconds=seconds,
             backend=request.backend,
             chip=request.chip,
-            pipeline=request.passes,
+            pipeline=experiment.passes(request.passes),
             seed=request.seed,
             video=request.video,
             progress=progress,
@@ -64,8 +64,9 @@ def run(request: Request) -> None:
     show(outcome, folder)
 
 
-def _seconds(request: Request, experiment: Experiment) -> float:
-    seconds = experiment.seconds if request.seconds is None else request.seconds
+def seconds_of(asked: float | None, experiment: Experiment) -> float:
+    """The time to simulate; UsageError if it is too short, or no time at all."""
+    seconds = experiment.seconds if asked is None else asked
     if not (math.isfinite(seconds) and seconds >= experiment.shortest_s):
         least = f"{experiment.name} simulates at least {experiment.shortest_s:g} s"
         raise UsageError(f"--seconds {seconds:g}: {least}")
@@ -94,6 +95,9 @@ def show(outcome: Outcome, folder: Path) -> None:
 def _text(value: Any) -> str:
     if value is None:
         return "-"
+    if isinstance(value, dict):
+        return ", ".join(f"{name} {_text(v)}" for name, v in value.items())
     if isinstance(value, list):
-        return "  ".join(_text(v) for v in value)
+        rows = any(isinstance(v, dict) for v in value)
+        return ("\n" if rows else "  ").join(_text(v) for v in value)
     return f"{value:.4g}" if isinstance(value, float) else str(value)

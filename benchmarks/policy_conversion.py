@@ -1,0 +1,140 @@
+"""How far the actions of a spiking policy are from the exact ones: units, solving, activations.
+
+    OPENBLAS_NUM_THREADS=1 python benchmarks/policy_conversion.py [--seeds N] [--into docs/walk.md]
+
+The shipped policy's recorded gait is played in, every observation held for 5 ms. Errors are rms
+over all joints, as a share of how the exact actions vary, against those of some observations
+before: of as many as make the error least. What is done stays in ``build/policy_conversion``.
+"""
+
+import argparse
+import functools
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+from table import insert
+
+from spikeport.experiments.options import Options
+from spikeport.experiments.policy_calibration import HOLD_S, SETTLING, record_halves, refit_lagged
+from spikeport.experiments.walk_gait import record_gait
+from spikeport.networks.policy import (
+    Layer,
+    PolicyOptions,
+    Readout,
+    exact,
+    policy,
+    record_ranges,
+    solved_layers,
+)
+from spikeport.networks.policy_solving import by_halves
+from spikeport.networks.walking_policy import load
+
+RESULTS = Path("build/policy_conversion")
+SECONDS, FITTED = 32.0, 0.8
+"""Of gait, and the share of it that is fitted; the rest is for the errors."""
+MOST_LAG = 8
+"""Observations, of 5 ms."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One conversion, on one kind of neurons."""
+
+    units: str
+    solve: str = "unit"
+    activation: str = "elu"
+    backend: str = "native"
+
+    def options(self) -> PolicyOptions:
+        return PolicyOptions(units=self.units, solve=self.solve, activation=self.activation)
+
+    @property
+    def name(self) -> str:
+        return "-".join(asdict(self).values())
+
+
+UNITS = ("hybrid", "lif", "relu", "if")
+CASES = (
+    *(Case(units, solve) for solve in ("unit", "layer") for units in UNITS),
+    *(Case(u, activation=a) for a in ("tanh", "silu", "gelu") for u in ("hybrid", "lif")),
+    *(Case(units, backend="reference") for units in UNITS),
+)
+HEADS = ("activation", "units", "solved by", "neurons", "as solved", "read-out refitted")
+
+
+@functools.cache
+def shipped() -> tuple[list[Layer], np.ndarray]:
+    """Layers and recorded gait of the shipped policy."""
+    weights = load()
+    layers = [Layer(W, b) for W, b in zip(weights.weights, weights.biases, strict=True)]
+    return layers, record_gait(weights, SECONDS)
+
+
+def measure(case: Case, seed: int) -> dict[str, float]:
+    """Errors and delays of the actions, as the layers were solved, and after a refit."""
+    layers, gait = shipped()
+    options, fitted = case.options(), int(FITTED * len(gait))
+    ranges = record_ranges(layers, gait[:fitted], activation_name=case.activation)
+    asked = (layers, ranges, options, seed)
+    build = functools.partial(policy, *asked, observations=gait[:fitted])
+    last = solved_layers(*asked, gait[:fitted])[-1]
+    solved = last if isinstance(last, Readout) else by_halves(last, options)
+    run = Options(RESULTS, 1.0, backend=case.backend, pipeline="compact")
+    halves, _ = record_halves(build, solved.weights.shape[1], gait, run)
+    wanted = exact(layers, gait, case.activation)[-1]
+    refitted = refit_lagged(by_halves(layers[-1], options), halves[:fitted], wanted[:fitted])
+    return {
+        **errors("solved", solved, halves[fitted:], wanted[fitted:]),
+        **errors("refitted", refitted, halves[fitted:], wanted[fitted:]),
+    }
+
+
+def errors(name: str, readout: Readout, halves: np.ndarray, wanted: np.ndarray) -> dict[str, float]:
+    """The least error over all lags, and the lag."""
+    found, spread = halves @ readout.weights.T + readout.bias, np.sqrt(wanted.var(axis=0).mean())
+    first, end = max(SETTLING, MOST_LAG), len(wanted)
+    apart = [found[first:] - wanted[first - lag : end - lag] for lag in range(MOST_LAG)]
+    rms = [float(np.sqrt(np.mean(error**2)) / spread) for error in apart]
+    return {name: min(rms), f"{name}_lag_s": HOLD_S * int(np.argmin(rms))}
+
+
+def result(case: Case, seed: int) -> dict[str, float]:
+    """The errors of a case; what was done before is read."""
+    file = RESULTS / f"{case.name}-{seed}.json"
+    if not file.exists():
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(json.dumps(measure(case, seed), indent=2), encoding="utf-8")
+    found: dict[str, float] = json.loads(file.read_text(encoding="utf-8"))
+    return found
+
+
+def row(case: Case, seeds: int) -> list[str]:
+    """What a case gives: the errors of all seeds, and the lag of the first."""
+    found = [result(case, seed) for seed in range(seeds)]
+    neurons = "float" if case.backend == "reference" else "chip"
+    cells = []
+    for key in ("solved", "refitted"):
+        values, lag_s = ", ".join(f"{one[key]:.3f}" for one in found), found[0][f"{key}_lag_s"]
+        cells.append(f"{values} ({1000 * lag_s:.0f} ms)")
+    return [case.activation, case.units, case.solve, neurons, *cells]
+
+
+def main() -> None:
+    """Measure what is missing; print the table, or write it."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seeds", type=int, default=1)
+    parser.add_argument("--into", type=Path)
+    chosen = parser.parse_args()
+    rows = [HEADS, ["---"] * len(HEADS), *(row(case, chosen.seeds) for case in CASES)]
+    content = "\n".join(f"| {' | '.join(cells)} |" for cells in rows)
+    if chosen.into is None:
+        print(content)
+    else:
+        text = chosen.into.read_text(encoding="utf-8")
+        chosen.into.write_text(insert(text, content), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,49 @@
+"""Runs for the benchmarks: one rig for many of them, one file for each that is done."""
+
+import json
+import time
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+CALIBRATION = "nahuku-fit"
+"""Whose energies are given."""
+
+
+@dataclass
+class Clock:
+    """Real-time factor of a simulation in this process's CPU time, taken from its progress."""
+
+    share: list[float] = field(default_factory=list)
+    cpu_s: list[float] = field(default_factory=list)
+
+    def __call__(self, what: str, share: float | None) -> None:
+        """See `spikeport.experiments.options.Progress`."""
+        if what == "simulating" and share is not None:
+            self.share.append(share)
+            self.cpu_s.append(time.process_time())
+
+    def factor(self, seconds: float) -> float:
+        """Simulated time over CPU time."""
+        return seconds * (self.share[-1] - self.share[0]) / (self.cpu_s[-1] - self.cpu_s[0])
+
+
+def saved_results(
+    folder: Path,
+    name: str,
+    trials: Mapping[Any, Any],
+    prepare: Callable[[Any], Any],
+    perform: Callable[[Any, Any], dict[str, Any]],
+) -> Iterator[dict[str, Any]]:
+    """The figures of trials that need the same rig, by key; what was done before is read."""
+    rig: Any = None
+    for key, trial in trials.items():
+        file = folder / f"{name}-{key}.json"
+        if not file.exists():
+            rig = rig or prepare(trial)
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_text(json.dumps(perform(trial, rig), indent=2), encoding="utf-8")
+        yield json.loads(file.read_text(encoding="utf-8"))
+    if rig is not None:
+        rig.sim.close()

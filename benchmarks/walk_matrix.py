@@ -1,0 +1,111 @@
+"""The worst of many walks: every path, policies of five seeds and some sizes, on the chip.
+
+    OPENBLAS_NUM_THREADS=1 python benchmarks/walk_matrix.py [--n-neurons N]... [--path PATH]...
+        [--seed N]... [--backend BACKEND] [--calibrated] [--seconds S]
+
+Each is held against the exact policy with the exact follower on the same path. Every run that is
+done stays in ``build/walk_runs`` and is not repeated: delete it to measure anew.
+"""
+
+import argparse
+import dataclasses
+from pathlib import Path
+from typing import Any
+
+from saved_runs import CALIBRATION, Clock, saved_results
+
+from spikeport.experiments.closed_loop import BACKENDS
+from spikeport.experiments.on_chip import on_chip
+from spikeport.experiments.options import Options
+from spikeport.experiments.paths import SHAPES
+from spikeport.experiments.walk import EXPERIMENT
+from spikeport.experiments.walk_metrics import metrics
+from spikeport.experiments.walk_run import Rig, perform, prepare
+from spikeport.experiments.walk_settings import WalkSettings
+from spikeport.experiments.walk_trial import WalkTrial
+
+RESULTS = Path("build/walk_runs")
+SIZES = (20, 10)
+SEEDS = range(5)
+WORST = (
+    "falls",
+    "cross_track_rms_m",
+    "cross_track_max_m",
+    "path_mse_m2",
+    "speed_error_mean_m_s",
+    "yaw_rate_error_mean_rad_s",
+    "cores",
+)
+"""The figures of which the largest is printed."""
+
+
+def trial(path: str, seed: int, backend: str, seconds: float, **settings: Any) -> WalkTrial:
+    """A walk whose robot and neurons have the same seed."""
+    chosen = WalkSettings(path=path, network_seed=seed, **settings)
+    options = Options(
+        RESULTS, seconds, backend, pipeline=EXPERIMENT.pipeline, seed=seed, progress=Clock()
+    )
+    return WalkTrial(chosen, options)
+
+
+def result(trial: WalkTrial, rig: Rig) -> dict[str, Any]:
+    """The metrics of a walk, what it took on the chip, and how fast the processor was."""
+    trial = dataclasses.replace(trial, options=dataclasses.replace(trial.options, progress=Clock()))
+    done = perform(trial, rig)
+    chip = on_chip(done.sim)
+    found = {**dataclasses.asdict(trial.settings), **metrics(done)}
+    found["cpu_real_time_factor"] = trial.options.progress.factor(trial.options.seconds)
+    if chip["resources"] is not None:
+        energy = chip["energy"][CALIBRATION]["dynamic"]["energy_step"]["value"]
+        found |= {"cores": chip["resources"]["cores"]["used"], "dynamic_energy_step_j": energy}
+    return found
+
+
+def walks(
+    paths: list[str], seeds: list[int], backend: str, seconds: float, **settings: Any
+) -> dict[str, list[dict[str, Any]]]:
+    """The figures of all seeds, by path."""
+    kind = "-".join(f"{key}{value}" for key, value in settings.items())
+    found: dict[str, list[dict[str, Any]]] = {path: [] for path in paths}
+    for seed in seeds:
+        trials = {path: trial(path, seed, backend, seconds, **settings) for path in paths}
+        name = f"{backend}-{seconds:g}s-{kind}-{seed}"
+        for run in saved_results(RESULTS, name, trials, prepare, result):
+            found[run["path"]].append(run)
+    return found
+
+
+def worst(runs: list[dict[str, Any]], exact: list[dict[str, Any]]) -> str:
+    """The worst figures of some runs, in one line."""
+    parts = [f"{key} {max(run.get(key, 0) for run in runs):.3g}" for key in WORST]
+    rms, exact_rms = (max(run["cross_track_rms_m"] for run in some) for some in (runs, exact))
+    factor = min(run["cpu_real_time_factor"] for run in runs)
+    fell = sum(run["falls"] for run in runs)
+    parts[0] = f"{fell} of {len(runs)} fell"
+    return (
+        f"{', '.join(parts)}; {rms / exact_rms:.2f}x the cross-track rms of the exact one; "
+        f"{factor:.1f}x real time in CPU time"
+    )
+
+
+def main() -> None:
+    """Run what is missing and print the worst of each path and size."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--n-neurons", type=int, action="append")
+    parser.add_argument("--path", action="append", choices=SHAPES)
+    parser.add_argument("--seed", type=int, action="append")
+    parser.add_argument("--backend", choices=BACKENDS, default="native")
+    parser.add_argument("--calibrated", action="store_true")
+    parser.add_argument("--seconds", type=float, default=EXPERIMENT.seconds)
+    chosen = parser.parse_args()
+    paths, seeds = chosen.path or list(SHAPES), chosen.seed or list(SEEDS)
+    exact = walks(paths, seeds, "analytic", chosen.seconds)
+    for n_neurons in chosen.n_neurons or SIZES:
+        settings = {"n_neurons": n_neurons, "calibrated": chosen.calibrated}
+        found = walks(paths, seeds, chosen.backend, chosen.seconds, **settings)
+        for path, runs in found.items():
+            print(f"N={n_neurons} {path}: {worst(runs, exact[path])}", flush=True)
+
+
+if __name__ == "__main__":
+    main()

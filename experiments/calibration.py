@@ -1,0 +1,106 @@
+"""Decoders refitted to what neurons do on the backend they run on, and the file that keeps them.
+
+``spikeport calibrate`` writes the file; ``--set calibrated=FILE`` of ``spikeport run`` reads it.
+"""
+
+import json
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import nengo
+import numpy as np
+
+from spikeport.atomic import atomic_path
+from spikeport.errors import UsageError
+
+MADE_FOR, DIGEST, DECODERS = "made_for", "image_digest", "decoders/"
+
+
+class Refitted(NamedTuple):
+    """Decoders by name, and the digest of the image they were measured on, see `Calibration`."""
+
+    decoders: dict[str, np.ndarray]
+    image_digest: str
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """Refitted decoders.
+
+    Attributes
+    ----------
+    made_for : mapping of str
+        All that the neurons depend on: experiment, settings, chip and passes.
+    image_digest : str
+        Of the image they were measured on; empty where no chip was involved.
+    decoders : mapping of str to ndarray
+        What was refitted, by name.
+    """
+
+    made_for: Mapping[str, Any]
+    image_digest: str
+    decoders: Mapping[str, np.ndarray]
+
+    def save(self, path: Path) -> None:
+        """Write an npz file, whole or not at all."""
+        arrays: dict[str, Any] = {DECODERS + name: D for name, D in self.decoders.items()}
+        arrays |= {MADE_FOR: json.dumps(dict(self.made_for)), DIGEST: self.image_digest}
+        with atomic_path(path) as temporary, open(temporary, "wb") as file:
+            np.savez_compressed(file, **arrays)
+
+
+def load(path: Path, wanted: Mapping[str, Any]) -> Calibration:
+    """Read a calibration that `Calibration.save` wrote.
+
+    Raises
+    ------
+    UsageError
+        If the file holds something else, numbers that are not finite, or decoders that were made
+        for anything but what is ``wanted``.
+    """
+    arrays = _read(path)
+    if MADE_FOR not in arrays or DIGEST not in arrays:
+        raise _refusal(path, "no calibration in it")
+    decoders = {k.removeprefix(DECODERS): D for k, D in arrays.items() if k.startswith(DECODERS)}
+    if not all(np.isfinite(D).all() for D in decoders.values()):
+        raise _refusal(path, "NaN or infinity in it")
+    found = Calibration(json.loads(str(arrays[MADE_FOR])), str(arrays[DIGEST]), decoders)
+    other = [key for key in wanted if found.made_for.get(key) != wanted[key]]
+    if other:
+        raise _refusal(
+            path, f"made for {_text(found.made_for, other)}, but the run has {_text(wanted, other)}"
+        )
+    return found
+
+
+def hold(node: nengo.Node, values: np.ndarray, steps: int, dt_s: float) -> None:
+    """Give a node each of some values (m, d) for some steps, the last one on to the end."""
+
+    def value(time_s: float) -> np.ndarray:
+        step = round(time_s / dt_s) - 1
+        return values[min(step // steps, len(values) - 1)]
+
+    source = nengo.Node(value, size_out=values.shape[1])
+    nengo.Connection(source, node, synapse=None)
+
+
+def _read(path: Path) -> dict[str, np.ndarray]:
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            return dict(file)
+    except (zipfile.BadZipFile, ValueError, EOFError, TypeError) as error:
+        raise _refusal(path, "no npz file") from error
+
+
+def _text(values: Mapping[str, Any], keys: list[str]) -> str:
+    return ", ".join(f"{key}={values.get(key)}" for key in keys)
+
+
+def _refusal(path: Path, found: str) -> UsageError:
+    return UsageError(
+        f"calibrated={path}: {found}; make it with `spikeport calibrate`, "
+        "the settings of the run, and --out"
+    )

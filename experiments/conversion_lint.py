@@ -1,0 +1,89 @@
+"""What converting each layer of a perceptron into spikes costs, and what to do about it."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+WIDE = 5.0
+"""Ranges above this many rms pre-activations are too wide: 2.6 is that of normal values."""
+FEW = 1.0
+"""Spikes of a unit in a time constant, below which its value is mostly noise."""
+
+ACTION_S = 0.02
+"""From one action of a walking policy to the next."""
+
+
+@dataclass(frozen=True)
+class LayerLint:
+    """What was measured of a hidden layer.
+
+    Attributes
+    ----------
+    name : str
+        Its name.
+    n_units : int
+        Its units.
+    below, above : float
+        How far the pre-activations that any unit represents reach.
+    spread : float
+        Range over rms pre-activation, median of the units' halves.
+    rate_hz : float
+        Mean firing rate of its neurons.
+    spikes : float
+        Of a unit in the time constant that filters its value.
+    tau_s : float
+        That time constant.
+    error : float
+        Rms difference of spiking from exact values, over the rms exact value.
+    """
+
+    name: str
+    n_units: int
+    below: float
+    above: float
+    spread: float
+    rate_hz: float
+    spikes: float
+    tau_s: float
+    error: float
+
+
+@dataclass(frozen=True)
+class ConversionLint:
+    """What was measured of a conversion.
+
+    Attributes
+    ----------
+    layers : tuple of LayerLint
+        Hidden layers, in float spikes.
+    action_error, chip_error : float
+        Relative rms error of the action, in float spikes and on the chip.
+    delay_s : float
+        Sum of the time constants from observation to action.
+    """
+
+    layers: tuple[LayerLint, ...]
+    action_error: float
+    chip_error: float
+    delay_s: float
+
+    def hints(self) -> Iterator[str]:
+        """What is worth a change, with the change."""
+        yield from _each(
+            "range too wide",
+            [(one.name, f"{one.spread:.1f} x rms") for one in self.layers if one.spread > WIDE],
+            "record observations of what it is to do (--observations); the error grows with it",
+        )
+        yield from _each(
+            "rate too low",
+            [(one.name, f"{one.spikes:.2g} spikes") for one in self.layers if one.spikes < FEW],
+            "more neurons (--neurons), or a longer filter (--tau-fwd)",
+        )
+        if self.delay_s > ACTION_S:
+            delay, action = (f"{1000 * time:g} ms" for time in (self.delay_s, ACTION_S))
+            yield f"tau too long: {delay} in all, an action lasts {action}; cure: less --tau-fwd"
+
+
+def _each(what: str, found: Sequence[tuple[str, str]], cure: str) -> Iterator[str]:
+    if found:
+        where = ", ".join(f"{name} ({value})" for name, value in found)
+        yield f"{what}: {where}; cure: {cure}"

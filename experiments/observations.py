@@ -1,0 +1,59 @@
+"""Observations that the ranges of a converted network are taken from."""
+
+import zipfile
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from spikeport.errors import UsageError
+
+NAME = "observations"
+N_NORMAL = 1000
+
+
+class Observations(NamedTuple):
+    """(m, n) values, and in words what they are."""
+
+    values: np.ndarray
+    origin: str
+
+
+def read_observations(path: Path, n_inputs: int) -> Observations:
+    """The array of an npz file: the one called ``observations``, or its only one.
+
+    Raises
+    ------
+    UsageError
+        It is no such file, or its array is not of finite numbers ``(m, n_inputs)``.
+    """
+    arrays = _arrays(path)
+    if NAME not in arrays and len(arrays) != 1:
+        raise _refusal(path, f"an array '{NAME}'", ", ".join(arrays) or "no array")
+    values = arrays.get(NAME, next(iter(arrays.values())))
+    if values.ndim != 2 or values.shape[1] != n_inputs or not len(values):
+        raise _refusal(path, f"an array (m, {n_inputs})", f"shape {values.shape}")
+    if values.dtype.kind not in "fiu" or not np.isfinite(values).all():
+        raise _refusal(path, "finite numbers", "others")
+    return Observations(values.astype(float), f"{len(values):,} of {path}")
+
+
+def normal_observations(n_inputs: int) -> Observations:
+    """Standard normal values, where nothing better is known."""
+    values = np.random.RandomState(0).standard_normal((N_NORMAL, n_inputs))
+    return Observations(values, f"{N_NORMAL:,} standard normal ones, since none are given")
+
+
+def _arrays(path: Path) -> dict[str, np.ndarray]:
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            return dict(file)
+    except (zipfile.BadZipFile, ValueError, TypeError, EOFError):
+        raise _refusal(path, "an npz file of numbers", "another") from None
+
+
+def _refusal(path: Path, expected: str, found: str) -> UsageError:
+    return UsageError(
+        f"observations '{path}': expected {expected}, found {found}; "
+        "write it with: numpy.savez(file, observations=array)"
+    )

@@ -1,0 +1,80 @@
+"""A user's own path: a CSV file with columns ``t_s,x_m,y_m`` and a row for each moment."""
+
+from pathlib import Path
+
+import numpy as np
+
+from spikeport.errors import UsageError
+
+COLUMNS = "t_s,x_m,y_m"
+FASTEST_M_S = 1.0
+"""The walking policy is trained up to here."""
+FARTHEST_START_M = 0.5
+"""How far from the robot a path may begin."""
+ROUNDING = 1e-6
+
+
+def read_path(file: Path, seconds: float) -> tuple[np.ndarray, np.ndarray]:
+    """Times (n,) in s and points (n, 2) in m of a path that lasts for some seconds.
+
+    Raises
+    ------
+    UsageError
+        If the file is not such a table, or the robot cannot follow what it says for so long.
+    OSError
+        If it cannot be read.
+    """
+    table = _read_table(file)
+    if not np.isfinite(table).all() or (np.diff(table[:, 0]) <= 0).any():
+        raise _no_table(file, "times that do not rise, or numbers that are not finite")
+    time_s, points = table[:, 0] - table[0, 0], table[:, 1:]
+    _check_start(file, points[0])
+    _check_speed(file, time_s, points)
+    if time_s[-1] < seconds:
+        raise UsageError(
+            f"path '{file}': lasts {time_s[-1]:g} s, {seconds:g} s are needed, with the lead of "
+            "the reference; cure: fewer --seconds, or a longer path"
+        )
+    return time_s, points
+
+
+def _read_table(file: Path) -> np.ndarray:
+    """(n, 3) its rows."""
+    header, *rows = file.read_text(encoding="utf-8").splitlines() or [""]
+    if header.replace(" ", "") != COLUMNS:
+        raise _no_table(file, f"columns '{header}'")
+    cells = [row.split(",") for row in rows]
+    if len(rows) < 2 or any(len(row) != 3 for row in cells):
+        raise _no_table(file, f"{len(rows)} rows, or one that has not three cells")
+    try:
+        return np.array([[float(cell) for cell in row] for row in cells])
+    except ValueError as error:
+        raise _no_table(file, f"a cell that is no number ({error})") from None
+
+
+def _no_table(file: Path, found: str) -> UsageError:
+    return UsageError(
+        f"path '{file}': expected columns '{COLUMNS}' and two rows or more of rising times, found "
+        f"{found}; cure: write such a table"
+    )
+
+
+def _check_start(file: Path, start: np.ndarray) -> None:
+    apart_m = float(np.linalg.norm(start))
+    if apart_m > FARTHEST_START_M:
+        raise UsageError(
+            f"path '{file}': begins with a jump of {apart_m:.2f} m, from the robot at (0, 0) to "
+            f"({start[0]:g}, {start[1]:g}), limit {FARTHEST_START_M:g} m; cure: begin where it is"
+        )
+
+
+def _check_speed(file: Path, time_s: np.ndarray, points: np.ndarray) -> None:
+    moved_m = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    speed_m_s = moved_m / np.diff(time_s)
+    worst = int(np.argmax(speed_m_s))
+    if speed_m_s[worst] > FASTEST_M_S * (1 + ROUNDING):
+        raise UsageError(
+            f"path '{file}': moves {moved_m[worst]:.2f} m from {time_s[worst]:g} to "
+            f"{time_s[worst + 1]:g} s, {speed_m_s[worst]:.2f} m/s, limit {FASTEST_M_S:g} m/s, for "
+            "which the policy is trained; cure: more time for it"
+        )

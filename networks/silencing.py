@@ -1,0 +1,45 @@
+"""Inhibition that silences a random share of a network's ensembles from a moment on.
+
+Neurons that nothing excites before that moment, and that fire in every step after it, close a gate
+(`spikeport.networks.gating`) on the ensembles that were drawn.
+
+Source: paper, sec. 4.2 and Fig. 6c.
+"""
+
+import nengo
+import numpy as np
+
+from spikeport.networks.gating import gate
+
+N_NEURONS = 8
+RATE_HZ = 1020.0
+"""Beyond the chip's one spike a step, so that the neurons fire in every step, without noise."""
+
+
+def silence(
+    net: nengo.Network, share: float, at_s: float, synapse: float, seed: int
+) -> list[nengo.Ensemble]:
+    """Silence a share of a network's ensembles, drawn from a seed, at a time in seconds.
+
+    ``synapse`` is the filter of the inhibition: that of what else the ensembles are told. Returns
+    those that fall silent, in the network's order.
+    """
+    ensembles = list(net.all_ensembles)
+    drawn = np.random.RandomState(seed).permutation(len(ensembles))[: round(share * len(ensembles))]
+    chosen = [ensembles[i] for i in sorted(drawn)]
+    with net:
+        onset = nengo.Node(lambda t: float(t > at_s), label="onset of silence")
+        inhibitor = nengo.Ensemble(
+            N_NEURONS,
+            1,
+            encoders=np.ones((N_NEURONS, 1)),
+            gain=np.full(N_NEURONS, RATE_HZ),
+            bias=np.zeros(N_NEURONS),
+            neuron_type=nengo.SpikingRectifiedLinear(
+                initial_state={"voltage": nengo.dists.Choice([0])}
+            ),
+            label="silence",
+        )
+        nengo.Connection(onset, inhibitor, synapse=None)
+        gate(inhibitor.neurons, chosen, synapse=synapse)
+    return chosen

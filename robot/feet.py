@@ -1,0 +1,29 @@
+"""Which feet of the robot stand on the floor."""
+
+from typing import Any
+
+import numpy as np
+
+SIDES = ("left", "right")
+_PARTS = ("heel", "toe")
+
+
+class Feet:
+    """The feet of a model; shapes that touch anything touch the floor, as the model is made.
+
+    Parameters
+    ----------
+    model : mujoco.MjModel
+        The robot on a floor.
+    """
+
+    def __init__(self, model: Any) -> None:
+        parts = [[model.geom(f"{side}_{part}").id for part in _PARTS] for side in SIDES]
+        self._foot = np.full(model.ngeom, len(SIDES))
+        for foot, geoms in enumerate(parts):
+            self._foot[geoms] = foot
+
+    def on_floor(self, data: Any) -> np.ndarray:
+        """(2,) of bool, left foot first: whether one of its shapes touches the floor."""
+        touching = self._foot[data.contact.geom]
+        return np.array([bool((touching == foot).any()) for foot in range(len(SIDES))])

@@ -1,0 +1,53 @@
+import json
+from types import SimpleNamespace
+
+import saved_runs
+
+
+class Rig:
+    """Counts what is done with it."""
+
+    def __init__(self):
+        self.performed, self.closed = [], 0
+        self.sim = SimpleNamespace(close=self.close)
+
+    def close(self):
+        self.closed += 1
+
+
+def results(folder, keys):
+    """The results of some trials, and what it took."""
+    rigs = []
+
+    def prepare(_trial):
+        rigs.append(Rig())
+        return rigs[-1]
+
+    def perform(trial, rig):
+        rig.performed.append(trial)
+        return {"value": 2 * trial}
+
+    trials = {key: 10 + key for key in keys}
+    found = list(saved_runs.saved_results(folder, "name", trials, prepare, perform))
+    return found, rigs
+
+
+def test_runs_share_a_rig_and_are_saved(tmp_path):
+    found, (rig,) = results(tmp_path / "new", [1, 2])
+    assert found == [{"value": 22}, {"value": 24}]
+    assert (rig.performed, rig.closed) == ([11, 12], 1)
+    assert json.loads((tmp_path / "new" / "name-2.json").read_text()) == {"value": 24}
+
+
+def test_what_was_done_is_not_done_again(tmp_path):
+    results(tmp_path, [1])
+    found, (rig,) = results(tmp_path, [1, 2])
+    assert found == [{"value": 22}, {"value": 24}]
+    assert rig.performed == [12]
+    assert results(tmp_path, [1, 2])[1] == []
+
+
+def test_the_clock_gives_simulated_over_cpu_time():
+    clock = saved_runs.Clock(share=[0.0, 0.5], cpu_s=[1.0, 3.0])
+    clock("compiling", None)
+    assert clock.factor(8.0) == 2.0

@@ -1,0 +1,83 @@
+"""The file that keeps refitted decoders."""
+
+import nengo
+import numpy as np
+import pytest
+
+from spikeport.errors import UsageError
+from spikeport.experiments.calibration import Calibration, hold, load
+from spikeport.experiments.options import Options
+
+MADE_FOR = {"experiment": "reach", "m1": 40, "chip": "loihi", "passes": "by default"}
+CURE = "; make it with `spikeport calibrate`, the settings of the run, and --out"
+
+
+@pytest.fixture
+def path(tmp_path):
+    decoders = {"M1 x": np.arange(6.0).reshape(3, 2), "bias": np.ones(2)}
+    Calibration(MADE_FOR, "abc", decoders).save(tmp_path / "c.npz")
+    return tmp_path / "c.npz"
+
+
+def refusal(path, **other):
+    with pytest.raises(UsageError) as caught:
+        load(path, {**MADE_FOR, **other})
+    return str(caught.value).removesuffix(CURE).removeprefix(f"calibrated={path}: ")
+
+
+def test_a_file_gives_what_was_saved_and_nothing_else_is_left(path):
+    found = load(path, MADE_FOR)
+    assert (found.made_for, found.image_digest) == (MADE_FOR, "abc")
+    assert list(found.decoders) == ["M1 x", "bias"]
+    assert (found.decoders["M1 x"] == np.arange(6.0).reshape(3, 2)).all()
+    assert [file.name for file in path.parent.iterdir()] == ["c.npz"]
+
+
+def test_decoders_of_another_network_are_refused_and_all_differences_named(path):
+    assert refusal(path, m1=50, passes="compact") == (
+        "made for m1=40, passes=by default, but the run has m1=50, passes=compact"
+    )
+    assert refusal(path, box="small") == "made for box=None, but the run has box=small"
+
+
+def test_numbers_that_are_not_finite_are_refused(path):
+    Calibration(MADE_FOR, "", {"D": np.array([1.0, np.nan])}).save(path)
+    assert refusal(path) == "NaN or infinity in it"
+
+
+def test_a_file_of_anything_else_is_refused(path):
+    path.write_text("text", encoding="utf-8")
+    assert refusal(path) == "no npz file"
+    np.savez(path, weights=np.ones(3))
+    assert refusal(path) == "no calibration in it"
+
+
+def test_a_file_cut_short_is_refused(path):
+    path.write_bytes(path.read_bytes()[:-40])
+    assert refusal(path) == "no npz file"
+
+
+def test_a_plain_array_is_refused(path):
+    with open(path, "wb") as file:
+        np.save(file, np.ones(3))
+    assert refusal(path) == "no npz file"
+
+
+def test_values_are_held_and_the_last_one_stays():
+    with nengo.Network() as network:
+        node = nengo.Node(size_in=1)
+        hold(node, np.array([[1.0], [2.0]]), steps=3, dt_s=0.001)
+        probe = nengo.Probe(node)
+    with nengo.Simulator(network, progress_bar=False) as sim:
+        sim.run_steps(8, progress_bar=False)
+        assert sim.data[probe].ravel().tolist() == [1, 1, 1, 2, 2, 2, 2, 2]
+
+
+def test_backends_with_a_chip_share_calibrations_and_float_has_its_own(tmp_path):
+    def substrate(**options):
+        return Options(tmp_path, 1.0, **options).substrate
+
+    assert substrate() == {"chip": "loihi", "passes": "by default"}
+    assert substrate(backend="nengo-loihi") == substrate()
+    assert substrate(pipeline="compact") != substrate() != substrate(chip="other.toml")
+    assert substrate(backend="reference", pipeline="compact") == {"chip": "none", "passes": "none"}

@@ -1,0 +1,133 @@
+"""``spikeport convert``."""
+
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
+
+from spikeport.commands.compile import check_places, write
+from spikeport.commands.progress import progress_bar
+from spikeport.commands.screen import Findings, show
+from spikeport.compile.passes.parse import parse
+from spikeport.errors import UsageError
+from spikeport.experiments.conversion import Conversion, convert
+from spikeport.experiments.conversion_lint import ConversionLint
+from spikeport.experiments.observations import (
+    Observations,
+    normal_observations,
+    read_observations,
+)
+from spikeport.experiments.run_folder import write_json
+from spikeport.hardware_models import chip as chips
+from spikeport.networks.loading.files import file_format, load_mlp
+from spikeport.networks.loading.mlp import Mlp
+from spikeport.networks.policy import Layer, PolicyOptions
+from spikeport.networks.walking_policy import WalkingPolicy
+
+
+@dataclass(frozen=True)
+class Request:
+    """What the user asked for."""
+
+    file: Path
+    description: Path | None
+    observations: Path | None
+    activation: str
+    n_neurons: int
+    tau_fwd: float
+    chip: str
+    passes: str
+    seed: int
+    out: Path | None
+    json: Path | None
+
+
+def run(request: Request) -> None:
+    """Convert, write what was asked for, and print lint and report."""
+    _check(request)
+    with progress_bar() as progress:
+        progress("reading the policy", None)
+        walker, mlp = _read(request)
+        observations = _observations(request, walker, mlp)
+        options = PolicyOptions(request.n_neurons, request.tau_fwd, activation=mlp.activation)
+        conversion = Conversion(mlp, options, observations.values, request.seed)
+        converted = convert(conversion, request.chip, request.passes, progress)
+    findings = Findings(converted.compilation.report, converted.activity)
+    write(request.out, request.json, converted.compilation, findings)
+    if request.out is not None:
+        write_json(request.out / "conversion.json", asdict(converted.lint))
+        if walker is not None:
+            walker.save(request.out / "policy.npz")
+    console = Console(highlight=False)
+    console.print(f"policy: {'-'.join(map(str, mlp.sizes))}, {mlp.activation}", markup=False)
+    console.print(f"observations: {observations.origin}", markup=False)
+    console.print(lint_table(converted.lint))
+    for line in lint_lines(converted.lint):
+        console.print(line, markup=False)
+    show(findings, cores=False)
+
+
+def _check(request: Request) -> None:
+    if request.n_neurons < 2 or request.n_neurons % 2:
+        raise UsageError(
+            f"--neurons {request.n_neurons}: a unit has as many neurons for each sign; give an "
+            "even number from 2 on"
+        )
+    if not 0 < request.tau_fwd < 1:
+        raise UsageError(f"--tau-fwd {request.tau_fwd:g}: a filter must be from 0 to 1 s")
+    check_places(request.out, request.json)
+    chips.get(request.chip)
+    parse(request.passes)
+
+
+def _read(request: Request) -> tuple[WalkingPolicy | None, Mlp]:
+    """A walking policy where the file says so, and the layers."""
+    if request.description is None and file_format(request.file) != "npz":
+        return None, load_mlp(request.file, request.activation)
+    from spikeport.experiments.policy_file import load_policy  # needs the robot
+
+    walker = load_policy(request.file, request.description)
+    return walker, Mlp(tuple(map(Layer, walker.weights, walker.biases)), "elu")
+
+
+def _observations(request: Request, walker: WalkingPolicy | None, mlp: Mlp) -> Observations:
+    if request.observations is not None:
+        return read_observations(request.observations, mlp.sizes[0])
+    if walker is None:
+        return normal_observations(mlp.sizes[0])
+    from spikeport.experiments.walk_gait import record_gait
+
+    gait = record_gait(walker)
+    return Observations(gait, f"{len(gait):,} of a gait, recorded from the exact policy")
+
+
+def lint_table(lint: ConversionLint) -> Table:
+    """What the conversion costs, layer by layer."""
+    table = Table(box=SIMPLE_HEAD, title="conversion, in float spikes")
+    table.add_column("layer", no_wrap=True)
+    columns = ("units", "range", "/ rms", "rate Hz", "tau ms", "spikes", "error")
+    for name in columns:
+        table.add_column(name, justify="right", no_wrap=True)
+    for one in lint.layers:
+        table.add_row(
+            one.name,
+            f"{one.n_units}",
+            f"{-one.below:.2g} .. {one.above:.2g}",
+            f"{one.spread:.1f}",
+            f"{one.rate_hz:.0f}",
+            f"{1000 * one.tau_s:g}",
+            f"{one.spikes:.2g}",
+            f"{100 * one.error:.1f} %",
+        )
+    return table
+
+
+def lint_lines(lint: ConversionLint) -> Iterator[str]:
+    """The action, and what is worth a change."""
+    errors = (f"{100 * error:.1f} %" for error in (lint.action_error, lint.chip_error))
+    yield "action: {} off in float spikes, {} on the chip".format(*errors)
+    for hint in lint.hints():
+        yield f"hint: {hint}"
