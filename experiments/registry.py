@@ -9,6 +9,8 @@ from spikeport.experiments.options import Experiment
 EXPERIMENTS = {
     "draw": "spikeport.experiments.draw",
     "reach": "spikeport.experiments.reach",
+    "switch": "spikeport.experiments.switch",
+    "walk": "spikeport.experiments.walk",
 }
 """The module of each experiment, which names it ``EXPERIMENT``."""
 
@@ -29,8 +31,8 @@ def get(name: str) -> Experiment:
     return experiment
 
 
-def imported(what: str, module: str) -> Any:
-    """A module of an experiment, which ``what`` needs.
+def imported(what: str, module: str, extra: str = "robot") -> Any:
+    """A module which ``what`` needs, and whose packages an extra brings.
 
     Raises
     ------
@@ -42,5 +44,5 @@ def imported(what: str, module: str) -> Any:
     except ModuleNotFoundError as error:
         raise MissingExtraError(
             f"{what} needs the package {error.name}, which is absent; "
-            "install it with: pip install 'spikeport[robot]'"
+            f"install it with: pip install 'spikeport[{extra}]'"
         ) from error

@@ -3,6 +3,7 @@
 Exit codes: 0 done, 1 the network does not fit or a run failed, 2 wrong use, 130 interrupted.
 """
 
+import os
 import sys
 import warnings
 from pathlib import Path
@@ -51,6 +52,10 @@ Seconds = Annotated[float | None, typer.Option(help="Simulated time.")]
 Out = Annotated[Path | None, typer.Option(help="Folder of the run.")]
 Overwrite = Annotated[bool, typer.Option(help="Replace an earlier run in --out.")]
 Video = Annotated[bool, typer.Option("--video", help="Write video.mp4 too.")]
+NWorkers = Annotated[int | None, typer.Option("--workers", help="Processes; all cores.", min=1)]
+Scheduler = Annotated[
+    str | None, typer.Option(metavar="tcp://...", help="Of a Dask cluster, in place of processes.")
+]
 
 
 RateHz = Annotated[
@@ -114,7 +119,9 @@ def compile_command(
     max_cores: Annotated[int | None, typer.Option(help="Exit with 1 above this.")] = None,
     max_power: Annotated[float | None, typer.Option(metavar="W", help="The same of power.")] = None,
     max_step_us: Annotated[float | None, typer.Option(help="The same of a step's time.")] = None,
-    cores: Annotated[bool, typer.Option("--cores", help="Print the table of all cores.")] = False,
+    cores: Annotated[
+        bool, typer.Option("--cores", help="Print the tables of all cores and modules.")
+    ] = False,
     explain: Annotated[
         str | None,
         typer.Option(
@@ -140,6 +147,48 @@ def compile_command(
             cores,
             passes,
             print_after,
+        )
+    )
+
+
+@app.command("convert")
+def convert_command(
+    file: Annotated[
+        Path, typer.Argument(help="npz of ours, TorchScript, checkpoint of rsl-rl, or ONNX.")
+    ],
+    description: Annotated[
+        Path | None, typer.Option(help="Isaac Lab's env.yaml of a foreign walking policy.")
+    ] = None,
+    observations: Annotated[
+        Path | None, typer.Option(help="npz with an array (n, inputs): what it will see.")
+    ] = None,
+    activation: Annotated[
+        str, typer.Option(help="Of a checkpoint, which does not name its own.")
+    ] = "elu",
+    neurons: Annotated[int, typer.Option("--neurons", "-n", help="Neurons of a unit.")] = 20,
+    tau_fwd: Annotated[float, typer.Option(help="Filter between layers, in s.")] = 0.002,
+    chip: Chip = "loihi",
+    passes: Annotated[str, typer.Option("--passes", "-p", help="See `passes`.")] = "compact",
+    seed: Seed = 0,
+    out: Annotated[Path | None, typer.Option(help="Folder to write image and report to.")] = None,
+    json: Annotated[Path | None, typer.Option(help="File to write the report to.")] = None,
+) -> None:
+    """Convert a perceptron into spikes: what it takes on the chip, and the error of each layer."""
+    from spikeport.commands.convert import Request, run
+
+    run(
+        Request(
+            file,
+            description,
+            observations,
+            activation,
+            neurons,
+            tau_fwd,
+            chip,
+            passes,
+            seed,
+            out,
+            json,
         )
     )
 
@@ -175,6 +224,22 @@ def run_command(
     run(Request(experiment, backend, chip, passes, seed, seconds, chosen, out, overwrite, video))
 
 
+@app.command("calibrate")
+def calibrate_command(
+    experiment: Annotated[str, typer.Argument(help="The experiment, e.g. reach.")],
+    out: Annotated[Path, typer.Option(help="File to write, for `run --set calibrated=FILE`.")],
+    backend: Backend = "native",
+    chip: Chip = "loihi",
+    passes: Passes = None,
+    seconds: Seconds = None,
+    settings: Settings = None,
+) -> None:
+    """Refit an experiment's decoders to what its neurons do on a backend, and write them."""
+    from spikeport.commands.calibrate import Request, run
+
+    run(Request(experiment, backend, chip, passes, seconds, settings or [], out))
+
+
 @app.command("train")
 def train_command(
     policy: Annotated[str, typer.Argument(help="The policy to train: walk.")],
@@ -193,7 +258,13 @@ def train_command(
 
 @app.command("figure")
 def figure_command(
-    figure: Annotated[str, typer.Argument(help="reach (the paper's Fig. 4) or draw (Fig. 5).")],
+    figure: Annotated[
+        str,
+        typer.Argument(
+            help="reach (the paper's Fig. 4), draw (Fig. 5), walk (6a), walk-sweep (6b) or "
+            "walk-silenced (6c)."
+        ),
+    ],
     backend: Backend = "native",
     chip: Chip = "loihi",
     passes: Passes = None,
@@ -203,13 +274,56 @@ def figure_command(
     out: Out = None,
     overwrite: Overwrite = False,
     video: Video = False,
+    workers: NWorkers = None,
+    scheduler: Scheduler = None,
 ) -> None:
-    """Make a figure of the paper: a run with its settings, and its folder."""
+    """Make a figure of the paper: a run or a sweep with its settings, and its folder."""
     from spikeport.commands import figure as command
     from spikeport.commands.run import Request
 
-    command.figure(
-        Request(figure, backend, chip, passes, seed, seconds, settings or [], out, overwrite, video)
+    chosen = settings or []
+    request = Request(figure, backend, chip, passes, seed, seconds, chosen, out, overwrite, video)
+    raise typer.Exit(command.figure(request, command.Workers(workers, scheduler)))
+
+
+@app.command("sweep")
+def sweep_command(
+    experiment: Annotated[str, typer.Argument(help="The experiment, e.g. walk.")],
+    vary: Annotated[
+        list[str] | None,
+        typer.Option(metavar="KEY=VALUE,...", help="Values of a setting or `backend`; repeatable."),
+    ] = None,
+    seeds: Annotated[int, typer.Option(help="How many, from 0 on.", min=1)] = 1,
+    backend: Backend = "native",
+    chip: Chip = "loihi",
+    passes: Passes = None,
+    seconds: Seconds = None,
+    settings: Settings = None,
+    probes: Annotated[bool, typer.Option("--probes", help="Keep the time series too.")] = False,
+    out: Annotated[Path | None, typer.Option(help="Folder; a sweep that is there goes on.")] = None,
+    workers: NWorkers = None,
+    scheduler: Scheduler = None,
+) -> None:
+    """Run an experiment at many settings, each from several seeds; resumes where it was."""
+    from spikeport.commands.sweep import Request, run
+
+    raise typer.Exit(
+        run(
+            Request(
+                experiment,
+                vary or [],
+                tuple(range(seeds)),
+                backend,
+                chip,
+                passes,
+                seconds,
+                settings or [],
+                out,
+                workers or os.cpu_count() or 1,
+                scheduler,
+                probes,
+            )
+        )
     )
 
 

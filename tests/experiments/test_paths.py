@@ -133,3 +133,11 @@ def test_a_file_with_other_columns_is_refused(written, tmp_path):
     assert str(caught.value) == (
         f"path '{tmp_path / 'mine.csv'}': {TABLE}columns 'x,y,t'; cure: write such a table"
     )
+
+
+def test_a_path_is_laid_down_from_a_robot():
+    laid = find_path("s-curve", 0.5, 10.0).laid(np.array([3.0, 2.0]), np.pi / 2)
+    assert laid.at(0)[:2] == pytest.approx([3, 2])
+    assert laid.at(0)[2:] == pytest.approx([0, 0.5], abs=1e-3)
+    forward, left = find_path("s-curve", 0.5, 10.0).at(4.0)[:2]
+    assert laid.at(4.0)[:2] == pytest.approx([3 - left, 2 + forward])

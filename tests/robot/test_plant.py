@@ -263,3 +263,11 @@ def test_motion_gives_some_joints_in_the_order_asked():
     state, places = plant.state, [JOINTS.index("right_elbow"), JOINTS.index("left_knee")]
     assert q.tolist() == state.q[places].tolist()
     assert dq.tolist() == state.dq[places].tolist()
+
+
+def test_a_robot_can_be_anchored_at_a_pose_beside_its_own(free):
+    pose = np.add(free.data.qpos[:7], [0.01, 0, 0.02, 0, 0, 0, 0])
+    free.anchor(pose, torso_rad=0.05)
+    run(free, 0.3)
+    assert free.data.qpos[:7] == pytest.approx(pose, abs=2e-3)
+    assert free.data.joint("torso").qpos[0] == pytest.approx(0.05, abs=5e-3)

@@ -1,18 +1,20 @@
 """``spikeport figure``: which run it asks for; the runs are tested in tests/experiments."""
 
+import os
 from pathlib import Path
 
 import pytest
 
-from spikeport.commands import figure
+from spikeport.commands import figure, sweep
 from spikeport.commands.run import Request
 
 
 @pytest.fixture
 def asked(monkeypatch):
-    """The requests that were passed on."""
+    """The requests that were passed on, of single runs and of sweeps."""
     requests = []
-    monkeypatch.setattr(figure, "run", requests.append)
+    monkeypatch.setattr(figure.run, "run", requests.append)
+    monkeypatch.setattr(figure.sweep, "run", lambda request: requests.append(request) or 0)
     return requests
 
 
@@ -53,9 +55,60 @@ def test_a_figure_leaves_the_folder_of_its_run(spikeport, tmp_path):
     assert sorted(path.name for path in out.iterdir()) == ["figure.png", "probes.nc", "result.json"]
 
 
-def test_an_unknown_figure_lists_those_there_are(spikeport):
-    assert spikeport("figure", "walk") == (
+def test_the_walks_figures_are_sweeps(spikeport, asked, tmp_path):
+    assert spikeport("figure", "walk", "--seed", "3", "--out", tmp_path).code == 0
+    (request,) = asked
+    assert request == sweep.Request(
+        experiment="walk",
+        vary=["policy=mlp,spiking"],
+        seeds=(3, 4, 5, 6, 7),
+        backend="native",
+        chip="loihi",
+        passes=None,
+        seconds=40.0,
+        settings=["path=paper"],
+        out=Path(tmp_path),
+        workers=os.cpu_count(),
+        scheduler=None,
+        probes=True,
+        figure="spikeport.experiments.walk_trajectories",
+    )
+
+
+def test_the_sweep_of_the_walk_goes_to_a_scheduler(spikeport, asked):
+    where = ("--scheduler", "tcp://127.0.0.1:8786", "--workers", "3")
+    options = ("--seconds", "20", "--set", "path=line")
+    assert spikeport("figure", "walk-sweep", *where, *options).code == 0
+    (request,) = asked
+    assert (request.scheduler, request.workers) == ("tcp://127.0.0.1:8786", 3)
+    assert (request.seconds, request.settings, request.probes) == (20.0, ["path=line"], False)
+    assert len(sweep.planned(request).points()) == 5 * 4 * 2 * 5
+
+
+@pytest.mark.parametrize("option", [("--workers", "2"), ("--scheduler", "tcp://127.0.0.1:1")])
+def test_a_single_run_has_no_workers(spikeport, asked, option):
+    assert spikeport("figure", "reach", *option) == (
         2,
         "",
-        "error: unknown figure 'walk'; there is: draw, reach\n",
+        "error: figure 'reach' is a single run; leave out --workers and --scheduler\n",
+    )
+    assert asked == []
+
+
+@pytest.mark.parametrize("option", ["--video", "--overwrite"])
+def test_a_sweep_has_no_video_and_overwrites_nothing(spikeport, asked, option):
+    assert spikeport("figure", "walk", option) == (
+        2,
+        "",
+        "error: figure 'walk' is a sweep, which goes on with what is in --out; leave out --video "
+        "and --overwrite\n",
+    )
+    assert asked == []
+
+
+def test_an_unknown_figure_lists_those_there_are(spikeport):
+    assert spikeport("figure", "dance") == (
+        2,
+        "",
+        "error: unknown figure 'dance'; there is: draw, reach, walk, walk-silenced, walk-sweep\n",
     )
