@@ -1,0 +1,88 @@
+"""What a sweep runs: an experiment at every combination of some settings, from several seeds."""
+
+import itertools
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+from urllib.parse import quote
+
+from spikeport.experiments.options import Options
+
+SEED = "seed"
+BACKEND = "backend"
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """What was asked for.
+
+    Attributes
+    ----------
+    experiment : str
+        Its name, see `spikeport.experiments.registry`.
+    backend, chip, pipeline, seconds
+        As in `spikeport.experiments.options.Options`.
+    settings : mapping
+        Settings of all points.
+    varied : mapping
+        The values of each setting that differs from point to point; ``backend`` can be one.
+    seeds : tuple of int
+        Of the run and, where it is neither set nor varied, of the network.
+    probes : bool
+        Whether the time series of each point are kept, too.
+    """
+
+    experiment: str
+    backend: str
+    chip: str
+    pipeline: str | None
+    seconds: float
+    settings: Mapping[str, Any]
+    varied: Mapping[str, tuple[Any, ...]]
+    seeds: tuple[int, ...]
+    probes: bool = False
+
+    @property
+    def axes(self) -> dict[str, tuple[Any, ...]]:
+        """What its points differ in, with all values: the settings, then the seed."""
+        return {**self.varied, SEED: self.seeds}
+
+    def points(self) -> list["Point"]:
+        """All points, seed by seed: what is finished first shows all settings."""
+        *varied, seeds = self.axes.values()
+        return [
+            Point(self, dict(zip(self.axes, (*values, seed), strict=True)))
+            for seed in seeds
+            for values in itertools.product(*varied)
+        ]
+
+
+class Point(NamedTuple):
+    """One run of a sweep; ``place`` is its value on each of the sweep's axes."""
+
+    sweep: Sweep
+    place: Mapping[str, Any]
+
+    @property
+    def name(self) -> str:
+        """What its file is called."""
+        return ",".join(f"{key}={quote(str(value), safe='')}" for key, value in self.place.items())
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """The settings of its experiment."""
+        varied = {k: v for k, v in self.place.items() if k not in (SEED, BACKEND)}
+        return {"network_seed": self.place[SEED], **self.sweep.settings, **varied}
+
+    def options(self, folder: Path) -> Options:
+        """The options of its run."""
+        sweep = self.sweep
+        return Options(
+            folder=folder,
+            seconds=sweep.seconds,
+            backend=self.place.get(BACKEND, sweep.backend),
+            chip=sweep.chip,
+            pipeline=sweep.pipeline,
+            seed=self.place[SEED],
+        )

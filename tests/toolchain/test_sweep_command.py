@@ -1,0 +1,138 @@
+"""``spikeport sweep`` from the command line; its workers are tested in tests/experiments."""
+
+import json
+import os
+import signal
+import sys
+import time
+
+import pytest
+import xarray as xr
+
+from spikeport.experiments import sweep_run
+from spikeport.experiments.sweep_folder import Kept
+from spikeport.experiments.sweep_run import Failure
+
+REACH = ("sweep", "reach", "--backend", "analytic", "--seconds", "0.02")
+FILES = "figure.png, points, sweep.json, table.nc"
+START_S = 120
+"""A busy machine may take so long to finish a point."""
+
+
+@pytest.fixture
+def counted(monkeypatch):
+    """Points whose ``reaches`` are their size, without a run; those of 30 fail."""
+
+    def run(asked, folder, _scheduler, _n_workers, _progress):
+        for point in asked.points():
+            if point.place["m1"] != 30:
+                folder.write(point, Kept({"metrics": {"reaches": point.place["m1"]}}, None))
+        missing = [point for point in asked.points() if not folder.holds(point)]
+        return [Failure(point, "too small") for point in missing]
+
+    monkeypatch.setattr(sweep_run, "run", run)
+
+
+def test_a_sweep_leaves_points_table_and_figure(spikeport, counted, tmp_path):
+    done = spikeport(*REACH, "--vary", "m1=10,20", "--seeds", 2, "--out", tmp_path)
+    assert done == (0, f"4 of 4 points finished\nwritten: {tmp_path}/ ({FILES})\n", "")
+    with xr.open_dataset(tmp_path / "table.nc", engine="h5netcdf") as table:
+        assert table.reaches.values.tolist() == [[10, 10], [20, 20]]
+    assert json.loads((tmp_path / "sweep.json").read_text()) == {
+        "experiment": "reach",
+        "backend": "analytic",
+        "chip": "loihi",
+        "pipeline": None,
+        "seconds": 0.02,
+        "settings": {},
+        "varied": {"m1": [10, 20]},
+        "seeds": [0, 1],
+        "probes": False,
+    }
+
+
+def test_a_point_that_failed_is_told(spikeport, counted, tmp_path):
+    done = spikeport(*REACH, "--vary", "m1=10,30", "--out", tmp_path)
+    assert done == (
+        1,
+        "failed: m1=30,seed=0: too small\n1 of 2 points finished\n"
+        f"written: {tmp_path}/ ({FILES})\n",
+        "",
+    )
+
+
+def test_without_a_finished_point_there_is_nothing_to_draw(spikeport, counted, tmp_path):
+    done = spikeport(*REACH, "--vary", "m1=30", "--out", tmp_path)
+    assert (done.code, done.err) == (1, "")
+    assert done.out.endswith(f"0 of 1 points finished\nwritten: {tmp_path}/ (sweep.json)\n")
+
+
+def test_a_missing_package_names_the_extra(spikeport, monkeypatch, tmp_path):
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    monkeypatch.delitem(sys.modules, "spikeport.experiments.sweep_run", raising=False)
+    done = spikeport(*REACH, "--vary", "m1=10", "--out", tmp_path / "out")
+    assert done == (
+        2,
+        "",
+        "error: a sweep needs the package distributed, which is absent; "
+        "install it with: pip install 'spikeport[sweep]'\n",
+    )
+
+
+KEYS = "appearance, box, calibrated, cb, m1, network_seed, preset, s1"
+BACKENDS = "analytic, native, nengo-loihi, reference"
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("--vary", "m1"), "--vary m1: expected KEY=VALUE,VALUE,..."),
+        (("--vary", "m2=1"), f"unknown key of experiment 'reach' 'm2'; there is: {KEYS}"),
+        (("--vary", "m1=10,x"), "--vary m1=x: expected a whole number"),
+        (("--vary", "m1=10,0"), "m1=0: the number of neurons must be at least 1"),
+        (("--vary", "m1=10,10"), "--vary m1=10,10: a value is given twice"),
+        (("--vary", "m1=10", "--vary", "m1=20"), "--vary m1: given twice"),
+        (("--vary", "m1=10", "--set", "m1=20"), "--vary m1: also given with --set; choose one"),
+        (
+            ("--vary", "backend=native,board"),
+            f"unknown backend of reach 'board'; there is: {BACKENDS}",
+        ),
+        (("--backend", "board"), f"unknown backend of reach 'board'; there is: {BACKENDS}"),
+        (("--set", "m1=x"), "--set m1=x: expected a whole number"),
+        (("--seconds", "0"), "--seconds 0: reach simulates at least 0.005 s"),
+    ],
+)
+def test_a_wrong_value_is_refused_before_anything_starts(spikeport, tmp_path, options, message):
+    out = tmp_path / "out"
+    done = spikeport(*REACH, "--out", out, *options)
+    assert done == (2, "", f"error: {message}\n")
+    assert not out.exists()
+
+
+def test_a_path_that_cannot_be_followed_is_refused_before_anything_starts(spikeport, tmp_path):
+    out = tmp_path / "out"
+    done = spikeport("sweep", "walk", "--vary", "path=line,circle", "--out", out)
+    known = "FILE.csv, figure-eight, line, paper, s-curve"
+    assert done == (2, "", f"error: unknown path 'circle'; there is: {known}\n")
+    assert not out.exists()
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("interruptible")
+def test_an_interrupted_sweep_goes_on_with_what_is_missing(spikeport, start, tmp_path):
+    command = (*REACH, "--vary", "m1=10,20,30", "--out", tmp_path, "--workers", "1")
+    interrupted = start(*command, start_new_session=True)
+    first = tmp_path / "points" / "m1=10,seed=0.json"
+    until = time.monotonic() + START_S
+    while not first.exists() and time.monotonic() < until:
+        time.sleep(0.05)
+    os.killpg(interrupted.pid, signal.SIGINT)  # as a terminal does
+    out, err = interrupted.communicate(timeout=START_S)
+    assert (interrupted.returncode, out) == (130, "")
+    assert err == "error: interrupted; nothing that was under way is complete\n"
+    written = first.stat().st_mtime_ns
+    assert spikeport(*command).code == 0
+    assert first.stat().st_mtime_ns == written
+    assert len(list((tmp_path / "points").iterdir())) == 3
+    result = json.loads(first.read_text())
+    assert (result["experiment"], result["settings"]["m1"]) == ("reach", 10)
