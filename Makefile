@@ -19,9 +19,8 @@ $(STAMP): pyproject.toml constraints.txt
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[test,check]'
 	@touch $@
 
-demo: $(STAMP)  ## the arm on the emulated chip reaches for targets; writes runs/demo
-	$(BIN)/spikeport compile arm
-	$(BIN)/spikeport run reach --out runs/demo --overwrite
+demo: $(STAMP)  ## the humanoid on the emulated chip walks, draws and walks on; writes runs/demo
+	$(BIN)/spikeport run switch --out runs/demo --overwrite
 
 test: check  ## lint, types and all tests
 	$(BIN)/python -m pytest
