@@ -2,8 +2,10 @@
 
 import contextlib
 import logging
+import signal
 import tempfile
 from collections.abc import Iterator
+from multiprocessing import resource_tracker
 
 import dask
 from distributed import Client, LocalCluster
@@ -42,19 +44,32 @@ def workers(scheduler: str | None, n_local: int) -> Iterator[Client]:
 
 @contextlib.contextmanager
 def _local(n: int) -> Iterator[Client]:
-    with (
-        tempfile.TemporaryDirectory(prefix="spikeport-sweep-") as scratch,
-        LocalCluster(
-            n_workers=n,
-            threads_per_worker=1,
-            host=LOCAL,
-            dashboard_address=None,
-            silence_logs=logging.CRITICAL,
-            local_directory=scratch,
-        ) as cluster,
-        Client(cluster) as client,
-    ):
-        yield client
+    with tempfile.TemporaryDirectory(prefix="spikeport-sweep-") as scratch:
+        with _uninterruptible():
+            cluster = LocalCluster(
+                n_workers=n,
+                threads_per_worker=1,
+                host=LOCAL,
+                dashboard_address=None,
+                silence_logs=logging.CRITICAL,
+                local_directory=scratch,
+            )
+        with cluster, Client(cluster) as client:
+            yield client
+
+
+@contextlib.contextmanager
+def _uninterruptible() -> Iterator[None]:
+    """Block SIGINT; threads begun meanwhile, and processes of theirs, keep it so.
+
+    A terminal interrupts workers too, which would say so at length; this process ends them.
+    """
+    resource_tracker.ensure_running()  # starting it later would unblock the signal
+    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
 
 
 @contextlib.contextmanager
