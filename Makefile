@@ -22,8 +22,8 @@ $(STAMP): pyproject.toml constraints.txt
 demo: $(STAMP)  ## the humanoid on the emulated chip walks, draws and walks on; writes runs/demo
 	$(BIN)/spikeport run switch --out runs/demo --overwrite
 
-test: check  ## lint, types and all tests
-	$(BIN)/python -m pytest
+test: check  ## lint, types and all tests, on all cores
+	$(BIN)/python -m pytest -n auto --dist loadfile
 
 shadow: $(STAMP)  ## nengo-loihi's own tests, native backend beside its emulator (4 minutes)
 	$(BIN)/python -m pytest tests/shadow
