@@ -1,13 +1,10 @@
-"""What the robot is asked to do: speeds that change every few seconds."""
+"""What the robot is asked to do: speeds that change every few seconds, no faster than it can."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from spikeport.robot.walk_interface import CONTROL_DT_S
-
-LARGEST_CHANGE = np.array([1.0, 1.0, 2.0])
-"""How fast the reference follows a command: m/s^2, m/s^2, rad/s^2."""
 
 
 @dataclass(frozen=True)
@@ -16,8 +13,9 @@ class CommandRange:
 
     ``standing`` and ``turning`` are the shares of commands that ask to stand, and to turn in
     place; ``heading`` is the share of the others that asks for a direction, which is turned to
-    with wz = ``heading_gain`` * (direction - heading), limited to +- ``wz_rad_s``. Who is asked for
-    no more than ``still`` need not step.
+    with wz = ``heading_gain`` * (direction - heading), limited to +- ``wz_rad_s``. Commands change
+    no faster than ``change_per_s`` (m/s^2, m/s^2, rad/s^2); infinite ones jump. Who is asked for no
+    more than ``still`` need not step.
     """
 
     vx_m_s: tuple[float, float] = (0.0, 1.0)
@@ -28,6 +26,7 @@ class CommandRange:
     heading_gain: float = 1.0
     still: float = 0.1
     seconds: tuple[float, float] = (3.0, 8.0)
+    change_per_s: tuple[float, float, float] = (1.0, 1.0, 2.0)
 
 
 class Commands:
@@ -35,18 +34,17 @@ class Commands:
 
     Attributes
     ----------
+    wanted : ndarray, (n, 3)
+        What was drawn: vx, vy (m/s) and wz (rad/s); vy is 0.
     value : ndarray, (n, 3)
-        vx, vy (m/s) and wz (rad/s); vy is 0.
-    reference : ndarray, (n, 3)
-        What a robot can be expected to do by now: follows ``value`` no faster than
-        `LARGEST_CHANGE`, from standing.
+        What the robots are told: on its way to ``wanted``, from standing.
     age_s : ndarray, (n,)
-        Time since the last change.
+        Time since the last draw.
     """
 
     def __init__(self, n: int, ranges: CommandRange, rng: np.random.Generator) -> None:
         self._ranges, self._rng = ranges, rng
-        self.value, self.reference = np.zeros((2, n, 3))
+        self.wanted, self.value = np.zeros((2, n, 3))
         self.age_s = np.zeros(n)
         self._left_s = np.zeros(n)
         self._follows_heading = np.zeros(n, bool)
@@ -56,12 +54,12 @@ class Commands:
     @property
     def moving(self) -> np.ndarray:
         """Who is asked to move by now, ``(n,)``."""
-        return np.abs(self.reference).max(axis=1) > self._ranges.still
+        return np.abs(self.value).max(axis=1) > self._ranges.still
 
     def restart(self, which: np.ndarray) -> None:
         """Draw new commands for some robots that stand."""
         self.draw(which)
-        self.reference[which] = 0.0
+        self.value[which] = 0.0
 
     def draw(self, which: np.ndarray) -> None:
         """Draw new commands for some robots, ``which (n,)`` of bool."""
@@ -71,7 +69,7 @@ class Commands:
         stands, turns = kind < r.standing, kind > 1 - r.turning
         vx[stands | turns] = 0.0
         wz[stands] = 0.0
-        self.value[which] = np.stack((vx, np.zeros(k), wz), axis=1)
+        self.wanted[which] = np.stack((vx, np.zeros(k), wz), axis=1)
         self._follows_heading[which] = (rng.random(k) < r.heading) & ~stands & ~turns
         self._direction_rad[which] = rng.uniform(-np.pi, np.pi, k)
         self._left_s[which] = rng.uniform(*r.seconds, k)
@@ -85,6 +83,6 @@ class Commands:
         r, turning = self._ranges, self._follows_heading
         error = (self._direction_rad - heading_rad + np.pi) % (2 * np.pi) - np.pi
         wz = np.clip(r.heading_gain * error, -r.wz_rad_s, r.wz_rad_s)
-        self.value[turning, 2] = wz[turning]
-        most = CONTROL_DT_S * LARGEST_CHANGE
-        self.reference += np.clip(self.value - self.reference, -most, most)
+        self.wanted[turning, 2] = wz[turning]
+        most = CONTROL_DT_S * np.array(r.change_per_s)
+        self.value += np.clip(self.wanted - self.value, -most, most)

@@ -32,7 +32,7 @@ _ALL_WAYS = CommandRange(vx_m_s=(-0.3, 1.0), turning=0.1)
 _WIDE = Task(
     commands=_ALL_WAYS,
     randomisation=Randomisation(push_m_s=0.3),
-    weights=replace(_STRIDE.weights, track_velocity=2.5, track_yaw_rate=1.4, torso=-0.6),
+    weights=replace(_STRIDE.weights, track_velocity=2.5, track_yaw_rate=1.4, torso=-0.6, tilt=-2.0),
     scales=replace(_STRIDE.scales, vx_sd_m_s=0.35, wz_sd_rad_s=0.35),
 )
 _NOISY = Task(
@@ -45,6 +45,7 @@ _NOISY = Task(
         high_foot=-10.0,
         torso=-1.2,
         spread_arms=-0.6,
+        tilt=-4.0,
         impact=-0.001,
         action_jerk=-0.015,
     ),
@@ -52,14 +53,15 @@ _NOISY = Task(
 )
 _PRECISE = replace(
     _NOISY,
-    commands=replace(_ALL_WAYS, turning=0.15, still=0.0),
+    commands=replace(_ALL_WAYS, turning=0.15, still=0.02),
     weights=replace(_NOISY.weights, track_velocity=4.0, track_yaw_rate=2.0),
     scales=replace(_NOISY.scales, vx_sd_m_s=0.12, wz_sd_rad_s=0.2),
 )
 _STANDING = replace(
     _PRECISE,
-    commands=CommandRange(standing=0.12, turning=0.1, still=0.0),
-    weights=replace(_PRECISE.weights, stand=1.0),
+    commands=replace(_PRECISE.commands, standing=0.2),
+    randomisation=replace(_PRECISE.randomisation, busy_arms=0.5),
+    weights=replace(_PRECISE.weights, stand=2.0),
 )
 
 STAGES = (
@@ -68,7 +70,7 @@ STAGES = (
     Stage("wide", 3_500_000, _WIDE, entropy=0.0005),
     Stage("noisy", 5_500_000, _NOISY, hidden_noise=0.06),
     Stage("precise", 8_500_000, _PRECISE, hidden_noise=0.06),
-    Stage("standing", 15_000_000, _STANDING, hidden_noise=0.06),
+    Stage("standing", 11_000_000, _STANDING, hidden_noise=0.06),
 )
 """In order; sources of the figures: see `spikeport.training.rewards`."""
 

@@ -20,6 +20,7 @@ from spikeport.robot.walk_interface import (
 )
 from spikeport.training import model as models
 from spikeport.training import observation
+from spikeport.training.busy_arms import BusyArms
 from spikeport.training.commands import CommandRange, Commands
 from spikeport.training.gait import Gait
 from spikeport.training.motion import Feet, Motion
@@ -89,6 +90,7 @@ class WalkEnvironment:
         self.age = np.zeros(n, int)
         self.gait = Gait(n)
         self.commands = Commands(n, task.commands, self._rng)
+        self._arms = BusyArms(n, task.randomisation.busy_arms, self._rng)
         self._reset(np.ones(n, bool))
         self.feet = Feet(*(np.zeros(s) for s in ((n, 2), (n, 2), (n, 2), (n, 2, 3))))
         self.motion = Motion.from_states(*self._split())
@@ -130,6 +132,7 @@ class WalkEnvironment:
         noise = self.task.randomisation.action_noise_sd
         jitter = noise * self._rng.standard_normal(action.shape) if noise else 0.0
         targets = targets_rad(action + jitter) + self.joint_offset
+        targets = self._arms.override(targets, ~self.commands.moving)
         late = np.arange(SUBSTEPS) < self.delay[:, None]
         control = np.where(late[..., None], self._targets[:, None], targets[:, None])
         states, sensors = self._rollout.rollout(
@@ -159,7 +162,7 @@ class WalkEnvironment:
             motion=motion,
             feet=self.feet,
             gait=self.gait,
-            reference=self.commands.reference,
+            command=self.commands.value,
             moving=self.commands.moving,
             velocity=self.velocity,
             yaw_rate=self.yaw_rate,
@@ -198,6 +201,7 @@ class WalkEnvironment:
             past[which] = 0.0
         self.velocity[which], self.yaw_rate[which], self.age[which] = 0.0, 0.0, 0
         self.gait.reset(which)
+        self._arms.restart(which)
         self.commands.restart(which)
 
     def _standing(self, k: int) -> np.ndarray:

@@ -25,7 +25,7 @@ class Evaluation:
     ``fallen`` of ``episodes`` robots fell; the errors are means of |vx* - vx| and |wz* - wz|,
     smoothed over 0.2 s, 1 s after each change of command left out; ``clearance_m`` is the mean
     height of a foot's highest point in a step, ``steps_per_s`` the rate of touch-downs, both while
-    asked to walk.
+    asked to walk; ``standing_steps_per_s`` is that rate while asked to stand.
     """
 
     episodes: int
@@ -34,6 +34,7 @@ class Evaluation:
     wz_error_rad_s: float
     clearance_m: float
     steps_per_s: float
+    standing_steps_per_s: float
 
 
 def evaluate(policy: Policy, task: Task, *, episodes: int = 100, seed: int = 0) -> Evaluation:
@@ -57,30 +58,26 @@ class Tally:
         self._recent: list[np.ndarray] = []
         self._errors: list[np.ndarray] = []
         self._peak_m = np.zeros((n, 2))
-        self._peaks: list[np.ndarray] = []
-        self._walking = 0
+        self._walking, self._standing = _Footsteps(), _Footsteps()
 
     def add(self, env: WalkEnvironment, fallen: np.ndarray) -> None:
         """Count one control step."""
         self._up &= ~fallen
         motion, command = env.motion, env.commands
+        settled = self._up & (command.age_s > SETTLING_S)
         speed = np.stack((motion.level_velocity[:, 0], motion.yaw_rate), axis=1)
         self._recent = [*self._recent, speed][-round(SMOOTHING_S / CONTROL_DT_S) :]
         error = np.abs(command.value[:, [0, 2]] - np.mean(self._recent, axis=0))
-        self._errors.append(error[self._up & (command.age_s > SETTLING_S)])
-        self._add_steps(env)
-
-    def _add_steps(self, env: WalkEnvironment) -> None:
-        walking = self._up & (env.commands.value[:, 0] > 0.2)
-        self._walking += int(np.count_nonzero(walking))
+        self._errors.append(error[settled])
         self._peak_m = np.maximum(self._peak_m, env.feet.height_m)
         down = env.gait.touched_down
-        self._peaks.append(self._peak_m[down & walking[:, None]])
+        self._walking.add(self._up & (command.value[:, 0] > 0.2), down, self._peak_m)
+        self._standing.add(settled & ~command.value.any(axis=1), down, self._peak_m)
         self._peak_m[down] = 0.0
 
     def result(self) -> Evaluation:
         """The figures; errors are infinite where nothing could be counted, heights 0."""
-        errors, peaks = np.concatenate(self._errors), np.concatenate(self._peaks)
+        errors, peaks = np.concatenate(self._errors), self._walking.peaks_m
         vx, wz = errors.mean(axis=0) if len(errors) else (np.inf, np.inf)
         return Evaluation(
             episodes=len(self._up),
@@ -88,5 +85,29 @@ class Tally:
             vx_error_m_s=float(vx),
             wz_error_rad_s=float(wz),
             clearance_m=float(peaks.mean()) if len(peaks) else 0.0,
-            steps_per_s=len(peaks) / (max(self._walking, 1) * CONTROL_DT_S),
+            steps_per_s=self._walking.per_s,
+            standing_steps_per_s=self._standing.per_s,
         )
+
+
+class _Footsteps:
+    """The steps of some of the robots: how often, and how high."""
+
+    def __init__(self) -> None:
+        self._robots = 0
+        self._peaks: list[np.ndarray] = []
+
+    def add(self, which: np.ndarray, down: np.ndarray, peak_m: np.ndarray) -> None:
+        """Count the feet of robots ``which (n,)`` that touch down, ``(n, 2)``."""
+        self._robots += int(np.count_nonzero(which))
+        self._peaks.append(peak_m[down & which[:, None]])
+
+    @property
+    def peaks_m(self) -> np.ndarray:
+        """The highest point of every step."""
+        return np.concatenate(self._peaks)
+
+    @property
+    def per_s(self) -> float:
+        """Steps of one robot in a second."""
+        return len(self.peaks_m) / (max(self._robots, 1) * CONTROL_DT_S)

@@ -15,7 +15,6 @@ _NOISE = observation_noise()
 
 PRIVILEGED = mirror.joined(
     mirror.OBSERVATION,
-    mirror.COMMAND,
     mirror.VECTOR,
     mirror.SCALAR,
     mirror.SCALAR,
@@ -45,13 +44,12 @@ def noisy(env: "WalkEnvironment", rng: np.random.Generator) -> np.ndarray:
 def privileged(env: "WalkEnvironment") -> np.ndarray:
     """What the critic is told: the exact observation, and what only a simulation knows.
 
-    Speeds that can be expected by now, smoothed speeds, height of the pelvis, delay, joint
+    Smoothed speeds, height of the pelvis, delay, joint
     offsets, and of the feet: contact, force, height, clocks and velocity.
     """
     feet, gait = env.feet, env.gait
     parts = (
         exact(env),
-        env.commands.reference,
         env.motion.level_velocity,
         (env.motion.height_m - 0.9)[:, None] * 5,
         env.delay[:, None] / 4.0,

@@ -17,7 +17,8 @@ class Randomisation:
     """Ranges of uniform draws; ``_sd`` are standard deviations of normal ones.
 
     Per episode: friction, scales of armature, damping and gains, change of the torso's mass and
-    centre of mass, delay of actions in physics steps, offset of every joint's target. Per step:
+    centre of mass, delay of actions in physics steps, offset of every joint's target, and whether
+    an arm is busy while the robot stands (the share of robots). Per step:
     noise of observations and of joint targets (in actions), pushes (changes of the horizontal
     velocity, about every ``push_every_s``).
     """
@@ -34,6 +35,7 @@ class Randomisation:
     push_every_s: float = 5.0
     joint_offset_sd_rad: float = 0.0
     action_noise_sd: float = 0.0
+    busy_arms: float = 0.0
 
 
 UNDISTURBED = Randomisation(
@@ -57,6 +59,7 @@ def observation_noise() -> np.ndarray:
         "linear velocity": 0.05,
         "angular velocity": 0.1,
         "gravity": 0.03,
+        "command": 0.05,
         "joint angles": 0.01,
         "joint velocities": 0.5,
     }.items():

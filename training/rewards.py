@@ -37,15 +37,15 @@ class RewardSettings:
 class Step:
     """All that a reward may depend on, for n robots.
 
-    ``reference (n, 3)`` is what can be expected of a command by now, ``moving (n,)`` who is asked
-    to move; ``velocity (n, 2)`` and ``yaw_rate (n,)`` are smoothed; ``actions`` are the last
-    three, the newest first, each ``(n, 19)``.
+    ``command (n, 3)`` is what is asked of them, ``moving (n,)`` who is asked to move;
+    ``velocity (n, 2)`` and ``yaw_rate (n,)`` are smoothed; ``actions`` are the last three, the
+    newest first, each ``(n, 19)``.
     """
 
     motion: Motion
     feet: Feet
     gait: Gait
-    reference: np.ndarray
+    command: np.ndarray
     moving: np.ndarray
     velocity: np.ndarray
     yaw_rate: np.ndarray
@@ -83,12 +83,12 @@ def _deviation(s: Step, joints: list[int]) -> np.ndarray:
 
 def track_velocity(s: Step) -> np.ndarray:
     """exp(-|v* - v|^2 / sd^2)."""
-    return np.exp(-_squares(s.reference[:, :2] - s.velocity) / s.settings.vx_sd_m_s**2)
+    return np.exp(-_squares(s.command[:, :2] - s.velocity) / s.settings.vx_sd_m_s**2)
 
 
 def track_yaw_rate(s: Step) -> np.ndarray:
     """exp(-(wz* - wz)^2 / sd^2)."""
-    return np.exp(-(((s.reference[:, 2] - s.yaw_rate) / s.settings.wz_sd_rad_s) ** 2))
+    return np.exp(-(((s.command[:, 2] - s.yaw_rate) / s.settings.wz_sd_rad_s) ** 2))
 
 
 def alive(s: Step) -> np.ndarray:

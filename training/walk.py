@@ -2,11 +2,14 @@
 
 from dataclasses import replace
 
+import numpy as np
+
 from spikeport.atomic import write_text
 from spikeport.training.card import card
+from spikeport.training.environment import Task
 from spikeport.training.evaluate import Evaluation, evaluate
 from spikeport.training.progress import Progress
-from spikeport.training.randomisation import UNDISTURBED, Randomisation
+from spikeport.training.randomisation import UNDISTURBED
 from spikeport.training.selection import choose
 from spikeport.training.train import EVALUATION_SEED, TrainOptions, train
 
@@ -17,19 +20,18 @@ def train_walk(options: TrainOptions, command: str, progress: Progress) -> dict[
     """Write ``h1_walk.npz`` and ``h1_walk.md`` into the run's folder.
 
     Returns how the policy walks: ``"as trained"`` with the delays and disturbances of the last
-    stage, ``"exact targets"`` without offsets and noise of the joint targets, ``"undisturbed"``
-    without any.
+    stage, ``"jumping commands"`` with commands that change at once, ``"exact targets"`` without
+    offsets and noise of the joint targets, ``"undisturbed"`` without any disturbance.
     """
     log = train(options, progress)
     trained = tuple(stage for stage in options.stages if stage.first_step < log[-1]["step"])
     task = options.goal
     choice = choose(options.folder, log, task, options.learner, progress)
     evaluations = {"as trained": choice.evaluation}
-    for robots, disturbances in _fewer(task.randomisation).items():
-        progress(f"evaluating robots that are {robots}", None)
-        eased = replace(task, randomisation=disturbances)
-        evaluations[robots] = evaluate(
-            choice.policy, eased, episodes=options.episodes, seed=EVALUATION_SEED
+    for name, other in _variants(task).items():
+        progress(f"evaluating: {name}", None)
+        evaluations[name] = evaluate(
+            choice.policy, other, episodes=options.episodes, seed=EVALUATION_SEED
         )
     made = {
         "command": command,
@@ -43,6 +45,11 @@ def train_walk(options: TrainOptions, command: str, progress: Progress) -> dict[
     return evaluations
 
 
-def _fewer(disturbances: Randomisation) -> dict[str, Randomisation]:
-    exact = replace(disturbances, joint_offset_sd_rad=0.0, action_noise_sd=0.0)
-    return {"exact targets": exact, "undisturbed": UNDISTURBED}
+def _variants(task: Task) -> dict[str, Task]:
+    jumps = replace(task.commands, change_per_s=(np.inf,) * 3)
+    exact = replace(task.randomisation, joint_offset_sd_rad=0.0, action_noise_sd=0.0)
+    return {
+        "jumping commands": replace(task, commands=jumps),
+        "exact targets": replace(task, randomisation=exact),
+        "undisturbed": replace(task, randomisation=UNDISTURBED),
+    }

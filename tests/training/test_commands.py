@@ -9,7 +9,7 @@ def drawn(n=4000, **ranges):
 
 
 def test_speeds_are_within_their_ranges():
-    value = drawn(vx_m_s=(0.4, 1.0), wz_rad_s=0.6, heading=0.0).value
+    value = drawn(vx_m_s=(0.4, 1.0), wz_rad_s=0.6, heading=0.0).wanted
     assert value[:, 0].min() >= 0.4
     assert value[:, 0].max() <= 1.0
     assert np.abs(value[:, 2]).max() <= 0.6
@@ -18,51 +18,57 @@ def test_speeds_are_within_their_ranges():
 
 def test_shares_of_standing_and_turning_in_place():
     commands = drawn(vx_m_s=(0.5, 1.0), standing=0.2, turning=0.3, heading=0.0)
-    still = commands.value[:, 0] == 0
+    still = commands.wanted[:, 0] == 0
     assert np.mean(still) == pytest.approx(0.5, abs=0.03)
-    assert np.mean(still & (commands.value[:, 2] == 0)) == pytest.approx(0.2, abs=0.03)
+    assert np.mean(still & (commands.wanted[:, 2] == 0)) == pytest.approx(0.2, abs=0.03)
 
 
 def test_a_heading_is_turned_to_the_short_way():
     commands = drawn(200, heading=1.0, wz_rad_s=0.5, heading_gain=1.0)
     heading = np.full(200, 3.0)
     commands.update(heading)
-    wz = commands.value[:, 2]
+    wz = commands.wanted[:, 2]
     assert np.abs(wz).max() == 0.5
     turned = heading + 0.1 * wz
     commands.update(turned)
-    assert (np.abs(commands.value[:, 2]) <= np.abs(wz)).all()
+    assert (np.abs(commands.wanted[:, 2]) <= np.abs(wz)).all()
 
 
 def test_commands_change_after_their_time():
     commands = drawn(1, seconds=(0.1, 0.1), heading=0.0)
-    first = commands.value.copy()
+    first = commands.wanted.copy()
     for _ in range(4):
         commands.update(np.zeros(1))
-    assert (commands.value == first).all()
+    assert (commands.wanted == first).all()
     assert commands.age_s == pytest.approx(0.08)
     commands.update(np.zeros(1))
-    assert (commands.value != first).any()
+    assert (commands.wanted != first).any()
     assert commands.age_s == 0
 
 
 def test_who_is_asked_for_little_need_not_step():
     commands = drawn(3, still=0.1)
-    commands.reference[:] = [[0.0, 0.0, 0.0], [0.05, 0.0, 0.09], [0.0, 0.0, -0.2]]
+    commands.value[:] = [[0.0, 0.0, 0.0], [0.05, 0.0, 0.09], [0.0, 0.0, -0.2]]
     assert commands.moving.tolist() == [False, False, True]
     commands = drawn(3, still=0.0)
-    commands.reference[:] = [[0.0, 0.0, 0.0], [0.05, 0.0, 0.09], [0.0, 0.0, -0.2]]
+    commands.value[:] = [[0.0, 0.0, 0.0], [0.05, 0.0, 0.09], [0.0, 0.0, -0.2]]
     assert commands.moving.tolist() == [False, True, True]
 
 
-def test_the_reference_follows_a_command_as_fast_as_a_robot_can():
+def test_commands_change_as_fast_as_a_robot_can():
     commands = drawn(2, vx_m_s=(1.0, 1.0), wz_rad_s=1.0, heading=0.0, seconds=(9.0, 9.0))
-    assert not commands.reference.any()
+    assert not commands.value.any()
     for _ in range(25):
         commands.update(np.zeros(2))
-    assert commands.reference[:, 0] == pytest.approx(0.5)
+    assert commands.value[:, 0] == pytest.approx(0.5)
     for _ in range(25):
         commands.update(np.zeros(2))
-    assert commands.reference == pytest.approx(commands.value)
+    assert commands.value == pytest.approx(commands.wanted)
     commands.restart(np.array([True, False]))
     assert commands.moving.tolist() == [False, True]
+
+
+def test_commands_may_jump():
+    commands = drawn(2, change_per_s=(np.inf,) * 3, heading=0.0)
+    commands.update(np.zeros(2))
+    assert (commands.value == commands.wanted).all()

@@ -3,6 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from spikeport.robot.description import JOINTS
 from spikeport.robot.walk_interface import PARTS, POSE_RAD
 from spikeport.training import mirror, randomisation
 from spikeport.training.commands import CommandRange
@@ -19,6 +20,12 @@ STATE = mirror.joined(
     mirror.VECTOR,
     mirror.AXIAL,
     mirror.JOINT,
+)
+ARMS = np.array(
+    [
+        joint.endswith(("shoulder_pitch", "shoulder_roll", "shoulder_yaw", "elbow"))
+        for joint in JOINTS
+    ]
 )
 FORWARD = 1.0 * np.isin(np.arange(19), [2, 7])
 """Hip pitch of both legs."""
@@ -58,9 +65,10 @@ def test_the_same_seed_gives_the_same_run(environment):
 
 
 def test_the_mirror_image_of_a_run_is_a_run(environment):
-    left, right = environment(n=3), environment(n=3)
+    task = replace(CALM, commands=CommandRange(heading=0.0))
+    left, right = environment(n=3, task=task), environment(n=3, task=task)
     right.states[:] = STATE(left.states)
-    right.commands.value[:] = mirror.COMMAND(left.commands.value)
+    right.commands.wanted[:] = mirror.COMMAND(left.commands.wanted)
     left.step(np.zeros((3, 19)))
     right.step(np.zeros((3, 19)))
     rng = np.random.default_rng(0)
@@ -152,3 +160,13 @@ def test_commands_are_those_of_the_task(environment):
     env = environment(n=20, task=replace(CALM, commands=CommandRange(standing=1.0)))
     assert not env.commands.moving.any()
     assert (env.observe()[:, PARTS["command"]] == 0).all()
+
+
+def test_an_arm_may_be_busy_while_the_robot_stands(environment):
+    randomised = replace(randomisation.UNDISTURBED, busy_arms=1.0)
+    env = environment(n=20, task=Task(CommandRange(standing=1.0), randomised))
+    for _ in range(40):
+        env.step(np.zeros((20, 19)))
+    away = np.abs(env._targets - POSE_RAD) > 0
+    assert away.any()
+    assert not away[:, ~ARMS].any()

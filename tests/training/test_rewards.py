@@ -40,7 +40,7 @@ def standing():
         motion=motion,
         feet=feet,
         gait=gait,
-        reference=np.array([[0.5, 0.0, 0.25]]),
+        command=np.array([[0.5, 0.0, 0.25]]),
         moving=np.array([True]),
         velocity=np.zeros((1, 2)),
         yaw_rate=np.zeros(1),

@@ -1,0 +1,53 @@
+import numpy as np
+import pytest
+
+from spikeport.robot.description import ARM_JOINTS, JOINTS
+from spikeport.robot.walk_interface import CONTROL_DT_S, POSE_RAD
+from spikeport.training.busy_arms import HIGHEST_RAD, LOWEST_RAD, SPEED_RAD_S, BusyArms
+
+RIGHT = [JOINTS.index(joint) for joint in ARM_JOINTS]
+LEFT = [JOINTS.index(joint.replace("right", "left")) for joint in ARM_JOINTS]
+N = 400
+ALL = np.ones(N, bool)
+ASKED = np.tile(POSE_RAD + 0.01, (N, 1))
+
+
+def busy(share=1.0):
+    arms = BusyArms(N, share, np.random.default_rng(0))
+    arms.restart(ALL)
+    return arms
+
+
+def after(arms, seconds, standing=ALL):
+    for _ in range(round(seconds / CONTROL_DT_S)):
+        targets = arms.override(ASKED, standing)
+    return targets
+
+
+def test_one_arm_wanders_within_its_poses():
+    targets = after(busy(), 8.0) - POSE_RAD
+    right, left = (np.abs(targets[:, side] - 0.01).max(axis=1) > 1e-9 for side in (RIGHT, LEFT))
+    assert (right ^ left).mean() > 0.95
+    assert right.mean() == pytest.approx(0.5, abs=0.1)
+    assert (targets[right][:, RIGHT] >= LOWEST_RAD - 1e-9).all()
+    assert (targets[right][:, RIGHT] <= HIGHEST_RAD + 1e-9).all()
+    others = np.setdiff1d(np.arange(len(JOINTS)), RIGHT + LEFT)
+    assert targets[:, others] == pytest.approx(0.01)
+
+
+def test_it_moves_no_faster_than_stated():
+    arms = busy()
+    before = after(arms, 1.0)
+    change = np.abs(arms.override(ASKED, ALL) - before)
+    assert change.max() <= SPEED_RAD_S * CONTROL_DT_S + 0.01 + 1e-9
+
+
+def test_it_goes_back_before_the_policy_takes_over():
+    arms = busy()
+    away = np.abs(after(arms, 8.0) - POSE_RAD).max()
+    assert away > 0.5
+    assert (after(arms, 1.5, standing=~ALL) == ASKED).all()
+
+
+def test_where_no_arm_is_busy_the_policy_is_obeyed():
+    assert after(busy(share=0.0), 2.0) is ASKED
