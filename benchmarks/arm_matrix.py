@@ -12,8 +12,8 @@ from typing import Any
 
 from arm_runs import draw_trial, reach_trial, results
 
-from spikeport.experiments.arm_trial import ArmTrial
-from spikeport.experiments.strokes import DIGITS
+from spikeport.experiments.arm.strokes import DIGITS
+from spikeport.experiments.arm.trial import ArmTrial
 from spikeport.networks.arm import PRESETS
 
 TASKS = ("small", "large", "draw")

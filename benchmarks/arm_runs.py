@@ -7,12 +7,12 @@ from typing import Any
 
 from saved_runs import CALIBRATION, Clock, saved_results
 
-from spikeport.experiments.arm_run import Rig, perform, prepare
-from spikeport.experiments.arm_trial import ArmTrial
-from spikeport.experiments.draw import DrawSettings, DrawTrial
+from spikeport.experiments.arm.draw import DrawSettings, DrawTrial
+from spikeport.experiments.arm.reach import ReachSettings, ReachTrial
+from spikeport.experiments.arm.run import Rig, perform, prepare
+from spikeport.experiments.arm.trial import ArmTrial
 from spikeport.experiments.on_chip import on_chip
 from spikeport.experiments.options import Options
-from spikeport.experiments.reach import ReachSettings, ReachTrial
 
 RESULTS = Path("build/arm_runs")
 

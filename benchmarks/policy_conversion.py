@@ -17,8 +17,8 @@ import numpy as np
 from table import insert
 
 from spikeport.experiments.options import Options
-from spikeport.experiments.policy_calibration import HOLD_S, SETTLING, record_halves, refit_lagged
-from spikeport.experiments.walk_gait import record_gait
+from spikeport.experiments.policy.calibration import HOLD_S, SETTLING, record_halves, refit_lagged
+from spikeport.experiments.walk.gait import record_gait
 from spikeport.networks.policy import (
     Layer,
     PolicyOptions,

@@ -17,12 +17,12 @@ from saved_runs import CALIBRATION, Clock, saved_results
 from spikeport.experiments.closed_loop import BACKENDS
 from spikeport.experiments.on_chip import on_chip
 from spikeport.experiments.options import Options
-from spikeport.experiments.paths import SHAPES
-from spikeport.experiments.walk import EXPERIMENT
-from spikeport.experiments.walk_metrics import metrics
-from spikeport.experiments.walk_run import Rig, perform, prepare
-from spikeport.experiments.walk_settings import WalkSettings
-from spikeport.experiments.walk_trial import WalkTrial
+from spikeport.experiments.walk.experiment import EXPERIMENT
+from spikeport.experiments.walk.metrics import metrics
+from spikeport.experiments.walk.paths import SHAPES
+from spikeport.experiments.walk.run import Rig, perform, prepare
+from spikeport.experiments.walk.settings import WalkSettings
+from spikeport.experiments.walk.trial import WalkTrial
 
 RESULTS = Path("build/walk_runs")
 SIZES = (20, 10)

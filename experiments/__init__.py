@@ -1,1 +1,1 @@
-"""The paper's experiments, one file each."""
+"""The paper's experiments; what they share lies beside their folders."""

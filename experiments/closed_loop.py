@@ -1,4 +1,4 @@
-"""What all runs in closed loop share: the simulator, its steps, and what ``result.json`` holds."""
+"""What all runs in closed loop share: the simulator, its steps, and what is left."""
 
 import dataclasses
 import time
@@ -11,7 +11,7 @@ from nengo.exceptions import SimulationError
 from spikeport.errors import DivergedError
 from spikeport.experiments import run_folder
 from spikeport.experiments.on_chip import on_chip
-from spikeport.experiments.options import Options
+from spikeport.experiments.options import Options, Outcome
 from spikeport.robot.plant import Plant
 from spikeport.simulator import Simulator
 
@@ -58,11 +58,11 @@ def simulate(
     return time.perf_counter() - start
 
 
-def result(
+def outcome(
     experiment: str, settings: Any, options: Options, sim: Simulator, metrics: dict[str, Any]
-) -> dict[str, Any]:
-    """What ``result.json`` holds, but for schema and versions."""
-    return {
+) -> Outcome:
+    """What a run leaves, to be written."""
+    result = {
         "command": list(options.command),
         "experiment": experiment,
         "backend": options.backend,
@@ -73,3 +73,5 @@ def result(
         "activity": sim.activity.totals(),
         **on_chip(sim),
     }
+    report = None if sim.compilation is None else sim.compilation.report
+    return Outcome(result, report, sim.activity)

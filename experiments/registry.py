@@ -7,10 +7,10 @@ from spikeport.errors import MissingExtraError, unknown
 from spikeport.experiments.options import Experiment
 
 EXPERIMENTS = {
-    "draw": "spikeport.experiments.draw",
-    "reach": "spikeport.experiments.reach",
-    "switch": "spikeport.experiments.switch",
-    "walk": "spikeport.experiments.walk",
+    "draw": "spikeport.experiments.arm.draw",
+    "reach": "spikeport.experiments.arm.reach",
+    "switch": "spikeport.experiments.switch.experiment",
+    "walk": "spikeport.experiments.walk.experiment",
 }
 """The module of each experiment, which names it ``EXPERIMENT``."""
 

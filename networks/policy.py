@@ -67,7 +67,7 @@ def policy(
         Seed of the neurons.
     readout : Readout, optional
         Replaces the layer of the action, e.g. by one refitted to what the neurons do on the chip
-        (`spikeport.experiments.policy_calibration`).
+        (`spikeport.experiments.policy.calibration`).
     observations : (m, n) array, optional
         Recorded observations, for ``solve="layer"``.
 

@@ -14,7 +14,7 @@ from spikeport import settings
 from spikeport.errors import SpikeportError, UsageError, unknown
 from spikeport.experiments.registry import imported
 
-BUILT_IN = {"arm": "spikeport.experiments.reach:arm_network"}
+BUILT_IN = {"arm": "spikeport.experiments.arm.reach:arm_network"}
 OURS = {spec.partition(":")[0] for spec in BUILT_IN.values()}
 
 

@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 import pytest
 
 from spikeport.cli import main
-from spikeport.experiments import reach
+from spikeport.experiments.arm import reach
 from spikeport.experiments.options import Options, Outcome
-from spikeport.experiments.sweep_plan import Sweep
+from spikeport.experiments.sweep.plan import Sweep
 from spikeport.networks.operational_space import OperationalSpaceLaw
 from spikeport.robot.arm import ArmDynamics
 

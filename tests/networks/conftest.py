@@ -2,8 +2,8 @@
 
 import pytest
 
-from spikeport.experiments.arm_region import record_region
-from spikeport.experiments.reach_task import BOXES, rehearsals
+from spikeport.experiments.arm.reach_task import BOXES, rehearsals
+from spikeport.experiments.arm.region import record_region
 from spikeport.networks.operational_space import OperationalSpaceLaw
 from spikeport.networks.region import ArmRegion
 from spikeport.robot.arm import ArmDynamics

@@ -71,7 +71,7 @@ def test_the_walks_figures_are_sweeps(spikeport, asked, tmp_path):
         workers=os.cpu_count(),
         scheduler=None,
         probes=True,
-        figure="spikeport.experiments.walk_trajectories",
+        figure="spikeport.experiments.walk.trajectories",
     )
 
 

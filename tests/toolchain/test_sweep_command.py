@@ -9,9 +9,9 @@ import time
 import pytest
 import xarray as xr
 
-from spikeport.experiments import sweep_run
-from spikeport.experiments.sweep_folder import Kept
-from spikeport.experiments.sweep_run import Failure
+from spikeport.experiments.sweep import run as sweep_run
+from spikeport.experiments.sweep.folder import Kept
+from spikeport.experiments.sweep.run import Failure
 
 REACH = ("sweep", "reach", "--backend", "analytic", "--seconds", "0.02")
 FILES = "figure.png, points, sweep.json, table.nc"
@@ -69,7 +69,7 @@ def test_without_a_finished_point_there_is_nothing_to_draw(spikeport, counted, t
 
 def test_a_missing_package_names_the_extra(spikeport, monkeypatch, tmp_path):
     monkeypatch.setitem(sys.modules, "distributed", None)
-    monkeypatch.delitem(sys.modules, "spikeport.experiments.sweep_run", raising=False)
+    monkeypatch.delitem(sys.modules, "spikeport.experiments.sweep.run", raising=False)
     done = spikeport(*REACH, "--vary", "m1=10", "--out", tmp_path / "out")
     assert done == (
         2,

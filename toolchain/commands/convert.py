@@ -13,9 +13,9 @@ from spikeport.commands.progress import progress_bar
 from spikeport.commands.screen import Findings, show
 from spikeport.compile.passes.parse import parse
 from spikeport.errors import UsageError
-from spikeport.experiments.conversion import Conversion, convert
-from spikeport.experiments.conversion_lint import ConversionLint
-from spikeport.experiments.observations import (
+from spikeport.experiments.policy.conversion import Conversion, convert
+from spikeport.experiments.policy.lint import ConversionLint
+from spikeport.experiments.policy.observations import (
     Observations,
     normal_observations,
     read_observations,
@@ -87,7 +87,7 @@ def _read(request: Request) -> tuple[WalkingPolicy | None, Mlp]:
     """A walking policy where the file says so, and the layers."""
     if request.description is None and file_format(request.file) != "npz":
         return None, load_mlp(request.file, request.activation)
-    from spikeport.experiments.policy_file import load_policy  # needs the robot
+    from spikeport.experiments.policy.file import load_policy  # needs the robot
 
     walker = load_policy(request.file, request.description)
     return walker, Mlp(tuple(map(Layer, walker.weights, walker.biases)), "elu")
@@ -98,7 +98,7 @@ def _observations(request: Request, walker: WalkingPolicy | None, mlp: Mlp) -> O
         return read_observations(request.observations, mlp.sizes[0])
     if walker is None:
         return normal_observations(mlp.sizes[0])
-    from spikeport.experiments.walk_gait import record_gait
+    from spikeport.experiments.walk.gait import record_gait
 
     gait = record_gait(walker)
     return Observations(gait, f"{len(gait):,} of a gait, recorded from the exact policy")

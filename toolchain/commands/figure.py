@@ -98,7 +98,7 @@ FIGURES: dict[str, PaperFigure | PaperSweep] = {
         {"path": "paper"},
         ["policy=mlp,spiking"],
         5,
-        "spikeport.experiments.walk_trajectories",
+        "spikeport.experiments.walk.trajectories",
         probes=True,
     ),
     "walk-sweep": PaperSweep(
@@ -108,7 +108,7 @@ FIGURES: dict[str, PaperFigure | PaperSweep] = {
         {"path": "paper"},
         ["n_neurons=2,6,10,20,40", "tau_fwd=.001,.002,.005,.01", "backend=reference,native"],
         5,
-        "spikeport.experiments.walk_sweep_figure",
+        "spikeport.experiments.walk.sweep_figure",
     ),
     "walk-silenced": PaperFigure(
         "Fig. 6c: half of the ensembles fall silent",

@@ -15,12 +15,12 @@ from spikeport.compile.passes.parse import parse
 from spikeport.errors import UsageError, unknown
 from spikeport.experiments import registry
 from spikeport.experiments.options import Experiment
-from spikeport.experiments.sweep_folder import open_folder
-from spikeport.experiments.sweep_plan import BACKEND, Sweep
+from spikeport.experiments.sweep.folder import open_folder
+from spikeport.experiments.sweep.plan import BACKEND, Sweep
 from spikeport.hardware_models import chip as chips
 
-RUN, TABLE = "spikeport.experiments.sweep_run", "spikeport.experiments.sweep_table"
-ALL_METRICS = "spikeport.experiments.sweep_figure"
+RUN, TABLE = "spikeport.experiments.sweep.run", "spikeport.experiments.sweep.table"
+ALL_METRICS = "spikeport.experiments.sweep.figure"
 """The modules that need the extra; they are imported when they are asked for."""
 
 

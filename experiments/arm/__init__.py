@@ -1,0 +1,1 @@
+"""The arm: it reaches for targets, and draws digits."""

@@ -1,0 +1,100 @@
+"""The drawing task: the hand moves to where a stroke begins, then follows a pen along it.
+
+    approach   x(t) = x_0 + (x_1 - x_0) (10 tau^3 - 15 tau^4 + 6 tau^5),  tau = t / T in [0, 1]
+    drawing    ds/dt = v min(1, t / t_r, (T - t) / t_r),  s(T) = length of the stroke
+
+The pen rests where the stroke begins and, for the hand that lags behind it, where it ends.
+
+Source of the approach: Flash and Hogan, "The coordination of arm movements", 1985 (minimum jerk).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from spikeport.experiments.arm.strokes import arc_length, unit_stroke
+
+APPROACH_S = 1.5
+REST_S = 0.5
+RAMP_S = 0.5
+"""Time in which the pen reaches its speed, and in which it stops again."""
+SHORTEST_S = 4.0
+"""Of a run: a second and a half of it is drawing."""
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """Where digits are drawn: an upright rectangle across the robot, at a constant x.
+
+    Digits are written as the robot reads them: from its left to its right, which is towards -y.
+    Metres, world frame; ``x_m``, ``y_m``, ``z_m`` is the centre.
+    """
+
+    x_m: float = 0.35
+    y_m: float = -0.20
+    z_m: float = 1.24
+    width_m: float = 0.14
+    height_m: float = 0.20
+
+    def place(self, unit: np.ndarray) -> np.ndarray:
+        """(n, 3) world coordinates of points (n, 2) in the unit box."""
+        right, up = ((unit - 0.5) * [self.width_m, self.height_m]).T
+        return np.stack([np.full(len(unit), self.x_m), self.y_m - right, self.z_m + up], axis=1)
+
+    def read(self, points: np.ndarray) -> np.ndarray:
+        """(n, 2) points (n, 3) as the robot sees them: metres to the right and up."""
+        return np.stack([self.y_m - points[:, 1], points[:, 2] - self.z_m], axis=1)
+
+    def stroke(self, digit: int) -> np.ndarray:
+        """(n, 3) points of a digit in the world, close together, in the order they are drawn."""
+        return self.place(unit_stroke(digit))
+
+
+class DrawTask:
+    """A stroke, approached and drawn in a given time.
+
+    Parameters
+    ----------
+    stroke : (n, 3) array
+        Its points in m, close together.
+    hand : (3,) array
+        Where the hand starts, in m.
+    seconds : float
+        Time of the whole run.
+    dt_s : float
+        Time step of the pen.
+    """
+
+    begin_s = APPROACH_S + REST_S
+    """When the pen begins to draw."""
+
+    def __init__(
+        self, stroke: np.ndarray, hand: np.ndarray, seconds: float, dt_s: float = 0.005
+    ) -> None:
+        self.stroke = stroke
+        draw_s = seconds - self.begin_s - REST_S
+        approach = hand + np.outer(minimum_jerk(APPROACH_S, dt_s), stroke[0] - hand)
+        rest = np.repeat(stroke[:1], round(REST_S / dt_s), axis=0)
+        self._way = np.vstack([approach, rest, _along(stroke, draw_s, dt_s)])
+        self._dt_s = dt_s
+        self.target = self._way[0]
+
+    def update(self, time_s: float, _hand: np.ndarray) -> None:
+        """Move the pen on."""
+        step = min(round(time_s / self._dt_s), len(self._way) - 1)
+        self.target = self._way[step]
+
+
+def minimum_jerk(seconds: float, dt_s: float) -> np.ndarray:
+    """(n,) share of the way at every step."""
+    tau = np.arange(0.0, seconds, dt_s) / seconds
+    return tau**3 * (10 - 15 * tau + 6 * tau**2)
+
+
+def _along(stroke: np.ndarray, seconds: float, dt_s: float) -> np.ndarray:
+    """(m, 3) points of a stroke at every step."""
+    times = np.arange(0.0, seconds + dt_s, dt_s)
+    speed = np.clip(np.minimum(times, seconds - times) / RAMP_S, 0.0, 1.0)
+    done = np.cumsum(speed) / speed.sum()
+    length = arc_length(stroke)
+    return np.stack([np.interp(done, length / length[-1], c) for c in stroke.T], axis=1)

@@ -1,0 +1,147 @@
+"""The reach-to-target task: a new random target as soon as the hand is within 4 cm of the last.
+
+Source: paper, sec. 4.1. Its target area and gains are not published; the boxes are ours.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from spikeport.errors import UsageError, unknown
+from spikeport.experiments.arm.task import SHOULDER_M, Rehearsal
+
+REACHED_M = 0.04
+MIN_JUMP_M = 0.10
+REGION_SEEDS = (1000, 1001, 1002)
+REGION_SECONDS = 15.0
+"""Random runs that shape the region; no evaluation uses these seeds."""
+
+
+@dataclass(frozen=True)
+class TargetBox:
+    """Where targets are drawn from: world coordinates in metres, and distance from the shoulder."""
+
+    low_m: tuple[float, float, float]
+    high_m: tuple[float, float, float]
+    shell_m: tuple[float, float] = (0.0, np.inf)
+
+    def draw(self, rng: np.random.RandomState, last: np.ndarray) -> np.ndarray:
+        """A random point of the box that is at least 10 cm from the last target."""
+        while True:
+            point = rng.uniform(self.low_m, self.high_m)
+            if np.linalg.norm(point - last) >= MIN_JUMP_M and self.reachable(point):
+                return point
+
+    def grid(self, points: int) -> np.ndarray:
+        """(n, 3) points of a grid that spans the box, without those out of reach."""
+        edges = [
+            np.linspace(low, high, points)
+            for low, high in zip(self.low_m, self.high_m, strict=True)
+        ]
+        grid = np.stack(np.meshgrid(*edges), axis=-1).reshape(-1, 3)
+        return grid[[self.reachable(point) for point in grid]]
+
+    def reachable(self, point: np.ndarray) -> bool:
+        """Whether a point lies in the shell around the shoulder."""
+        return bool(self.shell_m[0] <= np.linalg.norm(point - SHOULDER_M) <= self.shell_m[1])
+
+
+BOXES = {
+    "small": TargetBox((0.28, -0.34, 1.12), (0.42, -0.06, 1.36)),
+    "large": TargetBox((0.20, -0.48, 1.05), (0.48, 0.05, 1.45), shell_m=(0.27, 0.56)),
+}
+
+
+def find_box(text: str) -> TargetBox:
+    """The box of that name, or of the edges ``x0:x1,y0:y1,z0:z1`` in metres.
+
+    Raises
+    ------
+    UsageError
+        If it is neither, or too small to hold targets 10 cm apart wherever the last one was.
+    """
+    if text in BOXES:
+        return BOXES[text]
+    edges = _edges(text)
+    if edges.shape != (3, 2) or not np.isfinite(edges).all():
+        raise unknown("box", text, [*BOXES, "x0:x1,y0:y1,z0:z1 (m)"])
+    low, high = edges.T
+    if (high < low).any() or np.linalg.norm(high - low) <= 2 * MIN_JUMP_M:
+        raise UsageError(
+            f"box {text}: each edge must rise, and the diagonal exceed {2 * MIN_JUMP_M:g} m"
+        )
+    return TargetBox(tuple(low), tuple(high))
+
+
+def _edges(text: str) -> np.ndarray:
+    """The numbers of ``a:b,c:d``, row by row; empty if they are none."""
+    try:
+        return np.array([[float(end) for end in edge.split(":")] for edge in text.split(",")])
+    except ValueError:
+        return np.empty((0, 2))
+
+
+class ReachTask:
+    """Random targets, each until it is reached.
+
+    Parameters
+    ----------
+    box : TargetBox
+        Where targets are drawn from.
+    seed : int
+        Seed of the targets.
+    hand : (3,) array
+        Where the hand starts, in metres.
+    """
+
+    def __init__(self, box: TargetBox, seed: int, hand: np.ndarray) -> None:
+        self._box = box
+        self._rng = np.random.RandomState(seed)
+        self.reach_times_s: list[float] = []
+        self.target = box.draw(self._rng, hand)
+
+    def update(self, time_s: float, hand: np.ndarray) -> None:
+        """Move on to a new target if the hand has reached this one."""
+        if math.dist(self.target, hand) < REACHED_M:
+            self.reach_times_s.append(time_s)
+            self.target = self._box.draw(self._rng, self.target)
+
+
+class GridTour:
+    """Targets on a grid that fills a box, each for a fixed time, in random order.
+
+    Parameters
+    ----------
+    box : TargetBox
+        The box.
+    points : int
+        Grid points along each edge.
+    dwell_s : float
+        Time at each target.
+    """
+
+    def __init__(self, box: TargetBox, points: int = 4, dwell_s: float = 0.6) -> None:
+        self._dwell_s = dwell_s
+        self._targets = np.random.RandomState(0).permutation(box.grid(points))
+        self.seconds = dwell_s * len(self._targets)
+        self.target = self._targets[0]
+
+    def update(self, time_s: float, _hand: np.ndarray) -> None:
+        """Move on when the time at this target is over."""
+        number = int(time_s / self._dwell_s)
+        self.target = self._targets[min(number, len(self._targets) - 1)]
+
+
+def rehearsals(box: TargetBox) -> list[Rehearsal]:
+    """What shapes the region of a box.
+
+    One run visits a grid that fills it, so that no target lies outside the region; others follow
+    random targets that no evaluation uses, as the task will.
+    """
+    tour = GridTour(box)
+    random = [
+        Rehearsal(partial(ReachTask, box, seed), REGION_SECONDS, seed) for seed in REGION_SEEDS
+    ]
+    return [Rehearsal(lambda _hand: tour, tour.seconds, seed=0), *random]

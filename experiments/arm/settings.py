@@ -1,0 +1,51 @@
+"""The settings that all experiments of the arm share."""
+
+import dataclasses
+from dataclasses import dataclass
+
+from spikeport.errors import UsageError, unknown
+from spikeport.networks.arm import PRESETS, ArmSizes
+
+LARGEST_SEED = 2**32 - 1
+"""Of NumPy's random states."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ArmSettings:
+    """Settings of the controller, and how the robot looks.
+
+    ``preset`` is the size of the controller; ``m1``, ``cb`` and ``s1`` replace its neurons per
+    axis, ensemble and dimension. ``network_seed`` draws the neurons. ``calibrated`` refits the
+    torque's decoders to what the neurons do on the backend (`experiments.arm.calibration`), or
+    takes them from a file that ``spikeport calibrate`` wrote.
+    ``appearance`` is that of the robot in pictures: ``primitive``, or ``menagerie`` for meshes.
+    """
+
+    preset: str = "lean"
+    m1: int | None = None
+    cb: int | None = None
+    s1: int | None = None
+    network_seed: int = 0
+    calibrated: bool | str = False
+    appearance: str = "primitive"
+
+    def __post_init__(self) -> None:
+        """Check the values; UsageError says what is wrong."""
+        if self.preset not in PRESETS:
+            raise unknown("preset", self.preset, PRESETS)
+        for key, value in self._given_sizes().items():
+            if value < 1:
+                raise UsageError(f"{key}={value}: the number of neurons must be at least 1")
+        if not 0 <= self.network_seed <= LARGEST_SEED:
+            raise UsageError(
+                f"network_seed={self.network_seed}: a seed must be from 0 to {LARGEST_SEED}"
+            )
+
+    def _given_sizes(self) -> dict[str, int]:
+        sizes = {"m1": self.m1, "cb": self.cb, "s1": self.s1}
+        return {key: value for key, value in sizes.items() if value is not None}
+
+    @property
+    def sizes(self) -> ArmSizes:
+        """Neuron counts of the controller."""
+        return dataclasses.replace(PRESETS[self.preset], **self._given_sizes())

@@ -1,0 +1,1 @@
+"""A policy file on the way to the chip: loading, conversion, calibration."""

@@ -1,0 +1,186 @@
+"""A perceptron as a spiking network on a chip, held against the exact one layer by layer.
+
+Observations are shown to it one by one, each until its values have settled. Then those of every
+layer are compared with exact ones: in float spikes, where all layers can be read, and of the action
+on the chip too.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import nengo
+import numpy as np
+
+from spikeport.compile.pipeline import Compilation
+from spikeport.experiments.calibration import hold
+from spikeport.experiments.policy.lint import ConversionLint, LayerLint
+from spikeport.hardware_models.activity import Activity
+from spikeport.networks.loading.mlp import Mlp
+from spikeport.networks.policy import (
+    PolicyNetwork,
+    PolicyOptions,
+    Ranges,
+    exact,
+    policy,
+    record_ranges,
+)
+from spikeport.simulator import Simulator
+
+HOLD_S = 0.05
+"""For how long an observation is shown: on the chip, three layers settle in 40 ms."""
+SHOWN = 20
+"""Observations that are shown: evenly spaced ones of all that ranges are taken from."""
+DT_S = 0.001
+
+Tell = Callable[[str, float | None], None]
+
+
+class Converted(NamedTuple):
+    """The compiled network, the counts of its run, and what the conversion costs."""
+
+    compilation: Compilation
+    activity: Activity
+    lint: ConversionLint
+
+
+class Shown(nengo.Network):
+    """A policy that is shown observations; probes of its action and of its hidden layers."""
+
+    policy: PolicyNetwork
+    action: nengo.Probe
+    layers: list[nengo.Probe]
+
+
+@dataclass(frozen=True, eq=False)
+class Conversion:
+    """What is converted, and how.
+
+    Attributes
+    ----------
+    mlp : Mlp
+        The perceptron.
+    options : PolicyOptions
+        Neurons and time constants; with the perceptron's activation.
+    observations : (m, n) array
+        What its units' ranges are taken from.
+    seed : int
+        Seed of the neurons.
+    """
+
+    mlp: Mlp
+    options: PolicyOptions
+    observations: np.ndarray
+    seed: int = 0
+
+    @cached_property
+    def ranges(self) -> list[Ranges]:
+        """Of the units of every hidden layer."""
+        name = self.options.activation
+        return record_ranges(self.mlp.layers, self.observations, activation_name=name)
+
+    @cached_property
+    def shown(self) -> np.ndarray:
+        """The observations that are shown."""
+        n = len(self.observations)
+        return self.observations[np.linspace(0, n - 1, min(SHOWN, n)).round().astype(int)]
+
+    @property
+    def taus_s(self) -> tuple[float, ...]:
+        """The filter behind each hidden layer."""
+        n_between = len(self.ranges) - 1
+        return (*[self.options.tau_fwd] * n_between, self.options.tau_out)
+
+    def exact(self, observations: np.ndarray) -> list[np.ndarray]:
+        """Pre-activations of the hidden layers, and the action."""
+        return exact(self.mlp.layers, observations, self.options.activation)
+
+    def network(self, probed: bool) -> Shown:
+        """The spiking network; with the hidden layers probed where that is asked for."""
+        with Shown(label="conversion", seed=self.seed) as net:
+            net.policy = policy(self.mlp.layers, self.ranges, self.options, self.seed)
+            hold(net.policy.observation, self.shown, round(HOLD_S / DT_S), DT_S)
+            net.action = nengo.Probe(net.policy.action)
+            layers = zip(net.policy.layers, self.taus_s, strict=True) if probed else ()
+            net.layers = [nengo.Probe(layer.output, synapse=tau) for layer, tau in layers]
+        return net
+
+
+def convert(conversion: Conversion, chip: str, passes: str, tell: Tell) -> Converted:
+    """Compile a perceptron, and measure each layer.
+
+    Parameters
+    ----------
+    conversion : Conversion
+        What is converted, and how.
+    chip, passes : str
+        As `spikeport.compile_network` takes them.
+    tell : callable
+        Called with what is being done and the share done.
+
+    Raises
+    ------
+    DoesNotFitError, CompileError
+        The network cannot be put on the chip.
+    """
+    exact_action = conversion.exact(conversion.shown)[-1]
+    tell("compiling", None)
+    net = conversion.network(probed=False)
+    with Simulator(net, chip=chip, dt=DT_S, pipeline=passes) as sim:
+        assert sim.compilation is not None
+        _run(sim, len(conversion.shown), "running on the chip", tell)
+        chip_error = _error(sim.data[net.action], exact_action)
+        compilation, activity = sim.compilation, sim.activity
+    tell("running in float", None)
+    net = conversion.network(probed=True)
+    with Simulator(net, backend="reference", dt=DT_S) as sim:
+        _run(sim, len(conversion.shown), "running in float", tell)
+        layers = tuple(_layers(conversion, net, sim))
+        action_error = _error(sim.data[net.action], exact_action)
+    lint = ConversionLint(layers, action_error, chip_error, sum(conversion.taus_s))
+    return Converted(compilation, activity, lint)
+
+
+def _run(sim: Simulator, n_shown: int, what: str, tell: Tell) -> None:
+    for number in range(n_shown):
+        tell(what, number / n_shown)
+        sim.run_steps(round(HOLD_S / DT_S))
+
+
+def _error(data: np.ndarray, wanted: np.ndarray) -> float:
+    """Relative rms error at the end of every observation."""
+    steps = round(HOLD_S / DT_S)
+    return float(_rms(data[steps - 1 :: steps] - wanted) / _rms(wanted))
+
+
+def _rms(x: np.ndarray, axis: int | None = None) -> np.ndarray:
+    return np.sqrt(np.mean(np.square(x), axis=axis))
+
+
+def _layers(conversion: Conversion, net: Shown, sim: Simulator) -> Iterator[LayerLint]:
+    function = conversion.options.function
+    recorded, shown = (conversion.exact(x) for x in (conversion.observations, conversion.shown))
+    rates_hz = dict(zip(net.all_ensembles, _rates_hz(sim.activity), strict=True))
+    for number, layer in enumerate(net.policy.layers):
+        radii, tau_s = conversion.ranges[number], conversion.taus_s[number]
+        reach = {sign: radii.above if sign > 0 else radii.below for sign in function.signs}
+        ensembles = [half.ensemble for half in layer.halves]
+        n_units, n_neurons = len(radii.above), sum(e.n_neurons for e in ensembles)
+        rate_hz = float(sum(rates_hz[e] for e in ensembles) / n_neurons)
+        yield LayerLint(
+            name=str(layer.label),
+            n_units=n_units,
+            below=float(np.max(reach.get(-1, 0.0))),
+            above=float(reach[+1].max()),
+            spread=float(np.median([r / _rms(recorded[number], axis=0) for r in reach.values()])),
+            rate_hz=rate_hz,
+            spikes=rate_hz * tau_s * n_neurons / n_units,
+            tau_s=tau_s,
+            error=_error(sim.data[net.layers[number]], function.function(shown[number])),
+        )
+
+
+def _rates_hz(activity: Activity) -> np.ndarray:
+    """Spikes of each ensemble in a second, on the reference backend."""
+    return activity.spikes.sum(axis=0) / (activity.n_steps * activity.dt_s)

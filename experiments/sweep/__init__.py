@@ -1,0 +1,1 @@
+"""An experiment at many settings and seeds, over Dask."""

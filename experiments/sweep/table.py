@@ -1,0 +1,43 @@
+"""A sweep's table: every metric that is a number, over settings and seeds."""
+
+from typing import Any
+
+import pandas as pd
+import xarray as xr
+
+from spikeport.atomic import atomic_path
+from spikeport.experiments.sweep.folder import SweepFolder
+from spikeport.experiments.sweep.plan import Sweep
+
+
+def table(sweep: Sweep, folder: SweepFolder) -> xr.Dataset:
+    """Metrics with the sweep's axes as dimensions; NaN where a point is not finished."""
+    rows = [
+        {**_labels(point.place), **_numbers(folder.read(point)["metrics"])}
+        for point in sweep.points()
+        if folder.holds(point)
+    ]
+    dataset = pd.DataFrame(rows).set_index(list(sweep.axes)).astype(float).to_xarray()
+    asked = {key: [_label(value) for value in values] for key, values in sweep.axes.items()}
+    return dataset.reindex(asked).assign_attrs(
+        experiment=sweep.experiment, backend=sweep.backend, seconds=sweep.seconds
+    )
+
+
+def _labels(place: Any) -> dict[str, Any]:
+    return {key: _label(value) for key, value in place.items()}
+
+
+def _label(value: Any) -> Any:
+    """A value as a coordinate: a number or a text."""
+    return str(value) if isinstance(value, bool | str) else value
+
+
+def _numbers(metrics: dict[str, Any]) -> dict[str, float | None]:
+    return {k: v for k, v in metrics.items() if v is None or isinstance(v, int | float)}
+
+
+def write_table(folder: SweepFolder, dataset: xr.Dataset) -> None:
+    """Write ``table.nc``."""
+    with atomic_path(folder.path / "table.nc") as temporary:
+        dataset.to_netcdf(temporary, engine="h5netcdf")

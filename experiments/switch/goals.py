@@ -1,0 +1,101 @@
+"""What a phase of a schedule means for the robot: a path to walk, or something for the arm to do.
+
+Hand and targets are seen from the torso, as if the robot were anchored and upright.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from spikeport.errors import UsageError
+from spikeport.experiments.arm.draw_task import DrawTask, Sheet, minimum_jerk
+from spikeport.experiments.arm.reach_task import BOXES, ReachTask
+from spikeport.experiments.arm.task import Task
+from spikeport.experiments.switch.schedule import Phase, Schedule
+from spikeport.experiments.walk.loop import LEAD_S
+from spikeport.experiments.walk.paths import Path, find_path
+from spikeport.robot.arm import ArmDynamics
+from spikeport.robot.description import ARM_JOINTS, DEFAULT_POSE
+
+RETRACT_REST_S = 0.5
+"""Of a phase that retracts the arm: at its end, in which the hand comes to rest."""
+BOX = BOXES["small"]
+"""Where targets of a reach phase appear."""
+
+
+@dataclass(frozen=True)
+class Goal:
+    """A phase, with the path to walk from where the robot will be; None while the arm works.
+
+    ``digit`` is what a drawing phase draws, ``seed`` draws the targets of a reach phase.
+    """
+
+    phase: Phase
+    path: Path | None
+    digit: int
+    seed: int
+
+    def task(self, hand: np.ndarray) -> Task | None:
+        """What the arm does, its hand being at (3,) in m; None while the robot walks."""
+        if self.phase.arm == "digit":
+            return DrawTask(self.stroke, hand, self.phase.seconds)
+        if self.phase.arm == "retract":
+            return RetractTask(hand, self.phase.seconds)
+        if self.phase.arm == "reach":
+            return ReachTask(BOX, self.seed, hand)
+        return None
+
+    @property
+    def stroke(self) -> np.ndarray:
+        """(n, 3) the template of a drawing phase."""
+        return Sheet().stroke(self.digit)
+
+
+def find_goals(schedule: Schedule, digit: int, seed: int) -> list[Goal]:
+    """The goals of all phases.
+
+    Raises
+    ------
+    UsageError
+        If a path cannot be followed.
+    """
+    return [Goal(phase, _path(phase), digit, seed) for phase in schedule.phases]
+
+
+def _path(phase: Phase) -> Path | None:
+    if phase.path is None:
+        return None
+    try:
+        return find_path(phase.path, phase.speed_m_s, phase.seconds + LEAD_S)
+    except UsageError as error:
+        raise UsageError(f"phase '{phase.name}': {error}") from None
+
+
+def hanging_hand() -> np.ndarray:
+    """(3,) where the right hand is while the arm hangs as for walking, in m."""
+    return ArmDynamics().at([DEFAULT_POSE[joint] for joint in ARM_JOINTS]).position
+
+
+class RetractTask:
+    """Back to where the hand is while walking, in a smooth move.
+
+    Parameters
+    ----------
+    hand : (3,) array
+        Where it starts, in m.
+    seconds : float
+        Time of the whole phase.
+    dt_s : float
+        Time step of the target.
+    """
+
+    def __init__(self, hand: np.ndarray, seconds: float, dt_s: float = 0.005) -> None:
+        self.end = hanging_hand()
+        share = minimum_jerk(seconds - RETRACT_REST_S, dt_s)
+        self._way = np.vstack([hand + np.outer(share, self.end - hand), self.end])
+        self._dt_s = dt_s
+        self.target = self._way[0]
+
+    def update(self, time_s: float, _hand: np.ndarray) -> None:
+        """Move the target on."""
+        self.target = self._way[min(round(time_s / self._dt_s), len(self._way) - 1)]

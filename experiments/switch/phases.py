@@ -1,0 +1,113 @@
+"""What came of each phase of a switching run."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from spikeport.experiments.arm.draw_metrics import drawing, shape_error
+from spikeport.experiments.arm.loop import Recording as ArmRecording
+from spikeport.experiments.arm.metrics import rms
+from spikeport.experiments.closed_loop import DT_S
+from spikeport.experiments.switch.goals import Goal, hanging_hand
+from spikeport.experiments.switch.loop import OPEN
+from spikeport.experiments.switch.schedule import Phase
+from spikeport.experiments.switch.trial import SwitchRun
+from spikeport.experiments.walk.paths import Path
+from spikeport.experiments.walk.recording import Recording
+from spikeport.networks.humanoid import ACTIONS
+
+LATEST_SWITCH_S = 0.1
+LARGEST_PATH_ERROR_M = 0.2
+FARTHEST_BEHIND_M = 1.0
+LARGEST_SHAPE_ERROR_M = 0.02
+LARGEST_HAND_ERROR_M = 0.04
+"""Beyond these a phase has no success."""
+
+
+class Measured(NamedTuple):
+    """Whether a phase did what it was to do, and the figures that say so."""
+
+    good: bool
+    figures: dict[str, Any]
+
+
+def phase_metrics(run: SwitchRun) -> list[dict[str, Any]]:
+    """For each phase of the schedule its name, ``success``, ``switching_time_s``, and its errors.
+
+    The switching time is that from the begin of the phase until the gate of its action alone is
+    open, for all the rest of the phase. Of a phase that the robot did not live to see all but the
+    name is missing.
+    """
+    return [_of_phase(run, number) for number in range(len(run.goals))]
+
+
+def _of_phase(run: SwitchRun, number: int) -> dict[str, Any]:
+    goal = run.goals[number]
+    now = within(run.recording.time_s, goal.phase)
+    if not now.any():
+        return {"name": goal.phase.name, "success": False, "switching_time_s": None}
+    path = run.paths[number]
+    arm = arm_in(run, goal.phase)
+    place_m = run.recording.position_m[now]
+    measured = _worked(goal, arm, place_m) if path is None else _walked(path, run.recording, now)
+    switching_time_s = switched_after_s(run.gates, goal.phase)
+    stood = run.fallen_at_s is None or run.fallen_at_s > goal.phase.end_s
+    return {
+        "name": goal.phase.name,
+        "success": stood and measured.good and switching_time_s <= LATEST_SWITCH_S,
+        "switching_time_s": switching_time_s,
+        **measured.figures,
+    }
+
+
+def within(time_s: np.ndarray, phase: Phase) -> np.ndarray:
+    """(n,) whether times are in a phase."""
+    return np.asarray((time_s > phase.begin_s - 1e-9) & (time_s < phase.end_s - 1e-9))
+
+
+def arm_in(run: SwitchRun, phase: Phase) -> ArmRecording:
+    """What the arm did in a phase, from 0 s on."""
+    now = within(run.arm.time_s, phase)
+    cut = ArmRecording(*(column[now] for column in run.arm))
+    return cut._replace(time_s=cut.time_s - phase.begin_s)
+
+
+def switched_after_s(gates: np.ndarray, phase: Phase) -> float:
+    """Time in s from which on only the gate of the phase's action is open; gates (n, actions)."""
+    seen = gates[round(phase.begin_s / DT_S) : round(phase.end_s / DT_S)]
+    wanted = np.arange(len(ACTIONS)) == ACTIONS.index(phase.action)
+    wrong = np.flatnonzero(((seen > OPEN) != wanted).any(axis=1))
+    return float(wrong[-1] + 1) * DT_S if len(wrong) else 0.0
+
+
+def _walked(path: Path, recording: Recording, now: np.ndarray) -> Measured:
+    place_m, reference_m = recording.position_m[now], recording.reference[now, :2]
+    error_m = float(rms(path.distances_m(place_m)))
+    behind_m = float(np.linalg.norm(reference_m[-1] - place_m[-1]))
+    good = error_m <= LARGEST_PATH_ERROR_M and behind_m <= FARTHEST_BEHIND_M
+    return Measured(good, {"path_error_rms_m": error_m, "behind_m": behind_m})
+
+
+def _worked(goal: Goal, arm: ArmRecording, place_m: np.ndarray) -> Measured:
+    measure = {"digit": _drawn, "retract": _retracted, "reach": _reached}[goal.phase.arm or ""]
+    good, figures = measure(goal, arm)
+    moved_m = np.linalg.norm(place_m - place_m[0], axis=1).max()
+    return Measured(good, {**figures, "pelvis_moved_m": float(moved_m)})
+
+
+def _drawn(goal: Goal, arm: ArmRecording) -> Measured:
+    drawn = drawing(arm)
+    if not len(drawn.time_s):
+        return Measured(False, {"shape_error_rms_m": None})
+    error_m = float(rms(shape_error(goal.stroke, drawn.hand)))
+    return Measured(error_m <= LARGEST_SHAPE_ERROR_M, {"shape_error_rms_m": error_m})
+
+
+def _retracted(_goal: Goal, arm: ArmRecording) -> Measured:
+    error_m = float(np.linalg.norm(arm.hand[-1] - hanging_hand()))
+    return Measured(error_m <= LARGEST_HAND_ERROR_M, {"hand_error_m": error_m})
+
+
+def _reached(_goal: Goal, arm: ArmRecording) -> Measured:
+    targets = int(np.any(np.diff(arm.target, axis=0), axis=1).sum())
+    return Measured(targets > 0, {"targets_reached": targets})

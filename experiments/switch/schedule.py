@@ -1,0 +1,144 @@
+"""What the humanoid is to do: phases with utilities and goals, from a TOML file.
+
+``switch.toml`` is the one that is shipped, and says what may stand in such a file.
+"""
+
+from itertools import pairwise
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+
+from spikeport.errors import UsageError
+from spikeport.experiments.arm.draw_task import SHORTEST_S
+from spikeport.experiments.walk.path_file import FASTEST_M_S
+from spikeport.hardware_models.chip_file import read
+from spikeport.networks.humanoid import ACTIONS
+
+SHIPPED = Path(__file__).with_name("switch.toml")
+ROUNDING_S = 1e-9
+SHORTEST_PHASE_S = 0.1
+SHORTEST_ARM_S = {"digit": SHORTEST_S, "retract": 1.0, "reach": 0.5}
+"""The least time of what an arm can do."""
+
+Seconds = Annotated[float, Field(ge=0)]
+Utility = Annotated[float, Field(ge=0, le=1)]
+
+
+class _Strictly(BaseModel):
+    """Base of all parts of a schedule: cannot be changed, knows all its keys."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class Phase(_Strictly):
+    """A time with its utilities, and the goal of the action that has the highest.
+
+    ``path`` and ``speed_m_s`` are the goal of walking, as `experiments.paths.find_path` takes them;
+    ``arm`` is that of drawing.
+    """
+
+    name: Annotated[str, Field(min_length=1)]
+    begin_s: Seconds
+    end_s: Seconds
+    utilities: dict[str, Utility]
+    path: str | None = None
+    speed_m_s: Annotated[float, Field(gt=0, le=FASTEST_M_S)] = 0.5
+    arm: Literal["digit", "retract", "reach"] | None = None
+
+    @field_validator("utilities")
+    @classmethod
+    def _actions_are_known(cls, utilities: dict[str, float]) -> dict[str, float]:
+        for action in utilities:
+            if action not in ACTIONS:
+                known = ", ".join(sorted(ACTIONS))
+                raise ValueError(f"unknown action '{action}'; there is: {known}")
+        if sorted(utilities.values()).count(max(utilities.values(), default=0.0)) != 1:
+            raise ValueError("no action has the highest utility; give one more than the others")
+        return utilities
+
+    @model_validator(mode="after")
+    def _lasts_long_enough(self) -> "Phase":
+        if self.end_s <= self.begin_s:
+            raise ValueError(f"end_s {self.end_s:g} is not after begin_s {self.begin_s:g}")
+        does, least_s = "it", SHORTEST_PHASE_S
+        if self.arm:
+            does, least_s = f'arm = "{self.arm}"', SHORTEST_ARM_S[self.arm]
+        if self.seconds < least_s - ROUNDING_S:
+            raise ValueError(f"lasts {self.seconds:g} s, {does} takes at least {least_s:g} s")
+        return self
+
+    @model_validator(mode="after")
+    def _has_the_goal_of_its_action(self) -> "Phase":
+        goals = {"walk": self.path, "draw": self.arm}
+        needed = {"walk": "path", "draw": "arm"}
+        for action, goal in goals.items():
+            if (goal is None) == (action == self.action):
+                wanted = "needs" if action == self.action else "has no use for"
+                raise ValueError(f"selects '{self.action}', and {wanted} '{needed[action]}'")
+        return self
+
+    @property
+    def seconds(self) -> float:
+        """How long it lasts."""
+        return self.end_s - self.begin_s
+
+    @property
+    def action(self) -> str:
+        """The action that has the highest utility."""
+        return max(self.utilities, key=self.utilities.__getitem__)
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        """The utilities in the order of `networks.humanoid.ACTIONS`; 0 where none is given."""
+        return tuple(self.utilities.get(action, 0.0) for action in ACTIONS)
+
+
+class Schedule(_Strictly):
+    """Phases one after the other, from 0 s on, without gaps; in one at least the arm works."""
+
+    phases: Annotated[tuple[Phase, ...], Field(min_length=1)]
+
+    @field_validator("phases")
+    @classmethod
+    def _the_arm_is_used(cls, phases: tuple[Phase, ...]) -> tuple[Phase, ...]:
+        if all(phase.arm is None for phase in phases):
+            raise ValueError("none selects 'draw': the arm's controller is made for what it does")
+        return phases
+
+    @field_validator("phases")
+    @classmethod
+    def _follow_each_other(cls, phases: tuple[Phase, ...]) -> tuple[Phase, ...]:
+        if phases[0].begin_s != 0:
+            raise ValueError(f"'{phases[0].name}' begins at {phases[0].begin_s:g} s, not at 0 s")
+        for before, phase in pairwise(phases):
+            if phase.begin_s != before.end_s:
+                fault = "overlaps" if phase.begin_s < before.end_s else "leaves a gap after"
+                raise ValueError(
+                    f"'{phase.name}' begins at {phase.begin_s:g} s and {fault} '{before.name}', "
+                    f"which ends at {before.end_s:g} s"
+                )
+        return phases
+
+    @property
+    def end_s(self) -> float:
+        """When the last phase ends."""
+        return self.phases[-1].end_s
+
+
+def load(path: Path, seconds: float) -> Schedule:
+    """The schedule in a TOML file, for a run of at most so many seconds.
+
+    Raises
+    ------
+    UsageError
+        The file cannot be read, is no schedule, or a phase is longer than the run.
+    """
+    schedule = read(path, Schedule, "schedule", UsageError)
+    for phase in schedule.phases:
+        if phase.end_s > seconds:
+            raise UsageError(
+                f"{path}: phase '{phase.name}' ends at {phase.end_s:g} s, the run at {seconds:g} "
+                f"s; cure: --seconds {schedule.end_s:g}, or shorter phases"
+            )
+    return schedule

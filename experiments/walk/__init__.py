@@ -1,0 +1,1 @@
+"""The walking robot: it follows a path."""

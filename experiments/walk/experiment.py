@@ -1,0 +1,39 @@
+"""The H1 walks a path on spiking neurons (paper, sec. 4.2 and Fig. 6)."""
+
+from spikeport.experiments.calibration import Calibration
+from spikeport.experiments.closed_loop import BACKENDS
+from spikeport.experiments.options import Experiment, Options, Outcome
+from spikeport.experiments.walk import calibration as walk_calibration
+from spikeport.experiments.walk import run as walk_run
+from spikeport.experiments.walk.settings import WalkSettings
+from spikeport.experiments.walk.trial import WalkTrial
+
+
+def run(settings: WalkSettings, options: Options) -> Outcome:
+    """Run the experiment and write its folder."""
+    return walk_run.run(WalkTrial(settings, options))
+
+
+def check(settings: WalkSettings, options: Options) -> None:
+    """Refuse a path that cannot be followed, and a policy that is not for this robot."""
+    WalkTrial(settings, options).path()
+    settings.walking_policy()
+
+
+def calibrate(settings: WalkSettings, options: Options) -> Calibration:
+    """Refit the policy's read-out where it runs."""
+    return walk_calibration.calibrate(WalkTrial(settings, options))
+
+
+EXPERIMENT = Experiment(
+    name=WalkTrial.name,
+    summary="the robot follows a path",
+    settings=WalkSettings,
+    run=run,
+    backends=BACKENDS,
+    seconds=40.0,
+    shortest_s=0.02,
+    pipeline="compact",
+    calibrate=calibrate,
+    check=check,
+)

@@ -1,0 +1,60 @@
+"""A gait recorded from the exact policy: what the spiking one is made for.
+
+Random commands are walked for 40 s. What is observed meanwhile gives the range of every observation
+(`encoding`), and of every hidden unit (`spikeport.networks.policy.record_ranges`), and is what a
+read-out is refitted on.
+"""
+
+import numpy as np
+
+from spikeport.experiments.walk.loop import OBSERVATION_DT_S, WalkLoop
+from spikeport.experiments.walk.paths import find_path
+from spikeport.networks.region import Box
+from spikeport.networks.walking_policy import WalkingPolicy
+from spikeport.robot.walk_interface import ACTION_SIZE, OBSERVATION_SIZE, PARTS
+
+SECONDS = 40.0
+SEED = 1000
+"""No evaluation uses it."""
+HELD_S = 2.5
+"""For how long a command is held."""
+TAIL = 0.001
+"""Share of the samples beyond the range of an observation, on each side."""
+MARGIN = 0.2
+"""By which the range is wider than what was recorded: spikes sway more."""
+NARROWEST = 0.02
+"""Half the range of an observation that never changes."""
+COMMANDS = ((0.0, 1.0), (-1.0, 1.0))
+"""Forward speed in m/s and yaw rate in rad/s for which the policy is trained."""
+
+
+def record_gait(policy: WalkingPolicy, seconds: float = SECONDS) -> np.ndarray:
+    """(n, 69) observations; a robot that falls is put up again."""
+    rng = np.random.RandomState(SEED)
+    loop = WalkLoop(None, OBSERVATION_DT_S, OBSERVATION_DT_S)
+    nowhere, action, seen = find_path("line", 1.0, seconds), np.zeros(ACTION_SIZE), []
+    loop.begin(SEED, nowhere)
+    for step in range(round(seconds / OBSERVATION_DT_S)):
+        if step % round(HELD_S / OBSERVATION_DT_S) == 0:
+            command = [rng.uniform(*reach) for reach in COMMANDS]
+        seen.append(loop.step(np.concatenate((action, command)))[:OBSERVATION_SIZE])
+        action = policy(seen[-1])
+        if loop.over:
+            loop.begin(SEED + step, nowhere)
+    return np.array(seen)
+
+
+def encoding(observations: np.ndarray) -> Box:
+    """The range of every observation, from recorded ones; of commands, that of the training."""
+    box = Box.around(np.quantile(observations, (TAIL, 1 - TAIL), axis=0), MARGIN)
+    centre, half = box.centre.copy(), np.maximum(box.half, NARROWEST)
+    (slowest, fastest), (_, turn) = COMMANDS
+    centre[PARTS["command"]] = ((slowest + fastest) / 2, 0.0, 0.0)
+    half[PARTS["command"]] = ((fastest - slowest) / 2, NARROWEST, turn)
+    return Box(centre, half)
+
+
+def clipped_shares(observations: np.ndarray, box: Box) -> dict[str, float]:
+    """Share of the values (n, 69) that are out of range, for each part of an observation."""
+    out = np.abs(observations - box.centre) > box.half * (1 + 1e-9)
+    return {name: float(out[:, part].mean()) for name, part in PARTS.items()}

@@ -1,0 +1,65 @@
+"""The figures of a walking run."""
+
+from typing import Any
+
+import numpy as np
+from scipy.ndimage import uniform_filter1d
+
+from spikeport.experiments.arm.metrics import rms
+from spikeport.experiments.walk.gait import clipped_shares
+from spikeport.experiments.walk.recording import Recording
+from spikeport.experiments.walk.trial import WalkRun
+
+SMOOTHING_S = 0.2
+"""Commands and motions are averaged over this time before they are compared."""
+
+
+def metrics(run: WalkRun) -> dict[str, Any]:
+    """All metrics of a run.
+
+    - ``falls``: 1 if the robot fell, which ends the run, else 0; ``fallen_at_s``: when;
+    - ``cross_track_rms_m``, ``cross_track_max_m``: distance of the pelvis from the nearest point of
+      the path, root mean square and largest over the run;
+    - ``path_mse_m2``: mean squared distance of the pelvis from the reference at that moment;
+    - ``speed_error_mean_m_s``, ``yaw_rate_error_mean_rad_s``: mean size of command minus motion,
+      along the heading and about the vertical, both smoothed over 0.2 s;
+    - ``clipped_...``: share of the values of a part of the observation that were out of the range
+      of its encoding, where there is one;
+    - ``spikes_per_second``: of all neurons;
+    - ``real_time_factor``: simulated over wall-clock time of the loop, physics included.
+    """
+    recording, sim = run.recording, run.sim
+    off_track_m = run.path.distances_m(recording.position_m)
+    from_reference_m = recording.position_m - recording.reference[:, :2]
+    speed, yaw_rate = np.abs(command_errors(recording)).mean(axis=0)
+    return {
+        "falls": int(run.fallen_at_s is not None),
+        "fallen_at_s": run.fallen_at_s,
+        "cross_track_rms_m": float(rms(off_track_m)),
+        "cross_track_max_m": float(off_track_m.max()),
+        "path_mse_m2": float(np.mean(np.sum(from_reference_m**2, axis=1))),
+        "speed_error_mean_m_s": float(speed),
+        "yaw_rate_error_mean_rad_s": float(yaw_rate),
+        **_clipped(run),
+        "spikes_per_second": sim.activity.totals()["spikes"] / sim.time,
+        "real_time_factor": sim.time / run.wall_s,
+    }
+
+
+def command_errors(recording: Recording) -> np.ndarray:
+    """(n, 2) command minus motion in m/s and rad/s, smoothed."""
+    motion = np.stack((recording.speed_m_s, recording.yaw_rate_rad_s), axis=1)
+    return smoothed(recording.command - motion, recording.time_s)
+
+
+def smoothed(values: np.ndarray, time_s: np.ndarray) -> np.ndarray:
+    """Averages of values (n, ...) over the time around each."""
+    dt_s = time_s[1] - time_s[0]
+    return uniform_filter1d(values, round(SMOOTHING_S / dt_s), axis=0, mode="nearest")
+
+
+def _clipped(run: WalkRun) -> dict[str, float]:
+    if run.encoding is None:
+        return {}
+    shares = clipped_shares(run.recording.observation, run.encoding)
+    return {f"clipped_{part.replace(' ', '_')}": share for part, share in shares.items()}

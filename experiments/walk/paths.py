@@ -1,0 +1,130 @@
+"""Paths to walk: where the robot is to be at every moment, from the place where it starts.
+
+    p(t),  v(t) = dp/dt
+
+Frame: origin and x axis are place and heading of the robot at the start. The built-in paths are
+walked at constant speed; a user's own path has its own times.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path as File
+
+import numpy as np
+from scipy.integrate import cumulative_trapezoid
+from scipy.spatial import cKDTree
+
+from spikeport.errors import unknown
+from spikeport.experiments.walk.path_file import read_path
+
+SPACING_M = 0.005
+"""Between the points that stand for a path."""
+
+
+@dataclass(frozen=True)
+class Path:
+    """A path, as points (n, 2) in m at times (n,) in s; ``closed`` if it starts over at the end."""
+
+    time_s: np.ndarray
+    points: np.ndarray
+    closed: bool = False
+
+    def at(self, time_s: float) -> np.ndarray:
+        """(4,) position in m and velocity in m/s."""
+        time_s = time_s % self.time_s[-1] if self.closed else min(time_s, self.time_s[-1])
+        i = min(max(int(np.searchsorted(self.time_s, time_s)), 1), len(self.time_s) - 1)
+        span = self.time_s[i] - self.time_s[i - 1]
+        velocity = (self.points[i] - self.points[i - 1]) / span
+        position = self.points[i - 1] + (time_s - self.time_s[i - 1]) * velocity
+        return np.concatenate((position, velocity))
+
+    def laid(self, place: np.ndarray, heading_rad: float) -> "Path":
+        """The path for a robot that starts at a place (2,) in m with a heading."""
+        c, s = np.cos(heading_rad), np.sin(heading_rad)
+        return replace(self, points=place + self.points @ np.array([[c, s], [-s, c]]))
+
+    def distances_m(self, points: np.ndarray) -> np.ndarray:
+        """(n,) distances in m of some points (n, 2) from the nearest point of the path."""
+        return cKDTree(self._dense()).query(points)[0]
+
+    def _dense(self) -> np.ndarray:
+        arc_m = _arc_m(self.points)
+        s = np.linspace(0, arc_m[-1], 2 + int(arc_m[-1] / SPACING_M))
+        return _interpolated(s, arc_m, self.points)
+
+
+def _line(length_m: float) -> np.ndarray:
+    return np.array([[0.0, 0.0], [length_m, 0.0]])
+
+
+def _s_curve(length_m: float) -> np.ndarray:
+    """Waves of 8 m, 1.5 m to either side."""
+    x = np.arange(0, length_m + SPACING_M, SPACING_M)
+    return np.stack((x, 1.5 * np.sin(2 * np.pi * x / 8)), axis=1)
+
+
+def _figure_eight(_length_m: float) -> np.ndarray:
+    """Bernoulli's lemniscate, 6 m long, from its middle; turns of 1 m radius and wider."""
+    t = np.linspace(np.pi / 2, 5 * np.pi / 2, 4001)
+    x = 3 * np.cos(t) / (1 + np.sin(t) ** 2)
+    return np.stack((x, x * np.sin(t)), axis=1)
+
+
+_TURN_RADIUS_M = 0.65
+_STRAIGHTS_M = (1.35, 0.7, 0.7, 0.7, 0.7, 2.7, 1.35)
+_QUARTER_TURNS = (1, 1, -1, 1, 1, 1)
+
+
+def _paper(_length_m: float) -> np.ndarray:
+    """A loop in the shape of an L, of straights and quarter turns to the left (1) or right (-1)."""
+    arc_m = _TURN_RADIUS_M * np.pi / 2
+    lengths = np.full(2 * len(_STRAIGHTS_M) - 1, arc_m)
+    lengths[::2] = _STRAIGHTS_M
+    turns = np.zeros(len(lengths))
+    turns[1::2] = _QUARTER_TURNS
+    ends = np.cumsum(lengths)
+    s = np.linspace(0, ends[-1], 4000)
+    heading = np.pi / 2 * np.interp(s, np.append(0, ends), np.append(0, np.cumsum(turns)))
+    direction = np.stack((np.cos(heading), np.sin(heading)), axis=1)
+    return cumulative_trapezoid(direction, s, axis=0, initial=0)
+
+
+SHAPES: dict[str, tuple[Callable[[float], np.ndarray], bool]] = {
+    "line": (_line, False),
+    "s-curve": (_s_curve, False),
+    "figure-eight": (_figure_eight, True),
+    "paper": (_paper, True),
+}
+"""Points of at least a length, for each built-in path, and whether it is closed."""
+
+
+def find_path(name: str, speed_m_s: float, seconds: float) -> Path:
+    """A built-in path at a speed, long enough for a time; or that of a file.
+
+    Raises
+    ------
+    UsageError
+        If there is none of that name, or the file is not one that a robot can follow so long.
+    """
+    if name.endswith(".csv"):
+        return Path(*read_path(File(name), seconds))
+    if name not in SHAPES:
+        raise unknown("path", name, [*SHAPES, "FILE.csv"])
+    shape, closed = SHAPES[name]
+    points = _from_the_robot(shape(speed_m_s * seconds))
+    return Path(_arc_m(points) / speed_m_s, points, closed)
+
+
+def _from_the_robot(points: np.ndarray) -> np.ndarray:
+    """Points turned and moved such that they leave the origin along x."""
+    x, y = (points[1] - points[0]) / np.linalg.norm(points[1] - points[0])
+    return (points - points[0]) @ np.array([[x, -y], [y, x]])
+
+
+def _arc_m(points: np.ndarray) -> np.ndarray:
+    """(n,) the way from the first point to each."""
+    return np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
+
+
+def _interpolated(at: np.ndarray, x: np.ndarray, points: np.ndarray) -> np.ndarray:
+    return np.stack([np.interp(at, x, column) for column in points.T], axis=1)

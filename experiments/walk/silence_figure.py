@@ -1,0 +1,55 @@
+"""The paper's Fig. 6c: spikes of the policy above, the pose of the pelvis below.
+
+The red line is where some of the ensembles fall silent; the figure begins a few steps before it.
+"""
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from spikeport.experiments.closed_loop import DT_S
+from spikeport.experiments.walk.recording import Recording
+from spikeport.experiments.walk.trial import WalkRun
+from spikeport.robot.walk_interface import PARTS
+
+BEFORE_S = 5.0
+ONSET, SPIKES = "#c62828", "#44474d"
+GRAVITY = {"pitch": 0, "roll": 1}
+"""Components of gravity in the pelvis's frame that vary with its tilts."""
+
+
+def silence_figure(run: WalkRun, result: dict[str, Any]) -> Figure:
+    """The figure; ``result`` is what ``result.json`` will hold."""
+    figure = Figure(figsize=(10, 8), layout="constrained")
+    above, height, tilt = figure.subplots(3, 1, sharex=True, height_ratios=[2.4, 1, 1])
+    settings, end = result["settings"], run.recording.time_s[-1]
+    _draw_spikes(above, run)
+    _draw_pose(height, tilt, run.recording)
+    for axes in (above, height, tilt):
+        axes.axvline(settings["silence_at"], color=ONSET, lw=2)
+    tilt.set(xlabel="time (s)", xlim=(max(0, min(settings["silence_at"], end) - BEFORE_S), end))
+    fell = "no fall" if run.fallen_at_s is None else f"fell at {run.fallen_at_s:.2f} s"
+    figure.suptitle(
+        f"walk, {settings['path']}, {result['backend']}: {settings['silence']:.0%} of the policy's "
+        f"ensembles silenced at {settings['silence_at']:g} s; {fell}"
+    )
+    return figure
+
+
+def _draw_spikes(axes: Axes, run: WalkRun) -> None:
+    assert run.spikes is not None
+    step, neuron = np.nonzero(run.spikes)
+    axes.plot((step + 1) * DT_S, neuron, "|", color=SPIKES, ms=2, mew=0.6)
+    axes.set(ylabel="neuron", ylim=(-1, run.spikes.shape[1]))
+
+
+def _draw_pose(height: Axes, tilt: Axes, recording: Recording) -> None:
+    height.plot(recording.time_s, 100 * recording.height_m)
+    height.set_ylabel("pelvis (cm)")
+    gravity = recording.observation[:, PARTS["gravity"]]
+    for name, component in GRAVITY.items():
+        tilt.plot(recording.time_s, np.rad2deg(np.arcsin(gravity[:, component])), label=name)
+    tilt.set_ylabel("tilt (deg)")
+    tilt.legend(loc="upper left", frameon=False, ncols=2)

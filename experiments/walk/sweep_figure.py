@@ -1,0 +1,18 @@
+"""The paper's Fig. 6b: how well the robot follows its path, over a sweep of the policy's neurons.
+
+Under the error from the path, which is that of the run up to a fall, the share of runs that fell.
+"""
+
+import xarray as xr
+from matplotlib.figure import Figure
+
+from spikeport.experiments.sweep.figure import metrics_figure
+from spikeport.experiments.sweep.folder import SweepFolder
+from spikeport.experiments.sweep.plan import Sweep
+
+METRICS = ("path_mse_m2", "cross_track_rms_m", "falls")
+
+
+def figure(sweep: Sweep, _folder: SweepFolder, table: xr.Dataset) -> Figure:
+    """The figure of a sweep of `spikeport.experiments.walk.experiment`."""
+    return metrics_figure(sweep, table, METRICS)

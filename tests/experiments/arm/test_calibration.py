@@ -1,0 +1,125 @@
+import dataclasses
+import functools
+
+import nengo
+import numpy as np
+import pytest
+
+from spikeport.errors import UsageError
+from spikeport.experiments.arm import controller as arm_controller
+from spikeport.experiments.arm import draw, reach
+from spikeport.experiments.arm.calibration import draw_states, refit
+from spikeport.experiments.arm.reach import ReachSettings, ReachTrial
+from spikeport.experiments.arm.reach_task import BOXES, rehearsals
+from spikeport.experiments.arm.region import record_region
+from spikeport.experiments.arm.run import perform, prepare
+from spikeport.experiments.options import Options
+from spikeport.networks.arm import ArmSizes, arm
+from spikeport.simulator import Simulator
+
+SMALL = ArmSizes(m1=40, cb=30, s1=10)
+HOLD_S = 0.065
+
+
+@pytest.fixture(scope="module")
+def region(law):
+    return record_region(law, rehearsals(BOXES["small"])[:1])
+
+
+def held_torques(built, held):
+    """(n, 4) mean torque over the last 20 ms of each state, held on the native chip."""
+    values = np.hstack([held.state, held.target])
+    with nengo.Network(seed=0) as network:
+        network.add(built)
+        shown = nengo.Node(nengo.processes.PresentInput(values, HOLD_S))
+        nengo.Connection(shown[:11], built.state, synapse=None)
+        nengo.Connection(shown[11:], built.target, synapse=None)
+        probe = nengo.Probe(built.torque)
+    with Simulator(network) as sim:
+        sim.run(HOLD_S * len(values))
+        return sim.data[probe].reshape(len(values), -1, 4)[:, -20:].mean(axis=1)
+
+
+def test_states_hold_all_terms_of_the_torque_at_once(law, region):
+    held = draw_states(law, region, 20)
+    q, dq, x = held.state[:, :4], held.state[:, 4:8], held.state[:, 8:]
+    assert x == pytest.approx(law.arm.batch(q).position)
+    assert sum(held.torques.values()) == pytest.approx(law.torques(q, dq, held.target - x))
+    assert (np.abs(dq) <= region.dq.half).all()
+    assert held.target == pytest.approx(region.x.clip(held.target))
+
+
+def test_refitted_decoders_bring_the_torque_nearer_to_the_exact_law(law, region, tmp_path):
+    held = draw_states(law, region, 120)
+    decoders = refit(arm(law, region, SMALL), held, Options(tmp_path, 1.0), 0.001).decoders
+    assert {label: found.shape for label, found in decoders.items()} == {
+        **{f"M1 {axis}": (40, 4) for axis in "xyz"},
+        **{f"CB {joint}": (30, 4) for joint in ("pitch", "roll", "yaw", "elbow", "gravity")},
+    }
+    exact = sum(held.torques.values())
+    solved, refitted = (
+        np.sqrt(np.mean((held_torques(arm(law, region, SMALL, decoders=d), held) - exact) ** 2))
+        for d in (None, decoders)
+    )
+    assert refitted < 0.95 * solved
+
+
+def test_a_rig_gives_the_same_run_again_whatever_it_did_before(tmp_path):
+    settings = ReachSettings(m1=40, cb=30, s1=10)
+    trials = [ReachTrial(settings, Options(tmp_path, 0.2, seed=seed)) for seed in (0, 1, 0)]
+    rig = prepare(trials[0])
+    first, other, again = (perform(trial, rig).recording for trial in trials)
+    rig.sim.close()
+    assert (first.torque == again.torque).all()
+    assert (first.target != other.target).any()
+
+
+@pytest.fixture
+def few_states(monkeypatch):
+    """A refit on 30 states, not on 1,500."""
+    monkeypatch.setattr(arm_controller, "draw_states", functools.partial(draw_states, n=30))
+
+
+def test_a_file_gives_the_controller_that_a_refit_in_place_gives(few_states, tmp_path):
+    settings, options = ReachSettings(m1=40, cb=30, s1=10), Options(tmp_path, 0.1)
+    path = tmp_path / "decoders.npz"
+    calibration = reach.calibrate(settings, options)
+    calibration.save(path)
+    digests = []
+    for calibrated in (True, str(path), False):
+        chosen = dataclasses.replace(settings, calibrated=calibrated)
+        with prepare(ReachTrial(chosen, options)).sim as sim:
+            digests.append(sim.image.digest)
+    assert digests[0] == digests[1] != digests[2]
+    assert calibration.image_digest not in digests  # it has no relays of decoded torques
+
+
+def test_a_file_made_for_another_network_is_refused(few_states, tmp_path):
+    settings, options = ReachSettings(m1=40, cb=30, s1=10), Options(tmp_path, 0.1)
+    path = tmp_path / "decoders.npz"
+    reach.calibrate(settings, options).save(path)
+    other = dataclasses.replace(settings, network_seed=1, box="large", calibrated=str(path))
+    with pytest.raises(UsageError) as caught:
+        prepare(ReachTrial(other, options))
+    assert str(caught.value) == (
+        f"calibrated={path}: made for network_seed=0, box=small, but the run has network_seed=1, "
+        "box=large; make it with `spikeport calibrate`, the settings of the run, and --out"
+    )
+
+
+def test_a_drawing_is_calibrated_for_its_sheet_and_time_but_not_for_its_digit(tmp_path):
+    def depends_on(seconds=12.0, **settings):
+        trial = draw.DrawTrial(draw.DrawSettings(**settings), Options(tmp_path, seconds))
+        return trial.network_settings
+
+    assert depends_on(digit=2) == depends_on(digit=5)
+    assert depends_on(width_m=0.1) != depends_on()
+    assert depends_on(seconds=20.0) != depends_on()
+
+
+@pytest.mark.slow
+def test_a_calibrated_controller_draws(tmp_path):
+    settings = draw.DrawSettings(calibrated=True)
+    metrics = draw.run(settings, Options(tmp_path, 12.0)).result["metrics"]
+    assert metrics["shape_error_rms_m"] <= 0.003
+    assert metrics["readout_spikes"] == 0

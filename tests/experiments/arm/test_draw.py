@@ -1,0 +1,168 @@
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+from PIL import Image
+
+from spikeport.errors import MissingExtraError, UsageError
+from spikeport.experiments.arm import digit_reader, draw
+from spikeport.experiments.arm.draw_metrics import drawing, lag, shape_error
+from spikeport.experiments.arm.draw_task import DrawTask
+from spikeport.experiments.arm.loop import Recording
+from spikeport.experiments.options import Options
+
+FILES = ["figure.png", "probes.nc", "result.json"]
+
+
+def run(folder, seconds=12.0, backend="analytic", **settings):
+    options = Options(folder, seconds, backend=backend)
+    return draw.run(draw.DrawSettings(**settings), options).result
+
+
+@pytest.fixture(scope="module")
+def five(tmp_path_factory):
+    """A hasty 5, drawn by the exact law."""
+    folder = tmp_path_factory.mktemp("five")
+    run(folder, 6.0)
+    return folder
+
+
+def recorded(time_s, hand, target):
+    zero = np.zeros((len(time_s), 4))
+    return Recording(time_s, zero, zero, hand, target, zero)
+
+
+# how well it draws
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("digit", range(10))
+def test_the_exact_law_draws_every_digit(tmp_path, digit):
+    metrics = run(tmp_path, digit=digit)["metrics"]
+    assert metrics["shape_error_rms_m"] <= 0.002
+    assert metrics["recognised_as"] == digit
+    assert metrics["joint_limit_steps"] == 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("digit", range(10))
+def test_the_lean_controller_draws_every_digit_on_the_chip(tmp_path, digit):
+    metrics = run(tmp_path, backend="native", digit=digit)["metrics"]
+    assert metrics["shape_error_rms_m"] <= 0.005
+    assert metrics["recognised_as"] == digit
+    assert metrics["readout_spikes"] == metrics["joint_limit_steps"] == 0
+
+
+@pytest.mark.slow
+def test_float_neurons_draw(tmp_path):
+    metrics = run(tmp_path, backend="reference")["metrics"]
+    assert metrics["shape_error_rms_m"] <= 0.003
+    assert metrics["recognised_as"] == 5
+
+
+# what it writes
+
+
+def test_a_hasty_drawing_by_the_exact_law_is_legible(five):
+    metrics = json.loads((five / "result.json").read_text())["metrics"]
+    assert metrics["shape_error_rms_m"] < 0.005
+    assert metrics["shape_error_rms_m"] < metrics["tracking_error_rms_m"] < 0.06
+    assert 0.1 < metrics["lag_s"] < 0.3
+    assert metrics["recognised_as"] == 5
+    assert metrics["torque_error_rms_nm"] == pytest.approx([0.0] * 4, abs=1e-12)
+
+
+def test_the_result_has_settings_and_metrics(five):
+    result = json.loads((five / "result.json").read_text())
+    assert (result["experiment"], result["settings"]["digit"]) == ("draw", 5)
+    assert list(result["metrics"]) == [
+        *("shape_error_rms_m", "shape_error_max_m", "tracking_error_rms_m", "lag_s"),
+        *("recognised_as", "torque_error_rms_nm", "joint_limit_steps", "readout_spikes"),
+        "real_time_factor",
+    ]
+
+
+def test_the_folder_has_a_figure_and_the_whole_path(five):
+    assert sorted(path.name for path in five.iterdir()) == FILES
+    with Image.open(five / "figure.png") as figure:
+        assert figure.size == (1320, 990)
+    with xr.open_dataset(five / "probes.nc", engine="h5netcdf") as probes:
+        assert probes.sizes["time"] == 1200
+        assert float(probes.target.sel(axis="x")[-1]) == 0.35
+
+
+def test_a_drawing_without_a_reader_has_no_reading(tmp_path, monkeypatch):
+    monkeypatch.setattr(digit_reader, "find_spec", lambda name: None)
+    assert run(tmp_path, 4.0)["metrics"]["recognised_as"] is None
+
+
+# metrics
+
+
+def test_only_the_drawing_counts():
+    times = np.arange(0, 4, 0.5)
+    position = np.zeros((8, 3))
+    assert drawing(recorded(times, position, position)).time_s.tolist() == [2.0, 2.5, 3.0, 3.5]
+    assert DrawTask.begin_s == 2.0
+
+
+def test_the_shape_error_is_the_distance_to_the_nearest_point():
+    stroke = np.stack([np.linspace(0, 1, 1001), np.zeros(1001), np.zeros(1001)], axis=1)
+    trace = np.array([[0.5, 0.03, 0.04], [-0.3, 0.0, 0.4], [0.2, 0.0, 0.0]])
+    assert shape_error(stroke, trace) == pytest.approx([0.05, 0.5, 0.0])
+
+
+def test_the_lag_is_the_time_by_which_the_hand_follows():
+    times = np.arange(0, 5, 0.005)
+
+    def pen(t):
+        return np.stack([np.cos(2 * t), np.sin(3 * t), t], axis=1)
+
+    assert lag(recorded(times, pen(times - 0.12), pen(times))) == pytest.approx(0.12)
+    assert lag(recorded(times, pen(times), pen(times))) == 0.0
+
+
+# what it refuses
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"digit": 10}, "unknown digit '10'; there is: 0, 1, 2, 3, 4, 5, 6, 7, 8, 9"),
+        ({"width_m": 0.0}, "width_m=0: a size must be above 0 and finite"),
+        ({"height_m": float("nan")}, "height_m=nan: a size must be above 0 and finite"),
+        ({"x_m": float("inf")}, "x_m=inf: a place must be finite"),
+        ({"preset": "fat"}, "unknown preset 'fat'; there is: lean, paper"),
+    ],
+)
+def test_a_wrong_setting_says_what_is_allowed(wrong, message):
+    with pytest.raises(UsageError) as caught:
+        draw.DrawSettings(**wrong)
+    assert str(caught.value) == message
+
+
+def test_a_reader_that_is_asked_for_must_be_there(monkeypatch):
+    monkeypatch.setattr(digit_reader, "find_spec", lambda name: None)
+    assert draw.DrawSettings().recognise is None
+    with pytest.raises(MissingExtraError, match=r"pip install 'spikeport\[digits\]'$"):
+        draw.DrawSettings(recognise=True)
+
+
+@pytest.mark.parametrize("backend", ["analytic", "native"])
+def test_a_sheet_out_of_reach_is_refused_before_the_run(tmp_path, spikeport, backend):
+    out = tmp_path / "run"
+    place = ("--set", "x_m=0.7", "--backend", backend)
+    code, printed, error = spikeport("run", "draw", *place, "--out", out)
+    assert (code, printed) == (2, "")
+    assert error == (
+        "error: digit 5: (0.700, -0.259, 1.340) m is out of reach of the right arm, by 8.8 cm; the "
+        "nearest point inside is (0.615, -0.252, 1.361) m; cure: move it there, or make it "
+        "smaller\n"
+    )
+    assert not out.exists()
+
+
+def test_a_time_too_short_to_draw_in_is_refused(tmp_path, spikeport):
+    code, _, error = spikeport("run", "draw", "--seconds", "3", "--out", tmp_path / "run")
+    assert (code, error) == (2, "error: --seconds 3: draw simulates at least 4 s\n")

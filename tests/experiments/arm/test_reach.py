@@ -1,0 +1,427 @@
+import errno
+import os
+from types import SimpleNamespace
+
+import nengo
+import numpy as np
+import pytest
+import xarray as xr
+from PIL import Image
+
+from spikeport.compile.pipeline import compile_network
+from spikeport.errors import DivergedError, UsageError
+from spikeport.experiments.arm import reach
+from spikeport.experiments.arm import run as arm_run
+from spikeport.experiments.arm.loop import Recording
+from spikeport.experiments.arm.reach_metrics import metrics
+from spikeport.experiments.arm.trial import ArmRun
+from spikeport.networks.arm import PRESETS, ArmNetwork, ArmSizes, analytic_arm
+from spikeport.robot.plant import Plant
+
+ANALYTIC = ("run", "reach", "--backend", "analytic", "--seconds", "0.2")
+SERIES = {
+    "q": ("joint", "rad"),
+    "dq": ("joint", "rad/s"),
+    "hand": ("axis", "m"),
+    "target": ("axis", "m"),
+    "torque": ("joint", "N m"),
+    "exact_torque": ("joint", "N m"),
+}
+FILES = ["figure.png", "probes.nc", "result.json"]
+
+
+def names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+# how well it reaches
+
+
+def test_the_exact_law_reaches_in_the_small_box(run):
+    result = run(15.0, backend="analytic").result
+    assert result["metrics"]["reaches"] >= 42
+    assert result["metrics"]["torque_error_rms_nm"] == pytest.approx([0.0] * 4, abs=1e-12)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(1, 5))
+def test_the_exact_law_reaches_in_the_small_box_with_every_seed(run, seed):
+    assert run(15.0, backend="analytic", seed=seed).result["metrics"]["reaches"] >= 42
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(5))
+def test_the_exact_law_reaches_in_the_large_box(run, seed):
+    result = run(15.0, backend="analytic", seed=seed, box="large").result
+    assert result["metrics"]["reaches"] >= 33
+
+
+@pytest.mark.slow
+def test_float_neurons_reach_nearly_as_often(run):
+    result = run(15.0, backend="reference").result
+    assert result["metrics"]["reaches"] >= 42
+    assert result["image_digest"] is result["resources"] is result["metrics"]["readout_spikes"]
+
+
+@pytest.mark.slow
+def test_the_lean_controller_reaches_on_the_emulated_chip(run):
+    result = run(3.0, backend="nengo-loihi").result
+    assert result["metrics"]["reaches"] >= 2.7 * 3
+    assert result["metrics"]["readout_spikes"] == 0
+
+
+def test_a_small_controller_reaches_at_the_pace_on_the_emulated_chip(loihi):
+    figures = loihi.result["metrics"]
+    assert figures["reaches"] >= 3
+    assert figures["readout_spikes"] == 0
+    assert len(figures["torque_error_rms_nm"]) == 4
+    assert 0 < max(figures["torque_error_rms_nm"]) < 5
+
+
+# what it runs
+
+
+def test_the_built_in_network_gives_the_runs_image(loihi):
+    image = compile_network(reach.arm_network(m1=200)).image
+    assert loihi.result["image_digest"] == image.digest
+
+
+def test_the_network_seed_changes_the_image_and_sizes_replace_the_presets():
+    settings = reach.ReachSettings(preset="paper", cb=30)
+    assert settings.sizes == ArmSizes(m1=8000, cb=30, s1=50)
+    assert reach.ReachSettings().sizes == PRESETS["lean"]
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        (
+            {"box": "huge"},
+            "unknown box 'huge'; there is: large, small, x0:x1,y0:y1,z0:z1 (m)",
+        ),
+        ({"preset": "fat"}, "unknown preset 'fat'; there is: lean, paper"),
+        ({"cb": -5}, "cb=-5: the number of neurons must be at least 1"),
+        ({"network_seed": 2**32}, "network_seed=4294967296: a seed must be from 0 to 4294967295"),
+    ],
+)
+def test_a_wrong_setting_says_what_is_allowed(wrong, message):
+    with pytest.raises(UsageError) as caught:
+        reach.ReachSettings(**wrong)
+    assert str(caught.value) == message
+
+
+# what it writes
+
+
+def test_the_result_has_every_field(loihi):
+    result = loihi.result
+    assert list(result) == [
+        *("schema", "command", "experiment", "backend", "seconds", "seeds", "settings"),
+        *("metrics", "activity", "image_digest", "resources", "energy", "timing", "versions"),
+    ]
+    assert result["command"] == ["spikeport", "run"]
+    assert (result["experiment"], result["backend"]) == ("reach", "nengo-loihi")
+    assert result["seconds"] == 1.0
+    assert result["seeds"] == {"run": 0, "network": 0}
+    assert result["settings"]["m1"] == 200
+    assert result["energy"].keys() == result["timing"].keys() > set()
+
+
+def test_the_result_reads_back_as_it_was_returned(loihi):
+    assert {**loihi.outcome.result, "command": ["spikeport", "run"]}.items() <= loihi.result.items()
+
+
+def test_the_resources_are_those_of_the_compiler(loihi):
+    report = loihi.outcome.report.to_dict()
+    assert loihi.result["resources"] == report["resources"]
+    assert set(loihi.result["resources"]["cores"]) == {"used", "limit", "lower_bound"}
+    assert loihi.result["resources"]["cores"]["used"] == len(report["cores"])
+
+
+def test_the_folder_holds_three_files(loihi):
+    assert names(loihi.folder) == FILES
+
+
+def test_the_probes_have_names_and_units(loihi):
+    with xr.open_dataset(loihi.folder / "probes.nc", engine="h5netcdf") as probes:
+        for name, (dimension, unit) in SERIES.items():
+            assert probes[name].dims == ("time", dimension)
+            assert probes[name].attrs["units"] == unit
+            assert probes[name].attrs["long_name"]
+            assert np.isfinite(probes[name]).all()
+        assert probes.time.attrs["units"] == "s"
+        assert probes.time.values == pytest.approx(np.arange(200) * 0.005)
+        assert probes.axis.values.tolist() == ["x", "y", "z"]
+        assert probes.joint.values.tolist() == [
+            *("right_shoulder_pitch", "right_shoulder_roll", "right_shoulder_yaw", "right_elbow")
+        ]
+
+
+def test_the_probes_have_every_spike_of_the_raster(loihi):
+    with xr.open_dataset(loihi.folder / "probes.nc", engine="h5netcdf") as probes:
+        assert probes.spike_time.attrs["units"] == "s"
+        times = probes.spike_time.values
+        assert 0.001 <= times.min() < times.max() <= 1.0
+        assert times * 1000 == pytest.approx(np.round(times * 1000))
+        assert set(probes.spike_axis.values) == {0, 1, 2}
+        assert set(probes.spike_neuron.values) <= set(range(60))
+        per_neuron_hz = len(times) / (3 * 60)
+        assert 20 < per_neuron_hz < 400
+
+
+def test_the_probes_agree_with_the_metrics(loihi):
+    with xr.open_dataset(loihi.folder / "probes.nc", engine="h5netcdf") as probes:
+        distance = np.linalg.norm(probes.target - probes.hand, axis=1)
+        error = probes.torque - probes.exact_torque
+    figures = loihi.result["metrics"]
+    assert figures["distance_rms_m"] == pytest.approx(np.sqrt(np.mean(distance**2)))
+    assert figures["torque_error_rms_nm"] == pytest.approx(np.sqrt((error**2).mean(axis=0)).values)
+
+
+def test_a_controller_without_neurons_has_no_spikes(run):
+    folder = run(0.05, backend="analytic").folder
+    with xr.open_dataset(folder / "probes.nc", engine="h5netcdf") as probes:
+        assert probes.sizes["spike"] == 0
+        assert probes.sizes["time"] == 10
+
+
+def test_the_figure_is_a_picture_of_sensible_size(loihi):
+    with Image.open(loihi.folder / "figure.png") as figure:
+        assert figure.format == "PNG"
+        assert figure.size == (1320, 1100)
+        assert len(figure.convert("RGB").getcolors(10**6)) > 50
+
+
+def test_two_runs_differ_in_wall_clock_time_only(tmp_path):
+    from_seed = [
+        reach.run(
+            reach.ReachSettings(), reach.Options(tmp_path / name, 0.2, backend="analytic", seed=3)
+        ).result
+        for name in ("a", "b")
+    ]
+    for result in from_seed:
+        del result["metrics"]["real_time_factor"]
+    assert from_seed[0] == from_seed[1]
+
+
+# metrics
+
+
+def finished(distances, torques=(0.0,), at_limit=(False,), wall_s=1.0):
+    """A run of 4 s whose exact torques are zero."""
+    n = len(distances)
+    target, torque = np.outer(distances, [1, 0, 0]), np.outer(torques, np.ones(4))
+    zero = np.zeros((n, 4))
+    recording = Recording(0.005 * np.arange(n), zero, zero, np.zeros((n, 3)), target, torque)
+    sim = SimpleNamespace(time=4.0, image=None)
+    return ArmRun(None, recording, zero, np.array(at_limit), {}, sim, wall_s, None)
+
+
+def test_metrics_of_a_run_with_reaches():
+    run = finished([0.3, 0.4], [1.0, -1.0], [False, True], wall_s=2.0)
+    figures = metrics(run, [0.5, 1.5])
+    assert figures["reaches"] == 2
+    assert figures["seconds_per_reach_mean"] == 0.75
+    assert figures["seconds_per_reach_max"] == 2.5
+    assert figures["distance_rms_m"] == pytest.approx(0.125**0.5)
+    assert figures["torque_error_rms_nm"] == [1.0] * 4
+    assert figures["joint_limit_steps"] == 1
+    assert figures["readout_spikes"] is None
+    assert figures["real_time_factor"] == 2.0
+
+
+def test_metrics_of_a_run_without_reaches():
+    figures = metrics(finished([0.3]), [])
+    assert figures["reaches"] == 0
+    assert figures["seconds_per_reach_mean"] is None
+    assert figures["seconds_per_reach_max"] == 4.0
+
+
+# divergence
+
+
+def failing_arm(value):
+    """A controller whose torque is ``value`` after 50 ms.
+
+    It is built up by a sum: Nengo itself refuses a node that returns what is not finite.
+    """
+
+    def build(_law):
+        net = ArmNetwork(label="failing arm")
+        with net:
+            net.state, net.target = nengo.Node(size_in=11), nengo.Node(size_in=3)
+            net.torque = nengo.Node(size_in=4)
+            half = nengo.Node(lambda t: np.full(4, 1e308 if t > 0.05 else 0.0))
+            for _ in range(2):
+                nengo.Connection(half, net.torque, transform=np.sign(value), synapse=None)
+            net.rasters, net.groups = {}, {}
+        return net
+
+    return build
+
+
+@pytest.mark.filterwarnings("ignore:overflow")
+@pytest.mark.parametrize("value", [np.inf, -np.inf])
+def test_a_controller_that_fails_ends_the_run_and_leaves_the_last_states(
+    tmp_path, spikeport, monkeypatch, value
+):
+    out = tmp_path / "run"
+    monkeypatch.setattr(arm_run, "analytic_arm", failing_arm(value))
+    code, printed, error = spikeport(*ANALYTIC, "--out", out)
+    assert (code, printed) == (1, "")
+    assert error == (
+        f"error: the controller's torque is [{value}, {value}, {value}, {value}] N m at 0.050 s, "
+        "limit finite numbers; cure: look at its inputs in the last states; "
+        f"the last states are in {out}/last_states.npz\n"
+    )
+    assert names(out) == ["last_states.npz"]
+    with np.load(out / "last_states.npz") as states:
+        assert states["time_s"] == pytest.approx(np.arange(11) * 0.005)
+        assert all(np.isfinite(states[name]).all() for name in states.files)
+
+
+def test_a_law_that_gives_nan_ends_the_run_and_leaves_the_last_states(
+    tmp_path, spikeport, monkeypatch
+):
+    def nan_arm(law):
+        net = analytic_arm(law)
+        (node,) = (n for n in net.nodes if n.label == "law")
+        exact = node.output
+        node.output = lambda t, x: exact(t, x) if t < 0.05 else np.full(4, np.nan)
+        return net
+
+    out = tmp_path / "run"
+    monkeypatch.setattr(arm_run, "analytic_arm", nan_arm)
+    code, printed, error = spikeport(*ANALYTIC, "--out", out)
+    assert (code, printed) == (1, "")
+    assert error.startswith("error: Function '")
+    assert error.endswith(
+        f"returned non-finite value; the last states are in {out}/last_states.npz\n"
+    )
+    assert names(out) == ["last_states.npz"]
+
+
+def test_a_robot_out_of_range_ends_the_run_and_leaves_the_last_states(
+    tmp_path, spikeport, monkeypatch
+):
+    out = tmp_path / "run"
+    step = Plant.step
+
+    def thrown(plant):
+        if plant.time_s > 0.02:
+            plant.data.qvel[-1] = 1e4
+        step(plant)
+
+    # Only the run's own plant: the exact controller needs no other.
+    monkeypatch.setattr(Plant, "step", thrown)
+    code, _, error = spikeport(*ANALYTIC, "--out", out)
+    assert code == 1
+    assert error.startswith("error: the simulation diverged at 0.03")
+    assert error.endswith(f"; the last states are in {out}/last_states.npz\n")
+    assert names(out) == ["last_states.npz"]
+    with np.load(out / "last_states.npz") as states:
+        assert set(states.files) == {"time_s", "qpos", "qvel", "ctrl"}
+
+
+@pytest.mark.filterwarnings("ignore:overflow")
+def test_divergence_replaces_an_earlier_run(tmp_path, monkeypatch):
+    options = reach.Options(tmp_path, 0.1, backend="analytic")
+    reach.run(reach.ReachSettings(), options)
+    assert names(tmp_path) == FILES
+    monkeypatch.setattr(arm_run, "analytic_arm", failing_arm(np.inf))
+    with pytest.raises(DivergedError):
+        reach.run(reach.ReachSettings(), options)
+    assert names(tmp_path) == ["last_states.npz"]
+
+
+@pytest.mark.parametrize(
+    ("module", "failing"), [(reach, "reach_figure"), (arm_run, "write_probes")]
+)
+def test_a_failure_while_writing_leaves_no_result(tmp_path, monkeypatch, module, failing):
+    def full(*_):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    options = reach.Options(tmp_path, 0.05, backend="analytic")
+    reach.run(reach.ReachSettings(), options)
+    monkeypatch.setattr(module, failing, full)
+    with pytest.raises(OSError, match="No space left"):
+        reach.run(reach.ReachSettings(), options)
+    assert "result.json" not in names(tmp_path)
+
+
+# what it cannot do
+
+
+def test_a_box_out_of_reach_is_refused_before_the_run(tmp_path, spikeport):
+    out = tmp_path / "run"
+    code, printed, error = spikeport(
+        *ANALYTIC, "--set", "box=0.3:0.9,-0.3:-0.1,1.1:1.3", "--out", out
+    )
+    assert (code, printed) == (2, "")
+    assert error == (
+        "error: box 0.3:0.9,-0.3:-0.1,1.1:1.3: (0.600, -0.300, 1.100) m is out of reach of the "
+        "right arm, by 10.0 cm; the nearest point inside is (0.518, -0.287, 1.157) m; cure: move "
+        "it there, or make it smaller\n"
+    )
+    assert not out.exists()
+
+
+def test_a_joint_at_its_limit_is_marked_in_the_figure():
+    def marks(at_limit):
+        run = finished([0.3, 0.4], [0.0, 0.0], at_limit)
+        result = {
+            "settings": {"box": "small"},
+            "metrics": {"reaches": 0},
+            "seeds": {"run": 0},
+            "seconds": 0.01,
+            "backend": "analytic",
+            "resources": None,
+        }
+        legend = reach.reach_figure(run, result).axes[0].get_legend()
+        return [text.get_text() for text in legend.get_texts()]
+
+    assert marks([False, False]) == ["reached below 4 cm"]
+    assert marks([False, True]) == ["reached below 4 cm", "joint at its limit (1 steps)"]
+
+
+# what a machine may lack
+
+
+def test_a_video_that_cannot_be_made_is_refused_before_the_run(tmp_path, spikeport, monkeypatch):
+    from spikeport.robot import video
+
+    monkeypatch.setattr(video, "find_spec", lambda name: None)
+    out = tmp_path / "run"
+    code, _, error = spikeport(*ANALYTIC, "--out", out, "--video")
+    assert code == 2
+    assert error == (
+        "error: a video needs the package imageio, which is absent; "
+        "install it with: pip install 'spikeport[video]'\n"
+    )
+    assert not out.exists()
+
+
+def test_a_run_without_graphics_has_a_figure_all_the_same(tmp_path, monkeypatch):
+    from spikeport.errors import RenderError
+    from spikeport.experiments import pictures
+
+    def no_graphics(*_):
+        raise RenderError("none")
+
+    monkeypatch.setattr(pictures, "Renderer", no_graphics)
+    reach.run(reach.ReachSettings(), reach.Options(tmp_path, 0.05, backend="analytic"))
+    assert names(tmp_path) == FILES
+
+
+def test_the_exact_controller_is_one_step_late(law):
+    with nengo.Network() as net:
+        controller = analytic_arm(law)
+        shown = nengo.Node(np.r_[law.gains.rest_rad, np.zeros(4), 0.3, -0.2, 1.2, 0.3, -0.2, 1.2])
+        nengo.Connection(shown[:11], controller.state, synapse=None)
+        nengo.Connection(shown[11:], controller.target, synapse=None)
+        probe = nengo.Probe(controller.torque)
+    with nengo.Simulator(net, progress_bar=False) as sim:
+        sim.run_steps(3)
+    exact = law.torque(np.array(law.gains.rest_rad), np.zeros(4), np.zeros(3))
+    assert sim.data[probe][0].tolist() == [0.0] * 4
+    assert sim.data[probe][2] == pytest.approx(exact)

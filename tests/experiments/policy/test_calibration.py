@@ -1,0 +1,93 @@
+"""The read-out of a small policy, refitted on the native chip."""
+
+import functools
+
+import nengo
+import numpy as np
+import pytest
+
+from spikeport.experiments.calibration import hold
+from spikeport.experiments.options import Options
+from spikeport.experiments.policy.calibration import (
+    LAG,
+    SETTLING,
+    calibrated_readout,
+    record_halves,
+)
+from spikeport.networks.policy import Layer, PolicyOptions, Readout, exact, policy, record_ranges
+from spikeport.simulator import Simulator
+
+OPTIONS = PolicyOptions(n_neurons=10)
+SIZES = ((6, 10), (10, 10), (10, 4))
+
+
+@pytest.fixture(scope="module")
+def layers():
+    rng = np.random.RandomState(0)
+    return [Layer(rng.randn(n, m) * 1.2 / np.sqrt(m), 0.2 * rng.randn(n)) for m, n in SIZES]
+
+
+def walk(n_samples, seed):
+    """Observations at 200 Hz that swing at 1.5 Hz."""
+    rng = np.random.RandomState(seed)
+    t = 0.005 * np.arange(n_samples)[:, np.newaxis]
+    return np.sin(3 * np.pi * t + np.arange(6)) + 0.02 * rng.randn(n_samples, 6)
+
+
+@pytest.fixture(scope="module")
+def ranges(layers):
+    return record_ranges(layers, walk(400, 0))
+
+
+@pytest.fixture(scope="module")
+def refitted(layers, ranges, tmp_path_factory):
+    run = Options(tmp_path_factory.mktemp("run"), 1.0, pipeline="compact")
+    return calibrated_readout(layers, ranges, OPTIONS, walk(400, 0), run)
+
+
+def action_error(layers, ranges, readout):
+    """On observations that the refit has not seen, on the chip."""
+    shown = walk(200, 1)
+    with nengo.Network(seed=1) as network:
+        net = policy(layers, ranges, OPTIONS, readout=readout)
+        hold(net.observation, shown, 5, 0.001)
+        probe = nengo.Probe(net.action)
+    with Simulator(network, pipeline="compact") as sim:
+        sim.run_steps(5 * len(shown))
+        found = sim.data[probe][4::5]
+    wrong = found[LAG:] - exact(layers, shown)[-1][:-LAG]
+    return float(np.sqrt(np.mean(wrong[SETTLING:] ** 2)))
+
+
+def test_the_refitted_readout_is_nearer_to_the_exact_action(layers, ranges, refitted):
+    nominal = action_error(layers, ranges, None)
+    assert action_error(layers, ranges, Readout(**refitted.decoders)) < 0.8 * nominal
+
+
+def test_a_refit_depends_on_what_it_is_given_alone(layers, ranges, refitted, tmp_path):
+    run = Options(tmp_path, 1.0, pipeline="compact")
+    again = calibrated_readout(layers, ranges, OPTIONS, walk(400, 0), run)
+    assert again.image_digest == refitted.image_digest
+    assert (again.decoders["weights"] == refitted.decoders["weights"]).all()
+    assert (again.decoders["bias"] == refitted.decoders["bias"]).all()
+
+
+def test_the_readout_is_part_of_the_image(layers, ranges, refitted):
+    digests = set()
+    for readout in (None, Readout(**refitted.decoders)):
+        with nengo.Network(seed=1) as network:
+            nengo.Probe(policy(layers, ranges, OPTIONS, readout=readout).action)
+        with Simulator(network, pipeline="compact") as sim:
+            digests.add(sim.image.digest)
+    assert len(digests) == 2
+
+
+def test_halves_are_those_of_the_activation(layers, ranges, tmp_path):
+    build = functools.partial(policy, layers, ranges, OPTIONS)
+    run = Options(tmp_path, 1.0, backend="reference")
+    shown = np.tile(walk(1, 2), (60, 1))
+    halves, digest = record_halves(build, 20, shown, run)
+    z = exact(layers, shown[0])[1]
+    wanted = np.concatenate([np.maximum(z, 0), np.expm1(np.minimum(z, 0))])
+    assert digest == ""
+    assert halves[30:].mean(axis=0) == pytest.approx(wanted, abs=0.12)

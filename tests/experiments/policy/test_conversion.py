@@ -1,0 +1,85 @@
+"""A small perceptron in spikes: what each layer costs."""
+
+import numpy as np
+import pytest
+
+from spikeport.experiments.policy.conversion import Conversion, convert
+from spikeport.experiments.policy.lint import ConversionLint, LayerLint
+from spikeport.networks.loading.mlp import Mlp
+from spikeport.networks.policy import Layer, PolicyOptions
+
+
+def silent(_what, _share):
+    pass
+
+
+def perceptron(activation):
+    rng = np.random.RandomState(0)
+    sizes = [(6, 4), (5, 6), (2, 5)]
+    layers = [Layer(1.4 * rng.randn(n, m) / np.sqrt(m), 0.2 * rng.randn(n)) for n, m in sizes]
+    return Mlp(tuple(layers), activation)
+
+
+@pytest.fixture
+def observations():
+    return np.random.RandomState(1).randn(200, 4)
+
+
+def test_a_perceptron_is_measured_layer_by_layer(observations):
+    options = PolicyOptions(n_neurons=20, tau_fwd=0.004)
+    conversion = Conversion(perceptron("elu"), options, observations)
+    converted = convert(conversion, "loihi", "compact", silent)
+    first, second = converted.lint.layers
+    assert (first.name, first.n_units, first.tau_s) == ("layer 1", 6, 0.004)
+    assert (second.name, second.n_units, second.tau_s) == ("layer 2", 5, options.tau_out)
+    assert converted.lint.delay_s == pytest.approx(0.009)
+    assert first.above == max(conversion.ranges[0].above)
+    assert 0.02 < first.error < 0.3
+    assert 0.02 < converted.lint.action_error < 0.3
+    assert 0.02 < converted.lint.chip_error < 0.4
+    assert converted.activity.n_steps == 20 * 50
+    assert converted.compilation.report.digest == converted.compilation.image.digest
+
+
+def test_rates_are_those_of_the_layers_neurons():
+    """A unit that is held at the end of its range fires at its largest rate."""
+    weights = np.array([[1.0]])
+    layers = (Layer(weights, np.zeros(1)), Layer(weights, np.zeros(1)))
+    options = PolicyOptions(n_neurons=20, max_rates=(200.0, 200.0001), activation="relu")
+    conversion = Conversion(Mlp(layers, "relu"), options, np.full((10, 1), 2.0))
+    (layer,) = convert(conversion, "loihi", "compact", silent).lint.layers
+    assert layer.rate_hz == pytest.approx(200, rel=0.05)
+    assert layer.spikes == pytest.approx(10 * options.tau_out * layer.rate_hz)
+    assert (layer.below, layer.above, layer.spread) == (0.0, 2.0, 1.0)
+
+
+def lint(spread=2.6, spikes=3.0, delay_s=0.009):
+    layer = LayerLint("layer 1", 8, 1.0, 2.0, spread, 50.0, spikes, 0.002, 0.1)
+    return ConversionLint((layer,), 0.1, 0.2, delay_s)
+
+
+@pytest.mark.parametrize(
+    ("found", "hint"),
+    [
+        (
+            lint(spread=7),
+            "range too wide: layer 1 (7.0 x rms); cure: record observations of what it is to do "
+            "(--observations); the error grows with it",
+        ),
+        (
+            lint(spikes=0.5),
+            "rate too low: layer 1 (0.5 spikes); cure: more neurons (--neurons), or a longer "
+            "filter (--tau-fwd)",
+        ),
+        (
+            lint(delay_s=0.025),
+            "tau too long: 25 ms in all, an action lasts 20 ms; cure: less --tau-fwd",
+        ),
+    ],
+)
+def test_what_is_worth_a_change_is_said(found, hint):
+    assert list(found.hints()) == [hint]
+
+
+def test_nothing_is_said_of_a_good_conversion():
+    assert list(lint().hints()) == []

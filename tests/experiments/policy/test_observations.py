@@ -1,0 +1,59 @@
+import numpy as np
+import pytest
+
+from spikeport.errors import UsageError
+from spikeport.experiments.policy.observations import normal_observations, read_observations
+
+CURE = "; write it with: numpy.savez(file, observations=array)"
+
+
+@pytest.fixture
+def path(tmp_path):
+    return tmp_path / "seen.npz"
+
+
+@pytest.mark.parametrize(
+    "arrays",
+    [
+        {"x": np.ones((4, 3))},
+        {"observations": np.ones((4, 3), dtype=np.float32), "other": np.ones(2)},
+    ],
+)
+def test_the_array_is_read(path, arrays):
+    np.savez(path, **arrays)
+    found = read_observations(path, 3)
+    np.testing.assert_array_equal(found.values, np.ones((4, 3)))
+    assert found.origin == f"4 of {path}"
+
+
+@pytest.mark.parametrize(
+    ("arrays", "complaint"),
+    [
+        ({"x": np.ones((4, 2))}, "expected an array (m, 3), found shape (4, 2)"),
+        ({"x": np.ones((0, 3))}, "expected an array (m, 3), found shape (0, 3)"),
+        ({"x": np.full((4, 3), np.nan)}, "expected finite numbers, found others"),
+        ({"x": np.full((4, 3), "a")}, "expected finite numbers, found others"),
+        ({"x": np.ones(1), "y": np.ones(1)}, "expected an array 'observations', found x, y"),
+        ({}, "expected an array 'observations', found no array"),
+    ],
+)
+def test_others_are_refused(path, arrays, complaint):
+    np.savez(path, **arrays)
+    with pytest.raises(UsageError) as error:
+        read_observations(path, 3)
+    assert str(error.value) == f"observations '{path}': {complaint}{CURE}"
+
+
+def test_a_text_is_refused(path):
+    path.write_text("1 2 3")
+    with pytest.raises(UsageError) as error:
+        read_observations(path, 3)
+    complaint = "expected an npz file of numbers, found another"
+    assert str(error.value) == f"observations '{path}': {complaint}{CURE}"
+
+
+def test_normal_values_are_the_same_every_time():
+    found = normal_observations(4)
+    assert found.origin == "1,000 standard normal ones, since none are given"
+    np.testing.assert_array_equal(found.values, normal_observations(4).values)
+    assert found.values.std() == pytest.approx(1, abs=0.05)

@@ -1,0 +1,295 @@
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+from PIL import Image
+
+from spikeport.experiments.arm.draw_task import Sheet
+from spikeport.experiments.options import Options
+from spikeport.experiments.switch import experiment as switch
+from spikeport.experiments.switch import run as switch_run
+from spikeport.experiments.switch.goals import Goal, RetractTask, find_goals, hanging_hand
+from spikeport.experiments.switch.loop import OUTPUTS, SwitchLoop
+from spikeport.experiments.switch.phases import switched_after_s
+from spikeport.experiments.switch.schedule import Phase
+from spikeport.experiments.switch.settings import SwitchSettings
+from spikeport.experiments.switch.trial import SwitchTrial
+from spikeport.networks import walking_policy
+from spikeport.robot.description import JOINTS
+
+ANALYTIC = ("run", "switch", "--backend", "analytic")
+FILES = ["figure.png", "probes.nc", "result.json"]
+WALK, DRAW = {"walk": 0.8, "draw": 0.4}, {"walk": 0.4, "draw": 0.8}
+BRIEF = """\
+[[phases]]
+name = "walk"
+begin_s = 0
+end_s = 1
+utilities = { walk = 0.8, draw = 0.4 }
+path = "line"
+
+[[phases]]
+name = "reach"
+begin_s = 1
+end_s = 3
+utilities = { walk = 0.4, draw = 0.8 }
+arm = "reach"
+
+[[phases]]
+name = "retract"
+begin_s = 3
+end_s = 5
+utilities = { walk = 0.4, draw = 0.8 }
+arm = "retract"
+
+[[phases]]
+name = "walk on"
+begin_s = 5
+end_s = 6
+utilities = { walk = 0.8, draw = 0.4 }
+path = "line"
+"""
+
+
+@pytest.fixture(scope="module")
+def brief(tmp_path_factory):
+    """A schedule of six seconds."""
+    path = tmp_path_factory.mktemp("schedule") / "brief.toml"
+    path.write_text(BRIEF)
+    return str(path)
+
+
+def switched(folder, schedule=None, seconds=60.0, backend="analytic", seed=0, **settings):
+    options = Options(folder, seconds, backend=backend, seed=seed, pipeline="compact")
+    switch.run(SwitchSettings(schedule=schedule, **settings), options)
+    return json.loads((folder / "result.json").read_text())
+
+
+@pytest.fixture(scope="module", params=[True, False], ids=["anchored", "free"])
+def exact(request, tmp_path_factory, brief):
+    """Six seconds of the exact controllers."""
+    folder = tmp_path_factory.mktemp("exact")
+    return folder, switched(folder, brief, anchor=request.param)
+
+
+# how well it does
+
+
+def test_the_exact_controllers_walk_and_reach(exact):
+    figures = exact[1]["metrics"]
+    assert (figures["falls"], figures["fallen_at_s"]) == (0, None)
+    walk, reach, retract, walk_on = figures["phases"]
+    assert all(phase["success"] for phase in (walk, reach, walk_on))
+    assert reach["targets_reached"] >= 3
+    assert retract["hand_error_m"] < 0.08
+    assert all(phase["switching_time_s"] <= 0.002 for phase in figures["phases"])
+    assert figures["spikes_by_nucleus"] == {}
+
+
+def test_an_anchored_pelvis_stays_and_a_free_one_does_not(exact):
+    _, result = exact
+    moved_m = [phase.get("pelvis_moved_m") for phase in result["metrics"]["phases"]][1:3]
+    if result["settings"]["anchor"]:
+        assert max(moved_m) < 0.02
+    else:
+        assert 0.02 < max(moved_m) < 0.5
+
+
+@pytest.mark.slow
+def test_spikes_do_the_four_phases_on_the_chip(tmp_path):
+    result = switched(tmp_path, backend="native")
+    figures = result["metrics"]
+    assert figures["falls"] == 0
+    assert all(phase["success"] for phase in figures["phases"])
+    assert figures["recognised_as"] == 8
+    assert figures["readout_spikes"] == 0
+    assert result["resources"]["cores"]["used"] <= 64
+    assert set(figures["spikes_by_nucleus"]) >= {"strD1", "strD2", "stn", "gpe", "gpi"}
+
+
+# what it writes
+
+
+def test_the_run_ends_with_its_schedule(exact):
+    folder, result = exact
+    assert result["seconds"] == 6.0
+    with xr.open_dataset(folder / "probes.nc", engine="h5netcdf") as probes:
+        assert (probes.sizes["time"], probes.sizes["step"]) == (1200, 6000)
+        assert probes.hand.attrs["units"] == "m"
+        assert list(probes.selectable.values) == ["walk", "draw"]
+
+
+def test_the_figure_is_written(exact):
+    folder, _ = exact
+    assert sorted(path.name for path in folder.iterdir()) == FILES
+    with Image.open(folder / "figure.png") as figure:
+        assert figure.size == (1540, 1210)
+        assert len(figure.convert("RGB").getcolors(10**6)) > 50
+
+
+# the loop
+
+
+def phase(begin_s, end_s, utilities, **goal):
+    return Phase(name="one", begin_s=begin_s, end_s=end_s, utilities=utilities, **goal)
+
+
+@pytest.fixture(scope="module")
+def loop():
+    return SwitchLoop(True, None, 0.005, 0.005)
+
+
+def goals_of(loop, brief):
+    schedule = SwitchSettings(schedule=brief).load_schedule(6.0)
+    loop.start(0, find_goals(schedule, 8, 0))
+
+
+def shown(loop, gates, torque=(0, 0, 0, 0)):
+    output = np.concatenate((np.zeros(21), torque, gates))
+    return np.split(loop.step(output), OUTPUTS[:-1])
+
+
+def test_the_gates_decide_what_drives_the_arm(loop, brief):
+    goals_of(loop, brief)
+    for gates, expected in (((1, 0), 0.28), ((0.6, 0.4), 0.28), ((0, 1), 3.0), ((1, 0), 0.28)):
+        shown(loop, gates, (3.0, 0, 0, 0))
+        assert loop.plant.data.ctrl[-4] == pytest.approx(expected)
+        assert loop.plant.anchored == (gates[1] > 0.5)
+
+
+def test_an_anchored_robot_is_brought_upright_and_let_go(loop, brief):
+    goals_of(loop, brief)
+    height_m = loop.plant.data.qpos[2]
+    loop.plant.data.qpos[3:7] = np.cos(0.1), 0, np.sin(0.1), 0
+    for _ in range(240):
+        shown(loop, (0, 1))
+    w, x, y, _ = loop.plant.data.qpos[3:7]
+    assert [w, x, y] == pytest.approx([1, 0, 0], abs=5e-3)
+    assert loop.plant.data.qpos[2] == pytest.approx(height_m, abs=5e-3)
+    shown(loop, (1, 0))
+    assert not loop.plant.anchored
+
+
+def test_the_schedule_gives_utilities_and_targets(loop, brief):
+    goals_of(loop, brief)
+    for _ in range(199):
+        *_, arm, target, utilities = shown(loop, (1, 0))
+    assert utilities.tolist() == [0.8, 0.4]
+    assert target == pytest.approx(arm[8:])
+    *_, arm, target, utilities = shown(loop, (1, 0))
+    assert utilities.tolist() == [0.4, 0.8]
+    assert np.linalg.norm(target - arm[8:]) > 0.1
+
+
+def test_the_hand_is_seen_from_an_upright_torso(loop, brief, law):
+    goals_of(loop, brief)
+    loop.plant.data.qpos[:7] = 3, 2, 0.9, np.cos(0.3), 0, 0, np.sin(0.3)
+    loop.plant.data.joint("torso").qpos = 0.2
+    *_, arm, _, _ = shown(loop, (1, 0))
+    assert arm[8:] == pytest.approx(law.arm.at(arm[:4]).position, abs=1e-9)
+
+
+def test_a_path_begins_where_the_robot_is(loop, brief):
+    goals_of(loop, brief)
+    for _ in range(1000):
+        _, reference, state, *_ = shown(loop, (0, 1))
+    heading, place = state[0], state[1:3]
+    ahead = place + 0.5 * 0.8 * np.array([np.cos(heading), np.sin(heading)])
+    assert reference[:2] == pytest.approx(ahead, abs=1e-6)
+    assert len(loop.paths) == 4
+
+
+# goals
+
+
+def test_the_arm_is_retracted_to_where_it_hangs():
+    begin = np.array([0.35, -0.2, 1.2])
+    task = RetractTask(begin, 2.0)
+    assert task.target.tolist() == begin.tolist()
+    task.update(1.5, begin)
+    assert task.target == pytest.approx(hanging_hand())
+
+
+def test_a_drawing_phase_draws_the_digit_asked_for():
+    goal = Goal(phase(0, 6, DRAW, arm="digit"), None, 5, 0)
+    task = goal.task(np.zeros(3))
+    assert np.array_equal(task.stroke, Sheet().stroke(5))
+
+
+# metrics
+
+
+def test_a_switch_is_over_when_the_gate_stays_open():
+    gates = np.tile([0.9, 0.1], (1000, 1))
+    gates[500:] = 0.1, 0.9
+    gates[520:530] = 0.6, 0.9
+    assert switched_after_s(gates, phase(0.5, 1.0, DRAW, arm="reach")) == pytest.approx(0.03)
+    assert switched_after_s(gates, phase(0.0, 0.5, WALK, path="line")) == 0
+
+
+def test_a_fall_ends_the_run_and_all_later_phases(tmp_path, brief, monkeypatch):
+    weights = walking_policy.load()
+    *hidden, last = weights.biases
+    squat = np.where(["knee" in joint for joint in JOINTS], 1.5, 0.0)
+    limp = dataclasses.replace(weights, biases=(*hidden, last + squat))
+    monkeypatch.setattr(switch_run, "load_policy", lambda: limp)
+    figures = switched(tmp_path, brief)["metrics"]
+    assert figures["falls"] == 1
+    assert 0.1 < figures["fallen_at_s"] < 1.0
+    assert [phase["success"] for phase in figures["phases"]] == [False] * 4
+    assert figures["phases"][1] == {"name": "reach", "success": False, "switching_time_s": None}
+    assert (tmp_path / "last_states.npz").is_file()
+
+
+# what it refuses
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        (["digit=12"], "unknown digit '12'; there is: 0, 1, 2, 3, 4, 5, 6, 7, 8, 9"),
+        (["preset=fat"], "unknown preset 'fat'; there is: lean, paper"),
+        (
+            ["n_neurons=7"],
+            "n_neurons=7: a unit has as many neurons for each sign; give an even number from 2 on",
+        ),
+        (["network_seed=-1"], "network_seed=-1: a seed must be from 0 to 4294967295"),
+        (["schedule=nothing.toml"], "nothing.toml: no such file"),
+    ],
+)
+def test_what_is_wrong_is_told_before_the_run(tmp_path, spikeport, settings, message):
+    out = tmp_path / "run"
+    given = [part for pair in settings for part in ("--set", pair)]
+    code, printed, error = spikeport(*ANALYTIC, *given, "--out", out)
+    assert (code, printed, error) == (2, "", f"error: {message}\n")
+    assert not out.exists()
+
+
+def test_a_path_that_is_not_known_is_told_before_the_run(tmp_path, spikeport):
+    file, out = tmp_path / "schedule.toml", tmp_path / "run"
+    file.write_text(BRIEF.replace('path = "line"', 'path = "round"'))
+    code, printed, error = spikeport(*ANALYTIC, "--set", f"schedule={file}", "--out", out)
+    assert (code, printed) == (2, "")
+    assert error == (
+        f"error: {file}: phase 'walk': unknown path 'round'; "
+        "there is: FILE.csv, figure-eight, line, paper, s-curve\n"
+    )
+    assert not out.exists()
+
+
+def test_a_video_shows_path_and_hand(tmp_path, brief, monkeypatch):
+    asked = []
+    monkeypatch.setattr(switch_run, "write_video", lambda *arguments: asked.append(arguments))
+    monkeypatch.setattr(switch_run, "check_video", lambda *_: None)
+    text = BRIEF.replace('"reach"\n\n', '"digit"\n\n').replace("end_s = 3", "end_s = 5")
+    text = text[: text.index('[[phases]]\nname = "retract"')]
+    (tmp_path / "draw.toml").write_text(text)
+    (tmp_path / "out").mkdir()
+    options = Options(tmp_path / "out", 5.0, backend="analytic", video=True)
+    switch_run.run(SwitchTrial.of(SwitchSettings(schedule=f"{tmp_path}/draw.toml"), options))
+    ((_, loop, marks, camera),) = asked
+    assert camera == "track"
+    assert len(loop.poses) == 1000
+    assert len(marks(1)) == len(marks(600)) < len(marks(1000))

@@ -1,0 +1,271 @@
+import dataclasses
+import json
+
+import nengo
+import numpy as np
+import pytest
+import xarray as xr
+from PIL import Image
+
+from spikeport.errors import UsageError
+from spikeport.experiments.options import Options
+from spikeport.experiments.walk import calibration as walk_calibration
+from spikeport.experiments.walk import controller as walk_controller
+from spikeport.experiments.walk import experiment as walk
+from spikeport.experiments.walk import run as walk_run
+from spikeport.experiments.walk.gait import record_gait
+from spikeport.experiments.walk.settings import WalkSettings
+from spikeport.networks import walking_policy
+from spikeport.networks.policy import PolicyNetwork
+from spikeport.robot.description import JOINTS
+
+ANALYTIC = ("run", "walk", "--backend", "analytic", "--seconds", "0.5")
+FILES = ["figure.png", "probes.nc", "result.json"]
+METRICS = [
+    *("falls", "fallen_at_s", "cross_track_rms_m", "cross_track_max_m", "path_mse_m2"),
+    *("speed_error_mean_m_s", "yaw_rate_error_mean_rad_s"),
+]
+
+
+def names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def walked(folder, seconds, backend="analytic", seed=0, **settings):
+    options = Options(folder, seconds, backend=backend, seed=seed, pipeline="compact")
+    walk.run(WalkSettings(**settings), options)
+    return json.loads((folder / "result.json").read_text())
+
+
+@pytest.fixture(scope="module")
+def exact(tmp_path_factory):
+    """Three seconds of the exact policy with the exact follower."""
+    folder = tmp_path_factory.mktemp("exact")
+    return folder, walked(folder, 3.0, path="line")
+
+
+# how well it walks
+
+
+def test_the_exact_controller_walks_ahead(exact):
+    figures = exact[1]["metrics"]
+    assert (figures["falls"], figures["fallen_at_s"]) == (0, None)
+    assert figures["cross_track_max_m"] < 0.05
+    assert figures["speed_error_mean_m_s"] < 0.2
+    assert figures["spikes_per_second"] == 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("path", ["line", "s-curve", "figure-eight", "paper"])
+def test_the_exact_controller_follows_every_path(tmp_path, path):
+    figures = walked(tmp_path, 40.0, path=path)["metrics"]
+    assert figures["falls"] == 0
+    assert figures["cross_track_rms_m"] < 0.04
+    assert figures["path_mse_m2"] < 0.25
+
+
+@pytest.mark.slow
+def test_spikes_follow_a_path_on_the_chip(tmp_path):
+    result = walked(tmp_path, 10.0, backend="native", path="s-curve")
+    assert result["metrics"]["falls"] == 0
+    assert result["metrics"]["cross_track_max_m"] < 0.3
+    assert result["metrics"]["spikes_per_second"] > 1e5
+    assert result["metrics"]["clipped_joint_angles"] < 0.1
+    assert result["resources"]["cores"]["used"] <= 24
+
+
+@pytest.mark.slow
+def test_a_calibration_is_made_once_and_used_again(tmp_path, monkeypatch):
+    for module in (walk_run, walk_calibration):
+        monkeypatch.setattr(module, "record_gait", lambda weights: record_gait(weights, 1.0))
+    file, small = tmp_path / "calibration.npz", {"n_neurons": 2, "backend": "native"}
+    options = Options(tmp_path, 0.5, pipeline="compact")
+    walk.calibrate(WalkSettings(n_neurons=2), options).save(file)
+    nominal = walked(tmp_path / "nominal", 0.3, **small)
+    made, read = (
+        walked(tmp_path / str(i), 0.3, **small, calibrated=given)
+        for i, given in enumerate((True, str(file)))
+    )
+    assert made["image_digest"] == read["image_digest"] != nominal["image_digest"]
+    for result in (made, read):
+        del result["metrics"]["real_time_factor"]
+    assert made["metrics"] == read["metrics"]
+    with pytest.raises(UsageError) as caught:
+        walked(tmp_path / "other", 0.3, calibrated=str(file), backend="native")
+    assert str(caught.value) == (
+        f"calibrated={file}: made for n_neurons=2, but the run has n_neurons=20; make it with "
+        "`spikeport calibrate`, the settings of the run, and --out"
+    )
+
+
+# what it writes
+
+
+def test_the_result_has_every_field(exact):
+    result = exact[1]
+    assert list(result) == [
+        *("schema", "command", "experiment", "backend", "seconds", "seeds", "settings"),
+        *("metrics", "activity", "image_digest", "resources", "energy", "timing", "versions"),
+    ]
+    assert list(result["metrics"]) == [*METRICS, "spikes_per_second", "real_time_factor"]
+    assert result["settings"]["path"] == "line"
+
+
+def test_the_metrics_are_those_of_the_probes(exact):
+    folder, result = exact
+    with xr.open_dataset(folder / "probes.nc", engine="h5netcdf") as probes:
+        place = probes.state.sel(turned=["x", "y"]).values
+        reference = probes.reference.sel(moving=["x", "y"]).values
+        assert probes.sizes["time"] == 600
+        assert probes.height.min() > 0.8
+    figures = result["metrics"]
+    late = np.sum((place - reference) ** 2, axis=1)
+    assert figures["path_mse_m2"] == pytest.approx(late.mean())
+    off_track = np.where(place[:, 0] > 0, np.abs(place[:, 1]), np.hypot(*place.T))
+    assert figures["cross_track_max_m"] == pytest.approx(off_track.max(), abs=1e-3)
+
+
+def test_the_probes_have_names_and_units(exact):
+    with xr.open_dataset(exact[0] / "probes.nc", engine="h5netcdf") as probes:
+        assert probes.observation.dims == ("time", "observed")
+        assert (probes.part == "command").sum() == 3
+        assert probes.command.attrs["units"] == "m/s, rad/s"
+        assert list(probes.foot.values) == ["left", "right"]
+
+
+def test_the_folder_holds_three_files(exact):
+    assert names(exact[0]) == FILES
+    with Image.open(exact[0] / "figure.png") as figure:
+        assert figure.size == (1320, 1320)
+        assert len(figure.convert("RGB").getcolors(10**6)) > 50
+
+
+def test_two_runs_differ_in_wall_clock_time_only(tmp_path):
+    a, b = (walked(tmp_path / name, 0.2, seed=3) for name in "ab")
+    for result in (a, b):
+        del result["metrics"]["real_time_factor"]
+    assert a == b
+
+
+# how it ends
+
+
+def acting(values):
+    """A policy that gives the same action at all times, after 50 ms."""
+
+    def build(_weights):
+        with PolicyNetwork(label="acting") as net:
+            net.observation = nengo.Node(size_in=69)
+            net.action = nengo.Node(size_in=19)
+            sent = nengo.Node(lambda t: values * (t > 0.05))
+            for _ in range(2):  # Nengo refuses what is not finite; a sum may be
+                nengo.Connection(sent, net.action, synapse=None)
+        return net
+
+    return build
+
+
+def test_a_fall_ends_the_run_with_metrics_picture_and_last_states(tmp_path, monkeypatch):
+    squat = np.where(["knee" in joint for joint in JOINTS], 1.5, 0.0)
+    monkeypatch.setattr(walk_controller, "analytic_policy", acting(squat))
+    result = walked(tmp_path, 5.0)
+    fallen_at_s = result["metrics"]["fallen_at_s"]
+    assert result["metrics"]["falls"] == 1
+    assert 0.1 < fallen_at_s < 3.0
+    assert names(tmp_path) == ["figure.png", "last_states.npz", "probes.nc", "result.json"]
+    with np.load(tmp_path / "last_states.npz") as states:
+        assert states["time_s"][-1] == pytest.approx(fallen_at_s)
+    with xr.open_dataset(tmp_path / "probes.nc", engine="h5netcdf") as probes:
+        assert probes.time[-1] == pytest.approx(fallen_at_s - 0.005)
+
+
+@pytest.mark.filterwarnings("ignore:overflow")
+def test_an_action_that_is_not_finite_ends_the_run(tmp_path, spikeport, monkeypatch):
+    out = tmp_path / "run"
+    monkeypatch.setattr(walk_controller, "analytic_policy", acting(np.full(19, 1e308)))
+    code, printed, error = spikeport(*ANALYTIC, "--out", out)
+    assert (code, printed) == (1, "")
+    assert error == (
+        "error: the controller's action or command is not finite at 0.050 s, limit finite numbers; "
+        f"cure: look at its inputs in the last states; the last states are in {out}/"
+        "last_states.npz\n"
+    )
+    assert names(out) == ["last_states.npz"]
+
+
+# what it refuses
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"follower": "late"}, "unknown follower 'late'; there is: exact, spiking"),
+        (
+            {"policy": "nowhere.npz"},
+            "unknown policy 'nowhere.npz'; there is: mlp, spiking, the path of a file",
+        ),
+        (
+            {"speed": 1.5},
+            "speed=1.5: the policy is trained for speeds above 0 and up to 1 m/s; choose one of "
+            "these",
+        ),
+        (
+            {"n_neurons": 7},
+            "n_neurons=7: a unit has as many neurons for each sign; give an even number from 2 on",
+        ),
+        ({"tau_fwd": 0}, "tau_fwd=0: a filter must be above 0 and below 1 s"),
+        ({"network_seed": -1}, "network_seed=-1: a seed must be from 0 to 4294967295"),
+    ],
+)
+def test_a_wrong_setting_says_what_is_allowed(wrong, message):
+    with pytest.raises(UsageError) as caught:
+        WalkSettings(**wrong)
+    assert str(caught.value) == message
+
+
+def test_a_path_that_cannot_be_followed_is_refused_before_the_run(tmp_path, spikeport):
+    out = tmp_path / "run"
+    code, printed, error = spikeport(*ANALYTIC, "--set", "path=circle", "--out", out)
+    assert (code, printed) == (2, "")
+    assert error == (
+        "error: unknown path 'circle'; there is: FILE.csv, figure-eight, line, paper, s-curve\n"
+    )
+    assert not out.exists()
+
+
+def test_a_policy_with_other_observations_is_refused_before_the_run(tmp_path, spikeport):
+    out, file, shipped = tmp_path / "run", tmp_path / "policy.npz", walking_policy.load()
+    first, *rest = shipped.weights
+    dataclasses.replace(shipped, weights=(first[:, :60], *rest)).save(file)
+    code, printed, error = spikeport(*ANALYTIC, "--set", f"policy={file}", "--out", out)
+    assert (code, printed) == (2, "")
+    assert error == (
+        f"error: policy file '{file}': expected 69 observations and 19 actions, found 60 "
+        "observations and 19 actions; what can be read: spikeport convert --help\n"
+    )
+    assert not out.exists()
+
+
+def test_a_video_follows_the_robot(tmp_path, monkeypatch):
+    shown = []
+    monkeypatch.setattr(walk_run, "write_video", lambda *arguments: shown.append(arguments))
+    monkeypatch.setattr(walk_run, "check_video", lambda *_: None)
+    options = Options(tmp_path, 0.1, backend="analytic", video=True)
+    walk.run(WalkSettings(), options)
+    ((folder, loop, marks, camera),) = shown
+    assert (folder, camera) == (tmp_path, "track")
+    assert len(loop.poses) == 20
+    assert len(marks(1)) < len(marks(20)) + 1
+
+
+def test_the_experiments_pipeline_is_used_where_none_is_asked_for(tmp_path, spikeport, monkeypatch):
+    asked = []
+
+    def prepare(trial):
+        asked.append(trial.options.pipeline)
+        raise UsageError("seen")
+
+    monkeypatch.setattr(walk_run, "prepare", prepare)
+    spikeport(*ANALYTIC, "--out", tmp_path / "a")
+    spikeport(*ANALYTIC, "--passes", "as_written", "--out", tmp_path / "b")
+    assert asked == ["compact", "as_written"]

@@ -1,0 +1,143 @@
+import numpy as np
+import pytest
+
+from spikeport.errors import UsageError
+from spikeport.experiments.walk.paths import SHAPES, find_path
+
+CLOSED = ["figure-eight", "paper"]
+
+
+def steps_m(path, times):
+    points = np.array([path.at(t)[:2] for t in times])
+    return np.linalg.norm(np.diff(points, axis=0), axis=1)
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_a_path_leaves_the_robot_straight_ahead_at_its_speed(name):
+    path = find_path(name, 0.4, 10.0)
+    assert path.at(0.0) == pytest.approx([0, 0, 0.4, 0], abs=1e-9)
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_speed_is_constant(name):
+    path, times = find_path(name, 0.5, 60.0), np.arange(0, 60, 0.05)
+    assert steps_m(path, times) == pytest.approx(0.025, rel=2e-3)
+    speeds = [np.linalg.norm(path.at(t)[2:]) for t in times]
+    assert speeds == pytest.approx(np.full(len(times), 0.5), rel=1e-6)
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_the_trained_turns_are_enough(name):
+    path, times = find_path(name, 0.5, 60.0), np.arange(0, 60, 0.05)
+    heading = np.unwrap([np.arctan2(*path.at(t)[:1:-1]) for t in times])
+    turn_rad_s = np.abs(np.diff(heading)) / 0.05
+    assert turn_rad_s.max() < 0.8
+    assert turn_rad_s.max() > 0.7 or name != "paper"
+
+
+@pytest.mark.parametrize("name", CLOSED)
+def test_a_closed_path_starts_over(name):
+    path = find_path(name, 0.5, 1.0)
+    lap_s = path.time_s[-1]
+    assert path.at(lap_s + 3.0) == pytest.approx(path.at(3.0), abs=1e-4)
+    assert path.at(lap_s - 1e-6)[:2] == pytest.approx([0, 0], abs=1e-4)
+
+
+def test_distances_are_to_the_nearest_point():
+    path = find_path("line", 0.5, 10.0)
+    points = np.array([[1.0, 0.3], [2.0, -0.1], [-0.3, 0.4], [5.4, 0.0]])
+    assert path.distances_m(points) == pytest.approx([0.3, 0.1, 0.5, 0.4], abs=2e-4)
+
+
+def test_an_unknown_path_says_which_there_are():
+    with pytest.raises(UsageError) as caught:
+        find_path("circle", 0.5, 10.0)
+    assert str(caught.value) == (
+        "unknown path 'circle'; there is: FILE.csv, figure-eight, line, paper, s-curve"
+    )
+
+
+# a user's own
+
+
+@pytest.fixture
+def written(tmp_path):
+    """Writes a file of a path, and reads it for ten seconds."""
+    file = tmp_path / "mine.csv"
+
+    def read(*rows, header="t_s,x_m,y_m"):
+        file.write_text("\n".join([header, *rows]))
+        return find_path(str(file), 0.5, 10.0)
+
+    return read
+
+
+def test_a_file_has_its_own_times(written):
+    path = written("5,0.2,0", "7,1.2,0", "20,1.2,6.5", header="t_s, x_m, y_m")
+    assert path.at(1.0) == pytest.approx([0.7, 0, 0.5, 0])
+    assert path.at(4.0) == pytest.approx([1.2, 1, 0, 0.5])
+
+
+TABLE = "expected columns 't_s,x_m,y_m' and two rows or more of rising times, found "
+
+
+@pytest.mark.parametrize(
+    ("rows", "message"),
+    [
+        (["0,0,0"], TABLE + "1 rows, or one that has not three cells; cure: write such a table"),
+        (
+            ["0,0,0", "20,1"],
+            TABLE + "2 rows, or one that has not three cells; cure: write such a table",
+        ),
+        (
+            ["0,0,0", "20,one,0"],
+            TABLE + "a cell that is no number (could not convert string to float: "
+            "'one'); cure: write such a table",
+        ),
+        (
+            ["0,0,0", "0,1,0"],
+            TABLE + "times that do not rise, or numbers that are not finite; "
+            "cure: write such a table",
+        ),
+        (
+            ["0,0,0", "20,nan,0"],
+            TABLE + "times that do not rise, or numbers that are not finite; "
+            "cure: write such a table",
+        ),
+        (
+            ["0,3,4", "20,3,5"],
+            "begins with a jump of 5.00 m, from the robot at (0, 0) to (3, 4), limit 0.5 m; "
+            "cure: begin where it is",
+        ),
+        (
+            ["0,0,0", "4,2,0", "4.5,2,1", "20,3,1"],
+            "moves 1.00 m from 4 to 4.5 s, 2.00 m/s, limit 1 m/s, for which the policy is "
+            "trained; cure: more time for it",
+        ),
+        (
+            ["0,0,0", "8,2,0"],
+            "lasts 8 s, 10 s are needed, with the lead of the reference; "
+            "cure: fewer --seconds, or a longer path",
+        ),
+    ],
+)
+def test_a_file_that_cannot_be_followed_is_refused(written, tmp_path, rows, message):
+    with pytest.raises(UsageError) as caught:
+        written(*rows)
+    assert str(caught.value) == f"path '{tmp_path / 'mine.csv'}': {message}"
+
+
+def test_a_file_with_other_columns_is_refused(written, tmp_path):
+    with pytest.raises(UsageError) as caught:
+        written("0,0,0", "20,1,0", header="x,y,t")
+    assert str(caught.value) == (
+        f"path '{tmp_path / 'mine.csv'}': {TABLE}columns 'x,y,t'; cure: write such a table"
+    )
+
+
+def test_a_path_is_laid_down_from_a_robot():
+    laid = find_path("s-curve", 0.5, 10.0).laid(np.array([3.0, 2.0]), np.pi / 2)
+    assert laid.at(0)[:2] == pytest.approx([3, 2])
+    assert laid.at(0)[2:] == pytest.approx([0, 0.5], abs=1e-3)
+    forward, left = find_path("s-curve", 0.5, 10.0).at(4.0)[:2]
+    assert laid.at(4.0)[:2] == pytest.approx([3 - left, 2 + forward])
