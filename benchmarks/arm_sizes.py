@@ -9,8 +9,8 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+import markdown_table
 from arm_runs import draw_trial, reach_trial, results
-from table import insert
 
 from spikeport.networks.arm import PRESETS
 
@@ -57,13 +57,9 @@ def main() -> None:
     parser.add_argument("--m1", type=int, action="append")
     parser.add_argument("--into", type=Path)
     chosen = parser.parse_args()
-    rows = [HEADS, ["---"] * len(HEADS), *(row(m1) for m1 in chosen.m1 or SIZES)]
-    content = "\n".join(f"| {' | '.join(cells)} |" for cells in rows)
-    if chosen.into is None:
-        print(content)
-    else:
-        text = chosen.into.read_text(encoding="utf-8")
-        chosen.into.write_text(insert(text, content), encoding="utf-8")
+    markdown_table.show(
+        markdown_table.table(HEADS, (row(m1) for m1 in chosen.m1 or SIZES)), chosen.into
+    )
 
 
 if __name__ == "__main__":

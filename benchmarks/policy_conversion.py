@@ -13,8 +13,8 @@ import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+import markdown_table
 import numpy as np
-from table import insert
 
 from spikeport.experiments.options import Options
 from spikeport.experiments.policy.calibration import HOLD_S, SETTLING, record_halves, refit_lagged
@@ -127,13 +127,9 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=1)
     parser.add_argument("--into", type=Path)
     chosen = parser.parse_args()
-    rows = [HEADS, ["---"] * len(HEADS), *(row(case, chosen.seeds) for case in CASES)]
-    content = "\n".join(f"| {' | '.join(cells)} |" for cells in rows)
-    if chosen.into is None:
-        print(content)
-    else:
-        text = chosen.into.read_text(encoding="utf-8")
-        chosen.into.write_text(insert(text, content), encoding="utf-8")
+    markdown_table.show(
+        markdown_table.table(HEADS, (row(case, chosen.seeds) for case in CASES)), chosen.into
+    )
 
 
 if __name__ == "__main__":

@@ -8,8 +8,9 @@ import json
 from pathlib import Path
 from typing import Any
 
+import markdown_table
+
 RESULTS = Path(__file__).parent / "results.json"
-BEGIN, END = "<!-- benchmark -->", "<!-- /benchmark -->"
 HEADS = {
     "CPU time of a step, us": (
         "emulator, chip alone",
@@ -37,9 +38,9 @@ def table(results: dict[str, Any]) -> str:
     times, traffic = HEADS
     bandwidth = results["triad_bytes_per_s"]
     lines = [
-        *_rows(times, [[n["title"].rstrip("."), *_times(n)] for n in networks]),
+        _table(times, [[n["title"].rstrip("."), *_times(n)] for n in networks]),
         "",
-        *_rows(traffic, [[n["title"].rstrip("."), *_traffic(n, bandwidth)] for n in networks]),
+        _table(traffic, [[n["title"].rstrip("."), *_traffic(n, bandwidth)] for n in networks]),
         "",
         _note(results),
     ]
@@ -80,28 +81,16 @@ def _weights(network: dict[str, Any]) -> int:
     return network["weights"]
 
 
-def _rows(corner: str, rows: list[list[str]]) -> list[str]:
-    heads = [corner, *HEADS[corner]]
-    return [f"| {' | '.join(row)} |" for row in (heads, ["---"] * len(heads), *rows)]
-
-
-def insert(text: str, content: str) -> str:
-    """The text with the content between its markers."""
-    before, rest = text.split(BEGIN)
-    _, after = rest.split(END)
-    return f"{before}{BEGIN}\n{content}\n{END}{after}"
+def _table(corner: str, rows: list[list[str]]) -> str:
+    return markdown_table.table([corner, *HEADS[corner]], rows)
 
 
 def main() -> None:
     """Print the table, or write it."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--into", type=Path)
-    file = parser.parse_args().into
-    content = table(json.loads(RESULTS.read_text(encoding="utf-8")))
-    if file is None:
-        print(content)
-    else:
-        file.write_text(insert(file.read_text(encoding="utf-8"), content), encoding="utf-8")
+    into = parser.parse_args().into
+    markdown_table.show(table(json.loads(RESULTS.read_text(encoding="utf-8"))), into)
 
 
 if __name__ == "__main__":

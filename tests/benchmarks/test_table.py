@@ -1,6 +1,7 @@
 """The table of the benchmark's results."""
 
-from table import BEGIN, END, insert, table
+from markdown_table import BEGIN, END, insert
+from table import table
 
 RESULTS = {
     "machine": {"processor": "a processor", "python": "3.11.7", "numpy": "2.4.6"},
