@@ -23,7 +23,7 @@ demo: $(STAMP)  ## the humanoid on the emulated chip walks, draws and walks on; 
 	$(BIN)/spikeport run switch --out runs/demo --overwrite
 
 test: check  ## lint, types and all tests, on all cores
-	$(BIN)/python -m pytest -n auto --dist loadfile
+	$(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder
 
 shadow: $(STAMP)  ## nengo-loihi's own tests, native backend beside its emulator (4 minutes)
 	$(BIN)/python -m pytest tests/shadow
