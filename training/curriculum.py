@@ -60,8 +60,8 @@ _PRECISE = replace(
 _STANDING = replace(
     _PRECISE,
     commands=replace(_PRECISE.commands, standing=0.2),
-    randomisation=replace(_PRECISE.randomisation, busy_arms=0.5),
-    weights=replace(_PRECISE.weights, stand=2.0),
+    randomisation=replace(_PRECISE.randomisation, busy_arms=0.5, push_m_s=0.25),
+    weights=replace(_PRECISE.weights, stand=2.0, track_yaw_rate=3.5),
 )
 
 STAGES = (

@@ -20,8 +20,9 @@ def train_walk(options: TrainOptions, command: str, progress: Progress) -> dict[
     """Write ``h1_walk.npz`` and ``h1_walk.md`` into the run's folder.
 
     Returns how the policy walks: ``"as trained"`` with the delays and disturbances of the last
-    stage, ``"jumping commands"`` with commands that change at once, ``"exact targets"`` without
-    offsets and noise of the joint targets, ``"undisturbed"`` without any disturbance.
+    stage, ``"jumping commands"`` with commands that change at once, ``"hard pushes"`` with
+    pushes of 0.4 m/s, ``"exact targets"`` without offsets and noise of the joint targets,
+    ``"undisturbed"`` without any disturbance.
     """
     log = train(options, progress)
     trained = tuple(stage for stage in options.stages if stage.first_step < log[-1]["step"])
@@ -47,9 +48,11 @@ def train_walk(options: TrainOptions, command: str, progress: Progress) -> dict[
 
 def _variants(task: Task) -> dict[str, Task]:
     jumps = replace(task.commands, change_per_s=(np.inf,) * 3)
+    pushed = replace(task.randomisation, push_m_s=0.4)
     exact = replace(task.randomisation, joint_offset_sd_rad=0.0, action_noise_sd=0.0)
     return {
         "jumping commands": replace(task, commands=jumps),
+        "hard pushes": replace(task, randomisation=pushed),
         "exact targets": replace(task, randomisation=exact),
         "undisturbed": replace(task, randomisation=UNDISTURBED),
     }
