@@ -63,7 +63,6 @@ _STANDING = replace(
     randomisation=replace(_PRECISE.randomisation, busy_arms=0.5, push_m_s=0.25),
     weights=replace(_PRECISE.weights, stand=2.0, track_yaw_rate=3.5),
 )
-
 STAGES = (
     Stage("step", 0, _STEP, entropy=0.001),
     Stage("stride", 2_000_000, _STRIDE, entropy=0.001),
