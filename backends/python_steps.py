@@ -1,14 +1,15 @@
-"""Nengo's two operators that stay Python, the clock and users' functions, with less around them.
+"""Nengo's operators that stay Python, with less around them.
 
-Nengo checks and copies with several NumPy calls, each of which costs more than a small node's own
-function. These do the same with fewer, and hand everything odd to Nengo's own step.
+These are the clock, users' functions, and products whose rounding depends on how NumPy orders their
+sums. Nengo checks and copies with several NumPy calls, each of which costs more than a small node's
+own function. These do the same with fewer, and hand everything odd to Nengo's own step.
 """
 
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from nengo.builder.operator import SimPyFunc, TimeUpdate
+from nengo.builder.operator import DotInc, SimPyFunc, TimeUpdate
 from nengo.builder.signal import SignalDict
 
 
@@ -24,6 +25,24 @@ def clock_step(op: TimeUpdate, signals: SignalDict, dt_s: float) -> Callable[[],
         time[()] = n * dt_s
 
     return tick
+
+
+def product_step(op: DotInc, signals: SignalDict) -> Callable[[], None]:
+    """Add a constant matrix times a vector, anew only where the vector has changed.
+
+    What a plant shows stays for several steps.
+    """
+    matrix, vector, target = signals[op.A], signals[op.X], signals[op.Y]
+    known: tuple[bytes | None, Any] = None, None
+
+    def add() -> None:
+        nonlocal known
+        given = vector.tobytes()
+        if given != known[0]:
+            known = given, np.dot(matrix, vector)
+        target[...] += known[1]
+
+    return add
 
 
 def function_step(op: SimPyFunc, signals: SignalDict) -> Callable[[], None]:

@@ -28,7 +28,7 @@ from nengo.builder.signal import Signal, SignalDict
 from nengo.synapses import LinearFilter
 
 from spikeport.backends import tape_kernel as kernel
-from spikeport.backends.python_steps import clock_step, function_step
+from spikeport.backends.python_steps import clock_step, function_step, product_step
 
 Row = tuple[list[int], list[float]]
 
@@ -70,6 +70,11 @@ class PooledSignals(SignalDict):
         address = flat.__array_interface__["data"][0]
         offset = (address - self.memory.__array_interface__["data"][0]) // 8
         return offset, flat.strides[0] // 8
+
+
+def _constant_matrix(op: DotInc) -> bool:
+    """Whether an operator adds a constant matrix times a vector to a vector."""
+    return bool(op.A.readonly) and (op.A.ndim, op.X.ndim, op.Y.ndim) == (2, 1, 1)
 
 
 def _pooled(signal: Signal) -> bool:
@@ -152,6 +157,8 @@ class Flattener:
             return clock_step(op, self._signals, self._sim.dt)
         if type(op) is SimPyFunc:
             return function_step(op, self._signals)
+        if type(op) is DotInc and _constant_matrix(op):
+            return product_step(op, self._signals)
         return self._closures[op]
 
     def _compile(self, op: Operator) -> tuple[Row, np.ndarray | None] | None:
@@ -192,10 +199,10 @@ class Flattener:
 
     def _dot(self, op: DotInc) -> tuple[Row, np.ndarray] | None:
         """A matrix with at most one entry a row: with more, the order of a sum would matter."""
+        if not _constant_matrix(op):
+            return None
         matrix, source = self._signals[op.A], self._signals[op.X]
         target = self._signals[op.Y]
-        if not op.A.readonly or matrix.ndim != 2 or source.ndim != 1 or target.ndim != 1:
-            return None
         places = self._signals.place(target), self._signals.place(source)
         if None in places or np.count_nonzero(matrix, axis=1).max() > 1:
             return None

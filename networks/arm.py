@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import nengo
 import numpy as np
 
+from spikeport.networks.held import Held
 from spikeport.networks.operational_space import LawTerms, OperationalSpaceLaw
 from spikeport.networks.region import ArmRegion, Box
 from spikeport.networks.solvers import PerDimension
@@ -166,7 +167,7 @@ class _Builder:
             net.state = nengo.Node(size_in=STATE_SIZE, label="state")
             net.target = nengo.Node(size_in=3, label="target")
             whole = nengo.Node(
-                lambda _t, values: box.normalise(values),
+                Held(box.normalise),
                 size_in=STATE_SIZE + 3,
                 size_out=STATE_SIZE + 3,
                 label="normalised",

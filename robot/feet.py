@@ -25,5 +25,5 @@ class Feet:
 
     def on_floor(self, data: Any) -> np.ndarray:
         """(2,) of bool, left foot first: whether one of its shapes touches the floor."""
-        touching = self._foot[data.contact.geom]
-        return np.array([bool((touching == foot).any()) for foot in range(len(SIDES))])
+        touching = set(self._foot[data.contact.geom].ravel().tolist())
+        return np.array([foot in touching for foot in range(len(SIDES))])

@@ -43,7 +43,7 @@ class Plant:
         self._anchored_at_reset = anchored
         self._watch = Watch(self.model)
         self._history = History(self.model)
-        self._under_torque: tuple[str, ...] | None = None
+        self._modes: dict[tuple[str, ...], object] = {}
         self._weld = self.model.equality("anchor").id
         self._lock = self.model.equality("torso_lock").id
         self._hands = {side: self.model.site(f"{side}_hand").id for side in ("left", "right")}
@@ -159,12 +159,13 @@ class Plant:
             A joint is not known, or a number is missing or not finite.
         """
         index = actuators.indices(joints)
-        kp = [GAINS[j].kp for j in joints] if kp is None else kp
-        kd = [GAINS[j].kd for j in joints] if kd is None else kd
         targets = actuators.values("targets_rad", targets_rad, joints)
-        kps, kds = actuators.values("kp", kp, joints), actuators.values("kd", kd, joints)
-        actuators.set_position_mode(self.model, index, kps, kds)
-        self._under_torque = None
+        mode = "position" if kp is None and kd is None else object()  # own gains: like no other
+        if self._enters(mode, joints):
+            kp = [GAINS[j].kp for j in joints] if kp is None else kp
+            kd = [GAINS[j].kd for j in joints] if kd is None else kd
+            kps, kds = actuators.values("kp", kp, joints), actuators.values("kd", kd, joints)
+            actuators.set_position_mode(self.model, index, kps, kds)
         self.data.ctrl[index] = targets
 
     def torque(self, joints: Sequence[str], torques_nm: ArrayLike) -> None:
@@ -184,11 +185,19 @@ class Plant:
         """
         index = actuators.indices(joints)
         torques = actuators.values("torques_nm", torques_nm, joints)
-        if tuple(joints) != self._under_torque:  # it takes longer than a step of the physics
+        if self._enters("torque", joints):
             actuators.set_torque_mode(self.model, index)
-            self._under_torque = tuple(joints)
         weakest, strongest = self._weakest[index], self._strongest[index]
         self.data.ctrl[index] = np.minimum(np.maximum(torques, weakest), strongest)
+
+    def _enters(self, mode: object, joints: Sequence[str]) -> bool:
+        """Whether joints change to a mode: to change takes longer than a step of the physics."""
+        together = tuple(joints)
+        if self._modes.get(together) == mode:
+            return False
+        apart = {k: m for k, m in self._modes.items() if not set(k) & set(together)}
+        self._modes = {**apart, together: mode}
+        return True
 
     def step(self) -> None:
         """Advance the physics by ``dt_s``.

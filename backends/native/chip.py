@@ -32,14 +32,12 @@ class NativeChip:
     def __init__(self, image: ChipImage, seed: int) -> None:
         self._image = image
         self._wiring = wire(image)
-        self._neurons = neurons_of(image)
         self.state = resting_state(image, self._wiring)
-        self._loaded = Loaded(self._wiring, self._neurons, self.state)
+        self._loaded = Loaded(self._wiring, neurons_of(image), self.state)
         rng = np.random.RandomState(seed)
         self._learning = Learning(image, self._wiring, rng)
         self._noise = Noise(image, rng, drawn_anyway=self._learning.active)
         self._n_arriving = 0
-        self._n_sources = int(image["input_size"].sum())
         self._counts: list[np.ndarray] = []
         self._counted = len(PER_STEP), image.n_cores
         parts = [image.part("output_start", i) for i in range(len(image.manifest["outputs"]))]
@@ -50,45 +48,38 @@ class NativeChip:
         """See `spikeport.backends.chip.Chip.step`."""
         if self._closed:
             raise BackendError("the chip is closed: it cannot step any more")
-        n_pending = self._accept(spikes)
+        sources = _sources(spikes)
         self._learning.check(errors)
         counts = np.zeros(self._counted, dtype=np.int64)
         advance = self._step_learning if self._learning.active else self._step
-        advance(n_pending, counts, errors)
+        n_arriving = advance(sources, counts, errors)
+        if n_arriving < 0:
+            raise self._refusal(sources)
+        self._n_arriving = n_arriving
         self._counts.append(counts)
         return self._views
 
-    def _accept(self, spikes: np.ndarray) -> int:
-        """Put the host's spikes aside; returns how many. Refuses any that no input has."""
-        sources = np.asarray(spikes)
-        if not sources.size:
-            return 0
-        if sources.ndim != 1 or sources.dtype.kind not in "iu":
-            raise BackendError(
-                f"the host's spikes are {sources.dtype} of shape {sources.shape}; "
-                "give the numbers of the sources that spike, as a (n,) array of integers"
-            )
-        n = accept(self._loaded, sources, self._image.n_compartments, self._n_sources)
-        if n < 0:
-            raise BackendError(
-                f"{len(sources)} spikes of sources {sources.min()} to {sources.max()} of the host; "
-                f"the image's inputs have {self._n_sources}, counted from 0, "
-                "of which each can spike once in a step"
-            )
-        return n
-
-    def _step(self, n_pending: int, counts: np.ndarray, _: Mapping[int, np.ndarray]) -> None:
+    def _step(self, sources: np.ndarray, counts: np.ndarray, _: Mapping[int, np.ndarray]) -> int:
         noise = self._noise.draw()
-        self._n_arriving = step(self._loaded, self._n_arriving, n_pending, noise, counts)
+        return step(self._loaded, self._n_arriving, sources, noise, counts)
 
     def _step_learning(
-        self, n_pending: int, counts: np.ndarray, errors: Mapping[int, np.ndarray]
-    ) -> None:
+        self, sources: np.ndarray, counts: np.ndarray, errors: Mapping[int, np.ndarray]
+    ) -> int:
         """A step in parts: weights change between the delivery of spikes and the update."""
-        n = deliver(self._wiring, self.state, self._n_arriving, counts)
+        n_pending = accept(self._loaded, sources)
+        if n_pending < 0:
+            return -1
+        n = deliver(self._loaded, self._n_arriving, counts)
         counts[LEARNING] = self._learning.step(self.state.touched[:n], errors)
-        noise = self._noise.draw()
-        self._n_arriving = update(self._neurons, self.state, n_pending, noise, counts)
+        return update(self._loaded, n_pending, self._noise.draw(), counts)
+
+    def _refusal(self, sources: np.ndarray) -> BackendError:
+        return BackendError(
+            f"{len(sources)} spikes of sources {sources.min()} to {sources.max()} of the host; "
+            f"the image's inputs have {len(self.state.pending)}, counted from 0, "
+            "of which each can spike once in a step"
+        )
 
     def activity(self) -> Activity:
         """See `spikeport.backends.chip.Chip.activity`."""
@@ -118,3 +109,14 @@ class NativeChip:
     def close(self) -> None:
         """See `spikeport.backends.chip.Chip.close`."""
         self._closed = True
+
+
+def _sources(spikes: np.ndarray) -> np.ndarray:
+    """The numbers of the sources that spike, as the kernels take them."""
+    sources = np.asarray(spikes)
+    if sources.size and (sources.ndim != 1 or sources.dtype.kind not in "iu"):
+        raise BackendError(
+            f"the host's spikes are {sources.dtype} of shape {sources.shape}; "
+            "give the numbers of the sources that spike, as a (n,) array of integers"
+        )
+    return np.ascontiguousarray(sources, dtype=np.int64).ravel()

@@ -7,7 +7,11 @@ Integers are 32 bits wide and wrap; every intermediate is cast, since numba wide
 int64. Loops go over stretches of at most 1,024 compartments and few arrays each: that is what LLVM
 turns into vector instructions.
 
-    q  = sum of delivered weights (+ noise), wrapped to 22 bits
+Weights are stored in units of 2^shift, and so are their sums: of these, q keeps the lowest
+22 - shift bits alone. Weights that nengo-loihi discretised have a shift of 6 or more, so that sums
+wrap in 16 bits without a loss, whatever their order, and half as many bytes are added.
+
+    q  = 2^shift (sum of delivered weights) (+ noise), wrapped to 22 bits
     u <- decay(u, 4095 - decay_u) + q, wrapped to 24 bits
     v <- decay(v, 4096 - decay_v) + wrap24(u + bias (+ noise))
     v <- clip(v, vmin, vmax), 0 while refractory;  spike where v > vth, then v = 0
@@ -22,19 +26,35 @@ from numba import njit
 from spikeport.backends.native.loaded import Loaded, Neurons, State
 from spikeport.backends.native.wiring import Wiring
 
-Q_BITS = 21
-U_BITS = 23
+Q_SIZE, U_SIZE = 22, 24
+"""Bits of q, and of u."""
 I32 = np.int32
 SPIKES, OPERATIONS, ACTIVE, INACTIVE, MESSAGES_IN, LEARNING = range(6)
 """Rows of the counts of a step, in the order of `activity.PER_STEP`."""
 
 
 @njit(cache=True)
-def accept(loaded: Loaded, sources: np.ndarray, first: int, size: int) -> int:
+def step(
+    loaded: Loaded, n_arriving: int, sources: np.ndarray, noise: np.ndarray, counts: np.ndarray
+) -> int:
+    """A whole step of a chip that does not learn; returns the number of spikes under way.
+
+    The same as `accept`, `deliver` and `update` in turn, in one call; -1 where the first refuses.
+    """
+    n_pending = accept(loaded, sources)
+    if n_pending < 0:
+        return -1
+    deliver(loaded, n_arriving, counts)
+    return update(loaded, n_pending, noise, counts)
+
+
+@njit(cache=True)
+def accept(loaded: Loaded, sources: np.ndarray) -> int:
     """Put the host's spikes into ``pending``; returns how many, or -1 if one is of no source."""
+    first, pending = len(loaded.state.q), loaded.state.pending
+    size = len(pending)
     if len(sources) > size:
         return -1
-    pending = loaded.state.pending
     for n in range(len(sources)):
         if sources[n] < 0 or sources[n] >= size:
             return -1
@@ -43,32 +63,19 @@ def accept(loaded: Loaded, sources: np.ndarray, first: int, size: int) -> int:
 
 
 @njit(cache=True)
-def step(
-    loaded: Loaded, n_arriving: int, n_pending: int, noise: np.ndarray, counts: np.ndarray
-) -> int:
-    """A whole step of a chip that does not learn; returns the number of spikes under way.
-
-    The same as `deliver` and `update` in turn, in one call.
-    """
-    deliver(loaded.wiring, loaded.state, n_arriving, counts)
-    return update(loaded.neurons, loaded.state, n_pending, noise, counts)
-
-
-@njit(cache=True)
-def deliver(wiring: Wiring, state: State, n_arriving: int, counts: np.ndarray) -> int:
-    """Set q to the weights of all arriving spikes; returns the number of deliveries touched.
+def deliver(loaded: Loaded, n_arriving: int, counts: np.ndarray) -> int:
+    """Add up the weights of all arriving spikes; returns the number of deliveries touched.
 
     ``counts`` gains synaptic operations and messages of each core in its rows for them.
     """
+    wiring, state = loaded.wiring, loaded.state
     n = _sort(wiring, state, n_arriving)
-    state.q[:] = 0
     for number in state.touched[:n]:
         times = state.spikes_of[number]
         state.spikes_of[number] = 0
         for r in range(wiring.run_start[number], wiring.run_start[number + 1]):
             first, weight, length, shift = wiring.run[r]
-            factor = I32(times << shift)
-            _add(state.q, np.uintp(first), wiring.weights, np.uintp(weight), length, factor)
+            _add(state.sums, first, wiring.weights, weight, length, times << shift)
     _count(wiring, state.sent, counts)
     return n
 
@@ -89,12 +96,11 @@ def _sort(wiring: Wiring, state: State, n_arriving: int) -> int:
 
 
 @njit(cache=True, inline="always")
-def _add(
-    q: np.ndarray, at: np.uintp, weights: np.ndarray, begin: np.uintp, n: np.int32, factor: np.int32
-) -> None:
+def _add(sums: np.ndarray, first: int, weights: np.ndarray, begin: int, n: int, times: int) -> None:
     # Unsigned indices: numba then needs no check for negative ones, and LLVM makes vectors.
+    at, start, factor = np.uintp(first), np.uintp(begin), sums.dtype.type(times)
     for j in range(np.uintp(n)):
-        q[at + j] = I32(q[at + j] + I32(factor * I32(weights[begin + j])))
+        sums[at + j] += sums.dtype.type(factor * weights[start + j])
 
 
 @njit(cache=True)
@@ -111,18 +117,16 @@ def _count(wiring: Wiring, sent: np.ndarray, counts: np.ndarray) -> None:
 
 
 @njit(cache=True)
-def update(
-    neurons: Neurons, state: State, n_pending: int, noise: np.ndarray, counts: np.ndarray
-) -> int:
-    """Update all compartments from q, and fill ``held``; returns the number of spikes under way.
+def update(loaded: Loaded, n_pending: int, noise: np.ndarray, counts: np.ndarray) -> int:
+    """Update all compartments, and fill ``held``; returns the number of spikes under way.
 
     ``noise`` (2, n_compartments) is added to q and to u, and has no columns where there is none.
     ``counts`` gains spikes, active and inactive updates of each core in its rows for them.
     """
-    for i in range(noise.shape[1]):
-        state.q[i] = I32(state.q[i] + noise[0, i])
+    neurons, state, shift = loaded.neurons, loaded.state, loaded.wiring.shift
     for a, b, vmin, vmax in neurons.stretch:
         v, refractory, spiked = state.v[a:b], state.refractory[a:b], state.spiked[a:b]
+        _receive(state.q[a:b], state.sums[a:b], shift, noise[0, a:b])
         _integrate(state.q[a:b], state.u[a:b], neurons.keep_u[a:b])
         _leak(v, state.u[a:b], neurons.bias[a:b], neurons.keep_v[a:b], noise[1, a:b])
         _fire(v, refractory, neurons.vth[a:b], spiked, I32(vmin), I32(vmax))
@@ -136,8 +140,8 @@ def update(
 
 
 @njit(cache=True, inline="always")
-def _wrap(x: np.int32, bits: int) -> np.int32:
-    shift = 31 - bits
+def _wrap(x: np.int32, size: int) -> np.int32:
+    shift = 32 - size
     return I32(I32(x << shift) >> shift)
 
 
@@ -152,10 +156,20 @@ def _decay(x: np.int32, keep: np.int32) -> np.int32:
 
 
 @njit(cache=True)
+def _receive(q: np.ndarray, sums: np.ndarray, shift: int, noise: np.ndarray) -> None:
+    """Set q to what arrived, and begin to add up anew."""
+    for i in range(len(q)):
+        q[i] = I32(I32(sums[i]) << shift)
+        sums[i] = 0
+    for i in range(len(noise)):
+        q[i] = I32(q[i] + noise[i])
+
+
+@njit(cache=True)
 def _integrate(q: np.ndarray, u: np.ndarray, keep_u: np.ndarray) -> None:
     for i in range(len(q)):
-        q[i] = _wrap(q[i], Q_BITS)
-        u[i] = _wrap(I32(_decay(u[i], keep_u[i]) + q[i]), U_BITS)
+        q[i] = _wrap(q[i], Q_SIZE)
+        u[i] = _wrap(I32(_decay(u[i], keep_u[i]) + q[i]), U_SIZE)
 
 
 @njit(cache=True)
@@ -164,11 +178,11 @@ def _leak(
 ) -> None:
     if len(noise):
         for i in range(len(v)):
-            total = _wrap(I32(I32(u[i] + bias[i]) + noise[i]), U_BITS)
+            total = _wrap(I32(I32(u[i] + bias[i]) + noise[i]), U_SIZE)
             v[i] = I32(_decay(v[i], keep_v[i]) + total)
     else:
         for i in range(len(v)):
-            total = _wrap(I32(u[i] + bias[i]), U_BITS)
+            total = _wrap(I32(u[i] + bias[i]), U_SIZE)
             v[i] = I32(_decay(v[i], keep_v[i]) + total)
 
 

@@ -10,6 +10,8 @@ from spikeport.backends.native.wiring import Wiring
 from spikeport.compile.image import ChipImage
 
 KEYS = ("voltage", "current", "spiked")
+NARROW_SHIFT = 6
+"""From so many bits on, sums need no more than 16 of the 22 bits of q."""
 STRETCH = 1024
 """Compartments updated at once: few enough that their state stays in the nearest cache."""
 
@@ -34,6 +36,8 @@ class Neurons(NamedTuple):
 class State(NamedTuple):
     """What changes: per compartment, unless said otherwise."""
 
+    sums: np.ndarray
+    """Weights that arrive, in units of 2^shift: int16 where q has no more bits, else int32."""
     q: np.ndarray
     u: np.ndarray
     v: np.ndarray
@@ -111,7 +115,9 @@ def resting_state(image: ChipImage, wiring: Wiring) -> State:
     """All state at zero."""
     n, n_deliveries = image.n_compartments, len(wiring.run_start) - 1
     q, u, v, refractory, spiked, spike_count = np.zeros((6, n), dtype=np.int32)
+    narrow = wiring.shift >= NARROW_SHIFT
     return State(
+        sums=np.zeros(n, dtype=np.int16 if narrow else np.int32),
         q=q,
         u=u,
         v=v,

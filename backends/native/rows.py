@@ -7,6 +7,9 @@ import numpy as np
 
 from spikeport.compile.image import ChipImage
 
+MOST_SHIFT = 31
+"""Of 32 bits: nothing but the sign is left, and of zeros nothing is lost."""
+
 
 class Rows(NamedTuple):
     """Rows of synapses, those of a row by ascending target, without those that are hidden."""
@@ -21,6 +24,11 @@ class Rows(NamedTuple):
     """(n_rows,) synapses the chip reads, hidden ones included."""
     shift: np.ndarray
     """(n_rows,) bits by which all weights of its synapse group can be shifted without loss."""
+
+    @property
+    def common_shift(self) -> int:
+        """Bits by which all weights can be shifted without loss."""
+        return int(self.shift.min(initial=MOST_SHIFT))
 
 
 def rows_of(image: ChipImage) -> Rows:
@@ -44,7 +52,8 @@ def _shifts(image: ChipImage) -> np.ndarray:
         return np.zeros(len(image["synapse_block"]), dtype=np.uint8)
     bounds = itertools.pairwise(image["row_weight_start"][image["row_start"]])
     bits = [int(np.bitwise_or.reduce(image["weights"][a:b])) for a, b in bounds]
-    return np.array([max((b & -b).bit_length() - 1, 0) for b in bits], dtype=np.uint8)
+    shifts = [(b & -b).bit_length() - 1 if b else MOST_SHIFT for b in bits]
+    return np.array(shifts, dtype=np.uint8)
 
 
 def kept_synapses(image: ChipImage) -> tuple[np.ndarray, np.ndarray | slice]:

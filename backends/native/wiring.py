@@ -29,9 +29,11 @@ class Wiring(NamedTuple):
     """(n_deliveries + 1,) runs of each delivery."""
     run: np.ndarray
     """(n_runs, 4) of each run: its first target, where its weights begin, how many they are, and by
-    how many bits they are to be shifted."""
+    how many bits more than ``shift`` they are to be shifted."""
     weights: np.ndarray
     """All weights, shifted right; int32 where something learns, else as narrow as they fit."""
+    shift: int
+    """Bits by which the weights of all runs are to be shifted."""
     fan: np.ndarray
     """(n_sources,) the fan of each source: those of a core whose spikes cost the same share it."""
     fan_start: np.ndarray
@@ -66,6 +68,7 @@ def wire(image: ChipImage) -> Wiring:
         run_start=run_start,
         run=run.astype(np.int32),
         weights=_placed(rows, place, (np.int32,) if learning else (np.int8, np.int16, np.int32)),
+        shift=rows.common_shift,
         **_fans(image, pairs, rows, contacts),
     )
 
@@ -123,7 +126,7 @@ def _runs(
     of_contact, number = _expand(start[row], start[row + 1])
     row, of = row[of_contact], delivery[order][of_contact]
     index, synapse, length = run[number].T
-    shift = rows.shift[row]
+    shift = rows.shift[row] - rows.common_shift
     target = contacts.first[order][of_contact] + index
     weight = place[row] + synapse - rows.start[row]
     begins = np.ones(len(row), dtype=bool)

@@ -55,6 +55,19 @@ def test_what_a_node_returns_is_kept_as_nengo_does(output: Callable[..., Any]) -
     assert np.any(values != 0)
 
 
+def test_a_product_is_that_of_nengo_whether_its_vector_stays_or_changes() -> None:
+    rng = np.random.RandomState(0)
+    with nengo.Network(seed=0) as network:
+        source = nengo.Node(lambda t: np.sin(np.floor(t / 0.002 + 0.5) * np.arange(1, 40)))
+        node = nengo.Node(size_in=7)
+        nengo.Connection(source, node, transform=rng.randn(7, 39), synapse=None)
+        nengo.Ensemble(5, 1)  # for the chip
+        network.probe = nengo.Probe(node)
+    values = in_spikeport(network)
+    assert np.array_equal(values, in_nengo(network))
+    assert 1 < len(np.unique(values, axis=0)) < STEPS
+
+
 @pytest.mark.parametrize(
     "returned",
     [

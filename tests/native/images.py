@@ -194,7 +194,8 @@ def images(draw: st.DrawFn) -> ChipImage:
     blocks = [_block(rng, n, noisy) for n in sizes]
     n_groups = draw(st.integers(0, 4), label="groups")  # fewer than blocks: some have no synapses
     largest = draw(st.sampled_from([255 * 64, 2**21, INT32_MAX]), label="largest weight")
-    groups = [_group(rng, blocks, largest) for _ in range(n_groups)]
+    unit = draw(st.sampled_from([1, 64]), label="unit of weights")  # 64: sums are of 16 bits
+    groups = [_group(rng, blocks, largest, unit) for _ in range(n_groups)]
     inputs = draw(st.lists(st.integers(1, 6), max_size=3), label="inputs")
     routes = [_route(rng, blocks, groups, inputs) for _ in range(3 * n_groups)]
     outputs = [_output(rng, key, sum(sizes)) for key in KEYS for _ in range(rng.randint(3))]
@@ -230,7 +231,7 @@ def _signed(rng: np.random.RandomState, size: Any, largest: int) -> np.ndarray:
     return magnitude * rng.choice([-1, 0, 1], size=size)
 
 
-def _group(rng: np.random.RandomState, blocks: list[Block], largest: int) -> Group:
+def _group(rng: np.random.RandomState, blocks: list[Block], largest: int, unit: int) -> Group:
     block = rng.randint(len(blocks))
     n, atoms = blocks[block].n, [rng.choice([1, 1, 3]) for _ in range(rng.randint(1, 5))]
     lengths = [rng.randint(0, n + 1) for _ in atoms]
@@ -238,7 +239,10 @@ def _group(rng: np.random.RandomState, blocks: list[Block], largest: int) -> Gro
     rows = rng.randint(len(atoms), size=rng.randint(1, 7))
     return Group(
         block=block,
-        weights=[_signed(rng, (a, k), largest) for a, k in zip(atoms, lengths, strict=True)],
+        weights=[
+            _signed(rng, (a, k), largest) // unit * unit
+            for a, k in zip(atoms, lengths, strict=True)
+        ],
         indices=[_indices(rng, (a, k), s) for a, k, s in zip(atoms, lengths, span, strict=True)],
         axon_row=rows,
         axon_base=[rng.randint(-1, n - span[row] + 1) for row in rows],

@@ -108,6 +108,20 @@ def test_input_wraps_at_22_bits() -> None:
     assert states[1].q.tolist() == [Q_END - 1, -Q_END, -Q_END, Q_END - 1, 0, -Q_END + 5]
 
 
+def test_input_wraps_at_22_bits_where_sums_have_16() -> None:
+    """As they do where all weights are multiples of 64, which those of a compiled image are."""
+    image = Parts(
+        blocks=[Block(n=3)],
+        groups=[Group(weights=[[64, Q_END - 64, -Q_END], [128, 3 * Q_END + 128, -64]])],
+        inputs=[2],
+        routes=[Route(axon=[0, 1], input=0)],
+    ).image()
+    states = assert_equal_steps(image, 0, [np.array([0, 1]), np.array([1]), np.array([], int)])
+    assert NativeChip(image, 0).state.sums.dtype == np.int16
+    assert states[1].q.tolist() == [192, 64, Q_END - 64]
+    assert states[2].q.tolist() == [128, -Q_END + 128, -64]
+
+
 def test_input_sums_beyond_32_bits_wrap_at_22() -> None:
     image = Parts(
         groups=[Group(weights=[[INT32_MAX], [INT32_MAX], [-INT32_MAX - 1]])],

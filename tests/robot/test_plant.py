@@ -132,6 +132,20 @@ def test_torque_replaces_hold_and_hold_replaces_torque(anchored):
     assert anchored.data.actuator("right_elbow").force[0] == 3
 
 
+def test_joints_change_between_hold_and_torque_in_other_company(anchored):
+    """They are told apart from what they were told with others, or alone."""
+    both = ["right_elbow", "left_knee"]
+    for joints in (both, ["right_elbow"], both, ["left_knee", "right_elbow"]):
+        anchored.torque(joints, 3.0)
+        anchored.step()
+        assert anchored.data.actuator("right_elbow").force[0] == 3
+        anchored.hold(both, anchored.state.q[[ELBOW, JOINTS.index("left_knee")]])
+        anchored.torque(["left_knee"], 3.0)
+        anchored.step()
+        assert anchored.data.actuator("left_knee").force[0] == 3
+        assert anchored.data.actuator("right_elbow").force[0] != 3
+
+
 def test_gravity_torque_holds_the_arm_still(anchored):
     arm = ArmDynamics()
     anchored.reset(0, perturbation_rad=0.0)
