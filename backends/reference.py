@@ -1,4 +1,7 @@
-"""Float Nengo, as it comes: what a network computes before any chip rounds it.
+"""Float Nengo: what a network computes before any chip rounds it.
+
+Where a compile would fuse its small ensembles, float Nengo runs what that leaves: the same network
+to rounding, in far fewer operators.
 
 The counts are those of the network wired directly: every ensemble is a core of its own, a spike
 costs one message to each ensemble its neurons connect to, and one synaptic operation for each of
@@ -6,7 +9,8 @@ that ensemble's neurons. Relays, splits and read-outs of a chip are not in them,
 reaches an ensemble through a node.
 """
 
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
 import nengo
 import numpy as np
@@ -15,7 +19,20 @@ from nengo.ensemble import Neurons
 from spikeport.backends.counter import Counter
 from spikeport.compile.fanout import Fanout
 from spikeport.compile.names import Names, base
+from spikeport.compile.passes.base import NetworkPass
+from spikeport.compile.passes.fuse import Fuse
+from spikeport.compile.passes.pipeline import PassRun, Pipeline, silent
+from spikeport.compile.rewriting.rewrite import Rewrite
+from spikeport.compile.rewriting.solved import FloatSolved, Solved
 from spikeport.hardware_models.activity import Activity
+from spikeport.hardware_models.chip import Chip
+
+
+@dataclass(frozen=True)
+class FuseInFloat(Fuse):
+    """The pass `Fuse`, with the gains and decoders of Nengo's own builder."""
+
+    solve: ClassVar[type[Solved]] = FloatSolved
 
 
 class Reference:
@@ -25,8 +42,9 @@ class Reference:
 
     Parameters
     ----------
-    network : nengo.Network
-        The network; a seed of 0 stands in where it has none.
+    rewrite : Rewrite
+        The network, and what became of what the user wrote, see `fused`; a seed of 0 stands in
+        where it has none.
     dt_s : float
         The time step, in seconds.
     seed : int
@@ -35,9 +53,10 @@ class Reference:
 
     compilation = None
 
-    def __init__(self, network: nengo.Network, dt_s: float, seed: int) -> None:
+    def __init__(self, rewrite: Rewrite, dt_s: float, seed: int) -> None:
+        self._rewrite, network = rewrite, rewrite.network
         model = nengo.builder.Model(dt=dt_s)
-        model.seeds[network] = network.seed if network.seed is not None else 0
+        model.seeds.update(rewrite.all_seeds())
         model.seeded[network] = True
         # Nengo's optimiser merges operators in an order that differs from run to run, and with it
         # the rounding of sums: without it a run depends on its seeds alone.
@@ -48,7 +67,7 @@ class Reference:
             e for e in network.all_ensembles if not isinstance(e.neuron_type, nengo.Direct)
         ]
         self._dt_s = dt_s
-        names = Names(network)
+        names = rewrite.names
         cores = np.repeat(np.arange(len(ensembles)), [e.n_neurons for e in ensembles])
         self._counter = Counter(
             tuple(names[e] for e in ensembles), cores, direct_fanout(network, ensembles)
@@ -67,11 +86,12 @@ class Reference:
 
     def data(self, probe: nengo.Probe) -> np.ndarray:
         """(n_steps, size) what a probe recorded."""
-        return np.asarray(self._sim.data[probe])
+        return np.asarray(self._sim.data[self._rewrite.stand_ins.get(probe, probe)])
 
     def built(self, obj: Any) -> Any:
         """See `spikeport.backends.execution.Execution.built`."""
-        return self._sim.model.params[obj]
+        built = self._rewrite.built
+        return built[obj] if obj in built else self._sim.model.params[obj]
 
     def clear_probes(self) -> None:
         """Forget what the probes recorded so far."""
@@ -84,6 +104,14 @@ class Reference:
     def close(self) -> None:
         """Free the simulator."""
         self._sim.close()
+
+
+def fused(network: nengo.Network, chip: Chip, dt_s: float, pipeline: Pipeline) -> Rewrite:
+    """A network as float Nengo runs it: rewritten by the pass `Fuse`, if the pipeline has it."""
+    fuse = (FuseInFloat(one.max_neurons) for one in pipeline.passes if isinstance(one, Fuse))
+    run = PassRun(Pipeline(tuple(fuse)), chip, dt_s, silent)
+    rewrite: Rewrite = run.apply(NetworkPass, Rewrite(network, Names(network)))
+    return rewrite
 
 
 def direct_fanout(network: nengo.Network, ensembles: list[nengo.Ensemble]) -> Fanout:

@@ -12,13 +12,15 @@ from spikeport.backends.chip import Chip
 from spikeport.backends.execution import Execution
 from spikeport.backends.host_loop import HostLoop
 from spikeport.backends.nengo_loihi import NengoLoihiChip
-from spikeport.backends.reference import Reference
+from spikeport.backends.reference import Reference, fused
 from spikeport.compile.image import ChipImage
 from spikeport.compile.names import Names
+from spikeport.compile.passes.parse import parse
 from spikeport.compile.passes.pipeline import Pipeline
 from spikeport.compile.pipeline import Compilation, compile_network
 from spikeport.compile.verdict.lint import Scope
 from spikeport.errors import UsageError, unknown
+from spikeport.hardware_models import chip as chips
 
 
 class Source(NamedTuple):
@@ -64,7 +66,10 @@ def _on(load: Callable[[ChipImage, int], Chip]) -> Open:
 
 
 def _without_chip(source: Source, seed: int, _: Compilation | None) -> Execution:
-    return Reference(source.network, source.dt_s, seed)
+    chip = chips.get(str(source.chip))
+    passes = chip.pipeline if source.pipeline is None else source.pipeline
+    pipeline = parse(passes) if isinstance(passes, str) else passes
+    return Reference(fused(source.network, chip, source.dt_s, pipeline), source.dt_s, seed)
 
 
 def _native(image: ChipImage, seed: int) -> Chip:

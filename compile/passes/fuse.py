@@ -11,6 +11,7 @@ from spikeport.compile.rewriting.partition import Partition, alike, in_parts
 from spikeport.compile.rewriting.passthrough import foldable
 from spikeport.compile.rewriting.regroup import regroup
 from spikeport.compile.rewriting.rewrite import Rewrite
+from spikeport.compile.rewriting.solved import Solved
 from spikeport.compile.verdict.lint import Scope
 
 
@@ -31,6 +32,7 @@ class Fuse(NetworkPass):
 
     name: ClassVar[str] = "fuse"
     precedes: ClassVar[tuple[str, ...]] = ("decode_path",)
+    solve: ClassVar[type[Solved]] = Solved
     max_neurons: Annotated[int, Field(ge=1)] | None = None
 
     def apply(self, rewrite: Rewrite, context: Context) -> Rewrite:
@@ -41,7 +43,7 @@ class Fuse(NetworkPass):
         most = self.max_neurons or context.chip.limits.most("in_axons")
         whole = [m for m in members(scope, folded) if m.n_neurons <= most]
         groups = [part for group in alike(scope, whole) for part in in_parts(group, most)]
-        fused = regroup(rewrite, Partition(groups), folded, context.dt_s)
+        fused = regroup(rewrite, Partition(groups), folded, context.dt_s, self.solve)
         for what in ("ensembles", "connections"):
             before, after = (getattr(net, f"all_{what}") for net in (network, fused.network))
             context.note(what, {"before": len(before), "after": len(after)})

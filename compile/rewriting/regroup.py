@@ -17,6 +17,7 @@ def regroup(
     partition: Partition,
     folded: Sequence[nengo.Node],
     dt_s: float,
+    solve: type[Solved] = Solved,
 ) -> Rewrite:
     """Put a network's neurons into other ensembles, with the same weights.
 
@@ -33,9 +34,10 @@ def regroup(
         The passthrough nodes to multiply out, sources first.
     dt_s : float
         The time step, in seconds.
+    solve : type of Solved
+        What gives gains and decoders: those of the chip, or of float neurons.
     """
-    network = rewrite.network
-    solved = Solved(rewrite, dt_s)
+    network, solved = rewrite.network, solve(rewrite, dt_s)
     stand_ins = StandIns(network, partition, solved)
     reads = stand_ins.in_parts()
     wiring = Wiring(network, reads, solved, partition, folded)

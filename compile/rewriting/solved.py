@@ -4,6 +4,7 @@ nengo-loihi solves decoders for the chip's own firing rates, and limits intercep
 rewrite a network with explicit matrices take these from here, from its very builder.
 """
 
+import collections
 from typing import Any
 
 import nengo
@@ -49,7 +50,7 @@ class Solved:
     def ensemble(self, ensemble: nengo.Ensemble) -> BuiltEnsemble:
         """Gain, bias and encoders; the radius is not part of the encoders."""
         if ensemble not in self._model.params:
-            self._guarded(ensemble, build_ensemble, self._model, ensemble)
+            self._guarded(ensemble, self._build, ensemble)
         return self._model.params[ensemble]
 
     def initial_state(self, ensemble: nengo.Ensemble) -> dict[str, np.ndarray]:
@@ -93,6 +94,9 @@ class Solved:
         transform = self.transform(connection)
         return BuiltConnection(None, None, weights=transform, transform=transform)
 
+    def _build(self, ensemble: nengo.Ensemble) -> None:
+        build_ensemble(self._model, ensemble)
+
     def _decode(self, connection: nengo.Connection) -> BuiltConnection:
         rng = self._rng(connection)
         transform = sample_transform(connection, rng)
@@ -109,6 +113,26 @@ class Solved:
                 return build(*args)
             except Exception as error:  # it refuses by errors of any kind, not only by its own
                 raise refused_or_not_finite(self._names[obj], error) from error
+
+
+class FloatSolved(Solved):
+    """The same, as Nengo builds them: decoders are solved for the rates of float neurons."""
+
+    def __init__(self, rewrite: Rewrite, dt_s: float) -> None:
+        super().__init__(rewrite, dt_s)
+        self._model = nengo.builder.Model(dt=dt_s)
+        self._model.seeds = self.seeds
+        self._model.seeded = collections.defaultdict(bool)
+
+    def _build(self, ensemble: nengo.Ensemble) -> None:
+        self._model.build(ensemble)
+
+    def _decode(self, connection: nengo.Connection) -> BuiltConnection:
+        rng = self._rng(connection)
+        points, decoders, info = self._model.build(connection.solver, connection, rng)
+        transform = self.transform(connection)
+        weights = transformed(transform, decoders)
+        return BuiltConnection(points, info, weights=weights, transform=transform)
 
 
 def transformed(transform: np.ndarray, matrix: Matrix) -> Matrix:

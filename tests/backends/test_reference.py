@@ -90,3 +90,22 @@ def test_direct_ensembles_have_no_core() -> None:
         a = nengo.Ensemble(5, 1, label="a")
         nengo.Connection(exact, a)
     assert run(network).activity.cores == ("a",)
+
+
+def test_what_a_compile_would_fuse_is_fused_and_computes_the_same() -> None:
+    with nengo.Network(seed=2) as network:
+        source = nengo.Node(lambda t: np.sin(20 * t + np.arange(4)))
+        layers = [[nengo.Ensemble(20, 1) for _ in range(4)] for _ in range(2)]
+        for number, (first, second) in enumerate(zip(*layers, strict=True)):
+            nengo.Connection(source[number], first, synapse=None)
+            nengo.Connection(first, second, function=np.square, synapse=0.005)
+        probes = [nengo.Probe(ensemble, synapse=0.01) for ensemble in layers[1]]
+    found, blocks = [], []
+    for pipeline in ("", "fuse"):
+        with spikeport.Simulator(network, backend="reference", pipeline=pipeline) as simulator:
+            simulator.run_steps(200)
+            found.append(np.hstack([simulator.data[probe] for probe in probes]))
+            blocks.append(len(simulator.activity.cores))
+            assert simulator.data[layers[0][0]].gain.shape == (20,)
+    assert found[1] == pytest.approx(found[0], abs=1e-9)
+    assert blocks[1] < blocks[0] == 8
