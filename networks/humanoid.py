@@ -39,8 +39,8 @@ BIAS_RATE_HZ = 1020.0
 class HumanoidOptions:
     """What is gated, and the time constants of gates and of the bias in seconds.
 
-    ``tau_walk`` is the filter of the policy's gates, ``tau_arm`` that of the arm's and the
-    follower's: those of the layers they silence (an ensemble on the chip has one).
+    ``tau_walk`` is the filter of the policy's gates, ``tau_arm`` that of the arm's: those of the
+    layers they silence (an ensemble on the chip has one).
     """
 
     balances: bool = False
@@ -105,7 +105,8 @@ def humanoid(
         constant = _constant(bias, policy.action, options.tau_bias)
         walk, draw = net.selection.nuclei["gate"]
         gate(draw, [e for group in arm.groups.values() for e in group], synapse=options.tau_arm)
-        gate(walk, follower.all_ensembles, synapse=options.tau_arm)
+        for tau, ensembles in follower.filters.items():
+            gate(walk, ensembles, synapse=tau)
         if not options.balances:
             gate(walk, [*policy.all_ensembles, constant], synapse=options.tau_walk)
     net.utilities, net.gates = net.selection.utilities, net.selection.gates

@@ -17,8 +17,8 @@ from nengo.utils.ensemble import tuning_curves
 from spikeport.networks.policy_units import HiddenLayer
 from spikeport.networks.policy_values import Layer, PolicyOptions, Readout, exact
 
-REGULARISATION = 0.01
-"""Lambda, as of `nengo.solvers.LstsqL2`."""
+REGULARISATION = 0.003
+"""Lambda, as of `nengo.solvers.LstsqL2`; of gait that was not fitted, it leaves the least error."""
 
 
 def by_halves(layer: Layer, options: PolicyOptions) -> Readout:

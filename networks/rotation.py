@@ -3,7 +3,8 @@
     b = R(-angle) e = [e_x cos + e_y sin, e_y cos - e_x sin]
     a c = ((a + c) / 2)^2 - ((a - c) / 2)^2
 
-A square is a function of one dimension, which few neurons decode well.
+A square is a function of one dimension, which few neurons decode well. All eight populations are
+the same, and even in their value: what squares err mostly cancels in their differences.
 """
 
 from dataclasses import dataclass
@@ -27,6 +28,9 @@ HALVES = 0.5 * np.array(
 
 ROTATION = np.array([[1, -1, 1, -1, 0, 0, 0, 0], [0, 0, 0, 0, 1, -1, -1, 1]])
 """b from the squares of the halves."""
+
+STRIDE = 7
+"""Neighbours in intercept are so many apart in rate: no rate is that of one region."""
 
 N_POINTS = 1000
 """Values at which the decoders of a square are solved."""
@@ -62,15 +66,17 @@ def rotate(turned: nengo.Node, body: nengo.Ensemble, squares: Squares) -> None:
 
 
 def _half(label: str, squares: Squares) -> nengo.Ensemble:
-    """Neurons of both signs, with intercepts that leave no gaps."""
-    n = squares.n_neurons
-    number = np.arange(n)
+    """Neurons of either sign, the same for both, with intercepts that leave no gaps."""
+    n = squares.n_neurons // 2
+    place = (np.arange(n) + 0.5) / n
+    low, high = squares.max_rates
+    rates = low + (high - low) * place[np.arange(n) * STRIDE % n]
     return nengo.Ensemble(
-        n,
+        2 * n,
         1,
-        max_rates=nengo.dists.Uniform(*squares.max_rates),
-        encoders=np.where(number % 2, 1.0, -1.0)[:, np.newaxis],
-        intercepts=-1 + 1.9 * (number // 2 + 0.5) / -(-n // 2),
+        max_rates=np.tile(rates, 2),
+        encoders=np.repeat([[1.0], [-1.0]], n, axis=0),
+        intercepts=np.tile(-1 + 1.9 * place, 2),
         eval_points=np.linspace(-1, 1, N_POINTS)[:, np.newaxis],
         label=label,
     )

@@ -1,0 +1,59 @@
+"""The path follower's inputs and output, and the path follower without neurons."""
+
+from collections.abc import Callable
+
+import nengo
+import numpy as np
+
+from spikeport.networks.held import Held
+from spikeport.networks.path_following import (
+    COMMAND_SIZE,
+    REFERENCE_SIZE,
+    STATE_SIZE,
+    FollowerGains,
+    exact_command,
+)
+
+
+class FollowerNetwork(nengo.Network):
+    """``reference`` and ``state`` are its inputs, ``command`` its output.
+
+    ``reference`` takes planar position (m) and velocity (m/s) of the point to follow, ``state`` the
+    robot's heading (rad), planar position (m) and velocity (m/s), all in the world frame;
+    ``command`` gives forward speed (m/s) and yaw rate (rad/s). ``filters`` are its ensembles, by
+    the time constant in s of what they are told.
+    """
+
+    reference: nengo.Node
+    state: nengo.Node
+    command: nengo.Node
+    filters: dict[float, list[nengo.Ensemble]]
+
+
+def analytic_follower(gains: FollowerGains) -> FollowerNetwork:
+    """The path follower without neurons: the exact law, one step late."""
+
+    def law(values: np.ndarray) -> np.ndarray:
+        return exact_command(gains, values[:REFERENCE_SIZE], values[REFERENCE_SIZE:])
+
+    net, command = from_inputs("analytic follower", law, COMMAND_SIZE)
+    with net:
+        nengo.Connection(command, net.command, synapse=0)  # a step of delay: no algebraic loop
+    return net
+
+
+def from_inputs(
+    label: str, function: Callable[[np.ndarray], np.ndarray], size: int, seed: int = 0
+) -> tuple[FollowerNetwork, nengo.Node]:
+    """A network with inputs and output, and a node that computes a function of all inputs."""
+    with FollowerNetwork(label=label, seed=seed) as net:
+        net.reference = nengo.Node(size_in=REFERENCE_SIZE, label="reference")
+        net.state = nengo.Node(size_in=STATE_SIZE, label="state")
+        net.command = nengo.Node(size_in=COMMAND_SIZE, label="command")
+        net.filters = {}
+        computed = nengo.Node(
+            Held(function), size_in=REFERENCE_SIZE + STATE_SIZE, size_out=size, label="from inputs"
+        )
+        nengo.Connection(net.reference, computed[:REFERENCE_SIZE], synapse=None)
+        nengo.Connection(net.state, computed[REFERENCE_SIZE:], synapse=None)
+    return net, computed

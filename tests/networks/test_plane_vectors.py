@@ -1,0 +1,43 @@
+import nengo
+import numpy as np
+import pytest
+
+from spikeport.networks.plane_vectors import bearing_ensemble, length_ensemble
+
+AHEAD_RAD = 0.5
+
+
+@pytest.fixture
+def bearing():
+    with nengo.Network():
+        return bearing_ensemble("b", 100, (400.0, 800.0), AHEAD_RAD, seed=3)
+
+
+def test_every_neuron_of_a_bearing_has_a_mirror_image(bearing):
+    left, right = np.split(bearing.encoders, 2)
+    assert (right == left * [1, -1]).all()
+    for values in (bearing.intercepts, bearing.max_rates):
+        left, right = np.split(values, 2)
+        assert (left == right).all()
+
+
+def test_most_neurons_of_a_bearing_bend_nearly_ahead(bearing):
+    """A bend is where the encoder is at a right angle, to either side."""
+    angle = np.arctan2(*bearing.encoders.T[::-1])
+    bend = np.minimum(np.abs(angle - np.pi / 2), np.abs(angle + np.pi / 2))
+    assert 70 <= (bend <= AHEAD_RAD).sum() <= 90
+
+
+def test_most_bearings_that_are_decoded_are_nearly_ahead(bearing):
+    points = bearing.eval_points
+    assert np.hypot(*points.T).max() <= 1
+    assert points.mean(axis=0)[1] == pytest.approx(0, abs=1e-12)
+    nearly = np.abs(np.arctan2(*points.T[::-1])) <= AHEAD_RAD
+    assert nearly.mean() == pytest.approx(0.7 + 0.3 * AHEAD_RAD / np.pi, abs=0.03)
+
+
+def test_a_length_is_the_same_in_all_directions():
+    with nengo.Network():
+        encoders = length_ensemble("e", 100).encoders
+    assert encoders.sum(axis=0) == pytest.approx([0, 0], abs=1e-12)
+    assert encoders.T @ encoders == pytest.approx(50 * np.eye(2))
