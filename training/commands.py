@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from spikeport.robot.walk_interface import CONTROL_DT_S
+from spikeport.robot.walk_interface import COMMAND_CHANGE_PER_S, CONTROL_DT_S
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class CommandRange:
     heading_gain: float = 1.0
     still: float = 0.1
     seconds: tuple[float, float] = (3.0, 8.0)
-    change_per_s: tuple[float, float, float] = (1.0, 1.0, 2.0)
+    change_per_s: tuple[float, ...] = tuple(COMMAND_CHANGE_PER_S.tolist())
 
 
 class Commands:
