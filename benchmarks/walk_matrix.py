@@ -1,10 +1,11 @@
 """The worst of many walks: every path, policies of five seeds and some sizes, on the chip.
 
     OPENBLAS_NUM_THREADS=1 python benchmarks/walk_matrix.py [--n-neurons N]... [--path PATH]...
-        [--seed N]... [--backend BACKEND] [--calibrated] [--seconds S]
+        [--seed N]... [--backend BACKEND] [--set KEY=VALUE]... [--seconds S]
 
-Each is held against the exact policy with the exact follower on the same path. Every run that is
-done stays in ``build/walk_runs`` and is not repeated: delete it to measure anew.
+Each is held against the exact policy with the exact follower on the same path, in worst and in
+mean. Every run that is done stays in ``build/walk_runs``, in a folder for each policy, and is not
+repeated: delete it to measure anew. Some processes can share the seeds.
 """
 
 import argparse
@@ -12,19 +13,23 @@ import dataclasses
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from saved_runs import CALIBRATION, Clock, saved_results
 
 from spikeport.experiments.closed_loop import BACKENDS
 from spikeport.experiments.on_chip import on_chip
 from spikeport.experiments.options import Options
+from spikeport.experiments.policy.file import load_policy
+from spikeport.experiments.policy.readout import policy_digest, policy_layers
 from spikeport.experiments.walk.experiment import EXPERIMENT
 from spikeport.experiments.walk.metrics import metrics
 from spikeport.experiments.walk.paths import SHAPES
 from spikeport.experiments.walk.run import Rig, perform, prepare
 from spikeport.experiments.walk.settings import WalkSettings
 from spikeport.experiments.walk.trial import WalkTrial
+from spikeport.settings import parse
 
-RESULTS = Path("build/walk_runs")
+RESULTS = Path("build/walk_runs") / policy_digest(policy_layers(load_policy()))
 SIZES = (20, 10)
 SEEDS = range(5)
 WORST = (
@@ -78,13 +83,14 @@ def walks(
 def worst(runs: list[dict[str, Any]], exact: list[dict[str, Any]]) -> str:
     """The worst figures of some runs, in one line."""
     parts = [f"{key} {max(run.get(key, 0) for run in runs):.3g}" for key in WORST]
-    rms, exact_rms = (max(run["cross_track_rms_m"] for run in some) for some in (runs, exact))
+    rms_m, exact_m = ([run["cross_track_rms_m"] for run in some] for some in (runs, exact))
+    times = max(rms_m) / max(exact_m), np.mean(rms_m) / np.mean(exact_m)
     factor = min(run["cpu_real_time_factor"] for run in runs)
     fell = sum(run["falls"] for run in runs)
     parts[0] = f"{fell} of {len(runs)} fell"
     return (
-        f"{', '.join(parts)}; {rms / exact_rms:.2f}x the cross-track rms of the exact one; "
-        f"{factor:.1f}x real time in CPU time"
+        f"{', '.join(parts)}; {times[0]:.2f}x the cross-track rms of the exact one, in mean "
+        f"{times[1]:.2f}x; {factor:.1f}x real time in CPU time"
     )
 
 
@@ -95,14 +101,14 @@ def main() -> None:
     parser.add_argument("--path", action="append", choices=SHAPES)
     parser.add_argument("--seed", type=int, action="append")
     parser.add_argument("--backend", choices=BACKENDS, default="native")
-    parser.add_argument("--calibrated", action="store_true")
+    parser.add_argument("--set", action="append", dest="pairs", help="calibrated=true if none")
     parser.add_argument("--seconds", type=float, default=EXPERIMENT.seconds)
     chosen = parser.parse_args()
     paths, seeds = chosen.path or list(SHAPES), chosen.seed or list(SEEDS)
     exact = walks(paths, seeds, "analytic", chosen.seconds)
+    asked = parse(chosen.pairs or ["calibrated=true"], WalkSettings, "the walk")
     for n_neurons in chosen.n_neurons or SIZES:
-        settings = {"n_neurons": n_neurons, "calibrated": chosen.calibrated}
-        found = walks(paths, seeds, chosen.backend, chosen.seconds, **settings)
+        found = walks(paths, seeds, chosen.backend, chosen.seconds, n_neurons=n_neurons, **asked)
         for path, runs in found.items():
             print(f"N={n_neurons} {path}: {worst(runs, exact[path])}", flush=True)
 

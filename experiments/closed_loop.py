@@ -3,7 +3,7 @@
 import dataclasses
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Protocol
 
 import nengo
 from nengo.exceptions import SimulationError
@@ -23,13 +23,14 @@ DT_S = 0.001
 def open_simulator(network: nengo.Network, options: Options) -> Simulator:
     """Compile a network for a run; what is analytic runs in plain Nengo."""
     options.progress("compiling", None)
+    analytic = options.backend == "analytic"
     return Simulator(
         network,
         chip=options.chip,
-        backend="reference" if options.backend == "analytic" else options.backend,
+        backend="reference" if analytic else options.backend,
         dt=DT_S,
         seed=options.seed,
-        pipeline=options.pipeline,
+        pipeline="" if analytic else options.pipeline,
     )
 
 
@@ -58,13 +59,26 @@ def simulate(
     return time.perf_counter() - start
 
 
-def outcome(
-    experiment: str, settings: Any, options: Options, sim: Simulator, metrics: dict[str, Any]
-) -> Outcome:
+class Trial(Protocol):
+    """An experiment's settings, and the options of a run."""
+
+    name: str
+
+    @property
+    def settings(self) -> Any:
+        """A dataclass with a ``network_seed``."""
+
+    @property
+    def options(self) -> Options:
+        """Those of the run."""
+
+
+def outcome(trial: Trial, sim: Simulator, metrics: dict[str, Any]) -> Outcome:
     """What a run leaves, to be written."""
+    settings, options = trial.settings, trial.options
     result = {
         "command": list(options.command),
-        "experiment": experiment,
+        "experiment": trial.name,
         "backend": options.backend,
         "seconds": options.seconds,
         "seeds": {"run": options.seed, "network": settings.network_seed},

@@ -5,6 +5,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import nengo
+
 from spikeport.compile.verdict.report import Report
 from spikeport.experiments.calibration import Calibration
 from spikeport.hardware_models.activity import Activity
@@ -68,6 +70,8 @@ class Experiment:
     """The passes of its compile where none are asked for; None for the chip's."""
     calibrate: Callable[[Any, Options], Calibration] | None = None
     """Refits its decoders to what the neurons do on a backend; None where it cannot."""
+    network: Callable[[Any, Options], nengo.Network] | None = None
+    """What it runs, to be compiled; the image is that of the run."""
     check: Callable[[Any, Options], None] | None = None
     """Refuses what a run would refuse, without one; None where the settings refuse it all."""
 

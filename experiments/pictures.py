@@ -2,10 +2,11 @@
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import mujoco
 import numpy as np
+from PIL import Image, ImageDraw, ImageFont
 
 from spikeport.errors import RenderError
 from spikeport.robot.plant import Plant
@@ -13,9 +14,22 @@ from spikeport.robot.render import Mark, Renderer
 from spikeport.robot.video import VideoWriter
 
 FPS = 25
+BAR = 56
+"""Height of a caption's bar, in pixels."""
 
 Marks = Callable[[int], Sequence[Mark]]
 """What is drawn into a picture, from the number of poses up to then."""
+
+
+class Caption(NamedTuple):
+    """A line of text on a bar of a colour, as ``#rrggbb``."""
+
+    text: str
+    colour: str
+
+
+Captions = Callable[[int], Caption]
+"""What is written above a picture, from the number of poses up to then."""
 
 
 class Filmed(Protocol):
@@ -57,11 +71,27 @@ def check_video(folder: Path, loop: Filmed) -> None:
         pass
 
 
-def write_video(folder: Path, loop: Filmed, marks: Marks, camera: str = "front") -> None:
+def write_video(
+    folder: Path,
+    loop: Filmed,
+    marks: Marks,
+    camera: str = "front",
+    captions: Captions | None = None,
+) -> None:
     """Write ``video.mp4``, in real time; raises what `check_video` does."""
     with _video_renderer(loop, camera) as renderer, _writer(folder) as video:
         for i in range(0, len(loop.poses), round(1 / (FPS * loop.plant.dt_s))):
-            video.add(_frame(renderer, loop, marks, i))
+            frame = _frame(renderer, loop, marks, i)
+            video.add(frame if captions is None else captioned(frame, captions(i + 1)))
+
+
+def captioned(frame: np.ndarray, caption: Caption) -> np.ndarray:
+    """A picture, uint8 (height, width, 3), with a caption above it."""
+    bar = Image.new("RGB", (frame.shape[1], BAR), caption.colour)
+    font = ImageFont.load_default(size=BAR // 2)
+    middle = BAR // 2
+    ImageDraw.Draw(bar).text((middle, middle), caption.text, "white", font, anchor="lm")
+    return np.vstack((np.asarray(bar), frame))
 
 
 def _frame(renderer: Renderer, loop: Filmed, marks: Marks, step: int) -> np.ndarray:

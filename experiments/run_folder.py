@@ -13,12 +13,15 @@ from collections.abc import Iterator, Mapping
 from datetime import datetime
 from importlib import metadata
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from spikeport.atomic import atomic_path, is_leftover, write_text
 from spikeport.errors import UsageError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 RESULT_SCHEMA = 1
 FILES = ("result.json", "probes.nc", "figure.png", "video.mp4", "last_states.npz")
@@ -106,6 +109,12 @@ def _plain(value: Any) -> Any:
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value
+
+
+def write_figure(folder: Path, figure: "Figure") -> None:
+    """Write ``figure.png``."""
+    with atomic_path(folder / "figure.png") as temporary:
+        figure.savefig(temporary, dpi=110, format="png")
 
 
 def write_last_states(folder: Path, history: Mapping[str, np.ndarray]) -> Path:

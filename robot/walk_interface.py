@@ -33,6 +33,9 @@ PARTS = {
 """Where each part of an observation lies: m/s, rad/s, a unit vector, (vx m/s, vy m/s, wz rad/s),
 rad from the default pose, rad/s, and actions; the first three are vectors in the pelvis frame."""
 
+COMMAND_CHANGE_PER_S = np.array([1.0, 1.0, 2.0])
+"""The most by which commands change in a second: m/s^2, m/s^2 and rad/s^2."""
+
 OBSERVATION_SIZE = 69
 ACTION_SIZE = len(JOINTS)
 
@@ -42,8 +45,8 @@ def gravity(quaternion: ArrayLike) -> np.ndarray:
 
     g = -R^T e_z, the negative last row of the rotation matrix R.
     """
-    w, x, y, z = np.moveaxis(np.asarray(quaternion, dtype=float), -1, 0)
-    return -np.stack((2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)), axis=-1)
+    w, x, y, z = np.asarray(quaternion, dtype=float).T
+    return -np.array((2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y))).T
 
 
 def observation(state: State, command: ArrayLike, last_action: ArrayLike) -> np.ndarray:

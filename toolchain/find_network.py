@@ -12,13 +12,21 @@ import nengo
 
 from spikeport import settings
 from spikeport.errors import SpikeportError, UsageError, unknown
-from spikeport.experiments.registry import imported
+from spikeport.experiments import registry
+from spikeport.experiments.options import Options
 
-BUILT_IN = {"arm": "spikeport.experiments.arm.reach:arm_network"}
-OURS = {spec.partition(":")[0] for spec in BUILT_IN.values()}
+BUILT_IN = {"arm": "reach", "humanoid": "switch", "walk": "walk"}
+"""The built-in networks, each with the experiment that runs it."""
 
 
-def find_network(spec: str, pairs: list[str]) -> nengo.Network:
+def needed_passes(spec: str) -> str | None:
+    """The passes that a network is made for, if it says so."""
+    return registry.get(BUILT_IN[spec]).pipeline if spec in BUILT_IN else None
+
+
+def find_network(
+    spec: str, pairs: list[str], chip: str = "loihi", passes: str | None = None
+) -> nengo.Network:
     """Build the network that ``spec`` names.
 
     Parameters
@@ -26,14 +34,18 @@ def find_network(spec: str, pairs: list[str]) -> nengo.Network:
     spec : str
         A built-in name, ``path/to/file.py:function`` or ``module:function``.
     pairs : list of str
-        ``KEY=VALUE`` arguments of the function.
+        ``KEY=VALUE`` arguments of the function; of a built-in network, its experiment's settings.
+    chip, passes : str
+        What it is to be compiled with: read-outs of built-in networks can be calibrated for these.
 
     Raises
     ------
     UsageError
         If it is not found, cannot be imported, raises an error, or does not return a network.
     """
-    where, _, name = BUILT_IN.get(spec, spec).rpartition(":")
+    if spec in BUILT_IN:
+        return _built_in(spec, pairs, chip, passes)
+    where, _, name = spec.rpartition(":")
     if not (where and name):
         raise unknown("network", spec, [*BUILT_IN, "path/to/file.py:function", "module:function"])
     function = _function(where, name)
@@ -53,6 +65,14 @@ def find_network(spec: str, pairs: list[str]) -> nengo.Network:
     return network
 
 
+def _built_in(spec: str, pairs: list[str], chip: str, passes: str | None) -> nengo.Network:
+    experiment = registry.get(BUILT_IN[spec])
+    chosen = experiment.settings(**settings.parse(pairs, experiment.settings, f"network '{spec}'"))
+    options = Options(Path(), experiment.seconds, chip=chip, pipeline=experiment.passes(passes))
+    assert experiment.network is not None
+    return experiment.network(chosen, options)
+
+
 def _function(where: str, name: str) -> Callable[..., Any]:
     module = _import(where)
     function = getattr(module, name, None)
@@ -63,8 +83,6 @@ def _function(where: str, name: str) -> Callable[..., Any]:
 
 
 def _import(where: str) -> Any:
-    if where in OURS:
-        return imported("the network", where)
     return _import_file(Path(where)) if where.endswith(".py") else _import_module(where)
 
 

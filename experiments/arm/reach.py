@@ -13,7 +13,6 @@ from spikeport.experiments.arm import run as arm_run
 from spikeport.experiments.arm.reach_figure import reach_figure
 from spikeport.experiments.arm.reach_metrics import metrics
 from spikeport.experiments.arm.reach_task import ReachTask, TargetBox, find_box
-from spikeport.experiments.arm.region import record_region
 from spikeport.experiments.arm.settings import ArmSettings
 from spikeport.experiments.arm.task import Rehearsal
 from spikeport.experiments.arm.trial import ArmRun, ArmTrial
@@ -90,25 +89,13 @@ class ReachTrial(ArmTrial):
         return time_s - TRACE_S
 
 
-def arm_network(
-    box: str = "small",
-    preset: str = "lean",
-    m1: int | None = None,
-    cb: int | None = None,
-    s1: int | None = None,
-    network_seed: int = 0,
-) -> nengo.Network:
-    """The spiking arm controller for one target box: the built-in network ``arm``.
-
-    It gives the image that the experiment runs, digest and all: the robot is not part of it.
-    """
-    settings = ReachSettings(box=box, preset=preset, m1=m1, cb=cb, s1=s1, network_seed=network_seed)
+def network(settings: ReachSettings, options: Options) -> nengo.Network:
+    """The spiking controller for one target box."""
     law = OperationalSpaceLaw(ArmDynamics())
-    region = record_region(law, reach_task.rehearsals(settings.target_box))
-    with nengo.Network(label="reach", seed=network_seed) as network:
-        nengo.Probe(
-            arm_controller.controller(settings, region).torque
-        )  # what leads nowhere is not compiled
+    built = arm_controller.spiking_controller(ReachTrial(settings, options), law)
+    with nengo.Network(label=ReachTrial.name, seed=settings.network_seed) as network:
+        network.add(built)
+        nengo.Probe(built.torque)  # what leads nowhere is not compiled
     return network
 
 
@@ -131,4 +118,5 @@ EXPERIMENT = Experiment(
     seconds=15.0,
     shortest_s=0.005,
     calibrate=calibrate,
+    network=network,
 )

@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 
 import nengo
 
-from spikeport.atomic import atomic_path
 from spikeport.experiments import closed_loop, run_folder
 from spikeport.experiments.arm.controller import spiking_controller
 from spikeport.experiments.arm.loop import ArmLoop, close_loop
@@ -38,8 +37,7 @@ def run(trial: ArmTrial) -> Outcome:
     rig = prepare(trial)
     with rig.sim as sim:
         done = perform(trial, rig)
-    figures = trial.metrics(done)
-    outcome = closed_loop.outcome(trial.name, trial.settings, options, sim, figures)
+    outcome = closed_loop.outcome(trial, sim, trial.metrics(done))
     options.progress("writing", None)
     marks = arm_marks(done.recording, trial.trace_since)
     _write(trial, rig.loop, done._replace(picture=picture(rig.loop, marks)), outcome.result)
@@ -100,8 +98,7 @@ def _write(trial: ArmTrial, loop: ArmLoop, done: ArmRun, result: dict[str, Any])
     folder = trial.options.folder
     run_folder.clear(folder)
     write_probes(folder, done.recording, done.exact, done.rasters, DT_S)
-    with atomic_path(folder / "figure.png") as temporary:
-        trial.figure(done, result).savefig(temporary, dpi=110, format="png")
+    run_folder.write_figure(folder, trial.figure(done, result))
     if trial.options.video:
         write_video(folder, loop, arm_marks(done.recording, trial.trace_since))
     run_folder.write_result(folder, result)

@@ -3,11 +3,12 @@
 import nengo
 import numpy as np
 
+from spikeport.experiments.calibration import Calibration
+from spikeport.experiments.policy.readout import policy_layers, readout, refitted
 from spikeport.experiments.switch.rehearsal import Exact, rehearse
 from spikeport.experiments.switch.trial import SwitchTrial
-from spikeport.experiments.walk.calibration import policy_layers
 from spikeport.experiments.walk.controller import analytic_policy
-from spikeport.experiments.walk.gait import encoding, record_gait
+from spikeport.experiments.walk.gait import encoding
 from spikeport.networks.action_selection import SelectionNetwork
 from spikeport.networks.arm import PRESETS, analytic_arm, arm
 from spikeport.networks.humanoid import (
@@ -18,14 +19,12 @@ from spikeport.networks.humanoid import (
     without_bias,
 )
 from spikeport.networks.path_follower import analytic_follower, path_follower
-from spikeport.networks.policy import PolicyOptions, policy, record_ranges
+from spikeport.networks.policy import policy, record_ranges
 from spikeport.networks.region import Box
 
 
 def spiking_humanoid(trial: SwitchTrial, exact: Exact) -> tuple[HumanoidNetwork, Box]:
     """The humanoid in spikes, made for the states that the exact controllers come by.
-
-    The policy is made for walking alone: what it is told of an arm at work is clipped.
 
     Returns
     -------
@@ -34,24 +33,30 @@ def spiking_humanoid(trial: SwitchTrial, exact: Exact) -> tuple[HumanoidNetwork,
     encoding : Box
         The range of what its policy can be told.
     """
-    settings, options = trial.settings, trial.options
-    options.progress("recording the gait of the exact policy", None)
-    gait = record_gait(exact.policy)
-    options.progress("rehearsing with the exact controllers", None)
-    region = rehearse(trial, exact)
-    options.progress("building the controller", None)
-    seed, layers = settings.network_seed, policy_layers(exact.policy)
-    *hidden, last = layers
-    units = PolicyOptions(n_neurons=settings.n_neurons)
+    settings, seed = trial.settings, trial.settings.network_seed
+    rehearsed = rehearse(trial, exact)
+    layers, gait = policy_layers(exact.policy), rehearsed.observations
+    ranges = record_ranges(layers, gait)
+    # made before: a read-out is refitted in a network of its own
+    last = readout(trial, layers, ranges, gait) or layers[-1]
+    trial.options.progress("building the controller", None)
+    walker = [*layers[:-1], without_bias(last)]
     net = humanoid(
-        arm(exact.law, region, PRESETS[settings.preset], seed=seed),
+        arm(exact.law, rehearsed.region, PRESETS[settings.preset], seed=seed),
         path_follower(exact.gains, seed=seed),
-        policy([*hidden, without_bias(last)], record_ranges(layers, gait), units, seed),
+        policy(walker, ranges, settings.policy_options, seed),
         last.bias,
-        HumanoidOptions(balances=not settings.anchor),
+        HumanoidOptions(balances=not settings.anchor, tau_walk=settings.tau_fwd),
         seed,
     )
     return net, encoding(gait)
+
+
+def calibrate(trial: SwitchTrial) -> Calibration:
+    """Refit the read-out of a trial's policy to its spikes on the trial's backend."""
+    exact = Exact.of(trial.settings)
+    layers, gait = policy_layers(exact.policy), rehearse(trial, exact).observations
+    return refitted(trial, layers, record_ranges(layers, gait), gait)
 
 
 def analytic_humanoid(exact: Exact, balances: bool) -> HumanoidNetwork:

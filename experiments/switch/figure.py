@@ -1,9 +1,8 @@
 """The figure of a switching run, after the paper's Figs. 1 and 6.
 
-Above, the robot in every phase, where pictures can be drawn; below, over time, the spikes of strD1
-with the utilities over them, of strD2 and STN, and of GPi with the gates over them: what is not
-selected is closed. Dashed lines lead from each picture to its moment. At the bottom, where the
-robot went, and what it drew.
+Above, the robot in every phase, where pictures can be drawn, and what it drew. Below, over time,
+phases and spikes (`experiments.switch.nuclei_figure`), with a switch in milliseconds beside them;
+dotted lines lead from each picture to its moment. At the bottom, where the robot went.
 """
 
 from typing import Any
@@ -11,44 +10,53 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.gridspec import GridSpec
 from matplotlib.patches import ConnectionPatch
-from matplotlib.patheffects import Normal, Stroke
 
-from spikeport.experiments.arm.draw_metrics import drawing
 from spikeport.experiments.arm.draw_task import Sheet
 from spikeport.experiments.arm.figure import show_picture
 from spikeport.experiments.closed_loop import DT_S
-from spikeport.experiments.switch.phases import arm_in
-from spikeport.experiments.switch.picture import middles
+from spikeport.experiments.switch.goals import Goal
+from spikeport.experiments.switch.nuclei_figure import (
+    AFTER_S,
+    BEFORE_S,
+    NUCLEI,
+    Window,
+    draw_nuclei,
+    name_nuclei,
+)
+from spikeport.experiments.switch.phases import drawn
+from spikeport.experiments.switch.picture import COLOURS, middles
 from spikeport.experiments.switch.trial import SwitchRun
-from spikeport.networks.humanoid import ACTIONS
 
-NUCLEI = {"strD1": "strD1", "strD2": "strD2", "stn": "STN", "gpi": "GPi"}
-COLOURS = dict(zip(ACTIONS, ("#2a9d4a", "#c8102e"), strict=True))
-TEMPLATE, MOMENT = "0.25", "0.45"
-SPIKE_ALPHA = 0.2
-HALO = [Stroke(linewidth=4, foreground="white"), Normal()]
-"""Around lines that lie over spikes of their colour."""
-SMOOTHED_S = 0.02
-"""Gates are averaged over this time."""
+TEMPLATE, MOMENT = "0.2", "0.35"
+COLUMNS, OVER_TIME = 16, slice(0, 12)
+BESIDE = slice(13, COLUMNS)
 
 
 def switch_figure(run: SwitchRun, result: dict[str, Any]) -> Figure:
     """The figure; ``result`` is what ``result.json`` will hold."""
-    shown = {name: raster for name, raster in run.spikes.items() if name in NUCLEI}
-    rows = [*NUCLEI] if shown else ["strD1", "gpi"]
-    figure = Figure(figsize=(14, 9 + len(rows)), layout="constrained")
-    grid = figure.add_gridspec(len(rows) + 2, 12, height_ratios=[2.6, *[1] * len(rows), 2.2])
-    over_time = [figure.add_subplot(grid[1 + i, :]) for i in range(len(rows))]
-    for axes, name in zip(over_time, rows, strict=True):
-        _draw_nucleus(axes, run, name)
-    over_time[-1].set_xlabel("time (s)")
-    _draw_utilities(over_time[0], run)
-    _draw_gates(over_time[-1], run)
-    _show_pictures(figure, grid, over_time, run)
-    _draw_way(figure.add_subplot(grid[-1, :7]), run)
-    _draw_digits(figure.add_subplot(grid[-1, 7:]), run)
-    figure.suptitle(_title(result))
+    rows = [*NUCLEI] if run.spikes else ["strD1", "gpi"]
+    figure = Figure(figsize=(17, 8.6 + 1.2 * len(rows)))
+    heights = [3.6, 0.5, *[1.1] * len(rows), 0.25, 1.2]
+    margins = {"left": 0.075, "right": 0.965, "top": 0.95, "bottom": 0.05}
+    grid = figure.add_gridspec(
+        len(heights), COLUMNS, height_ratios=heights, hspace=0.12, wspace=0.1, **margins
+    )
+    over_time, beside = (
+        {name: figure.add_subplot(grid[2 + i, part]) for i, name in enumerate(rows)}
+        for part in (OVER_TIME, BESIDE)
+    )
+    draw_nuclei(over_time, run, Window.whole(run))
+    name_nuclei(over_time)
+    over_time["gpi"].set_xlabel("time (s)")
+    _draw_switch(beside, run)
+    band = figure.add_subplot(grid[1, OVER_TIME])
+    _draw_phases(band, run, result)
+    _show_pictures(figure, grid, [band, *over_time.values()], run)
+    _draw_digits(figure.add_subplot(grid[0, BESIDE]), run, result)
+    _draw_way(figure.add_subplot(grid[-1, :]), run)
+    figure.suptitle(_title(result), x=0.075, y=0.985, ha="left", fontsize=17, fontweight="bold")
     return figure
 
 
@@ -58,77 +66,83 @@ def _title(result: dict[str, Any]) -> str:
     cores = "" if result["resources"] is None else f", {result['resources']['cores']['used']} cores"
     done = sum(phase["success"] for phase in figures["phases"])
     held = "anchored" if settings["anchor"] else "free-standing"
+    falls = "no fall" if not figures["falls"] else f"fell at {figures['fallen_at_s']:.1f} s"
     return (
         f"switch, {held}, {result['backend']}{cores}: {done} of {len(figures['phases'])} phases, "
-        f"{figures['falls']} falls in {result['seconds']:g} s, seed {result['seeds']['run']}"
+        f"{falls} in {result['seconds']:g} s, seed {result['seeds']['run']}"
     )
 
 
-def _draw_nucleus(axes: Axes, run: SwitchRun, name: str) -> None:
-    """The spikes of a nucleus, those of each action in its colour."""
-    axes.set(ylabel=NUCLEI[name], xlim=(0, run.recording.time_s[-1]), yticks=[])
-    if name not in run.spikes:
+def _draw_phases(axes: Axes, run: SwitchRun, result: dict[str, Any]) -> None:
+    """A bar for each phase, with its name, whether it was done, and how long the switch took."""
+    axes.set(xlim=Window.whole(run).extent, ylim=(0, 1))
+    axes.set_axis_off()
+    for goal, figures in zip(run.goals, result["metrics"]["phases"], strict=True):
+        phase, done = goal.phase, "✓" if figures["success"] else "✗"
+        axes.barh(0.5, phase.seconds, 0.9, phase.begin_s, color=COLOURS[phase.action], ec="white")
+        switch_s = figures["switching_time_s"]
+        switch = "" if not switch_s or phase.begin_s == 0 else f"\nswitch {1000 * switch_s:.0f} ms"
+        axes.text(
+            phase.begin_s + phase.seconds / 2,
+            0.48,
+            f"{phase.name} {done}{switch}",
+            ha="center",
+            va="center",
+            color="white",
+            fontweight="bold",
+            clip_on=True,
+        )
+
+
+def _draw_switch(beside: dict[str, Axes], run: SwitchRun) -> None:
+    """The first change of the action, spike by spike; nothing where there is none."""
+    begins = [
+        goal.phase.begin_s
+        for before, goal in zip(run.goals, run.goals[1:], strict=False)
+        if goal.phase.action != before.phase.action
+    ]
+    last_s = len(run.gates) * DT_S - AFTER_S
+    if not begins or not BEFORE_S <= begins[0] <= last_s:
+        for axes in beside.values():
+            axes.set_axis_off()
         return
-    raster = run.spikes[name]
-    step, neuron = np.nonzero(raster)
-    size = raster.shape[1] // len(ACTIONS)
-    for number, action in enumerate(ACTIONS):
-        own = neuron // size == number
-        axes.plot(step[own] * DT_S, neuron[own], ",", alpha=SPIKE_ALPHA, color=COLOURS[action])
-    axes.set_ylim(-1, raster.shape[1])
+    draw_nuclei(beside, run, Window.around(begins[0]))
+    beside["strD1"].set_title(f"the switch at {begins[0]:g} s", fontsize=12)
+    beside["gpi"].set_xlabel("time from there (ms)")
 
 
-def _draw_utilities(axes: Axes, run: SwitchRun) -> None:
-    phases = [goal.phase for goal in run.goals]
-    times = [phase.begin_s for phase in phases] + [phases[-1].end_s]
-    values = np.array([phase.values for phase in phases])
-    over = _over(axes, "utility")
-    over.set_ylim(-0.05, 1.3)
-    for action, utility in zip(ACTIONS, values.T, strict=True):
-        line = over.stairs(utility, times, baseline=None, color=COLOURS[action], lw=2, label=action)
-        line.set_path_effects(HALO)
-    for phase in phases:
-        over.annotate(f" {phase.name}", (phase.begin_s, 1.08))
-    over.legend(loc="upper right", ncols=2, framealpha=0.9)
-
-
-def _draw_gates(axes: Axes, run: SwitchRun) -> None:
-    """What inhibits each action: 1 while its gate is closed."""
-    over, width = _over(axes, "closed"), round(SMOOTHED_S / DT_S)
-    gates = run.gates[: len(run.gates) // width * width].reshape(-1, width, len(ACTIONS)).mean(1)
-    time_s = (np.arange(len(gates)) + 0.5) * SMOOTHED_S
-    for action, gate in zip(ACTIONS, gates.T, strict=True):
-        over.plot(time_s, 1 - gate, color=COLOURS[action], lw=2, path_effects=HALO)
-
-
-def _over(axes: Axes, label: str) -> Axes:
-    over = axes.twinx()
-    over.set(ylabel=label, ylim=(-0.05, 1.1))
-    return over
-
-
-def _show_pictures(figure: Figure, grid: Any, over_time: list[Axes], run: SwitchRun) -> None:
-    width = 12 // max(1, len(run.pictures))
-    for number, (picture, step) in enumerate(zip(run.pictures, middles(run), strict=False)):
-        axes = figure.add_subplot(grid[0, number * width : (number + 1) * width])
+def _show_pictures(figure: Figure, grid: GridSpec, over_time: list[Axes], run: SwitchRun) -> None:
+    """The robot in the middle of each phase."""
+    shown = list(zip(run.goals, run.pictures, middles(run), strict=False))
+    whole = grid[0, OVER_TIME].subgridspec(1, max(1, len(shown)), wspace=0.03)
+    for number, (goal, picture, step) in enumerate(shown):
+        axes = figure.add_subplot(whole[0, number])
         side = picture.shape[1] // 5
         show_picture(axes, picture[:, side:-side])
+        _label(axes, goal)
         moment_s = run.recording.time_s[step]
-        for below in over_time:
-            below.axvline(moment_s, color=MOMENT, ls="--", lw=1)
-        top, bottom = (picture.shape[1] / 2 - side, picture.shape[0]), (moment_s, 1.0)
+        for below in over_time[1:]:
+            below.axvline(moment_s, color=MOMENT, ls=":", lw=1.2)
+        corner = (picture.shape[1] / 2 - side, picture.shape[0])
         lead = ConnectionPatch(
-            top,
-            bottom,
-            axes.transData,
-            over_time[0].get_xaxis_transform(),
-            axesA=axes,
-            axesB=over_time[0],
-            color=MOMENT,
-            ls="--",
-            lw=1,
+            corner, (moment_s, 1.0), "data", "data", axesA=axes, axesB=over_time[0]
         )
+        lead.set(color=MOMENT, ls=":", lw=1.2)
         figure.add_artist(lead)
+
+
+def _label(axes: Axes, goal: Goal) -> None:
+    box = {"facecolor": COLOURS[goal.phase.action], "edgecolor": "none", "pad": 4}
+    axes.text(
+        0.04,
+        0.95,
+        goal.phase.name,
+        transform=axes.transAxes,
+        va="top",
+        color="white",
+        fontweight="bold",
+        bbox=box,
+    )
 
 
 def _draw_way(axes: Axes, run: SwitchRun) -> None:
@@ -136,19 +150,24 @@ def _draw_way(axes: Axes, run: SwitchRun) -> None:
     for goal, path in zip(run.goals, run.paths, strict=False):
         if path is not None:
             way = np.array([path.at(t)[:2] for t in np.linspace(0, goal.phase.seconds, 200)])
-            axes.plot(*way.T, color=TEMPLATE, ls="--", lw=1)
-    axes.plot(*run.recording.position_m.T, color=COLOURS["walk"], lw=1.6)
-    axes.set(xlabel="x of the pelvis (m)", ylabel="y (m)", aspect="equal")
+            axes.plot(*way.T, color=TEMPLATE, ls="--", lw=1.2, label="path")
+    axes.plot(*run.recording.position_m.T, color=COLOURS["walk"], lw=2, label="pelvis")
+    axes.set(xlabel="x (m)", ylabel="y (m)", aspect="equal")
     axes.set_adjustable("datalim")
+    handles, labels = axes.get_legend_handles_labels()
+    once = dict(zip(labels, handles, strict=True))
+    axes.legend(once.values(), once.keys(), loc="upper left", ncols=2, frameon=False)
 
 
-def _draw_digits(axes: Axes, run: SwitchRun) -> None:
-    """Every drawing as the robot sees it, and its template."""
-    sheet = Sheet()
-    for goal in run.goals[: len(run.paths)]:
-        if goal.phase.arm == "digit":
-            hand = drawing(arm_in(run, goal.phase)).hand
-            axes.plot(*(100 * sheet.read(goal.stroke)).T, color=TEMPLATE, ls="--", lw=1.2)
-            axes.plot(*(100 * sheet.read(hand)).T, color=COLOURS["draw"], lw=1.8)
-    axes.set(xlabel="hand, to the robot's right (cm)", ylabel="up (cm)", aspect="equal")
+def _draw_digits(axes: Axes, run: SwitchRun, result: dict[str, Any]) -> None:
+    """Every drawing on its sheet as the robot sees it, over its template."""
+    sheet, told = Sheet(), list[str]()
+    for goal, figures in zip(run.goals, result["metrics"]["phases"], strict=True):
+        if len(trace := drawn(run, goal)):
+            axes.plot(*(100 * sheet.read(goal.stroke)).T, color=TEMPLATE, ls="--", lw=1.5)
+            axes.plot(*(100 * sheet.read(trace)).T, color=COLOURS["draw"], lw=2.5)
+            told.append(f"{1000 * figures['shape_error_rms_m']:.1f} mm rms")
+    if (digit := result["metrics"]["recognised_as"]) is not None:
+        told.append(f"read as {digit}")
+    axes.set(xlabel="right (cm)", ylabel="up (cm)", aspect="equal", title=", ".join(told))
     axes.set_adjustable("datalim")

@@ -1,11 +1,18 @@
 """What a phase of a schedule means for the robot: a path to walk, or something for the arm to do.
 
-Hand and targets are seen from the torso, as if the robot were anchored and upright.
+A path p(t) is walked from a stand to a stand, p(w(t)) with
+
+    dw/dt = min(1, t / t_r, (T - t) / t_r)
+
+T being the time for which the reference moves, that of the phase and its lead on the robot.
+
+Hand and targets are as the arm sees them (`experiments.switch.frames`).
 """
 
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 
 from spikeport.errors import UsageError
 from spikeport.experiments.arm.draw_task import DrawTask, Sheet, minimum_jerk
@@ -17,6 +24,9 @@ from spikeport.experiments.walk.paths import Path, find_path
 from spikeport.robot.arm import ArmDynamics
 from spikeport.robot.description import ARM_JOINTS, DEFAULT_POSE
 
+RAMP_S = 1.0
+"""Time in which a walk reaches its speed, and in which it ends."""
+PATH_DT_S = 0.02
 RETRACT_REST_S = 0.5
 """Of a phase that retracts the arm: at its end, in which the hand comes to rest."""
 BOX = BOXES["small"]
@@ -65,10 +75,21 @@ def find_goals(schedule: Schedule, digit: int, seed: int) -> list[Goal]:
 def _path(phase: Phase) -> Path | None:
     if phase.path is None:
         return None
+    seconds = phase.seconds + LEAD_S
     try:
-        return find_path(phase.path, phase.speed_m_s, phase.seconds + LEAD_S)
+        whole = find_path(phase.path, phase.speed_m_s, seconds)
     except UsageError as error:
         raise UsageError(f"phase '{phase.name}': {error}") from None
+    return from_stand_to_stand(whole, seconds)
+
+
+def from_stand_to_stand(path: Path, seconds: float) -> Path:
+    """As much of a path as is walked in a time, with its speed reached and left in ramps."""
+    times = np.linspace(0, seconds, 1 + round(seconds / PATH_DT_S))
+    ramp_s = min(RAMP_S, seconds / 2)
+    speed = np.clip(np.minimum(times, seconds - times) / ramp_s, 0, 1)
+    walked_s = cumulative_trapezoid(speed, times, initial=0)
+    return Path(times, np.array([path.at(t)[:2] for t in walked_s]))
 
 
 def hanging_hand() -> np.ndarray:

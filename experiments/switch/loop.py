@@ -4,7 +4,7 @@ The schedule gives utilities and goals, no more: what drives the robot is decide
 the controller shows. While the arm's is open its torques drive the right arm; all other joints
 follow the policy's targets, which are the default pose while the policy is silent.
 
-What the arm is told of places is seen from the torso, as if that were upright at 1.06 m.
+What the arm is told of places is seen from the torso (`experiments.switch.frames`).
 """
 
 from collections.abc import Sequence
@@ -12,11 +12,14 @@ from collections.abc import Sequence
 import nengo
 import numpy as np
 
+from spikeport.experiments.arm.draw_task import DrawTask
 from spikeport.experiments.arm.loop import Recording as ArmRecording
 from spikeport.experiments.arm.loop import Sample as ArmSample
 from spikeport.experiments.arm.task import Task
 from spikeport.experiments.switch.anchor import Anchor
+from spikeport.experiments.switch.frames import Frame
 from spikeport.experiments.switch.goals import Goal
+from spikeport.experiments.switch.schedule import ROUNDING_S
 from spikeport.experiments.walk.loop import OUTPUTS as WALK_OUTPUTS
 from spikeport.experiments.walk.loop import WalkLoop
 from spikeport.experiments.walk.paths import Path
@@ -29,7 +32,6 @@ from spikeport.robot.walk_interface import ACTION_SIZE, targets_rad
 
 OPEN = 0.5
 """Above it a gate is open."""
-ANCHORED_PELVIS_M = np.array([0.0, 0.0, 1.06])
 DRAW = ACTIONS.index("draw")
 BODY_JOINTS = tuple(joint for joint in JOINTS if joint not in ARM_JOINTS)
 _BODY = [JOINTS.index(joint) for joint in BODY_JOINTS]
@@ -53,6 +55,8 @@ class SwitchLoop(WalkLoop):
     ----------
     paths : list of Path or None
         The path of every phase so far, where it was laid down; None where the arm worked.
+    seen_m : list of array
+        The hand as the arm's task sees it, at every physics step: on its sheet, or from the torso.
     hands_m : list of array
         Where the hand was in the world at every physics step.
     """
@@ -73,7 +77,7 @@ class SwitchLoop(WalkLoop):
         """Put the robot where the first phase begins, standing as a seed varies it."""
         self._goals, self.paths = goals, list[Path | None]()
         self._arm_samples = list[ArmSample]()
-        self.hands_m = list[np.ndarray]()
+        self.seen_m, self.hands_m = list[np.ndarray](), list[np.ndarray]()
         self._torque, self._gates = np.zeros(len(ARM_JOINTS)), np.zeros(len(ACTIONS))
         self.begin(seed, _NOWHERE)
         if self._anchor is not None:
@@ -103,36 +107,47 @@ class SwitchLoop(WalkLoop):
     def _record(self, action: np.ndarray, command: np.ndarray) -> None:
         super()._record(action, command)
         self._arm_samples.append(ArmSample(self.plant.time_s, *self._arm_seen, self._torque))
+        self.seen_m.append(self._seen)
         self.hands_m.append(self.plant.hand_position())
 
     def _locate(self) -> None:
         """Look at the whole of the robot, and at what it is to do."""
-        hand = self._hand_from_torso()
-        self._move_on(hand)
+        torso = Frame.of_torso(self.plant.data, self._torso)
+        hand, number = self.plant.hand_position(), len(self.paths)
+        if number < len(self._goals) and self._since_s(self._goals[number]) > -ROUNDING_S:
+            self._begin_phase(self._goals[number], torso, hand)
         super()._locate()
-        target = hand if self._task is None else self._task.target
-        self._arm_seen = *self.plant.motion(ARM_JOINTS), hand, target
-        self._shown = np.concatenate((self._shown, *self._arm_seen, self._utilities))
+        seen = torso.seen(hand), torso.seen(self._wanted(torso, hand))
+        self._arm_seen = *self.plant.motion(ARM_JOINTS), *seen
+        self._shown = np.concatenate((self._shown, *self._arm_seen, self._goal.phase.values))
 
-    def _hand_from_torso(self) -> np.ndarray:
-        data = self.plant.data
-        apart = self.plant.hand_position() - data.xpos[self._torso]
-        return np.asarray(ANCHORED_PELVIS_M + apart @ data.xmat[self._torso].reshape(3, 3))
+    def _since_s(self, goal: Goal) -> float:
+        """Time since a phase began, negative before."""
+        return self.plant.time_s - goal.phase.begin_s
 
-    def _move_on(self, hand: np.ndarray) -> None:
-        """Begin the next phase if it is time to, and move the arm's target on."""
-        time_s, number = self.plant.time_s, len(self.paths)
-        if number < len(self._goals) and time_s > self._goals[number].phase.begin_s - 1e-9:
-            self._begin_phase(self._goals[number], hand)
-        elif self._task is not None:
-            self._task.update(time_s - self._goals[number - 1].phase.begin_s, hand)
-
-    def _begin_phase(self, goal: Goal, hand: np.ndarray) -> None:
-        self._utilities = goal.phase.values
-        self._task: Task | None = goal.task(hand)
+    def _begin_phase(self, goal: Goal, torso: Frame, hand: np.ndarray) -> None:
+        self._goal = goal
+        self._task: Task | None = goal.task(self._frame(torso).seen(hand))
         if goal.path is not None:
             self._follow(goal.path.laid(self.plant.data.qpos[:2], self._heading_rad()))
         self.paths.append(None if goal.path is None else self.path)
+
+    def _wanted(self, torso: Frame, hand: np.ndarray) -> np.ndarray:
+        """Where the hand is to be in the world: where it is, while the robot walks."""
+        frame = self._frame(torso)
+        self._seen = frame.seen(hand)
+        if self._task is None:
+            return hand
+        self._task.update(self._since_s(self._goal), self._seen)
+        return frame.world(self._task.target)
+
+    def _frame(self, torso: Frame) -> Frame:
+        """In which the arm's task is given: that of the sheet, or of the torso."""
+        if self._goal.phase.arm != "digit":
+            return torso
+        now, pen_down = torso.upright(), self._since_s(self._goal) > DrawTask.begin_s
+        self._sheet: Frame = self._sheet.following(now, self.plant.dt_s) if pen_down else now
+        return self._sheet
 
 
 def close_loop(net: HumanoidNetwork, loop: SwitchLoop) -> None:

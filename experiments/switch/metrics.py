@@ -3,9 +3,8 @@
 from typing import Any
 
 from spikeport.experiments.arm import digit_reader
-from spikeport.experiments.arm.draw_metrics import drawing
 from spikeport.experiments.arm.draw_task import Sheet
-from spikeport.experiments.switch.phases import arm_in, phase_metrics
+from spikeport.experiments.switch.phases import drawn, phase_metrics
 from spikeport.experiments.switch.trial import SwitchRun
 
 
@@ -13,7 +12,7 @@ def metrics(run: SwitchRun) -> dict[str, Any]:
     """All metrics of a run.
 
     - ``falls``: 1 if the robot fell, which ends the run, else 0; ``fallen_at_s``: when;
-    - ``phases``: see `switch_phases.phase_metrics`; errors of the arm are as seen from the torso;
+    - ``phases``: see `experiments.switch.phases.phase_metrics`;
     - ``recognised_as``: the digit a classifier reads in the first drawing, None where there is
       none, or no classifier;
     - ``spikes_by_nucleus``: of the action selection;
@@ -35,8 +34,8 @@ def metrics(run: SwitchRun) -> dict[str, Any]:
 
 
 def _recognised(run: SwitchRun) -> int | None:
-    for goal in run.goals[: len(run.paths)]:
-        if goal.phase.arm == "digit" and digit_reader.can_read():
-            hand = drawing(arm_in(run, goal.phase)).hand
-            return digit_reader.read_digit(Sheet().read(hand)) if len(hand) else None
-    return None
+    drawings = [drawn(run, goal) for goal in run.goals]
+    first = next(filter(len, drawings), None)
+    if first is None or not digit_reader.can_read():
+        return None
+    return digit_reader.read_digit(Sheet().read(first))

@@ -4,13 +4,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from spikeport.experiments.arm.draw_metrics import drawing, shape_error
-from spikeport.experiments.arm.loop import Recording as ArmRecording
+from spikeport.experiments.arm.draw_metrics import shape_error
+from spikeport.experiments.arm.draw_task import DrawTask
 from spikeport.experiments.arm.metrics import rms
+from spikeport.experiments.arm.reach_task import MIN_JUMP_M
 from spikeport.experiments.closed_loop import DT_S
 from spikeport.experiments.switch.goals import Goal, hanging_hand
 from spikeport.experiments.switch.loop import OPEN
-from spikeport.experiments.switch.schedule import Phase
+from spikeport.experiments.switch.schedule import ROUNDING_S, Phase
 from spikeport.experiments.switch.trial import SwitchRun
 from spikeport.experiments.walk.paths import Path
 from spikeport.experiments.walk.recording import Recording
@@ -42,18 +43,16 @@ def phase_metrics(run: SwitchRun) -> list[dict[str, Any]]:
 
 
 def _of_phase(run: SwitchRun, number: int) -> dict[str, Any]:
-    goal = run.goals[number]
-    now = within(run.recording.time_s, goal.phase)
+    phase = run.goals[number].phase
+    now = within(run.recording.time_s, phase)
     if not now.any():
-        return {"name": goal.phase.name, "success": False, "switching_time_s": None}
+        return {"name": phase.name, "success": False, "switching_time_s": None}
     path = run.paths[number]
-    arm = arm_in(run, goal.phase)
-    place_m = run.recording.position_m[now]
-    measured = _worked(goal, arm, place_m) if path is None else _walked(path, run.recording, now)
-    switching_time_s = switched_after_s(run.gates, goal.phase)
-    stood = run.fallen_at_s is None or run.fallen_at_s > goal.phase.end_s
+    measured = _worked(run, number, now) if path is None else _walked(path, run.recording, now)
+    switching_time_s = switched_after_s(run.gates, phase)
+    stood = run.fallen_at_s is None or run.fallen_at_s > phase.end_s
     return {
-        "name": goal.phase.name,
+        "name": phase.name,
         "success": stood and measured.good and switching_time_s <= LATEST_SWITCH_S,
         "switching_time_s": switching_time_s,
         **measured.figures,
@@ -62,14 +61,19 @@ def _of_phase(run: SwitchRun, number: int) -> dict[str, Any]:
 
 def within(time_s: np.ndarray, phase: Phase) -> np.ndarray:
     """(n,) whether times are in a phase."""
-    return np.asarray((time_s > phase.begin_s - 1e-9) & (time_s < phase.end_s - 1e-9))
+    return np.asarray((time_s > phase.begin_s - ROUNDING_S) & (time_s < phase.end_s - ROUNDING_S))
 
 
-def arm_in(run: SwitchRun, phase: Phase) -> ArmRecording:
-    """What the arm did in a phase, from 0 s on."""
-    now = within(run.arm.time_s, phase)
-    cut = ArmRecording(*(column[now] for column in run.arm))
-    return cut._replace(time_s=cut.time_s - phase.begin_s)
+def pen_down(run: SwitchRun, goal: Goal) -> np.ndarray:
+    """(n,) at which physics steps a phase drew on its sheet."""
+    time_s, phase = run.recording.time_s, goal.phase
+    drawing = time_s > phase.begin_s + DrawTask.begin_s - ROUNDING_S
+    return within(time_s, phase) & drawing & (phase.arm == "digit")
+
+
+def drawn(run: SwitchRun, goal: Goal) -> np.ndarray:
+    """(n, 3) where on its sheet the hand was while a phase drew, in m."""
+    return run.seen_m[pen_down(run, goal)]
 
 
 def switched_after_s(gates: np.ndarray, phase: Phase) -> float:
@@ -88,26 +92,29 @@ def _walked(path: Path, recording: Recording, now: np.ndarray) -> Measured:
     return Measured(good, {"path_error_rms_m": error_m, "behind_m": behind_m})
 
 
-def _worked(goal: Goal, arm: ArmRecording, place_m: np.ndarray) -> Measured:
-    measure = {"digit": _drawn, "retract": _retracted, "reach": _reached}[goal.phase.arm or ""]
-    good, figures = measure(goal, arm)
+def _worked(run: SwitchRun, number: int, now: np.ndarray) -> Measured:
+    measure = {"digit": _drawn, "retract": _retracted, "reach": _reached}
+    good, figures = measure[run.goals[number].phase.arm or ""](run, number, now)
+    place_m = run.recording.position_m[now]
     moved_m = np.linalg.norm(place_m - place_m[0], axis=1).max()
     return Measured(good, {**figures, "pelvis_moved_m": float(moved_m)})
 
 
-def _drawn(goal: Goal, arm: ArmRecording) -> Measured:
-    drawn = drawing(arm)
-    if not len(drawn.time_s):
+def _drawn(run: SwitchRun, number: int, _now: np.ndarray) -> Measured:
+    goal = run.goals[number]
+    trace = drawn(run, goal)
+    if not len(trace):
         return Measured(False, {"shape_error_rms_m": None})
-    error_m = float(rms(shape_error(goal.stroke, drawn.hand)))
+    error_m = float(rms(shape_error(goal.stroke, trace)))
     return Measured(error_m <= LARGEST_SHAPE_ERROR_M, {"shape_error_rms_m": error_m})
 
 
-def _retracted(_goal: Goal, arm: ArmRecording) -> Measured:
-    error_m = float(np.linalg.norm(arm.hand[-1] - hanging_hand()))
+def _retracted(run: SwitchRun, _number: int, now: np.ndarray) -> Measured:
+    error_m = float(np.linalg.norm(run.arm.hand[now][-1] - hanging_hand()))
     return Measured(error_m <= LARGEST_HAND_ERROR_M, {"hand_error_m": error_m})
 
 
-def _reached(_goal: Goal, arm: ArmRecording) -> Measured:
-    targets = int(np.any(np.diff(arm.target, axis=0), axis=1).sum())
+def _reached(run: SwitchRun, _number: int, now: np.ndarray) -> Measured:
+    moved_m = np.linalg.norm(np.diff(run.arm.target[now], axis=0), axis=1)
+    targets = int(np.count_nonzero(moved_m > MIN_JUMP_M / 2))
     return Measured(targets > 0, {"targets_reached": targets})

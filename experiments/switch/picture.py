@@ -1,14 +1,19 @@
 """What is drawn into pictures of the humanoid: the paths it walks, and where its hand went."""
 
+from bisect import bisect
+
 import numpy as np
 
-from spikeport.experiments.arm.draw_task import DrawTask
-from spikeport.experiments.pictures import Marks
-from spikeport.experiments.switch.phases import within
+from spikeport.experiments.closed_loop import DT_S
+from spikeport.experiments.pictures import Caption, Captions, Marks
+from spikeport.experiments.switch.phases import pen_down, within
+from spikeport.experiments.switch.schedule import ROUNDING_S
 from spikeport.experiments.switch.trial import SwitchRun
+from spikeport.networks.humanoid import ACTIONS
 from spikeport.robot.render import Mark
 
 CAMERA = "track"
+COLOURS = dict(zip(ACTIONS, ("#2a9d4a", "#c8102e"), strict=True))
 PATH_RGBA = (0.15, 0.15, 0.18, 1.0)
 HAND_RGBA = (0.78, 0.06, 0.18, 1.0)
 PATH_DT_S = 0.2
@@ -34,6 +39,23 @@ def switch_marks(run: SwitchRun) -> Marks:
     return marks
 
 
+def switch_captions(run: SwitchRun) -> Captions:
+    """The phase, and what is selected; its colour is that of the action whose gate is open."""
+    begins_s = [goal.phase.begin_s for goal in run.goals]
+
+    def caption(end: int) -> Caption:
+        time_s = run.recording.time_s[end - 1]
+        phase = run.goals[bisect(begins_s, time_s + ROUNDING_S) - 1].phase
+        wanted = ", ".join(f"{action} {utility:g}" for action, utility in phase.utilities.items())
+        selected = ACTIONS[int(run.gates[round(time_s / DT_S)].argmax())]
+        return Caption(
+            f"{time_s:5.1f} s   {phase.name}   utilities: {wanted}   selected: {selected}",
+            COLOURS[selected],
+        )
+
+    return caption
+
+
 def _paths(run: SwitchRun) -> list[Mark]:
     found = []
     for goal, path in zip(run.goals, run.paths, strict=False):
@@ -46,10 +68,6 @@ def _paths(run: SwitchRun) -> list[Mark]:
 
 def _traces(run: SwitchRun) -> tuple[list[Mark], np.ndarray]:
     """Marks of the hand, and the physics step of each."""
-    drawn = np.zeros(len(run.hands_m), bool)
-    for goal in run.goals:
-        if goal.phase.arm == "digit":
-            time_s = run.recording.time_s
-            drawn |= within(time_s, goal.phase) & (time_s > goal.phase.begin_s + DrawTask.begin_s)
-    steps = np.flatnonzero(drawn)[::TRACE_STEPS]
+    drawn = [pen_down(run, goal) for goal in run.goals]
+    steps = np.flatnonzero(np.any(drawn, axis=0))[::TRACE_STEPS]
     return [Mark(tuple(run.hands_m[step]), 0.004, HAND_RGBA) for step in steps], steps

@@ -1,9 +1,9 @@
-"""A schedule done by the exact controllers: what the spiking arm is made for.
+"""A schedule done by the exact controllers: what the spiking ones are made for.
 
 The exact controllers switch at once, where the schedule wants it.
 """
 
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 
@@ -11,17 +11,19 @@ from spikeport.errors import UsageError
 from spikeport.experiments.arm.loop import Recording as ArmRecording
 from spikeport.experiments.switch.goals import Goal
 from spikeport.experiments.switch.loop import INPUTS, OUTPUTS, SwitchLoop
+from spikeport.experiments.switch.settings import SwitchSettings
 from spikeport.experiments.switch.trial import SwitchTrial
+from spikeport.experiments.walk.gait import record_gait
+from spikeport.experiments.walk.loop import OBSERVATION_DT_S
 from spikeport.networks.humanoid import ACTIONS
 from spikeport.networks.operational_space import OperationalSpaceLaw
 from spikeport.networks.path_following import FollowerGains, exact_command
 from spikeport.networks.region import ArmRegion
 from spikeport.networks.walking_policy import WalkingPolicy
-from spikeport.robot.walk_interface import CONTROL_DT_S
+from spikeport.robot.arm import ArmDynamics
 
 SEEDS = (1000, 1001, 1002)
 """No evaluation uses them."""
-PHYSICS_DT_S = 0.005
 
 
 class Exact(NamedTuple):
@@ -31,8 +33,14 @@ class Exact(NamedTuple):
     policy: WalkingPolicy
     gains: FollowerGains
 
+    @classmethod
+    def of(cls, settings: SwitchSettings) -> Self:
+        """Those of some settings; raises UsageError if their policy is not for this robot."""
+        law = OperationalSpaceLaw(ArmDynamics())
+        return cls(law, settings.walking_policy(), FollowerGains())
+
     def outputs(self, shown: np.ndarray, anchored: bool) -> np.ndarray:
-        """What a controller gives for what it is shown, see `switch_loop`."""
+        """What a controller gives for what it is shown, see `experiments.switch.loop`."""
         observation, reference, state, arm, target, wanted = np.split(shown, OUTPUTS[:-1])
         gates = np.eye(len(ACTIONS))[wanted.argmax()]
         walks, draws = gates
@@ -43,17 +51,28 @@ class Exact(NamedTuple):
         return np.concatenate((action, command, torque, gates))
 
 
-def rehearse(trial: SwitchTrial, exact: Exact) -> ArmRegion:
-    """The states of the arm while it works, in some runs of a trial's schedule.
+class Rehearsed(NamedTuple):
+    """The states of the arm while it works, and all (n, 69) that the policy is told in charge."""
+
+    region: ArmRegion
+    observations: np.ndarray
+
+
+def rehearse(trial: SwitchTrial, exact: Exact) -> Rehearsed:
+    """Record a gait, and some runs of a trial's schedule.
+
+    A policy that balances is told of the arm at work; one that does not, of walking alone.
 
     Raises
     ------
     UsageError
         If the robot falls before its arm is needed.
     """
+    trial.options.progress("recording the gait of the exact policy", None)
+    told, arms = [record_gait(exact.policy)], []
+    trial.options.progress("rehearsing with the exact controllers", None)
     anchors = trial.settings.anchor
-    loop = SwitchLoop(anchors, None, CONTROL_DT_S, PHYSICS_DT_S)
-    arms = []
+    loop = SwitchLoop(anchors, None, OBSERVATION_DT_S, OBSERVATION_DT_S)
     for seed in SEEDS:
         draws = _perform(loop, exact, seed, trial.goals(seed), anchors)
         if not draws.any():
@@ -61,10 +80,12 @@ def rehearse(trial: SwitchTrial, exact: Exact) -> ArmRegion:
                 f"{trial.settings.schedule_file}: the exact controllers fall at "
                 f"{loop.fallen_at_s:.1f} s, before the arm works; cure: a slower or wider path"
             )
+        told.append(loop.recording().observation[~draws | (not anchors)])
         arms.append(ArmRecording(*(column[draws] for column in loop.arm_recording())))
     whole = ArmRecording(*(np.concatenate(column) for column in zip(*arms, strict=True)))
     error = whole.target - whole.hand
-    return ArmRegion.from_recording(whole.q, whole.dq, whole.hand, error, seed=0)
+    region = ArmRegion.from_recording(whole.q, whole.dq, whole.hand, error, seed=0)
+    return Rehearsed(region, np.concatenate(told))
 
 
 def _perform(
@@ -73,7 +94,7 @@ def _perform(
     """(n,) at which physics steps the arm worked."""
     loop.start(seed, goals)
     output, draws = np.zeros(INPUTS[-1]), []
-    for _ in range(round(goals[-1].phase.end_s / PHYSICS_DT_S)):
+    for _ in range(round(goals[-1].phase.end_s / OBSERVATION_DT_S)):
         draws.append(bool(output[-1]))
         output = exact.outputs(loop.step(output), anchored)
         if loop.over:

@@ -5,28 +5,33 @@ from typing import Any, NamedTuple
 import nengo
 import numpy as np
 
-from spikeport.atomic import atomic_path
 from spikeport.experiments import closed_loop, run_folder
 from spikeport.experiments.closed_loop import DT_S, open_simulator, simulate
 from spikeport.experiments.options import Outcome
 from spikeport.experiments.pictures import check_video, pictures, write_video
-from spikeport.experiments.policy.file import load_policy
+from spikeport.experiments.policy.readout import check_readout
 from spikeport.experiments.switch.controller import analytic_humanoid, spiking_humanoid
 from spikeport.experiments.switch.figure import switch_figure
 from spikeport.experiments.switch.loop import SwitchLoop, close_loop
 from spikeport.experiments.switch.metrics import metrics
-from spikeport.experiments.switch.picture import CAMERA, middles, switch_marks
+from spikeport.experiments.switch.picture import CAMERA, middles, switch_captions, switch_marks
 from spikeport.experiments.switch.probes import write_probes
 from spikeport.experiments.switch.rehearsal import Exact
 from spikeport.experiments.switch.trial import SwitchRun, SwitchTrial
 from spikeport.experiments.walk.loop import OBSERVATION_DT_S
 from spikeport.networks.humanoid import HumanoidNetwork
-from spikeport.networks.operational_space import OperationalSpaceLaw
-from spikeport.networks.path_following import FollowerGains
 from spikeport.networks.region import Box
-from spikeport.robot.arm import ArmDynamics
 from spikeport.robot.walk_interface import CONTROL_DT_S
 from spikeport.simulator import Simulator
+
+
+class Closed(NamedTuple):
+    """Plant and controller in one network, and its probes."""
+
+    loop: SwitchLoop
+    network: nengo.Network
+    gates: nengo.Probe
+    nuclei: dict[str, nengo.Probe]
 
 
 class Rig(NamedTuple):
@@ -44,7 +49,7 @@ def run(trial: SwitchTrial) -> Outcome:
     rig = prepare(trial)
     with rig.sim as sim:
         done = perform(trial, rig)
-    outcome = closed_loop.outcome(trial.name, trial.settings, options, sim, metrics(done))
+    outcome = closed_loop.outcome(trial, sim, metrics(done))
     options.progress("writing", None)
     shown = pictures(rig.loop, switch_marks(done), middles(done), CAMERA)
     _write(trial, rig.loop, done._replace(pictures=shown), outcome.result)
@@ -52,12 +57,19 @@ def run(trial: SwitchTrial) -> Outcome:
 
 
 def prepare(trial: SwitchTrial) -> Rig:
-    """Check what a trial asks for, build its network and compile it.
+    """Check what a trial asks for, build its network and compile it; raises as `closed`."""
+    loop, network, gates, nuclei = closed(trial)
+    return Rig(loop, open_simulator(network, trial.options), gates, nuclei)
+
+
+def closed(trial: SwitchTrial) -> Closed:
+    """Check what a trial asks for, and build its network, robot and all.
 
     Raises
     ------
     UsageError
-        If a path of its schedule cannot be followed.
+        If a path of its schedule cannot be followed, its policy is not for this robot, or its
+        calibration was made for another.
     RenderError, MissingExtraError
         If it asks for a video that cannot be made here.
     """
@@ -72,13 +84,14 @@ def prepare(trial: SwitchTrial) -> Rig:
         close_loop(controller, loop)
         gates = nengo.Probe(controller.gates)
         nuclei = _probes(controller)
-    return Rig(loop, open_simulator(network, options), gates, nuclei)
+    return Closed(loop, network, gates, nuclei)
 
 
 def _controller(trial: SwitchTrial) -> tuple[HumanoidNetwork, Box | None]:
-    exact = Exact(OperationalSpaceLaw(ArmDynamics()), load_policy(), FollowerGains())
+    exact = Exact.of(trial.settings)
     if trial.analytic:
         return analytic_humanoid(exact, balances=not trial.settings.anchor), None
+    check_readout(trial, exact.policy)
     return spiking_humanoid(trial, exact)
 
 
@@ -112,6 +125,7 @@ def perform(trial: SwitchTrial, rig: Rig) -> SwitchRun:
         paths=loop.paths,
         recording=loop.recording(),
         arm=loop.arm_recording(),
+        seen_m=np.array(loop.seen_m),
         hands_m=np.array(loop.hands_m),
         gates=sim.data[rig.gates],
         spikes={name: sim.data[probe] != 0 for name, probe in rig.nuclei.items()},
@@ -125,10 +139,9 @@ def _write(trial: SwitchTrial, loop: SwitchLoop, done: SwitchRun, result: dict[s
     folder = trial.options.folder
     run_folder.clear(folder)
     write_probes(folder, done, DT_S)
-    with atomic_path(folder / "figure.png") as temporary:
-        switch_figure(done, result).savefig(temporary, dpi=110, format="png")
+    run_folder.write_figure(folder, switch_figure(done, result))
     if done.fallen_at_s is not None:
         run_folder.write_last_states(folder, loop.plant.history())
     if trial.options.video:
-        write_video(folder, loop, switch_marks(done), CAMERA)
+        write_video(folder, loop, switch_marks(done), CAMERA, switch_captions(done))
     run_folder.write_result(folder, result)

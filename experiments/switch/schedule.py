@@ -20,9 +20,10 @@ ROUNDING_S = 1e-9
 SHORTEST_PHASE_S = 0.1
 SHORTEST_ARM_S = {"digit": SHORTEST_S, "retract": 1.0, "reach": 0.5}
 """The least time of what an arm can do."""
+GOALS = {"walk": ("path", "speed_m_s"), "draw": ("arm",)}
+"""What says what an action is to do; the first it cannot do without."""
 
 Seconds = Annotated[float, Field(ge=0)]
-Utility = Annotated[float, Field(ge=0, le=1)]
 
 
 class _Strictly(BaseModel):
@@ -34,25 +35,27 @@ class _Strictly(BaseModel):
 class Phase(_Strictly):
     """A time with its utilities, and the goal of the action that has the highest.
 
-    ``path`` and ``speed_m_s`` are the goal of walking, as `experiments.paths.find_path` takes them;
-    ``arm`` is that of drawing.
+    ``path`` and ``speed_m_s`` are the goal of walking, as `experiments.walk.paths.find_path` takes
+    them; ``arm`` is that of drawing.
     """
 
     name: Annotated[str, Field(min_length=1)]
     begin_s: Seconds
     end_s: Seconds
-    utilities: dict[str, Utility]
+    utilities: dict[str, float]
     path: str | None = None
     speed_m_s: Annotated[float, Field(gt=0, le=FASTEST_M_S)] = 0.5
     arm: Literal["digit", "retract", "reach"] | None = None
 
     @field_validator("utilities")
     @classmethod
-    def _actions_are_known(cls, utilities: dict[str, float]) -> dict[str, float]:
-        for action in utilities:
+    def _are_of_known_actions(cls, utilities: dict[str, float]) -> dict[str, float]:
+        for action, utility in utilities.items():
             if action not in ACTIONS:
                 known = ", ".join(sorted(ACTIONS))
                 raise ValueError(f"unknown action '{action}'; there is: {known}")
+            if not 0 <= utility <= 1:
+                raise ValueError(f"'{action}' has utility {utility:g}, limit 0 to 1")
         if sorted(utilities.values()).count(max(utilities.values(), default=0.0)) != 1:
             raise ValueError("no action has the highest utility; give one more than the others")
         return utilities
@@ -70,12 +73,13 @@ class Phase(_Strictly):
 
     @model_validator(mode="after")
     def _has_the_goal_of_its_action(self) -> "Phase":
-        goals = {"walk": self.path, "draw": self.arm}
-        needed = {"walk": "path", "draw": "arm"}
-        for action, goal in goals.items():
-            if (goal is None) == (action == self.action):
-                wanted = "needs" if action == self.action else "has no use for"
-                raise ValueError(f"selects '{self.action}', and {wanted} '{needed[action]}'")
+        goal = GOALS[self.action][0]
+        if getattr(self, goal) is None:
+            raise ValueError(f"selects '{self.action}', and needs '{goal}'")
+        for other in GOALS.keys() - {self.action}:
+            for key in GOALS[other]:
+                if key in self.model_fields_set:
+                    raise ValueError(f"selects '{self.action}', and has no use for '{key}'")
         return self
 
     @property

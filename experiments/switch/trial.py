@@ -1,8 +1,9 @@
 """A switching run: what it is asked for, and what it leaves."""
 
 import dataclasses
+import hashlib
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -33,6 +34,14 @@ class SwitchTrial:
         return cls(settings, schedule, dataclasses.replace(options, seconds=schedule.end_s))
 
     @property
+    def recorded(self) -> dict[str, Any]:
+        """What the rehearsals depend on, beside the policy."""
+        digest = hashlib.sha256(self.schedule.model_dump_json().encode())
+        names = ("digit", "anchor")
+        chosen = {name: getattr(self.settings, name) for name in names}
+        return {"experiment": self.name, "schedule": digest.hexdigest()[:12], **chosen}
+
+    @property
     def analytic(self) -> bool:
         """Whether the exact controllers run, without neurons."""
         return self.options.backend == "analytic"
@@ -53,6 +62,8 @@ class SwitchRun(NamedTuple):
     """The path of each phase that began, where it was laid down; None where the arm worked."""
     recording: Recording
     arm: ArmRecording
+    seen_m: np.ndarray
+    """(n, 3) the hand as the arm's task sees it: on its sheet, or from the torso."""
     hands_m: np.ndarray
     """(n, 3) where the hand was in the world."""
     gates: np.ndarray

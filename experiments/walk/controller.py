@@ -4,7 +4,7 @@ import nengo
 import numpy as np
 
 from spikeport.errors import UsageError
-from spikeport.experiments.walk.calibration import policy_layers, readout
+from spikeport.experiments.policy.readout import policy_layers, readout
 from spikeport.experiments.walk.loop import LoopedNetwork
 from spikeport.experiments.walk.trial import WalkTrial
 from spikeport.networks.held import Held

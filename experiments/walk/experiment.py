@@ -1,5 +1,7 @@
 """The H1 walks a path on spiking neurons (paper, sec. 4.2 and Fig. 6)."""
 
+import nengo
+
 from spikeport.experiments.calibration import Calibration
 from spikeport.experiments.closed_loop import BACKENDS
 from spikeport.experiments.options import Experiment, Options, Outcome
@@ -25,6 +27,14 @@ def calibrate(settings: WalkSettings, options: Options) -> Calibration:
     return walk_calibration.calibrate(WalkTrial(settings, options))
 
 
+def network(settings: WalkSettings, options: Options) -> nengo.Network:
+    """Path follower, policy and robot, which stands where the path begins."""
+    trial = WalkTrial(settings, options)
+    closed = walk_run.closed(trial)
+    closed.loop.begin(options.seed, trial.path())
+    return closed.network
+
+
 EXPERIMENT = Experiment(
     name=WalkTrial.name,
     summary="the robot follows a path",
@@ -35,5 +45,6 @@ EXPERIMENT = Experiment(
     shortest_s=0.02,
     pipeline="compact",
     calibrate=calibrate,
+    network=network,
     check=check,
 )

@@ -20,6 +20,7 @@ from spikeport.robot.plant import Plant
 from spikeport.robot.state import PELVIS
 from spikeport.robot.walk_interface import (
     ACTION_SIZE,
+    COMMAND_CHANGE_PER_S,
     CONTROL_DT_S,
     OBSERVATION_SIZE,
     observation,
@@ -70,6 +71,7 @@ class WalkLoop:
         self.encoding = encoding
         self._feet = Feet(self.plant.model)
         self._observe_steps = round(observe_every_s / self.plant.dt_s)
+        self._command_change = COMMAND_CHANGE_PER_S * observe_every_s
         self._last_steps = round(CONTROL_DT_S / self.plant.dt_s)
         self._ticks = round(self.plant.dt_s / dt_s)
 
@@ -80,7 +82,7 @@ class WalkLoop:
         self.fallen_at_s: float | None = None
         self.poses: list[np.ndarray] = []
         self._samples: list[Sample] = []
-        self._tick = 0
+        self._tick, self._told = 0, np.zeros(len(COMMAND_CHANGE_PER_S))
         self._observe(np.zeros(COMMAND_SIZE))
         self._locate()
 
@@ -133,13 +135,17 @@ class WalkLoop:
     def _observe(self, command: np.ndarray) -> None:
         """Look at the robot's motion; no robot is told to go sideways.
 
+        What it is told changes no faster than in training, as from a walk to a stand.
+
         The last action is that of 20 ms before, as in training: with a later one the robot lags
         behind the speed it is told.
         """
         before = self._samples[-self._last_steps :]
         last = before[0].action if len(before) == self._last_steps else np.zeros(ACTION_SIZE)
-        told = (command[0], 0.0, command[1])
-        seen = observation(self.plant.state, told, last)
+        change = np.array([command[0], 0.0, command[1]]) - self._told
+        most = self._command_change
+        self._told = self._told + np.minimum(np.maximum(change, -most), most)
+        seen = observation(self.plant.state, self._told, last)
         self._observation = seen
         self._clipped = seen if self.encoding is None else self.encoding.clip(seen)
 
@@ -151,8 +157,8 @@ class WalkLoop:
         self._shown = np.concatenate((self._clipped, self._reference, self._state))
 
     def _heading_rad(self) -> float:
-        forward = self.plant.data.xmat[PELVIS][[0, 3]]
-        return float(np.arctan2(forward[1], forward[0]))
+        pelvis = self.plant.data.xmat[PELVIS]
+        return float(np.arctan2(pelvis[3], pelvis[0]))
 
 
 class LoopedNetwork(nengo.Network):

@@ -7,6 +7,7 @@ from scipy.ndimage import uniform_filter1d
 
 from spikeport.experiments.arm.metrics import rms
 from spikeport.experiments.walk.gait import clipped_shares
+from spikeport.experiments.walk.loop import LEAD_S
 from spikeport.experiments.walk.recording import Recording
 from spikeport.experiments.walk.trial import WalkRun
 
@@ -17,21 +18,24 @@ SMOOTHING_S = 0.2
 def metrics(run: WalkRun) -> dict[str, Any]:
     """All metrics of a run.
 
+    Distances are those of all the time that was asked for: a robot that fell lies where it fell,
+    and the reference goes on. An early fall is not a short way well followed.
+
     - ``falls``: 1 if the robot fell, which ends the run, else 0; ``fallen_at_s``: when;
     - ``cross_track_rms_m``, ``cross_track_max_m``: distance of the pelvis from the nearest point of
-      the path, root mean square and largest over the run;
+      the path, root mean square and largest;
     - ``path_mse_m2``: mean squared distance of the pelvis from the reference at that moment;
     - ``speed_error_mean_m_s``, ``yaw_rate_error_mean_rad_s``: mean size of command minus motion,
-      along the heading and about the vertical, both smoothed over 0.2 s;
+      along the heading and about the vertical, both smoothed over 0.2 s, up to a fall;
     - ``clipped_...``: share of the values of a part of the observation that were out of the range
       of its encoding, where there is one;
     - ``spikes_per_second``: of all neurons;
     - ``real_time_factor``: simulated over wall-clock time of the loop, physics included.
     """
-    recording, sim = run.recording, run.sim
-    off_track_m = run.path.distances_m(recording.position_m)
-    from_reference_m = recording.position_m - recording.reference[:, :2]
-    speed, yaw_rate = np.abs(command_errors(recording)).mean(axis=0)
+    sim, (position_m, reference_m) = run.sim, to_the_end(run)
+    off_track_m = run.path.distances_m(position_m)
+    from_reference_m = position_m - reference_m
+    speed, yaw_rate = np.abs(command_errors(run.recording)).mean(axis=0)
     return {
         "falls": int(run.fallen_at_s is not None),
         "fallen_at_s": run.fallen_at_s,
@@ -44,6 +48,18 @@ def metrics(run: WalkRun) -> dict[str, Any]:
         "spikes_per_second": sim.activity.totals()["spikes"] / sim.time,
         "real_time_factor": sim.time / run.wall_s,
     }
+
+
+def to_the_end(run: WalkRun) -> tuple[np.ndarray, np.ndarray]:
+    """(n, 2) positions and references in m at all physics steps that were asked for."""
+    time_s, position_m = run.recording.time_s, run.recording.position_m
+    reference_m = run.recording.reference[:, :2]
+    dt_s = time_s[1] - time_s[0]
+    missing = round(run.seconds / dt_s) - len(time_s)
+    later_s = LEAD_S + dt_s * np.arange(len(time_s), len(time_s) + missing)
+    ahead_m = np.array([run.path.at(t)[:2] for t in later_s]).reshape(-1, 2)
+    lying_m = np.repeat(position_m[-1:], missing, axis=0)
+    return np.concatenate((position_m, lying_m)), np.concatenate((reference_m, ahead_m))
 
 
 def command_errors(recording: Recording) -> np.ndarray:

@@ -8,6 +8,7 @@ from spikeport.errors import UsageError
 
 COLUMNS = "t_s,x_m,y_m"
 FASTEST_M_S = 1.0
+FASTEST_RAD_S = 1.0
 """The walking policy is trained up to here."""
 FARTHEST_START_M = 0.5
 """How far from the robot a path may begin."""

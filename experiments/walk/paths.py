@@ -14,11 +14,13 @@ import numpy as np
 from scipy.integrate import cumulative_trapezoid
 from scipy.spatial import cKDTree
 
-from spikeport.errors import unknown
-from spikeport.experiments.walk.path_file import read_path
+from spikeport.errors import UsageError, unknown
+from spikeport.experiments.walk.path_file import FASTEST_RAD_S, read_path
 
 SPACING_M = 0.005
 """Between the points that stand for a path."""
+ROUNDING = 0.01
+"""Of the curvature of points."""
 
 
 @dataclass(frozen=True)
@@ -104,7 +106,8 @@ def find_path(name: str, speed_m_s: float, seconds: float) -> Path:
     Raises
     ------
     UsageError
-        If there is none of that name, or the file is not one that a robot can follow so long.
+        If there is none of that name, the robot cannot turn so fast, or the file is not one that it
+        can follow so long.
     """
     if name.endswith(".csv"):
         return Path(*read_path(File(name), seconds))
@@ -112,7 +115,20 @@ def find_path(name: str, speed_m_s: float, seconds: float) -> Path:
         raise unknown("path", name, [*SHAPES, "FILE.csv"])
     shape, closed = SHAPES[name]
     points = _from_the_robot(shape(speed_m_s * seconds))
+    _check_turns(name, points, speed_m_s)
     return Path(_arc_m(points) / speed_m_s, points, closed)
+
+
+def _check_turns(name: str, points: np.ndarray, speed_m_s: float) -> None:
+    arc_m, heading = _arc_m(points), np.unwrap(np.arctan2(*np.diff(points, axis=0).T[::-1]))
+    between_m = np.diff((arc_m[1:] + arc_m[:-1]) / 2)
+    sharpest = np.max(np.abs(np.diff(heading)) / between_m, initial=0.0)
+    if speed_m_s * sharpest > FASTEST_RAD_S * (1 + ROUNDING):
+        raise UsageError(
+            f"path '{name}': turns by {speed_m_s * sharpest:.2f} rad/s at {speed_m_s:g} m/s, limit "
+            f"{FASTEST_RAD_S:g} rad/s, for which the policy is trained; cure: a speed of at most "
+            f"{FASTEST_RAD_S / sharpest:.2f} m/s"
+        )
 
 
 def _from_the_robot(points: np.ndarray) -> np.ndarray:

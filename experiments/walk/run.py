@@ -6,11 +6,11 @@ from typing import Any, NamedTuple
 import nengo
 import numpy as np
 
-from spikeport.atomic import atomic_path
 from spikeport.experiments import closed_loop, run_folder
 from spikeport.experiments.closed_loop import DT_S, open_simulator, simulate
 from spikeport.experiments.options import Outcome
 from spikeport.experiments.pictures import check_video, picture, write_video
+from spikeport.experiments.policy.readout import check_readout
 from spikeport.experiments.walk.controller import walk_controller
 from spikeport.experiments.walk.figure import walk_figure
 from spikeport.experiments.walk.gait import encoding, record_gait
@@ -22,6 +22,14 @@ from spikeport.experiments.walk.silence_figure import silence_figure
 from spikeport.experiments.walk.trial import WalkRun, WalkTrial
 from spikeport.robot.walk_interface import CONTROL_DT_S
 from spikeport.simulator import Simulator
+
+
+class Closed(NamedTuple):
+    """Plant and controller in one network, and probes of some of its neurons."""
+
+    loop: WalkLoop
+    network: nengo.Network
+    spikes: Sequence[nengo.Probe]
 
 
 class Rig(NamedTuple):
@@ -38,7 +46,7 @@ def run(trial: WalkTrial) -> Outcome:
     rig = prepare(trial)
     with rig.sim as sim:
         done = perform(trial, rig)
-    outcome = closed_loop.outcome(trial.name, trial.settings, options, sim, metrics(done))
+    outcome = closed_loop.outcome(trial, sim, metrics(done))
     options.progress("writing", None)
     marks = walk_marks(done)
     _write(trial, rig.loop, done._replace(picture=picture(rig.loop, marks, CAMERA)), outcome.result)
@@ -46,18 +54,27 @@ def run(trial: WalkTrial) -> Outcome:
 
 
 def prepare(trial: WalkTrial) -> Rig:
-    """Check what a trial asks for, build its network and compile it.
+    """Check what a trial asks for, build its network and compile it; raises as `closed`."""
+    loop, network, spikes = closed(trial)
+    return Rig(loop, open_simulator(network, trial.options), spikes)
+
+
+def closed(trial: WalkTrial) -> Closed:
+    """Check what a trial asks for, and build its network, robot and all.
 
     Raises
     ------
     UsageError
-        If its path cannot be followed, or its policy is not for this robot.
+        If its path cannot be followed, its policy is not for this robot, or its calibration was
+        made for another.
     RenderError, MissingExtraError
         If it asks for a video that cannot be made here.
     """
     settings, options = trial.settings, trial.options
     trial.path()
     weights = settings.walking_policy()
+    if not trial.exact_policy:
+        check_readout(trial, weights)
     options.progress("recording the gait of the exact policy", None)
     gait = record_gait(weights)
     box = None if trial.exact_policy else encoding(gait)
@@ -70,7 +87,7 @@ def prepare(trial: WalkTrial) -> Rig:
     with nengo.Network(label=trial.name, seed=settings.network_seed) as network:
         network.add(controller)
         close_loop(controller, loop)
-    return Rig(loop, open_simulator(network, options), controller.spikes)
+    return Closed(loop, network, controller.spikes)
 
 
 def perform(trial: WalkTrial, rig: Rig) -> WalkRun:
@@ -88,7 +105,16 @@ def perform(trial: WalkTrial, rig: Rig) -> WalkRun:
     loop.begin(trial.options.seed, path)
     wall_s = simulate(sim, loop.plant, trial.options, lambda: loop.over)
     spikes = np.hstack([sim.data[probe] != 0 for probe in rig.spikes]) if rig.spikes else None
-    return WalkRun(path, loop.recording(), loop.fallen_at_s, loop.encoding, sim, wall_s, spikes)
+    return WalkRun(
+        path=path,
+        seconds=trial.options.seconds,
+        recording=loop.recording(),
+        fallen_at_s=loop.fallen_at_s,
+        encoding=loop.encoding,
+        sim=sim,
+        wall_s=wall_s,
+        spikes=spikes,
+    )
 
 
 def _write(trial: WalkTrial, loop: WalkLoop, done: WalkRun, result: dict[str, Any]) -> None:
@@ -96,8 +122,7 @@ def _write(trial: WalkTrial, loop: WalkLoop, done: WalkRun, result: dict[str, An
     run_folder.clear(folder)
     write_probes(folder, done.recording, done.spikes)
     draw = walk_figure if done.spikes is None else silence_figure
-    with atomic_path(folder / "figure.png") as temporary:
-        draw(done, result).savefig(temporary, dpi=110, format="png")
+    run_folder.write_figure(folder, draw(done, result))
     if done.fallen_at_s is not None:
         run_folder.add_last_states(folder, loop.plant.history())
     if trial.options.video:

@@ -1,6 +1,7 @@
 """The paper's Fig. 6b: how well the robot follows its path, over a sweep of the policy's neurons.
 
-Under the error from the path, which is that of the run up to a fall, the share of runs that fell.
+Under the error from the path, for which a robot that fell lies there to the end, the share of runs
+that fell.
 """
 
 import xarray as xr

@@ -1,7 +1,7 @@
 """A walking run: what it is asked for, and what it leaves."""
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -21,6 +21,11 @@ class WalkTrial:
     settings: WalkSettings
     options: Options
     name = "walk"
+
+    @property
+    def recorded(self) -> dict[str, Any]:
+        """What the recorded gait depends on, beside the policy."""
+        return {"experiment": self.name}
 
     @property
     def exact_policy(self) -> bool:
@@ -48,6 +53,8 @@ class WalkRun(NamedTuple):
     """A run that is over."""
 
     path: Path
+    seconds: float
+    """For how long it was to go on."""
     recording: Recording
     fallen_at_s: float | None
     encoding: Box | None

@@ -2,7 +2,7 @@ import nengo
 import pytest
 
 from spikeport.errors import UsageError
-from spikeport.find_network import find_network
+from spikeport.find_network import find_network, needed_passes
 
 
 def refusal(spec, *pairs):
@@ -14,6 +14,15 @@ def refusal(spec, *pairs):
 def test_the_arm_is_built_in():
     network = find_network("arm", ["m1=60"])
     assert {e.label for e in network.all_ensembles} >= {"S1", "M1 x", "CB gravity"}
+
+
+def test_built_in_networks_know_the_passes_they_need():
+    passes = {spec: needed_passes(spec) for spec in ("arm", "humanoid", "walk", "net.py:make")}
+    assert passes == {"arm": None, "humanoid": "compact", "walk": "compact", "net.py:make": None}
+
+
+def test_a_built_in_network_takes_the_settings_of_its_experiment():
+    assert refusal("walk", "gait=1").startswith("unknown key of network 'walk' 'gait'; there is: ")
 
 
 def test_a_function_in_a_file_is_called_with_its_settings(net_py):
@@ -38,7 +47,8 @@ def test_a_function_in_a_module_is_found(net_py, monkeypatch):
 @pytest.mark.parametrize("spec", ["leg", "leg:", ":make", "", "net.py"])
 def test_an_unknown_name_lists_what_can_be_given(spec):
     assert refusal(spec) == (
-        f"unknown network '{spec}'; there is: arm, module:function, path/to/file.py:function"
+        f"unknown network '{spec}'; there is: arm, humanoid, module:function, "
+        "path/to/file.py:function, walk"
     )
 
 

@@ -17,7 +17,7 @@ from spikeport.compile.verdict.report import Modules
 from spikeport.compile.verdict.violation import OverBudgetError
 from spikeport.errors import UsageError
 from spikeport.experiments.run_folder import write_json
-from spikeport.find_network import find_network
+from spikeport.find_network import find_network, needed_passes
 from spikeport.hardware_models import chip as chips
 
 DT_S = 0.001
@@ -51,11 +51,12 @@ def run(request: Request) -> None:
     request.budget.check_basis(stated is not None or request.loss_s is not None)
     check_places(request.out, request.json)
     chip = chips.get(request.chip)
-    passes = chip.pipeline if request.passes is None else request.passes
+    passes = request.passes if request.passes is not None else needed_passes(request.network)
+    passes = chip.pipeline if passes is None else passes
     observer = printer(request.print_after, passes)
     with progress_bar() as progress:
         progress("building the network", None)
-        network = find_network(request.network, request.settings)
+        network = find_network(request.network, request.settings, request.chip, request.passes)
         progress("compiling", None)
         compilation = compile_network(network, request.chip, DT_S, passes, observer)
         findings = _reckoned(compilation, stated)

@@ -87,6 +87,8 @@ def _replaced(papers: Mapping[str, str], given: Sequence[str]) -> list[str]:
 
 
 WALK_S = 40.0
+SWEEP_S = 20.0
+"""Five of the six turns of the paper's path."""
 
 FIGURES: dict[str, PaperFigure | PaperSweep] = {
     "reach": PaperFigure("Fig. 4: reach-to-target", "reach", 15.0, {"preset": "paper"}),
@@ -104,9 +106,9 @@ FIGURES: dict[str, PaperFigure | PaperSweep] = {
     "walk-sweep": PaperSweep(
         "Fig. 6b: neurons of a unit, and filters between layers",
         "walk",
-        WALK_S,
+        SWEEP_S,
         {"path": "paper"},
-        ["n_neurons=2,6,10,20,40", "tau_fwd=.001,.002,.005,.01", "backend=reference,native"],
+        ["n_neurons=2,6,20,40", "tau_fwd=.001,.002,.005,.01", "backend=reference,native"],
         5,
         "spikeport.experiments.walk.sweep_figure",
     ),

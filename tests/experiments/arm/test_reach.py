@@ -15,6 +15,7 @@ from spikeport.experiments.arm import run as arm_run
 from spikeport.experiments.arm.loop import Recording
 from spikeport.experiments.arm.reach_metrics import metrics
 from spikeport.experiments.arm.trial import ArmRun
+from spikeport.find_network import find_network
 from spikeport.networks.arm import PRESETS, ArmNetwork, ArmSizes, analytic_arm
 from spikeport.robot.plant import Plant
 
@@ -82,7 +83,7 @@ def test_a_small_controller_reaches_at_the_pace_on_the_emulated_chip(loihi):
 
 
 def test_the_built_in_network_gives_the_runs_image(loihi):
-    image = compile_network(reach.arm_network(m1=200)).image
+    image = compile_network(find_network("arm", ["m1=200"])).image
     assert loihi.result["image_digest"] == image.digest
 
 

@@ -7,6 +7,7 @@ import pytest
 import xarray as xr
 from PIL import Image
 
+from spikeport.compile.pipeline import compile_network
 from spikeport.errors import UsageError
 from spikeport.experiments.options import Options
 from spikeport.experiments.walk import calibration as walk_calibration
@@ -15,6 +16,7 @@ from spikeport.experiments.walk import experiment as walk
 from spikeport.experiments.walk import run as walk_run
 from spikeport.experiments.walk.gait import record_gait
 from spikeport.experiments.walk.settings import WalkSettings
+from spikeport.find_network import find_network
 from spikeport.networks import walking_policy
 from spikeport.networks.policy import PolicyNetwork
 from spikeport.robot.description import JOINTS
@@ -96,6 +98,25 @@ def test_a_calibration_is_made_once_and_used_again(tmp_path, monkeypatch):
         f"calibrated={file}: made for n_neurons=2, but the run has n_neurons=20; make it with "
         "`spikeport calibrate`, the settings of the run, and --out"
     )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("variant", [{"units": "if"}, {"solve": "layer"}])
+def test_a_conversion_can_be_another(tmp_path, monkeypatch, variant):
+    monkeypatch.setattr(walk_run, "record_gait", lambda weights: record_gait(weights, 1.0))
+    small = {"n_neurons": 2, "backend": "native"}
+    papers, other = (
+        walked(tmp_path / str(i), 0.1, **small, **chosen) for i, chosen in enumerate(({}, variant))
+    )
+    assert papers["image_digest"] != other["image_digest"]
+
+
+@pytest.mark.slow
+def test_the_built_in_network_gives_the_image_of_the_run(tmp_path, monkeypatch):
+    monkeypatch.setattr(walk_run, "record_gait", lambda weights: record_gait(weights, 1.0))
+    run = walked(tmp_path, 0.1, backend="native", n_neurons=2)
+    network = find_network("walk", ["n_neurons=2"])
+    assert compile_network(network, pipeline="compact").image.digest == run["image_digest"]
 
 
 # what it writes
@@ -213,6 +234,8 @@ def test_an_action_that_is_not_finite_ends_the_run(tmp_path, spikeport, monkeypa
             {"n_neurons": 7},
             "n_neurons=7: a unit has as many neurons for each sign; give an even number from 2 on",
         ),
+        ({"units": "elu"}, "unknown units 'elu'; there is: hybrid, if, lif, relu"),
+        ({"solve": "all"}, "unknown solve 'all'; there is: layer, unit"),
         ({"tau_fwd": 0}, "tau_fwd=0: a filter must be above 0 and below 1 s"),
         ({"network_seed": -1}, "network_seed=-1: a seed must be from 0 to 4294967295"),
     ],

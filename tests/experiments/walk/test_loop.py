@@ -61,10 +61,19 @@ def test_the_reference_is_ahead_and_the_state_is_the_robots():
 
 def test_the_command_and_the_pose_are_observed():
     loop = begun()
-    shown = loop.step(np.concatenate((np.zeros(19), (0.4, -0.3))))
-    assert shown[PARTS["command"]].tolist() == [0.4, 0.0, -0.3]
+    shown = loop.step(np.concatenate((np.zeros(19), (0.004, -0.003))))
+    assert shown[PARTS["command"]].tolist() == [0.004, 0.0, -0.003]
     angles = loop.plant.data.qpos[7:] - POSE_RAD
     assert shown[PARTS["joint angles"]] == pytest.approx(angles)
+
+
+@pytest.mark.parametrize("every_s", [0.005, 0.02])
+def test_commands_change_no_faster_than_in_training(every_s):
+    loop = begun(every_s=every_s)
+    for command, told in (((0.5, -0.3), (0.1, 0, -0.2)), ((0.0, 0.0), (0, 0, 0))):
+        for _ in range(20):
+            shown = loop.step(np.concatenate((np.zeros(19), command)))
+        assert shown[PARTS["command"]] == pytest.approx(told)
 
 
 def test_what_is_out_of_range_is_clipped_and_counted():
@@ -74,7 +83,7 @@ def test_what_is_out_of_range_is_clipped_and_counted():
     loop.step(REST)
     assert shown[PARTS["command"]] == pytest.approx([1e-4, 0.0, -1e-4])
     seen = loop.recording().observation
-    assert seen[1, PARTS["command"]].tolist() == [0.4, 0.0, -0.3]
+    assert seen[1, PARTS["command"]].tolist() == [0.005, 0.0, -0.01]
     shares = clipped_shares(seen, box)
     assert list(shares) == list(PARTS)
     assert shares["command"] == pytest.approx(2 / 6)

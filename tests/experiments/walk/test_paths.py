@@ -35,6 +35,15 @@ def test_the_trained_turns_are_enough(name):
     assert turn_rad_s.max() > 0.7 or name != "paper"
 
 
+def test_turns_that_are_too_fast_are_refused():
+    with pytest.raises(UsageError) as caught:
+        find_path("paper", 1.0, 10.0)
+    assert str(caught.value) == (
+        "path 'paper': turns by 1.54 rad/s at 1 m/s, limit 1 rad/s, for which the policy is "
+        "trained; cure: a speed of at most 0.65 m/s"
+    )
+
+
 @pytest.mark.parametrize("name", CLOSED)
 def test_a_closed_path_starts_over(name):
     path = find_path(name, 0.5, 1.0)

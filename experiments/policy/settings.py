@@ -1,0 +1,85 @@
+"""The settings of all experiments in which a policy of neurons walks the robot."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, ClassVar
+
+from spikeport.errors import UsageError, unknown
+from spikeport.experiments.arm.settings import LARGEST_SEED
+from spikeport.experiments.policy.file import load_policy
+from spikeport.networks.policy import PolicyOptions
+from spikeport.networks.walking_policy import WalkingPolicy
+
+CONVERSION = ("n_neurons", "tau_fwd", "tau_out", "units", "solve")
+"""Settings that are also those of `spikeport.networks.policy.PolicyOptions`."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PolicySettings:
+    """Settings of the policy, and how the robot looks.
+
+    ``policy`` is ``spiking`` for the shipped one, or the file of one that is to be converted in its
+    place; ``description`` is the environment's that comes with a foreign one. ``n_neurons`` are
+    those of a hidden unit, ``tau_fwd`` and ``tau_out`` the filters between layers and of the
+    action, in s, ``units`` their types, ``solve`` how their weights are found (see
+    `spikeport.networks.policy.PolicyOptions`). ``network_seed`` draws the neurons. ``calibrated``
+    refits the read-out to what the neurons do on the backend (`experiments.policy.calibration`), or
+    takes it from a file that ``spikeport calibrate`` wrote. ``appearance`` is that of the robot in
+    pictures: ``primitive``, or ``menagerie`` for meshes.
+    """
+
+    policies: ClassVar[tuple[str, ...]] = ("spiking",)
+    """What ``policy`` can be beside a file."""
+
+    policy: str = "spiking"
+    description: str | None = None
+    n_neurons: int = PolicyOptions.n_neurons
+    tau_fwd: float = PolicyOptions.tau_fwd
+    tau_out: float = PolicyOptions.tau_out
+    units: str = PolicyOptions.units
+    solve: str = PolicyOptions.solve
+    network_seed: int = 0
+    calibrated: bool | str = False
+    appearance: str = "primitive"
+
+    def __post_init__(self) -> None:
+        """Check the values; UsageError says what is wrong."""
+        if self.policy not in self.policies and not Path(self.policy).is_file():
+            raise unknown("policy", self.policy, (*self.policies, "the path of a file"))
+        if self.policy_options.n_neurons % 2:
+            raise UsageError(
+                f"n_neurons={self.n_neurons}: a unit has as many neurons for each sign; give an "
+                "even number from 2 on"
+            )
+        for key in ("tau_fwd", "tau_out"):
+            if not 0 < getattr(self, key) < 1:
+                raise UsageError(
+                    f"{key}={getattr(self, key):g}: a filter must be above 0 and below 1 s"
+                )
+        if not 0 <= self.network_seed <= LARGEST_SEED:
+            raise UsageError(
+                f"network_seed={self.network_seed}: a seed must be from 0 to {LARGEST_SEED}"
+            )
+
+    @property
+    def conversion(self) -> dict[str, Any]:
+        """The settings of how the policy becomes neurons."""
+        return {name: getattr(self, name) for name in CONVERSION}
+
+    @property
+    def policy_options(self) -> PolicyOptions:
+        """Neurons and filters of the policy."""
+        return PolicyOptions(**self.conversion)
+
+    def walking_policy(self) -> WalkingPolicy:
+        """The policy, from its file.
+
+        Raises
+        ------
+        UsageError
+            If the file holds none, or one that is not for this robot.
+        """
+        if self.policy in self.policies:
+            return load_policy()
+        description = None if self.description is None else Path(self.description)
+        return load_policy(Path(self.policy), description)

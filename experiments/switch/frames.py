@@ -1,0 +1,61 @@
+"""Frames in which the arm sees places, each as if the robot were anchored and upright.
+
+    seen = home + R^T (world - origin)
+
+The torso's is what the arm's controller knows. A sheet to draw on is upright, whichever way the
+torso leans, and hangs before the right shoulder. Once the pen is down it follows the mean of the
+shoulder's place, s' = s + (shoulder - s) dt / tau: the drawing is steady while the robot sways, and
+a robot that drifts off is not pulled over by a sheet that it leaves behind.
+"""
+
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+
+from spikeport.experiments.arm.task import SHOULDER_M
+
+FOLLOWING_S = 1.0
+"""Time constant tau of a sheet, longer than a step takes."""
+ANCHORED_PELVIS_M = np.array([0.0, 0.0, 1.06])
+
+
+class Frame(NamedTuple):
+    """A frame of axes ``rotation`` (3, 3), whose ``origin`` (3,) in the world is seen at ``home``.
+
+    All in m.
+    """
+
+    origin: np.ndarray
+    rotation: np.ndarray
+    home: np.ndarray
+
+    @classmethod
+    def of_torso(cls, data: Any, torso: int) -> Self:
+        """That of the torso, by its number in ``data`` (``mujoco.MjData``), at its present pose."""
+        rotation = data.xmat[torso].reshape(3, 3).copy()
+        return cls(data.xpos[torso].copy(), rotation, ANCHORED_PELVIS_M)
+
+    def upright(self) -> "Frame":
+        """The upright frame of this heading in which the shoulder is where it is in this one."""
+        shoulder = np.array(SHOULDER_M)
+        return _upright(self.rotation[:2, 0], self.world(shoulder), shoulder)
+
+    def following(self, other: "Frame", seconds: float) -> "Frame":
+        """An upright frame, after it followed another for a short time."""
+        share = seconds / FOLLOWING_S
+        forward = self.rotation[:2, 0] + share * (other.rotation - self.rotation)[:2, 0]
+        return _upright(forward, self.origin + share * (other.origin - self.origin), self.home)
+
+    def seen(self, world: np.ndarray) -> np.ndarray:
+        """(..., 3) as what places (..., 3) of the world are seen."""
+        return np.asarray(self.home + (world - self.origin) @ self.rotation)
+
+    def world(self, seen: np.ndarray) -> np.ndarray:
+        """The inverse of `seen`."""
+        return np.asarray(self.origin + (seen - self.home) @ self.rotation.T)
+
+
+def _upright(forward: np.ndarray, origin: np.ndarray, home: np.ndarray) -> Frame:
+    """That with a horizontal direction (2,) as its first axis."""
+    c, s = forward / np.linalg.norm(forward)
+    return Frame(origin, np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]), home)

@@ -1,0 +1,16 @@
+"""What is written into pictures."""
+
+import numpy as np
+
+from spikeport.experiments.pictures import BAR, Caption, captioned
+
+
+def test_a_caption_is_a_bar_with_text_above_the_picture():
+    frame = np.full((200, 300, 3), 7, np.uint8)
+    written = captioned(frame, Caption("walk", "#00ff00"))
+    assert (written[BAR:] == 7).all()
+    assert written.shape == (200 + BAR, 300, 3)
+    bar = written[:BAR]
+    assert (bar[:, -20:] == [0, 255, 0]).all()
+    assert (bar == 255).all(axis=2).any()
+    assert (captioned(frame, Caption("", "#00ff00"))[:BAR] == [0, 255, 0]).all()

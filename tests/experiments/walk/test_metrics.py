@@ -1,0 +1,55 @@
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from spikeport.experiments.walk.loop import LEAD_S
+from spikeport.experiments.walk.metrics import metrics
+from spikeport.experiments.walk.paths import find_path
+from spikeport.experiments.walk.recording import Recording
+from spikeport.experiments.walk.trial import WalkRun
+
+SPEED_M_S, DT_S = 0.5, 0.005
+
+
+def walked(seconds, fallen_at_s):
+    """A run on a line by a robot that is 0.1 m beside its reference until it falls."""
+    path = find_path("line", SPEED_M_S, seconds + LEAD_S)
+    time_s = np.arange(0, fallen_at_s or seconds, DT_S)
+    reference = np.array([path.at(t + LEAD_S) for t in time_s])
+    state = np.zeros((len(time_s), 5))
+    state[:, 1:3] = reference[:, :2] + [0, 0.1]
+    recording = Recording(
+        time_s=time_s,
+        observation=np.zeros((len(time_s), 69)),
+        reference=reference,
+        state=state,
+        action=np.zeros((len(time_s), 19)),
+        command=np.zeros((len(time_s), 2)),
+        height_m=np.ones(len(time_s)),
+        on_floor=np.ones((len(time_s), 2), dtype=bool),
+    )
+    sim = SimpleNamespace(
+        activity=SimpleNamespace(totals=lambda: {"spikes": 0}), time=time_s[-1] + DT_S
+    )
+    return WalkRun(path, seconds, recording, fallen_at_s, None, sim, wall_s=1.0)
+
+
+def test_a_robot_that_walks_to_the_end_is_measured_as_it_walked():
+    figures = metrics(walked(4.0, None))
+    assert figures["falls"] == 0
+    assert figures["path_mse_m2"] == pytest.approx(0.01)
+    assert figures["cross_track_rms_m"] == pytest.approx(0.1, abs=1e-4)
+
+
+def test_a_robot_that_fell_lies_there_while_its_reference_goes_on():
+    figures = metrics(walked(4.0, 2.0))
+    ahead_m = np.concatenate((np.zeros(400), SPEED_M_S * DT_S * np.arange(1, 401)))
+    assert (figures["falls"], figures["fallen_at_s"]) == (1, 2.0)
+    assert figures["path_mse_m2"] == pytest.approx(np.mean(ahead_m**2) + 0.01)
+    assert figures["cross_track_rms_m"] == pytest.approx(0.1, abs=1e-4)
+
+
+def test_the_earlier_a_fall_the_worse():
+    errors = [metrics(walked(4.0, at))["path_mse_m2"] for at in (3.0, 2.0, 0.5)]
+    assert errors == sorted(errors)
