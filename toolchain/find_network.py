@@ -13,7 +13,7 @@ import nengo
 from spikeport import settings
 from spikeport.errors import SpikeportError, UsageError, unknown
 from spikeport.experiments import registry
-from spikeport.experiments.options import Options
+from spikeport.experiments.options import Experiment, Options
 
 BUILT_IN = {"arm": "reach", "humanoid": "switch", "walk": "walk"}
 """The built-in networks, each with the experiment that runs it."""
@@ -21,7 +21,7 @@ BUILT_IN = {"arm": "reach", "humanoid": "switch", "walk": "walk"}
 
 def needed_passes(spec: str) -> str | None:
     """The passes that a network is made for, if it says so."""
-    return registry.get(BUILT_IN[spec]).pipeline if spec in BUILT_IN else None
+    return _experiment(spec).pipeline if spec in BUILT_IN else None
 
 
 def find_network(
@@ -66,11 +66,18 @@ def find_network(
 
 
 def _built_in(spec: str, pairs: list[str], chip: str, passes: str | None) -> nengo.Network:
-    experiment = registry.get(BUILT_IN[spec])
+    experiment = _experiment(spec)
     chosen = experiment.settings(**settings.parse(pairs, experiment.settings, f"network '{spec}'"))
     options = Options(Path(), experiment.seconds, chip=chip, pipeline=experiment.passes(passes))
     assert experiment.network is not None
     return experiment.network(chosen, options)
+
+
+def _experiment(spec: str) -> Experiment:
+    """The experiment that runs a built-in network."""
+    module = registry.imported(f"network '{spec}'", registry.EXPERIMENTS[BUILT_IN[spec]])
+    experiment: Experiment = module.EXPERIMENT
+    return experiment
 
 
 def _function(where: str, name: str) -> Callable[..., Any]:

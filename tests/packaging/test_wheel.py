@@ -123,7 +123,7 @@ def test_doctor_names_the_missing_extra(numpy_1, tmp_path):
 
 @pytest.mark.parametrize(
     ("command", "what"),
-    [(["run", "reach"], "experiment 'reach'"), (["compile", "arm"], "the network")],
+    [(["run", "reach"], "experiment 'reach'"), (["compile", "arm"], "network 'arm'")],
 )
 def test_what_needs_the_robot_says_how_to_get_it(numpy_1, tmp_path, command, what):
     done = numpy_1("spikeport", *command, cwd=tmp_path)

@@ -82,7 +82,7 @@ def test_the_sweep_of_the_walk_goes_to_a_scheduler(spikeport, asked):
     (request,) = asked
     assert (request.scheduler, request.workers) == ("tcp://127.0.0.1:8786", 3)
     assert (request.seconds, request.settings, request.probes) == (20.0, ["path=line"], False)
-    assert len(sweep.planned(request).points()) == 5 * 4 * 2 * 5
+    assert len(sweep.planned(request).points()) == 4 * 4 * 2 * 5
 
 
 @pytest.mark.parametrize("option", [("--workers", "2"), ("--scheduler", "tcp://127.0.0.1:1")])

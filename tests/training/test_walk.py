@@ -15,7 +15,7 @@ from spikeport.training.learner import LearnerOptions
 from spikeport.training.train import TrainOptions
 from spikeport.training.walk import train_walk
 
-WALKS = Evaluation(100, 2, 0.0512, 0.0987, 0.1043, 2.613)
+WALKS = Evaluation(100, 2, 0.0512, 0.0987, 0.1043, 2.613, 0.207)
 
 
 def test_a_run_leaves_a_policy_and_its_card(tmp_path, monkeypatch):
@@ -34,6 +34,8 @@ def test_a_run_leaves_a_policy_and_its_card(tmp_path, monkeypatch):
     evaluations = train_walk(options, "spikeport train walk", lambda _what, _share: None)
     assert {robots: e.episodes for robots, e in evaluations.items()} == {
         "as trained": 2,
+        "jumping commands": 2,
+        "hard pushes": 2,
         "exact targets": 2,
         "undisturbed": 2,
     }
@@ -48,7 +50,7 @@ def test_the_card_states_figures_recipe_and_what_a_stage_changes():
     made = {"command": "spikeport train walk", "seed": 7, "step": 1234567, "robots": 512}
     text = card("h1_walk", made, {"as trained": WALKS}, stages)
     assert "1,234,567 control steps of 512 robots" in text
-    assert "| as trained | 100 | 2 | 0.051 | 0.099 | 0.104 | 2.61 |" in text
+    assert "| as trained | 100 | 2 | 0.051 | 0.099 | 0.104 | 2.61 | 0.21 |" in text
     assert "Seed 7.\nVersions: mujoco " in text
     assert "- **harder**: first_step 9, hidden_noise 0.5\n" in text
     assert "weights.fall -200.0" in text
