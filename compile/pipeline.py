@@ -85,12 +85,7 @@ def compile_network(
     passes = target.pipeline if pipeline is None else pipeline
     run = PassRun(parse(passes) if isinstance(passes, str) else passes, target, dt, observer)
     names = Names(network)
-    if broken := lint(network, names, rewritten=not run.rewrites):
-        raise DoesNotFitError(target.name, broken)
-    with collected_warnings() as said:
-        rewrite = run.apply(NetworkPass, Rewrite(network, names))
-    if broken := lint(rewrite.network, rewrite.names):
-        raise DoesNotFitError(target.name, broken)
+    rewrite, said = _rewritten(network, names, run, target.name)
     blocks = build(
         rewrite.network,
         rewrite.names,
@@ -108,7 +103,7 @@ def compile_network(
         image.digest,
         tuple(cores),
         blocks.errors,
-        tuple(sorted({*blocks.warnings, *(without_addresses(one.message) for one in said)})),
+        tuple(sorted({*blocks.warnings, *said})),
         placed=_placed(image),
         passes=tuple(run.record),
         lower_bound=lower_bound(block_loads(image, target), capacity(target)),
@@ -116,6 +111,19 @@ def compile_network(
         hints=(*network_hints(network, names), *image_hints(unplaced, blocks.errors)),
     )
     return Compilation(image, report, blocks, rewrite.stand_ins, rewrite.built)
+
+
+def _rewritten(
+    network: nengo.Network, names: Names, run: PassRun, chip: str
+) -> tuple[Rewrite, list[str]]:
+    """What the network passes leave, and what was warned of; rules hold before and after."""
+    if broken := lint(network, names, rewritten=not run.rewrites):
+        raise DoesNotFitError(chip, broken)
+    with collected_warnings() as said:
+        rewrite: Rewrite = run.apply(NetworkPass, Rewrite(network, names))
+    if broken := lint(rewrite.network, rewrite.names):
+        raise DoesNotFitError(chip, broken)
+    return rewrite, [without_addresses(one.message) for one in said]
 
 
 def _placed(image: ChipImage) -> tuple[tuple[str, ...], ...]:

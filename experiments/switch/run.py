@@ -35,12 +35,10 @@ class Closed(NamedTuple):
 
 
 class Rig(NamedTuple):
-    """Plant, simulator and probes, ready for all runs that need the same network."""
+    """What was closed, in a simulator, ready for all runs that need the same network."""
 
-    loop: SwitchLoop
+    closed: Closed
     sim: Simulator
-    gates: nengo.Probe
-    nuclei: dict[str, nengo.Probe]
 
 
 def run(trial: SwitchTrial) -> Outcome:
@@ -51,15 +49,16 @@ def run(trial: SwitchTrial) -> Outcome:
         done = perform(trial, rig)
     outcome = closed_loop.outcome(trial, sim, metrics(done))
     options.progress("writing", None)
-    shown = pictures(rig.loop, switch_marks(done), middles(done), CAMERA)
-    _write(trial, rig.loop, done._replace(pictures=shown), outcome.result)
+    loop = rig.closed.loop
+    shown = pictures(loop, switch_marks(done), middles(done), CAMERA)
+    _write(trial, loop, done._replace(pictures=shown), outcome.result)
     return outcome
 
 
 def prepare(trial: SwitchTrial) -> Rig:
     """Check what a trial asks for, build its network and compile it; raises as `closed`."""
-    loop, network, gates, nuclei = closed(trial)
-    return Rig(loop, open_simulator(network, trial.options), gates, nuclei)
+    ready = closed(trial)
+    return Rig(ready, open_simulator(ready.network, trial.options))
 
 
 def closed(trial: SwitchTrial) -> Closed:
@@ -114,7 +113,8 @@ def perform(trial: SwitchTrial, rig: Rig) -> SwitchRun:
     DivergedError
         If an action is not finite; the last states are in the folder.
     """
-    loop, sim, options = rig.loop, rig.sim, trial.options
+    (loop, _, gates, nuclei), sim = rig
+    options = trial.options
     if sim.n_steps:
         sim.reset(options.seed)
     goals = trial.goals(options.seed)
@@ -127,8 +127,8 @@ def perform(trial: SwitchTrial, rig: Rig) -> SwitchRun:
         arm=loop.arm_recording(),
         seen_m=np.array(loop.seen_m),
         hands_m=np.array(loop.hands_m),
-        gates=sim.data[rig.gates],
-        spikes={name: sim.data[probe] != 0 for name, probe in rig.nuclei.items()},
+        gates=sim.data[gates],
+        spikes={name: sim.data[probe] != 0 for name, probe in nuclei.items()},
         fallen_at_s=loop.fallen_at_s,
         sim=sim,
         wall_s=wall_s,
@@ -141,7 +141,7 @@ def _write(trial: SwitchTrial, loop: SwitchLoop, done: SwitchRun, result: dict[s
     write_probes(folder, done, DT_S)
     run_folder.write_figure(folder, switch_figure(done, result))
     if done.fallen_at_s is not None:
-        run_folder.write_last_states(folder, loop.plant.history())
+        run_folder.add_last_states(folder, loop.plant.history())
     if trial.options.video:
         write_video(folder, loop, switch_marks(done), CAMERA, switch_captions(done))
     run_folder.write_result(folder, result)

@@ -33,11 +33,10 @@ class Closed(NamedTuple):
 
 
 class Rig(NamedTuple):
-    """Plant, controller and simulator, ready for all runs that need the same network."""
+    """What was closed, in a simulator, ready for all runs that need the same network."""
 
-    loop: WalkLoop
+    closed: Closed
     sim: Simulator
-    spikes: Sequence[nengo.Probe] = ()
 
 
 def run(trial: WalkTrial) -> Outcome:
@@ -48,15 +47,15 @@ def run(trial: WalkTrial) -> Outcome:
         done = perform(trial, rig)
     outcome = closed_loop.outcome(trial, sim, metrics(done))
     options.progress("writing", None)
-    marks = walk_marks(done)
-    _write(trial, rig.loop, done._replace(picture=picture(rig.loop, marks, CAMERA)), outcome.result)
+    loop, marks = rig.closed.loop, walk_marks(done)
+    _write(trial, loop, done._replace(picture=picture(loop, marks, CAMERA)), outcome.result)
     return outcome
 
 
 def prepare(trial: WalkTrial) -> Rig:
     """Check what a trial asks for, build its network and compile it; raises as `closed`."""
-    loop, network, spikes = closed(trial)
-    return Rig(loop, open_simulator(network, trial.options), spikes)
+    ready = closed(trial)
+    return Rig(ready, open_simulator(ready.network, trial.options))
 
 
 def closed(trial: WalkTrial) -> Closed:
@@ -98,13 +97,13 @@ def perform(trial: WalkTrial, rig: Rig) -> WalkRun:
     DivergedError
         If an action is not finite; the last states are in the folder.
     """
-    loop, sim = rig.loop, rig.sim
+    (loop, _, probes), sim = rig
     if sim.n_steps:
         sim.reset(trial.options.seed)
     path = trial.path()
     loop.begin(trial.options.seed, path)
     wall_s = simulate(sim, loop.plant, trial.options, lambda: loop.over)
-    spikes = np.hstack([sim.data[probe] != 0 for probe in rig.spikes]) if rig.spikes else None
+    spikes = np.hstack([sim.data[probe] != 0 for probe in probes]) if probes else None
     return WalkRun(
         path=path,
         seconds=trial.options.seconds,

@@ -250,7 +250,8 @@ def test_a_fall_ends_the_run_and_all_later_phases(tmp_path, brief):
     assert [phase["success"] for phase in figures["phases"]] == [False] * 4
     unseen = {"name": "phase 1", "success": False, "switching_time_s": None}
     assert figures["phases"][1] == unseen
-    assert (tmp_path / "run" / "last_states.npz").is_file()
+    left = {"result.json", "probes.nc", "figure.png", "last_states.npz"}
+    assert {path.name for path in (tmp_path / "run").iterdir()} == left
 
 
 # what it refuses
