@@ -13,6 +13,7 @@ from typing import Any
 import nengo
 import numpy as np
 
+from spikeport.backends.compiled import make_ready
 from spikeport.backends.sampling import sampled
 from spikeport.backends.tape_kernel import decode
 from spikeport.compile.extract import flat
@@ -92,6 +93,8 @@ class Decoder:
         self._start = np.cumsum([0] + [len(entries) for entries, _ in terms])
         self._index = flat([first + e for first, (e, _) in zip(firsts, terms, strict=True)])
         self._weights = flat([weights for _, weights in terms], float)
+        tables = self._start, self._index, self._weights
+        make_ready(decode, np.zeros(0, dtype=np.int32), *tables, np.zeros(0))
 
     def decode(self, held: Sequence[np.ndarray], values: np.ndarray) -> None:
         """Write the values of all outputs, given what every output of the image holds."""

@@ -28,6 +28,7 @@ from nengo.builder.signal import Signal, SignalDict
 from nengo.synapses import LinearFilter
 
 from spikeport.backends import tape_kernel as kernel
+from spikeport.backends.compiled import make_ready
 from spikeport.backends.python_steps import clock_step, function_step, product_step
 
 Row = tuple[list[int], list[float]]
@@ -102,6 +103,7 @@ class Tape:
         memory, tables = self._memory, np.concatenate(self._tables)
         code = np.array([row[0] for row in self._rows], dtype=np.int64)
         scalars = np.array([row[1] for row in self._rows])
+        make_ready(kernel.run_tape, memory, code, scalars, tables)
         return lambda: kernel.run_tape(memory, code, scalars, tables)
 
 

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 SIDES = ("left", "right")
+_FEET = range(len(SIDES))
 _PARTS = ("heel", "toe")
 
 
@@ -25,5 +26,5 @@ class Feet:
 
     def on_floor(self, data: Any) -> np.ndarray:
         """(2,) of bool, left foot first: whether one of its shapes touches the floor."""
-        touching = set(self._foot[data.contact.geom].ravel().tolist())
-        return np.array([foot in touching for foot in range(len(SIDES))])
+        touching = self._foot[data.contact.geom].ravel().tolist()
+        return np.array([foot in touching for foot in _FEET])

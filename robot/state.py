@@ -40,11 +40,12 @@ def read(data: Any) -> State:
     the body's: v_base = R^T v_world.
     """
     rotation = data.xmat[PELVIS].reshape(3, 3)
+    qpos, qvel = data.qpos.copy(), data.qvel.copy()
     return State(
-        base_position=data.qpos[:3].copy(),
-        base_quaternion=data.qpos[3:7].copy(),
-        base_linear_velocity=rotation.T @ data.qvel[:3],
-        base_angular_velocity=data.qvel[3:6].copy(),
-        q=data.qpos[7:].copy(),
-        dq=data.qvel[6:].copy(),
+        base_position=qpos[:3],
+        base_quaternion=qpos[3:7],
+        base_linear_velocity=rotation.T.dot(qvel[:3]),
+        base_angular_velocity=qvel[3:6],
+        q=qpos[7:],
+        dq=qvel[6:],
     )

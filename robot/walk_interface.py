@@ -6,6 +6,8 @@
 Source: the interface of Isaac Lab's ``Isaac-Velocity-Flat-H1``, with the joints in our order.
 """
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -45,8 +47,12 @@ def gravity(quaternion: ArrayLike) -> np.ndarray:
 
     g = -R^T e_z, the negative last row of the rotation matrix R.
     """
-    w, x, y, z = np.asarray(quaternion, dtype=float).T
-    return -np.array((2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y))).T
+    return np.array(_down(*np.asarray(quaternion, dtype=float).T)).T
+
+
+def _down(w: Any, x: Any, y: Any, z: Any) -> tuple[Any, Any, Any]:
+    """The direction, of numbers or of arrays of them."""
+    return -2 * (x * z - w * y), -2 * (y * z + w * x), -(1 - 2 * (x * x + y * y))
 
 
 def observation(state: State, command: ArrayLike, last_action: ArrayLike) -> np.ndarray:
@@ -64,13 +70,13 @@ def observation(state: State, command: ArrayLike, last_action: ArrayLike) -> np.
     parts = (
         state.base_linear_velocity,
         state.base_angular_velocity,
-        gravity(state.base_quaternion),
-        np.asarray(command, dtype=float),
+        _down(*state.base_quaternion.tolist()),  # plain numbers: several times faster than arrays
+        command,
         state.q - POSE_RAD,
         state.dq,
-        np.asarray(last_action, dtype=float),
+        last_action,
     )
-    return np.concatenate(parts)
+    return np.concatenate(parts, dtype=float)
 
 
 def targets_rad(action: ArrayLike) -> np.ndarray:

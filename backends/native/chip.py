@@ -4,11 +4,12 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from spikeport.backends.compiled import make_ready
 from spikeport.backends.counter import make_activity
 from spikeport.backends.native.kernel import LEARNING, accept, deliver, step, update
 from spikeport.backends.native.learning import Learning
 from spikeport.backends.native.loaded import Loaded, neurons_of, resting_state
-from spikeport.backends.native.noise import Noise
+from spikeport.backends.native.noise import NONE, Noise
 from spikeport.backends.native.wiring import wire
 from spikeport.compile.image import ChipImage
 from spikeport.compile.outputs import readout_compartments
@@ -43,6 +44,16 @@ class NativeChip:
         parts = [image.part("output_start", i) for i in range(len(image.manifest["outputs"]))]
         self._views = [self.state.held[part] for part in parts]
         self._closed = False
+        self._make_ready()
+
+    def _make_ready(self) -> None:
+        no_spikes, no_counts = np.zeros(0, dtype=np.int64), np.zeros((0, 0), dtype=np.int64)
+        if self._learning.active:
+            make_ready(accept, self._loaded, no_spikes)
+            make_ready(deliver, self._loaded, 0, no_counts)
+            make_ready(update, self._loaded, 0, NONE, no_counts)
+        else:
+            make_ready(step, self._loaded, 0, no_spikes, NONE, no_counts)
 
     def step(self, spikes: np.ndarray, errors: Mapping[int, np.ndarray]) -> list[np.ndarray]:
         """See `spikeport.backends.chip.Chip.step`."""

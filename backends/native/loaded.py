@@ -12,6 +12,8 @@ from spikeport.compile.image import ChipImage
 KEYS = ("voltage", "current", "spiked")
 NARROW_SHIFT = 6
 """From so many bits on, sums need no more than 16 of the 22 bits of q."""
+CACHE_LINE = 64
+"""Its bytes."""
 STRETCH = 1024
 """Compartments updated at once: few enough that their state stays in the nearest cache."""
 
@@ -111,13 +113,22 @@ def _stretches(image: ChipImage) -> np.ndarray:
     return np.column_stack([begin, np.append(begin[1:], n), limits[block]])
 
 
+def _aligned_sums(wiring: Wiring, n: int, dtype: type) -> np.ndarray:
+    """(n,) zeros; where most weights are added a cache line begins, so that vectors share none."""
+    added = np.bincount(wiring.run[:, 0], weights=wiring.run[:, 2], minlength=1)
+    line = CACHE_LINE // np.dtype(dtype).itemsize
+    room: np.ndarray = np.zeros(n + line, dtype=dtype)
+    skipped = -(room.ctypes.data // room.itemsize + int(added.argmax())) % line
+    return room[skipped : skipped + n]
+
+
 def resting_state(image: ChipImage, wiring: Wiring) -> State:
     """All state at zero."""
     n, n_deliveries = image.n_compartments, len(wiring.run_start) - 1
     q, u, v, refractory, spiked, spike_count = np.zeros((6, n), dtype=np.int32)
     narrow = wiring.shift >= NARROW_SHIFT
     return State(
-        sums=np.zeros(n, dtype=np.int16 if narrow else np.int32),
+        sums=_aligned_sums(wiring, n, np.int16 if narrow else np.int32),
         q=q,
         u=u,
         v=v,
@@ -127,7 +138,7 @@ def resting_state(image: ChipImage, wiring: Wiring) -> State:
         arriving=np.zeros(len(wiring.fan), dtype=np.int32),
         pending=np.zeros(len(wiring.fan) - n, dtype=np.int32),
         spikes_of=np.zeros(n_deliveries, dtype=np.int32),
-        touched=np.zeros(n_deliveries, dtype=np.int32),
+        touched=np.zeros(n_deliveries + 1, dtype=np.int32),  # one more is written than counts
         sent=np.zeros((2, len(wiring.fan_start) - 1), dtype=np.int64),
         held=np.zeros(len(image["output_compartment"]), dtype=np.int32),
     )

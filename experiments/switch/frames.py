@@ -8,6 +8,7 @@ shoulder's place, s' = s + (shoulder - s) dt / tau: the drawing is steady while 
 a robot that drifts off is not pulled over by a sheet that it leaves behind.
 """
 
+import math
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -17,6 +18,7 @@ from spikeport.experiments.arm.task import SHOULDER_M
 FOLLOWING_S = 1.0
 """Time constant tau of a sheet, longer than a step takes."""
 ANCHORED_PELVIS_M = np.array([0.0, 0.0, 1.06])
+_SHOULDER = np.array(SHOULDER_M)
 
 
 class Frame(NamedTuple):
@@ -37,25 +39,25 @@ class Frame(NamedTuple):
 
     def upright(self) -> "Frame":
         """The upright frame of this heading in which the shoulder is where it is in this one."""
-        shoulder = np.array(SHOULDER_M)
-        return _upright(self.rotation[:2, 0], self.world(shoulder), shoulder)
+        return _upright(self.rotation[:2, 0], self.world(_SHOULDER), _SHOULDER)
 
     def following(self, other: "Frame", seconds: float) -> "Frame":
         """An upright frame, after it followed another for a short time."""
         share = seconds / FOLLOWING_S
-        forward = self.rotation[:2, 0] + share * (other.rotation - self.rotation)[:2, 0]
+        ahead = self.rotation[:2, 0]
+        forward = ahead + share * (other.rotation[:2, 0] - ahead)
         return _upright(forward, self.origin + share * (other.origin - self.origin), self.home)
 
     def seen(self, world: np.ndarray) -> np.ndarray:
         """(..., 3) as what places (..., 3) of the world are seen."""
-        return np.asarray(self.home + (world - self.origin) @ self.rotation)
+        return self.home + (world - self.origin).dot(self.rotation)
 
     def world(self, seen: np.ndarray) -> np.ndarray:
         """The inverse of `seen`."""
-        return np.asarray(self.origin + (seen - self.home) @ self.rotation.T)
+        return self.origin + (seen - self.home).dot(self.rotation.T)
 
 
 def _upright(forward: np.ndarray, origin: np.ndarray, home: np.ndarray) -> Frame:
     """That with a horizontal direction (2,) as its first axis."""
-    c, s = forward / np.linalg.norm(forward)
-    return Frame(origin, np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]), home)
+    c, s = (forward / math.sqrt(forward.dot(forward))).tolist()
+    return Frame(origin, np.array(((c, -s, 0.0), (s, c, 0.0), (0.0, 0.0, 1.0))), home)

@@ -87,14 +87,14 @@ class SwitchLoop(WalkLoop):
         """What the arm's controller saw and did, at all times; places as seen from the torso."""
         return ArmRecording(*(np.array(column) for column in zip(*self._arm_samples, strict=True)))
 
-    def step(self, output: np.ndarray) -> np.ndarray:
-        """[action, command, torque, gates] in, what `OUTPUTS` names out."""
+    def _physics(self, given: np.ndarray) -> None:
+        """One step, given [action, command, torque, gates]."""
         _, commanded, moved, gated = INPUTS
-        self._torque, self._gates = output[commanded:moved].copy(), output[moved:gated].copy()
-        return super().step(output[:commanded])
+        self._torque, self._gates = given[commanded:moved], given[moved:gated]
+        super()._physics(given[:commanded])
 
     def _drive(self, action: np.ndarray) -> None:
-        plant, draws = self.plant, bool(self._gates[DRAW] > OPEN)
+        plant, draws = self.plant, self._gates.item(DRAW) > OPEN
         if self._anchor is not None:
             self._anchor.update(draws)
         targets = targets_rad(action)
@@ -108,25 +108,26 @@ class SwitchLoop(WalkLoop):
         super()._record(action, command)
         self._arm_samples.append(ArmSample(self.plant.time_s, *self._arm_seen, self._torque))
         self.seen_m.append(self._seen)
-        self.hands_m.append(self.plant.hand_position())
+        self.hands_m.append(self._hand)
 
     def _locate(self) -> None:
         """Look at the whole of the robot, and at what it is to do."""
         torso = Frame.of_torso(self.plant.data, self._torso)
-        hand, number = self.plant.hand_position(), len(self.paths)
+        self._hand = hand = self.plant.hand_position()
+        number = len(self.paths)
         if number < len(self._goals) and self._since_s(self._goals[number]) > -ROUNDING_S:
             self._begin_phase(self._goals[number], torso, hand)
         super()._locate()
         seen = torso.seen(hand), torso.seen(self._wanted(torso, hand))
         self._arm_seen = *self.plant.motion(ARM_JOINTS), *seen
-        self._shown = np.concatenate((self._shown, *self._arm_seen, self._goal.phase.values))
+        self._shown = np.concatenate((self._shown, *self._arm_seen, self._utilities))
 
     def _since_s(self, goal: Goal) -> float:
         """Time since a phase began, negative before."""
         return self.plant.time_s - goal.phase.begin_s
 
     def _begin_phase(self, goal: Goal, torso: Frame, hand: np.ndarray) -> None:
-        self._goal = goal
+        self._goal, self._utilities = goal, goal.phase.values
         self._task: Task | None = goal.task(self._frame(torso).seen(hand))
         if goal.path is not None:
             self._follow(goal.path.laid(self.plant.data.qpos[:2], self._heading_rad()))

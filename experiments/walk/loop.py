@@ -71,7 +71,7 @@ class WalkLoop:
         self.encoding = encoding
         self._feet = Feet(self.plant.model)
         self._observe_steps = round(observe_every_s / self.plant.dt_s)
-        self._command_change = COMMAND_CHANGE_PER_S * observe_every_s
+        self._command_change = (COMMAND_CHANGE_PER_S * observe_every_s).tolist()
         self._last_steps = round(CONTROL_DT_S / self.plant.dt_s)
         self._ticks = round(self.plant.dt_s / dt_s)
 
@@ -82,7 +82,7 @@ class WalkLoop:
         self.fallen_at_s: float | None = None
         self.poses: list[np.ndarray] = []
         self._samples: list[Sample] = []
-        self._tick, self._told = 0, np.zeros(len(COMMAND_CHANGE_PER_S))
+        self._tick, self._told = 0, [0.0] * len(COMMAND_CHANGE_PER_S)
         self._observe(np.zeros(COMMAND_SIZE))
         self._locate()
 
@@ -103,13 +103,14 @@ class WalkLoop:
         """One step of the controller: [action, command] in, [observation, reference, state] out."""
         self._tick += 1
         if self._tick % self._ticks == 0:
-            self._physics(output[:ACTION_SIZE].copy(), output[ACTION_SIZE:].copy())
+            self._physics(output.copy())
         return self._shown
 
-    def _physics(self, action: np.ndarray, command: np.ndarray) -> None:
+    def _physics(self, given: np.ndarray) -> None:
         plant = self.plant
+        action, command = given[:ACTION_SIZE], given[ACTION_SIZE:]
         self._record(action, command)
-        if not (np.isfinite(action).all() and np.isfinite(command).all()):
+        if np.count_nonzero(np.isfinite(given)) < len(given):
             raise DivergedError(
                 f"the controller's action or command is not finite at {plant.time_s:.3f} s, limit "
                 "finite numbers; cure: look at its inputs in the last states"
@@ -142,9 +143,9 @@ class WalkLoop:
         """
         before = self._samples[-self._last_steps :]
         last = before[0].action if len(before) == self._last_steps else np.zeros(ACTION_SIZE)
-        change = np.array([command[0], 0.0, command[1]]) - self._told
-        most = self._command_change
-        self._told = self._told + np.minimum(np.maximum(change, -most), most)
+        wanted = command.item(0), 0.0, command.item(1)
+        steps = zip(self._told, wanted, self._command_change, strict=True)
+        self._told = [told + min(max(end - told, -most), most) for told, end, most in steps]
         seen = observation(self.plant.state, self._told, last)
         self._observation = seen
         self._clipped = seen if self.encoding is None else self.encoding.clip(seen)
@@ -152,7 +153,7 @@ class WalkLoop:
     def _locate(self) -> None:
         """Look where the robot is, and where it is to be."""
         data = self.plant.data
-        self._state = np.concatenate(([self._heading_rad()], data.qpos[:2], data.qvel[:2]))
+        self._state = np.array((self._heading_rad(), *data.qpos[:2], *data.qvel[:2]))
         self._reference = self.path.at(self.plant.time_s - self._path_begun_s + LEAD_S)
         self._shown = np.concatenate((self._clipped, self._reference, self._state))
 

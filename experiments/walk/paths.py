@@ -33,12 +33,15 @@ class Path:
 
     def at(self, time_s: float) -> np.ndarray:
         """(4,) position in m and velocity in m/s."""
-        time_s = time_s % self.time_s[-1] if self.closed else min(time_s, self.time_s[-1])
-        i = min(max(int(np.searchsorted(self.time_s, time_s)), 1), len(self.time_s) - 1)
-        span = self.time_s[i] - self.time_s[i - 1]
-        velocity = (self.points[i] - self.points[i - 1]) / span
-        position = self.points[i - 1] + (time_s - self.time_s[i - 1]) * velocity
-        return np.concatenate((position, velocity))
+        end_s = self.time_s.item(-1)
+        time_s = time_s % end_s if self.closed else min(time_s, end_s)
+        i = min(max(int(self.time_s.searchsorted(time_s)), 1), len(self.time_s) - 1)
+        # plain numbers: several times faster than arrays of two
+        before_s, after_s = self.time_s[i - 1 : i + 1].tolist()
+        (x, y), (next_x, next_y) = self.points[i - 1 : i + 1].tolist()
+        span, since = after_s - before_s, time_s - before_s
+        vx, vy = (next_x - x) / span, (next_y - y) / span
+        return np.array((x + since * vx, y + since * vy, vx, vy))
 
     def laid(self, place: np.ndarray, heading_rad: float) -> "Path":
         """The path for a robot that starts at a place (2,) in m with a heading."""
