@@ -17,6 +17,7 @@ from tensordict import TensorDict
 from torch.optim.swa_utils import AveragedModel, get_ema_multi_avg_fn
 
 from spikeport.networks.walking_policy import WalkingPolicy
+from spikeport.robot.description import JOINTS
 from spikeport.robot.walk_interface import ACTION_SIZE, CONTROL_DT_S, PARTS
 from spikeport.training.curriculum import Stage
 from spikeport.training.environment import WalkEnvironment
@@ -42,6 +43,9 @@ SCALES = {
     "last action": 0.5,
 }
 """Factors that bring the parts of an observation to a size near one."""
+
+MOVED = ["shoulder" not in joint and "elbow" not in joint for joint in JOINTS]
+"""Joints that the policy moves; its arms hang."""
 
 AVERAGING = 0.96
 """Share of the average actor that is kept in an update."""
@@ -93,7 +97,7 @@ class Learner:
         sample = self._sample(0)
         scale = _scale()
         extra = torch.ones(len(PRIVILEGED.order) - len(scale))
-        self.actor = MirrorNetwork(OBSERVATION, JOINT, scale, 0.1, SYMMETRY_BREAKING_SD)
+        self.actor = MirrorNetwork(OBSERVATION, JOINT, scale, 0.1, SYMMETRY_BREAKING_SD, MOVED)
         self.average = AveragedModel(self.actor, multi_avg_fn=get_ema_multi_avg_fn(AVERAGING))
         critic = MirrorNetwork(PRIVILEGED, SCALAR, torch.cat((scale, extra)), 1.0)
         noisy = MirrorGaussian(ACTION_SIZE, options.initial_std)

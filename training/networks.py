@@ -9,6 +9,7 @@ symmetric stand; the actor's first bias, [c + k, c - k], may break it.
 """
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import torch
@@ -49,6 +50,8 @@ class MirrorNetwork(nn.Module):
         Size of the last layer's weights, against what is usual.
     symmetry_breaking_sd : float
         Of the part of the first bias that has no mirror image; 0: there is none.
+    in_use : sequence of bool, optional
+        Which outputs are not always 0; all.
     """
 
     def __init__(
@@ -58,6 +61,7 @@ class MirrorNetwork(nn.Module):
         scale: torch.Tensor,
         output_gain: float,
         symmetry_breaking_sd: float = 0.0,
+        in_use: Sequence[bool] | None = None,
     ) -> None:
         super().__init__()
         half, n_in, n_out = WIDTH // 2, len(inputs.order), len(outputs.order)
@@ -65,6 +69,8 @@ class MirrorNetwork(nn.Module):
         for name, mirror in (("in", inputs), ("out", outputs)):
             self.register_buffer(f"{name}_index", torch.as_tensor(mirror.order))
             self.register_buffer(f"{name}_sign", torch.as_tensor(mirror.sign, dtype=torch.float))
+        used = torch.ones(n_out) if in_use is None else torch.as_tensor(in_use, dtype=torch.float)
+        self.register_buffer("in_use", used)
         self.A = _uniform(half, n_in, n_in)
         self.B = nn.ParameterList(_uniform(half, half, WIDTH) for _ in range(HIDDEN_LAYERS - 1))
         self.C = nn.ParameterList(_uniform(half, half, WIDTH) for _ in range(HIDDEN_LAYERS - 1))
@@ -83,7 +89,8 @@ class MirrorNetwork(nn.Module):
             W = torch.cat((torch.cat((B, C), dim=1), torch.cat((C, B), dim=1)))
             layers.append((W, torch.cat((c, c))))
         D = torch.cat((self.D, self._mirror_rows(self.D)), dim=1)
-        return [*layers, (D, (self.e + self._mirror_rows(self.e)) / 2)]
+        e = (self.e + self._mirror_rows(self.e)) / 2
+        return [*layers, (self.in_use[:, None] * D, self.in_use * e)]
 
     def _mirror_rows(self, x: torch.Tensor) -> torch.Tensor:
         sign = self.out_sign if x.ndim == 1 else self.out_sign[:, None]

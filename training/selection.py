@@ -56,8 +56,8 @@ def choose(
 
 
 def shortlist(log: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """The entries that walked best, of those evaluated."""
-    evaluated = [e for e in log if "vx_error_m_s" in e]
+    """The entries that walked best, of those evaluated in the last stage."""
+    evaluated = [e for e in log if "vx_error_m_s" in e and e["stage"] == log[-1]["stage"]]
     if not evaluated:
         raise UsageError("no checkpoint was evaluated; train longer with --steps")
     return sorted(evaluated, key=_rank_of)[:SHORTLIST]
