@@ -1,5 +1,7 @@
 """What drives the robot in a switching run: the humanoid in spikes, or the exact controllers."""
 
+import dataclasses
+
 import nengo
 import numpy as np
 
@@ -19,7 +21,7 @@ from spikeport.networks.humanoid import (
     without_bias,
 )
 from spikeport.networks.path_follower import analytic_follower, path_follower
-from spikeport.networks.policy import policy, record_ranges
+from spikeport.networks.policy import policy, record_ranges, solved_layers
 from spikeport.networks.region import Box
 
 
@@ -36,15 +38,16 @@ def spiking_humanoid(trial: SwitchTrial, exact: Exact) -> tuple[HumanoidNetwork,
     settings, seed = trial.settings, trial.settings.network_seed
     rehearsed = rehearse(trial, exact)
     layers, gait = policy_layers(exact.policy), rehearsed.observations
-    ranges = record_ranges(layers, gait)
-    # made before: a read-out is refitted in a network of its own
-    last = readout(trial, layers, ranges, gait) or layers[-1]
+    ranges, options = record_ranges(layers, gait), settings.policy_options
+    # made before: layers are solved for, and a read-out refitted, in networks of their own
+    *hidden, last = solved_layers(layers, ranges, options, seed, gait)
+    last = readout(trial, layers, ranges, gait) or last
     trial.options.progress("building the controller", None)
-    walker = [*layers[:-1], without_bias(last)]
+    solved = dataclasses.replace(options, solve="unit")
     net = humanoid(
         arm(exact.law, rehearsed.region, PRESETS[settings.preset], seed=seed),
         path_follower(exact.gains, seed=seed),
-        policy(walker, ranges, settings.policy_options, seed),
+        policy([*hidden, without_bias(last)], ranges, solved, seed),
         last.bias,
         HumanoidOptions(balances=not settings.anchor, tau_walk=settings.tau_fwd),
         seed,

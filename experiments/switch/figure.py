@@ -1,8 +1,8 @@
 """The figure of a switching run, after the paper's Figs. 1 and 6.
 
-Above, the robot in every phase, where pictures can be drawn, and what it drew. Below, over time,
-phases and spikes (`experiments.switch.nuclei_figure`), with a switch in milliseconds beside them;
-dotted lines lead from each picture to its moment. At the bottom, where the robot went.
+Above, the robot in every phase, where pictures can be drawn, and what its arm did. Below, over
+time, phases and spikes (`experiments.switch.nuclei_figure`), with a switch in milliseconds beside
+them; dotted lines lead from each picture to its moment. At the bottom, where the robot went.
 """
 
 from typing import Any
@@ -13,7 +13,6 @@ from matplotlib.figure import Figure
 from matplotlib.gridspec import GridSpec
 from matplotlib.patches import ConnectionPatch
 
-from spikeport.experiments.arm.draw_task import Sheet
 from spikeport.experiments.arm.figure import show_picture
 from spikeport.experiments.closed_loop import DT_S
 from spikeport.experiments.switch.goals import Goal
@@ -25,11 +24,11 @@ from spikeport.experiments.switch.nuclei_figure import (
     draw_nuclei,
     name_nuclei,
 )
-from spikeport.experiments.switch.phases import drawn
 from spikeport.experiments.switch.picture import COLOURS, middles
 from spikeport.experiments.switch.trial import SwitchRun
+from spikeport.experiments.switch.work_figure import TEMPLATE, draw_work
 
-TEMPLATE, MOMENT = "0.2", "0.35"
+MOMENT = "0.35"
 COLUMNS, OVER_TIME = 16, slice(0, 12)
 BESIDE = slice(13, COLUMNS)
 
@@ -54,7 +53,7 @@ def switch_figure(run: SwitchRun, result: dict[str, Any]) -> Figure:
     band = figure.add_subplot(grid[1, OVER_TIME])
     _draw_phases(band, run, result)
     _show_pictures(figure, grid, [band, *over_time.values()], run)
-    _draw_digits(figure.add_subplot(grid[0, BESIDE]), run, result)
+    draw_work(figure.add_subplot(grid[0, BESIDE]), run, result["metrics"]["phases"])
     _draw_way(figure.add_subplot(grid[-1, :]), run)
     figure.suptitle(_title(result), x=0.075, y=0.985, ha="left", fontsize=17, fontweight="bold")
     return figure
@@ -64,12 +63,12 @@ def _title(result: dict[str, Any]) -> str:
     """What was done, on what, and how well."""
     figures, settings = result["metrics"], result["settings"]
     cores = "" if result["resources"] is None else f", {result['resources']['cores']['used']} cores"
-    done = sum(phase["success"] for phase in figures["phases"])
     held = "anchored" if settings["anchor"] else "free-standing"
     falls = "no fall" if not figures["falls"] else f"fell at {figures['fallen_at_s']:.1f} s"
     return (
-        f"switch, {held}, {result['backend']}{cores}: {done} of {len(figures['phases'])} phases, "
-        f"{falls} in {result['seconds']:g} s, seed {result['seeds']['run']}"
+        f"switch, {held}, {result['backend']}{cores}: {figures['phases_done']} of "
+        f"{len(figures['phases'])} phases, {falls} in {result['seconds']:g} s, "
+        f"seed {result['seeds']['run']}"
     )
 
 
@@ -157,17 +156,3 @@ def _draw_way(axes: Axes, run: SwitchRun) -> None:
     handles, labels = axes.get_legend_handles_labels()
     once = dict(zip(labels, handles, strict=True))
     axes.legend(once.values(), once.keys(), loc="upper left", ncols=2, frameon=False)
-
-
-def _draw_digits(axes: Axes, run: SwitchRun, result: dict[str, Any]) -> None:
-    """Every drawing on its sheet as the robot sees it, over its template."""
-    sheet, told = Sheet(), list[str]()
-    for goal, figures in zip(run.goals, result["metrics"]["phases"], strict=True):
-        if len(trace := drawn(run, goal)):
-            axes.plot(*(100 * sheet.read(goal.stroke)).T, color=TEMPLATE, ls="--", lw=1.5)
-            axes.plot(*(100 * sheet.read(trace)).T, color=COLOURS["draw"], lw=2.5)
-            told.append(f"{1000 * figures['shape_error_rms_m']:.1f} mm rms")
-    if (digit := result["metrics"]["recognised_as"]) is not None:
-        told.append(f"read as {digit}")
-    axes.set(xlabel="right (cm)", ylabel="up (cm)", aspect="equal", title=", ".join(told))
-    axes.set_adjustable("datalim")

@@ -67,7 +67,7 @@ def find_goals(schedule: Schedule, digit: int, seed: int) -> list[Goal]:
     Raises
     ------
     UsageError
-        If a path cannot be followed.
+        If a path cannot be read or followed.
     """
     return [Goal(phase, _path(phase), digit, seed) for phase in schedule.phases]
 
@@ -78,6 +78,9 @@ def _path(phase: Phase) -> Path | None:
     seconds = phase.seconds + LEAD_S
     try:
         whole = find_path(phase.path, phase.speed_m_s, seconds)
+    except OSError as error:
+        reason = f"path '{phase.path}': {error.strerror}"
+        raise UsageError(f"phase '{phase.name}': {reason}") from None
     except UsageError as error:
         raise UsageError(f"phase '{phase.name}': {error}") from None
     return from_stand_to_stand(whole, seconds)

@@ -1,11 +1,21 @@
-"""What came of each phase of a switching run."""
+"""What came of each phase of a switching run.
+
+A phase is a success if the robot stands to its end, the gate of its action alone is open from
+`LATEST_SWITCH_S` on, and
+
+- walking, the pelvis stays near the path, and ends near the place it is to be at;
+- drawing, the digit is read as the one asked for, and its shape is near the template;
+- retracting, the hand ends near where it hangs;
+- reaching, it reaches a target.
+"""
 
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from spikeport.experiments.arm import digit_reader
 from spikeport.experiments.arm.draw_metrics import shape_error
-from spikeport.experiments.arm.draw_task import DrawTask
+from spikeport.experiments.arm.draw_task import DrawTask, Sheet
 from spikeport.experiments.arm.metrics import rms
 from spikeport.experiments.arm.reach_task import MIN_JUMP_M
 from spikeport.experiments.closed_loop import DT_S
@@ -17,12 +27,12 @@ from spikeport.experiments.walk.paths import Path
 from spikeport.experiments.walk.recording import Recording
 from spikeport.networks.humanoid import ACTIONS
 
-LATEST_SWITCH_S = 0.1
+LATEST_SWITCH_S = 0.045
 LARGEST_PATH_ERROR_M = 0.2
 FARTHEST_BEHIND_M = 1.0
-LARGEST_SHAPE_ERROR_M = 0.02
+LARGEST_SHAPE_ERROR_M = {True: 0.008, False: 0.016}
+"""Of a robot that is anchored, and of one that is not."""
 LARGEST_HAND_ERROR_M = 0.04
-"""Beyond these a phase has no success."""
 
 
 class Measured(NamedTuple):
@@ -76,6 +86,11 @@ def drawn(run: SwitchRun, goal: Goal) -> np.ndarray:
     return run.seen_m[pen_down(run, goal)]
 
 
+def shape_errors(run: SwitchRun, goal: Goal) -> np.ndarray:
+    """(n,) distances in m of what a phase drew from its template."""
+    return shape_error(goal.stroke, drawn(run, goal))
+
+
 def switched_after_s(gates: np.ndarray, phase: Phase) -> float:
     """Time in s from which on only the gate of the phase's action is open; gates (n, actions)."""
     seen = gates[round(phase.begin_s / DT_S) : round(phase.end_s / DT_S)]
@@ -104,9 +119,11 @@ def _drawn(run: SwitchRun, number: int, _now: np.ndarray) -> Measured:
     goal = run.goals[number]
     trace = drawn(run, goal)
     if not len(trace):
-        return Measured(False, {"shape_error_rms_m": None})
-    error_m = float(rms(shape_error(goal.stroke, trace)))
-    return Measured(error_m <= LARGEST_SHAPE_ERROR_M, {"shape_error_rms_m": error_m})
+        return Measured(False, {"shape_error_rms_m": None, "recognised_as": None})
+    error_m = float(rms(shape_errors(run, goal)))
+    digit = digit_reader.read_digit(Sheet().read(trace)) if digit_reader.can_read() else None
+    good = error_m <= LARGEST_SHAPE_ERROR_M[run.anchored] and digit in (goal.digit, None)
+    return Measured(good, {"shape_error_rms_m": error_m, "recognised_as": digit})
 
 
 def _retracted(run: SwitchRun, _number: int, now: np.ndarray) -> Measured:

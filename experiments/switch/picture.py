@@ -15,8 +15,10 @@ from spikeport.robot.render import Mark
 CAMERA = "track"
 COLOURS = dict(zip(ACTIONS, ("#2a9d4a", "#c8102e"), strict=True))
 PATH_RGBA = (0.15, 0.15, 0.18, 1.0)
-HAND_RGBA = (0.78, 0.06, 0.18, 1.0)
+HAND_RGBA = (1.0, 0.2, 0.15, 1.0)
+"""Bright, to be seen before the robot."""
 PATH_DT_S = 0.2
+HAND_M = 0.007
 TRACE_STEPS = 6
 MOST_MARKS = 1500
 
@@ -70,4 +72,4 @@ def _traces(run: SwitchRun) -> tuple[list[Mark], np.ndarray]:
     """Marks of the hand, and the physics step of each."""
     drawn = [pen_down(run, goal) for goal in run.goals]
     steps = np.flatnonzero(np.any(drawn, axis=0))[::TRACE_STEPS]
-    return [Mark(tuple(run.hands_m[step]), 0.004, HAND_RGBA) for step in steps], steps
+    return [Mark(tuple(run.hands_m[step]), HAND_M, HAND_RGBA) for step in steps], steps

@@ -74,8 +74,9 @@ def closed(trial: SwitchTrial) -> Closed:
     """
     settings, options = trial.settings, trial.options
     trial.goals(options.seed)
+    loop = _loop(trial, None)  # here an unknown appearance is told
     if options.video:
-        check_video(options.folder, _loop(trial, None))
+        check_video(options.folder, loop)
     controller, box = _controller(trial)
     loop = _loop(trial, box)
     with nengo.Network(label=trial.name, seed=settings.network_seed) as network:
@@ -130,6 +131,7 @@ def perform(trial: SwitchTrial, rig: Rig) -> SwitchRun:
         gates=sim.data[gates],
         spikes={name: sim.data[probe] != 0 for name, probe in nuclei.items()},
         fallen_at_s=loop.fallen_at_s,
+        anchored=trial.settings.anchor,
         sim=sim,
         wall_s=wall_s,
     )

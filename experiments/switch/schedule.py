@@ -1,6 +1,6 @@
 """What the humanoid is to do: phases with utilities and goals, from a TOML file.
 
-``switch.toml`` is the one that is shipped, and says what may stand in such a file.
+Files beside this one are shipped; ``switch.toml`` says what may stand in such a file.
 """
 
 from itertools import pairwise
@@ -15,7 +15,8 @@ from spikeport.experiments.walk.path_file import FASTEST_M_S
 from spikeport.hardware_models.chip_file import read
 from spikeport.networks.humanoid import ACTIONS
 
-SHIPPED = Path(__file__).with_name("switch.toml")
+SHIPPED = {file.stem: file for file in sorted(Path(__file__).parent.glob("*.toml"))}
+"""Schedules by name."""
 ROUNDING_S = 1e-9
 SHORTEST_PHASE_S = 0.1
 SHORTEST_ARM_S = {"digit": SHORTEST_S, "retract": 1.0, "reach": 0.5}
@@ -23,7 +24,9 @@ SHORTEST_ARM_S = {"digit": SHORTEST_S, "retract": 1.0, "reach": 0.5}
 GOALS = {"walk": ("path", "speed_m_s"), "draw": ("arm",)}
 """What says what an action is to do; the first it cannot do without."""
 
-Seconds = Annotated[float, Field(ge=0)]
+Seconds = Annotated[float, Field(ge=0, strict=True)]
+Utility = Annotated[float, Field(strict=True)]
+Speed = Annotated[float, Field(gt=0, le=FASTEST_M_S, strict=True)]
 
 
 class _Strictly(BaseModel):
@@ -42,9 +45,9 @@ class Phase(_Strictly):
     name: Annotated[str, Field(min_length=1)]
     begin_s: Seconds
     end_s: Seconds
-    utilities: dict[str, float]
+    utilities: dict[str, Utility]
     path: str | None = None
-    speed_m_s: Annotated[float, Field(gt=0, le=FASTEST_M_S)] = 0.5
+    speed_m_s: Speed = 0.5
     arm: Literal["digit", "retract", "reach"] | None = None
 
     @field_validator("utilities")
@@ -101,7 +104,7 @@ class Phase(_Strictly):
 class Schedule(_Strictly):
     """Phases one after the other, from 0 s on, without gaps; in one at least the arm works."""
 
-    phases: Annotated[tuple[Phase, ...], Field(min_length=1)]
+    phases: tuple[Phase, ...]
 
     @field_validator("phases")
     @classmethod

@@ -14,13 +14,13 @@ from spikeport.networks.arm import PRESETS
 class SwitchSettings(PolicySettings):
     """Settings of the schedule and the controller; see `PolicySettings` for the others.
 
-    ``schedule`` is a TOML file like ``switch.toml``, which is used where none is given; ``digit``
-    is what its drawing phases draw. While the arm is at work, the pelvis is welded to the world if
+    ``schedule`` is the name of a shipped one, or a TOML file like ``switch.toml``; ``digit`` is
+    what its drawing phases draw. While the arm is at work, the pelvis is welded to the world if
     ``anchor`` is set, as in the paper; else the policy goes on, and keeps the robot standing.
     ``preset`` is the size of the arm's controller.
     """
 
-    schedule: str | None = None
+    schedule: str = "switch"
     digit: int = 8
     anchor: bool = True
     preset: str = "lean"
@@ -28,6 +28,8 @@ class SwitchSettings(PolicySettings):
     def __post_init__(self) -> None:
         """Check the values; UsageError says what is wrong."""
         super().__post_init__()
+        if not self.schedule_file.exists():
+            raise unknown("schedule", self.schedule, (*SHIPPED, "the path of a file"))
         if self.preset not in PRESETS:
             raise unknown("preset", self.preset, PRESETS)
         if self.digit not in DIGITS:
@@ -36,7 +38,7 @@ class SwitchSettings(PolicySettings):
     @property
     def schedule_file(self) -> Path:
         """Where the schedule is."""
-        return SHIPPED if self.schedule is None else Path(self.schedule)
+        return SHIPPED.get(self.schedule, Path(self.schedule))
 
     def load_schedule(self, seconds: float) -> Schedule:
         """The schedule, for a run of at most so many seconds; see `schedule.load`."""

@@ -71,6 +71,8 @@ class SwitchRun(NamedTuple):
     spikes: dict[str, np.ndarray]
     """(n_steps, n_neurons) spikes of each nucleus, action by action; empty without neurons."""
     fallen_at_s: float | None
+    anchored: bool
+    """Whether the pelvis was held while the arm worked."""
     sim: Simulator
     wall_s: float
     pictures: tuple[np.ndarray, ...] = ()

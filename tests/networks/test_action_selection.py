@@ -6,6 +6,7 @@ from nengo_spa.modules.basalganglia import BasalGanglia
 from spikeport import Simulator
 from spikeport.errors import UsageError
 from spikeport.networks.action_selection import SelectionOptions, action_selection
+from spikeport.networks.humanoid import HumanoidOptions
 from spikeport.networks.spa_selection import spa_action_selection
 
 PAIRS = ((0.8, 0.4), (0.8, 0.6), (0.8, 0.7))
@@ -21,11 +22,17 @@ def schedule(n_actions: int) -> np.ndarray:
     return np.stack([np.where(winner, high, low) for high, low in PAIRS])
 
 
-def shown(network: nengo.Network, n_actions: int, backend: str, pipeline: str | None) -> Simulator:
+def shown(
+    network: nengo.Network,
+    n_actions: int,
+    backend: str,
+    pipeline: str | None,
+    options: SelectionOptions | None = None,
+) -> Simulator:
     """A network with a selection in it, run through the schedule."""
     phases = schedule(n_actions).reshape(-1, n_actions)
     with network:
-        selection = action_selection(n_actions, seed=network.seed)
+        selection = action_selection(n_actions, options, network.seed)
         values = nengo.Node(lambda t: phases[int((t - 5e-4) * 1000 / HOLD_STEPS)])
         nengo.Connection(values, selection.utilities, synapse=None)
         network.gates = nengo.Probe(selection.gates)
@@ -59,24 +66,35 @@ def switched_ms(gates: np.ndarray) -> np.ndarray:
     return last.reshape(len(PAIRS), n_actions).max(axis=1)
 
 
-@pytest.mark.parametrize(("n_actions", "pipeline"), [(2, "compact"), (4, "as_written")])
+@pytest.mark.parametrize(
+    ("n_actions", "pipeline"), [(2, "compact"), (3, "compact"), (4, "as_written")]
+)
 def test_selects_on_one_core(n_actions, pipeline):
-    """Measured when written, seeds 0 to 4: at most 30, 39 and 45 ms at the three pairs."""
     network = nengo.Network(seed=0)
     sim = shown(network, n_actions, "native", pipeline)
     assert len(sim.compilation.report.cores) == 1
-    close, closer, closest = switched_ms(selected(sim, network, n_actions))
-    assert max(close, closer) < 45
-    assert closest <= 50
+    assert switched_ms(selected(sim, network, n_actions)).max() < 45
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(1, 5))
 @pytest.mark.parametrize("n_actions", [2, 3, 4])
 def test_selects_with_every_seed(n_actions, seed):
+    """Measured when written: at most 31, 38 and 47 ms at the three pairs."""
     network = nengo.Network(seed=seed)
-    sim = shown(network, n_actions, "native", None)
-    assert switched_ms(selected(sim, network, n_actions))[:2].max() < 45
+    sim = shown(network, n_actions, "native", "compact")
+    *close, closest = switched_ms(selected(sim, network, n_actions))
+    assert max(close) < 45
+    assert closest <= 50
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(5))
+def test_the_humanoids_selects_between_close_utilities(seed):
+    """Measured when written: at most 27, 38 and 39 ms."""
+    network = nengo.Network(seed=seed)
+    sim = shown(network, 2, "native", "compact", HumanoidOptions().selection)
+    assert switched_ms(selected(sim, network, 2)).max() < 45
 
 
 def test_selects_in_float():

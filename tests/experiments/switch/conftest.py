@@ -1,9 +1,18 @@
-"""Schedules as text, and what is made of them."""
+"""Schedules as text, and runs that are made up."""
 
 from collections.abc import Callable
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
+from spikeport.experiments.arm import digit_reader
+from spikeport.experiments.arm.draw_task import DrawTask
+from spikeport.experiments.switch.goals import Goal, hanging_hand
+from spikeport.experiments.switch.schedule import Phase
+
+SECONDS, DT_S = 6.0, 0.005
+DRAW = {"walk": 0.4, "draw": 0.8}
 LINE, DIGIT, REACH, RETRACT = (
     'path = "line"',
     *(f'arm = "{goal}"' for goal in ("digit", "reach", "retract")),
@@ -44,3 +53,34 @@ def drawn(tmp_path_factory: pytest.TempPathFactory) -> str:
     path = tmp_path_factory.mktemp("schedule") / "drawn.toml"
     path.write_text(_phases((1, LINE), (4, DIGIT)))
     return str(path)
+
+
+@pytest.fixture
+def worked(monkeypatch: pytest.MonkeyPatch) -> Callable[..., SimpleNamespace]:
+    """Six seconds of work of the arm; ``read_as`` is what the classifier reads in what it drew."""
+
+    def make(arm, off_m=0.0, read_as=None, anchored=True, jumps=0, switch_s=0.03, fallen_at_s=None):
+        monkeypatch.setattr(digit_reader, "can_read", lambda: read_as is not None)
+        monkeypatch.setattr(digit_reader, "read_digit", lambda _trace: read_as)
+        phase = Phase(name="work", begin_s=0, end_s=SECONDS, utilities=DRAW, arm=arm)
+        goal = Goal(phase, None, digit=8, seed=0)
+        time_s = DT_S * np.arange(1, 1 + round(SECONDS / DT_S))
+        share = np.clip((time_s - DrawTask.begin_s) / (SECONDS - DrawTask.begin_s), 0, 1)
+        on_sheet = goal.stroke[(share * (len(goal.stroke) - 1)).astype(int)]
+        late = np.arange(round(SECONDS * 1000)) >= round(1000 * switch_s)
+        off = np.array([off_m, 0, 0])
+        hand = np.tile(hanging_hand() + off, (len(time_s), 1))
+        target = np.outer(np.arange(len(time_s)) * (1 + jumps) // len(time_s), [0.1, 0, 0])
+        return SimpleNamespace(
+            goals=[goal],
+            paths=[None],
+            recording=SimpleNamespace(time_s=time_s, position_m=np.zeros((len(time_s), 2))),
+            arm=SimpleNamespace(hand=hand, target=target),
+            seen_m=on_sheet + off,
+            gates=np.stack([~late, late], axis=1).astype(float),
+            spikes={},
+            fallen_at_s=fallen_at_s,
+            anchored=anchored,
+        )
+
+    return make

@@ -34,7 +34,7 @@ FILES = ["figure.png", "probes.nc", "result.json"]
 WALK, DRAW = {"walk": 0.8, "draw": 0.4}, {"walk": 0.4, "draw": 0.8}
 
 
-def switched(folder, schedule=None, seconds=60.0, backend="analytic", seed=0, **settings):
+def switched(folder, schedule="switch", seconds=60.0, backend="analytic", seed=0, **settings):
     options = Options(folder, seconds, backend=backend, seed=seed, pipeline="compact")
     switch.run(SwitchSettings(schedule=schedule, **settings), options)
     return json.loads((folder / "result.json").read_text())
@@ -267,7 +267,7 @@ def test_a_fall_ends_the_run_and_all_later_phases(tmp_path, brief):
             "n_neurons=7: a unit has as many neurons for each sign; give an even number from 2 on",
         ),
         (["network_seed=-1"], "network_seed=-1: a seed must be from 0 to 4294967295"),
-        (["schedule=nothing.toml"], "nothing.toml: no such file"),
+        (["appearance=wood"], "unknown appearance 'wood'; there is: menagerie, primitive"),
     ],
 )
 def test_what_is_wrong_is_told_before_the_run(tmp_path, spikeport, settings, message):
@@ -275,18 +275,6 @@ def test_what_is_wrong_is_told_before_the_run(tmp_path, spikeport, settings, mes
     given = [part for pair in settings for part in ("--set", pair)]
     code, printed, error = spikeport(*ANALYTIC, *given, "--out", out)
     assert (code, printed, error) == (2, "", f"error: {message}\n")
-    assert not out.exists()
-
-
-def test_a_path_that_is_not_known_is_told_before_the_run(tmp_path, spikeport, phases):
-    file, out = tmp_path / "schedule.toml", tmp_path / "run"
-    file.write_text(phases((1, 'path = "round"'), (2, 'arm = "reach"')))
-    code, printed, error = spikeport(*ANALYTIC, "--set", f"schedule={file}", "--out", out)
-    assert (code, printed) == (2, "")
-    assert error == (
-        f"error: {file}: phase 'phase 0': unknown path 'round'; "
-        "there is: FILE.csv, figure-eight, line, paper, s-curve\n"
-    )
     assert not out.exists()
 
 

@@ -1,7 +1,13 @@
 import pytest
 
-from spikeport.errors import UsageError
 from spikeport.experiments.switch.schedule import SHIPPED, load
+
+WALK, DRAW = "walk = 0.8, draw = 0.4", "walk = 0.4, draw = 0.8"
+
+
+@pytest.fixture
+def file(tmp_path):
+    return tmp_path / "schedule.toml"
 
 
 @pytest.fixture
@@ -10,127 +16,151 @@ def text(phases):
     return phases((6, 'path = "line"'), (6, 'arm = "digit"'))
 
 
-def read(tmp_path, text, seconds=60.0):
-    path = tmp_path / "schedule.toml"
-    path.write_text(text)
-    return load(path, seconds)
+@pytest.fixture
+def refused(file, tmp_path, spikeport):
+    """What the command line says of a text, as a schedule, before anything is left of a run."""
+
+    def run(text, *options, schedule=file):
+        file.write_text(text)
+        out, asked = tmp_path / "run", ("--set", f"schedule={schedule}", *options)
+        code, printed, error = spikeport("run", "switch", *asked, "--out", out)
+        assert (code, printed, out.exists()) == (2, "", False)
+        return error.removeprefix("error: ").removesuffix("\n")
+
+    return run
+
+
+# what is shipped, and what may be left out
 
 
 def test_the_shipped_one_has_the_four_phases_of_the_paper():
-    schedule = load(SHIPPED, 26.0)
+    schedule = load(SHIPPED["switch"], 26.0)
     assert [phase.name for phase in schedule.phases] == ["walk", "draw", "retract", "walk on"]
     assert [phase.action for phase in schedule.phases] == ["walk", "draw", "draw", "walk"]
     assert [phase.seconds for phase in schedule.phases] == [6, 12, 2, 6]
     assert schedule.end_s == 26
 
 
-def test_an_action_without_utility_has_none(tmp_path, text):
-    _, draw = read(tmp_path, text.replace("{ walk = 0.4, draw", "{ draw")).phases
+def test_the_one_for_a_robot_on_its_own_feet_draws_for_half_a_minute():
+    phases = load(SHIPPED["free-standing"], 60.0).phases
+    assert sum(phase.seconds for phase in phases if phase.arm == "digit") == 30
+
+
+def test_an_action_without_utility_has_none(file, text):
+    file.write_text(text.replace("{ walk = 0.4, draw", "{ draw"))
+    _, draw = load(file, 60.0).phases
     assert draw.values == (0.0, 0.8)
     assert (draw.action, draw.path, draw.arm) == ("draw", None, "digit")
+
+
+def test_the_shortest_phase_is_not_too_short_by_rounding(file, phases):
+    file.write_text(phases((0.2, 'path = "line"'), (0.5, 'arm = "reach"')))
+    assert load(file, 60.0).phases[1].seconds == pytest.approx(0.5)
+
+
+# what is refused
 
 
 @pytest.mark.parametrize(
     ("changed", "to", "message"),
     [
-        (
-            "begin_s = 6",
-            "begin_s = 5",
-            "phases: 'phase 1' begins at 5 s and overlaps 'phase 0', which ends at 6 s",
-        ),
+        ("begin_s = 6", "begin_s = 5", "'phase 1' begins at 5 s and overlaps 'phase 0', which {}"),
         (
             "begin_s = 6",
             "begin_s = 7",
-            "phases: 'phase 1' begins at 7 s and leaves a gap after 'phase 0', which ends at 6 s",
+            "'phase 1' begins at 7 s and leaves a gap after 'phase 0', which {}",
         ),
-        ("begin_s = 0", "begin_s = 1", "phases: 'phase 0' begins at 1 s, not at 0 s"),
-        (
-            "draw = 0.8",
-            "jump = 0.8",
-            "phases.1.utilities: unknown action 'jump'; there is: draw, walk",
-        ),
-        (
-            "draw = 0.8",
-            "draw = 1.2",
-            "phases.1.utilities: 'draw' has utility 1.2, limit 0 to 1",
-        ),
-        (
-            "draw = 0.8",
-            "draw = -0.2",
-            "phases.1.utilities: 'draw' has utility -0.2, limit 0 to 1",
-        ),
-        (
-            "walk = 0.4, draw = 0.8",
-            "walk = 0.8, draw = 0.8",
-            "phases.1.utilities: no action has the highest utility; give one more than the others",
-        ),
-        ("end_s = 12", "end_s = 5", "phases.1: end_s 5 is not after begin_s 6"),
-        (
-            "end_s = 12",
-            "end_s = 9",
-            'phases.1: lasts 3 s, arm = "digit" takes at least 4 s',
-        ),
-        (
-            "begin_s = 6\nend_s = 12",
-            "begin_s = 6\nend_s = 6.01",
-            'phases.1: lasts 0.01 s, arm = "digit" takes at least 4 s',
-        ),
-        ("end_s = 6", "end_s = 0.05", "phases.0: lasts 0.05 s, it takes at least 0.1 s"),
-        ('arm = "digit"\n', "", "phases.1: selects 'draw', and needs 'arm'"),
-        (
-            'path = "line"',
-            'path = "line"\narm = "reach"',
-            "phases.0: selects 'walk', and has no use for 'arm'",
-        ),
-        (
-            'arm = "digit"',
-            'arm = "digit"\nspeed_m_s = 0.5',
-            "phases.1: selects 'draw', and has no use for 'speed_m_s'",
-        ),
-        ('name = "phase 1"\n', "", "phases.1.name: is missing"),
-        ('path = "line"', 'path = "line"\nhaste = 1', "phases.0.haste: is not a known key"),
+        ("begin_s = 0", "begin_s = 1", "'phase 0' begins at 1 s, not at 0 s"),
     ],
 )
-def test_what_is_wrong_is_told_with_path_and_reason(tmp_path, text, changed, to, message):
+def test_phases_that_do_not_follow_each_other(refused, file, text, changed, to, message):
+    expected = message.format("ends at 6 s")
+    error = refused(text.replace(changed, to))
+    assert error == f"{file}: not a schedule:\n  phases: {expected}"
+
+
+@pytest.mark.parametrize(
+    ("changed", "to", "message"),
+    [
+        ("draw = 0.8", "jump = 0.8", "utilities: unknown action 'jump'; there is: draw, walk"),
+        ("draw = 0.8", "draw = 1.2", "utilities: 'draw' has utility 1.2, limit 0 to 1"),
+        ("draw = 0.8", "draw = -0.2", "utilities: 'draw' has utility -0.2, limit 0 to 1"),
+        ("draw = 0.8", "draw = nan", "utilities.draw: Input should be a finite number"),
+        ("draw = 0.8", "draw = true", "utilities.draw: Input should be a valid number"),
+        (DRAW, "", "utilities: no action has the highest utility; give one more than the others"),
+        ("end_s = 12", "end_s = -1", "end_s: Input should be greater than or equal to 0"),
+        ("end_s = 12", 'end_s = "12"', "end_s: Input should be a valid number"),
+        ('name = "phase 1"\n', "", "name: is missing"),
+        ('arm = "digit"', 'arm = "digit"\nhaste = 1', "haste: is not a known key"),
+        ('"digit"', '"wave"', "arm: Input should be 'digit', 'retract' or 'reach'"),
+    ],
+)
+def test_values_that_cannot_be(refused, file, text, changed, to, message):
     assert changed in text
-    with pytest.raises(UsageError) as caught:
-        read(tmp_path, text.replace(changed, to))
-    assert str(caught.value) == f"{tmp_path}/schedule.toml: not a schedule:\n  {message}"
+    error = refused(text.replace(changed, to))
+    assert error == f"{file}: not a schedule:\n  phases.1.{message}"
 
 
-def test_an_arm_without_work_is_refused(tmp_path, phases):
-    with pytest.raises(UsageError) as caught:
-        read(tmp_path, phases((6, 'path = "line"')))
-    assert str(caught.value) == (
-        f"{tmp_path}/schedule.toml: not a schedule:\n"
+@pytest.mark.parametrize(
+    ("changed", "to", "message"),
+    [
+        ("end_s = 12", "end_s = 5", "1: end_s 5 is not after begin_s 6"),
+        ("end_s = 12", "end_s = 9", '1: lasts 3 s, arm = "digit" takes at least 4 s'),
+        ("end_s = 6", "end_s = 0.05", "0: lasts 0.05 s, it takes at least 0.1 s"),
+        ('arm = "digit"\n', "", "1: selects 'draw', and needs 'arm'"),
+        (WALK, DRAW, "0: selects 'draw', and needs 'arm'"),
+        ('"digit"', '"digit"\nspeed_m_s = 1', "1: selects 'draw', and has no use for 'speed_m_s'"),
+    ],
+)
+def test_phases_that_cannot_be(refused, file, text, changed, to, message):
+    assert changed in text
+    error = refused(text.replace(changed, to))
+    assert error == f"{file}: not a schedule:\n  phases.{message}"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "not a schedule:\n  phases: is missing"),
+        ("phases = [", "not TOML: Invalid value (at end of document)"),
+        (
+            "phases = []",
+            "not a schedule:\n"
+            "  phases: none selects 'draw': the arm's controller is made for what it does",
+        ),
+        ("haste = 1\nphases = 2", "not a schedule:\n  phases: Input should be a valid tuple\n  {}"),
+    ],
+)
+def test_files_that_are_no_schedule(refused, file, text, message):
+    assert refused(text) == f"{file}: {message.format('haste: is not a known key')}"
+
+
+def test_an_arm_without_work(refused, file, phases):
+    assert refused(phases((6, 'path = "line"'))) == (
+        f"{file}: not a schedule:\n"
         "  phases: none selects 'draw': the arm's controller is made for what it does"
     )
 
 
-def test_the_shortest_phase_is_not_too_short_by_rounding(tmp_path, phases):
-    schedule = read(tmp_path, phases((0.2, 'path = "line"'), (0.5, 'arm = "reach"')))
-    assert schedule.phases[1].seconds == pytest.approx(0.5)
+@pytest.mark.parametrize(
+    ("path", "message"),
+    [
+        ("round", "unknown path 'round'; there is: FILE.csv, figure-eight, line, paper, s-curve"),
+        ("nothing.csv", "path 'nothing.csv': No such file or directory"),
+    ],
+)
+def test_a_path_that_is_not_there(refused, file, text, path, message):
+    assert refused(text.replace('"line"', f'"{path}"')) == f"{file}: phase 'phase 0': {message}"
 
 
-def test_no_phases_are_no_schedule(tmp_path):
-    with pytest.raises(UsageError) as caught:
-        read(tmp_path, "phases = []")
-    assert str(caught.value) == (
-        f"{tmp_path}/schedule.toml: not a schedule:\n"
-        "  phases: Tuple should have at least 1 item after validation, not 0"
-    )
-
-
-def test_a_phase_longer_than_the_run_is_refused(tmp_path, text):
-    with pytest.raises(UsageError) as caught:
-        read(tmp_path, text, seconds=10.0)
-    assert str(caught.value) == (
-        f"{tmp_path}/schedule.toml: phase 'phase 1' ends at 12 s, the run at 10 s; "
+def test_a_phase_longer_than_the_run(refused, file, text):
+    assert refused(text, "--seconds", "10") == (
+        f"{file}: phase 'phase 1' ends at 12 s, the run at 10 s; "
         "cure: --seconds 12, or shorter phases"
     )
 
 
-def test_a_file_that_is_not_there_is_named(tmp_path):
-    with pytest.raises(UsageError) as caught:
-        load(tmp_path / "nothing.toml", 10.0)
-    assert str(caught.value) == f"{tmp_path}/nothing.toml: no such file"
+def test_a_schedule_that_is_not_there(refused, tmp_path):
+    known = "there is: free-standing, switch, the path of a file"
+    assert refused("", schedule="none") == f"unknown schedule 'none'; {known}"
+    assert refused("", schedule=tmp_path) == f"{tmp_path}: cannot be read: Is a directory"

@@ -1,0 +1,83 @@
+"""A small humanoid from the command line: refitted, converted otherwise, on other backends."""
+
+import json
+
+import pytest
+
+from spikeport.experiments.switch import rehearsal
+from spikeport.experiments.switch import run as switch_run
+from spikeport.experiments.walk.gait import record_gait
+from spikeport.networks.arm import PRESETS, ArmSizes
+
+
+@pytest.fixture
+def short(tmp_path, phases):
+    """The file of a schedule of half a second or so."""
+    path = tmp_path / "short.toml"
+    path.write_text(phases((0.1, 'path = "line"'), (0.5, 'arm = "reach"')))
+    return path
+
+
+@pytest.fixture
+def small(monkeypatch, spikeport, short, tmp_path):
+    """Run a command of ``switch`` with few neurons and short rehearsals, into a path."""
+    monkeypatch.setitem(PRESETS, "lean", ArmSizes(m1=60, cb=40, s1=10))
+    monkeypatch.setattr(rehearsal, "SEEDS", (1000,))
+    monkeypatch.setattr(switch_run, "pictures", lambda *_: ())
+    monkeypatch.setattr(rehearsal, "record_gait", lambda policy: record_gait(policy, 1.0))
+
+    def command(name, out, *settings, backend="native"):
+        chosen = (f"schedule={short}", "n_neurons=2", *settings)
+        given = [part for setting in chosen for part in ("--set", setting)]
+        return spikeport(name, "switch", "--backend", backend, *given, "--out", tmp_path / out)
+
+    return command
+
+
+def result(folder):
+    found = json.loads((folder / "result.json").read_text())
+    del found["metrics"]["real_time_factor"]
+    return found
+
+
+def test_a_calibration_is_made_once_and_used_again(small, tmp_path):
+    file = tmp_path / "c.npz"
+    code, printed, _ = small("calibrate", "c.npz")
+    assert (code, printed.splitlines()[-1]) == (0, f"written: {file}")
+    given = {"nominal": "false", "made": "true", "read": file}
+    for name, calibrated in given.items():
+        assert small("run", name, f"calibrated={calibrated}")[0] == 0
+    nominal, made, read = (result(tmp_path / name) for name in given)
+    assert made["image_digest"] == read["image_digest"] != nominal["image_digest"]
+    assert made["metrics"] == read["metrics"]
+    message = (
+        f"error: calibrated={file}: made for anchor=True, but the run has anchor=False; make it "
+        "with `spikeport calibrate`, the settings of the run, and --out\n"
+    )
+    assert small("run", "other", f"calibrated={file}", "anchor=false") == (2, "", message)
+    assert not (tmp_path / "other").exists()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("variant", ["solve=layer", "units=if"])
+def test_a_conversion_can_be_another(small, tmp_path, variant):
+    assert small("run", "run", variant)[0] == 0
+    assert result(tmp_path / "run")["metrics"]["readout_spikes"] == 0
+
+
+@pytest.mark.slow
+def test_the_emulator_does_what_the_native_backend_does(small, tmp_path):
+    for backend in ("native", "nengo-loihi"):
+        assert small("run", backend, backend=backend)[0] == 0
+    native, emulated = (result(tmp_path / backend) for backend in ("native", "nengo-loihi"))
+    for key in ("metrics", "image_digest", "resources", "energy"):
+        assert native[key] == emulated[key]
+
+
+@pytest.mark.slow
+def test_it_runs_in_float(small, tmp_path):
+    assert small("run", "run", backend="reference")[0] == 0
+    found = result(tmp_path / "run")
+    assert (found["image_digest"], found["resources"]) == (None, None)
+    assert (found["metrics"]["falls"], found["metrics"]["readout_spikes"]) == (0, None)
+    assert found["metrics"]["spikes_by_nucleus"]["strD1"] > 0
