@@ -24,6 +24,7 @@ from spikeport.training.environment import WalkEnvironment
 from spikeport.training.export import policy_of
 from spikeport.training.mirror import JOINT, OBSERVATION, SCALAR
 from spikeport.training.networks import (
+    MOVED,
     NOISE_SIZE,
     SYMMETRY_BREAKING_SD,
     MirrorGaussian,
@@ -43,9 +44,6 @@ SCALES = {
     "last action": 0.5,
 }
 """Factors that bring the parts of an observation to a size near one."""
-
-MOVED = ["shoulder" not in joint and "elbow" not in joint for joint in JOINTS]
-"""Joints that the policy moves; its arms hang."""
 
 AVERAGING = 0.96
 """Share of the average actor that is kept in an update."""
@@ -97,7 +95,8 @@ class Learner:
         sample = self._sample(0)
         scale = _scale()
         extra = torch.ones(len(PRIVILEGED.order) - len(scale))
-        self.actor = MirrorNetwork(OBSERVATION, JOINT, scale, 0.1, SYMMETRY_BREAKING_SD, MOVED)
+        moved = [joint in MOVED for joint in JOINTS]
+        self.actor = MirrorNetwork(OBSERVATION, JOINT, scale, 0.1, SYMMETRY_BREAKING_SD, moved)
         self.average = AveragedModel(self.actor, multi_avg_fn=get_ema_multi_avg_fn(AVERAGING))
         critic = MirrorNetwork(PRIVILEGED, SCALAR, torch.cat((scale, extra)), 1.0)
         noisy = MirrorGaussian(ACTION_SIZE, options.initial_std)

@@ -27,6 +27,9 @@ HIDDEN_LAYERS = 3
 NOISE_SIZE = WIDTH * HIDDEN_LAYERS
 SYMMETRY_BREAKING_SD = 0.15
 
+MOVED = tuple(joint for joint in JOINTS if "shoulder" not in joint and "elbow" not in joint)
+"""Joints that the policy moves; its arms hang."""
+
 Layer = tuple[torch.Tensor, torch.Tensor]
 
 
@@ -127,6 +130,8 @@ class MirrorGaussian(GaussianDistribution):
 
 
 def _largest_std(joint: str) -> float:
+    if joint not in MOVED:
+        return 0.05  # a mere disturbance
     return {"torso": 0.15, "left_hip_yaw": 0.2, "right_hip_yaw": 0.2}.get(joint, 1.0)
 
 
