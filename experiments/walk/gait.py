@@ -1,8 +1,8 @@
 """A gait recorded from the exact policy: what the spiking one is made for.
 
-Random commands are walked for 40 s, among them to go straight and to stand. What is observed
-meanwhile gives the range of every observation (`encoding`), and of every hidden unit
-(`spikeport.networks.policy.record_ranges`), and is what a read-out is refitted on.
+Random commands are walked for 40 s. What is observed meanwhile gives the range of every observation
+(`encoding`), and of every hidden unit (`spikeport.networks.policy.record_ranges`), and is what a
+read-out is refitted on.
 """
 
 import numpy as np
@@ -36,19 +36,12 @@ def record_gait(policy: WalkingPolicy, seconds: float = SECONDS) -> np.ndarray:
     loop.begin(SEED, nowhere)
     for step in range(round(seconds / OBSERVATION_DT_S)):
         if step % round(HELD_S / OBSERVATION_DT_S) == 0:
-            command = _command(rng)
+            command = [rng.uniform(*reach) for reach in COMMANDS]
         seen.append(loop.step(np.concatenate((action, command)))[:OBSERVATION_SIZE])
         action = policy(seen[-1])
         if loop.over:
             loop.begin(SEED + step, nowhere)
     return np.array(seen)
-
-
-def _command(rng: np.random.RandomState) -> tuple[float, float]:
-    """Forward speed and yaw rate: one in five asks to stand, two in five to go straight."""
-    speed, turn = (rng.uniform(*reach) for reach in COMMANDS)
-    kind = rng.rand()
-    return speed * (kind > 0.2), turn * (kind > 0.6)
 
 
 def encoding(observations: np.ndarray) -> Box:
