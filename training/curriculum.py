@@ -25,41 +25,27 @@ _STEP = Task(
     weights=Weights(),
     scales=RewardSettings(),
 )
-_STRIDE = replace(
-    _STEP,
-    commands=replace(_STEP.commands, standing=0.2),
-    weights=replace(_STEP.weights, air_time=4.0, early_touchdown=-0.7, stand=3.0, restless=-60.0),
-)
-"""Standing is learned with the first steps: a gait that is settled is hard to stop."""
+_STRIDE = replace(_STEP, weights=replace(_STEP.weights, air_time=4.0, early_touchdown=-0.7))
+_ALL_WAYS = CommandRange(vx_m_s=(-0.3, 1.0), turning=0.1)
+"""Steps back are what catches a robot that has braked too hard."""
 
 _WIDE = Task(
-    commands=CommandRange(turning=0.1, standing=0.2),
-    randomisation=Randomisation(push_m_s=0.25),
-    weights=replace(
-        _STRIDE.weights,
-        alive=2.0,
-        track_velocity=2.5,
-        track_yaw_rate=2.0,
-        torso=-0.6,
-        tilt=-4.0,
-        low_pelvis=-20.0,
-    ),
+    commands=_ALL_WAYS,
+    randomisation=Randomisation(push_m_s=0.3),
+    weights=replace(_STRIDE.weights, track_velocity=2.5, track_yaw_rate=1.4, torso=-0.6, tilt=-2.0),
     scales=replace(_STRIDE.scales, vx_sd_m_s=0.35, wz_sd_rad_s=0.35),
 )
-"""Staying up pays: where costs outweigh what a step earns, falling would be no loss."""
-
-_NOISY = replace(
-    _WIDE,
-    randomisation=Randomisation(
-        push_m_s=0.25, joint_offset_sd_rad=0.03, action_noise_sd=0.1, busy_arms=0.5
-    ),
+_NOISY = Task(
+    commands=_ALL_WAYS,
+    randomisation=Randomisation(push_m_s=0.4, joint_offset_sd_rad=0.05, action_noise_sd=0.1),
     weights=replace(
         _WIDE.weights,
         track_velocity=3.5,
-        track_yaw_rate=3.0,
-        early_touchdown=-1.0,
+        track_yaw_rate=1.7,
         high_foot=-10.0,
         torso=-1.2,
+        spread_arms=-0.6,
+        tilt=-4.0,
         impact=-0.001,
         action_jerk=-0.015,
     ),
@@ -67,16 +53,23 @@ _NOISY = replace(
 )
 _PRECISE = replace(
     _NOISY,
-    commands=replace(_NOISY.commands, turning=0.15, still=0.02),
-    weights=replace(_NOISY.weights, track_velocity=4.0, track_yaw_rate=4.0),
+    commands=replace(_ALL_WAYS, turning=0.15, still=0.02),
+    weights=replace(_NOISY.weights, track_velocity=4.0, track_yaw_rate=2.0),
     scales=replace(_NOISY.scales, vx_sd_m_s=0.12, wz_sd_rad_s=0.2),
+)
+_STANDING = replace(
+    _PRECISE,
+    commands=replace(_PRECISE.commands, standing=0.2),
+    randomisation=replace(_PRECISE.randomisation, busy_arms=0.5, push_m_s=0.25),
+    weights=replace(_PRECISE.weights, stand=2.0, track_yaw_rate=3.5),
 )
 STAGES = (
     Stage("step", 0, _STEP, entropy=0.001),
     Stage("stride", 2_000_000, _STRIDE, entropy=0.001),
-    Stage("wide", 4_500_000, _WIDE, entropy=0.0005),
-    Stage("noisy", 6_500_000, _NOISY, hidden_noise=0.06),
-    Stage("precise", 10_000_000, _PRECISE, hidden_noise=0.06),
+    Stage("wide", 3_500_000, _WIDE, entropy=0.0005),
+    Stage("noisy", 5_500_000, _NOISY, hidden_noise=0.06),
+    Stage("precise", 8_500_000, _PRECISE, hidden_noise=0.06),
+    Stage("standing", 11_000_000, _STANDING, hidden_noise=0.06),
 )
 """In order; sources of the figures: see `spikeport.training.rewards`."""
 

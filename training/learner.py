@@ -17,14 +17,12 @@ from tensordict import TensorDict
 from torch.optim.swa_utils import AveragedModel, get_ema_multi_avg_fn
 
 from spikeport.networks.walking_policy import WalkingPolicy
-from spikeport.robot.description import JOINTS
 from spikeport.robot.walk_interface import ACTION_SIZE, CONTROL_DT_S, PARTS
 from spikeport.training.curriculum import Stage
 from spikeport.training.environment import WalkEnvironment
 from spikeport.training.export import policy_of
 from spikeport.training.mirror import JOINT, OBSERVATION, SCALAR
 from spikeport.training.networks import (
-    MOVED,
     NOISE_SIZE,
     SYMMETRY_BREAKING_SD,
     MirrorGaussian,
@@ -95,8 +93,7 @@ class Learner:
         sample = self._sample(0)
         scale = _scale()
         extra = torch.ones(len(PRIVILEGED.order) - len(scale))
-        moved = [joint in MOVED for joint in JOINTS]
-        self.actor = MirrorNetwork(OBSERVATION, JOINT, scale, 0.1, SYMMETRY_BREAKING_SD, moved)
+        self.actor = MirrorNetwork(OBSERVATION, JOINT, scale, 0.1, SYMMETRY_BREAKING_SD)
         self.average = AveragedModel(self.actor, multi_avg_fn=get_ema_multi_avg_fn(AVERAGING))
         critic = MirrorNetwork(PRIVILEGED, SCALAR, torch.cat((scale, extra)), 1.0)
         noisy = MirrorGaussian(ACTION_SIZE, options.initial_std)

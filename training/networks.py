@@ -9,7 +9,6 @@ symmetric stand; the actor's first bias, [c + k, c - k], may break it.
 """
 
 import math
-from collections.abc import Sequence
 from typing import Any
 
 import torch
@@ -26,9 +25,6 @@ WIDTH = 128
 HIDDEN_LAYERS = 3
 NOISE_SIZE = WIDTH * HIDDEN_LAYERS
 SYMMETRY_BREAKING_SD = 0.15
-
-MOVED = tuple(joint for joint in JOINTS if "shoulder" not in joint and "elbow" not in joint)
-"""Joints that the policy moves; its arms hang."""
 
 Layer = tuple[torch.Tensor, torch.Tensor]
 
@@ -53,8 +49,6 @@ class MirrorNetwork(nn.Module):
         Size of the last layer's weights, against what is usual.
     symmetry_breaking_sd : float
         Of the part of the first bias that has no mirror image; 0: there is none.
-    in_use : sequence of bool, optional
-        Which outputs are not always 0; all.
     """
 
     def __init__(
@@ -64,7 +58,6 @@ class MirrorNetwork(nn.Module):
         scale: torch.Tensor,
         output_gain: float,
         symmetry_breaking_sd: float = 0.0,
-        in_use: Sequence[bool] | None = None,
     ) -> None:
         super().__init__()
         half, n_in, n_out = WIDTH // 2, len(inputs.order), len(outputs.order)
@@ -72,8 +65,6 @@ class MirrorNetwork(nn.Module):
         for name, mirror in (("in", inputs), ("out", outputs)):
             self.register_buffer(f"{name}_index", torch.as_tensor(mirror.order))
             self.register_buffer(f"{name}_sign", torch.as_tensor(mirror.sign, dtype=torch.float))
-        used = torch.ones(n_out) if in_use is None else torch.as_tensor(in_use, dtype=torch.float)
-        self.register_buffer("in_use", used)
         self.A = _uniform(half, n_in, n_in)
         self.B = nn.ParameterList(_uniform(half, half, WIDTH) for _ in range(HIDDEN_LAYERS - 1))
         self.C = nn.ParameterList(_uniform(half, half, WIDTH) for _ in range(HIDDEN_LAYERS - 1))
@@ -92,8 +83,7 @@ class MirrorNetwork(nn.Module):
             W = torch.cat((torch.cat((B, C), dim=1), torch.cat((C, B), dim=1)))
             layers.append((W, torch.cat((c, c))))
         D = torch.cat((self.D, self._mirror_rows(self.D)), dim=1)
-        e = (self.e + self._mirror_rows(self.e)) / 2
-        return [*layers, (self.in_use[:, None] * D, self.in_use * e)]
+        return [*layers, (D, (self.e + self._mirror_rows(self.e)) / 2)]
 
     def _mirror_rows(self, x: torch.Tensor) -> torch.Tensor:
         sign = self.out_sign if x.ndim == 1 else self.out_sign[:, None]
@@ -130,8 +120,6 @@ class MirrorGaussian(GaussianDistribution):
 
 
 def _largest_std(joint: str) -> float:
-    if joint not in MOVED:
-        return 0.05  # a mere disturbance
     return {"torso": 0.15, "left_hip_yaw": 0.2, "right_hip_yaw": 0.2}.get(joint, 1.0)
 
 

@@ -6,7 +6,6 @@ pytest.importorskip("rsl_rl")
 import numpy as np
 
 from spikeport.training.learner import AVERAGING, Learner, LearnerOptions
-from spikeport.training.networks import MOVED
 
 
 def test_the_policy_is_the_average_of_the_actors():
@@ -15,19 +14,5 @@ def test_the_policy_is_the_average_of_the_actors():
         learner.actor.e.data.fill_(value)
         learner.average.update_parameters(learner.actor)
     both_sides = (learner.actor.out_sign.numpy() + 1) / 2
-    moved = np.isin(learner.policy().joints, MOVED)
-    expected = (AVERAGING * 1.0 + (1 - AVERAGING) * 2.0) * both_sides * moved
+    expected = (AVERAGING * 1.0 + (1 - AVERAGING) * 2.0) * both_sides
     np.testing.assert_allclose(learner.policy().biases[-1], expected, rtol=1e-6)
-
-
-def test_the_policy_lets_its_arms_hang():
-    learner = Learner(LearnerOptions(robots=2, horizon=2))
-    learner.actor.e.data.fill_(1.0)
-    learner.average.update_parameters(learner.actor)
-    policy = learner.policy()
-    arms = [i for i, joint in enumerate(policy.joints) if "shoulder" in joint or "elbow" in joint]
-    others = np.delete(policy.weights[-1], arms, axis=0)
-    assert len(arms) == 8
-    assert not policy.weights[-1][arms].any()
-    assert not policy.biases[-1][arms].any()
-    assert others.any(axis=1).all()
