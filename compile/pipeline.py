@@ -20,7 +20,7 @@ from spikeport.compile.placing.load import block_loads, capacity
 from spikeport.compile.placing.lower_bound import lower_bound
 from spikeport.compile.refusal import collected_warnings, without_addresses
 from spikeport.compile.rewriting.rewrite import Rewrite
-from spikeport.compile.usage import core_uses
+from spikeport.compile.usage import CoreUse, core_uses
 from spikeport.compile.verdict.hints import image_hints, network_hints
 from spikeport.compile.verdict.lint import lint
 from spikeport.compile.verdict.neurobench import neurobench
@@ -28,6 +28,7 @@ from spikeport.compile.verdict.report import Report
 from spikeport.compile.verdict.verify import verify, verify_settings
 from spikeport.compile.verdict.violation import DoesNotFitError
 from spikeport.hardware_models import chip as chips
+from spikeport.hardware_models.chip import Chip
 
 
 @dataclass(frozen=True)
@@ -95,9 +96,7 @@ def compile_network(
     )
     unplaced = extract(blocks, target.name)
     image = run.apply(ImagePass, unplaced)
-    cores = core_uses(image, target)
-    if exceeded := [*verify(cores, target), *verify_settings(image, target)]:
-        raise DoesNotFitError(target.name, exceeded)
+    cores = _verified(image, target)
     report = Report(
         target,
         image.digest,
@@ -124,6 +123,14 @@ def _rewritten(
     if broken := lint(rewrite.network, rewrite.names):
         raise DoesNotFitError(chip, broken)
     return rewrite, [without_addresses(one.message) for one in said]
+
+
+def _verified(image: ChipImage, target: Chip) -> list[CoreUse]:
+    """What every core holds; all limits of the chip are kept."""
+    cores = core_uses(image, target)
+    if exceeded := [*verify(cores, target), *verify_settings(image, target)]:
+        raise DoesNotFitError(target.name, exceeded)
+    return cores
 
 
 def _placed(image: ChipImage) -> tuple[tuple[str, ...], ...]:
