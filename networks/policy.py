@@ -101,6 +101,7 @@ def solved_layers(
 def _network(
     layers: Sequence[Layer], ranges: Sequence[Ranges], options: PolicyOptions, seed: int
 ) -> PolicyNetwork:
+    rng = np.random.RandomState(seed)
     with PolicyNetwork(label="policy", seed=seed) as net:
         n_in, n_out = layers[0].weights.shape[1], len(layers[-1].bias)
         net.observation = nengo.Node(size_in=n_in, label="observation")
@@ -109,7 +110,7 @@ def _network(
         values, synapse = net.observation, None
         for number, (layer, reach) in enumerate(zip(layers[:-1], ranges, strict=True)):
             apart = isinstance(layers[number + 1], Readout)
-            hidden = hidden_layer(f"layer {number + 1}", reach, options, apart)
+            hidden = hidden_layer(f"layer {number + 1}", reach, options, apart, rng)
             _dense(values, hidden.input, layer, synapse)
             net.layers.append(hidden)
             values, synapse = hidden.output, options.tau_fwd

@@ -2,6 +2,10 @@
 
 Those for z > 0 have encoders +1, those for z < 0 have -1; all are at threshold at z = 0, and all
 neurons of an ensemble have the same decoder (`spikeport.networks.solvers.Tied`).
+
+A unit of the first half of a layer and its counterpart in the second have the same neurons. Where
+these units mirror each other, as in a policy that treats left and right alike, what one errs by on
+one side, the other errs by on the other side.
 """
 
 import itertools
@@ -10,6 +14,7 @@ from typing import NamedTuple
 
 import nengo
 import numpy as np
+from nengo.utils.numpy import maxint
 
 from spikeport.networks.policy_values import PolicyOptions, Ranges
 from spikeport.networks.solvers import Tied
@@ -38,7 +43,9 @@ class HiddenLayer(nengo.Network):
     halves: list[Half]
 
 
-def hidden_layer(label: str, reach: Ranges, options: PolicyOptions, apart: bool) -> HiddenLayer:
+def hidden_layer(
+    label: str, reach: Ranges, options: PolicyOptions, apart: bool, rng: np.random.RandomState
+) -> HiddenLayer:
     """A layer of units.
 
     Parameters
@@ -51,15 +58,20 @@ def hidden_layer(label: str, reach: Ranges, options: PolicyOptions, apart: bool)
         Neurons, rates and time constants.
     apart : bool
         Whether ``output`` has the halves of all units by themselves (see `Readout`) or their sums.
+    rng : RandomState
+        Draws the seeds of the neurons.
     """
     n, signs = len(reach.above), options.function.signs
+    pairs = (n + 1) // 2
+    seeds = rng.randint(maxint, size=(len(signs), pairs))
     kinds, radii = _neurons(options), {+1: reach.above, -1: reach.below}
     with HiddenLayer(label=label) as net:
         net.input = nengo.Node(size_in=n, label=f"{label} input")
         net.output = nengo.Node(size_in=n * len(signs) if apart else n, label=f"{label} output")
         net.halves = []
         for unit, (number, sign) in itertools.product(range(n), enumerate(signs)):
-            ensemble, points = _ensemble(unit, sign, radii[sign][unit], kinds[sign], options)
+            seed = int(seeds[number, unit % pairs])
+            ensemble, points = _ensemble(unit, sign, radii[sign][unit], kinds[sign], options, seed)
             nengo.Connection(net.input[unit], ensemble, synapse=None)
             target = net.output[unit + n * number if apart else unit]
             decoded = _decode(ensemble, target, points, options)
@@ -68,7 +80,12 @@ def hidden_layer(label: str, reach: Ranges, options: PolicyOptions, apart: bool)
 
 
 def _ensemble(
-    unit: int, sign: int, radius: float, kind: nengo.neurons.NeuronType, options: PolicyOptions
+    unit: int,
+    sign: int,
+    radius: float,
+    kind: nengo.neurons.NeuronType,
+    options: PolicyOptions,
+    seed: int,
 ) -> tuple[nengo.Ensemble, np.ndarray]:
     """The neurons of one unit for one sign of its pre-activation, and values there (n, 1)."""
     n = options.n_neurons // 2
@@ -83,6 +100,7 @@ def _ensemble(
         eval_points=points / radius,
         neuron_type=kind,
         label=f"unit {unit}{'+' if sign > 0 else '-'}",
+        seed=seed,
     )
     return ensemble, points
 

@@ -6,9 +6,9 @@ policy; when it is to walk again, the arm first goes back to where it hangs.
 
 import numpy as np
 
+from spikeport.robot import mirror
 from spikeport.robot.description import ARM_JOINTS, JOINTS
 from spikeport.robot.walk_interface import ACTION_SIZE, CONTROL_DT_S, POSE_RAD
-from spikeport.training import mirror
 
 LOWEST_RAD = np.array([-1.2, -0.6, -0.6, -0.4])
 HIGHEST_RAD = np.array([0.3, 0.1, 0.6, 0.8])

@@ -17,11 +17,11 @@ from tensordict import TensorDict
 from torch.optim.swa_utils import AveragedModel, get_ema_multi_avg_fn
 
 from spikeport.networks.walking_policy import WalkingPolicy
+from spikeport.robot.mirror import JOINT, OBSERVATION, SCALAR
 from spikeport.robot.walk_interface import ACTION_SIZE, CONTROL_DT_S, PARTS
 from spikeport.training.curriculum import Stage
 from spikeport.training.environment import WalkEnvironment
 from spikeport.training.export import policy_of
-from spikeport.training.mirror import JOINT, OBSERVATION, SCALAR
 from spikeport.training.networks import (
     NOISE_SIZE,
     SYMMETRY_BREAKING_SD,

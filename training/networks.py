@@ -19,7 +19,7 @@ from torch import nn
 from torch.nn import functional
 
 from spikeport.robot.description import JOINTS
-from spikeport.training.mirror import JOINT, Mirror
+from spikeport.robot.mirror import JOINT, Mirror
 
 WIDTH = 128
 HIDDEN_LAYERS = 3

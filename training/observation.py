@@ -4,8 +4,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from spikeport.robot import mirror
 from spikeport.robot.walk_interface import POSE_RAD
-from spikeport.training import mirror
 from spikeport.training.randomisation import observation_noise
 
 if TYPE_CHECKING:

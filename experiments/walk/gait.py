@@ -11,6 +11,7 @@ from spikeport.experiments.walk.loop import OBSERVATION_DT_S, WalkLoop
 from spikeport.experiments.walk.paths import find_path
 from spikeport.networks.region import Box
 from spikeport.networks.walking_policy import WalkingPolicy
+from spikeport.robot import mirror
 from spikeport.robot.walk_interface import ACTION_SIZE, OBSERVATION_SIZE, PARTS
 
 SECONDS = 40.0
@@ -29,7 +30,10 @@ COMMANDS = ((0.0, 1.0), (-1.0, 1.0))
 
 
 def record_gait(policy: WalkingPolicy, seconds: float = SECONDS) -> np.ndarray:
-    """(n, 69) observations; a robot that falls is put up again."""
+    """(n, 69) observations, and their mirror images; a robot that falls is put up again.
+
+    A read-out that is refitted on both treats left and right as the policy does.
+    """
     rng = np.random.RandomState(SEED)
     loop = WalkLoop(None, OBSERVATION_DT_S, OBSERVATION_DT_S)
     nowhere, action, seen = find_path("line", 1.0, seconds), np.zeros(ACTION_SIZE), []
@@ -41,7 +45,7 @@ def record_gait(policy: WalkingPolicy, seconds: float = SECONDS) -> np.ndarray:
         action = policy(seen[-1])
         if loop.over:
             loop.begin(SEED + step, nowhere)
-    return np.array(seen)
+    return np.concatenate((seen, mirror.OBSERVATION(np.array(seen))))
 
 
 def encoding(observations: np.ndarray) -> Box:

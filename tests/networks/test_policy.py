@@ -58,6 +58,30 @@ def relative_error(network: nengo.Network, wanted: np.ndarray, passes: str) -> f
     return float(np.std((found - wanted)[5:]) / np.std(wanted[5:]))
 
 
+def of_both_sides(n: int, m: int, rng: np.random.RandomState) -> Layer:
+    """A layer that takes mirrored values (m,) to mirrored ones (n,): their halves swap."""
+    near, far = rng.randn(2, n // 2, m // 2)
+    return Layer(np.block([[near, far], [far, near]]), np.tile(rng.randn(n // 2), 2))
+
+
+def test_a_policy_of_two_sides_errs_alike_on_both() -> None:
+    rng = np.random.RandomState(0)
+    layers = [of_both_sides(n, m, rng) for m, n in itertools.pairwise((4, 6, 8, 2))]
+    observations = rng.randn(1, 4)
+    both = np.concatenate((observations, np.roll(observations, 2, axis=1)))
+    actions = []
+    for observation in both:
+        with nengo.Network(seed=1) as network:
+            net = policy(layers, record_ranges(layers, both), seed=3)
+            nengo.Connection(nengo.Node(observation), net.observation, synapse=None)
+            probe = nengo.Probe(net.action)
+        with nengo.Simulator(network, progress_bar=False) as sim:
+            sim.run(0.1)
+        actions.append(sim.data[probe])
+    np.testing.assert_allclose(actions[1], np.roll(actions[0], 1, axis=1), atol=1e-9)
+    assert np.ptp(actions[0][-1]) > 0.1
+
+
 def test_exact_is_an_elu_network() -> None:
     layers = random_layers((3, 4, 2))
     x = np.array([0.3, -0.2, 1.0])

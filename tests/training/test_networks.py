@@ -8,8 +8,8 @@ import torch
 
 from spikeport.networks.walking_policy import load
 from spikeport.robot.description import JOINTS
+from spikeport.robot.mirror import JOINT, OBSERVATION, SCALAR
 from spikeport.training.export import policy_of
-from spikeport.training.mirror import JOINT, OBSERVATION, SCALAR
 from spikeport.training.networks import (
     NOISE_SIZE,
     MirrorGaussian,

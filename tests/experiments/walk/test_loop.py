@@ -14,6 +14,7 @@ from spikeport.experiments.walk.paths import find_path
 from spikeport.experiments.walk.recording import Recording, fallen
 from spikeport.networks import walking_policy
 from spikeport.networks.region import Box
+from spikeport.robot import mirror
 from spikeport.robot.walk_interface import PARTS, POSE_RAD
 
 LINE = find_path("line", 0.5, 10.0)
@@ -128,8 +129,9 @@ def test_a_controller_is_connected_to_its_parts():
 
 def test_a_recorded_gait_lies_in_its_encoding():
     gait = record_gait(walking_policy.load(), 3.0)
-    assert gait.shape == (600, 69)
-    assert np.array_equal(gait[:50], record_gait(walking_policy.load(), 0.25))
+    assert gait.shape == (1200, 69)
+    assert np.array_equal(gait[600:], mirror.OBSERVATION(gait[:600]))
+    assert np.array_equal(gait[:50], record_gait(walking_policy.load(), 0.25)[:50])
     box = encoding(gait)
     assert max(clipped_shares(gait, box).values()) < 0.005
     assert box.restore(np.ones(69))[PARTS["command"]] == pytest.approx([1, 0.02, 1])

@@ -1,8 +1,9 @@
 import mujoco
 import numpy as np
 
+from spikeport.robot import mirror
 from spikeport.robot.description import JOINTS
-from spikeport.training import mirror, model
+from spikeport.training import model
 from spikeport.training.observation import PRIVILEGED
 
 
