@@ -10,13 +10,17 @@ from spikeport.training.rewards import RewardSettings, Weights
 
 @dataclass(frozen=True)
 class Stage:
-    """From ``first_step`` (control steps of all robots together) on."""
+    """From ``first_step`` (control steps of all robots together) on.
+
+    Arms that are not moved are held where they hang.
+    """
 
     name: str
     first_step: int
     task: Task = field(default_factory=Task)
     entropy: float = 0.0
     hidden_noise: float = 0.0
+    moves_arms: bool = True
 
 
 _STEP = Task(
@@ -26,50 +30,72 @@ _STEP = Task(
     scales=RewardSettings(),
 )
 _STRIDE = replace(_STEP, weights=replace(_STEP.weights, air_time=4.0, early_touchdown=-0.7))
-_ALL_WAYS = CommandRange(vx_m_s=(-0.3, 1.0), turning=0.1)
-"""Steps back are what catches a robot that has braked too hard."""
-
-_WIDE = Task(
-    commands=_ALL_WAYS,
-    randomisation=Randomisation(push_m_s=0.3),
-    weights=replace(_STRIDE.weights, track_velocity=2.5, track_yaw_rate=1.4, torso=-0.6, tilt=-2.0),
+_WIDE = replace(
+    _STRIDE,
+    commands=CommandRange(turning=0.1, standing=0.2),
+    randomisation=Randomisation(push_m_s=0.25),
+    weights=replace(
+        _STRIDE.weights,
+        alive=2.0,
+        track_velocity=2.5,
+        track_yaw_rate=2.0,
+        stand=3.0,
+        restless=-20.0,
+        low_pelvis=-20.0,
+        tilt=-4.0,
+        torso=-0.6,
+    ),
     scales=replace(_STRIDE.scales, vx_sd_m_s=0.35, wz_sd_rad_s=0.35),
 )
-_NOISY = Task(
-    commands=_ALL_WAYS,
-    randomisation=Randomisation(push_m_s=0.4, joint_offset_sd_rad=0.05, action_noise_sd=0.1),
+"""Staying up pays: where costs outweigh what a step earns, falling would be no loss."""
+
+_NOISY = replace(
+    _WIDE,
+    commands=replace(_WIDE.commands, standing=0.25),
+    randomisation=Randomisation(
+        push_m_s=0.25, joint_offset_sd_rad=0.03, action_noise_sd=0.1, busy_arms=0.5
+    ),
     weights=replace(
         _WIDE.weights,
         track_velocity=3.5,
-        track_yaw_rate=1.7,
+        track_yaw_rate=3.0,
+        stand=6.0,
+        restless=-60.0,
+        early_touchdown=-1.0,
         high_foot=-10.0,
         torso=-1.2,
-        spread_arms=-0.6,
-        tilt=-4.0,
         impact=-0.001,
         action_jerk=-0.015,
     ),
     scales=replace(_WIDE.scales, vx_sd_m_s=0.2, wz_sd_rad_s=0.25, high_m=0.12),
 )
-_PRECISE = replace(
+_STEADY = replace(
     _NOISY,
-    commands=replace(_ALL_WAYS, turning=0.15, still=0.02),
-    weights=replace(_NOISY.weights, track_velocity=4.0, track_yaw_rate=2.0),
-    scales=replace(_NOISY.scales, vx_sd_m_s=0.12, wz_sd_rad_s=0.2),
+    commands=replace(_NOISY.commands, turning=0.2, still=0.02),
+    weights=replace(_NOISY.weights, track_velocity=5.0, track_yaw_rate=4.0),
 )
-_STANDING = replace(
-    _PRECISE,
-    commands=replace(_PRECISE.commands, standing=0.2),
-    randomisation=replace(_PRECISE.randomisation, busy_arms=0.5, push_m_s=0.25),
-    weights=replace(_PRECISE.weights, stand=2.0, track_yaw_rate=3.5),
+_UPRIGHT = replace(
+    _STEADY,
+    commands=replace(_STEADY.commands, standing=0.3),
+    weights=replace(
+        _STEADY.weights, track_yaw_rate=5.0, early_touchdown=-1.5, high_foot=-20.0, tilt=-10.0
+    ),
 )
+_PRECISE = replace(
+    _UPRIGHT,
+    randomisation=replace(_UPRIGHT.randomisation, push_m_s=0.15),
+    scales=replace(_UPRIGHT.scales, vx_sd_m_s=0.12, wz_sd_rad_s=0.2),
+)
+"""Not before speeds are right to within these widths: far from them, no change gains anything."""
+
 STAGES = (
     Stage("step", 0, _STEP, entropy=0.001),
     Stage("stride", 2_000_000, _STRIDE, entropy=0.001),
-    Stage("wide", 3_500_000, _WIDE, entropy=0.0005),
-    Stage("noisy", 5_500_000, _NOISY, hidden_noise=0.06),
-    Stage("precise", 8_500_000, _PRECISE, hidden_noise=0.06),
-    Stage("standing", 11_000_000, _STANDING, hidden_noise=0.06),
+    Stage("wide", 3_500_000, _WIDE, entropy=0.0005, moves_arms=False),
+    Stage("noisy", 5_500_000, _NOISY, 0.0005, 0.06, moves_arms=False),
+    Stage("steady", 9_000_000, _STEADY, 0.0, 0.06, moves_arms=False),
+    Stage("upright", 13_500_000, _UPRIGHT, 0.0, 0.06, moves_arms=False),
+    Stage("precise", 18_000_000, _PRECISE, 0.0, 0.06, moves_arms=False),
 )
 """In order; sources of the figures: see `spikeport.training.rewards`."""
 

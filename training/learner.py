@@ -17,6 +17,7 @@ from tensordict import TensorDict
 from torch.optim.swa_utils import AveragedModel, get_ema_multi_avg_fn
 
 from spikeport.networks.walking_policy import WalkingPolicy
+from spikeport.robot.description import JOINTS
 from spikeport.robot.mirror import JOINT, OBSERVATION, SCALAR
 from spikeport.robot.walk_interface import ACTION_SIZE, CONTROL_DT_S, PARTS
 from spikeport.training.curriculum import Stage
@@ -42,6 +43,8 @@ SCALES = {
     "last action": 0.5,
 }
 """Factors that bring the parts of an observation to a size near one."""
+
+ARMS = [joint for joint in JOINTS if "shoulder" in joint or "elbow" in joint]
 
 AVERAGING = 0.96
 """Share of the average actor that is kept in an update."""
@@ -111,6 +114,7 @@ class Learner:
     def begin(self, stage: Stage) -> None:
         """Take over what a stage asks of the learner."""
         self._noise_sd = 0.5 * stage.hidden_noise
+        self.actor.use([stage.moves_arms or joint not in ARMS for joint in JOINTS])
         self.ppo.entropy_coef = stage.entropy
         self.ppo.storage = self._storage(self._sample(NOISE_SIZE if stage.hidden_noise else 0))
 

@@ -9,6 +9,7 @@ symmetric stand; the actor's first bias, [c + k, c - k], may break it.
 """
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import torch
@@ -65,6 +66,7 @@ class MirrorNetwork(nn.Module):
         for name, mirror in (("in", inputs), ("out", outputs)):
             self.register_buffer(f"{name}_index", torch.as_tensor(mirror.order))
             self.register_buffer(f"{name}_sign", torch.as_tensor(mirror.sign, dtype=torch.float))
+        self.register_buffer("in_use", torch.ones(n_out))
         self.A = _uniform(half, n_in, n_in)
         self.B = nn.ParameterList(_uniform(half, half, WIDTH) for _ in range(HIDDEN_LAYERS - 1))
         self.C = nn.ParameterList(_uniform(half, half, WIDTH) for _ in range(HIDDEN_LAYERS - 1))
@@ -83,7 +85,12 @@ class MirrorNetwork(nn.Module):
             W = torch.cat((torch.cat((B, C), dim=1), torch.cat((C, B), dim=1)))
             layers.append((W, torch.cat((c, c))))
         D = torch.cat((self.D, self._mirror_rows(self.D)), dim=1)
-        return [*layers, (D, (self.e + self._mirror_rows(self.e)) / 2)]
+        e = (self.e + self._mirror_rows(self.e)) / 2
+        return [*layers, (self.in_use[:, None] * D, self.in_use * e)]
+
+    def use(self, outputs: Sequence[bool]) -> None:
+        """Let the outputs that are not in use be 0."""
+        self.in_use.copy_(torch.as_tensor(outputs))
 
     def _mirror_rows(self, x: torch.Tensor) -> torch.Tensor:
         sign = self.out_sign if x.ndim == 1 else self.out_sign[:, None]

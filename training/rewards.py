@@ -162,6 +162,11 @@ def stand(s: Step) -> np.ndarray:
     return (~s.moving & s.feet.contact.all(axis=1)).astype(float)
 
 
+def restless(s: Step) -> np.ndarray:
+    """Heights of the feet where it is asked to stand."""
+    return s.feet.height_m.clip(min=0.0).sum(axis=1) * ~s.moving
+
+
 def low_pelvis(s: Step) -> np.ndarray:
     """How far the pelvis is below ``pelvis_m``."""
     return np.clip(s.settings.pelvis_m - s.motion.height_m, 0.0, None)
@@ -248,6 +253,7 @@ class Weights:
     flight: float = -0.5
     impact: float = -0.002
     stand: float = 0.0
+    restless: float = 0.0
     low_pelvis: float = -5.0
     tilt: float = -1.0
     sway: float = -0.05

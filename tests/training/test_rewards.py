@@ -111,6 +111,15 @@ def test_flight(standing):
     assert value("flight", standing) == 1
 
 
+def test_who_is_asked_to_stand_keeps_both_feet_on_the_floor(standing):
+    still = replace(standing, moving=np.array([False]))
+    assert value("stand", standing) == 0
+    assert value("stand", still) == 1
+    assert value("restless", swinging(standing)) == 0
+    assert value("restless", swinging(still)) == pytest.approx(0.05)
+    assert value("stand", still) == 0
+
+
 def test_posture(standing):
     standing.motion.q[0, JOINTS.index("left_hip_yaw")] += 0.2
     standing.motion.q[0, JOINTS.index("right_elbow")] -= 0.3

@@ -52,8 +52,16 @@ def test_its_card_lies_beside_it():
     assert "spikeport train walk" in card
 
 
-def test_it_stays_where_it_is_when_asked_to(policy):
-    speed, turn, pelvis, *_ = walked(policy, 0.0, 0.0, seconds=30.0)
+def test_it_stands_still_when_asked_to(policy):
+    speed, turn, pelvis, left, right = walked(policy, 0.0, 0.0, seconds=30.0)
     assert pelvis.min() > 0.8
-    assert speed.mean() == pytest.approx(0.0, abs=0.1)
-    assert turn.mean() == pytest.approx(0.0, abs=0.1)
+    assert speed.mean() == pytest.approx(0.0, abs=0.01)
+    assert turn.mean() == pytest.approx(0.0, abs=0.01)
+    settled = len(left) // 10
+    assert max(np.ptp(left[settled:]), np.ptp(right[settled:])) < 0.01
+
+
+def test_its_arms_hang(policy):
+    arms = [i for i, joint in enumerate(JOINTS) if "shoulder" in joint or "elbow" in joint]
+    assert not policy.weights[-1][arms].any()
+    assert not policy.biases[-1][arms].any()
