@@ -10,10 +10,12 @@ from spikeport.training.environment import Task
 from spikeport.training.evaluate import Evaluation, evaluate
 from spikeport.training.progress import Progress
 from spikeport.training.randomisation import UNDISTURBED
-from spikeport.training.selection import choose
-from spikeport.training.train import EVALUATION_SEED, TrainOptions, train
+from spikeport.training.selection import choose, pushed_hard
+from spikeport.training.train import TrainOptions, train
 
 NAME = "h1_walk"
+EPISODES, SEED = 200, 30_000
+"""Of the card's evaluations, which no choice was made by."""
 
 
 def train_walk(options: TrainOptions, command: str, progress: Progress) -> dict[str, Evaluation]:
@@ -28,12 +30,10 @@ def train_walk(options: TrainOptions, command: str, progress: Progress) -> dict[
     trained = tuple(stage for stage in options.stages if stage.first_step < log[-1]["step"])
     task = options.goal
     choice = choose(options.folder, log, task, options.learner, progress)
-    evaluations = {"as trained": choice.evaluation}
+    evaluations = {}
     for name, other in _variants(task).items():
         progress(f"evaluating: {name}", None)
-        evaluations[name] = evaluate(
-            choice.policy, other, episodes=options.episodes, seed=EVALUATION_SEED
-        )
+        evaluations[name] = evaluate(choice.policy, other, episodes=EPISODES, seed=SEED)
     made = {
         "command": command,
         "seed": options.seed,
@@ -48,11 +48,11 @@ def train_walk(options: TrainOptions, command: str, progress: Progress) -> dict[
 
 def _variants(task: Task) -> dict[str, Task]:
     jumps = replace(task.commands, change_per_s=(np.inf,) * 3)
-    pushed = replace(task.randomisation, push_m_s=0.4)
     exact = replace(task.randomisation, joint_offset_sd_rad=0.0, action_noise_sd=0.0)
     return {
+        "as trained": task,
         "jumping commands": replace(task, commands=jumps),
-        "hard pushes": replace(task, randomisation=pushed),
+        "hard pushes": pushed_hard(task),
         "exact targets": replace(task, randomisation=exact),
         "undisturbed": replace(task, randomisation=UNDISTURBED),
     }

@@ -7,7 +7,7 @@ pytest.importorskip("rsl_rl")
 
 from spikeport.networks.walking_policy import load
 from spikeport.robot.description import JOINTS
-from spikeport.training import evaluate, selection
+from spikeport.training import evaluate, selection, walk
 from spikeport.training.card import card
 from spikeport.training.curriculum import STAGES
 from spikeport.training.evaluate import Evaluation
@@ -20,7 +20,8 @@ WALKS = Evaluation(100, 2, 0.0512, 0.0987, 0.1043, 2.613, 0.207)
 
 def test_a_run_leaves_a_policy_and_its_card(tmp_path, monkeypatch):
     monkeypatch.setattr(evaluate, "EPISODE_STEPS", 3)
-    monkeypatch.setattr(selection, "LONG_EPISODES", 2)
+    for module in (selection, walk):
+        monkeypatch.setattr(module, "EPISODES", 2)
     options = TrainOptions(
         tmp_path,
         steps=64,
