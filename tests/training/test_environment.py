@@ -3,9 +3,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from spikeport.robot import mirror
 from spikeport.robot.description import JOINTS
 from spikeport.robot.walk_interface import PARTS, POSE_RAD
-from spikeport.training import mirror, randomisation
+from spikeport.training import randomisation
 from spikeport.training.commands import CommandRange
 from spikeport.training.environment import EPISODE_STEPS, Task, WalkEnvironment
 from spikeport.training.observation import PRIVILEGED
