@@ -4,7 +4,8 @@
 
 The shipped policy's recorded gait is played in, every observation held for 5 ms. Errors are rms
 over all joints, as a share of how the exact actions vary, against those of some observations
-before: of as many as make the error least. What is done stays in ``build/policy_conversion``.
+before: of as many as make the error least. What is done stays in ``build/policy_conversion``, in a
+folder for each policy.
 """
 
 import argparse
@@ -18,6 +19,7 @@ import numpy as np
 
 from spikeport.experiments.options import Options
 from spikeport.experiments.policy.calibration import HOLD_S, SETTLING, record_halves, refit_lagged
+from spikeport.experiments.policy.readout import policy_digest, policy_layers
 from spikeport.experiments.walk.gait import record_gait
 from spikeport.networks.policy import (
     Layer,
@@ -31,7 +33,7 @@ from spikeport.networks.policy import (
 from spikeport.networks.policy_solving import by_halves
 from spikeport.networks.walking_policy import load
 
-RESULTS = Path("build/policy_conversion")
+RESULTS = Path("build/policy_conversion") / policy_digest(policy_layers(load()))
 SECONDS, FITTED = 32.0, 0.8
 """Of gait, and the share of it that is fitted; the rest is for the errors."""
 MOST_LAG = 8
@@ -67,9 +69,9 @@ HEADS = ("activation", "units", "solved by", "neurons", "as solved", "read-out r
 @functools.cache
 def shipped() -> tuple[list[Layer], np.ndarray]:
     """Layers and recorded gait of the shipped policy."""
-    weights = load()
-    layers = [Layer(W, b) for W, b in zip(weights.weights, weights.biases, strict=True)]
-    return layers, record_gait(weights, SECONDS)
+    gait = record_gait(load(), SECONDS)
+    recorded = gait[: len(gait) // 2]  # the mirror image of what is held out would be fitted
+    return policy_layers(load()), recorded
 
 
 def measure(case: Case, seed: int) -> dict[str, float]:

@@ -1,8 +1,8 @@
 """A gait recorded from the exact policy: what the spiking one is made for.
 
-Random commands are walked for 40 s. What is observed meanwhile gives the range of every observation
-(`encoding`), and of every hidden unit (`spikeport.networks.policy.record_ranges`), and is what a
-read-out is refitted on.
+Random commands are walked for 40 s. What is observed meanwhile, and its mirror image, gives the
+range of every observation (`encoding`), and of every hidden unit
+(`spikeport.networks.policy.record_ranges`), and is what a read-out is refitted on.
 """
 
 import numpy as np
