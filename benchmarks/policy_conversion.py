@@ -11,6 +11,7 @@ folder for each policy.
 import argparse
 import functools
 import json
+from contextlib import closing
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -18,7 +19,13 @@ import markdown_table
 import numpy as np
 
 from spikeport.experiments.options import Options
-from spikeport.experiments.policy.calibration import HOLD_S, SETTLING, record_halves, refit_lagged
+from spikeport.experiments.policy.calibration import (
+    HOLD_S,
+    SETTLING,
+    Played,
+    SpikingHalves,
+    refit_lagged,
+)
 from spikeport.experiments.policy.readout import policy_digest, policy_layers
 from spikeport.experiments.walk.gait import record_gait
 from spikeport.networks.policy import (
@@ -84,9 +91,11 @@ def measure(case: Case, seed: int) -> dict[str, float]:
     last = solved_layers(*asked, gait[:fitted])[-1]
     solved = last if isinstance(last, Readout) else by_halves(last, options)
     run = Options(RESULTS, 1.0, backend=case.backend, pipeline="compact")
-    halves, _ = record_halves(build, solved.weights.shape[1], gait, run)
+    with closing(SpikingHalves(build, solved.weights.shape[1], run)) as spiking:
+        halves = spiking.play(gait)
     wanted = exact(layers, gait, case.activation)[-1]
-    refitted = refit_lagged(by_halves(layers[-1], options), halves[:fitted], wanted[:fitted])
+    played = Played(halves[:fitted], wanted[:fitted])
+    refitted = refit_lagged(by_halves(layers[-1], options), played)
     return {
         **errors("solved", solved, halves[fitted:], wanted[fitted:]),
         **errors("refitted", refitted, halves[fitted:], wanted[fitted:]),

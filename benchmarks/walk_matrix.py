@@ -101,12 +101,12 @@ def main() -> None:
     parser.add_argument("--path", action="append", choices=SHAPES)
     parser.add_argument("--seed", type=int, action="append")
     parser.add_argument("--backend", choices=BACKENDS, default="native")
-    parser.add_argument("--set", action="append", dest="pairs", help="calibrated=true if none")
+    parser.add_argument("--set", action="append", dest="pairs", default=[])
     parser.add_argument("--seconds", type=float, default=EXPERIMENT.seconds)
     chosen = parser.parse_args()
     paths, seeds = chosen.path or list(SHAPES), chosen.seed or list(SEEDS)
     exact = walks(paths, seeds, "analytic", chosen.seconds)
-    asked = parse(chosen.pairs or ["calibrated=true"], WalkSettings, "the walk")
+    asked = parse(chosen.pairs, WalkSettings, "the walk")
     for n_neurons in chosen.n_neurons or SIZES:
         found = walks(paths, seeds, chosen.backend, chosen.seconds, n_neurons=n_neurons, **asked)
         for path, runs in found.items():

@@ -48,7 +48,7 @@ class FollowerOptions:
     n_velocity: int = 100
     n_speed: int = 50
     tau_fwd: float = 0.02
-    tau_out: float = 0.01
+    tau_out: float = 0.03
     rates: tuple[float, float] = (150.0, 250.0)
     bearing_rates: tuple[float, float] = (400.0, 800.0)
     tau_ref: float = 0.001

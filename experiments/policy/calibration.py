@@ -7,7 +7,11 @@ the end of the time for which observation ``o_t`` is held, ``a`` the exact polic
 weights, and ``k`` a delay. Whatever the layers before do to the values, by tuning curves of whole
 steps, rounded weights and filters, the read-out corrects as far as a matrix can.
 
-`experiments.walk.controller` refits with this where ``calibrated=true`` is set: the policy is
+The observations are those of the exact policy's gait first; then a robot walks on the spikes, and
+what it observes is added, since a gait of spikes sways otherwise than the exact one (Ross et al.
+2011, dataset aggregation).
+
+`experiments.walk.controller` refits with this unless ``calibrated=false`` is set: the policy is
 built with ``readout=Readout(**calibrated_readout(...).decoders)``. Decoders, and what they are made
 for, are a `experiments.calibration.Calibration`: ``EXPERIMENT.calibrate`` of `experiments.walk`
 returns one for `spikeport calibrate`, and `calibration.load` reads it for ``calibrated=FILE``.
@@ -15,11 +19,13 @@ returns one for `spikeport calibrate`, and `calibration.load` reads it for ``cal
 
 import functools
 from collections.abc import Callable, Sequence
+from contextlib import closing
+from typing import NamedTuple
 
 import nengo
 import numpy as np
 
-from spikeport.experiments.calibration import Refitted, hold
+from spikeport.experiments.calibration import Refitted
 from spikeport.experiments.on_chip import digest_of
 from spikeport.experiments.options import Options
 from spikeport.networks.policy import (
@@ -44,12 +50,75 @@ spikes delay by more, and a read-out that looks ahead errs more: by an eighth fo
 But a robot whose policy is late turns less than it is told: by 5 % for 10 ms."""
 DT_S = 0.001
 
+Policy = Callable[[np.ndarray], np.ndarray]
+"""An action for an observation."""
+
+
+class Played(NamedTuple):
+    """What the halves gave for observations, (m, n_halves), and the exact actions, (m, d)."""
+
+    halves: np.ndarray
+    wanted: np.ndarray
+
+
+class SpikingHalves:
+    """A policy where it runs, whose action is the halves of its last hidden layer.
+
+    Parameters
+    ----------
+    build : callable
+        Makes the policy, given its ``readout``.
+    n_halves : int
+        Halves of the last hidden layer's units.
+    run : Options
+        Chip, backend and pipeline.
+    """
+
+    def __init__(self, build: Callable[..., PolicyNetwork], n_halves: int, run: Options) -> None:
+        self._run = run
+        with nengo.Network(label="calibration") as network:
+            built = build(readout=Readout(np.eye(n_halves), np.zeros(n_halves)))
+            self._held = np.zeros(built.observation.size_in)
+            source = nengo.Node(lambda _t: self._held, size_out=len(self._held))
+            nengo.Connection(source, built.observation, synapse=None)
+            given = nengo.Node(self._give, size_in=n_halves)
+            nengo.Connection(built.action, given, synapse=None)
+        # what the other backend with a chip does, native does bit for bit, and faster
+        backend = "reference" if run.backend == "reference" else "native"
+        self._sim = Simulator(
+            network, chip=run.chip, backend=backend, dt=DT_S, pipeline=run.pipeline
+        )
+        self.image_digest = digest_of(self._sim)
+
+    def close(self) -> None:
+        """End the simulation."""
+        self._sim.close()
+
+    def _give(self, _t: float, halves: np.ndarray) -> None:
+        self._given = halves.copy()
+
+    def __call__(self, observation: np.ndarray) -> np.ndarray:
+        """(n_halves,) at the end of the time for which an observation is held."""
+        self._held = observation
+        self._sim.run_steps(round(HOLD_S / DT_S))
+        return self._given
+
+    def play(self, observations: np.ndarray) -> np.ndarray:
+        """(m, n_halves) for observations (m, n), one after the other."""
+        found = []
+        for number, observation in enumerate(observations):
+            found.append(self(observation))
+            if number % 50 == 0:
+                self._run.progress("calibrating", number / len(observations))
+        return np.array(found)
+
 
 def calibrated_readout(
     layers: Sequence[Layer],
     ranges: Sequence[Ranges],
     options: PolicyOptions,
     observations: np.ndarray,
+    walk: Callable[[Policy], np.ndarray],
     run: Options,
     seed: int = 0,
 ) -> Refitted:
@@ -60,40 +129,30 @@ def calibrated_readout(
     layers, ranges, options, seed
         Those of the policy, as `spikeport.networks.policy.policy` takes them.
     observations : (m, n) array
-        Recorded observations, each to be held for 5 ms.
+        Those of the exact policy's gait, each to be held for 5 ms.
+    walk : callable
+        Given a policy, (k, n) observations of a robot that walks by it.
     run : Options
         Chip, backend and pipeline on which the neurons are to run.
     """
     build = functools.partial(policy, layers, ranges, options, seed, observations=observations)
     nominal = by_halves(layers[-1], options)
-    halves, digest = record_halves(build, nominal.weights.shape[1], observations, run)
-    wanted = exact(layers, observations, options.activation)[-1]
-    readout = refit_lagged(nominal, halves, wanted)
-    return Refitted({"weights": readout.weights, "bias": readout.bias}, digest)
+    with closing(SpikingHalves(build, nominal.weights.shape[1], run)) as halves:
+
+        def played(observations: np.ndarray) -> Played:
+            return Played(
+                halves.play(observations), exact(layers, observations, options.activation)[-1]
+            )
+
+        gait = played(observations)
+        first = refit_lagged(nominal, gait)
+        run.progress("walking on the refitted read-out", None)
+        own = walk(lambda observation: first.weights @ halves(observation) + first.bias)
+        readout = refit_lagged(nominal, gait, played(own))
+    return Refitted({"weights": readout.weights, "bias": readout.bias}, halves.image_digest)
 
 
-def refit_lagged(nominal: Readout, halves: np.ndarray, wanted: np.ndarray) -> Readout:
-    """The read-out of recorded halves (m, n) for actions (m, d) of `LAG` observations before."""
-    return refit(nominal, halves[SETTLING + LAG :], wanted[SETTLING:-LAG])
-
-
-def record_halves(
-    build: Callable[..., PolicyNetwork], n_halves: int, observations: np.ndarray, run: Options
-) -> tuple[np.ndarray, str]:
-    """Play observations (m, n) to a policy whose action is the halves of its last hidden layer.
-
-    Returns these (m, n_halves), at the end of each observation, and the image's digest.
-    """
-    steps = round(HOLD_S / DT_S)
-    with nengo.Network(label="calibration") as network:
-        built = build(readout=Readout(np.eye(n_halves), np.zeros(n_halves)))
-        hold(built.observation, observations, steps, DT_S)
-        probe = nengo.Probe(built.action)
-    with Simulator(
-        network, chip=run.chip, backend=run.backend, dt=DT_S, pipeline=run.pipeline
-    ) as sim:
-        for number in range(len(observations)):
-            sim.run_steps(steps)
-            if number % 50 == 0:
-                run.progress("calibrating", number / len(observations))
-        return sim.data[probe][steps - 1 :: steps], digest_of(sim)
+def refit_lagged(nominal: Readout, *played: Played) -> Readout:
+    """The read-out of played observations, for actions of `LAG` observations before."""
+    halves = np.concatenate([part.halves[SETTLING + LAG :] for part in played])
+    return refit(nominal, halves, np.concatenate([part.wanted[SETTLING:-LAG] for part in played]))

@@ -1,7 +1,7 @@
 """The read-out of a trial's policy, refitted to its spikes, or taken from a file."""
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -9,8 +9,8 @@ import numpy as np
 
 from spikeport.experiments.calibration import Calibration, load
 from spikeport.experiments.options import Options
-from spikeport.experiments.policy.calibration import calibrated_readout
-from spikeport.experiments.policy.settings import PolicySettings
+from spikeport.experiments.policy.calibration import Policy, calibrated_readout
+from spikeport.experiments.policy.settings import AUTO, PolicySettings
 from spikeport.networks.policy import Layer, Ranges, Readout
 from spikeport.networks.walking_policy import WalkingPolicy
 
@@ -38,8 +38,15 @@ def policy_layers(weights: WalkingPolicy) -> list[Layer]:
 
 def check_readout(trial: PolicyTrial, weights: WalkingPolicy) -> None:
     """Refuse a file that no read-out for a trial's policy can be taken from, see `readout`."""
-    if isinstance(trial.settings.calibrated, str):
-        load(Path(trial.settings.calibrated), _made_for(trial, policy_layers(weights)))
+    given = _calibrated(trial)
+    if isinstance(given, str):
+        load(Path(given), _made_for(trial, policy_layers(weights)))
+
+
+def _calibrated(trial: PolicyTrial) -> bool | str:
+    """Whether the read-out is refitted, or the file it comes from."""
+    given = trial.settings.calibrated
+    return trial.options.backend != "reference" if given == AUTO else given
 
 
 def policy_digest(layers: Sequence[Layer]) -> str:
@@ -50,7 +57,11 @@ def policy_digest(layers: Sequence[Layer]) -> str:
 
 
 def readout(
-    trial: PolicyTrial, layers: Sequence[Layer], ranges: Sequence[Ranges], gait: np.ndarray
+    trial: PolicyTrial,
+    layers: Sequence[Layer],
+    ranges: Sequence[Ranges],
+    gait: np.ndarray,
+    walk: Callable[[Policy], np.ndarray],
 ) -> Readout | None:
     """The read-out that a trial asks for; None for that of the policy itself.
 
@@ -62,25 +73,31 @@ def readout(
         Those of the policy, as `spikeport.networks.policy.policy` takes them.
     gait : (n, 69) array
         Recorded observations.
+    walk : callable
+        See `experiments.policy.calibration.calibrated_readout`.
 
     Raises
     ------
     UsageError
         If it is to come from a file that was made for anything else.
     """
-    given = trial.settings.calibrated
+    given = _calibrated(trial)
     if isinstance(given, str):
         return Readout(**load(Path(given), _made_for(trial, layers)).decoders)
-    return Readout(**refitted(trial, layers, ranges, gait).decoders) if given else None
+    return Readout(**refitted(trial, layers, ranges, gait, walk).decoders) if given else None
 
 
 def refitted(
-    trial: PolicyTrial, layers: Sequence[Layer], ranges: Sequence[Ranges], gait: np.ndarray
+    trial: PolicyTrial,
+    layers: Sequence[Layer],
+    ranges: Sequence[Ranges],
+    gait: np.ndarray,
+    walk: Callable[[Policy], np.ndarray],
 ) -> Calibration:
     """The read-out of a trial's policy, refitted to its spikes on the trial's backend."""
     settings, options = trial.settings, trial.options
     found = calibrated_readout(
-        layers, ranges, settings.policy_options, gait, options, settings.network_seed
+        layers, ranges, settings.policy_options, gait, walk, options, settings.network_seed
     )
     return Calibration(_made_for(trial, layers), found.image_digest, found.decoders)
 

@@ -13,6 +13,8 @@ from spikeport.networks.walking_policy import WalkingPolicy
 CONVERSION = ("n_neurons", "tau_fwd", "tau_out", "units", "solve")
 """Settings that are also those of `spikeport.networks.policy.PolicyOptions`."""
 
+AUTO = "auto"
+
 
 @dataclass(frozen=True, kw_only=True)
 class PolicySettings:
@@ -24,8 +26,10 @@ class PolicySettings:
     action, in s, ``units`` their types, ``solve`` how their weights are found (see
     `spikeport.networks.policy.PolicyOptions`). ``network_seed`` draws the neurons. ``calibrated``
     refits the read-out to what the neurons do on the backend (`experiments.policy.calibration`), or
-    takes it from a file that ``spikeport calibrate`` wrote. ``appearance`` is that of the robot in
-    pictures: ``primitive``, or ``menagerie`` for meshes.
+    takes it from a file that ``spikeport calibrate`` wrote; where it is false, the read-out is the
+    policy's own, as in the paper; ``auto`` refits it on a chip, but not in float, where that takes
+    many minutes. ``appearance`` is that of the robot in pictures: ``primitive``, or ``menagerie``
+    for meshes.
     """
 
     policies: ClassVar[tuple[str, ...]] = ("spiking",)
@@ -39,7 +43,7 @@ class PolicySettings:
     units: str = PolicyOptions.units
     solve: str = PolicyOptions.solve
     network_seed: int = 0
-    calibrated: bool | str = False
+    calibrated: bool | str = AUTO
     appearance: str = "primitive"
 
     def __post_init__(self) -> None:

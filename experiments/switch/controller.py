@@ -1,13 +1,14 @@
 """What drives the robot in a switching run: the humanoid in spikes, or the exact controllers."""
 
 import dataclasses
+import functools
 
 import nengo
 import numpy as np
 
 from spikeport.experiments.calibration import Calibration
 from spikeport.experiments.policy.readout import policy_layers, readout, refitted
-from spikeport.experiments.switch.rehearsal import Exact, rehearse
+from spikeport.experiments.switch.rehearsal import Exact, observations, rehearse
 from spikeport.experiments.switch.trial import SwitchTrial
 from spikeport.experiments.walk.controller import analytic_policy
 from spikeport.experiments.walk.gait import encoding
@@ -41,7 +42,8 @@ def spiking_humanoid(trial: SwitchTrial, exact: Exact) -> tuple[HumanoidNetwork,
     ranges, options = record_ranges(layers, gait), settings.policy_options
     # made before: layers are solved for, and a read-out refitted, in networks of their own
     *hidden, last = solved_layers(layers, ranges, options, seed, gait)
-    last = readout(trial, layers, ranges, gait) or last
+    walk = functools.partial(observations, trial, exact)
+    last = readout(trial, layers, ranges, gait, walk) or last
     trial.options.progress("building the controller", None)
     solved = dataclasses.replace(options, solve="unit")
     net = humanoid(
@@ -59,7 +61,8 @@ def calibrate(trial: SwitchTrial) -> Calibration:
     """Refit the read-out of a trial's policy to its spikes on the trial's backend."""
     exact = Exact.of(trial.settings)
     layers, gait = policy_layers(exact.policy), rehearse(trial, exact).observations
-    return refitted(trial, layers, record_ranges(layers, gait), gait)
+    walk = functools.partial(observations, trial, exact)
+    return refitted(trial, layers, record_ranges(layers, gait), gait, walk)
 
 
 def analytic_humanoid(exact: Exact, balances: bool) -> HumanoidNetwork:

@@ -12,4 +12,4 @@ def calibrate(trial: WalkTrial) -> Calibration:
     weights = trial.settings.walking_policy()
     trial.options.progress("recording the gait of the exact policy", None)
     layers, gait = policy_layers(weights), record_gait(weights)
-    return refitted(trial, layers, record_ranges(layers, gait), gait)
+    return refitted(trial, layers, record_ranges(layers, gait), gait, record_gait)

@@ -5,6 +5,7 @@ import numpy as np
 
 from spikeport.errors import UsageError
 from spikeport.experiments.policy.readout import policy_layers, readout
+from spikeport.experiments.walk.gait import record_gait
 from spikeport.experiments.walk.loop import LoopedNetwork
 from spikeport.experiments.walk.trial import WalkTrial
 from spikeport.networks.held import Held
@@ -57,7 +58,7 @@ def _policy(trial: WalkTrial, weights: WalkingPolicy, gait: np.ndarray) -> Polic
         return analytic_policy(weights)
     layers = policy_layers(weights)
     ranges = record_ranges(layers, gait)
-    refitted = readout(trial, layers, ranges, gait)
+    refitted = readout(trial, layers, ranges, gait, record_gait)
     settings = trial.settings
     return policy(layers, ranges, settings.policy_options, settings.network_seed, refitted, gait)
 

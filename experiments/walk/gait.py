@@ -7,10 +7,10 @@ range of every observation (`encoding`), and of every hidden unit
 
 import numpy as np
 
+from spikeport.experiments.policy.calibration import Policy
 from spikeport.experiments.walk.loop import OBSERVATION_DT_S, WalkLoop
 from spikeport.experiments.walk.paths import find_path
 from spikeport.networks.region import Box
-from spikeport.networks.walking_policy import WalkingPolicy
 from spikeport.robot import mirror
 from spikeport.robot.walk_interface import ACTION_SIZE, OBSERVATION_SIZE, PARTS
 
@@ -29,7 +29,7 @@ COMMANDS = ((0.0, 1.0), (-1.0, 1.0))
 """Forward speed in m/s and yaw rate in rad/s for which the policy is trained."""
 
 
-def record_gait(policy: WalkingPolicy, seconds: float = SECONDS) -> np.ndarray:
+def record_gait(policy: Policy, seconds: float = SECONDS) -> np.ndarray:
     """(n, 69) observations, and their mirror images; a robot that falls is put up again.
 
     A read-out that is refitted on both treats left and right as the policy does.

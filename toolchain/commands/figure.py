@@ -107,7 +107,7 @@ FIGURES: dict[str, PaperFigure | PaperSweep] = {
         "Fig. 6b: neurons of a unit, and filters between layers",
         "walk",
         SWEEP_S,
-        {"path": "paper"},
+        {"path": "paper", "calibrated": "false"},
         ["n_neurons=2,6,20,40", "tau_fwd=.001,.002,.005,.01", "backend=reference,native"],
         5,
         "spikeport.experiments.walk.sweep_figure",

@@ -1,6 +1,7 @@
 """The read-out of a small policy, refitted on the native chip."""
 
 import functools
+from contextlib import closing
 
 import nengo
 import numpy as np
@@ -11,8 +12,8 @@ from spikeport.experiments.options import Options
 from spikeport.experiments.policy.calibration import (
     LAG,
     SETTLING,
+    SpikingHalves,
     calibrated_readout,
-    record_halves,
 )
 from spikeport.networks.policy import Layer, PolicyOptions, Readout, exact, policy, record_ranges
 from spikeport.simulator import Simulator
@@ -40,9 +41,15 @@ def ranges(layers):
 
 
 @pytest.fixture(scope="module")
-def refitted(layers, ranges, tmp_path_factory):
-    run = Options(tmp_path_factory.mktemp("run"), 1.0, pipeline="compact")
-    return calibrated_readout(layers, ranges, OPTIONS, walk(400, 0), run)
+def compact(tmp_path_factory):
+    return Options(tmp_path_factory.mktemp("run"), 1.0, pipeline="compact")
+
+
+@pytest.fixture(scope="module")
+def refitted(layers, ranges, compact):
+    return calibrated_readout(
+        layers, ranges, OPTIONS, walk(400, 0), lambda policy: walk(400, 2), compact
+    )
 
 
 def action_error(layers, ranges, readout):
@@ -64,9 +71,31 @@ def test_the_refitted_readout_is_nearer_to_the_exact_action(layers, ranges, refi
     assert action_error(layers, ranges, Readout(**refitted.decoders)) < 0.8 * nominal
 
 
-def test_a_refit_depends_on_what_it_is_given_alone(layers, ranges, refitted, tmp_path):
-    run = Options(tmp_path, 1.0, pipeline="compact")
-    again = calibrated_readout(layers, ranges, OPTIONS, walk(400, 0), run)
+def test_a_robot_walks_by_what_was_refitted_first(layers, ranges, compact):
+    found = []
+
+    def walks(policy):
+        found.extend(policy(observation) for observation in walk(200, 1))
+        return walk(400, 2)
+
+    calibrated_readout(layers, ranges, OPTIONS, walk(400, 0), walks, compact)
+    wanted = exact(layers, walk(200, 1))[-1]
+    wrong = np.array(found)[LAG:] - wanted[:-LAG]
+    assert np.std(wrong[SETTLING:]) < 0.3 * np.std(wanted)
+
+
+def test_what_the_robot_observes_is_refitted_on_too(layers, ranges, compact, refitted):
+    other = calibrated_readout(
+        layers, ranges, OPTIONS, walk(400, 0), lambda policy: walk(400, 3), compact
+    )
+    assert other.image_digest == refitted.image_digest
+    assert (other.decoders["weights"] != refitted.decoders["weights"]).any()
+
+
+def test_a_refit_depends_on_what_it_is_given_alone(layers, ranges, compact, refitted):
+    again = calibrated_readout(
+        layers, ranges, OPTIONS, walk(400, 0), lambda policy: walk(400, 2), compact
+    )
     assert again.image_digest == refitted.image_digest
     assert (again.decoders["weights"] == refitted.decoders["weights"]).all()
     assert (again.decoders["bias"] == refitted.decoders["bias"]).all()
@@ -86,8 +115,9 @@ def test_halves_are_those_of_the_activation(layers, ranges, tmp_path):
     build = functools.partial(policy, layers, ranges, OPTIONS)
     run = Options(tmp_path, 1.0, backend="reference")
     shown = np.tile(walk(1, 2), (60, 1))
-    halves, digest = record_halves(build, 20, shown, run)
+    with closing(SpikingHalves(build, 20, run)) as spiking:
+        halves = spiking.play(shown)
     z = exact(layers, shown[0])[1]
     wanted = np.concatenate([np.maximum(z, 0), np.expm1(np.minimum(z, 0))])
-    assert digest == ""
+    assert spiking.image_digest == ""
     assert halves[30:].mean(axis=0) == pytest.approx(wanted, abs=0.12)

@@ -46,6 +46,13 @@ def exact(tmp_path_factory):
     return folder, walked(folder, 3.0, path="line")
 
 
+@pytest.fixture
+def short_gait(monkeypatch):
+    """Calibrations and ranges from a second of gait."""
+    for module in (walk_run, walk_calibration, walk_controller):
+        monkeypatch.setattr(module, "record_gait", lambda weights: record_gait(weights, 1.0))
+
+
 # how well it walks
 
 
@@ -77,16 +84,14 @@ def test_spikes_follow_a_path_on_the_chip(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_calibration_is_made_once_and_used_again(tmp_path, monkeypatch):
-    for module in (walk_run, walk_calibration):
-        monkeypatch.setattr(module, "record_gait", lambda weights: record_gait(weights, 1.0))
+@pytest.mark.usefixtures("short_gait")
+def test_a_calibration_is_made_once_and_used_again(tmp_path):
     file, small = tmp_path / "calibration.npz", {"n_neurons": 2, "backend": "native"}
     options = Options(tmp_path, 0.5, pipeline="compact")
     walk.calibrate(WalkSettings(n_neurons=2), options).save(file)
-    nominal = walked(tmp_path / "nominal", 0.3, **small)
-    made, read = (
+    nominal, made, read = (
         walked(tmp_path / str(i), 0.3, **small, calibrated=given)
-        for i, given in enumerate((True, str(file)))
+        for i, given in enumerate((False, True, str(file)))
     )
     assert made["image_digest"] == read["image_digest"] != nominal["image_digest"]
     for result in (made, read):
@@ -101,10 +106,10 @@ def test_a_calibration_is_made_once_and_used_again(tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("short_gait")
 @pytest.mark.parametrize("variant", [{"units": "if"}, {"solve": "layer"}])
-def test_a_conversion_can_be_another(tmp_path, monkeypatch, variant):
-    monkeypatch.setattr(walk_run, "record_gait", lambda weights: record_gait(weights, 1.0))
-    small = {"n_neurons": 2, "backend": "native"}
+def test_a_conversion_can_be_another(tmp_path, variant):
+    small = {"n_neurons": 2, "backend": "native", "calibrated": False}
     papers, other = (
         walked(tmp_path / str(i), 0.1, **small, **chosen) for i, chosen in enumerate(({}, variant))
     )
@@ -112,8 +117,8 @@ def test_a_conversion_can_be_another(tmp_path, monkeypatch, variant):
 
 
 @pytest.mark.slow
-def test_the_built_in_network_gives_the_image_of_the_run(tmp_path, monkeypatch):
-    monkeypatch.setattr(walk_run, "record_gait", lambda weights: record_gait(weights, 1.0))
+@pytest.mark.usefixtures("short_gait")
+def test_the_built_in_network_gives_the_image_of_the_run(tmp_path):
     run = walked(tmp_path, 0.1, backend="native", n_neurons=2)
     network = find_network("walk", ["n_neurons=2"])
     assert compile_network(network, pipeline="compact").image.digest == run["image_digest"]

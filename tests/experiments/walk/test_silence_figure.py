@@ -45,7 +45,9 @@ def test_the_exact_policy_cannot_be_silenced(tmp_path, short_gait, backend, poli
 
 @pytest.mark.slow
 def test_silence_ends_the_gait(tmp_path, short_gait):
-    settings = WalkSettings(path="line", n_neurons=4, silence=1.0, silence_at=0.3, follower="exact")
+    settings = WalkSettings(
+        path="line", n_neurons=4, calibrated=False, silence=1.0, silence_at=0.3, follower="exact"
+    )
     walk.run(settings, Options(tmp_path, 0.5, backend="native", pipeline="compact"))
     assert (tmp_path / "figure.png").stat().st_size > 10_000
     assert json.loads((tmp_path / "result.json").read_text())["settings"]["silence"] == 1.0
