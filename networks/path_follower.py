@@ -49,11 +49,11 @@ class FollowerOptions:
     n_speed: int = 50
     tau_fwd: float = 0.02
     tau_out: float = 0.03
-    rates: tuple[float, float] = (150.0, 250.0)
+    rates: tuple[float, float] = (100.0, 200.0)
     bearing_rates: tuple[float, float] = (400.0, 800.0)
     tau_ref: float = 0.001
     regularisation: float = 0.01
-    bearing_regularisation: float = 0.05
+    bearing_regularisation: float = 0.02
 
 
 def path_follower(
@@ -79,7 +79,7 @@ def path_follower(
             tau_ref=options.tau_ref, initial_state={"voltage": nengo.dists.Choice([0])}
         )
         net.config[nengo.Connection].solver = nengo.solvers.LstsqL2(reg=options.regularisation)
-        body = _yaw_rate(errors[:4], net.command[1], gains, options, seed)
+        body = _yaw_rate(errors[:4], net.command[1], gains, options)
         distance = length_ensemble("distance", options.n_distance)
         velocity = length_ensemble("velocity", options.n_velocity)
         nengo.Connection(errors[:2], distance, synapse=None)
@@ -117,11 +117,10 @@ def _yaw_rate(
     command: nengo.Node,
     gains: FollowerGains,
     options: FollowerOptions,
-    seed: int,
 ) -> nengo.Ensemble:
     """Turn the error into the body frame, and decode what its bearing asks for."""
     ahead_rad = AHEAD * gains.max_yaw_rate_rad_s / gains.kp_heading
-    body = bearing_ensemble("body", options.n_bearing, options.bearing_rates, ahead_rad, seed)
+    body = bearing_ensemble("body", options.n_bearing, options.bearing_rates, ahead_rad)
     rotate(turned, body, Squares(options.n_square, options.rates, options.tau_fwd))
     nengo.Connection(
         body,

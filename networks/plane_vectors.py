@@ -14,8 +14,14 @@ import numpy as np
 SHARE = 0.7
 """Of neurons that bend, and of values that are decoded, nearly ahead."""
 
+THRESHOLD = 0.1
+"""Largest threshold of a neuron of a bearing, to either side of zero."""
+
 N_POINTS = 3000
 """Values at which decoders are solved."""
+
+R2 = (0.7548776662466927, 0.5698402909980532)
+"""Steps of the sequence; 1/p and 1/p^2 where p^3 = p + 1."""
 
 
 def length_ensemble(label: str, n_neurons: int) -> nengo.Ensemble:
@@ -32,9 +38,12 @@ def length_ensemble(label: str, n_neurons: int) -> nengo.Ensemble:
 
 
 def bearing_ensemble(
-    label: str, n_neurons: int, rates: tuple[float, float], ahead_rad: float, seed: int
+    label: str, n_neurons: int, rates: tuple[float, float], ahead_rad: float
 ) -> nengo.Ensemble:
     """Neurons of a vector no longer than 1, a function of whose bearing is to be decoded.
+
+    Where they bend, their thresholds and rates are spread evenly, not drawn: with some draws what
+    is decoded nearly ahead was too steep by a quarter.
 
     Parameters
     ----------
@@ -43,40 +52,49 @@ def bearing_ensemble(
     n_neurons : int
         An even number.
     rates : tuple of float
-        Highest firing rates in Hz, drawn uniformly from these.
+        Highest firing rates in Hz are between these.
     ahead_rad : float
         Most neurons bend within this angle, to either side.
-    seed : int
-        Of neurons and evaluation points.
     """
-    rng = np.random.RandomState(seed)
     n = n_neurons // 2
-    bend = _nearly_ahead(n, ahead_rad, rng)
-    encoders = _directions(bend + np.pi / 2 * rng.choice([-1, 1], n))
+    side = np.resize([-1, 1], n)
+    encoders = _directions(_nearly_ahead(n, ahead_rad) + np.pi / 2 * side)
+    threshold, rate = _spread(n)
+    low, high = rates
     # angle and length scale with the vector as neurons do whose thresholds lie near zero
-    intercepts = rng.uniform(-0.1, 0.1, n)
+    intercepts = THRESHOLD * (2 * threshold - 1)
     return nengo.Ensemble(
         n_neurons,
         2,
         encoders=_mirrored(encoders),
         intercepts=np.tile(intercepts, 2),
-        max_rates=np.tile(rng.uniform(*rates, n), 2),
-        eval_points=_mirrored(_points(ahead_rad, rng)),
+        max_rates=np.tile(low + (high - low) * rate, 2),
+        eval_points=_mirrored(_points(ahead_rad)),
         label=label,
     )
 
 
-def _points(ahead_rad: float, rng: np.random.RandomState) -> np.ndarray:
+def _points(ahead_rad: float) -> np.ndarray:
     """(n, 2) values in the unit disc, most of them nearly ahead."""
-    length = np.sqrt(rng.uniform(0, 1, N_POINTS // 2))
-    return length[:, np.newaxis] * _directions(_nearly_ahead(len(length), ahead_rad, rng))
+    n = N_POINTS // 2
+    length = np.sqrt(_spread(n)[0])
+    return length[:, np.newaxis] * _directions(_nearly_ahead(n, ahead_rad))
 
 
-def _nearly_ahead(n: int, ahead_rad: float, rng: np.random.RandomState) -> np.ndarray:
-    """(n,) angles, of which most are within a limit and the others anywhere."""
-    angle = rng.uniform(-np.pi, np.pi, n)
-    angle[: round(SHARE * n)] *= ahead_rad / np.pi
-    return angle
+def _nearly_ahead(n: int, ahead_rad: float) -> np.ndarray:
+    """(n,) angles, most of them spread within a limit, the others everywhere."""
+    near = round(SHARE * n)
+    return np.concatenate((ahead_rad * _evenly(near), np.pi * _evenly(n - near)))
+
+
+def _evenly(n: int) -> np.ndarray:
+    """(n,) values between -1 and 1, in order."""
+    return (2 * np.arange(n) + 1) / n - 1
+
+
+def _spread(n: int) -> np.ndarray:
+    """(2, n) values between 0 and 1 that fill the square (Roberts 2018, the R2 sequence)."""
+    return (0.5 + np.outer(R2, np.arange(n))) % 1
 
 
 def _directions(angle_rad: np.ndarray) -> np.ndarray:

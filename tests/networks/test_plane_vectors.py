@@ -10,7 +10,7 @@ AHEAD_RAD = 0.5
 @pytest.fixture
 def bearing():
     with nengo.Network():
-        return bearing_ensemble("b", 100, (400.0, 800.0), AHEAD_RAD, seed=3)
+        return bearing_ensemble("b", 100, (400.0, 800.0), AHEAD_RAD)
 
 
 def test_every_neuron_of_a_bearing_has_a_mirror_image(bearing):
@@ -26,6 +26,12 @@ def test_most_neurons_of_a_bearing_bend_nearly_ahead(bearing):
     angle = np.arctan2(*bearing.encoders.T[::-1])
     bend = np.minimum(np.abs(angle - np.pi / 2), np.abs(angle + np.pi / 2))
     assert 70 <= (bend <= AHEAD_RAD).sum() <= 90
+
+
+def test_thresholds_and_rates_of_a_bearing_are_spread_evenly(bearing):
+    for values, low, high in ((bearing.intercepts, -0.1, 0.1), (bearing.max_rates, 400, 800)):
+        share = np.sort((values[:50] - low) / (high - low))
+        assert np.abs(share - (np.arange(50) + 0.5) / 50).max() < 0.08
 
 
 def test_most_bearings_that_are_decoded_are_nearly_ahead(bearing):
