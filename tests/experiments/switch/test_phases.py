@@ -15,8 +15,8 @@ from spikeport.experiments.switch.phases import phase_metrics
         (0.007, None, True, True),
         (0.007, 3, True, False),
         (0.009, 8, True, False),
-        (0.015, 8, False, True),
-        (0.017, 8, False, False),
+        (0.011, 8, False, True),
+        (0.013, 8, False, False),
     ],
 )
 def test_a_drawing_has_its_shape_and_is_read_as_it(worked, off_m, read_as, anchored, success):
