@@ -26,7 +26,8 @@ BITS_PER_KIB = 8 * 1024
 
 def resource_table(report: Report) -> Table:
     """Every resource: the chip's sum, and the core that uses most of it."""
-    table = Table(box=SIMPLE_HEAD, title=escape(f"{report.chip.title}: {n_cores(report)}"))
+    title = escape(f"{report.chip.title}: {n_cores(report)}")
+    table = Table(box=SIMPLE_HEAD, title=title, pad_edge=False, collapse_padding=True)
     table.add_column("used / limit", no_wrap=True)
     whole = "whole chip" if report.chip.limits.chips.count == 1 else "whole board"
     for name in (whole, "%", "fullest", "%", "core"):
