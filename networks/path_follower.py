@@ -39,7 +39,8 @@ class FollowerOptions:
     ``n_velocity`` those of position and velocity error, and ``n_speed`` those of the forward speed.
     A neuron on the chip fires every so many whole steps, so slow ones err less, by the rates'
     steps, and by their noise more. The bearing's are fast: its noise is that of the yaw rate.
-    What reaches it is smoothed for long, since noise there makes the robot turn less than is asked.
+    What reaches it is smoothed for long, since noise there makes the robot turn less than is asked;
+    so is the command, since its slow noise throws the robot off its path.
     """
 
     n_square: int = 100

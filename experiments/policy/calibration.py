@@ -11,7 +11,7 @@ The observations are those of the exact policy's gait first; then a robot walks 
 what it observes is added, since a gait of spikes sways otherwise than the exact one (Ross et al.
 2011, dataset aggregation).
 
-`experiments.walk.controller` refits with this unless ``calibrated=false`` is set: the policy is
+`experiments.walk.controller` refits with this where ``calibrated`` asks for it: the policy is
 built with ``readout=Readout(**calibrated_readout(...).decoders)``. Decoders, and what they are made
 for, are a `experiments.calibration.Calibration`: ``EXPERIMENT.calibrate`` of `experiments.walk`
 returns one for `spikeport calibrate`, and `calibration.load` reads it for ``calibrated=FILE``.

@@ -14,6 +14,7 @@ CONVERSION = ("n_neurons", "tau_fwd", "tau_out", "units", "solve")
 """Settings that are also those of `spikeport.networks.policy.PolicyOptions`."""
 
 AUTO = "auto"
+"""Of ``calibrated``: as the backend is."""
 
 
 @dataclass(frozen=True, kw_only=True)

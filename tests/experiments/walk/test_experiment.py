@@ -10,11 +10,9 @@ from PIL import Image
 from spikeport.compile.pipeline import compile_network
 from spikeport.errors import UsageError
 from spikeport.experiments.options import Options
-from spikeport.experiments.walk import calibration as walk_calibration
 from spikeport.experiments.walk import controller as walk_controller
 from spikeport.experiments.walk import experiment as walk
 from spikeport.experiments.walk import run as walk_run
-from spikeport.experiments.walk.gait import record_gait
 from spikeport.experiments.walk.settings import WalkSettings
 from spikeport.find_network import find_network
 from spikeport.networks import walking_policy
@@ -44,13 +42,6 @@ def exact(tmp_path_factory):
     """Three seconds of the exact policy with the exact follower."""
     folder = tmp_path_factory.mktemp("exact")
     return folder, walked(folder, 3.0, path="line")
-
-
-@pytest.fixture
-def short_gait(monkeypatch):
-    """Calibrations and ranges from a second of gait."""
-    for module in (walk_run, walk_calibration, walk_controller):
-        monkeypatch.setattr(module, "record_gait", lambda weights: record_gait(weights, 1.0))
 
 
 # how well it walks

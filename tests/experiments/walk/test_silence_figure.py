@@ -9,15 +9,7 @@ import xarray as xr
 from spikeport.errors import UsageError
 from spikeport.experiments.options import Options
 from spikeport.experiments.walk import experiment as walk
-from spikeport.experiments.walk import run as walk_run
-from spikeport.experiments.walk.gait import record_gait
 from spikeport.experiments.walk.settings import WalkSettings
-
-
-@pytest.fixture
-def short_gait(monkeypatch):
-    """Ranges from one second of gait."""
-    monkeypatch.setattr(walk_run, "record_gait", lambda weights: record_gait(weights, 1.0))
 
 
 @pytest.mark.parametrize(
