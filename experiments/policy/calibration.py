@@ -1,11 +1,16 @@
 r"""The read-out of a policy, refitted to the spikes of its last hidden layer where it runs.
 
-.. math:: W, b = \arg\min \sum_t |W h_t + b - a(o_{t-k})|^2 + m (\lambda \max h)^2 |W - W_0|^2
+.. math::
+
+    W, b = \arg\min \sum_t |F e_t|^2 + m (\lambda \max F h)^2 |W - W_0|^2,
+    \quad e_t = W h_t + b - a(o_{t-k})
 
 ``h_t`` is what the halves of the last hidden layer's units give after the filter of the action, at
 the end of the time for which observation ``o_t`` is held, ``a`` the exact policy, ``W_0`` its own
 weights, and ``k`` a delay. Whatever the layers before do to the values, by tuning curves of whole
-steps, rounded weights and filters, the read-out corrects as far as a matrix can.
+steps, rounded weights and filters, the read-out corrects as far as a matrix can. ``F`` is the
+filter `emphasise_slow`: what is wrong within a step, the next ones make up for; by what lasts, a
+robot slips off its path.
 
 The observations are those of the exact policy's gait first; then a robot walks on the spikes, and
 what it observes is added, since a gait of spikes sways otherwise than the exact one (Ross et al.
@@ -24,6 +29,7 @@ from typing import NamedTuple
 
 import nengo
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 
 from spikeport.experiments.calibration import Refitted
 from spikeport.experiments.on_chip import digest_of
@@ -49,6 +55,11 @@ LAG = 1
 spikes delay by more, and a read-out that looks ahead errs more: by an eighth for each observation.
 But a robot whose policy is late turns less than it is told: by 5 % for 10 ms."""
 DT_S = 0.001
+
+STRIDE = 100
+"""Observations over which an error is slow, 0.5 s: two steps of a gait."""
+SLOW = 3.0
+"""Slow errors count for so many times the fast ones."""
 
 Policy = Callable[[np.ndarray], np.ndarray]
 """An action for an observation."""
@@ -154,5 +165,16 @@ def calibrated_readout(
 
 def refit_lagged(nominal: Readout, *played: Played) -> Readout:
     """The read-out of played observations, for actions of `LAG` observations before."""
-    halves = np.concatenate([part.halves[SETTLING + LAG :] for part in played])
-    return refit(nominal, halves, np.concatenate([part.wanted[SETTLING:-LAG] for part in played]))
+    aligned = [(part.halves[SETTLING + LAG :], part.wanted[SETTLING:-LAG]) for part in played]
+    return refit(
+        nominal, *(np.concatenate([*map(emphasise_slow, x)]) for x in zip(*aligned, strict=True))
+    )
+
+
+def emphasise_slow(values: np.ndarray) -> np.ndarray:
+    """(m, n) values with their changes within half a second lessened: F x = x / 3 + 2 x_mean / 3.
+
+    ``x_mean`` is the moving average over `STRIDE` values.
+    """
+    mean = uniform_filter1d(values, STRIDE, axis=0)
+    return mean + (values - mean) / SLOW
