@@ -43,8 +43,8 @@ class FollowerOptions:
     so is the command, since its slow noise throws the robot off its path.
     """
 
-    n_square: int = 100
-    n_bearing: int = 400
+    n_square: int = 140
+    n_bearing: int = 280
     n_distance: int = 200
     n_velocity: int = 100
     n_speed: int = 50

@@ -247,7 +247,7 @@ def train_command(
         "runs/train-walk"
     ),
     seed: Annotated[int, typer.Option(help="Seed of the run.", min=0, max=LARGEST_SEED)] = 0,
-    steps: Annotated[int, typer.Option(help="Control steps of all robots.", min=1)] = 26_000_000,
+    steps: Annotated[int, typer.Option(help="Control steps of all robots.", min=1)] = 23_300_000,
     threads: Annotated[int | None, typer.Option(help="Threads; all cores.", min=1)] = None,
 ) -> None:
     """Train a policy from scratch; a run that was interrupted goes on where it was."""

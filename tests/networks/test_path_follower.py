@@ -63,7 +63,7 @@ def test_the_analytic_follower_is_the_law_one_step_late():
 
 def test_its_neurons():
     ensembles = path_follower(GAINS).all_ensembles
-    assert sum(e.n_neurons for e in ensembles) == 8 * 100 + 400 + 200 + 100 + 50
+    assert sum(e.n_neurons for e in ensembles) == 8 * 140 + 280 + 200 + 100 + 50
 
 
 def test_each_of_its_ensembles_has_a_filter():
