@@ -23,6 +23,7 @@ CONFIG = {
     "distributed.scheduler.allowed-failures": ALLOWED_DEATHS,
     "distributed.scheduler.worker-saturation": 1.0,  # a point that waits is not blamed for a death
     "distributed.comm.timeouts.connect": f"{ANSWER_S}s",
+    "scheduler": None,  # taken back at the end: a closed client may leave it, and xarray looks here
 }
 
 
@@ -50,7 +51,7 @@ def _local(n: int) -> Iterator[Client]:
                 n_workers=n,
                 threads_per_worker=1,
                 host=LOCAL,
-                dashboard_address=None,
+                dashboard_address=f"{LOCAL}:0",  # by default 8787, and a warning where it is taken
                 silence_logs=logging.CRITICAL,
                 local_directory=scratch,
             )
