@@ -165,14 +165,13 @@ def calibrated_readout(
 
 def refit_lagged(nominal: Readout, *played: Played) -> Readout:
     """The read-out of played observations, for actions of `LAG` observations before."""
-    aligned = [(part.halves[SETTLING + LAG :], part.wanted[SETTLING:-LAG]) for part in played]
-    return refit(
-        nominal, *(np.concatenate([*map(emphasise_slow, x)]) for x in zip(*aligned, strict=True))
-    )
+    halves = [emphasise_slow(part.halves[SETTLING + LAG :]) for part in played]
+    wanted = [emphasise_slow(part.wanted[SETTLING:-LAG]) for part in played]
+    return refit(nominal, np.concatenate(halves), np.concatenate(wanted))
 
 
 def emphasise_slow(values: np.ndarray) -> np.ndarray:
-    """(m, n) values with their changes within half a second lessened: F x = x / 3 + 2 x_mean / 3.
+    """(m, n) values, their fast part lessened: F x = x_mean + (x - x_mean) / `SLOW`.
 
     ``x_mean`` is the moving average over `STRIDE` values.
     """
