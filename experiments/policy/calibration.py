@@ -9,8 +9,7 @@ r"""The read-out of a policy, refitted to the spikes of its last hidden layer wh
 the end of the time for which observation ``o_t`` is held, ``a`` the exact policy, ``W_0`` its own
 weights, and ``k`` a delay. Whatever the layers before do to the values, by tuning curves of whole
 steps, rounded weights and filters, the read-out corrects as far as a matrix can. ``F`` is the
-filter `emphasise_slow`: what is wrong within a step, the next ones make up for; by what lasts, a
-robot slips off its path.
+filter `emphasise_slow`: noise within a step averages out, what lasts throws a robot off its path.
 
 The observations are those of the exact policy's gait first; then a robot walks on the spikes, and
 what it observes is added, since a gait of spikes sways otherwise than the exact one (Ross et al.
@@ -58,7 +57,7 @@ DT_S = 0.001
 
 STRIDE = 100
 """Observations over which an error is slow, 0.5 s: two steps of a gait."""
-SLOW = 3.0
+SLOW = 12.0
 """Slow errors count for so many times the fast ones."""
 
 Policy = Callable[[np.ndarray], np.ndarray]
