@@ -95,8 +95,11 @@ def show(outcome: Outcome, folder: Path) -> None:
 def _text(value: Any) -> str:
     if value is None:
         return "-"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
     if isinstance(value, dict):
-        return ", ".join(f"{name} {_text(v)}" for name, v in value.items())
+        called = f"{value['name']}: " if "name" in value else ""
+        return called + ", ".join(f"{k} {_text(v)}" for k, v in value.items() if k != "name")
     if isinstance(value, list):
         rows = any(isinstance(v, dict) for v in value)
         return ("\n" if rows else "  ").join(_text(v) for v in value)
