@@ -19,9 +19,14 @@ import markdown_table
 import numpy as np
 
 from spikeport.experiments.options import Options
-from spikeport.experiments.policy.calibration import HOLD_S, SpikingHalves
+from spikeport.experiments.policy.calibration import (
+    HOLD_S,
+    SETTLING,
+    Played,
+    SpikingHalves,
+    refit_lagged,
+)
 from spikeport.experiments.policy.readout import policy_digest, policy_layers
-from spikeport.experiments.policy.refitting import SETTLING, Played, refit_lagged
 from spikeport.experiments.walk.gait import record_gait
 from spikeport.networks.policy import (
     Layer,
@@ -32,7 +37,7 @@ from spikeport.networks.policy import (
     record_ranges,
     solved_layers,
 )
-from spikeport.networks.policy_solving import by_halves, exact_halves
+from spikeport.networks.policy_solving import by_halves
 from spikeport.networks.walking_policy import load
 
 RESULTS = Path("build/policy_conversion") / policy_digest(policy_layers(load()))
@@ -88,8 +93,8 @@ def measure(case: Case, seed: int) -> dict[str, float]:
     run = Options(RESULTS, 1.0, backend=case.backend, pipeline="compact")
     with closing(SpikingHalves(build, solved.weights.shape[1], run)) as spiking:
         halves = spiking.play(gait)
-    z, wanted = exact(layers, gait, case.activation)[-2:]
-    played = Played(halves[:fitted], exact_halves(z[:fitted], options))
+    wanted = exact(layers, gait, case.activation)[-1]
+    played = Played(halves[:fitted], wanted[:fitted])
     refitted = refit_lagged(by_halves(layers[-1], options), played)
     return {
         **errors("solved", solved, halves[fitted:], wanted[fitted:]),

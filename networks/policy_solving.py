@@ -26,23 +26,11 @@ def by_halves(layer: Layer, options: PolicyOptions) -> Readout:
     return Readout(np.tile(layer.weights, len(options.function.signs)), layer.bias)
 
 
-def exact_halves(z: np.ndarray, options: PolicyOptions) -> np.ndarray:
-    """What the halves of units give exactly, (m, n_halves * n), for pre-activations (m, n)."""
-    function, signs = options.function
-    return np.concatenate([function(sign * np.maximum(sign * z, 0.0)) for sign in signs], axis=1)
-
-
-def refit(
-    nominal: Readout,
-    halves: np.ndarray,
-    wanted: np.ndarray,
-    *,
-    regularisation: float = REGULARISATION,
-) -> Readout:
+def refit(nominal: Readout, halves: np.ndarray, wanted: np.ndarray) -> Readout:
     """The read-out of recorded halves (m, n) that comes nearest to wanted values (m, d)."""
     missing = wanted - halves @ nominal.weights.T
     centre, bias = halves.mean(axis=0), missing.mean(axis=0)
-    solver = nengo.solvers.LstsqL2(reg=regularisation)
+    solver = nengo.solvers.LstsqL2(reg=REGULARISATION)
     change, _ = solver(halves - centre, missing - bias)
     return Readout(nominal.weights + change.T, bias - centre @ change)
 

@@ -10,7 +10,6 @@ import numpy as np
 from spikeport.experiments.calibration import Calibration, load
 from spikeport.experiments.options import Options
 from spikeport.experiments.policy.calibration import Policy, calibrated_readout
-from spikeport.experiments.policy.refitting import METHOD
 from spikeport.experiments.policy.settings import AUTO, PolicySettings
 from spikeport.networks.policy import Layer, Ranges, Readout
 from spikeport.networks.walking_policy import WalkingPolicy
@@ -104,8 +103,8 @@ def refitted(
 
 
 def _made_for(trial: PolicyTrial, layers: Sequence[Layer]) -> dict[str, Any]:
-    """All that the neurons of the trial's policy depend on, and how they are refitted."""
+    """All that the neurons of the trial's policy depend on."""
     settings = trial.settings
     network = {**settings.conversion, "network_seed": settings.network_seed}
-    policy = {"policy": policy_digest(layers), "method": METHOD}
+    policy = {"policy": policy_digest(layers)}
     return {**trial.recorded, **policy, **network, **trial.options.substrate}
