@@ -45,6 +45,8 @@ from spikeport.networks.policy import (
 from spikeport.networks.policy_solving import by_halves, refit
 from spikeport.simulator import Simulator
 
+METHOD = 1
+"""One more whenever this file refits otherwise: a calibration kept from before is then refused."""
 HOLD_S = 0.005
 """For how long an observation is held, as in the closed loop."""
 SETTLING = 20

@@ -9,7 +9,7 @@ import numpy as np
 
 from spikeport.experiments.calibration import Calibration, load
 from spikeport.experiments.options import Options
-from spikeport.experiments.policy.calibration import Policy, calibrated_readout
+from spikeport.experiments.policy.calibration import METHOD, Policy, calibrated_readout
 from spikeport.experiments.policy.settings import AUTO, PolicySettings
 from spikeport.networks.policy import Layer, Ranges, Readout
 from spikeport.networks.walking_policy import WalkingPolicy
@@ -103,8 +103,8 @@ def refitted(
 
 
 def _made_for(trial: PolicyTrial, layers: Sequence[Layer]) -> dict[str, Any]:
-    """All that the neurons of the trial's policy depend on."""
+    """All that the neurons of the trial's policy depend on, and how they are refitted."""
     settings = trial.settings
     network = {**settings.conversion, "network_seed": settings.network_seed}
-    policy = {"policy": policy_digest(layers)}
+    policy = {"policy": policy_digest(layers), "method": METHOD}
     return {**trial.recorded, **policy, **network, **trial.options.substrate}
