@@ -37,6 +37,7 @@ _STRIDE = replace(
 )
 """Feet that have learned to leave the floor are kept low, and hips from twisting, from here on: a
 gait that has settled keeps both."""
+
 _WIDE = replace(
     _STRIDE,
     commands=CommandRange(turning=0.1, standing=0.2),
