@@ -2,8 +2,10 @@
 
 from dataclasses import dataclass, field, replace
 
+from spikeport.robot.description import JOINTS
 from spikeport.training.commands import CommandRange
 from spikeport.training.environment import Task
+from spikeport.training.hidden_noise import HiddenNoise
 from spikeport.training.randomisation import Randomisation
 from spikeport.training.rewards import RewardSettings, Weights
 
@@ -12,15 +14,15 @@ from spikeport.training.rewards import RewardSettings, Weights
 class Stage:
     """From ``first_step`` (control steps of all robots together) on.
 
-    Arms that are not moved are held where they hang.
+    Joints that are ``held`` stay where they are in the default pose.
     """
 
     name: str
     first_step: int
     task: Task = field(default_factory=Task)
     entropy: float = 0.0
-    hidden_noise: float = 0.0
-    moves_arms: bool = True
+    hidden_noise: HiddenNoise = field(default_factory=HiddenNoise)
+    held: tuple[str, ...] = ()
 
 
 _STEP = Task(
@@ -67,6 +69,7 @@ _NOISY = replace(
         _WIDE.weights,
         track_velocity=3.5,
         track_yaw_rate=3.0,
+        on_average=4.0,
         stand=6.0,
         restless=-60.0,
         early_touchdown=-1.0,
@@ -101,14 +104,17 @@ Legs on the chip, their read-out refitted, were off by 0.005 rad over 0.8 s and 
 (rms): offset and noise of the targets are three and nearly two times as large. Falls are rare by
 now; were they as cheap as before, they would become more frequent again."""
 
+_HELD = tuple(name for name in JOINTS if "shoulder" in name or "elbow" in name or name == "torso")
+_SPIKES = HiddenNoise(white=0.03, lasting=0.03)
+
 STAGES = (
     Stage("step", 0, _STEP, entropy=0.001),
     Stage("stride", 2_000_000, _STRIDE, entropy=0.001),
-    Stage("wide", 3_500_000, _WIDE, entropy=0.0005, moves_arms=False),
-    Stage("noisy", 5_500_000, _NOISY, 0.0005, 0.06, moves_arms=False),
-    Stage("steady", 9_000_000, _STEADY, 0.0, 0.06, moves_arms=False),
-    Stage("upright", 13_500_000, _UPRIGHT, 0.0, 0.06, moves_arms=False),
-    Stage("precise", 18_000_000, _PRECISE, 0.0, 0.06, moves_arms=False),
+    Stage("wide", 3_500_000, _WIDE, entropy=0.0005, held=_HELD),
+    Stage("noisy", 5_500_000, _NOISY, 0.0005, _SPIKES, held=_HELD),
+    Stage("steady", 9_000_000, _STEADY, 0.0, _SPIKES, held=_HELD),
+    Stage("upright", 13_500_000, _UPRIGHT, 0.0, _SPIKES, held=_HELD),
+    Stage("precise", 18_000_000, _PRECISE, 0.0, _SPIKES, held=_HELD),
 )
 """In order; sources of the figures: see `spikeport.training.rewards`."""
 

@@ -31,7 +31,7 @@ EPISODE_STEPS = 1000
 START_HEIGHT_M = 1.04
 LOWEST_PELVIS_M = 0.7
 LARGEST_TILT = np.cos(np.pi / 4)
-VELOCITY_SMOOTHING, YAW_RATE_SMOOTHING = 0.3, 0.1
+VELOCITY_SMOOTHING, YAW_RATE_SMOOTHING, DRIFT_SMOOTHING = 0.3, 0.1, 0.04
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ class WalkEnvironment:
         self.actions = (newest, last, oldest)
         self.delay = np.zeros(n, int)
         self.joint_offset = np.zeros((n, ACTION_SIZE))
-        self.velocity, self.yaw_rate = np.zeros((n, 2)), np.zeros(n)
+        self.velocity, self.yaw_rate, self.drift = np.zeros((n, 2)), np.zeros(n), np.zeros((n, 3))
         self.age = np.zeros(n, int)
         self.gait = Gait(n)
         self.commands = Commands(n, task.commands, self._rng)
@@ -154,6 +154,8 @@ class WalkEnvironment:
         motion = self.motion
         self.velocity += VELOCITY_SMOOTHING * (motion.level_velocity[:, :2] - self.velocity)
         self.yaw_rate += YAW_RATE_SMOOTHING * (motion.yaw_rate - self.yaw_rate)
+        speed = np.column_stack((motion.level_velocity[:, :2], motion.yaw_rate))
+        self.drift += DRIFT_SMOOTHING * (self.commands.value - speed - self.drift)
 
     def _reward_step(self, dq_before: np.ndarray, fallen: np.ndarray) -> Step:
         motion = self.motion
@@ -166,6 +168,7 @@ class WalkEnvironment:
             moving=self.commands.moving,
             velocity=self.velocity,
             yaw_rate=self.yaw_rate,
+            drift=self.drift,
             actions=self.actions,
             joint_acceleration=(motion.dq - dq_before) / CONTROL_DT_S,
             torque_nm=np.clip(torque, -self._limit_nm, self._limit_nm),
@@ -199,7 +202,9 @@ class WalkEnvironment:
         self._targets[which] = POSE_RAD
         for past in self.actions:
             past[which] = 0.0
-        self.velocity[which], self.yaw_rate[which], self.age[which] = 0.0, 0.0, 0
+        for smoothed in (self.velocity, self.yaw_rate, self.drift):
+            smoothed[which] = 0.0
+        self.age[which] = 0
         self.gait.reset(which)
         self._arms.restart(which)
         self.commands.restart(which)

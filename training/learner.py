@@ -23,6 +23,7 @@ from spikeport.robot.walk_interface import ACTION_SIZE, CONTROL_DT_S, PARTS
 from spikeport.training.curriculum import Stage
 from spikeport.training.environment import WalkEnvironment
 from spikeport.training.export import policy_of
+from spikeport.training.hidden_noise import HiddenNoiseSource
 from spikeport.training.networks import (
     NOISE_SIZE,
     SYMMETRY_BREAKING_SD,
@@ -43,8 +44,6 @@ SCALES = {
     "last action": 0.5,
 }
 """Factors that bring the parts of an observation to a size near one."""
-
-ARMS = [joint for joint in JOINTS if "shoulder" in joint or "elbow" in joint]
 
 AVERAGING = 0.96
 """Share of the average actor that is kept in an update."""
@@ -99,9 +98,9 @@ class Learner:
         self.actor = MirrorNetwork(OBSERVATION, JOINT, scale, 0.1, SYMMETRY_BREAKING_SD)
         self.average = AveragedModel(self.actor, multi_avg_fn=get_ema_multi_avg_fn(AVERAGING))
         critic = MirrorNetwork(PRIVILEGED, SCALAR, torch.cat((scale, extra)), 1.0)
-        noisy = MirrorGaussian(ACTION_SIZE, options.initial_std)
+        self._distribution = MirrorGaussian(ACTION_SIZE, options.initial_std)
         self.ppo = PPO(
-            MirrorModel(sample, "policy", self.actor, noisy),
+            MirrorModel(sample, "policy", self.actor, self._distribution),
             MirrorModel(sample, "privileged", critic),
             self._storage(sample),
             num_learning_epochs=options.epochs,
@@ -113,10 +112,13 @@ class Learner:
 
     def begin(self, stage: Stage) -> None:
         """Take over what a stage asks of the learner."""
-        self._noise_sd = 0.5 * stage.hidden_noise
-        self.actor.use([stage.moves_arms or joint not in ARMS for joint in JOINTS])
+        self._noise = HiddenNoiseSource(stage.hidden_noise, self.robots, NOISE_SIZE)
+        self._noisy = bool(stage.hidden_noise)
+        in_use = [joint not in stage.held for joint in JOINTS]
+        self.actor.use(in_use)
+        self._distribution.explore(in_use)
         self.ppo.entropy_coef = stage.entropy
-        self.ppo.storage = self._storage(self._sample(NOISE_SIZE if stage.hidden_noise else 0))
+        self.ppo.storage = self._storage(self._sample(NOISE_SIZE if self._noisy else 0))
 
     def collect(self, env: WalkEnvironment) -> Figures:
         """Let the robots act for one horizon; returns falls and rewards per second."""
@@ -157,8 +159,8 @@ class Learner:
 
     def _look(self, env: WalkEnvironment) -> TensorDict:
         seen = _tensor(env.observe())
-        if self._noise_sd:
-            noise = torch.empty(env.n, NOISE_SIZE).normal_(std=self._noise_sd)
+        if self._noisy:
+            noise = self._noise.draw(torch.as_tensor(env.age == 0))
             seen = torch.cat((seen, noise), dim=1)
         return _observations(seen, _tensor(env.observe_all()))
 

@@ -26,6 +26,8 @@ WIDTH = 128
 HIDDEN_LAYERS = 3
 NOISE_SIZE = WIDTH * HIDDEN_LAYERS
 SYMMETRY_BREAKING_SD = 0.15
+HELD_STD = 1e-3
+"""Standard deviation of an action that is not explored: next to none, but a divisor."""
 
 Layer = tuple[torch.Tensor, torch.Tensor]
 
@@ -117,7 +119,14 @@ class MirrorGaussian(GaussianDistribution):
     def __init__(self, output_dim: int, init_std: float) -> None:
         super().__init__(output_dim, init_std, std_type="log")
         self.register_buffer("other_side", torch.as_tensor(JOINT.order))
-        self.register_buffer("largest", torch.tensor([_largest_std(joint) for joint in JOINTS]))
+        self.register_buffer("largest", torch.empty(output_dim))
+        self.explore([True] * output_dim)
+
+    def explore(self, joints: Sequence[bool]) -> None:
+        """Let the actions of the other joints hardly vary."""
+        kept = zip(JOINTS, joints, strict=True)
+        largest = [_largest_std(joint) if explored else HELD_STD for joint, explored in kept]
+        self.largest.copy_(torch.tensor(largest))
 
     def update(self, mlp_output: torch.Tensor) -> None:
         """Centre the distribution on the network's output."""

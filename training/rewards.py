@@ -23,6 +23,8 @@ class RewardSettings:
 
     vx_sd_m_s: float = 0.5
     wz_sd_rad_s: float = 0.5
+    drift_m_s: float = 0.1
+    drift_rad_s: float = 0.15
     step_s: float = 0.42
     longest_step_s: float = 0.55
     lift_every_s: float = 0.8
@@ -38,8 +40,9 @@ class Step:
     """All that a reward may depend on, for n robots.
 
     ``command (n, 3)`` is what is asked of them, ``moving (n,)`` who is asked to move;
-    ``velocity (n, 2)`` and ``yaw_rate (n,)`` are smoothed; ``actions`` are the last three, the
-    newest first, each ``(n, 19)``.
+    ``velocity (n, 2)`` and ``yaw_rate (n,)`` are smoothed; ``drift (n, 3)`` is what is missing of
+    the command, on average over a step and more; ``actions`` are the last three, the newest first,
+    each ``(n, 19)``.
     """
 
     motion: Motion
@@ -49,6 +52,7 @@ class Step:
     moving: np.ndarray
     velocity: np.ndarray
     yaw_rate: np.ndarray
+    drift: np.ndarray
     actions: tuple[np.ndarray, np.ndarray, np.ndarray]
     joint_acceleration: np.ndarray
     torque_nm: np.ndarray
@@ -89,6 +93,12 @@ def track_velocity(s: Step) -> np.ndarray:
 def track_yaw_rate(s: Step) -> np.ndarray:
     """exp(-(wz* - wz)^2 / sd^2)."""
     return np.exp(-(((s.command[:, 2] - s.yaw_rate) / s.settings.wz_sd_rad_s) ** 2))
+
+
+def on_average(s: Step) -> np.ndarray:
+    """exp(-|drift / scale|): speeds sway with every step, but are to be right on average."""
+    scale = s.settings.drift_m_s, s.settings.drift_m_s, s.settings.drift_rad_s
+    return np.exp(-np.sqrt(_squares(s.drift / scale)))
 
 
 def alive(s: Step) -> np.ndarray:
@@ -240,6 +250,7 @@ class Weights:
 
     track_velocity: float = 1.5
     track_yaw_rate: float = 1.0
+    on_average: float = 0.0
     alive: float = 0.25
     fall: float = -200.0
     air_time: float = 1.5

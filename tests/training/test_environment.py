@@ -138,6 +138,20 @@ def test_pushes_change_the_velocity(environment):
     assert 0.2 < speed.mean() < 0.35
 
 
+def test_what_is_missing_of_a_command_is_averaged_until_a_fall(environment):
+    told = CommandRange(vx_m_s=(0.5, 0.5), wz_rad_s=0.0, heading=0.0, change_per_s=(np.inf,) * 3)
+    env = environment(n=2, task=replace(CALM, commands=told))
+    for _ in range(25):
+        env.step(np.zeros((2, 19)))
+    missing = 0.5 * (1 - 0.96**25)
+    assert env.drift[:, 0] == pytest.approx(missing, abs=0.15)
+    assert np.abs(env.drift[:, 1:]).max() < 0.15
+    env.states[0, 3] = 0.3
+    env.step(np.zeros((2, 19)))
+    assert not env.drift[0].any()
+    assert env.drift[1].any()
+
+
 def test_a_joint_offset_is_kept_for_an_episode(environment):
     task = replace(CALM, randomisation=replace(randomisation.UNDISTURBED, joint_offset_sd_rad=0.1))
     env = environment(n=200, task=task)

@@ -19,14 +19,13 @@ def test_the_policy_is_the_average_of_the_actors():
     np.testing.assert_allclose(learner.policy().biases[-1], expected, rtol=1e-6)
 
 
-def test_arms_that_a_stage_does_not_move_hang():
+def test_joints_that_a_stage_holds_stay_where_they_are():
     learner = Learner(LearnerOptions(robots=2, horizon=2))
     learner.actor.e.data.fill_(1.0)
-    learner.begin(Stage("hanging", 0, moves_arms=False))
+    learner.begin(Stage("holding", 0, held=("torso", "left_elbow")))
     learner.average.update_parameters(learner.actor)
     policy = learner.policy()
-    arms = [i for i, joint in enumerate(policy.joints) if "shoulder" in joint or "elbow" in joint]
-    assert len(arms) == 8
-    assert not policy.weights[-1][arms].any()
-    assert not policy.biases[-1][arms].any()
-    assert np.delete(policy.weights[-1], arms, axis=0).any(axis=1).all()
+    held = [policy.joints.index("torso"), policy.joints.index("left_elbow")]
+    assert not policy.weights[-1][held].any()
+    assert not policy.biases[-1][held].any()
+    assert np.delete(policy.weights[-1], held, axis=0).any(axis=1).all()

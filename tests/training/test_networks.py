@@ -83,12 +83,25 @@ def test_noise_grows_with_the_activity_of_a_unit():
     np.testing.assert_allclose(changed[0].detach(), expected.detach(), atol=1e-12)
 
 
+def spread(gaussian):
+    """Standard deviation of every joint's action."""
+    gaussian.update(torch.zeros(2, 19))
+    return dict(zip(JOINTS, gaussian.std[0].detach().tolist(), strict=True))
+
+
 def test_the_spread_of_actions_is_symmetric_and_capped():
     gaussian = MirrorGaussian(19, init_std=0.5)
     gaussian.log_std_param.data[JOINTS.index("left_knee")] -= 1.0
-    gaussian.update(torch.zeros(2, 19))
-    std = dict(zip(JOINTS, gaussian.std[0].detach().tolist(), strict=True))
+    std = spread(gaussian)
     assert std["left_knee"] == std["right_knee"] == pytest.approx(0.5 * np.exp(-0.5))
     assert std["torso"] == pytest.approx(0.15)
     assert std["left_hip_yaw"] == pytest.approx(0.2)
     assert std["left_elbow"] == pytest.approx(0.5)
+
+
+def test_joints_that_are_not_explored_hardly_move():
+    gaussian = MirrorGaussian(19, init_std=0.5)
+    gaussian.explore([joint != "left_elbow" for joint in JOINTS])
+    std = spread(gaussian)
+    assert std["left_elbow"] == pytest.approx(0.001)
+    assert std["right_elbow"] == pytest.approx(0.5)

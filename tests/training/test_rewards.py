@@ -9,7 +9,7 @@ from spikeport.robot.walk_interface import POSE_RAD
 from spikeport.training import rewards
 from spikeport.training.rewards import RewardSettings, Step, Weights
 
-SETTINGS = RewardSettings(vx_sd_m_s=0.5, wz_sd_rad_s=0.25, step_s=0.4, lift_m=0.1)
+SETTINGS = RewardSettings(vx_sd_m_s=0.5, wz_sd_rad_s=0.25, drift_m_s=0.1, step_s=0.4, lift_m=0.1)
 
 
 @pytest.fixture
@@ -44,6 +44,7 @@ def standing():
         moving=np.array([True]),
         velocity=np.zeros((1, 2)),
         yaw_rate=np.zeros(1),
+        drift=np.array([[0.06, 0.08, 0.0]]),
         actions=(still, still, still),
         joint_acceleration=still,
         torque_nm=still,
@@ -73,6 +74,7 @@ def test_standing_still_costs_nothing_but_missed_speed(standing):
     assert costs.pop("alive") == 1
     assert costs.pop("track_velocity") == pytest.approx(np.exp(-1))
     assert costs.pop("track_yaw_rate") == pytest.approx(np.exp(-1))
+    assert costs.pop("on_average") == pytest.approx(np.exp(-1))
     assert set(costs.values()) == {0}
 
 

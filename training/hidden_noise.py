@@ -1,0 +1,49 @@
+"""What spikes do to the hidden units of a policy: a stand-in for the network it is converted to.
+
+    h += (1 + |h|) (w + l)    w ~ N(0, white²) at every step, l ~ N(0, lasting²) in every episode
+
+Spikes are noise within a step, and a unit's decoders are off by something that recurs with every
+step: a policy that never met the latter slips sideways in turns when it is converted.
+"""
+
+from dataclasses import dataclass
+
+import torch
+
+
+@dataclass(frozen=True)
+class HiddenNoise:
+    """Standard deviations of the two parts."""
+
+    white: float = 0.0
+    lasting: float = 0.0
+
+    def __bool__(self) -> bool:
+        return bool(self.white or self.lasting)
+
+
+class HiddenNoiseSource:
+    """Draws the noise ``w + l`` of n robots with ``units`` hidden units each.
+
+    Parameters
+    ----------
+    noise : HiddenNoise
+        How large it is.
+    robots, units : int
+        Numbers of them.
+    """
+
+    def __init__(self, noise: HiddenNoise, robots: int, units: int) -> None:
+        self._noise = noise
+        self._lasting = torch.zeros(robots, units)
+        self._redraw(torch.ones(robots, dtype=torch.bool))
+
+    def draw(self, starts: torch.Tensor) -> torch.Tensor:
+        """The noise of this step, ``(n, units)``; ``starts (n,)`` says whose episode begins."""
+        self._redraw(starts)
+        return torch.empty_like(self._lasting).normal_(std=self._noise.white) + self._lasting
+
+    def _redraw(self, which: torch.Tensor) -> None:
+        if self._noise.lasting and which.any():
+            size = (int(which.sum()), self._lasting.shape[1])
+            self._lasting[which] = torch.empty(size).normal_(std=self._noise.lasting)
