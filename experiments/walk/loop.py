@@ -4,6 +4,7 @@ Physics runs at 200 Hz with joint targets held between its steps, the controller
 the other in lock-step, so that a run depends on its seeds alone.
 """
 
+from collections import deque
 from collections.abc import Sequence
 
 import nengo
@@ -72,7 +73,7 @@ class WalkLoop:
         self._feet = Feet(self.plant.model)
         self._observe_steps = round(observe_every_s / self.plant.dt_s)
         self._command_change = (COMMAND_CHANGE_PER_S * observe_every_s).tolist()
-        self._last_steps = round(CONTROL_DT_S / self.plant.dt_s)
+        self._n_last = 2 * round(CONTROL_DT_S / observe_every_s) - 1
         self._ticks = round(self.plant.dt_s / dt_s)
 
     def begin(self, seed: int, path: Path) -> None:
@@ -82,6 +83,7 @@ class WalkLoop:
         self.fallen_at_s: float | None = None
         self.poses: list[np.ndarray] = []
         self._samples: list[Sample] = []
+        self._last = deque(np.zeros((self._n_last, ACTION_SIZE)), self._n_last)
         self._tick, self._told = 0, [0.0] * len(COMMAND_CHANGE_PER_S)
         self._observe(np.zeros(COMMAND_SIZE))
         self._locate()
@@ -138,15 +140,17 @@ class WalkLoop:
 
         What it is told changes no faster than in training, as from a walk to a stand.
 
-        The last action is that of 20 ms before, as in training: with a later one the robot lags
-        behind the speed it is told.
+        The last action is that of 20 ms before, as in training, in mean over as much to both sides
+        as observations lie between. Were it one alone, policies that observe every 5 ms would be
+        four in turn, each with its own last action, and might lift different feet: with noise of
+        0.015 rad, 10 of 24 robots with one policy fell as they set off; in mean, none.
         """
-        before = self._samples[-self._last_steps :]
-        last = before[0].action if len(before) == self._last_steps else np.zeros(ACTION_SIZE)
+        if self._samples:
+            self._last.append(self._samples[-self._observe_steps].action)
         wanted = command.item(0), 0.0, command.item(1)
         steps = zip(self._told, wanted, self._command_change, strict=True)
         self._told = [told + min(max(end - told, -most), most) for told, end, most in steps]
-        seen = observation(self.plant.state, self._told, last)
+        seen = observation(self.plant.state, self._told, np.mean(self._last, axis=0))
         self._observation = seen
         self._clipped = seen if self.encoding is None else self.encoding.clip(seen)
 

@@ -27,21 +27,25 @@ def begun(encoding=None, every_s=0.005, dt_s=0.005):
     return loop
 
 
-def actions_told(every_s):
-    """The last action in each observation, where action n is n everywhere."""
+def actions_told(every_s, action=lambda step: step):
+    """The last action in each observation, where all that step n gives is ``action(n)``."""
     loop = begun(every_s=every_s)
     for step in range(12):
-        loop.step(np.full(21, step * 1e-3))
-    told = loop.recording().observation[:, PARTS["last action"]][:, 0]
-    return np.round(told * 1e3).astype(int).tolist()
+        loop.step(np.full(21, action(step) * 1e-3))
+    return 1e3 * loop.recording().observation[:, PARTS["last action"]][:, 0]
 
 
 def test_the_last_action_is_that_of_20_ms_before():
-    assert actions_told(0.005) == [0, 0, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7]
+    assert actions_told(0.005)[7:] == pytest.approx([3, 4, 5, 6, 7])
+
+
+def test_actions_between_those_of_20_ms_apart_are_told_too():
+    swapping = actions_told(0.005, lambda step: 7 if step % 4 else -7)
+    assert np.abs(swapping[7:] - 3.5).max() < 1.6
 
 
 def test_an_observation_is_held_until_the_next():
-    assert actions_told(0.02) == [0, 0, 0, 0, 0, 0, 0, 0, 4, 4, 4, 4]
+    assert actions_told(0.02) == pytest.approx([0, 0, 0, 0, 0, 0, 0, 0, 4, 4, 4, 4])
 
 
 def test_physics_runs_at_200_hz():
