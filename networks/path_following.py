@@ -43,7 +43,7 @@ class FollowerGains:
 
     kp_speed: float = 1.25
     kd_speed: float = 0.1
-    kp_heading: float = 2.4
+    kp_heading: float = 2.1
     min_speed_m_s: float = 0.01
     max_speed_m_s: float = 1.0
     max_yaw_rate_rad_s: float = 1.0
