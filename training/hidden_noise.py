@@ -3,7 +3,7 @@
     h += (1 + |h|) (w + l)    w ~ N(0, white²) at every step, l ~ N(0, lasting²) in every episode
 
 Spikes are noise within a step, and a unit's decoders are off by something that recurs with every
-step: a policy that never met the latter slips sideways in turns when it is converted.
+step, which a mean over time does not take away.
 """
 
 from dataclasses import dataclass
