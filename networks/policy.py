@@ -16,6 +16,7 @@ from spikeport.errors import UsageError
 from spikeport.networks.policy_solving import by_halves, solve_layers
 from spikeport.networks.policy_units import HiddenLayer, hidden_layer
 from spikeport.networks.policy_values import (
+    Calibrated,
     Layer,
     PolicyOptions,
     Ranges,
@@ -25,6 +26,7 @@ from spikeport.networks.policy_values import (
 )
 
 __all__ = [
+    "Calibrated",
     "Layer",
     "PolicyNetwork",
     "PolicyOptions",
@@ -50,7 +52,7 @@ def policy(
     ranges: Sequence[Ranges],
     options: PolicyOptions | None = None,
     seed: int = 0,
-    readout: Readout | None = None,
+    calibrated: Calibrated | None = None,
     observations: np.ndarray | None = None,
 ) -> PolicyNetwork:
     """Build the spiking network.
@@ -65,8 +67,8 @@ def policy(
         Activation, neurons, rates and time constants.
     seed : int
         Seed of the neurons.
-    readout : Readout, optional
-        Replaces the layer of the action, e.g. by one refitted to what the neurons do on the chip
+    calibrated : Calibrated, optional
+        Changes of the first and the last layer for what the neurons do where they run
         (`spikeport.experiments.policy.calibration`).
     observations : (m, n) array, optional
         Recorded observations, for ``solve="layer"``.
@@ -78,7 +80,7 @@ def policy(
     """
     options = options or PolicyOptions()
     solved = solved_layers(layers, ranges, options, seed, observations)
-    return _network([*solved[:-1], readout or solved[-1]], ranges, options, seed)
+    return _network(calibrated.of(solved) if calibrated else solved, ranges, options, seed)
 
 
 def solved_layers(

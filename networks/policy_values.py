@@ -30,6 +30,25 @@ class Readout(Layer):
 
 
 @dataclass(frozen=True)
+class Calibrated:
+    """What a calibration changes of a policy where it runs.
+
+    ``weights`` and ``bias`` are those of a `Readout`; ``trim`` (n_in,) is added to what the first
+    layer is told.
+    """
+
+    weights: np.ndarray
+    bias: np.ndarray
+    trim: np.ndarray | float = 0.0
+
+    def of(self, layers: Sequence[Layer]) -> list[Layer]:
+        """The layers of a policy, so changed."""
+        first, *others, _ = layers
+        told = Layer(first.weights, first.bias + (first.weights * self.trim).sum(axis=1))
+        return [told, *others, Readout(self.weights, self.bias)]
+
+
+@dataclass(frozen=True)
 class Ranges:
     """How far the pre-activations of a layer's units reach, (n,) each, both positive."""
 

@@ -1,4 +1,6 @@
-r"""The read-out of a policy, refitted to the spikes of its last hidden layer where it runs.
+r"""A policy fitted to what its neurons do where they run: its read-out, and how it is trimmed.
+
+The read-out is refitted to the spikes of the last hidden layer:
 
 .. math::
 
@@ -13,12 +15,13 @@ filter `emphasise_slow`: noise within a step averages out, what lasts throws a r
 
 The observations are those of the exact policy's gait first; then a robot walks on the spikes, and
 what it observes is added, since a gait of spikes sways otherwise than the exact one (Ross et al.
-2011, dataset aggregation).
+2011, dataset aggregation). Last, the robot walks straight on, and its policy is told that it drifts
+to a side by as much as it did: the trim.
 
 `experiments.walk.controller` refits with this where ``calibrated`` asks for it: the policy is
-built with ``readout=Readout(**calibrated_readout(...).decoders)``. Decoders, and what they are made
-for, are a `experiments.calibration.Calibration`: ``EXPERIMENT.calibrate`` of `experiments.walk`
-returns one for `spikeport calibrate`, and `calibration.load` reads it for ``calibrated=FILE``.
+built with ``Calibrated(**calibrated_policy(...).decoders)``. Decoders, and what they are made for,
+are a `experiments.calibration.Calibration`: ``EXPERIMENT.calibrate`` of `experiments.walk` returns
+one for `spikeport calibrate`, and `calibration.load` reads it for ``calibrated=FILE``.
 """
 
 import functools
@@ -34,6 +37,7 @@ from spikeport.experiments.calibration import Refitted
 from spikeport.experiments.on_chip import digest_of
 from spikeport.experiments.options import Options
 from spikeport.networks.policy import (
+    Calibrated,
     Layer,
     PolicyNetwork,
     PolicyOptions,
@@ -45,7 +49,7 @@ from spikeport.networks.policy import (
 from spikeport.networks.policy_solving import by_halves, refit
 from spikeport.simulator import Simulator
 
-METHOD = 1
+METHOD = 2
 """One more whenever this file refits otherwise: a calibration kept from before is then refused."""
 HOLD_S = 0.005
 """For how long an observation is held, as in the closed loop."""
@@ -73,13 +77,24 @@ class Played(NamedTuple):
     wanted: np.ndarray
 
 
+class Walks(NamedTuple):
+    """How a robot walks by a policy, and what is seen of it.
+
+    ``observe`` gives (k, n) observations as they will be, ``trim`` what is to be added to them,
+    (n,), for the robot not to drift.
+    """
+
+    observe: Callable[[Policy], np.ndarray]
+    trim: Callable[[Policy], np.ndarray]
+
+
 class SpikingHalves:
     """A policy where it runs, whose action is the halves of its last hidden layer.
 
     Parameters
     ----------
     build : callable
-        Makes the policy, given its ``readout``.
+        Makes the policy, given how it is ``calibrated``.
     n_halves : int
         Halves of the last hidden layer's units.
     run : Options
@@ -89,7 +104,7 @@ class SpikingHalves:
     def __init__(self, build: Callable[..., PolicyNetwork], n_halves: int, run: Options) -> None:
         self._run = run
         with nengo.Network(label="calibration") as network:
-            built = build(readout=Readout(np.eye(n_halves), np.zeros(n_halves)))
+            built = build(calibrated=Calibrated(np.eye(n_halves), np.zeros(n_halves)))
             self._held = np.zeros(built.observation.size_in)
             source = nengo.Node(lambda _t: self._held, size_out=len(self._held))
             nengo.Connection(source, built.observation, synapse=None)
@@ -125,16 +140,16 @@ class SpikingHalves:
         return np.array(found)
 
 
-def calibrated_readout(
+def calibrated_policy(
     layers: Sequence[Layer],
     ranges: Sequence[Ranges],
     options: PolicyOptions,
     observations: np.ndarray,
-    walk: Callable[[Policy], np.ndarray],
+    walks: Walks,
     run: Options,
     seed: int = 0,
 ) -> Refitted:
-    """``weights`` and ``bias`` of a `Readout`, refitted where the neurons run.
+    """``weights``, ``bias`` and ``trim`` of a `Calibrated`, from what the neurons do.
 
     Parameters
     ----------
@@ -142,8 +157,8 @@ def calibrated_readout(
         Those of the policy, as `spikeport.networks.policy.policy` takes them.
     observations : (m, n) array
         Those of the exact policy's gait, each to be held for 5 ms.
-    walk : callable
-        Given a policy, (k, n) observations of a robot that walks by it.
+    walks : Walks
+        Of the robot.
     run : Options
         Chip, backend and pipeline on which the neurons are to run.
     """
@@ -156,12 +171,16 @@ def calibrated_readout(
                 halves.play(observations), exact(layers, observations, options.activation)[-1]
             )
 
+        def by(readout: Readout) -> Policy:
+            run.progress("walking on the refitted read-out", None)
+            return lambda observation: readout.weights @ halves(observation) + readout.bias
+
         gait = played(observations)
-        first = refit_lagged(nominal, gait)
-        run.progress("walking on the refitted read-out", None)
-        own = walk(lambda observation: first.weights @ halves(observation) + first.bias)
-        readout = refit_lagged(nominal, gait, played(own))
-    return Refitted({"weights": readout.weights, "bias": readout.bias}, halves.image_digest)
+        own = played(walks.observe(by(refit_lagged(nominal, gait))))
+        readout = refit_lagged(nominal, gait, own)
+        trim = walks.trim(by(readout))
+    found = {"weights": readout.weights, "bias": readout.bias, "trim": trim}
+    return Refitted(found, halves.image_digest)
 
 
 def refit_lagged(nominal: Readout, *played: Played) -> Readout:

@@ -1,7 +1,7 @@
-"""The read-out of a trial's policy, refitted to its spikes, or taken from a file."""
+"""What a trial's policy is calibrated by: found where it runs, or taken from a file."""
 
 import hashlib
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -9,9 +9,9 @@ import numpy as np
 
 from spikeport.experiments.calibration import Calibration, load
 from spikeport.experiments.options import Options
-from spikeport.experiments.policy.calibration import METHOD, Policy, calibrated_readout
+from spikeport.experiments.policy.calibration import METHOD, Walks, calibrated_policy
 from spikeport.experiments.policy.settings import AUTO, PolicySettings
-from spikeport.networks.policy import Layer, Ranges, Readout
+from spikeport.networks.policy import Calibrated, Layer, Ranges
 from spikeport.networks.walking_policy import WalkingPolicy
 
 
@@ -36,15 +36,15 @@ def policy_layers(weights: WalkingPolicy) -> list[Layer]:
     return [Layer(W, b) for W, b in zip(weights.weights, weights.biases, strict=True)]
 
 
-def check_readout(trial: PolicyTrial, weights: WalkingPolicy) -> None:
-    """Refuse a file that no read-out for a trial's policy can be taken from, see `readout`."""
-    given = _calibrated(trial)
+def check_calibrated(trial: PolicyTrial, weights: WalkingPolicy) -> None:
+    """Refuse a file that a trial's policy cannot be calibrated by, see `calibrated`."""
+    given = _asked(trial)
     if isinstance(given, str):
         load(Path(given), _made_for(trial, policy_layers(weights)))
 
 
-def _calibrated(trial: PolicyTrial) -> bool | str:
-    """Whether the read-out is refitted, or the file it comes from."""
+def _asked(trial: PolicyTrial) -> bool | str:
+    """Whether the policy is calibrated, or the file to do it by."""
     given = trial.settings.calibrated
     return trial.options.backend != "reference" if given == AUTO else given
 
@@ -56,14 +56,14 @@ def policy_digest(layers: Sequence[Layer]) -> str:
     return found.hexdigest()[:12]
 
 
-def readout(
+def calibrated(
     trial: PolicyTrial,
     layers: Sequence[Layer],
     ranges: Sequence[Ranges],
     gait: np.ndarray,
-    walk: Callable[[Policy], np.ndarray],
-) -> Readout | None:
-    """The read-out that a trial asks for; None for that of the policy itself.
+    walks: Walks,
+) -> Calibrated | None:
+    """What a trial asks for; None for the policy as it is.
 
     Parameters
     ----------
@@ -73,18 +73,18 @@ def readout(
         Those of the policy, as `spikeport.networks.policy.policy` takes them.
     gait : (n, 69) array
         Recorded observations.
-    walk : callable
-        See `experiments.policy.calibration.calibrated_readout`.
+    walks : Walks
+        Of the robot.
 
     Raises
     ------
     UsageError
         If it is to come from a file that was made for anything else.
     """
-    given = _calibrated(trial)
+    given = _asked(trial)
     if isinstance(given, str):
-        return Readout(**load(Path(given), _made_for(trial, layers)).decoders)
-    return Readout(**refitted(trial, layers, ranges, gait, walk).decoders) if given else None
+        return Calibrated(**load(Path(given), _made_for(trial, layers)).decoders)
+    return Calibrated(**refitted(trial, layers, ranges, gait, walks).decoders) if given else None
 
 
 def refitted(
@@ -92,12 +92,12 @@ def refitted(
     layers: Sequence[Layer],
     ranges: Sequence[Ranges],
     gait: np.ndarray,
-    walk: Callable[[Policy], np.ndarray],
+    walks: Walks,
 ) -> Calibration:
-    """The read-out of a trial's policy, refitted to its spikes on the trial's backend."""
+    """What a trial's policy is calibrated by, found on the trial's backend."""
     settings, options = trial.settings, trial.options
-    found = calibrated_readout(
-        layers, ranges, settings.policy_options, gait, walk, options, settings.network_seed
+    found = calibrated_policy(
+        layers, ranges, settings.policy_options, gait, walks, options, settings.network_seed
     )
     return Calibration(_made_for(trial, layers), found.image_digest, found.decoders)
 

@@ -1,14 +1,13 @@
 """What drives the robot in a switching run: the humanoid in spikes, or the exact controllers."""
 
 import dataclasses
-import functools
 
 import nengo
 import numpy as np
 
 from spikeport.experiments.calibration import Calibration
-from spikeport.experiments.policy.readout import policy_layers, readout, refitted
-from spikeport.experiments.switch.rehearsal import Exact, observations, rehearse
+from spikeport.experiments.policy.readout import calibrated, policy_layers, refitted
+from spikeport.experiments.switch.rehearsal import Exact, rehearse, walks
 from spikeport.experiments.switch.trial import SwitchTrial
 from spikeport.experiments.walk.controller import analytic_policy
 from spikeport.experiments.walk.gait import encoding
@@ -40,16 +39,16 @@ def spiking_humanoid(trial: SwitchTrial, exact: Exact) -> tuple[HumanoidNetwork,
     rehearsed = rehearse(trial, exact)
     layers, gait = policy_layers(exact.policy), rehearsed.observations
     ranges, options = record_ranges(layers, gait), settings.policy_options
-    # made before: layers are solved for, and a read-out refitted, in networks of their own
-    *hidden, last = solved_layers(layers, ranges, options, seed, gait)
-    walk = functools.partial(observations, trial, exact)
-    last = readout(trial, layers, ranges, gait, walk) or last
+    # made before: layers are solved for, and a policy calibrated, in networks of their own
+    solved = solved_layers(layers, ranges, options, seed, gait)
+    found = calibrated(trial, layers, ranges, gait, walks(trial, exact))
+    *hidden, last = found.of(solved) if found else solved
     trial.options.progress("building the controller", None)
-    solved = dataclasses.replace(options, solve="unit")
+    as_they_are = dataclasses.replace(options, solve="unit")
     net = humanoid(
         arm(exact.law, rehearsed.region, PRESETS[settings.preset], seed=seed),
         path_follower(exact.gains, seed=seed),
-        policy([*hidden, without_bias(last)], ranges, solved, seed),
+        policy([*hidden, without_bias(last)], ranges, as_they_are, seed),
         last.bias,
         HumanoidOptions(balances=not settings.anchor, tau_walk=settings.tau_fwd),
         seed,
@@ -58,11 +57,10 @@ def spiking_humanoid(trial: SwitchTrial, exact: Exact) -> tuple[HumanoidNetwork,
 
 
 def calibrate(trial: SwitchTrial) -> Calibration:
-    """Refit the read-out of a trial's policy to its spikes on the trial's backend."""
+    """Fit a trial's policy to its spikes on the trial's backend."""
     exact = Exact.of(trial.settings)
     layers, gait = policy_layers(exact.policy), rehearse(trial, exact).observations
-    walk = functools.partial(observations, trial, exact)
-    return refitted(trial, layers, record_ranges(layers, gait), gait, walk)
+    return refitted(trial, layers, record_ranges(layers, gait), gait, walks(trial, exact))
 
 
 def analytic_humanoid(exact: Exact, balances: bool) -> HumanoidNetwork:

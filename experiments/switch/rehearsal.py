@@ -11,12 +11,12 @@ import numpy as np
 
 from spikeport.errors import UsageError
 from spikeport.experiments.arm.loop import Recording as ArmRecording
-from spikeport.experiments.policy.calibration import Policy
+from spikeport.experiments.policy.calibration import Policy, Walks
 from spikeport.experiments.switch.goals import Goal
 from spikeport.experiments.switch.loop import INPUTS, OUTPUTS, SwitchLoop
 from spikeport.experiments.switch.settings import SwitchSettings
 from spikeport.experiments.switch.trial import SwitchTrial
-from spikeport.experiments.walk.gait import record_gait
+from spikeport.experiments.walk.gait import drift_trim, record_gait
 from spikeport.experiments.walk.loop import OBSERVATION_DT_S
 from spikeport.networks.humanoid import ACTIONS
 from spikeport.networks.operational_space import OperationalSpaceLaw
@@ -90,7 +90,12 @@ def rehearse(trial: SwitchTrial, exact: Exact) -> Rehearsed:
     return Rehearsed(region, np.concatenate((record_gait(exact.policy), *told)))
 
 
-def observations(trial: SwitchTrial, exact: Exact, policy: Policy) -> np.ndarray:
+def walks(trial: SwitchTrial, exact: Exact) -> Walks:
+    """How a robot walks by another policy, see `Walks`."""
+    return Walks(functools.partial(_observations, trial, exact), drift_trim)
+
+
+def _observations(trial: SwitchTrial, exact: Exact, policy: Policy) -> np.ndarray:
     """All (n, 69) that another policy is told in charge, whether the robot falls or not."""
     told = [_told(trial, *performed) for performed in _performances(trial, exact, policy)]
     return np.concatenate((record_gait(policy), *told))

@@ -9,7 +9,7 @@ from spikeport.experiments import closed_loop, run_folder
 from spikeport.experiments.closed_loop import DT_S, open_simulator, simulate
 from spikeport.experiments.options import Outcome
 from spikeport.experiments.pictures import check_video, pictures, write_video
-from spikeport.experiments.policy.readout import check_readout
+from spikeport.experiments.policy.readout import check_calibrated
 from spikeport.experiments.switch.controller import analytic_humanoid, spiking_humanoid
 from spikeport.experiments.switch.figure import switch_figure
 from spikeport.experiments.switch.loop import SwitchLoop, close_loop
@@ -91,7 +91,7 @@ def _controller(trial: SwitchTrial) -> tuple[HumanoidNetwork, Box | None]:
     exact = Exact.of(trial.settings)
     if trial.analytic:
         return analytic_humanoid(exact, balances=not trial.settings.anchor), None
-    check_readout(trial, exact.policy)
+    check_calibrated(trial, exact.policy)
     return spiking_humanoid(trial, exact)
 
 

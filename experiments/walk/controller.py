@@ -4,8 +4,8 @@ import nengo
 import numpy as np
 
 from spikeport.errors import UsageError
-from spikeport.experiments.policy.readout import policy_layers, readout
-from spikeport.experiments.walk.gait import record_gait
+from spikeport.experiments.policy.readout import calibrated, policy_layers
+from spikeport.experiments.walk.gait import WALKS
 from spikeport.experiments.walk.loop import LoopedNetwork
 from spikeport.experiments.walk.trial import WalkTrial
 from spikeport.networks.held import Held
@@ -21,7 +21,7 @@ WATCHED = 96
 
 def walk_controller(trial: WalkTrial, weights: WalkingPolicy, gait: np.ndarray) -> LoopedNetwork:
     """The controller of a trial, its policy converted for the observations of a gait (n, 69)."""
-    # both made before: a read-out is refitted in a network of its own
+    # both made before: a policy is calibrated in a network of its own
     follower, walker = _follower(trial), _policy(trial, weights, gait)
     with LoopedNetwork(label="controller", seed=trial.settings.network_seed) as net:
         net.add(follower)
@@ -58,9 +58,9 @@ def _policy(trial: WalkTrial, weights: WalkingPolicy, gait: np.ndarray) -> Polic
         return analytic_policy(weights)
     layers = policy_layers(weights)
     ranges = record_ranges(layers, gait)
-    refitted = readout(trial, layers, ranges, gait, record_gait)
+    found = calibrated(trial, layers, ranges, gait, WALKS)
     settings = trial.settings
-    return policy(layers, ranges, settings.policy_options, settings.network_seed, refitted, gait)
+    return policy(layers, ranges, settings.policy_options, settings.network_seed, found, gait)
 
 
 def analytic_policy(weights: WalkingPolicy) -> PolicyNetwork:

@@ -23,7 +23,7 @@ def check(settings: WalkSettings, options: Options) -> None:
 
 
 def calibrate(settings: WalkSettings, options: Options) -> Calibration:
-    """Refit the policy's read-out where it runs."""
+    """Fit the policy to what its neurons do where they run."""
     return walk_calibration.calibrate(WalkTrial(settings, options))
 
 

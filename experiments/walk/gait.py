@@ -1,13 +1,16 @@
-"""A gait recorded from the exact policy: what the spiking one is made for.
+"""Gaits by which a policy in spikes is made and calibrated.
 
-Random commands are walked for 40 s. What is observed meanwhile, and its mirror image, gives the
-range of every observation (`encoding`), and of every hidden unit
-(`spikeport.networks.policy.record_ranges`), and is what a read-out is refitted on.
+The exact policy walks random commands for 40 s. What is observed meanwhile, and its mirror image,
+gives the range of every observation (`encoding`), and of every hidden unit
+(`spikeport.networks.policy.record_ranges`), and is what a read-out is refitted on. How a policy
+walks straight on tells how it is trimmed (`drift_trim`).
 """
+
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from spikeport.experiments.policy.calibration import Policy
+from spikeport.experiments.policy.calibration import Policy, Walks
 from spikeport.experiments.walk.loop import OBSERVATION_DT_S, WalkLoop
 from spikeport.experiments.walk.paths import find_path
 from spikeport.networks.region import Box
@@ -25,6 +28,11 @@ MARGIN = 0.2
 """By which the range is wider than what was recorded: spikes sway more."""
 NARROWEST = 0.02
 """Half the range of an observation that never changes."""
+STRAIGHT = (0.5, 0.0)
+STRAIGHT_S = 20.0
+SETTLED = 400
+"""Observations after which a robot walks as it goes on to."""
+SIDEWAYS = PARTS["linear velocity"].start + 1
 COMMANDS = ((0.0, 1.0), (-1.0, 1.0))
 """Forward speed in m/s and yaw rate in rad/s for which the policy is trained."""
 
@@ -35,17 +43,38 @@ def record_gait(policy: Policy, seconds: float = SECONDS) -> np.ndarray:
     A read-out that is refitted on both treats left and right as the policy does.
     """
     rng = np.random.RandomState(SEED)
+    seen = _walked(policy, lambda: [rng.uniform(*reach) for reach in COMMANDS], seconds)
+    return np.concatenate((seen, mirror.OBSERVATION(seen)))
+
+
+def drift_trim(policy: Policy) -> np.ndarray:
+    """What to add to the observations (69,) of a robot for it not to drift as it walks straight on.
+
+    Told that it moves sideways, a policy moves as much the other way: the trim is how fast it
+    moved, in mean.
+    """
+    trim = np.zeros(OBSERVATION_SIZE)
+    seen = _walked(policy, lambda: STRAIGHT, STRAIGHT_S)
+    trim[SIDEWAYS] = seen[SETTLED:, SIDEWAYS].mean()
+    return trim
+
+
+WALKS = Walks(record_gait, drift_trim)
+
+
+def _walked(policy: Policy, command: Callable[[], Sequence[float]], seconds: float) -> np.ndarray:
+    """(n, 69) observations of a robot that is given a new command every 2.5 s."""
     loop = WalkLoop(None, OBSERVATION_DT_S, OBSERVATION_DT_S)
     nowhere, action, seen = find_path("line", 1.0, seconds), np.zeros(ACTION_SIZE), []
     loop.begin(SEED, nowhere)
     for step in range(round(seconds / OBSERVATION_DT_S)):
         if step % round(HELD_S / OBSERVATION_DT_S) == 0:
-            command = [rng.uniform(*reach) for reach in COMMANDS]
-        seen.append(loop.step(np.concatenate((action, command)))[:OBSERVATION_SIZE])
+            told = command()
+        seen.append(loop.step(np.concatenate((action, told)))[:OBSERVATION_SIZE])
         action = policy(seen[-1])
         if loop.over:
             loop.begin(SEED + step, nowhere)
-    return np.concatenate((seen, mirror.OBSERVATION(np.array(seen))))
+    return np.array(seen)
 
 
 def encoding(observations: np.ndarray) -> Box:

@@ -10,7 +10,7 @@ from spikeport.experiments import closed_loop, run_folder
 from spikeport.experiments.closed_loop import DT_S, open_simulator, simulate
 from spikeport.experiments.options import Outcome
 from spikeport.experiments.pictures import check_video, picture, write_video
-from spikeport.experiments.policy.readout import check_readout
+from spikeport.experiments.policy.readout import check_calibrated
 from spikeport.experiments.walk.controller import walk_controller
 from spikeport.experiments.walk.figure import walk_figure
 from spikeport.experiments.walk.gait import encoding, record_gait
@@ -73,7 +73,7 @@ def closed(trial: WalkTrial) -> Closed:
     trial.path()
     weights = settings.walking_policy()
     if not trial.exact_policy:
-        check_readout(trial, weights)
+        check_calibrated(trial, weights)
     options.progress("recording the gait of the exact policy", None)
     gait = record_gait(weights)
     box = None if trial.exact_policy else encoding(gait)

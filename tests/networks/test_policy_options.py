@@ -8,6 +8,7 @@ from spikeport.compile.pipeline import compile_network
 from spikeport.errors import UsageError
 from spikeport.networks.activations import ACTIVATIONS
 from spikeport.networks.policy import (
+    Calibrated,
     Layer,
     PolicyOptions,
     Ranges,
@@ -124,9 +125,10 @@ def test_solving_layers_leaves_neurons_and_decoders_of_units():
 def test_a_readout_by_halves_is_the_same_layer():
     options = PolicyOptions()
     actions = []
-    for readout in (None, by_halves(LAYERS[-1], options)):
+    last = by_halves(LAYERS[-1], options)
+    for calibrated in (None, Calibrated(last.weights, last.bias)):
         with nengo.Network(seed=1) as network:
-            net = built(options, readout=readout)
+            net = built(options, calibrated=calibrated)
             held = nengo.Node(OBSERVATIONS[0])
             nengo.Connection(held, net.observation, synapse=None)
             probe = nengo.Probe(net.action)
@@ -134,6 +136,13 @@ def test_a_readout_by_halves_is_the_same_layer():
             sim.run_steps(50, progress_bar=False)
             actions.append(sim.data[probe])
     np.testing.assert_allclose(*actions, atol=1e-12)
+
+
+def test_a_trim_is_told_to_the_first_layer():
+    trim = RNG.randn(6)
+    last = by_halves(LAYERS[-1], PolicyOptions())
+    told, *_ = exact(Calibrated(last.weights, last.bias, trim).of(LAYERS)[:1], OBSERVATIONS)
+    np.testing.assert_allclose(told, exact(LAYERS, OBSERVATIONS + trim)[0], atol=1e-12)
 
 
 def test_a_refit_finds_the_weights_that_values_were_made_with():

@@ -1,7 +1,6 @@
 """``spikeport train``."""
 
 import os
-import sys
 from dataclasses import asdict
 from pathlib import Path
 
@@ -30,7 +29,7 @@ def run(policy: str, out: Path, seed: int, steps: int, threads: int | None) -> N
             "install it with: pip install 'spikeport[train]'"
         ) from error
     options = TrainOptions(out, seed, steps, workers=threads or os.cpu_count() or 1)
-    command = " ".join(("spikeport", *sys.argv[1:]))
+    command = f"spikeport train {policy} --seed {seed} --steps {steps} --threads {options.workers}"
     with progress_bar() as progress:
         evaluations = train_walk(options, command, progress)
     table = Table("walking", *evaluations, box=SIMPLE_HEAD)

@@ -1,5 +1,6 @@
 """The read-out of a small policy, refitted on the native chip."""
 
+import dataclasses
 import functools
 from contextlib import closing
 
@@ -16,11 +17,20 @@ from spikeport.experiments.policy.calibration import (
     STRIDE,
     Played,
     SpikingHalves,
-    calibrated_readout,
+    Walks,
+    calibrated_policy,
     emphasise_slow,
     refit_lagged,
 )
-from spikeport.networks.policy import Layer, PolicyOptions, Readout, exact, policy, record_ranges
+from spikeport.networks.policy import (
+    Calibrated,
+    Layer,
+    PolicyOptions,
+    Readout,
+    exact,
+    policy,
+    record_ranges,
+)
 from spikeport.simulator import Simulator
 
 OPTIONS = PolicyOptions(n_neurons=10)
@@ -31,6 +41,13 @@ SIZES = ((6, 10), (10, 10), (10, 4))
 def layers():
     rng = np.random.RandomState(0)
     return [Layer(rng.randn(n, m) * 1.2 / np.sqrt(m), 0.2 * rng.randn(n)) for m, n in SIZES]
+
+
+TRIM = np.array([0.0, 0.02, 0.0, 0.0, 0.0, 0.0])
+
+
+def walks(seed, trim=TRIM):
+    return Walks(lambda policy: walk(400, seed), lambda policy: trim)
 
 
 def walk(n_samples, seed):
@@ -52,55 +69,61 @@ def compact(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def refitted(layers, ranges, compact):
-    return calibrated_readout(
-        layers, ranges, OPTIONS, walk(400, 0), lambda policy: walk(400, 2), compact
-    )
+    return calibrated_policy(layers, ranges, OPTIONS, walk(400, 0), walks(2), compact)
 
 
-def action_error(layers, ranges, readout):
+def action_error(layers, ranges, calibrated):
     """On observations that the refit has not seen, on the chip."""
     shown = walk(200, 1)
     with nengo.Network(seed=1) as network:
-        net = policy(layers, ranges, OPTIONS, readout=readout)
+        net = policy(layers, ranges, OPTIONS, calibrated=calibrated)
         hold(net.observation, shown, 5, 0.001)
         probe = nengo.Probe(net.action)
     with Simulator(network, pipeline="compact") as sim:
         sim.run_steps(5 * len(shown))
         found = sim.data[probe][4::5]
-    wrong = found[LAG:] - exact(layers, shown)[-1][:-LAG]
+    told = shown + (calibrated.trim if calibrated else 0.0)
+    wrong = found[LAG:] - exact(layers, told)[-1][:-LAG]
     return float(np.sqrt(np.mean(wrong[SETTLING:] ** 2)))
 
 
 def test_the_refitted_readout_is_nearer_to_the_exact_action(layers, ranges, refitted):
     nominal = action_error(layers, ranges, None)
-    assert action_error(layers, ranges, Readout(**refitted.decoders)) < 0.8 * nominal
+    assert action_error(layers, ranges, Calibrated(**refitted.decoders)) < 0.8 * nominal
 
 
-def test_a_robot_walks_by_what_was_refitted_first(layers, ranges, compact):
-    found = []
+def test_a_robot_walks_by_what_was_refitted_and_straight_by_what_is_kept(
+    layers, ranges, compact, refitted
+):
+    found = {}
 
-    def walks(policy):
-        found.extend(policy(observation) for observation in walk(200, 1))
+    def walked(name, policy):
+        found[name] = np.array([policy(observation) for observation in walk(200, 1)])
+
+    def observe(policy):
+        walked("first", policy)
         return walk(400, 2)
 
-    calibrated_readout(layers, ranges, OPTIONS, walk(400, 0), walks, compact)
+    def trim(policy):
+        walked("kept", policy)
+        return TRIM
+
+    calibrated_policy(layers, ranges, OPTIONS, walk(400, 0), Walks(observe, trim), compact)
     wanted = exact(layers, walk(200, 1))[-1]
-    wrong = np.array(found)[LAG:] - wanted[:-LAG]
-    assert np.std(wrong[SETTLING:]) < 0.3 * np.std(wanted)
+    for actions in found.values():
+        wrong = actions[LAG:] - wanted[:-LAG]
+        assert np.std(wrong[SETTLING:]) < 0.3 * np.std(wanted)
+    assert (found["first"] != found["kept"]).any()
 
 
 def test_what_the_robot_observes_is_refitted_on_too(layers, ranges, compact, refitted):
-    other = calibrated_readout(
-        layers, ranges, OPTIONS, walk(400, 0), lambda policy: walk(400, 3), compact
-    )
+    other = calibrated_policy(layers, ranges, OPTIONS, walk(400, 0), walks(3), compact)
     assert other.image_digest == refitted.image_digest
     assert (other.decoders["weights"] != refitted.decoders["weights"]).any()
 
 
 def test_a_refit_depends_on_what_it_is_given_alone(layers, ranges, compact, refitted):
-    again = calibrated_readout(
-        layers, ranges, OPTIONS, walk(400, 0), lambda policy: walk(400, 2), compact
-    )
+    again = calibrated_policy(layers, ranges, OPTIONS, walk(400, 0), walks(2), compact)
     assert again.image_digest == refitted.image_digest
     assert (again.decoders["weights"] == refitted.decoders["weights"]).all()
     assert (again.decoders["bias"] == refitted.decoders["bias"]).all()
@@ -123,14 +146,15 @@ def test_where_a_readout_must_choose_it_is_right_about_what_lasts():
     assert readout.weights[0, 0] > 0.98
 
 
-def test_the_readout_is_part_of_the_image(layers, ranges, refitted):
+def test_readout_and_trim_are_part_of_the_image(layers, ranges, refitted):
     digests = set()
-    for readout in (None, Readout(**refitted.decoders)):
+    kept = Calibrated(**refitted.decoders)
+    for calibrated in (None, kept, dataclasses.replace(kept, trim=0.0)):
         with nengo.Network(seed=1) as network:
-            nengo.Probe(policy(layers, ranges, OPTIONS, readout=readout).action)
+            nengo.Probe(policy(layers, ranges, OPTIONS, calibrated=calibrated).action)
         with Simulator(network, pipeline="compact") as sim:
             digests.add(sim.image.digest)
-    assert len(digests) == 2
+    assert len(digests) == 3
 
 
 def test_halves_are_those_of_the_activation(layers, ranges, tmp_path):

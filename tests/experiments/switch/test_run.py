@@ -6,6 +6,7 @@ import pytest
 
 from spikeport.experiments.switch import rehearsal
 from spikeport.experiments.switch import run as switch_run
+from spikeport.experiments.walk import gait
 from spikeport.experiments.walk.gait import record_gait
 from spikeport.networks.arm import PRESETS, ArmSizes
 
@@ -25,6 +26,7 @@ def small(monkeypatch, spikeport, short, tmp_path):
     monkeypatch.setattr(rehearsal, "SEEDS", (1000,))
     monkeypatch.setattr(switch_run, "pictures", lambda *_: ())
     monkeypatch.setattr(rehearsal, "record_gait", lambda policy: record_gait(policy, 1.0))
+    monkeypatch.setattr(gait, "STRAIGHT_S", 2.5)
 
     def command(name, out, *settings, backend="native"):
         chosen = (f"schedule={short}", "n_neurons=2", *settings)

@@ -2,12 +2,20 @@
 
 import pytest
 
-from spikeport.experiments.walk import calibration, controller, run
+from spikeport.experiments.policy.calibration import Walks
+from spikeport.experiments.walk import calibration, controller, gait, run
 from spikeport.experiments.walk.gait import record_gait
 
 
 @pytest.fixture
 def short_gait(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Ranges and calibrations from one second of gait."""
-    for module in (calibration, controller, run):
-        monkeypatch.setattr(module, "record_gait", lambda policy: record_gait(policy, 1.0))
+    """Ranges and calibrations from seconds of gait."""
+
+    def short(policy):
+        return record_gait(policy, 1.0)
+
+    for module in (calibration, run):
+        monkeypatch.setattr(module, "record_gait", short)
+    for module in (calibration, controller):
+        monkeypatch.setattr(module, "WALKS", Walks(short, gait.drift_trim))
+    monkeypatch.setattr(gait, "STRAIGHT_S", 2.5)

@@ -1,0 +1,24 @@
+"""How a policy is trimmed by its gait."""
+
+import numpy as np
+
+from spikeport.experiments.walk.gait import SIDEWAYS, drift_trim
+from spikeport.experiments.walk.settings import WalkSettings
+
+PUSHED_M_S = 0.05
+
+
+def test_a_trim_takes_the_drift_away():
+    exact = WalkSettings().walking_policy()
+
+    def drifting(observation):
+        """Told that it moves to the right, it moves to the left."""
+        seen = observation.copy()
+        seen[SIDEWAYS] -= PUSHED_M_S
+        return exact(seen)
+
+    trim = drift_trim(drifting)
+    assert np.flatnonzero(trim).tolist() == [SIDEWAYS]
+    assert 0.5 * PUSHED_M_S < trim[SIDEWAYS] < 1.5 * PUSHED_M_S
+    left = drift_trim(lambda observation: drifting(observation + trim))
+    assert abs(left[SIDEWAYS]) < 0.2 * PUSHED_M_S
