@@ -1,20 +1,42 @@
-"""Whether a trial's policy is calibrated."""
+"""Whether a trial's policy is calibrated, and by what."""
 
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from spikeport.errors import UsageError
+from spikeport.experiments.calibration import Refitted
 from spikeport.experiments.policy import readout as module
-from spikeport.experiments.policy.calibration import Walks
-from spikeport.experiments.policy.readout import calibrated
+from spikeport.experiments.policy.calibration import METHOD, Walks
+from spikeport.experiments.policy.readout import calibrated, refitted
+from spikeport.networks.policy import Layer
 
-REFITTED = {"weights": np.ones((2, 4)), "bias": np.zeros(2), "trim": np.zeros(69)}
-WALKS = Walks(lambda _policy: np.zeros((1, 69)), lambda _policy: np.zeros(69))
+LAYERS = [Layer(np.ones((2, 69)), np.zeros(2))]
+GAIT = np.zeros((1, 69))
+WALKS = Walks(lambda _policy: GAIT, lambda _policy: np.zeros(69))
+
+
+@pytest.fixture(autouse=True)
+def found(monkeypatch):
+    """What a calibration finds."""
+    decoders = {"weights": np.ones((2, 4)), "bias": np.zeros(2), "trim": np.ones(69)}
+    monkeypatch.setattr(module, "calibrated_policy", lambda *_: Refitted(decoders, ""))
+    return decoders
+
+
+def trial(given, backend="native"):
+    settings = SimpleNamespace(calibrated=given, conversion={}, network_seed=0, policy_options=None)
+    options = SimpleNamespace(backend=backend, substrate={})
+    return SimpleNamespace(settings=settings, options=options, recorded={})
+
+
+def asked(given, backend="native"):
+    return calibrated(trial(given, backend), LAYERS, [], GAIT, WALKS)
 
 
 @pytest.mark.parametrize(
-    ("backend", "given", "refits"),
+    ("backend", "given", "fits"),
     [
         ("native", "auto", True),
         ("nengo-loihi", "auto", True),
@@ -23,9 +45,16 @@ WALKS = Walks(lambda _policy: np.zeros((1, 69)), lambda _policy: np.zeros(69))
         ("native", False, False),
     ],
 )
-def test_auto_refits_on_a_chip_alone(monkeypatch, backend, given, refits):
-    monkeypatch.setattr(module, "refitted", lambda *_: SimpleNamespace(decoders=REFITTED))
-    settings, options = SimpleNamespace(calibrated=given), SimpleNamespace(backend=backend)
-    trial = SimpleNamespace(settings=settings, options=options)
-    found = calibrated(trial, [], [], np.zeros((1, 69)), WALKS)
-    assert (found is not None) is refits
+def test_auto_calibrates_on_a_chip_alone(backend, given, fits):
+    assert (asked(given, backend) is not None) is fits
+
+
+def test_a_file_gives_what_was_found_unless_by_another_method(tmp_path, monkeypatch, found):
+    file = tmp_path / "c.npz"
+    refitted(trial(True), LAYERS, [], GAIT, WALKS).save(file)
+    kept = asked(str(file))
+    assert all((getattr(kept, name) == value).all() for name, value in found.items())
+    monkeypatch.setattr(module, "METHOD", METHOD + 1)
+    message = f"made for method={METHOD}, but the run has method={METHOD + 1}"
+    with pytest.raises(UsageError, match=message):
+        asked(str(file))
