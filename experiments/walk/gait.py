@@ -29,6 +29,7 @@ MARGIN = 0.2
 NARROWEST = 0.02
 """Half the range of an observation that never changes."""
 STRAIGHT = (0.5, 0.0)
+"""Forward speed in m/s and yaw rate in rad/s of a walk that shows how a policy drifts."""
 STRAIGHT_S = 20.0
 SETTLED = 400
 """Observations after which a robot walks as it goes on to."""
