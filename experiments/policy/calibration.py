@@ -118,8 +118,13 @@ class SpikingHalves:
         self.image_digest = digest_of(self._sim)
 
     def close(self) -> None:
-        """End the simulation."""
+        """End the simulation, and let go of it.
+
+        Nengo keeps what nodes call for as long as there are the nodes: with the simulation, which
+        has them, that would be for ever.
+        """
         self._sim.close()
+        del self._sim
 
     def _give(self, _t: float, halves: np.ndarray) -> None:
         self._given = halves.copy()

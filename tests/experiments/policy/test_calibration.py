@@ -2,6 +2,8 @@
 
 import dataclasses
 import functools
+import gc
+import weakref
 from contextlib import closing
 
 import nengo
@@ -155,6 +157,15 @@ def test_readout_and_trim_are_part_of_the_image(layers, ranges, refitted):
         with Simulator(network, pipeline="compact") as sim:
             digests.add(sim.image.digest)
     assert len(digests) == 3
+
+
+def test_no_simulation_outlives_its_calibration(layers, ranges, compact):
+    spiking = SpikingHalves(functools.partial(policy, layers, ranges, OPTIONS), 20, compact)
+    simulation = weakref.ref(spiking._sim)
+    spiking.close()
+    del spiking
+    gc.collect()
+    assert simulation() is None
 
 
 def test_halves_are_those_of_the_activation(layers, ranges, tmp_path):
