@@ -26,11 +26,11 @@ class PolicySettings:
     those of a hidden unit, ``tau_fwd`` and ``tau_out`` the filters between layers and of the
     action, in s, ``units`` their types, ``solve`` how their weights are found (see
     `spikeport.networks.policy.PolicyOptions`). ``network_seed`` draws the neurons. ``calibrated``
-    refits the read-out to what the neurons do on the backend (`experiments.policy.calibration`), or
-    takes it from a file that ``spikeport calibrate`` wrote; where it is false, the read-out is the
-    policy's own, as in the paper; ``auto`` refits it on a chip, but not in float, where that takes
-    many minutes. ``appearance`` is that of the robot in pictures: ``primitive``, or ``menagerie``
-    for meshes.
+    fits read-out and trim to what the neurons do on the backend (`experiments.policy.calibration`),
+    or takes them from a file that ``spikeport calibrate`` wrote; where it is false, the policy is
+    as it was converted, as in the paper; ``auto`` fits it on a chip, but not in float, where that
+    takes many minutes. ``appearance`` is that of the robot in pictures: ``primitive``, or
+    ``menagerie`` for meshes.
     """
 
     policies: ClassVar[tuple[str, ...]] = ("spiking",)

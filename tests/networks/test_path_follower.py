@@ -132,7 +132,7 @@ def test_a_unicycle_joins_a_circle():
 def test_its_command_can_enter_a_policy_on_the_same_chip():
     """Two units that stay above zero pass the command on.
 
-    To 0.155 when written, with a yaw rate just at its limit, where neurons round the corner off.
+    To 0.055 when written, the yaw rates being at their limits, where neurons round the corner off.
     """
     references, states = situations(3)
     layers = [Layer(np.eye(4)[[1, 3]], np.full(2, 1.5)), Layer(np.eye(2), np.full(2, -1.5))]
@@ -148,4 +148,4 @@ def test_its_command_can_enter_a_policy_on_the_same_chip():
             sim.data[p].reshape(3, -1, 2)[:, -100:].mean(axis=1) for p in (command, action)
         )
     assert done == pytest.approx(told, abs=0.13)
-    assert told == pytest.approx(exact_command(GAINS, references, states), abs=0.18)
+    assert told == pytest.approx(exact_command(GAINS, references, states), abs=0.08)
