@@ -31,7 +31,7 @@ shadow: $(STAMP)  ## nengo-loihi's own tests, native backend beside its emulator
 nengo-suite: $(STAMP)  ## Nengo's own tests on spikeport.Simulator, with what it does not support
 	$(BIN)/python -m pytest tests/nengo_suite
 
-check: $(STAMP) build/links  ## lint and types only
+check: $(STAMP)  ## lint and types only
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
@@ -46,13 +46,6 @@ bless: $(STAMP)  ## write the golden texts of the compiler's passes anew
 format: $(STAMP)  ## format the code in place
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
-
-# Type checkers do not follow the editable install's import hook: they read this tree of links.
-build/links: Makefile
-	@rm -rf $@ && mkdir -p $@/spikeport
-	@ln -s $(abspath toolchain)/* $@/spikeport/
-	@for d in networks compile hardware_models backends robot training experiments; do \
-	  ln -s $(abspath .)/$$d $@/spikeport/$$d; done
 
 clean:  ## remove the environment and everything built
 	rm -rf $(VENV) build dist *.egg-info .mypy_cache .ruff_cache

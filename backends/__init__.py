@@ -1,1 +1,1 @@
-"""Where an image runs."""
+"""Backends: machines and emulators that an image runs on."""

@@ -33,7 +33,7 @@ class Chip(Protocol):
         """
 
     def activity(self) -> Activity:
-        """Exact counts of all steps so far."""
+        """Return exact counts of all steps so far."""
 
     def close(self) -> None:
         """Free what the chip holds; it cannot step any more."""

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from spikeport.compile.fanout import Fanout
+from spikeport.compile.image.fanout import Fanout
 from spikeport.hardware_models.activity import PER_STEP, Activity
 
 
 class Counter:
-    """Counts what happens on the cores of a chip.
+    """A counter of events on the cores of a chip.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ class Counter:
         )
 
     def activity(self, dt_s: float) -> Activity:
-        """All counts so far."""
+        """Return all counts so far."""
         n, compartments = len(self._cores), len(self._source_core)
         per_source = self._fanout.messages * self._delivered[:, np.newaxis]
         messages = np.zeros((n, n), dtype=np.int64)
@@ -77,7 +77,7 @@ def make_activity(
     messages: tuple[np.ndarray, np.ndarray],
     readout_spikes: int,
 ) -> Activity:
-    """An `Activity` from its counts.
+    """Return an `Activity` of counts.
 
     Parameters
     ----------

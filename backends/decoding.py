@@ -1,4 +1,4 @@
-"""From what the outputs of an image hold to values.
+"""Decoding of an image's outputs, from the state of compartments to values.
 
 nengo-loihi decodes with NumPy's matrix product, whose rounding depends on how the machine orders
 the sum. A sum with at most one term that is not zero is rounded the same in any order, and nearly
@@ -8,53 +8,54 @@ code; in a step where one is not, NumPy's product is taken as nengo-loihi takes 
 
 import itertools
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import nengo
 import numpy as np
 
 from spikeport.backends.compiled import make_ready
 from spikeport.backends.sampling import sampled
 from spikeport.backends.tape_kernel import decode
-from spikeport.compile.extract import flat
-from spikeport.compile.image import ChipImage
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.tables import flat, part
+
+if TYPE_CHECKING:
+    import nengo
 
 MAX_TERMS = 2
 """Terms of a sum that is worth trying in compiled code."""
 
 
 class Output:
-    """Decodes one output of an image: weights, then order."""
+    """A decoder of one output of an image: weights, then order."""
 
     def __init__(self, image: ChipImage, i: int) -> None:
-        entry = image.manifest["outputs"][i]
-        weights = image["output_weights"][image.part("output_weight_start", i)]
-        self._weights: Any = {
-            "matrix": lambda: weights.reshape(entry["shape"]),
-            "scale": lambda: weights[0],
-            "none": lambda: None,
-        }[entry["weights"]]()
-        self._order = entry["order"]
-        ends = np.cumsum(entry["segments"])
+        entry = image.manifest.outputs[i]
+        weights = image.decoders.weight[part(image.outputs.weight_start, i)]
+        self._weights: Any = None
+        if entry.weights != "none":
+            self._weights = weights.reshape(entry.shape) if len(entry.shape) > 1 else weights[0]
+        self._order = None if entry.order is None else np.array(entry.order, dtype=int)
+        ends = np.cumsum(entry.segments)
         self._segments = [slice(a, b) for a, b in zip([0, *ends], ends, strict=False)]
-        self._is_matrix = entry["weights"] == "matrix"
+        self._is_matrix = entry.weights == "matrix"
         # The layout decides which of BLAS's kernels multiplies, hence the rounding.
         matrices = [self._weights[s] for s in self._segments] if self._is_matrix else []
-        self._parts = [np.array(matrix, order=entry["layout"]) for matrix in matrices]
-        self.size = entry["shape"][1] if self._is_matrix else int(ends[-1])
+        self._parts = [np.array(matrix, order=entry.layout) for matrix in matrices]
+        self.size = entry.size
 
     def decode(self, raw: np.ndarray) -> np.ndarray:
-        """(size,) the value of the output."""
+        """Return the value of the output, (size,)."""
         if self._is_matrix:
             # Segment by segment, as matrices of one row: nengo-loihi's calls, hence its rounding.
             rows = raw.reshape(1, -1)
             parts = zip(self._segments, self._parts, strict=True)
-            return sum(rows[:, s].dot(matrix) for s, matrix in parts)[0]
+            result: np.ndarray = sum(rows[:, s].dot(matrix) for s, matrix in parts)[0]
+            return result
         value = raw if self._weights is None else raw.dot(self._weights)
         return value if self._order is None else value[self._order]
 
     def terms(self) -> list[tuple[np.ndarray, np.ndarray]]:
-        """For each value, the entries of the output that it weighs, and their weights."""
+        """Return the entries of the output that each value weighs, and their weights."""
         if self._is_matrix:
             return [(np.flatnonzero(column), column[column != 0]) for column in self._weights.T]
         order = np.arange(self.size) if self._order is None else self._order
@@ -63,7 +64,7 @@ class Output:
 
 
 class Decoder:
-    """Decodes several outputs of an image into one array.
+    """A decoder of several outputs of an image into one array.
 
     Parameters
     ----------
@@ -87,30 +88,35 @@ class Decoder:
         self.parts = [slice(a, b) for a, b in itertools.pairwise(ends)]
         self.size = ends[-1]
         terms = [term for output in self._outputs for term in output.terms()]
-        reads = np.diff(image["output_start"])[list(numbers)]
+        reads = np.diff(image.outputs.start)[list(numbers)]
         firsts = np.repeat(np.cumsum(reads) - reads, [output.size for output in self._outputs])
+        # On/off pairs have two terms, of which one is nearly always zero; longer sums seldom are so
+        # sparse, and trying them first would cost more than it saves.
         self._sparse = all(len(entries) <= MAX_TERMS for entries, _ in terms)
         self._start = np.cumsum([0] + [len(entries) for entries, _ in terms])
         self._index = flat([first + e for first, (e, _) in zip(firsts, terms, strict=True)])
         self._weights = flat([weights for _, weights in terms], float)
         tables = self._start, self._index, self._weights
+        # Compiled here, for the first step not to wait for it.
         make_ready(decode, np.zeros(0, dtype=np.int32), *tables, np.zeros(0))
 
     def decode(self, held: Sequence[np.ndarray], values: np.ndarray) -> None:
-        """Write the values of all outputs, given what every output of the image holds."""
+        """Write the values of all outputs, from the values that every output of the image holds."""
         if not self._numbers:
             return
         mine = [held[number] for number in self._numbers]
+        # `decode` returns False where a sum had several terms, whose rounding depends on their
+        # order.
         if self._sparse and decode(
             np.concatenate(mine), self._start, self._index, self._weights, values
         ):
             return
-        for output, part, one in zip(self._outputs, self.parts, mine, strict=True):
-            values[part] = output.decode(one)
+        for output, place, one in zip(self._outputs, self.parts, mine, strict=True):
+            values[place] = output.decode(one)
 
 
 class Recording:
-    """What a probe of an output recorded, decoded and filtered when it is asked for.
+    """The recording of an output by a probe, decoded and filtered when it is asked for.
 
     Parameters
     ----------
@@ -122,17 +128,18 @@ class Recording:
         The probe, with its filter and how often it samples.
     """
 
-    def __init__(self, image: ChipImage, number: int, probe: nengo.Probe) -> None:
+    def __init__(self, image: ChipImage, number: int, probe: "nengo.Probe") -> None:
         self._number = number
         self._output = Output(image, number)
         self._raw: list[np.ndarray] = []
         self._values: list[np.ndarray] = []
-        self._dt_s = image.manifest["dt_s"]
+        self._dt_s = image.manifest.dt_s
         self._sample_every = probe.sample_every
         self._filter = self._make_filter(probe.synapse)
         self._cleared = 0
 
     def _make_filter(self, synapse: Any) -> Any:
+        # Filtered in float32, as nengo-loihi filters its probes.
         if synapse is None:
             return lambda _t, x: x
         shape = (self._output.size,)
@@ -140,16 +147,18 @@ class Recording:
         return synapse.make_step(shape, shape, self._dt_s, rng=None, state=state)
 
     def append(self, held: Sequence[np.ndarray]) -> None:
-        """Record a step, given what every output of the image holds."""
+        """Record a step, from the values that every output of the image holds."""
+        # Steps are cheap if values are copied only: decoding waits until data is asked for.
         self._raw.append(held[self._number].copy())
 
     def data(self) -> np.ndarray:
-        """(n, size) the values of the steps it sampled, since it was last cleared."""
+        """Return the values of the sampled steps since the last clearing, (n, size)."""
         self._digest()
         n = self._cleared + len(self._values)
         steps = sampled(n, self._sample_every, self._dt_s) - 1 - self._cleared
         values = np.array(self._values).reshape(len(self._values), self._output.size)
-        return values[steps[steps >= 0]]
+        result: np.ndarray = values[steps[steps >= 0]]
+        return result
 
     def clear(self) -> None:
         """Forget what was recorded; the filter keeps its state."""

@@ -20,10 +20,10 @@ class Execution(Protocol):
         """Advance by one time step."""
 
     def data(self, probe: nengo.Probe) -> np.ndarray:
-        """(n_steps, size) what a probe recorded so far."""
+        """Return the values that a probe recorded so far, (n_steps, size)."""
 
     def built(self, obj: Any) -> Any:
-        """What Nengo built of an ensemble or connection: gains, encoders, weights and so on.
+        """Return the built parameters of an ensemble or connection: gains, encoders, weights.
 
         Raises
         ------
@@ -32,10 +32,10 @@ class Execution(Protocol):
         """
 
     def clear_probes(self) -> None:
-        """Forget what the probes recorded so far."""
+        """Forget the values that probes recorded so far."""
 
     def activity(self) -> Activity:
-        """Exact counts of all steps so far."""
+        """Return exact counts of all steps so far."""
 
     def close(self) -> None:
         """Free what the execution holds; it cannot step any more."""

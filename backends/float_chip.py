@@ -1,4 +1,4 @@
-"""Blocks in floating point: what nengo-loihi's emulator computes where nothing is rounded.
+"""Blocks in floating point, as nengo-loihi's emulator computes where nothing is rounded.
 
     I <- (1 - d_u) I + s_u q,   v <- clip((1 - d_v) v + s_v (I + b), vmin, vmax)
 
@@ -12,10 +12,10 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from spikeport.compile.extract import offsets
-from spikeport.compile.image import ChipImage
-from spikeport.compile.synapses import n_sources, ranges, synapses_of
-from spikeport.compile.verdict.numbers import Numbers
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.deliveries import synapses_of
+from spikeport.compile.image.tables import offsets, ranges
+from spikeport.compile.loihi.numbers import Numbers
 
 
 class FloatChip:
@@ -29,19 +29,19 @@ class FloatChip:
 
     def __init__(self, image: ChipImage) -> None:
         self._n = image.n_compartments
-        self._refract = image["refract_delay"].astype(np.int64)
+        self._refract = image.compartments.refract_delay.astype(np.int64)
         parts = list(synapses_of(image))
         source, target, number = (
             np.concatenate([*(part[i] for part in parts), np.zeros(0, int)]) for i in range(3)
         )
         order = np.argsort(source, kind="stable")
         self._target, self._number = target[order], number[order]
-        self._start = offsets(np.bincount(source, minlength=n_sources(image)))
+        self._start = offsets(np.bincount(source, minlength=image.n_sources))
 
     def run(
         self, numbers: Numbers, spikes: Sequence[np.ndarray]
     ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """Steps from rest.
+        """Yield the states of steps from rest.
 
         Parameters
         ----------
@@ -74,6 +74,6 @@ class FloatChip:
             yield voltage, spiked
 
     def _delivered(self, sources: np.ndarray, weights: np.ndarray) -> np.ndarray:
-        """(n_compartments,) sum of the weights that spikes of the sources read."""
+        """Return the sum of the weights that spikes of the sources read, (n_compartments,)."""
         synapses = ranges(self._start[sources], np.diff(self._start)[sources])
         return np.bincount(self._target[synapses], weights[synapses], minlength=self._n)

@@ -28,7 +28,7 @@ class HostLoop:
     compilation : Compilation
         The compiled network.
     chip : Chip
-        Where its image is loaded.
+        The chip that its image is loaded on.
     seed : int
         Seed of processes on the host.
     """
@@ -39,7 +39,7 @@ class HostLoop:
         self._chip = chip
         self._host = nengo.Simulator(
             None,
-            dt=image.manifest["dt_s"],
+            dt=image.manifest.dt_s,
             model=program.model,
             seed=seed,
             progress_bar=False,
@@ -61,7 +61,7 @@ class HostLoop:
         parts = np.split(self._sources, ends[:-1])
         boxes = {id(p.process): part for p, part in zip(program.senders, parts, strict=False)}
         boxes |= {id(port.process): signals.allocate(port.size) for port in program.error_senders}
-        learning = np.flatnonzero(self.compilation.image["synapse_learning"][:, 0]).tolist()
+        learning = np.flatnonzero(self.compilation.image.learns).tolist()
         self._errors = [
             (learning[port.target], boxes[id(port.process)]) for port in program.error_senders
         ]
@@ -89,27 +89,27 @@ class HostLoop:
         return errors
 
     def data(self, probe: nengo.Probe) -> np.ndarray:
-        """(n_steps, size) what a probe recorded."""
+        """Return the values that a probe recorded, (n_steps, size)."""
         probe = self.compilation.stand_ins.get(probe, probe)
         if probe in self._recordings:
             return self._recordings[probe].data()
         return np.asarray(self._host.data[probe])
 
     def built(self, obj: Any) -> Any:
-        """See `spikeport.backends.execution.Execution.built`."""
+        """Return the built parameters; see `spikeport.backends.execution.Execution.built`."""
         if obj in self.compilation.built:
             return self.compilation.built[obj]
         params = self.compilation.model.params
         return params[obj] if obj in params else self._host.model.params[obj]
 
     def clear_probes(self) -> None:
-        """Forget what the probes recorded so far."""
+        """Forget the values that probes recorded so far."""
         self._host.clear_probes()
         for recording in self._recordings.values():
             recording.clear()
 
     def activity(self) -> Activity:
-        """Exact counts of the chip."""
+        """Return exact counts of the chip."""
         return self._chip.activity()
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""What stays on the host when a network is compiled."""
+"""The part of a compiled network that stays on the host."""
 
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -8,7 +8,7 @@ from nengo_loihi.builder import Model
 
 
 class Port(NamedTuple):
-    """A process that sends values to the chip: how many, and to which input or learning group.
+    """A process that sends values to the chip: their number, and the input or learning group.
 
     Learning groups are counted by themselves: passes keep their order, not that of all groups.
     """
@@ -20,7 +20,7 @@ class Port(NamedTuple):
 
 @dataclass(frozen=True)
 class HostProgram:
-    """What stays on the host when a network is compiled.
+    """The part of a compiled network that stays on the host.
 
     ``model`` is Nengo's built model. ``senders`` collect the spikes of each input,
     ``error_senders`` the errors of groups that learn; ``receivers`` pairs outputs, by number,

@@ -1,6 +1,6 @@
-"""Measures what rounding costs a network's outputs: see `spikeport.compile.verdict.loss`.
+"""Measurement of the loss to rounding: see `spikeport.compile.report.loss`.
 
-The network runs once on its image, in closed loop with its host. What the host sent is then sent
+The network runs once on its image, in closed loop with its host. The host's spikes are then sent
 again to the blocks in floating point: with all numbers as wanted, and with one part of them rounded
 at a time.
 """
@@ -16,13 +16,14 @@ from spikeport.backends.host_loop import HostLoop
 from spikeport.backends.native.chip import NativeChip
 from spikeport.backends.recorder import Recorder
 from spikeport.backends.rerun import TAU_S, Rerun, error
-from spikeport.compile.extract import extract, offsets
-from spikeport.compile.image import ChipImage
-from spikeport.compile.modules import by_module
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.modules import by_module
+from spikeport.compile.image.tables import offsets, part
+from spikeport.compile.loihi.aliasing import rate_aliasing
+from spikeport.compile.loihi.extract import extract
+from spikeport.compile.loihi.numbers import Numbers, restored, wanted
 from spikeport.compile.pipeline import Compilation
-from spikeport.compile.verdict.aliasing import rate_aliasing
-from spikeport.compile.verdict.loss import Loss, Part
-from spikeport.compile.verdict.numbers import Numbers, restored, wanted
+from spikeport.compile.report.loss import Loss, Part
 from spikeport.errors import BackendError
 from spikeport.hardware_models.activity import Activity
 
@@ -56,7 +57,7 @@ class Cause(NamedTuple):
     part: slice
 
     def rounding(self, exact: Numbers, rounded: Numbers) -> float:
-        """Relative rms error of the part."""
+        """Return the relative rms error of the part."""
         pair = (getattr(numbers, self.array)[self.part] for numbers in (rounded, exact))
         return error(*pair)
 
@@ -73,7 +74,7 @@ def measure(compilation: Compilation, seconds: float, seed: int, tell: Tell) -> 
     seed : int
         Seed of processes on the host.
     tell : callable
-        Called with what is being done and the share done.
+        Called with the name of the task and the share done.
 
     Raises
     ------
@@ -81,9 +82,9 @@ def measure(compilation: Compilation, seconds: float, seed: int, tell: Tell) -> 
         If blocks learn or have noise, nothing is read out, or a function of the network fails.
     """
     blocks = compilation.blocks
-    image = extract(blocks, compilation.image.manifest["chip"])
+    image = extract(blocks, compilation.image.manifest.chip)
     tell("running the network", None)
-    spikes, activity = _run(compilation, max(1, round(seconds / image.manifest["dt_s"])), seed)
+    spikes, activity = _run(compilation, max(1, round(seconds / image.manifest.dt_s)), seed)
     rerun, exact = Rerun(image, spikes), wanted(blocks)
     baseline = rerun.floats(exact)
     loss = Loss(
@@ -92,7 +93,7 @@ def measure(compilation: Compilation, seconds: float, seed: int, tell: Tell) -> 
         output_error=error(rerun.integers(), baseline),
         floor=error(rerun.floats(replace(exact, bias=exact.bias * LAST_BIT)), baseline),
         parts=_parts(rerun, exact, restored(blocks), baseline, list(causes(image)), tell),
-        aliasing=rate_aliasing(blocks),
+        aliasing=rate_aliasing(blocks.floats),
         readout_spikes=activity.readout_spikes,
         saturated_inputs=_saturated(image, spikes),
     )
@@ -100,7 +101,7 @@ def measure(compilation: Compilation, seconds: float, seed: int, tell: Tell) -> 
 
 
 def _counts(image: ChipImage, spikes: Sequence[np.ndarray]) -> Activity:
-    """The counts of a run on what the host once sent."""
+    """Return the counts of a run on the spikes that the host sent before."""
     chip = NativeChip(image, seed=0)
     for step in spikes:
         chip.step(step, {})
@@ -108,7 +109,7 @@ def _counts(image: ChipImage, spikes: Sequence[np.ndarray]) -> Activity:
 
 
 def _run(compilation: Compilation, n_steps: int, seed: int) -> tuple[list[np.ndarray], Activity]:
-    """Run on the image; what the host sent, and the counts."""
+    """Run on the image, and return the spikes of the host and the counts."""
     recorder = Recorder(NativeChip(compilation.image, seed))
     loop = HostLoop(compilation, recorder, seed)
     for step in range(n_steps):
@@ -123,23 +124,23 @@ def _run(compilation: Compilation, n_steps: int, seed: int) -> tuple[list[np.nda
 
 
 def causes(image: ChipImage) -> Iterator[Cause]:
-    """All that is rounded: the weights of each connection, and the neurons of each block."""
-    labels = [block["label"] for block in image.manifest["blocks"]]
-    for group, block in enumerate(image["synapse_block"]):
-        rows = image.part("row_start", group)
-        weights = image["row_weight_start"][[rows.start, rows.stop]]
+    """Yield each part that is rounded: weights of a connection, or neurons of a block."""
+    labels = [block.label for block in image.manifest.blocks]
+    for group, block in enumerate(image.groups.block):
+        rows = part(image.groups.row_start, group)
+        weights = image.rows.start[[rows.start, rows.stop]]
         what = f"weights from {_senders(image, group, labels)}"
         yield Cause(labels[block], what, "weights", slice(*weights))
     for block, label in enumerate(labels):
-        part = image.part("block_start", block)
+        mine = part(image.blocks.start, block)
         for what, array in NEURONS.items():
-            yield Cause(label, what, array, part)
+            yield Cause(label, what, array, mine)
 
 
 def _senders(image: ChipImage, group: int, labels: list[str]) -> str:
-    """Where the spikes that a synapse group gets are from."""
-    routes = np.flatnonzero(image["route_synapse"] == group)
-    sources = zip(image["route_input"][routes], image["route_source"][routes], strict=True)
+    """Return the senders of the spikes that a synapse group receives."""
+    routes = np.flatnonzero(image.routes.group == group)
+    sources = zip(image.routes.from_input[routes], image.routes.source[routes], strict=True)
     return ", ".join(dict.fromkeys("the host" if host else labels[i] for host, i in sources))
 
 
@@ -151,7 +152,7 @@ def _parts(
     found: Sequence[Cause],
     tell: Tell,
 ) -> tuple[Part, ...]:
-    """The output error of each cause alone, largest first."""
+    """Return the output error of each cause alone, largest first."""
     errors = []
     found = [cause for cause in found if cause.rounding(exact, rounded) > 0]
     for i, cause in enumerate(found):
@@ -167,8 +168,8 @@ def _parts(
 
 
 def _saturated(image: ChipImage, spikes: Sequence[np.ndarray]) -> dict[str, float]:
-    """For each input, the share of windows in which its busiest source spiked in every step."""
-    ends = offsets(image["input_size"])
+    """Return the share of windows in which an input's busiest source spiked in every step."""
+    ends = offsets(image.inputs.size)
     n_windows = len(spikes) // WINDOW
     table = np.zeros((n_windows * WINDOW, ends[-1]))
     for row, sources in zip(table, spikes, strict=False):
@@ -182,7 +183,7 @@ def _saturated(image: ChipImage, spikes: Sequence[np.ndarray]) -> dict[str, floa
 
 
 def _receivers(image: ChipImage, number: int) -> str:
-    """The blocks that the spikes of an input reach."""
-    routes = np.flatnonzero((image["route_input"] == 1) & (image["route_source"] == number))
-    blocks = image["synapse_block"][image["route_synapse"][routes]]
-    return ", ".join(dict.fromkeys(image.manifest["blocks"][block]["label"] for block in blocks))
+    """Return the blocks that the spikes of an input reach."""
+    routes = np.flatnonzero((image.routes.from_input == 1) & (image.routes.source == number))
+    blocks = image.groups.block[image.routes.group[routes]]
+    return ", ".join(dict.fromkeys(image.manifest.blocks[block].label for block in blocks))

@@ -15,11 +15,9 @@ from nengo_loihi.emulator import EmulatorInterface
 from nengo_loihi.inputs import SpikeInput
 
 from spikeport.backends.counter import Counter
-from spikeport.compile.extract import offsets
-from spikeport.compile.fanout import fanout
-from spikeport.compile.image import ChipImage
-from spikeport.compile.outputs import readout_compartments
-from spikeport.compile.usage import synapse_core
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.fanout import fanout
+from spikeport.compile.image.tables import offsets, part
 from spikeport.hardware_models.activity import Activity
 
 
@@ -29,13 +27,13 @@ class NengoLoihiChip:
     Parameters
     ----------
     image : ChipImage
-        What to run.
+        The image to run.
     seed : int
         Seed of the chip's noise.
     """
 
     def __init__(self, image: ChipImage, seed: int) -> None:
-        self._image = image
+        self._image = image.checked
         blocks, synapses = load_blocks(image)
         self._inputs = load_inputs(image, synapses)
         self._synapses = synapses
@@ -43,23 +41,23 @@ class NengoLoihiChip:
             blocks=blocks,
             inputs=self._inputs,
             probes=[],
-            dt=image.manifest["dt_s"],
-            pes_error_scale=image.manifest["pes_error_scale"],
+            dt=image.manifest.dt_s,
+            pes_error_scale=image.manifest.pes_error_scale,
         )
         with np.errstate(invalid="ignore"):  # it fills integer arrays with NaN before the values
             self._emulator = EmulatorInterface(model, seed=seed)
         self._outputs = [
-            (output["key"], image["output_compartment"][image.part("output_start", i)])
-            for i, output in enumerate(image.manifest["outputs"])
+            (output.key, image.reads.compartment[part(image.outputs.start, i)])
+            for i, output in enumerate(image.manifest.outputs)
         ]
-        self._readouts = readout_compartments(image)
+        self._readouts = image.readouts
         self._counter = Counter(image.cores, image.compartment_core, fanout(image))
-        self._synapse_core = synapse_core(image)
-        self._biased = image["bias"] != 0
+        self._synapse_core = image.group_core
+        self._biased = image.compartments.bias != 0
         self._arriving = np.zeros(0, dtype=int)
 
     def step(self, spikes: np.ndarray, errors: Mapping[int, np.ndarray]) -> list[np.ndarray]:
-        """See `spikeport.backends.chip.Chip.step`."""
+        """Advance by one step; see `spikeport.backends.chip.Chip.step`."""
         now = self._emulator.t + 1
         self._emulator.host2chip(
             zip(self._inputs, itertools.repeat(now), by_input(self._image, spikes)),
@@ -87,70 +85,72 @@ class NengoLoihiChip:
         return updates
 
     def activity(self) -> Activity:
-        """See `spikeport.backends.chip.Chip.activity`."""
-        return self._counter.activity(self._image.manifest["dt_s"])
+        """Return the counts; see `spikeport.backends.chip.Chip.activity`."""
+        return self._counter.activity(self._image.manifest.dt_s)
 
     def close(self) -> None:
-        """See `spikeport.backends.chip.Chip.close`."""
+        """Free the emulator; see `spikeport.backends.chip.Chip.close`."""
         self._emulator.close()
 
 
 def by_input(image: ChipImage, spikes: np.ndarray) -> list[np.ndarray]:
-    """The spikes of each input, counted from 0 in each."""
-    ends = itertools.pairwise(offsets(image["input_size"]))
+    """Return the spikes of each input, counted from 0 in each."""
+    ends = itertools.pairwise(offsets(image.inputs.size))
     return [spikes[(spikes >= a) & (spikes < b)] - a for a, b in ends]
 
 
 def load_blocks(image: ChipImage) -> tuple[list[LoihiBlock], list[Synapse]]:
-    """nengo-loihi's blocks and synapse groups, in the order of the image."""
+    """Return nengo-loihi's blocks and synapse groups, in the order of the image."""
     blocks = [_block(image, b) for b in range(image.n_blocks)]
     synapses = []
-    for group, block in enumerate(image["synapse_block"]):
+    for group, block in enumerate(image.groups.block):
         synapses.append(_synapse(image, group))
         blocks[block].add_synapse(synapses[-1])
-    for route in np.flatnonzero(image["route_input"] == 0):
-        blocks[image["route_source"][route]].add_axon(_axon(image, route, synapses))
+    for route in np.flatnonzero(image.routes.from_input == 0):
+        blocks[image.routes.source[route]].add_axon(_axon(image, route, synapses))
     return blocks, synapses
 
 
 def load_inputs(image: ChipImage, synapses: list[Synapse]) -> list[SpikeInput]:
-    """nengo-loihi's spike inputs, in the order of the image."""
-    inputs = [SpikeInput(int(n)) for n in image["input_size"]]
-    for route in np.flatnonzero(image["route_input"] == 1):
-        inputs[image["route_source"][route]].add_axon(_axon(image, route, synapses))
+    """Return nengo-loihi's spike inputs, in the order of the image."""
+    inputs = [SpikeInput(int(n)) for n in image.inputs.size]
+    for route in np.flatnonzero(image.routes.from_input == 1):
+        inputs[image.routes.source[route]].add_axon(_axon(image, route, synapses))
     return inputs
 
 
 def _block(image: ChipImage, b: int) -> LoihiBlock:
-    mine = image.part("block_start", b)
-    block = LoihiBlock(mine.stop - mine.start, label=image.manifest["blocks"][b]["label"])
-    part = block.compartment
+    mine = part(image.blocks.start, b)
+    block = LoihiBlock(mine.stop - mine.start, label=image.manifest.blocks[b].label)
+    state = block.compartment
     for name in ("bias", "decay_u", "decay_v", "vth", "refract_delay"):
-        setattr(part, name, image[name][mine].astype(np.int32))
-    part.enable_noise = image["enable_noise"][mine].astype(bool)
+        setattr(state, name, getattr(image.compartments, name)[mine].astype(np.int32))
+    state.enable_noise = image.compartments.enable_noise[mine].astype(bool)
     for name in ("vmin", "vmax", "noise_offset", "noise_exp", "noise_at_membrane"):
-        setattr(part, name, int(image[f"block_{name}"][b]))
-    part.scale_u = part.scale_v = False
+        setattr(state, name, int(getattr(image.blocks, name)[b]))
+    state.scale_u = state.scale_v = False
     return block
 
 
 def _synapse(image: ChipImage, group: int) -> Synapse:
-    axons, rows = image.part("in_axon_start", group), image.part("row_start", group)
-    synapse = Synapse(axons.stop - axons.start, label=image.manifest["synapses"][group]["label"])
-    synapse.pop_type = int(image["synapse_pop_type"][group])
-    synapse.axon_to_weight_map = image["in_axon_row"][axons]
-    synapse.axon_compartment_bases = image["in_axon_base"][axons]
-    shapes = [(image.part("row_weight_start", r), image["row_atoms"][r]) for r in _range(rows)]
-    synapse.weights = [image["weights"][p].reshape(n, -1).astype(np.int32) for p, n in shapes]
-    synapse.indices = [image["indices"][p].reshape(n, -1).astype(np.int32) for p, n in shapes]
-    form = zip(image.manifest["synapse_format"], image["synapse_format"][group], strict=True)
+    axons, rows = part(image.groups.axon_start, group), part(image.groups.row_start, group)
+    synapse = Synapse(axons.stop - axons.start, label=image.manifest.groups[group].label)
+    synapse.pop_type = int(image.groups.pop_type[group])
+    synapse.axon_to_weight_map = image.in_axons.row[axons]
+    synapse.axon_compartment_bases = image.in_axons.base[axons]
+    numbers = range(rows.start, rows.stop)
+    shapes = [(part(image.rows.start, r), image.rows.atoms[r]) for r in numbers]
+    weight, index = image.synapses.weight, image.synapses.index
+    synapse.weights = [weight[mine].reshape(n, -1).astype(np.int32) for mine, n in shapes]
+    synapse.indices = [index[mine].reshape(n, -1).astype(np.int32) for mine, n in shapes]
+    form = zip(image.manifest.synapse_format, image.groups.format[group], strict=True)
     synapse.synapse_cfg = SynapseConfig(**{name: int(value) for name, value in form})
     _set_learning(synapse, _learning(image, group))
     return synapse
 
 
 def _learning(image: ChipImage, group: int) -> dict[str, float]:
-    return dict(zip(image.manifest["learning"], image["synapse_learning"][group], strict=True))
+    return dict(zip(image.manifest.learning, image.groups.learning[group], strict=True))
 
 
 def _set_learning(synapse: Any, learning: dict[str, float]) -> None:
@@ -164,13 +164,9 @@ def _set_learning(synapse: Any, learning: dict[str, float]) -> None:
 
 
 def _axon(image: ChipImage, route: int | np.integer, synapses: list[Synapse]) -> Axon:
-    part = image.part("route_start", route)
-    targets = image["route_axon"][part]
+    mine = part(image.routes.start, route)
+    targets = image.out_axons.axon[mine]
     axon = Axon(np.unique(targets[targets >= 0]).size)
-    axon.target = synapses[image["route_synapse"][route]]
-    axon.set_compartment_axon_map(targets, image["route_atom"][part])
+    axon.target = synapses[image.routes.group[route]]
+    axon.set_compartment_axon_map(targets, image.out_axons.atom[mine])
     return axon
-
-
-def _range(part: slice) -> range:
-    return range(part.start, part.stop)

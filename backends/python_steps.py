@@ -30,7 +30,7 @@ def clock_step(op: TimeUpdate, signals: SignalDict, dt_s: float) -> Callable[[],
 def product_step(op: DotInc, signals: SignalDict) -> Callable[[], None]:
     """Add a constant matrix times a vector, anew only where the vector has changed.
 
-    What a plant shows stays for several steps.
+    An observation of a plant stays the same for several steps.
     """
     matrix, vector, target = signals[op.A], signals[op.X], signals[op.Y]
     known: tuple[bytes | None, Any] = None, None
@@ -61,7 +61,7 @@ def function_step(op: SimPyFunc, signals: SignalDict) -> Callable[[], None]:
 
 
 def _kept(value: Any, output: np.ndarray) -> bool:
-    """Whether the value was an array of finite numbers that fits, and is in the output now."""
+    """Return whether the value was an array of finite numbers that fits, and copy it if so."""
     if type(value) is not np.ndarray:
         return False
     try:
@@ -70,7 +70,8 @@ def _kept(value: Any, output: np.ndarray) -> bool:
             output[...] = value
     except (TypeError, ValueError):
         return False
-    return finite
+    result: bool = finite
+    return result
 
 
 def _arguments(op: SimPyFunc, signals: SignalDict) -> Callable[[], tuple[Any, ...]]:
@@ -82,7 +83,7 @@ def _arguments(op: SimPyFunc, signals: SignalDict) -> Callable[[], tuple[Any, ..
 
 
 def _nengo_keeps(op: SimPyFunc, signals: SignalDict) -> Callable[[Any], None]:
-    """Nengo's step of an operator, with a value in place of what its function returns."""
+    """Return Nengo's step of an operator, with a value in place of its function's return value."""
 
     def keep(value: Any) -> None:
         stand_in = SimPyFunc(op.output, lambda: value, None, None)

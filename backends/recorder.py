@@ -1,4 +1,4 @@
-"""A chip that notes what the host sends it."""
+"""A chip that notes the spikes of its host."""
 
 from collections.abc import Mapping
 
@@ -9,7 +9,7 @@ from spikeport.hardware_models.activity import Activity
 
 
 class Recorder:
-    """Passes everything on to a chip. Implements `spikeport.backends.chip.Chip`.
+    """A recorder of spikes before a chip. Implements `spikeport.backends.chip.Chip`.
 
     ``spikes`` holds the spikes of every step.
     """
@@ -19,14 +19,14 @@ class Recorder:
         self.spikes: list[np.ndarray] = []
 
     def step(self, spikes: np.ndarray, errors: Mapping[int, np.ndarray]) -> list[np.ndarray]:
-        """See `spikeport.backends.chip.Chip.step`."""
+        """Record the spikes, and step the chip; see `spikeport.backends.chip.Chip.step`."""
         self.spikes.append(np.array(spikes, dtype=np.int64))
         return self._chip.step(spikes, errors)
 
     def activity(self) -> Activity:
-        """See `spikeport.backends.chip.Chip.activity`."""
+        """Return the chip's counts; see `spikeport.backends.chip.Chip.activity`."""
         return self._chip.activity()
 
     def close(self) -> None:
-        """See `spikeport.backends.chip.Chip.close`."""
+        """Free the chip; see `spikeport.backends.chip.Chip.close`."""
         self._chip.close()

@@ -1,4 +1,4 @@
-"""Float Nengo: what a network computes before any chip rounds it.
+"""Float Nengo: the computation of a network before any chip rounds it.
 
 Where a compile would fuse its small ensembles, float Nengo runs what that leaves: the same network
 to rounding, in far fewer operators.
@@ -9,30 +9,22 @@ that ensemble's neurons. Relays, splits and read-outs of a chip are not in them,
 reaches an ensemble through a node.
 """
 
-from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import nengo
 import numpy as np
 from nengo.ensemble import Neurons
 
 from spikeport.backends.counter import Counter
-from spikeport.compile.fanout import Fanout
-from spikeport.compile.names import Names, base
-from spikeport.compile.passes.base import NetworkPass
+from spikeport.compile.ground.names import Names, base
+from spikeport.compile.ground.rewrite import Rewrite
+from spikeport.compile.image.fanout import Fanout
+from spikeport.compile.loihi.solver import FLOAT
+from spikeport.compile.passes.base import Context
 from spikeport.compile.passes.fuse import Fuse
-from spikeport.compile.passes.pipeline import PassRun, Pipeline, silent
-from spikeport.compile.rewriting.rewrite import Rewrite
-from spikeport.compile.rewriting.solved import FloatSolved, Solved
+from spikeport.compile.passes.pipeline import Pipeline
 from spikeport.hardware_models.activity import Activity
 from spikeport.hardware_models.chip import Chip
-
-
-@dataclass(frozen=True)
-class FuseInFloat(Fuse):
-    """The pass `Fuse`, with the gains and decoders of Nengo's own builder."""
-
-    solve: ClassVar[type[Solved]] = FloatSolved
 
 
 class Reference:
@@ -85,20 +77,20 @@ class Reference:
         self._arriving = np.flatnonzero(spiked)
 
     def data(self, probe: nengo.Probe) -> np.ndarray:
-        """(n_steps, size) what a probe recorded."""
+        """Return the values that a probe recorded, (n_steps, size)."""
         return np.asarray(self._sim.data[self._rewrite.stand_ins.get(probe, probe)])
 
     def built(self, obj: Any) -> Any:
-        """See `spikeport.backends.execution.Execution.built`."""
+        """Return the built parameters; see `spikeport.backends.execution.Execution.built`."""
         built = self._rewrite.built
         return built[obj] if obj in built else self._sim.model.params[obj]
 
     def clear_probes(self) -> None:
-        """Forget what the probes recorded so far."""
+        """Forget the values that probes recorded so far."""
         self._sim.clear_probes()
 
     def activity(self) -> Activity:
-        """Exact counts so far."""
+        """Return exact counts so far."""
         return self._counter.activity(self._dt_s)
 
     def close(self) -> None:
@@ -107,15 +99,18 @@ class Reference:
 
 
 def fused(network: nengo.Network, chip: Chip, dt_s: float, pipeline: Pipeline) -> Rewrite:
-    """A network as float Nengo runs it: rewritten by the pass `Fuse`, if the pipeline has it."""
-    fuse = (FuseInFloat(one.max_neurons) for one in pipeline.passes if isinstance(one, Fuse))
-    run = PassRun(Pipeline(tuple(fuse)), chip, dt_s, silent)
-    rewrite: Rewrite = run.apply(NetworkPass, Rewrite(network, Names(network)))
+    """Return a network as float Nengo runs it: rewritten by `Fuse`, if the pipeline has it."""
+    rewrite = Rewrite(network, Names(network))
+    context = Context(chip, dt_s, note=lambda _key, _value: None)
+    for one in pipeline.passes:
+        if isinstance(one, Fuse):
+            # Float neurons fire at other rates than the chip's: Nengo's decoders are right here.
+            rewrite = one.apply(rewrite, context, FLOAT)
     return rewrite
 
 
 def direct_fanout(network: nengo.Network, ensembles: list[nengo.Ensemble]) -> Fanout:
-    """Fan-out of every neuron if all ensembles were wired neuron to neuron."""
+    """Return the fan-out of every neuron if all ensembles were wired neuron to neuron."""
     first = dict(zip(ensembles, np.cumsum([0] + [e.n_neurons for e in ensembles]), strict=False))
     n_sources = sum(e.n_neurons for e in ensembles)
     operations = np.zeros((n_sources, len(ensembles)), dtype=np.int32)

@@ -1,4 +1,4 @@
-"""The backends there are, and how each opens a network."""
+"""The backends by name, and the way that each opens a network."""
 
 import warnings
 from collections.abc import Callable
@@ -13,18 +13,18 @@ from spikeport.backends.execution import Execution
 from spikeport.backends.host_loop import HostLoop
 from spikeport.backends.nengo_loihi import NengoLoihiChip
 from spikeport.backends.reference import Reference, fused
-from spikeport.compile.image import ChipImage
-from spikeport.compile.names import Names
+from spikeport.compile.ground.names import Names
+from spikeport.compile.ground.scope import Scope
+from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.passes.parse import parse
 from spikeport.compile.passes.pipeline import Pipeline
 from spikeport.compile.pipeline import Compilation, compile_network
-from spikeport.compile.verdict.lint import Scope
 from spikeport.errors import UsageError, unknown
 from spikeport.hardware_models import chip as chips
 
 
 class Source(NamedTuple):
-    """A network, and how it is compiled: see `spikeport.compile.pipeline.compile_network`."""
+    """A network, and the settings of `spikeport.compile.pipeline.compile_network` for it."""
 
     network: nengo.Network
     chip: str | Path
@@ -33,7 +33,7 @@ class Source(NamedTuple):
 
 
 Open = Callable[[Source, int, Compilation | None], Execution]
-"""Opens a network, given a seed and, where it was opened before, what it was compiled to."""
+"""A function that opens a network, with a seed and, if it was opened before, its compilation."""
 
 NOTHING_ON_CHIP = (
     "no ensemble of the network is meant for the chip: all of it runs on the host, in float Nengo"
@@ -42,7 +42,7 @@ NOTHING_ON_CHIP = (
 
 @dataclass(frozen=True)
 class Backend:
-    """One way to run a network."""
+    """A backend: one way to run a network."""
 
     name: str
     summary: str
@@ -94,7 +94,7 @@ FLOAT_EMULATION = "simreal"
 
 
 def get(name: str) -> Backend:
-    """The backend of that name.
+    """Return the backend of a name.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Runs blocks again on the spikes that a host once sent, and compares what is read out."""
+"""Runs of blocks on recorded spikes of a host, and comparison of their outputs."""
 
 from collections.abc import Iterable, Sequence
 
@@ -7,14 +7,15 @@ from scipy.signal import lfilter
 
 from spikeport.backends.float_chip import FloatChip
 from spikeport.backends.native.chip import NativeChip
-from spikeport.compile.image import ChipImage
-from spikeport.compile.verdict.numbers import Numbers
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.tables import part
+from spikeport.compile.loihi.numbers import Numbers
 from spikeport.errors import BackendError
 
 TAU_S = 0.02
-"""Time constant of the filter outputs are compared through."""
+"""Time constant of the filter that outputs are compared through."""
 READ = ("voltage", "spiked")
-"""What of a compartment an output may hold to be compared."""
+"""States of a compartment that can be compared."""
 
 
 class Rerun:
@@ -39,7 +40,7 @@ class Rerun:
         self._chip = FloatChip(image)
 
     def floats(self, numbers: Numbers) -> np.ndarray:
-        """(n_steps, n) filtered outputs in floating point, in the chip's units."""
+        """Return the filtered outputs in floating point, in the chip's units, (n_steps, n)."""
         rows = (
             self._held(voltage * numbers.to_integers, spiked)
             for voltage, spiked in self._chip.run(numbers, self._spikes)
@@ -47,7 +48,7 @@ class Rerun:
         return self._filtered(rows)
 
     def integers(self) -> np.ndarray:
-        """(n_steps, n) filtered outputs of the image itself."""
+        """Return the filtered outputs of the image itself, (n_steps, n)."""
         chip = NativeChip(self._image, seed=0)
         rows = (
             [np.array(part, dtype=float) for part in chip.step(step, {})] for step in self._spikes
@@ -57,40 +58,41 @@ class Rerun:
     def _held(self, voltage: np.ndarray, spiked: np.ndarray) -> list[np.ndarray]:
         state = {"voltage": voltage, "spiked": spiked.astype(float)}
         return [
-            state.get(output["key"], voltage)[
-                self._image["output_compartment"][self._image.part("output_start", i)]
+            state.get(output.key, voltage)[
+                self._image.reads.compartment[part(self._image.outputs.start, i)]
             ]
-            for i, output in enumerate(self._image.manifest["outputs"])
+            for i, output in enumerate(self._image.manifest.outputs)
         ]
 
     def _filtered(self, rows: Iterable[list[np.ndarray]]) -> np.ndarray:
-        """Decode what the outputs held, and filter it."""
+        """Decode the states that outputs held, and filter the values."""
         decoded = np.array([self._decoded(row) for row in rows])
-        decay = np.exp(-self._image.manifest["dt_s"] / TAU_S)
-        return lfilter([1 - decay], [1, -decay], decoded, axis=0)
+        decay = np.exp(-self._image.manifest.dt_s / TAU_S)
+        result: np.ndarray = lfilter([1 - decay], [1, -decay], decoded, axis=0)
+        return result
 
     def _decoded(self, row: list[np.ndarray]) -> np.ndarray:
         parts = []
-        for i, output in enumerate(self._image.manifest["outputs"]):
-            if output["key"] in READ:
-                weights = self._image["output_weights"][self._image.part("output_weight_start", i)]
-                matrix = weights.reshape(output["shape"]) if output["weights"] == "matrix" else None
+        for i, output in enumerate(self._image.manifest.outputs):
+            if output.key in READ:
+                weights = self._image.decoders.weight[part(self._image.outputs.weight_start, i)]
+                matrix = weights.reshape(output.shape) if output.weights == "matrix" else None
                 parts.append(row[i] if matrix is None else row[i] @ matrix)
         return np.concatenate(parts)
 
 
 def _check(image: ChipImage) -> None:
-    """Refuse what cannot be run again, or compared."""
-    if image["synapse_learning"][:, 0].any() or image["enable_noise"].any():
+    """Refuse images that cannot be run again, or compared."""
+    if image.learns.any() or image.compartments.enable_noise.any():
         raise BackendError(
             "loss is not measured of a network that learns or has noise on the chip: "
             "each of its runs differs; compile it without --loss"
         )
-    if not any(output["key"] in READ for output in image.manifest["outputs"]):
+    if not any(output.key in READ for output in image.manifest.outputs):
         raise BackendError("loss is measured at what is read out, and nothing is; add a probe")
 
 
 def error(outputs: np.ndarray, reference: np.ndarray) -> float:
-    """rms(outputs - reference) / rms(reference); 0 where the reference is 0 throughout."""
+    """Return rms(outputs - reference) / rms(reference); 0 where the reference is 0 throughout."""
     norm = np.linalg.norm(reference)
     return float(np.linalg.norm(outputs - reference) / norm) if norm > 0 else 0.0

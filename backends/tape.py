@@ -43,6 +43,7 @@ class PooledSignals(SignalDict):
         size = sum(s.size for s in bases if _pooled(s))
         self.memory = np.zeros(size + extra)
         self._end = 0
+        # This calls `init` below, which takes memory from the pool.
         for operator in model.operators:
             operator.init_signals(self)
 
@@ -54,15 +55,16 @@ class PooledSignals(SignalDict):
         data = self.allocate(signal.size).reshape(signal.shape)
         data[...] = signal.initial_value
         data.setflags(write=not signal.readonly)
+        # Nengo's own item assignment copies into an array that exists, and refuses a new key.
         dict.__setitem__(self, signal, data)
 
     def allocate(self, size: int) -> np.ndarray:
-        """The next free part of the pool."""
+        """Return the next free part of the pool."""
         begin, self._end = self._end, self._end + size
         return self.memory[begin : self._end]
 
     def place(self, array: np.ndarray) -> tuple[int, int] | None:
-        """Offset and stride of a one-dimensional array in the pool; None if it is not in it."""
+        """Return the offset and stride of a one-dimensional array in the pool; else None."""
         if array.dtype != np.float64 or not np.may_share_memory(array, self.memory):
             return None
         flat = array.reshape(-1) if array.flags.c_contiguous else array
@@ -74,17 +76,18 @@ class PooledSignals(SignalDict):
 
 
 def _constant_matrix(op: DotInc) -> bool:
-    """Whether an operator adds a constant matrix times a vector to a vector."""
+    """Return whether an operator adds a constant matrix times a vector to a vector."""
     return bool(op.A.readonly) and (op.A.ndim, op.X.ndim, op.Y.ndim) == (2, 1, 1)
 
 
 def _pooled(signal: Signal) -> bool:
+    # A tape takes the entries of a constant matrix into its table, and never reads the matrix.
     matrix = signal.readonly and signal.ndim > 1
     return not (signal.is_view or signal.sparse or matrix) and signal.dtype == np.float64
 
 
 class Tape:
-    """Operations and constants under construction, then run as one."""
+    """Operations and constants under construction, to be run as one."""
 
     def __init__(self, memory: np.ndarray) -> None:
         self._memory = memory
@@ -94,12 +97,13 @@ class Tape:
     def add(self, row: Row, table: np.ndarray | None = None) -> None:
         """Append an operation, with its constants."""
         if table is not None:
+            # Tables lie end to end in one array, and operations find theirs by offset.
             row[0][6] = sum(map(len, self._tables))
             self._tables.append(table)
         self._rows.append(row)
 
     def finish(self) -> Callable[[], None]:
-        """A function that runs the tape."""
+        """Return a function that runs the tape."""
         memory, tables = self._memory, np.concatenate(self._tables)
         code = np.array([row[0] for row in self._rows], dtype=np.int64)
         scalars = np.array([row[1] for row in self._rows])
@@ -108,17 +112,17 @@ class Tape:
 
 
 class Flattener:
-    """Turns the operators of a simulator into functions to call in turn.
+    """A compiler of a simulator's operators into functions to call in turn.
 
     Parameters
     ----------
     sim : nengo.Simulator
-        Whose operators; it is made to use ``signals``.
+        The simulator of the operators, which is made to use ``signals``.
     signals : PooledSignals
         The signals of its model.
     ports : dict of int to array
         Arrays in the pool that stand for processes at the edge of the host, by the process's id:
-        what a sending process is given is copied there, a receiving one gives what is there.
+        a sending process copies its input there, a receiving one returns the values there.
     """
 
     def __init__(
@@ -128,6 +132,7 @@ class Flattener:
         self._signals = signals
         self._ports = ports
         sim.signals = signals
+        # The reset makes Nengo build its closures anew, over the arrays of the pool.
         sim.reset(sim.seed)
         self._closures = dict(zip(sim._step_order, sim._steps, strict=True))
         self._compilers: dict[type, Callable[[Any], tuple[Row, np.ndarray | None] | None]] = {
@@ -140,7 +145,7 @@ class Flattener:
         }
 
     def functions(self) -> list[Callable[[], None]]:
-        """One function for each tape, and for each operator that is not on one."""
+        """Return one function for each tape, and for each operator that is not on one."""
         compiled = [(op, self._compile(op)) for op in self._sim._step_order]
         functions: list[Callable[[], None]] = []
         for on_tape, group in itertools.groupby(compiled, key=lambda pair: pair[1] is not None):
@@ -155,13 +160,15 @@ class Flattener:
         return functions
 
     def _python(self, op: Operator) -> Callable[[], None]:
+        # By exact type: a subclass can do something else.
         if type(op) is TimeUpdate:
             return clock_step(op, self._signals, self._sim.dt)
         if type(op) is SimPyFunc:
             return function_step(op, self._signals)
         if type(op) is DotInc and _constant_matrix(op):
             return product_step(op, self._signals)
-        return self._closures[op]
+        result: Callable[[], None] = self._closures[op]
+        return result
 
     def _compile(self, op: Operator) -> tuple[Row, np.ndarray | None] | None:
         compiler = self._compilers.get(type(op))
@@ -170,12 +177,13 @@ class Flattener:
     def _row(
         self, what: int, target: Signal, source: Signal | np.ndarray, a: float = 0.0, b: float = 0.0
     ) -> Row | None:
-        """A row of equally many targets and sources; None if they do not lie in the pool."""
+        """Return a row of equally many targets and sources; None if they do not lie in the pool."""
         y_array = target if isinstance(target, np.ndarray) else self._signals[target]
         x_array = source if isinstance(source, np.ndarray) else self._signals[source]
         y, x = self._signals.place(y_array), self._signals.place(x_array)
         if y is None or x is None or x_array.size not in (1, y_array.size):
             return None
+        # With a stride of 0 a tape reads one number for all targets, as NumPy broadcasts it.
         stride = 0 if x_array.size == 1 else x[1]
         return [what, y_array.size, *y, x[0], stride, 0, 0], [a, b]
 
@@ -200,7 +208,7 @@ class Flattener:
         return row, np.broadcast_to(factor.reshape(-1), (target.size,)).astype(float)
 
     def _dot(self, op: DotInc) -> tuple[Row, np.ndarray] | None:
-        """A matrix with at most one entry a row: with more, the order of a sum would matter."""
+        """Return a product whose sums have one term at most: the order of more would matter."""
         if not _constant_matrix(op):
             return None
         matrix, source = self._signals[op.A], self._signals[op.X]
@@ -215,6 +223,7 @@ class Flattener:
 
     def _neurons(self, op: SimNeurons) -> tuple[Row, None] | None:
         neurons, dt = op.neurons, self._sim.dt
+        # Subclasses and other types have equations that the tape lacks.
         if type(neurons) is not nengo.SpikingRectifiedLinear:
             return None
         row = self._row(kernel.RELU, op.output, op.J, neurons.amplitude / dt, dt)
@@ -251,5 +260,5 @@ class Flattener:
 
 
 def process_step(closure: Callable[[], None]) -> Any:
-    """The step function of a process, which Nengo keeps in its operator's closure."""
+    """Return the step function of a process, which Nengo keeps in its operator's closure."""
     return inspect.getclosurevars(closure).nonlocals["step_f"]

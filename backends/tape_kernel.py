@@ -1,4 +1,4 @@
-"""Runs a tape: simple operations on one array of floats, one after the other, compiled.
+"""The tape's kernel: simple operations on one array of floats, one after the other, compiled.
 
 Each row of ``code`` is one operation on strided parts of ``memory``:
 
@@ -68,9 +68,9 @@ def decode(
     weights: np.ndarray,
     values: np.ndarray,
 ) -> bool:
-    """Weigh what outputs hold: ``values[i]`` is the sum over entries ``start[i] : start[i + 1]``.
+    """Weigh held values: ``values[i]`` is the sum over entries ``start[i] : start[i + 1]``.
 
-    Returns whether every sum had at most one term that is not zero. Only then is it rounded as any
+    Return whether every sum had at most one term that is not zero. Only then is it rounded as any
     matrix product would be, whatever its order and width.
     """
     exact = True

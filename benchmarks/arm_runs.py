@@ -9,9 +9,8 @@ from saved_runs import CALIBRATION, Clock, saved_results
 
 from spikeport.experiments.arm.draw import DrawSettings, DrawTrial
 from spikeport.experiments.arm.reach import ReachSettings, ReachTrial
-from spikeport.experiments.arm.run import Rig, perform, prepare
 from spikeport.experiments.arm.trial import ArmTrial
-from spikeport.experiments.on_chip import on_chip
+from spikeport.experiments.driver import Ready, on_chip, perform, prepare
 from spikeport.experiments.options import Options
 
 RESULTS = Path("build/arm_runs")
@@ -19,15 +18,13 @@ RESULTS = Path("build/arm_runs")
 
 def reach_trial(box: str, target_seed: int, **settings: Any) -> ArmTrial:
     """A reach run of 15 s."""
-    options = Options(RESULTS, 15.0, seed=target_seed, progress=Clock())
+    options = Options(15.0, seed=target_seed, progress=Clock())
     return ReachTrial(ReachSettings(box=box, **settings), options)
 
 
 def draw_trial(digit: int, **settings: Any) -> ArmTrial:
     """A drawing of 12 s."""
-    return DrawTrial(
-        DrawSettings(digit=digit, **settings), Options(RESULTS, 12.0, progress=Clock())
-    )
+    return DrawTrial(DrawSettings(digit=digit, **settings), Options(12.0, progress=Clock()))
 
 
 def results(trials: Mapping[int, ArmTrial], name: str) -> Iterator[dict[str, Any]]:
@@ -35,9 +32,9 @@ def results(trials: Mapping[int, ArmTrial], name: str) -> Iterator[dict[str, Any
     return saved_results(RESULTS, name, trials, prepare, _result)
 
 
-def _result(trial: ArmTrial, rig: Rig) -> dict[str, Any]:
+def _result(trial: ArmTrial, ready: Ready[Any]) -> dict[str, Any]:
     """The metrics of a run, what it took on the chip, and how fast the processor was."""
-    done = perform(trial, rig)
+    done = perform(trial, ready)
     assert isinstance(trial.options.progress, Clock)
     chip = on_chip(done.sim)
     return {

@@ -90,7 +90,7 @@ def measure(case: Case, seed: int) -> dict[str, float]:
     build = functools.partial(policy, *asked, observations=gait[:fitted])
     last = solved_layers(*asked, gait[:fitted])[-1]
     solved = last if isinstance(last, Readout) else by_halves(last, options)
-    run = Options(RESULTS, 1.0, backend=case.backend, pipeline="compact")
+    run = Options(1.0, backend=case.backend, pipeline="compact")
     with closing(SpikingHalves(build, solved.weights.shape[1], run)) as spiking:
         halves = spiking.play(gait)
     wanted = exact(layers, gait, case.activation)[-1]

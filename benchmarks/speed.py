@@ -30,7 +30,7 @@ from spikeport.backends.chip import Chip
 from spikeport.backends.native.chip import NativeChip
 from spikeport.backends.nengo_loihi import NengoLoihiChip
 from spikeport.compile import pipeline
-from spikeport.compile.image import ChipImage
+from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.pipeline import Compilation
 
 RESULTS = Path(__file__).parent / "results.json"
@@ -55,7 +55,7 @@ def measure(make: Callable[[], nengo.Network], rounds: int) -> dict[str, Any]:
         return {
             "title": make.__doc__,
             "compartments": image.n_compartments,
-            "weights": len(image["weights"]),
+            "weights": len(image.synapses.weight),
             "extract_s": extract_s[0],
             "open_s": open_s,
             "chip_us": chips(image, native, rounds),
@@ -90,7 +90,7 @@ def chips(image: ChipImage, native: NativeChip, rounds: int) -> dict[str, float]
 def stepper(chip: Chip, image: ChipImage) -> Callable[[], object]:
     """A step of a chip in which three in ten sources on the host spike."""
     rng = np.random.RandomState(0)
-    n = int(image["input_size"].sum())
+    n = int(image.inputs.size.sum())
     steps = [np.flatnonzero(rng.rand(n) < 0.3) for _ in range(50)]
     spikes = itertools.cycle(steps)
     return lambda: chip.step(next(spikes), {})

@@ -16,17 +16,14 @@ from typing import Any
 import numpy as np
 from saved_runs import CALIBRATION, Clock, saved_results
 
-from spikeport.experiments.closed_loop import BACKENDS
-from spikeport.experiments.on_chip import on_chip
-from spikeport.experiments.options import Options
+from spikeport.experiments.driver import Ready, on_chip, perform, prepare
+from spikeport.experiments.options import BACKENDS, Options
 from spikeport.experiments.policy.file import load_policy
 from spikeport.experiments.policy.readout import policy_digest, policy_layers
-from spikeport.experiments.walk.experiment import EXPERIMENT
 from spikeport.experiments.walk.metrics import metrics
 from spikeport.experiments.walk.paths import SHAPES
-from spikeport.experiments.walk.run import Rig, perform, prepare
 from spikeport.experiments.walk.settings import WalkSettings
-from spikeport.experiments.walk.trial import WalkTrial
+from spikeport.experiments.walk.trial import EXPERIMENT, WalkTrial
 from spikeport.settings import parse
 
 RESULTS = Path("build/walk_runs") / policy_digest(policy_layers(load_policy()))
@@ -47,16 +44,14 @@ WORST = (
 def trial(path: str, seed: int, backend: str, seconds: float, **settings: Any) -> WalkTrial:
     """A walk whose robot and neurons have the same seed."""
     chosen = WalkSettings(path=path, network_seed=seed, **settings)
-    options = Options(
-        RESULTS, seconds, backend, pipeline=EXPERIMENT.pipeline, seed=seed, progress=Clock()
-    )
+    options = Options(seconds, backend, pipeline=EXPERIMENT.pipeline, seed=seed, progress=Clock())
     return WalkTrial(chosen, options)
 
 
-def result(trial: WalkTrial, rig: Rig) -> dict[str, Any]:
+def result(trial: WalkTrial, ready: Ready[Any]) -> dict[str, Any]:
     """The metrics of a walk, what it took on the chip, and how fast the processor was."""
-    trial = dataclasses.replace(trial, options=dataclasses.replace(trial.options, progress=Clock()))
-    done = perform(trial, rig)
+    trial = WalkTrial(trial.settings, dataclasses.replace(trial.options, progress=Clock()))
+    done = perform(trial, ready)
     chip = on_chip(done.sim)
     found = {**dataclasses.asdict(trial.settings), **metrics(done)}
     found["cpu_real_time_factor"] = trial.options.progress.factor(trial.options.seconds)

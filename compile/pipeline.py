@@ -6,41 +6,42 @@ from pathlib import Path
 from typing import Any
 
 import nengo
-import numpy as np
 from nengo_loihi.builder import Model
 
-from spikeport.compile.build import Blocks, build
-from spikeport.compile.extract import extract
-from spikeport.compile.image import ChipImage
-from spikeport.compile.names import Names
-from spikeport.compile.passes.base import BlockPass, ImagePass, NetworkPass
+from spikeport.compile.check.hints import image_hints, network_hints
+from spikeport.compile.check.lint import lint
+from spikeport.compile.check.verify import verify, verify_settings
+from spikeport.compile.check.violation import DoesNotFitError
+from spikeport.compile.ground.names import Names
+from spikeport.compile.ground.refusal import collected_warnings, without_addresses
+from spikeport.compile.ground.rewrite import Rewrite
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.usage import core_uses
+from spikeport.compile.loihi.blocks import IntegerBlocks
+from spikeport.compile.loihi.build import build
+from spikeport.compile.loihi.discretise import discretise
+from spikeport.compile.loihi.extract import extract
 from spikeport.compile.passes.parse import parse
 from spikeport.compile.passes.pipeline import Observer, PassRun, Pipeline, silent
 from spikeport.compile.placing.load import block_loads, capacity
 from spikeport.compile.placing.lower_bound import lower_bound
-from spikeport.compile.refusal import collected_warnings, without_addresses
-from spikeport.compile.rewriting.rewrite import Rewrite
-from spikeport.compile.usage import CoreUse, core_uses
-from spikeport.compile.verdict.hints import image_hints, network_hints
-from spikeport.compile.verdict.lint import lint
-from spikeport.compile.verdict.neurobench import neurobench
-from spikeport.compile.verdict.report import Report
-from spikeport.compile.verdict.verify import verify, verify_settings
-from spikeport.compile.verdict.violation import DoesNotFitError
+from spikeport.compile.report.neurobench import neurobench
+from spikeport.compile.report.report import Report
 from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.chip import Chip
+from spikeport.hardware_models.limits import CoreUse
 
 
 @dataclass(frozen=True)
 class Compilation:
-    """A compiled network: the image, what it takes, and what nengo-loihi made of it.
+    """A compiled network: the image, the report on it, and the blocks it was made of.
 
-    ``stand_ins`` and ``built`` are those of `spikeport.compile.rewriting.rewrite.Rewrite`.
+    ``stand_ins`` and ``built`` are those of `spikeport.compile.ground.rewrite.Rewrite`.
     """
 
     image: ChipImage
     report: Report
-    blocks: Blocks
+    blocks: IntegerBlocks
     stand_ins: Mapping[nengo.Probe, nengo.Probe] = field(default_factory=dict)
     built: Mapping[Any, Any] = field(default_factory=dict)
 
@@ -87,15 +88,10 @@ def compile_network(
     run = PassRun(parse(passes) if isinstance(passes, str) else passes, target, dt, observer)
     names = Names(network)
     rewrite, said = _rewritten(network, names, run, target.name)
-    blocks = build(
-        rewrite.network,
-        rewrite.names,
-        dt,
-        change=lambda model: run.apply(BlockPass, model),
-        seeds=rewrite.seeds,
-    )
+    floats = run.blocks(build(rewrite, dt))
+    blocks = discretise(floats)
     unplaced = extract(blocks, target.name)
-    image = run.apply(ImagePass, unplaced)
+    image = run.images(unplaced)
     cores = _verified(image, target)
     report = Report(
         target,
@@ -115,18 +111,18 @@ def compile_network(
 def _rewritten(
     network: nengo.Network, names: Names, run: PassRun, chip: str
 ) -> tuple[Rewrite, list[str]]:
-    """What the network passes leave, and what was warned of; rules hold before and after."""
+    """Return the rewritten network, and warnings on the way; rules hold before and after."""
     if broken := lint(network, names, rewritten=not run.rewrites):
         raise DoesNotFitError(chip, broken)
     with collected_warnings() as said:
-        rewrite: Rewrite = run.apply(NetworkPass, Rewrite(network, names))
+        rewrite = run.networks(Rewrite(network, names))
     if broken := lint(rewrite.network, rewrite.names):
         raise DoesNotFitError(chip, broken)
     return rewrite, [without_addresses(one.message) for one in said]
 
 
 def _verified(image: ChipImage, target: Chip) -> list[CoreUse]:
-    """What every core holds; all limits of the chip are kept."""
+    """Return the use of every core, once all limits of the chip are found to be kept."""
     cores = core_uses(image, target)
     if exceeded := [*verify(cores, target), *verify_settings(image, target)]:
         raise DoesNotFitError(target.name, exceeded)
@@ -134,9 +130,8 @@ def _verified(image: ChipImage, target: Chip) -> list[CoreUse]:
 
 
 def _placed(image: ChipImage) -> tuple[tuple[str, ...], ...]:
-    """The blocks on each core, as nengo-loihi built them: those in pieces by the whole's name."""
-    names = [entry.get("of", entry["label"]) for entry in image.manifest["blocks"]]
-    return tuple(
-        tuple(dict.fromkeys(names[block] for block in np.flatnonzero(image["block_core"] == core)))
-        for core in range(image.n_cores)
-    )
+    """Return the blocks on each core, as nengo-loihi built them."""
+    names: list[list[str]] = [[] for _ in range(image.n_cores)]
+    for core, block in zip(image.blocks.core, image.manifest.blocks, strict=True):
+        names[core].append(block.built)
+    return tuple(tuple(dict.fromkeys(mine)) for mine in names)

@@ -14,9 +14,12 @@ import nengo
 import numpy as np
 
 from spikeport.atomic import atomic_path
+from spikeport.compile.image.manifest import SCHEMA
 from spikeport.errors import UsageError
+from spikeport.simulator import Simulator
 
-MADE_FOR, DIGEST, DECODERS = "made_for", "image_digest", "decoders/"
+MADE_FOR, DIGEST, SCHEMA_KEY = "made_for", "image_digest", "image_schema"
+DECODERS = "decoders/"
 
 
 class Refitted(NamedTuple):
@@ -35,9 +38,9 @@ class Calibration:
     made_for : mapping of str
         All that the neurons depend on: experiment, settings, chip and passes.
     image_digest : str
-        Of the image they were measured on; empty where no chip was involved.
+        Digest of the image they were measured on; empty where no chip was involved.
     decoders : mapping of str to ndarray
-        What was refitted, by name.
+        Refitted decoders, by name.
     """
 
     made_for: Mapping[str, Any]
@@ -48,6 +51,7 @@ class Calibration:
         """Write an npz file, whole or not at all."""
         arrays: dict[str, Any] = {DECODERS + name: D for name, D in self.decoders.items()}
         arrays |= {MADE_FOR: json.dumps(dict(self.made_for)), DIGEST: self.image_digest}
+        arrays[SCHEMA_KEY] = SCHEMA
         with atomic_path(path) as temporary, open(temporary, "wb") as file:
             np.savez_compressed(file, **arrays)
 
@@ -64,6 +68,9 @@ def load(path: Path, wanted: Mapping[str, Any]) -> Calibration:
     arrays = _read(path)
     if MADE_FOR not in arrays or DIGEST not in arrays:
         raise _refusal(path, "no calibration in it")
+    if (schema := int(arrays.get(SCHEMA_KEY, 1))) != SCHEMA:
+        # Its digest is that of an image of that schema, which no image has any more.
+        raise _refusal(path, f"made for image schema {schema}, this spikeport has {SCHEMA}")
     decoders = {k.removeprefix(DECODERS): D for k, D in arrays.items() if k.startswith(DECODERS)}
     if not all(np.isfinite(D).all() for D in decoders.values()):
         raise _refusal(path, "NaN or infinity in it")
@@ -76,12 +83,17 @@ def load(path: Path, wanted: Mapping[str, Any]) -> Calibration:
     return found
 
 
+def digest_of(sim: Simulator) -> str:
+    """Return the digest of the image that runs; empty where no chip is involved."""
+    return "" if sim.image is None else sim.image.digest
+
+
 def hold(node: nengo.Node, values: np.ndarray, steps: int, dt_s: float) -> None:
-    """Give a node each of some values (m, d) for some steps, the last one on to the end."""
+    """Feed a node each of some values (m, d) for some steps, the last one to the end."""
 
     def value(time_s: float) -> np.ndarray:
         step = round(time_s / dt_s) - 1
-        return values[min(step // steps, len(values) - 1)]
+        return np.asarray(values[min(step // steps, len(values) - 1)])
 
     source = nengo.Node(value, size_out=values.shape[1])
     nengo.Connection(source, node, synapse=None)

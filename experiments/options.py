@@ -1,18 +1,23 @@
-"""What every experiment can be told, and how it reports progress."""
+"""The options of every experiment, how it reports progress, and what it is."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-import nengo
-
-from spikeport.compile.verdict.report import Report
-from spikeport.experiments.calibration import Calibration
+from spikeport.compile.report.report import Report
 from spikeport.hardware_models.activity import Activity
 
+if TYPE_CHECKING:
+    from spikeport.experiments.trial import Trial
+
+BACKENDS = ("analytic", "reference", "native", "nengo-loihi")
+"""Where experiments run: on a backend, or without neurons."""
+LARGEST_SEED = 2**32 - 1
+"""The largest seed of NumPy's random states."""
+
 Progress = Callable[[str, float | None], None]
-"""Called with what is being done, and the share that is done (None where that is not known)."""
+"""A function of what is being done, and the share that is done (None where not known)."""
 
 
 def silent(_what: str, _share: float | None) -> None:
@@ -23,11 +28,22 @@ def silent(_what: str, _share: float | None) -> None:
 class Options:
     """Options all experiments share.
 
-    ``pipeline`` is that of the compile, by default the chip's; ``seed`` draws what varies from run
-    to run of the same controller; ``folder`` is where the run is written.
+    Attributes
+    ----------
+    seconds : float
+        Simulated time.
+    backend, chip, pipeline : str
+        Where it runs, and the passes of its compile; by default the chip's.
+    seed : int
+        Draws what varies from run to run of the same controller.
+    video : bool
+        Whether a video is made.
+    progress : callable
+        See `Progress`.
+    command : tuple of str
+        The command line, for ``result.json``.
     """
 
-    folder: Path
     seconds: float
     backend: str = "native"
     chip: str = "loihi"
@@ -39,14 +55,14 @@ class Options:
 
     @property
     def substrate(self) -> dict[str, str]:
-        """What neurons run on: with equal ones they do the same, on either backend with a chip."""
+        """Chip and passes: with equal ones neurons do the same, on either backend with a chip."""
         if self.backend == "reference":
             return {"chip": "none", "passes": "none"}
         return {"chip": str(self.chip), "passes": self.pipeline or "by default"}
 
 
 class Outcome(NamedTuple):
-    """What a run leaves: what ``result.json`` holds, the compile's report, the chip's counts."""
+    """The outcome of a run: the content of ``result.json``, the compile's report, the counts."""
 
     result: dict[str, Any]
     report: Report | None
@@ -55,26 +71,43 @@ class Outcome(NamedTuple):
 
 @dataclass(frozen=True)
 class Experiment:
-    """An experiment of the paper: its name, what it shows, its settings and how to run it."""
+    """An experiment of the paper: what it shows, its settings and the trial that does it.
 
-    name: str
+    Attributes
+    ----------
+    summary : str
+        What it shows.
+    trial : type of Trial
+        A run of it, made of settings and options.
+    settings : type
+        The dataclass of its settings.
+    backends : tuple of str
+        Where it runs.
+    seconds, shortest_s : float
+        Simulated time where none is asked for, and the least that it can simulate.
+    pipeline : str or None
+        The passes of its compile where none are asked for; None for the chip's.
+    """
+
     summary: str
+    trial: "type[Trial[Any, Any]]"
     settings: type
-    run: Callable[[Any, Options], Outcome]
     backends: tuple[str, ...]
     seconds: float
-    """Simulated time where none is asked for."""
     shortest_s: float
-    """The shortest time it can simulate."""
     pipeline: str | None = None
-    """The passes of its compile where none are asked for; None for the chip's."""
-    calibrate: Callable[[Any, Options], Calibration] | None = None
-    """Refits its decoders to what the neurons do on a backend; None where it cannot."""
-    network: Callable[[Any, Options], nengo.Network] | None = None
-    """What it runs, to be compiled; the image is that of the run."""
-    check: Callable[[Any, Options], None] | None = None
-    """Refuses what a run would refuse, without one; None where the settings refuse it all."""
+
+    @property
+    def name(self) -> str:
+        """Its name, for commands."""
+        return self.trial.name
 
     def passes(self, asked: str | None) -> str | None:
-        """The passes of its compile: those asked for, of which "" is none, or else its own."""
+        """Return the passes of its compile: those asked for, of which "" is none, or its own."""
         return self.pipeline if asked is None else asked
+
+    def run(self, settings: Any, options: Options, folder: Path) -> Outcome:
+        """Run it and write its folder; see `spikeport.experiments.driver.run`."""
+        from spikeport.experiments.driver import run  # needs the robot
+
+        return run(self.trial(settings, options), folder)

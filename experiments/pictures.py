@@ -2,23 +2,28 @@
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
+from matplotlib.axes import Axes
 from PIL import Image, ImageDraw, ImageFont
 
 from spikeport.errors import RenderError
+from spikeport.experiments.rig import Film
 from spikeport.robot.plant import Plant
 from spikeport.robot.render import Mark, Renderer
 from spikeport.robot.video import VideoWriter
 
 FPS = 25
+VIDEO_FILE = "video.mp4"
+PICTURE, VIDEO = (720, 540), (960, 720)
+"""Widths and heights in pixels."""
 BAR = 56
 """Height of a caption's bar, in pixels."""
 
 Marks = Callable[[int], Sequence[Mark]]
-"""What is drawn into a picture, from the number of poses up to then."""
+"""Marks in a picture, from the number of poses up to then."""
 
 
 class Caption(NamedTuple):
@@ -29,64 +34,65 @@ class Caption(NamedTuple):
 
 
 Captions = Callable[[int], Caption]
-"""What is written above a picture, from the number of poses up to then."""
+"""The line above a picture, from the number of poses up to then."""
 
 
-class Filmed(Protocol):
-    """A robot in closed loop, and its ``qpos`` at every physics step."""
+class Scenes(NamedTuple):
+    """The pictures and the video of a run.
 
-    plant: Plant
-    poses: list[np.ndarray]
+    ``steps`` are the numbers of the poses that are pictures of its figure; None for the end.
+    """
+
+    marks: Marks
+    camera: str = "front"
+    captions: Captions | None = None
+    steps: Sequence[int] | None = None
 
 
-def picture(loop: Filmed, marks: Marks, camera: str = "front") -> np.ndarray | None:
-    """The robot at the end of a run; None without graphics."""
+def draw_scenes(film: Film, scenes: Scenes) -> tuple[np.ndarray, ...]:
+    """Return pictures, uint8 (height, width, 3), of a robot that has run; none without graphics."""
+    plant, marks = film.plant, scenes.marks
     try:
-        with Renderer(loop.plant.model, 720, 540, camera) as renderer:
-            return renderer.frame(loop.plant.data, marks(len(loop.poses)))
-    except RenderError:
-        return None
-
-
-def pictures(
-    loop: Filmed, marks: Marks, steps: Sequence[int], camera: str = "front"
-) -> tuple[np.ndarray, ...]:
-    """The robot at some of its poses; none without graphics."""
-    try:
-        with Renderer(loop.plant.model, 720, 540, camera) as renderer:
-            return tuple(_frame(renderer, loop, marks, step) for step in steps)
+        with Renderer(plant.model, *PICTURE, scenes.camera) as renderer:
+            if scenes.steps is None:
+                return (renderer.frame(plant.data, marks(len(film.poses))),)
+            return tuple(_frame(renderer, film, marks, step) for step in scenes.steps)
     except RenderError:
         return ()
 
 
-def check_video(folder: Path, loop: Filmed) -> None:
-    """Say before a run, not after it, that this machine cannot draw or encode.
+def check_video(folder: Path, plant: Plant) -> None:
+    """Refuse before a run, not after it, a video that this machine cannot draw or encode.
 
     Raises
     ------
     RenderError, MissingExtraError
         If it cannot.
     """
-    with _video_renderer(loop, "front"), _writer(folder):
+    with Renderer(plant.model, *VIDEO, "front"), VideoWriter(folder / VIDEO_FILE, FPS):
         pass
 
 
-def write_video(
-    folder: Path,
-    loop: Filmed,
-    marks: Marks,
-    camera: str = "front",
-    captions: Captions | None = None,
-) -> None:
+def write_video(folder: Path, film: Film, scenes: Scenes) -> None:
     """Write ``video.mp4``, in real time; raises what `check_video` does."""
-    with _video_renderer(loop, camera) as renderer, _writer(folder) as video:
-        for i in range(0, len(loop.poses), round(1 / (FPS * loop.plant.dt_s))):
-            frame = _frame(renderer, loop, marks, i)
+    plant, captions = film.plant, scenes.captions
+    with (
+        Renderer(plant.model, *VIDEO, scenes.camera) as renderer,
+        VideoWriter(folder / VIDEO_FILE, FPS) as video,
+    ):
+        for i in range(0, len(film.poses), round(1 / (FPS * plant.dt_s))):
+            frame = _frame(renderer, film, scenes.marks, i)
             video.add(frame if captions is None else captioned(frame, captions(i + 1)))
 
 
+def show_picture(axes: Axes, picture: np.ndarray) -> None:
+    """Show a picture of the robot on axes."""
+    axes.imshow(picture)
+    axes.set_axis_off()
+
+
 def captioned(frame: np.ndarray, caption: Caption) -> np.ndarray:
-    """A picture, uint8 (height, width, 3), with a caption above it."""
+    """Put a caption above a picture, uint8 (height, width, 3)."""
     bar = Image.new("RGB", (frame.shape[1], BAR), caption.colour)
     font = ImageFont.load_default(size=BAR // 2)
     middle = BAR // 2
@@ -94,16 +100,8 @@ def captioned(frame: np.ndarray, caption: Caption) -> np.ndarray:
     return np.vstack((np.asarray(bar), frame))
 
 
-def _frame(renderer: Renderer, loop: Filmed, marks: Marks, step: int) -> np.ndarray:
-    plant = loop.plant
-    plant.data.qpos[:] = loop.poses[step]
+def _frame(renderer: Renderer, film: Film, marks: Marks, step: int) -> np.ndarray:
+    plant = film.plant
+    plant.data.qpos[:] = film.poses[step]
     mujoco.mj_forward(plant.model, plant.data)
     return renderer.frame(plant.data, marks(step + 1))
-
-
-def _video_renderer(loop: Filmed, camera: str) -> Renderer:
-    return Renderer(loop.plant.model, 960, 720, camera)
-
-
-def _writer(folder: Path) -> VideoWriter:
-    return VideoWriter(folder / "video.mp4", FPS)

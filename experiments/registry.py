@@ -9,14 +9,14 @@ from spikeport.experiments.options import Experiment
 EXPERIMENTS = {
     "draw": "spikeport.experiments.arm.draw",
     "reach": "spikeport.experiments.arm.reach",
-    "switch": "spikeport.experiments.switch.experiment",
-    "walk": "spikeport.experiments.walk.experiment",
+    "switch": "spikeport.experiments.switch.trial",
+    "walk": "spikeport.experiments.walk.trial",
 }
 """The module of each experiment, which names it ``EXPERIMENT``."""
 
 
 def get(name: str) -> Experiment:
-    """The experiment of that name.
+    """Return the experiment of that name.
 
     Raises
     ------
@@ -32,7 +32,7 @@ def get(name: str) -> Experiment:
 
 
 def imported(what: str, module: str, extra: str = "robot") -> Any:
-    """A module which ``what`` needs, and whose packages an extra brings.
+    """Import a module which ``what`` needs, and whose packages an extra brings.
 
     Raises
     ------

@@ -21,6 +21,7 @@ from spikeport.atomic import atomic_path, is_leftover, write_text
 from spikeport.errors import UsageError
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.figure import Figure
 
 RESULT_SCHEMA = 1
@@ -109,6 +110,12 @@ def _plain(value: Any) -> Any:
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value
+
+
+def write_probes(folder: Path, dataset: "xr.Dataset") -> None:
+    """Write ``probes.nc``."""
+    with atomic_path(folder / "probes.nc") as temporary:
+        dataset.to_netcdf(temporary, engine="h5netcdf")
 
 
 def write_figure(folder: Path, figure: "Figure") -> None:

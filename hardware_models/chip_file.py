@@ -2,7 +2,7 @@
 
 import tomllib
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
@@ -34,7 +34,7 @@ def read(
         raise refusal(f"{path}: not a {what}:\n{rows}") from None
 
 
-def _toml(path: Path, refusal: type[SpikeportError]) -> dict[str, Any]:
+def _toml(path: Path, refusal: type[SpikeportError]) -> dict[str, object]:
     try:
         return tomllib.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from typing import Any
 
 import numpy as np
 
@@ -108,7 +107,7 @@ class EnergyReport:
     missing: tuple[str, ...]
     not_modelled: tuple[str, ...] = NOT_MODELLED
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """Plain data, ready for JSON."""
         return asdict(self) | {
             "terms": [asdict(term) for term in self.terms],

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
-from typing import Any
 
 PREFIXES = {-15: "f", -12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M"}
 BETWEEN_SOURCES = "; "
@@ -70,7 +69,7 @@ class Estimate:
         low, high = (None if b is None else _digits(b * scale) for b in (self.low, self.high))
         return f"{_digits(self.value * scale)} {PREFIXES[exponent]}{self.unit} {_bounds(low, high)}"
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """Plain data, ready for JSON."""
         return asdict(self)
 

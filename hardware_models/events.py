@@ -38,11 +38,13 @@ class OnCore:
 
     def per_core(self, activity: Activity, chip: Chip) -> np.ndarray:
         """See `Event.per_core`."""
-        return self.per_step(activity).sum(axis=0)
+        count: np.ndarray = self.per_step(activity).sum(axis=0)
+        return count
 
     def per_step(self, activity: Activity) -> np.ndarray:
         """How often it happened in each step on each core, (n_steps, n_cores)."""
-        return getattr(activity, self.counts)
+        count: np.ndarray = getattr(activity, self.counts)
+        return count
 
 
 @dataclass(frozen=True)
@@ -57,7 +59,8 @@ class Messages:
 
     def per_core(self, activity: Activity, chip: Chip) -> np.ndarray:
         """See `Event.per_core`."""
-        return activity.messages.sum(axis=1) + activity.messages_host
+        count: np.ndarray = activity.messages.sum(axis=1) + activity.messages_host
+        return count
 
 
 @dataclass(frozen=True)

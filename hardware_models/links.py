@@ -39,7 +39,7 @@ class Links:
 
     def distances(self) -> np.ndarray:
         """(n_cores, n_cores) hops between cores; another chip is further than any on one."""
-        distance = np.abs(self._xy[:, np.newaxis] - self._xy).sum(axis=2)
+        distance: np.ndarray = np.abs(self._xy[:, np.newaxis] - self._xy).sum(axis=2)
         distance[self._chip[:, np.newaxis] != self._chip] = distance.max() + 1
         return distance
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass
-from typing import Any
 
 import numpy as np
 
@@ -70,7 +69,7 @@ class TimingReport:
     missing: tuple[str, ...]
     not_modelled: tuple[str, ...] = NOT_MODELLED
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """Plain data, ready for JSON."""
         lists = {"missing": list(self.missing), "not_modelled": list(self.not_modelled)}
         return asdict(self) | lists
@@ -111,7 +110,9 @@ def timing(activity: Activity, chip: Chip, calibration: Calibration) -> TimingRe
     )
 
 
-def _over_run(reduce: Callable[..., Any], times: StepTimes, source: str) -> Estimate:
+def _over_run(
+    reduce: Callable[[np.ndarray], np.floating], times: StepTimes, source: str
+) -> Estimate:
     value, low, high = (float(reduce(bound)) for bound in times)
     return Estimate(value, known(low), known(high), "s", source)
 

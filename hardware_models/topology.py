@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from spikeport.arrays import Flags
 from spikeport.errors import CompileError
 from spikeport.hardware_models.chip import Chip
 
@@ -94,9 +95,11 @@ def hops(messages: np.ndarray, chip: Chip) -> Hops:
 
 def between_chips(messages: np.ndarray, chip: Chip) -> np.ndarray:
     """(n_cores,) messages, of those in a (n_cores, n_cores) array, that leave a core's chip."""
-    return (messages * ~_same_chip(messages, chip)).sum(axis=1)
+    leaving: np.ndarray = (messages * ~_same_chip(messages, chip)).sum(axis=1)
+    return leaving
 
 
-def _same_chip(messages: np.ndarray, chip: Chip) -> np.ndarray:
+def _same_chip(messages: np.ndarray, chip: Chip) -> Flags:
     number = chip_of(len(messages), chip)
-    return number[:, np.newaxis] == number
+    same: Flags = number[:, np.newaxis] == number
+    return same

@@ -86,7 +86,8 @@ def action_selection(
     """
     if n_actions < 2:
         raise UsageError(f"n_actions={n_actions}: there must be at least 2 to select from")
-    with SelectionNetwork(label="action selection", seed=seed) as net:
+    net = SelectionNetwork(label="action selection", seed=seed)
+    with net:
         build = _Builder(net, n_actions, options or SelectionOptions(), seed)
         build.inputs()
         build.basal_ganglia()

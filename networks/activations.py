@@ -12,34 +12,37 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import expit, ndtr
 
+from spikeport.arrays import Floats
 from spikeport.errors import unknown
 
 
 class Activation(NamedTuple):
     """A function of pre-activations; ``signs`` are those of z that need neurons."""
 
-    function: Callable[[np.ndarray], np.ndarray]
+    function: Callable[[Floats], Floats]
     signs: tuple[int, ...] = (+1, -1)
 
 
-def elu(z: np.ndarray) -> np.ndarray:
+def elu(z: Floats) -> Floats:
     """The exponential linear unit: z where positive, else exp(z) - 1."""
     return np.where(z > 0, z, np.expm1(np.minimum(z, 0)))
 
 
-def relu(z: np.ndarray) -> np.ndarray:
+def relu(z: Floats) -> Floats:
     """The rectified linear unit: z where positive, else 0."""
     return np.maximum(z, 0.0)
 
 
-def silu(z: np.ndarray) -> np.ndarray:
+def silu(z: Floats) -> Floats:
     """The sigmoid-weighted linear unit; its least value is -0.278, at z = -1.278."""
-    return z * expit(z)
+    value: Floats = z * expit(z)
+    return value
 
 
-def gelu(z: np.ndarray) -> np.ndarray:
+def gelu(z: Floats) -> Floats:
     """The Gaussian error linear unit, exact; its least value is -0.170, at z = -0.752."""
-    return z * ndtr(z)
+    value: Floats = z * ndtr(z)
+    return value
 
 
 ACTIVATIONS = {

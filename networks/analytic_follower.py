@@ -46,7 +46,8 @@ def from_inputs(
     label: str, function: Callable[[np.ndarray], np.ndarray], size: int, seed: int = 0
 ) -> tuple[FollowerNetwork, nengo.Node]:
     """A network with inputs and output, and a node that computes a function of all inputs."""
-    with FollowerNetwork(label=label, seed=seed) as net:
+    net = FollowerNetwork(label=label, seed=seed)
+    with net:
         net.reference = nengo.Node(size_in=REFERENCE_SIZE, label="reference")
         net.state = nengo.Node(size_in=STATE_SIZE, label="state")
         net.command = nengo.Node(size_in=COMMAND_SIZE, label="command")

@@ -101,7 +101,8 @@ def humanoid(
         Seed of the selection.
     """
     options = options or HumanoidOptions()
-    with HumanoidNetwork(label="humanoid", seed=seed) as net:
+    net = HumanoidNetwork(label="humanoid", seed=seed)
+    with net:
         net.arm, net.follower, net.policy = arm, follower, policy
         for part in (arm, follower, policy):
             net.add(part)

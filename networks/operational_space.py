@@ -17,26 +17,28 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from spikeport.arrays import Floats
+
 
 class ArmTerms(Protocol):
     """Arm kinematics and dynamics at n poses; the first axis of every array is the pose."""
 
     @property
-    def position(self) -> np.ndarray: ...  # noqa: D102
+    def position(self) -> Floats: ...  # noqa: D102
     @property
-    def jacobian(self) -> np.ndarray: ...  # noqa: D102
+    def jacobian(self) -> Floats: ...  # noqa: D102
     @property
-    def inertia(self) -> np.ndarray: ...  # noqa: D102
+    def inertia(self) -> Floats: ...  # noqa: D102
     @property
-    def task_inertia(self) -> np.ndarray: ...  # noqa: D102
+    def task_inertia(self) -> Floats: ...  # noqa: D102
     @property
-    def gravity(self) -> np.ndarray: ...  # noqa: D102
+    def gravity(self) -> Floats: ...  # noqa: D102
 
 
 class Arm(Protocol):
     """What the law needs of an arm: its terms at many poses."""
 
-    def batch(self, q: np.ndarray) -> ArmTerms:
+    def batch(self, q: Floats) -> ArmTerms:
         """Terms at q of shape (n, 4), in radians."""
 
 
@@ -53,11 +55,11 @@ class Gains:
 class LawTerms(NamedTuple):
     """The law's dependence on posture, at n poses."""
 
-    kinematic: np.ndarray
+    kinematic: Floats
     """(n, 3, 4) kp f_d(q): torque in N m per metre of error along each axis."""
-    damping: np.ndarray
+    damping: Floats
     """(n, 4, 4) -kv M(q): torque in N m per rad/s of each joint."""
-    bias: np.ndarray
+    bias: Floats
     """(n, 4) g(q) plus the posture term, in N m."""
 
 
@@ -68,7 +70,7 @@ class OperationalSpaceLaw:
         self.arm = arm
         self.gains = gains or Gains()
 
-    def terms(self, q: np.ndarray) -> LawTerms:
+    def terms(self, q: Floats) -> LawTerms:
         """The law's terms at q of shape (n, 4)."""
         arm, gains = self.arm.batch(q), self.gains
         force = np.swapaxes(arm.jacobian, 1, 2) @ arm.task_inertia  # (n, 4, 3) J^T M_x
@@ -80,13 +82,14 @@ class OperationalSpaceLaw:
             bias=arm.gravity + (pull - felt)[..., 0],
         )
 
-    def torque(self, q: np.ndarray, dq: np.ndarray, error: np.ndarray) -> np.ndarray:
+    def torque(self, q: Floats, dq: Floats, error: Floats) -> Floats:
         """(4,) the exact torque in N m at one state; error (3,) in metres."""
-        return self.torques(q[np.newaxis], dq[np.newaxis], error[np.newaxis])[0]
+        torque: Floats = self.torques(q[np.newaxis], dq[np.newaxis], error[np.newaxis])[0]
+        return torque
 
-    def torques(self, q: np.ndarray, dq: np.ndarray, error: np.ndarray) -> np.ndarray:
+    def torques(self, q: Floats, dq: Floats, error: Floats) -> Floats:
         """(n, 4) the exact torques in N m at n states; q, dq (n, 4) and error (n, 3)."""
         terms = self.terms(q)
-        kinematic = np.einsum("nd,ndj->nj", error, terms.kinematic)
-        damping = np.einsum("ni,nij->nj", dq, terms.damping)
+        kinematic: Floats = np.einsum("nd,ndj->nj", error, terms.kinematic)
+        damping: Floats = np.einsum("ni,nij->nj", dq, terms.damping)
         return kinematic + damping + terms.bias

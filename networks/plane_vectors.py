@@ -11,6 +11,8 @@ one errs on the left, the other errs on the right, so that nothing is off straig
 import nengo
 import numpy as np
 
+from spikeport.arrays import Floats
+
 SHARE = 0.7
 """Of neurons that bend, and of values that are decoded, nearly ahead."""
 
@@ -74,32 +76,32 @@ def bearing_ensemble(
     )
 
 
-def _points(ahead_rad: float) -> np.ndarray:
+def _points(ahead_rad: float) -> Floats:
     """(n, 2) values in the unit disc, most of them nearly ahead."""
     n = N_POINTS // 2
-    length = np.sqrt(_spread(n)[0])
+    length: Floats = np.sqrt(_spread(n)[0])
     return length[:, np.newaxis] * _directions(_nearly_ahead(n, ahead_rad))
 
 
-def _nearly_ahead(n: int, ahead_rad: float) -> np.ndarray:
+def _nearly_ahead(n: int, ahead_rad: float) -> Floats:
     """(n,) angles, most of them spread within a limit, the others everywhere."""
     near = round(SHARE * n)
     return np.concatenate((ahead_rad * _evenly(near), np.pi * _evenly(n - near)))
 
 
-def _evenly(n: int) -> np.ndarray:
+def _evenly(n: int) -> Floats:
     """(n,) values between -1 and 1, in order."""
     return (2 * np.arange(n) + 1) / n - 1
 
 
-def _spread(n: int) -> np.ndarray:
+def _spread(n: int) -> Floats:
     """(2, n) values between 0 and 1 that fill the square (Roberts 2018, the R2 sequence)."""
     return (0.5 + np.outer(R2, np.arange(n))) % 1
 
 
-def _directions(angle_rad: np.ndarray) -> np.ndarray:
+def _directions(angle_rad: Floats) -> Floats:
     return np.stack((np.cos(angle_rad), np.sin(angle_rad)), axis=1)
 
 
-def _mirrored(vectors: np.ndarray) -> np.ndarray:
+def _mirrored(vectors: Floats) -> Floats:
     return np.concatenate((vectors, vectors * [1, -1]))

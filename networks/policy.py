@@ -104,7 +104,8 @@ def _network(
     layers: Sequence[Layer], ranges: Sequence[Ranges], options: PolicyOptions, seed: int
 ) -> PolicyNetwork:
     rng = np.random.RandomState(seed)
-    with PolicyNetwork(label="policy", seed=seed) as net:
+    net = PolicyNetwork(label="policy", seed=seed)
+    with net:
         n_in, n_out = layers[0].weights.shape[1], len(layers[-1].bias)
         net.observation = nengo.Node(size_in=n_in, label="observation")
         net.action = nengo.Node(lambda _t, x: x, size_in=n_out, label="action")

@@ -65,7 +65,8 @@ def hidden_layer(
     pairs = (n + 1) // 2
     seeds = rng.randint(maxint, size=(len(signs), pairs))
     kinds, radii = _neurons(options), {+1: reach.above, -1: reach.below}
-    with HiddenLayer(label=label) as net:
+    net = HiddenLayer(label=label)
+    with net:
         net.input = nengo.Node(size_in=n, label=f"{label} input")
         net.output = nengo.Node(size_in=n * len(signs) if apart else n, label=f"{label} output")
         net.halves = []

@@ -8,7 +8,6 @@ each.
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import nengo
 import numpy as np
@@ -67,7 +66,7 @@ class Rectified:
             label=label,
         )
 
-    def decoding(self, n: int, weights: bool) -> dict[str, Any]:
+    def decoding(self, n: int, weights: bool) -> dict[str, object]:
         """What a connection from ``n`` populations computes.
 
         ``weights`` says whether it is wired from neuron to neuron.

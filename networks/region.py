@@ -8,6 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from spikeport.arrays import Floats
+
 PEAK_PERCENTILE = 99.5
 
 
@@ -15,22 +17,22 @@ PEAK_PERCENTILE = 99.5
 class Box:
     """An axis-aligned box that is mapped onto [-1, 1] in every dimension."""
 
-    centre: np.ndarray
-    half: np.ndarray
+    centre: Floats
+    half: Floats
 
     @classmethod
-    def around(cls, samples: np.ndarray, margin: float = 0.1) -> "Box":
+    def around(cls, samples: Floats, margin: float = 0.1) -> "Box":
         """The box of all (n, d) samples, widened by a share of its size."""
         low, high = samples.min(axis=0), samples.max(axis=0)
         return cls((low + high) / 2, (high - low) / 2 * (1 + margin))
 
     @classmethod
-    def symmetric(cls, samples: np.ndarray, margin: float = 0.1) -> "Box":
+    def symmetric(cls, samples: Floats, margin: float = 0.1) -> "Box":
         """A box centred at zero that holds nearly all samples; what peaks beyond it is clipped."""
         half = np.percentile(np.abs(samples), PEAK_PERCENTILE, axis=0)
         return cls(np.zeros_like(half), half * (1 + margin))
 
-    def at_least(self, half: np.ndarray) -> "Box":
+    def at_least(self, half: Floats) -> "Box":
         """The box, widened where it is narrower than ``half``."""
         return Box(self.centre, np.maximum(self.half, half))
 
@@ -39,15 +41,15 @@ class Box:
         """The box of all their dimensions, one box after the other."""
         return cls(*(np.concatenate([getattr(b, k) for b in boxes]) for k in ("centre", "half")))
 
-    def normalise(self, values: np.ndarray) -> np.ndarray:
+    def normalise(self, values: Floats) -> Floats:
         """Values in units of the box, clipped to it."""
         return np.minimum(np.maximum((values - self.centre) / self.half, -1.0), 1.0)
 
-    def clip(self, values: np.ndarray) -> np.ndarray:
+    def clip(self, values: Floats) -> Floats:
         """The points of the box that are nearest to the values."""
         return self.restore(self.normalise(values))
 
-    def restore(self, normalised: np.ndarray) -> np.ndarray:
+    def restore(self, normalised: Floats) -> Floats:
         """The inverse of `normalise` inside the box."""
         return self.centre + normalised * self.half
 
@@ -64,15 +66,15 @@ class ArmRegion:
     dq: Box
     x: Box
     error: Box
-    q_samples: np.ndarray
+    q_samples: Floats
 
     @classmethod
     def from_recording(
         cls,
-        q: np.ndarray,
-        dq: np.ndarray,
-        x: np.ndarray,
-        error: np.ndarray,
+        q: Floats,
+        dq: Floats,
+        x: Floats,
+        error: Floats,
         *,
         seed: int,
         n_samples: int = 10_000,

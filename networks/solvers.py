@@ -1,7 +1,5 @@
 """Decoder solvers for populations that share an ensemble."""
 
-from typing import Any
-
 import nengo
 import numpy as np
 from nengo.params import IntParam
@@ -36,8 +34,8 @@ class PerDimension(nengo.solvers.Solver):
         self.each = each or nengo.solvers.LstsqL2(reg=0.05)
 
     def __call__(
-        self, A: np.ndarray, Y: np.ndarray, rng: Any = np.random
-    ) -> tuple[np.ndarray, dict[str, Any]]:
+        self, A: np.ndarray, Y: np.ndarray, rng: object = np.random
+    ) -> tuple[np.ndarray, dict[str, object]]:
         """Decoders of shape (n, d) for activities A (m, n) and values Y (m, d)."""
         decoders = np.zeros((A.shape[1], Y.shape[1]))
         for i in range(Y.shape[1]):
@@ -61,8 +59,8 @@ class Tied(nengo.solvers.Solver):
         super().__init__(weights=False)
 
     def __call__(
-        self, A: np.ndarray, Y: np.ndarray, rng: Any = np.random
-    ) -> tuple[np.ndarray, dict[str, Any]]:
+        self, A: np.ndarray, Y: np.ndarray, rng: object = np.random
+    ) -> tuple[np.ndarray, dict[str, object]]:
         """Decoders of shape (n, d) for activities A (m, n) and values Y (m, d)."""
         total = A.sum(axis=1)
         decoder = total @ Y / (total @ total)

@@ -14,7 +14,8 @@ NUCLEI = ("strD1", "strD2", "stn", "gpe", "gpi")
 
 def spa_action_selection(n_actions: int, seed: int = 0) -> SelectionNetwork:
     """Build the network; ``gates`` are the outputs of its thalamus."""
-    with SelectionNetwork(label="action selection of nengo_spa", seed=seed) as net:
+    net = SelectionNetwork(label="action selection of nengo_spa", seed=seed)
+    with net:
         ganglia = BasalGanglia(n_actions, label="ganglia")
         thalamus = Thalamus(n_actions, label="thalamus")
         thalamus.connect_bg(ganglia)

@@ -48,7 +48,8 @@ class WalkingPolicy:
         x = np.asarray(observation, dtype=float)
         for W, b in zip(self.weights[:-1], self.biases[:-1], strict=True):
             x = elu(x @ W.T + b)
-        return x @ self.weights[-1].T + self.biases[-1]
+        action: np.ndarray = x @ self.weights[-1].T + self.biases[-1]
+        return action
 
     def save(self, path: Path) -> None:
         """Write the policy, whole or not at all."""

@@ -14,13 +14,13 @@ Source: MuJoCo documentation, "Actuation model".
 
 import functools
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from spikeport.errors import UsageError, unknown
 from spikeport.robot.description import JOINTS
+from spikeport.robot.engine import mujoco
 
 _INDEX = {joint: index for index, joint in enumerate(JOINTS)}
 
@@ -63,13 +63,15 @@ def values(what: str, given: ArrayLike, joints: Sequence[str]) -> np.ndarray:
     return array
 
 
-def set_torque_mode(model: Any, index: np.ndarray) -> None:
+def set_torque_mode(model: mujoco.MjModel, index: np.ndarray) -> None:
     """Make ``ctrl`` of these actuators a torque in N m."""
     model.actuator_gainprm[index, 0] = 1.0
     model.actuator_biasprm[index, :3] = 0.0
 
 
-def set_position_mode(model: Any, index: np.ndarray, kp: np.ndarray, kd: np.ndarray) -> None:
+def set_position_mode(
+    model: mujoco.MjModel, index: np.ndarray, kp: np.ndarray, kd: np.ndarray
+) -> None:
     """Make ``ctrl`` of these actuators a target angle in rad, with gains in N m/rad, N m s/rad."""
     model.actuator_gainprm[index, 0] = kp
     model.actuator_biasprm[index, 0] = 0.0

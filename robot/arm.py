@@ -62,7 +62,7 @@ class ArmDynamics:
     @property
     def limits_rad(self) -> np.ndarray:
         """Lowest and highest angle of each joint, ``(4, 2)``."""
-        return self._model.jnt_range[self._joints].copy()
+        return np.array(self._model.jnt_range[self._joints])
 
     @property
     def torque_limits_nm(self) -> np.ndarray:
@@ -102,7 +102,8 @@ def _task_inertia(J: np.ndarray, M: np.ndarray) -> np.ndarray:
     mobility = J @ np.linalg.solve(M, J.swapaxes(1, 2))
     V, s, _ = np.linalg.svd((mobility + mobility.swapaxes(1, 2)) / 2, hermitian=True)
     damped = s / (s**2 + (TASK_DAMPING * s[:, :1]) ** 2)
-    return (V * damped[:, None, :]) @ V.swapaxes(1, 2)
+    inverses: np.ndarray = (V * damped[:, None, :]) @ V.swapaxes(1, 2)
+    return inverses
 
 
 def _shaped(q: ArrayLike, shape: tuple[int, int] | tuple[int]) -> np.ndarray:

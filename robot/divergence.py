@@ -1,11 +1,12 @@
 """Says when a simulation has left the numbers it can work with, and which number left first."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from spikeport.errors import DivergedError
 from spikeport.robot.description import JOINTS
+from spikeport.robot.engine import mujoco
 
 RANGE_MARGIN_RAD = 0.5
 """How far a joint may be beyond its range: MuJoCo's stops are springs, and the knee's give way by
@@ -27,7 +28,7 @@ class Watch:
     against their stops at full torque stay far inside.
     """
 
-    def __init__(self, model: Any) -> None:
+    def __init__(self, model: mujoco.MjModel) -> None:
         ranges_rad = model.jnt_range[1:]
         self._bounds = [
             *(_Bound(f"base position {a}", -1e3, 1e3, "m") for a in "xyz"),

@@ -1,8 +1,8 @@
 """Which feet of the robot stand on the floor."""
 
-from typing import Any
-
 import numpy as np
+
+from spikeport.robot.engine import mujoco
 
 SIDES = ("left", "right")
 _FEET = range(len(SIDES))
@@ -18,13 +18,13 @@ class Feet:
         The robot on a floor.
     """
 
-    def __init__(self, model: Any) -> None:
+    def __init__(self, model: mujoco.MjModel) -> None:
         parts = [[model.geom(f"{side}_{part}").id for part in _PARTS] for side in SIDES]
         self._foot = np.full(model.ngeom, len(SIDES))
         for foot, geoms in enumerate(parts):
             self._foot[geoms] = foot
 
-    def on_floor(self, data: Any) -> np.ndarray:
+    def on_floor(self, data: mujoco.MjData) -> np.ndarray:
         """(2,) of bool, left foot first: whether one of its shapes touches the floor."""
         touching = self._foot[data.contact.geom].ravel().tolist()
         return np.array([foot in touching for foot in _FEET])

@@ -1,16 +1,15 @@
 """The last states of a simulation, in a ring."""
 
-from typing import Any
-
 import numpy as np
 
+from spikeport.arrays import Floats
 from spikeport.robot.engine import mujoco
 
 
 class History:
     """Keeps time, positions, velocities and commands of the last ``length`` steps."""
 
-    def __init__(self, model: Any, length: int = 200) -> None:
+    def __init__(self, model: mujoco.MjModel, length: int = 200) -> None:
         state = mujoco.mjtState
         parts = state.mjSTATE_TIME, state.mjSTATE_QPOS, state.mjSTATE_QVEL, state.mjSTATE_CTRL
         self._model, self._parts = model, int(sum(parts))
@@ -22,9 +21,9 @@ class History:
         """Forget every state."""
         self._count = 0
 
-    def record(self, data: Any) -> np.ndarray:
+    def record(self, data: mujoco.MjData) -> Floats:
         """Copy the present state into the ring, over the oldest one; returns qpos and qvel."""
-        row = self._rows[self._count % len(self._rows)]
+        row: Floats = self._rows[self._count % len(self._rows)]
         mujoco.mj_getState(self._model, data, row, self._parts)
         self._count += 1
         return row[1 : self._ends[-1]]

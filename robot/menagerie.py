@@ -1,7 +1,8 @@
 """The visual meshes of MuJoCo Menagerie's H1 on our bodies; never downloads anything."""
 
 from pathlib import Path
-from typing import Any
+
+import numpy as np
 
 from spikeport.errors import MissingExtraError, UsageError
 from spikeport.robot.engine import mujoco
@@ -36,10 +37,10 @@ def model_file() -> Path:
             f"Menagerie's {NAME} is not in {folder}, and spikeport downloads nothing; set "
             "MENAGERIE_ROOT to a checkout of github.com/google-deepmind/mujoco_menagerie"
         )
-    return folder / robot.entry(robot.default_model).file
+    return folder.joinpath(robot.entry(robot.default_model).file)
 
 
-def dress(spec: Any) -> None:
+def dress(spec: mujoco.MjSpec) -> None:
     """Replace our visual geoms by the meshes Menagerie hangs on bodies of the same name.
 
     Parameters
@@ -67,16 +68,19 @@ def dress(spec: Any) -> None:
                 _hang(body, geom, _colour(theirs, geom), skin)
 
 
-def _mesh_name(mesh: Any) -> str:
+def _mesh_name(mesh: mujoco.MjsMesh) -> str:
     return mesh.name or Path(mesh.file).stem
 
 
-def _colour(spec: Any, geom: Any) -> Any:
+def _colour(spec: mujoco.MjSpec, geom: mujoco.MjsGeom) -> np.ndarray:
     material = spec.material(geom.material) if geom.material else None
-    return geom.rgba if material is None else material.rgba
+    rgba: np.ndarray = geom.rgba if material is None else material.rgba
+    return rgba
 
 
-def _hang(body: Any, geom: Any, rgba: Any, skin: Any) -> None:
+def _hang(
+    body: mujoco.MjsBody, geom: mujoco.MjsGeom, rgba: np.ndarray, skin: mujoco.MjsDefault
+) -> None:
     body.add_geom(
         skin,
         type=mujoco.mjtGeom.mjGEOM_MESH,

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from spikeport.arrays import Floats
 from spikeport.robot.description import JOINTS
 
 
@@ -16,9 +17,9 @@ class Mirror(NamedTuple):
     """A signed permutation of the last axis: ``order (n,)``, ``sign (n,)``."""
 
     order: np.ndarray
-    sign: np.ndarray
+    sign: Floats
 
-    def __call__(self, x: np.ndarray) -> np.ndarray:
+    def __call__(self, x: Floats) -> Floats:
         """The mirror image of ``x (..., n)``."""
         return x[..., self.order] * self.sign
 

@@ -226,7 +226,7 @@ class Plant:
         """Centre of a hand in the world frame, m, ``(3,)``; ``side`` is "left" or "right"."""
         if side not in self._hands:
             raise unknown("side", side, self._hands)
-        return self.data.site_xpos[self._hands[side]].copy()
+        return np.array(self.data.site_xpos[self._hands[side]])
 
     def _set_anchored(self, anchored: bool) -> None:
         self.data.eq_active[[self._weld, self._lock]] = anchored

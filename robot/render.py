@@ -2,10 +2,10 @@
 
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import Any, NamedTuple, Self
+from typing import NamedTuple, Protocol, Self
 
 import numpy as np
 
@@ -21,6 +21,13 @@ class Mark(NamedTuple):
     position_m: Sequence[float]
     radius_m: float = 0.02
     rgba: Sequence[float] = (0.9, 0.2, 0.1, 1.0)
+
+
+class _GLContext(Protocol):
+    """Of any of MuJoCo's backends of OpenGL."""
+
+    def make_current(self) -> None: ...
+    def free(self) -> None: ...
 
 
 class Renderer:
@@ -44,7 +51,7 @@ class Renderer:
     """
 
     def __init__(
-        self, model: Any, width: int = 640, height: int = 360, camera: str = "front"
+        self, model: mujoco.MjModel, width: int = 640, height: int = 360, camera: str = "front"
     ) -> None:
         cameras = [model.camera(i).name for i in range(model.ncam)]
         if camera not in cameras:
@@ -59,8 +66,8 @@ class Renderer:
         self._camera.type = mujoco.mjtCamera.mjCAMERA_FIXED
         self._camera.fixedcamid = cameras.index(camera)
 
-    def frame(self, data: Any, marks: Sequence[Mark] = ()) -> np.ndarray:
-        """The picture of ``data`` (``mujoco.MjData``), uint8 ``(height, width, 3)``, with marks."""
+    def frame(self, data: mujoco.MjData, marks: Sequence[Mark] = ()) -> np.ndarray:
+        """The picture of ``data``, uint8 ``(height, width, 3)``, with marks."""
         self._gl.make_current()
         everything = mujoco.mjtCatBit.mjCAT_ALL
         mujoco.mjv_updateScene(
@@ -98,7 +105,7 @@ def save_png(path: str | Path, frame: np.ndarray) -> None:
     Image.fromarray(frame).save(path, format="PNG")
 
 
-def _check_size(model: Any, width: int, height: int) -> None:
+def _check_size(model: mujoco.MjModel, width: int, height: int) -> None:
     largest = model.vis.global_.offwidth, model.vis.global_.offheight
     if not (0 < width <= largest[0] and 0 < height <= largest[1]):
         raise UsageError(
@@ -107,17 +114,20 @@ def _check_size(model: Any, width: int, height: int) -> None:
         )
 
 
-def _context_class() -> Any:
+def _context_class() -> Callable[[int, int], _GLContext]:
     """Leave it to mujoco if MUJOCO_GL or a display says so, else EGL, which needs no display."""
     said = any(os.environ.get(name) for name in ("MUJOCO_GL", "DISPLAY", "WAYLAND_DISPLAY"))
+    chosen: Callable[[int, int], _GLContext]
     if said or sys.platform != "linux":
-        return mujoco.GLContext
-    from mujoco.egl import GLContext
+        chosen = mujoco.GLContext
+    else:
+        from mujoco import egl
 
-    return GLContext
+        chosen = egl.GLContext
+    return chosen
 
 
-def _open(model: Any, width: int, height: int) -> tuple[Any, Any]:
+def _open(model: mujoco.MjModel, width: int, height: int) -> tuple[_GLContext, mujoco.MjrContext]:
     try:
         gl = _context_class()(width, height)
         gl.make_current()
@@ -133,7 +143,7 @@ def _open(model: Any, width: int, height: int) -> tuple[Any, Any]:
     return gl, context
 
 
-def _draw(scene: Any, mark: Mark) -> None:
+def _draw(scene: mujoco.MjvScene, mark: Mark) -> None:
     if scene.ngeom == scene.maxgeom:
         raise UsageError(f"too many marks: the scene is full at {scene.maxgeom} shapes")
     mujoco.mjv_initGeom(

@@ -1,8 +1,10 @@
 """What the robot's own sensors would know of its motion."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+
+from spikeport.robot.engine import mujoco
 
 PELVIS = 1
 """MuJoCo's number of the pelvis: the world is 0, and the robot's tree begins with it."""
@@ -33,8 +35,8 @@ class State(NamedTuple):
     dq: np.ndarray
 
 
-def read(data: Any) -> State:
-    """The state held in ``mujoco.MjData`` whose kinematics are up to date.
+def read(data: mujoco.MjData) -> State:
+    """The state held in data whose kinematics are up to date.
 
     MuJoCo's free joint keeps the linear velocity in the world frame and the angular velocity in
     the body's: v_base = R^T v_world.

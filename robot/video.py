@@ -4,11 +4,18 @@ import os
 from importlib.util import find_spec
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Protocol, Self
 
 import numpy as np
 
 from spikeport.errors import MissingExtraError, UsageError
+
+
+class _Writer(Protocol):
+    """Of imageio, which has no types."""
+
+    def append_data(self, im: np.ndarray) -> None: ...
+    def close(self) -> None: ...
 
 
 class VideoWriter:
@@ -39,7 +46,7 @@ class VideoWriter:
         self._path = Path(path)
         self._part = self._path.with_name(f".{self._path.name}.{os.getpid()}.part.mp4")
         self._fps = fps
-        self._writer: Any = None
+        self._writer: _Writer | None = None
 
     def add(self, frame: np.ndarray) -> None:
         """Append a picture, uint8 ``(height, width, 3)``; raises `UsageError` for an odd size."""
@@ -68,7 +75,7 @@ class VideoWriter:
             self._part.unlink(missing_ok=True)
 
 
-def _open(path: Path, fps: float) -> Any:
+def _open(path: Path, fps: float) -> _Writer:
     import imageio.v2 as imageio
 
     # 4:2:0 colour and no rounding of the size to blocks of 16: what every player shows unscaled

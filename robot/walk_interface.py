@@ -6,7 +6,7 @@
 Source: the interface of Isaac Lab's ``Isaac-Velocity-Flat-H1``, with the joints in our order.
 """
 
-from typing import Any
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -41,6 +41,8 @@ COMMAND_CHANGE_PER_S = np.array([1.0, 1.0, 2.0])
 OBSERVATION_SIZE = 69
 ACTION_SIZE = len(JOINTS)
 
+Number = TypeVar("Number", float, np.ndarray)
+
 
 def gravity(quaternion: ArrayLike) -> np.ndarray:
     """Direction of gravity in the frame of a body with orientation (w, x, y, z), ``(..., 3)``.
@@ -50,7 +52,7 @@ def gravity(quaternion: ArrayLike) -> np.ndarray:
     return np.array(_down(*np.asarray(quaternion, dtype=float).T)).T
 
 
-def _down(w: Any, x: Any, y: Any, z: Any) -> tuple[Any, Any, Any]:
+def _down(w: Number, x: Number, y: Number, z: Number) -> tuple[Number, Number, Number]:
     """The direction, of numbers or of arrays of them."""
     return -2 * (x * z - w * y), -2 * (y * z + w * x), -(1 - 2 * (x * x + y * y))
 

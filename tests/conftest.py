@@ -59,9 +59,9 @@ def checkout(tmp_path_factory: pytest.TempPathFactory) -> Path:
     assert listed.returncode == 0, listed.stderr
     target = tmp_path_factory.mktemp("checkout")
     for name in filter(None, listed.stdout.split("\0")):
-        if (ROOT / name).is_file():
+        if (ROOT / name).exists():
             (target / name).parent.mkdir(parents=True, exist_ok=True)
-            shutil.copy(ROOT / name, target / name)
+            shutil.copy(ROOT / name, target / name, follow_symlinks=False)
     return target
 
 
@@ -86,6 +86,23 @@ def environment(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Callab
         assert done.returncode == 0, done.stderr
         programs = folder / "venv" / "bin"
         _pip(programs / "python", "install", wheel, *NUMPY_1, *packages, cwd=folder)
+        return lambda program, *arguments, cwd: _run(programs / program, *arguments, cwd=cwd)
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def bare_environment(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Run]:
+    """Makes an environment of the wheel without its dependencies, and of some packages."""
+
+    def make(*packages: str) -> Run:
+        folder = tmp_path_factory.mktemp("bare")
+        done = _run(sys.executable, "-m", "venv", folder / "venv", cwd=folder)
+        assert done.returncode == 0, done.stderr
+        programs = folder / "venv" / "bin"
+        _pip(programs / "python", "install", "--no-deps", wheel, cwd=folder)
+        constraints = ("-c", ROOT / "constraints.txt")
+        _pip(programs / "python", "install", *constraints, *packages, cwd=folder)
         return lambda program, *arguments, cwd: _run(programs / program, *arguments, cwd=cwd)
 
     return make

@@ -1,9 +1,9 @@
 """The model card: what a policy is, how it was made and how it walks."""
 
 import json
+from collections.abc import Mapping
 from dataclasses import asdict
 from importlib import metadata
-from typing import Any
 
 from spikeport.training.curriculum import Stage
 from spikeport.training.evaluate import Evaluation
@@ -48,7 +48,7 @@ against the one before:
 
 def card(
     name: str,
-    made: dict[str, Any],
+    made: Mapping[str, object],
     evaluations: dict[str, Evaluation],
     stages: tuple[Stage, ...],
 ) -> str:
@@ -79,7 +79,7 @@ def _changes(stages: tuple[Stage, ...]) -> list[str]:
     return lines
 
 
-def _flat(nested: dict[str, Any], prefix: str = "") -> dict[str, str]:
+def _flat(nested: Mapping[str, object], prefix: str = "") -> dict[str, str]:
     flat: dict[str, str] = {}
     for key, value in nested.items():
         if isinstance(value, dict):

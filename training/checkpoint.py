@@ -9,6 +9,9 @@ import torch
 from spikeport.atomic import atomic_path
 from spikeport.errors import UsageError
 
+Entry = dict[str, Any]
+"""A line of the log: the figures of a segment, by name."""
+
 
 class Checkpoint(NamedTuple):
     """The run after a segment.
@@ -25,10 +28,10 @@ class Checkpoint(NamedTuple):
         Figures of every segment so far.
     """
 
-    options: dict[str, Any]
+    options: dict[str, object]
     segment: int
-    learner: dict[str, Any]
-    log: list[dict[str, Any]]
+    learner: dict[str, object]
+    log: list[Entry]
 
 
 def path_of(folder: Path, segment: int) -> Path:

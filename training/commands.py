@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from spikeport.arrays import Flags, Floats
 from spikeport.robot.walk_interface import COMMAND_CHANGE_PER_S, CONTROL_DT_S
 
 
@@ -52,16 +53,17 @@ class Commands:
         self.draw(np.ones(n, bool))
 
     @property
-    def moving(self) -> np.ndarray:
+    def moving(self) -> Flags:
         """Who is asked to move by now, ``(n,)``."""
-        return np.abs(self.value).max(axis=1) > self._ranges.still
+        moving: Flags = np.abs(self.value).max(axis=1) > self._ranges.still
+        return moving
 
-    def restart(self, which: np.ndarray) -> None:
+    def restart(self, which: Flags) -> None:
         """Draw new commands for some robots that stand."""
         self.draw(which)
         self.value[which] = 0.0
 
-    def draw(self, which: np.ndarray) -> None:
+    def draw(self, which: Flags) -> None:
         """Draw new commands for some robots, ``which (n,)`` of bool."""
         k, r, rng = np.count_nonzero(which), self._ranges, self._rng
         vx, wz = rng.uniform(*r.vx_m_s, k), rng.uniform(-r.wz_rad_s, r.wz_rad_s, k)
@@ -75,7 +77,7 @@ class Commands:
         self._left_s[which] = rng.uniform(*r.seconds, k)
         self.age_s[which] = 0.0
 
-    def update(self, heading_rad: np.ndarray) -> None:
+    def update(self, heading_rad: Floats) -> None:
         """Advance by one control step, with the robots' headings ``(n,)``."""
         self._left_s -= CONTROL_DT_S
         self.age_s += CONTROL_DT_S

@@ -6,11 +6,12 @@ commands, pushes -> observation.
 
 import copy
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from mujoco.rollout import Rollout
 
+from spikeport.arrays import Flags, Floats
 from spikeport.robot.engine import mujoco
 from spikeport.robot.walk_interface import (
     ACTION_SIZE,
@@ -47,10 +48,10 @@ class Task:
 class Outcome(NamedTuple):
     """Of one control step of n robots: ``(n,)`` each, and every term of the reward."""
 
-    reward: np.ndarray
-    fallen: np.ndarray
-    timed_out: np.ndarray
-    terms: dict[str, np.ndarray]
+    reward: Floats
+    fallen: Flags
+    timed_out: Flags
+    terms: dict[str, Floats]
 
 
 class WalkEnvironment:
@@ -92,7 +93,8 @@ class WalkEnvironment:
         self.commands = Commands(n, task.commands, self._rng)
         self._arms = BusyArms(n, task.randomisation.busy_arms, self._rng)
         self._reset(np.ones(n, bool))
-        self.feet = Feet(*(np.zeros(s) for s in ((n, 2), (n, 2), (n, 2), (n, 2, 3))))
+        still = (np.zeros(size) for size in ((n, 2), (n, 2), (n, 2, 3)))
+        self.feet = Feet(np.zeros((n, 2), bool), *still)
         self.motion = Motion.from_states(*self._split())
 
     def close(self) -> None:
@@ -103,11 +105,11 @@ class WalkEnvironment:
         """Let episodes end at different times, not all at once."""
         self.age = self._rng.integers(0, EPISODE_STEPS, self.n)
 
-    def observe(self) -> np.ndarray:
+    def observe(self) -> Floats:
         """What the policy is told, ``(n, 69)``, with noise."""
         return observation.noisy(self, self._rng)
 
-    def observe_all(self) -> np.ndarray:
+    def observe_all(self) -> Floats:
         """What the critic is told."""
         return observation.privileged(self)
 
@@ -126,7 +128,7 @@ class WalkEnvironment:
         self._begin_next(fallen | timed_out)
         return Outcome(np.sum(list(terms.values()), axis=0), fallen, timed_out, terms)
 
-    def _advance(self, action: np.ndarray) -> np.ndarray:
+    def _advance(self, action: Floats) -> Flags:
         """Physics of one control step; returns who left the range of finite numbers, ``(n,)``."""
         self.actions = (action, self.actions[0], self.actions[1])
         noise = self.task.randomisation.action_noise_sd
@@ -144,7 +146,7 @@ class WalkEnvironment:
             skip_checks=True,
             **self._out,
         )
-        diverged = ~np.isfinite(states[:, -1]).all(axis=1)
+        diverged: Flags = ~np.isfinite(states[:, -1]).all(axis=1)
         self.states = np.where(diverged[:, None], self._start, states[:, -1])
         self.feet = Feet.from_sensors(np.nan_to_num(sensors[:, -1]))
         self._targets = targets
@@ -157,7 +159,7 @@ class WalkEnvironment:
         speed = np.column_stack((motion.level_velocity[:, :2], motion.yaw_rate))
         self.drift += DRIFT_SMOOTHING * (self.commands.value - speed - self.drift)
 
-    def _reward_step(self, dq_before: np.ndarray, fallen: np.ndarray) -> Step:
+    def _reward_step(self, dq_before: Floats, fallen: Flags) -> Step:
         motion = self.motion
         torque = models.KP * (self._targets - motion.q) - models.KD * motion.dq
         return Step(
@@ -176,7 +178,7 @@ class WalkEnvironment:
             settings=self.task.scales,
         )
 
-    def _begin_next(self, done: np.ndarray) -> None:
+    def _begin_next(self, done: Flags) -> None:
         self.commands.update(self.motion.heading_rad)
         self._push()
         if done.any():
@@ -189,7 +191,7 @@ class WalkEnvironment:
         change = rng.uniform(-ranges.push_m_s, ranges.push_m_s, (self.n, 2))
         self._split()[1][:, :2] += change * pushed[:, None]
 
-    def _reset(self, which: np.ndarray) -> None:
+    def _reset(self, which: Flags) -> None:
         ranges, rng, k = self.task.randomisation, self._rng, int(np.count_nonzero(which))
         for index in np.flatnonzero(which):
             self._bodies.draw(self._models[index], ranges, rng)
@@ -209,7 +211,7 @@ class WalkEnvironment:
         self._arms.restart(which)
         self.commands.restart(which)
 
-    def _standing(self, k: int) -> np.ndarray:
+    def _standing(self, k: int) -> Floats:
         """States of k robots near the default pose, looking anywhere, moving slowly."""
         rng, state = self._rng, np.tile(self._start, (k, 1))
         qpos, qvel = state[:, 1:27], state[:, 27:]
@@ -219,11 +221,11 @@ class WalkEnvironment:
         qvel[:, :2] = rng.uniform(-0.1, 0.1, (k, 2))
         return state
 
-    def _split(self) -> tuple[np.ndarray, np.ndarray]:
+    def _split(self) -> tuple[Floats, Floats]:
         return self.states[:, 1:27], self.states[:, 27:]
 
 
-def _start_state(model: Any) -> np.ndarray:
+def _start_state(model: mujoco.MjModel) -> Floats:
     data = mujoco.MjData(model)
     data.qpos[2], data.qpos[7:] = START_HEIGHT_M, POSE_RAD
     full = mujoco.mjtState.mjSTATE_FULLPHYSICS

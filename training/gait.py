@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from spikeport.arrays import Flags
 from spikeport.robot.walk_interface import CONTROL_DT_S
 
 
@@ -26,14 +27,14 @@ class Gait:
         self.contact = np.ones((n, 2), bool)
         self.touched_down = np.zeros((n, 2), bool)
 
-    def reset(self, which: np.ndarray) -> None:
+    def reset(self, which: Flags) -> None:
         """Start anew with both feet on the floor."""
         for clock in (self.air_s, self.contact_s, self.since_lift_s, self.last_air_s):
             clock[which] = 0.0
         self.contact[which] = True
         self.touched_down[which] = False
 
-    def update(self, contact: np.ndarray) -> None:
+    def update(self, contact: Flags) -> None:
         """Advance by one control step with the feet on the floor or not, ``(n, 2)``."""
         self.touched_down = contact & ~self.contact
         self.last_air_s = np.where(self.touched_down, self.air_s, self.last_air_s)

@@ -6,7 +6,6 @@ was drawn.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import torch
@@ -148,11 +147,11 @@ class Learner:
         """What is evaluated and shipped: the average actor."""
         return policy_of(self.average.module)
 
-    def state(self) -> dict[str, Any]:
+    def state(self) -> dict[str, object]:
         """All that must be kept to go on learning."""
         return {**self.ppo.save(), "average": self.average.state_dict()}
 
-    def load(self, state: dict[str, Any]) -> None:
+    def load(self, state: Mapping[str, object]) -> None:
         """Go on from a kept state."""
         self.ppo.load(state, None, True)
         self.average.load_state_dict(state["average"])

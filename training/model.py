@@ -1,7 +1,5 @@
 """The robot as it is trained with: no appearance, position actuators, sensors at its feet."""
 
-from typing import Any
-
 import numpy as np
 
 from spikeport.robot import actuators
@@ -19,8 +17,8 @@ SENSORS = {"heel": 3, "toe": 3, "velocity": 3, "contact": 4}
 """Sensors of each foot in their order, left foot first, and their sizes."""
 
 
-def build() -> Any:
-    """The compiled model, ``mujoco.MjModel``.
+def build() -> mujoco.MjModel:
+    """The compiled model.
 
     Shapes that only look, equality constraints and the sensors of ``h1.xml`` are left out. Each
     foot gets the positions of its heel and toe (m), the velocity of its sole (m/s), and whether
@@ -42,7 +40,7 @@ def build() -> Any:
     return model
 
 
-def _add_foot(spec: Any, foot: str) -> None:
+def _add_foot(spec: mujoco.MjSpec, foot: str) -> None:
     kind, thing = mujoco.mjtSensor, mujoco.mjtObj
     data = mujoco.mjtConDataField
     for part in ("heel", "toe"):

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from spikeport.arrays import Flags, Floats
 from spikeport.robot.walk_interface import gravity
 from spikeport.training.model import HEEL_RADIUS_M, TOE_RADIUS_M
 
@@ -27,13 +28,13 @@ class Feet:
         Velocity of the sole, m/s.
     """
 
-    contact: np.ndarray
-    force_n: np.ndarray
-    height_m: np.ndarray
-    velocity: np.ndarray
+    contact: Flags
+    force_n: Floats
+    height_m: Floats
+    velocity: Floats
 
     @classmethod
-    def from_sensors(cls, sensors: np.ndarray) -> "Feet":
+    def from_sensors(cls, sensors: Floats) -> "Feet":
         """The feet, from the sensors ``(n, 26)`` of `training.model`."""
         each = sensors.reshape(len(sensors), 2, -1)
         force = np.linalg.norm(each[..., 10:13], axis=-1)
@@ -65,18 +66,18 @@ class Motion:
         Joint angles and velocities, rad and rad/s.
     """
 
-    height_m: np.ndarray
-    heading_rad: np.ndarray
-    velocity: np.ndarray
-    level_velocity: np.ndarray
-    turn_rate: np.ndarray
-    yaw_rate: np.ndarray
-    gravity: np.ndarray
-    q: np.ndarray
-    dq: np.ndarray
+    height_m: Floats
+    heading_rad: Floats
+    velocity: Floats
+    level_velocity: Floats
+    turn_rate: Floats
+    yaw_rate: Floats
+    gravity: Floats
+    q: Floats
+    dq: Floats
 
     @classmethod
-    def from_states(cls, qpos: np.ndarray, qvel: np.ndarray) -> "Motion":
+    def from_states(cls, qpos: Floats, qvel: Floats) -> "Motion":
         """The motion, from MuJoCo's ``qpos (n, 26)`` and ``qvel (n, 25)``."""
         w, x, y, z = qpos[:, 3:7].T
         rotation = _rotation(w, x, y, z)
@@ -95,7 +96,7 @@ class Motion:
         )
 
 
-def _rotation(w: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
+def _rotation(w: Floats, x: Floats, y: Floats, z: Floats) -> Floats:
     """Rotation matrices ``(n, 3, 3)`` of unit quaternions."""
     rows = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
@@ -105,7 +106,7 @@ def _rotation(w: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.
     return np.moveaxis(np.array(rows), -1, 0)
 
 
-def _turned_back(vectors: np.ndarray, angle: np.ndarray) -> np.ndarray:
+def _turned_back(vectors: Floats, angle: Floats) -> Floats:
     """Vectors ``(n, 3)`` as seen from a frame that is turned about z by ``angle (n,)``."""
     c, s = np.cos(angle), np.sin(angle)
     x, y, z = vectors.T

@@ -10,7 +10,6 @@ symmetric stand; the actor's first bias, [c + k, c - k], may break it.
 
 import math
 from collections.abc import Sequence
-from typing import Any
 
 import torch
 from rsl_rl.models import MLPModel
@@ -154,6 +153,6 @@ class MirrorModel(MLPModel):
         self.mlp = network
         self.distribution = distribution
 
-    def get_latent(self, obs: TensorDict, *_: Any) -> torch.Tensor:
+    def get_latent(self, obs: TensorDict, *_: object) -> torch.Tensor:
         """The one group that the network reads, not copied."""
         return obs[self.obs_groups[0]]

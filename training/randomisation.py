@@ -1,10 +1,10 @@
 """What differs from one training robot to the next, and from one step to the next."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
+from spikeport.robot.engine import mujoco
 from spikeport.robot.walk_interface import OBSERVATION_SIZE, PARTS
 from spikeport.training.model import KD, KP
 
@@ -76,12 +76,12 @@ class Bodies:
         The unchanged model.
     """
 
-    def __init__(self, nominal: Any) -> None:
+    def __init__(self, nominal: mujoco.MjModel) -> None:
         self._nominal = nominal
         self._floor = nominal.geom("floor").id
         self._torso = nominal.body("torso_link").id
 
-    def draw(self, model: Any, ranges: Randomisation, rng: np.random.Generator) -> None:
+    def draw(self, model: mujoco.MjModel, ranges: Randomisation, rng: np.random.Generator) -> None:
         """Give ``model`` other friction, inertia and gains; lengths stay what they are."""
         nominal = self._nominal
         model.geom_friction[self._floor, 0] = rng.uniform(*ranges.friction)

@@ -11,6 +11,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from spikeport.arrays import Flags, Floats
 from spikeport.robot.description import JOINTS
 from spikeport.robot.walk_interface import CONTROL_DT_S, POSE_RAD
 from spikeport.training.gait import Gait
@@ -48,21 +49,22 @@ class Step:
     motion: Motion
     feet: Feet
     gait: Gait
-    command: np.ndarray
-    moving: np.ndarray
-    velocity: np.ndarray
-    yaw_rate: np.ndarray
-    drift: np.ndarray
-    actions: tuple[np.ndarray, np.ndarray, np.ndarray]
-    joint_acceleration: np.ndarray
-    torque_nm: np.ndarray
-    fallen: np.ndarray
+    command: Floats
+    moving: Flags
+    velocity: Floats
+    yaw_rate: Floats
+    drift: Floats
+    actions: tuple[Floats, Floats, Floats]
+    joint_acceleration: Floats
+    torque_nm: Floats
+    fallen: Flags
     settings: RewardSettings
 
     @property
-    def single_support(self) -> np.ndarray:
+    def single_support(self) -> Flags:
         """Who is asked to move and has one foot on the floor, ``(n,)``."""
-        return self.moving & (self.feet.contact.sum(axis=1) == 1)
+        on_one: Flags = self.feet.contact.sum(axis=1) == 1
+        return self.moving & on_one
 
 
 def _of(*endings: str) -> list[int]:
@@ -77,168 +79,175 @@ _ANKLES = _of("ankle")
 _ANKLE_LIMITS_RAD = (-0.80, 0.45)
 
 
-def _squares(x: np.ndarray) -> np.ndarray:
-    return np.einsum("ni,ni->n", x, x)
+def _sum(x: Floats) -> Floats:
+    """Over feet or joints."""
+    total: Floats = x.sum(axis=1)
+    return total
 
 
-def _deviation(s: Step, joints: list[int]) -> np.ndarray:
-    return np.abs(s.motion.q[:, joints] - POSE_RAD[joints]).sum(axis=1)
+def _squares(x: Floats) -> Floats:
+    total: Floats = np.einsum("ni,ni->n", x, x)
+    return total
 
 
-def track_velocity(s: Step) -> np.ndarray:
+def _deviation(s: Step, joints: list[int]) -> Floats:
+    return _sum(np.abs(s.motion.q[:, joints] - POSE_RAD[joints]))
+
+
+def track_velocity(s: Step) -> Floats:
     """exp(-|v* - v|^2 / sd^2)."""
     return np.exp(-_squares(s.command[:, :2] - s.velocity) / s.settings.vx_sd_m_s**2)
 
 
-def track_yaw_rate(s: Step) -> np.ndarray:
+def track_yaw_rate(s: Step) -> Floats:
     """exp(-(wz* - wz)^2 / sd^2)."""
     return np.exp(-(((s.command[:, 2] - s.yaw_rate) / s.settings.wz_sd_rad_s) ** 2))
 
 
-def on_average(s: Step) -> np.ndarray:
+def on_average(s: Step) -> Floats:
     """exp(-|drift / scale|): speeds sway with every step, but are to be right on average."""
     scale = s.settings.drift_m_s, s.settings.drift_m_s, s.settings.drift_rad_s
     return np.exp(-np.sqrt(_squares(s.drift / scale)))
 
 
-def alive(s: Step) -> np.ndarray:
+def alive(s: Step) -> Floats:
     """1 while it stands."""
-    return 1.0 - s.fallen
+    return (~s.fallen).astype(float)
 
 
-def fall(s: Step) -> np.ndarray:
+def fall(s: Step) -> Floats:
     """1 in the step it falls."""
     return s.fallen.astype(float)
 
 
-def air_time(s: Step) -> np.ndarray:
+def air_time(s: Step) -> Floats:
     """How long one foot has been up and the other down, the shorter of both, up to ``step_s``."""
-    both = np.minimum(s.gait.air_s.max(axis=1), s.gait.contact_s.max(axis=1))
+    both: Floats = np.minimum(s.gait.air_s.max(axis=1), s.gait.contact_s.max(axis=1))
     return np.minimum(both, s.settings.step_s) * s.single_support
 
 
-def lift(s: Step) -> np.ndarray:
+def lift(s: Step) -> Floats:
     """Height of the swinging foot in single support, as a share of ``lift_m``, up to 1."""
-    height = s.feet.height_m.max(axis=1) / s.settings.lift_m
+    height: Floats = s.feet.height_m.max(axis=1) / s.settings.lift_m
     return np.clip(height, 0.0, 1.0) * s.single_support
 
 
-def late_lift(s: Step) -> np.ndarray:
+def late_lift(s: Step) -> Floats:
     """Time beyond ``lift_every_s`` since each foot was lifted, up to 1 s each."""
     late = np.clip(s.gait.since_lift_s - s.settings.lift_every_s, 0.0, 1.0)
-    return late.sum(axis=1) * s.moving
+    return _sum(late) * s.moving
 
 
-def long_air(s: Step) -> np.ndarray:
+def long_air(s: Step) -> Floats:
     """Whether a foot is up longer than ``longest_step_s``."""
     return (s.gait.air_s > s.settings.longest_step_s).any(axis=1).astype(float)
 
 
-def early_touchdown(s: Step) -> np.ndarray:
+def early_touchdown(s: Step) -> Floats:
     """By how much less than ``step_s`` a foot was up, per second, as it comes down."""
     early = np.clip(s.settings.step_s - s.gait.last_air_s, 0.0, None) * s.gait.touched_down
-    return early.sum(axis=1) * s.moving / CONTROL_DT_S
+    return _sum(early) * s.moving / CONTROL_DT_S
 
 
-def clearance(s: Step) -> np.ndarray:
+def clearance(s: Step) -> Floats:
     """Missing height squared times speed of each foot in the air, m^3/s."""
     missing = np.clip(s.settings.clearance_m - s.feet.height_m, 0.0, None) ** 2
     speed = np.linalg.norm(s.feet.velocity[..., :2], axis=-1)
-    return (missing * speed).sum(axis=1)
+    return _sum(missing * speed)
 
 
-def high_foot(s: Step) -> np.ndarray:
+def high_foot(s: Step) -> Floats:
     """Height of each foot beyond ``high_m``."""
-    return np.clip(s.feet.height_m - s.settings.high_m, 0.0, None).sum(axis=1)
+    return _sum(np.clip(s.feet.height_m - s.settings.high_m, 0.0, None))
 
 
-def slide(s: Step) -> np.ndarray:
+def slide(s: Step) -> Floats:
     """Horizontal speed of the feet on the floor."""
-    return (np.linalg.norm(s.feet.velocity[..., :2], axis=-1) * s.feet.contact).sum(axis=1)
+    return _sum(np.linalg.norm(s.feet.velocity[..., :2], axis=-1) * s.feet.contact)
 
 
-def flight(s: Step) -> np.ndarray:
+def flight(s: Step) -> Floats:
     """1 with both feet in the air."""
     return (~s.feet.contact.any(axis=1)).astype(float)
 
 
-def impact(s: Step) -> np.ndarray:
+def impact(s: Step) -> Floats:
     """Contact force of each foot beyond ``impact_n``."""
-    return np.clip(s.feet.force_n - s.settings.impact_n, 0.0, 1000.0).sum(axis=1)
+    return _sum(np.clip(s.feet.force_n - s.settings.impact_n, 0.0, 1000.0))
 
 
-def stand(s: Step) -> np.ndarray:
+def stand(s: Step) -> Floats:
     """1 with both feet on the floor where it is asked to stand."""
     return (~s.moving & s.feet.contact.all(axis=1)).astype(float)
 
 
-def restless(s: Step) -> np.ndarray:
+def restless(s: Step) -> Floats:
     """Heights of the feet where it is asked to stand."""
-    return s.feet.height_m.clip(min=0.0).sum(axis=1) * ~s.moving
+    return _sum(s.feet.height_m.clip(min=0.0)) * ~s.moving
 
 
-def low_pelvis(s: Step) -> np.ndarray:
+def low_pelvis(s: Step) -> Floats:
     """How far the pelvis is below ``pelvis_m``."""
     return np.clip(s.settings.pelvis_m - s.motion.height_m, 0.0, None)
 
 
-def tilt(s: Step) -> np.ndarray:
+def tilt(s: Step) -> Floats:
     """Horizontal part of gravity in the pelvis frame, squared."""
     return _squares(s.motion.gravity[:, :2])
 
 
-def sway(s: Step) -> np.ndarray:
+def sway(s: Step) -> Floats:
     """Angular velocity about the horizontal axes, squared."""
     return _squares(s.motion.turn_rate[:, :2])
 
 
-def bounce(s: Step) -> np.ndarray:
+def bounce(s: Step) -> Floats:
     """Vertical velocity, squared."""
     return s.motion.level_velocity[:, 2] ** 2
 
 
-def hips(s: Step) -> np.ndarray:
+def hips(s: Step) -> Floats:
     """Yaw and roll of the hips from the default pose."""
     return _deviation(s, _HIPS)
 
 
-def torso(s: Step) -> np.ndarray:
+def torso(s: Step) -> Floats:
     """Turn of the torso."""
     return _deviation(s, _TORSO)
 
 
-def swinging_arms(s: Step) -> np.ndarray:
+def swinging_arms(s: Step) -> Floats:
     """Shoulder pitch and elbow from the default pose."""
     return _deviation(s, _SWINGING)
 
 
-def spread_arms(s: Step) -> np.ndarray:
+def spread_arms(s: Step) -> Floats:
     """Shoulder roll and yaw from the default pose."""
     return _deviation(s, _SHOULDERS)
 
 
-def ankle_limits(s: Step) -> np.ndarray:
+def ankle_limits(s: Step) -> Floats:
     """How far the ankles are beyond nine tenths of their range."""
     q = s.motion.q[:, _ANKLES]
-    return np.abs(q - np.clip(q, *_ANKLE_LIMITS_RAD)).sum(axis=1)
+    return _sum(np.abs(q - np.clip(q, *_ANKLE_LIMITS_RAD)))
 
 
-def acceleration(s: Step) -> np.ndarray:
+def acceleration(s: Step) -> Floats:
     """Joint accelerations, squared."""
     return _squares(s.joint_acceleration)
 
 
-def torque(s: Step) -> np.ndarray:
+def torque(s: Step) -> Floats:
     """Joint torques, squared."""
     return _squares(s.torque_nm)
 
 
-def action_rate(s: Step) -> np.ndarray:
+def action_rate(s: Step) -> Floats:
     """Change of the action, squared."""
     return _squares(s.actions[0] - s.actions[1])
 
 
-def action_jerk(s: Step) -> np.ndarray:
+def action_jerk(s: Step) -> Floats:
     """Second difference of the action, squared."""
     newest, last, oldest = s.actions
     return _squares(newest - 2 * last + oldest)
@@ -280,12 +289,12 @@ class Weights:
     action_jerk: float = -0.005
 
 
-TERMS: dict[str, Callable[[Step], np.ndarray]] = {
+TERMS: dict[str, Callable[[Step], Floats]] = {
     field.name: globals()[field.name] for field in fields(Weights)
 }
 
 
-def reward(s: Step, weights: Weights) -> dict[str, np.ndarray]:
+def reward(s: Step, weights: Weights) -> dict[str, Floats]:
     """The reward of every term that counts, ``(n,)`` each."""
     weight = {name: getattr(weights, name) for name in TERMS}
     return {n: CONTROL_DT_S * weight[n] * TERMS[n](s) for n in TERMS if weight[n] != 0.0}

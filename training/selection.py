@@ -8,11 +8,11 @@ robots fall that chance would choose.
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from spikeport.errors import UsageError
 from spikeport.networks.walking_policy import WalkingPolicy
 from spikeport.training import checkpoint
+from spikeport.training.checkpoint import Entry
 from spikeport.training.environment import Task
 from spikeport.training.evaluate import evaluate
 from spikeport.training.learner import Learner, LearnerOptions
@@ -45,7 +45,7 @@ def rank(falls: int, vx_error_m_s: float, wz_error_rad_s: float) -> tuple[int, f
 
 
 def choose(
-    folder: Path, log: list[dict[str, Any]], task: Task, learner: LearnerOptions, progress: Progress
+    folder: Path, log: list[Entry], task: Task, learner: LearnerOptions, progress: Progress
 ) -> Choice:
     """The best under hard pushes of the checkpoints that walked best in training.
 
@@ -63,7 +63,7 @@ def choose(
     return min(choices, key=lambda choice: choice.rank)
 
 
-def shortlist(log: list[dict[str, Any]]) -> list[dict[str, Any]]:
+def shortlist(log: list[Entry]) -> list[Entry]:
     """The entries that walked best, of those evaluated in the last stage."""
     evaluated = [e for e in log if "vx_error_m_s" in e and e["stage"] == log[-1]["stage"]]
     if not evaluated:
@@ -71,7 +71,7 @@ def shortlist(log: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return sorted(evaluated, key=_rank_of)[:SHORTLIST]
 
 
-def _rank_of(figures: dict[str, Any]) -> tuple[int, float]:
+def _rank_of(figures: Entry) -> tuple[int, float]:
     return rank(figures["fallen"], figures["vx_error_m_s"], figures["wz_error_rad_s"])
 
 

@@ -9,7 +9,6 @@ import json
 import time
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import torch
@@ -17,7 +16,7 @@ import torch
 from spikeport.atomic import write_text
 from spikeport.errors import UsageError
 from spikeport.training import checkpoint
-from spikeport.training.checkpoint import Checkpoint
+from spikeport.training.checkpoint import Checkpoint, Entry
 from spikeport.training.curriculum import STAGES, Stage, stage_at
 from spikeport.training.environment import Task, WalkEnvironment
 from spikeport.training.evaluate import evaluate
@@ -62,7 +61,7 @@ class TrainOptions:
         """Number of segments of the whole run."""
         return -(-self.steps // self.steps_per_segment)
 
-    def identity(self) -> dict[str, Any]:
+    def identity(self) -> dict[str, object]:
         """What must be the same when a run goes on."""
         return {
             "seed": self.seed,
@@ -71,7 +70,7 @@ class TrainOptions:
         }
 
 
-def train(options: TrainOptions, progress: Progress) -> list[dict[str, Any]]:
+def train(options: TrainOptions, progress: Progress) -> list[Entry]:
     """Train, or go on training, until all steps are done; returns the figures of every segment.
 
     Raises
@@ -100,7 +99,7 @@ def _help(worker: Worker, options: TrainOptions) -> None:
         _learn(learner, options, segment, lambda _what, _share: None)
 
 
-def _start(options: TrainOptions, worker: Worker) -> tuple[Learner, int, list[dict[str, Any]]]:
+def _start(options: TrainOptions, worker: Worker) -> tuple[Learner, int, list[Entry]]:
     """The learner, new or as it was left, the number of segments done, and their figures."""
     torch.set_num_threads(1)
     torch.manual_seed(options.seed)
@@ -119,9 +118,7 @@ def _start(options: TrainOptions, worker: Worker) -> tuple[Learner, int, list[di
     return learner, last.segment, last.log
 
 
-def _segment(
-    learner: Learner, options: TrainOptions, segment: int, progress: Progress
-) -> dict[str, Any]:
+def _segment(learner: Learner, options: TrainOptions, segment: int, progress: Progress) -> Entry:
     """Train for one segment; returns its figures, with an evaluation where one is due."""
     step = segment * options.steps_per_segment
     stage = stage_at(step, options.stages)

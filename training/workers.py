@@ -10,9 +10,11 @@ import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple, TypeVarTuple
 
 from torch import distributed
+
+Arguments = TypeVarTuple("Arguments")
 
 
 class Worker(NamedTuple):
@@ -32,7 +34,9 @@ ALONE = Worker()
 
 
 @contextmanager
-def others(number: int, work: Callable[..., Any], *args: Any) -> Iterator[None]:
+def others(
+    number: int, work: Callable[[Worker, *Arguments], object], *args: *Arguments
+) -> Iterator[None]:
     """Let ``number`` other processes do ``work(worker, *args)`` beside this one, the first."""
     if not number:
         yield
@@ -57,6 +61,11 @@ def others(number: int, work: Callable[..., Any], *args: Any) -> Iterator[None]:
                 process.join()
 
 
-def _help(worker: Worker, meeting: str, work: Callable[..., Any], args: tuple[Any, ...]) -> None:
+def _help(
+    worker: Worker,
+    meeting: str,
+    work: Callable[[Worker, *Arguments], object],
+    args: tuple[*Arguments],
+) -> None:
     worker.join(meeting)
     work(worker, *args)

@@ -1,20 +1,23 @@
 """`NativeChip`: an image on the compiled kernels."""
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from spikeport.backends.compiled import make_ready
 from spikeport.backends.counter import make_activity
 from spikeport.backends.native.kernel import LEARNING, accept, deliver, step, update
-from spikeport.backends.native.learning import Learning
 from spikeport.backends.native.loaded import Loaded, neurons_of, resting_state
 from spikeport.backends.native.noise import NONE, Noise
-from spikeport.backends.native.wiring import wire
-from spikeport.compile.image import ChipImage
-from spikeport.compile.outputs import readout_compartments
+from spikeport.backends.native.wiring import Wiring, wire
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.tables import part
 from spikeport.errors import BackendError
 from spikeport.hardware_models.activity import PER_STEP, Activity
+
+if TYPE_CHECKING:
+    from spikeport.backends.native.learning import Learning
 
 
 class NativeChip:
@@ -25,30 +28,30 @@ class NativeChip:
     Parameters
     ----------
     image : ChipImage
-        What to run.
+        The image to run.
     seed : int
         Seed of noise and of the rounding of learned weights.
     """
 
     def __init__(self, image: ChipImage, seed: int) -> None:
-        self._image = image
+        self._image = image.checked
         self._wiring = wire(image)
         self.state = resting_state(image, self._wiring)
         self._loaded = Loaded(self._wiring, neurons_of(image), self.state)
         rng = np.random.RandomState(seed)
-        self._learning = Learning(image, self._wiring, rng)
-        self._noise = Noise(image, rng, drawn_anyway=self._learning.active)
+        self._learning = _learning(image, self._wiring, rng)
+        self._noise = Noise(image, rng, drawn_anyway=self._learning is not None)
         self._n_arriving = 0
         self._counts: list[np.ndarray] = []
         self._counted = len(PER_STEP), image.n_cores
-        parts = [image.part("output_start", i) for i in range(len(image.manifest["outputs"]))]
+        parts = [part(image.outputs.start, i) for i in range(len(image.manifest.outputs))]
         self._views = [self.state.held[part] for part in parts]
         self._closed = False
         self._make_ready()
 
     def _make_ready(self) -> None:
         no_spikes, no_counts = np.zeros(0, dtype=np.int64), np.zeros((0, 0), dtype=np.int64)
-        if self._learning.active:
+        if self._learning is not None:
             make_ready(accept, self._loaded, no_spikes)
             make_ready(deliver, self._loaded, 0, no_counts)
             make_ready(update, self._loaded, 0, NONE, no_counts)
@@ -56,33 +59,37 @@ class NativeChip:
             make_ready(step, self._loaded, 0, no_spikes, NONE, no_counts)
 
     def step(self, spikes: np.ndarray, errors: Mapping[int, np.ndarray]) -> list[np.ndarray]:
-        """See `spikeport.backends.chip.Chip.step`."""
+        """Advance by one step; see `spikeport.backends.chip.Chip.step`."""
         if self._closed:
             raise BackendError("the chip is closed: it cannot step any more")
         sources = _sources(spikes)
-        self._learning.check(errors)
         counts = np.zeros(self._counted, dtype=np.int64)
-        advance = self._step_learning if self._learning.active else self._step
-        n_arriving = advance(sources, counts, errors)
+        if self._learning is None:
+            _refuse_errors(errors)
+            noise = self._noise.draw()
+            n_arriving = step(self._loaded, self._n_arriving, sources, noise, counts)
+        else:
+            n_arriving = self._step_learning(self._learning, sources, counts, errors)
         if n_arriving < 0:
             raise self._refusal(sources)
         self._n_arriving = n_arriving
         self._counts.append(counts)
         return self._views
 
-    def _step(self, sources: np.ndarray, counts: np.ndarray, _: Mapping[int, np.ndarray]) -> int:
-        noise = self._noise.draw()
-        return step(self._loaded, self._n_arriving, sources, noise, counts)
-
     def _step_learning(
-        self, sources: np.ndarray, counts: np.ndarray, errors: Mapping[int, np.ndarray]
+        self,
+        learning: "Learning",
+        sources: np.ndarray,
+        counts: np.ndarray,
+        errors: Mapping[int, np.ndarray],
     ) -> int:
-        """A step in parts: weights change between the delivery of spikes and the update."""
+        """Step in parts: weights change between the delivery of spikes and the update."""
+        learning.check(errors)
         n_pending = accept(self._loaded, sources)
         if n_pending < 0:
             return -1
         n = deliver(self._loaded, self._n_arriving, counts)
-        counts[LEARNING] = self._learning.step(self.state.touched[:n], errors)
+        counts[LEARNING] = learning.step(self.state.touched[:n], errors)
         return update(self._loaded, n_pending, self._noise.draw(), counts)
 
     def _refusal(self, sources: np.ndarray) -> BackendError:
@@ -93,18 +100,18 @@ class NativeChip:
         )
 
     def activity(self) -> Activity:
-        """See `spikeport.backends.chip.Chip.activity`."""
+        """Return the counts; see `spikeport.backends.chip.Chip.activity`."""
         image = self._image
         return make_activity(
             image.cores,
-            image.manifest["dt_s"],
+            image.manifest.dt_s,
             self._counts,
             self._messages(),
-            int(self.state.spike_count[readout_compartments(image)].sum()),
+            int(self.state.spike_count[image.readouts].sum()),
         )
 
     def _messages(self) -> tuple[np.ndarray, np.ndarray]:
-        """Messages of the run from core to core, and from the host to each core."""
+        """Return the messages of the run from core to core, and from the host to each core."""
         core, _, home = self._wiring.cost.T
         sent = np.repeat(self.state.sent[1], np.diff(self._wiring.fan_start))
         n = self._image.n_cores
@@ -118,12 +125,26 @@ class NativeChip:
         return self._wiring.weights.itemsize
 
     def close(self) -> None:
-        """See `spikeport.backends.chip.Chip.close`."""
+        """Free the arrays; see `spikeport.backends.chip.Chip.close`."""
         self._closed = True
 
 
+def _learning(image: ChipImage, wiring: Wiring, rng: np.random.RandomState) -> "Learning | None":
+    """Return the learning of an image; None where nothing learns."""
+    if not image.learns.any():
+        return None
+    from spikeport.backends.native.learning import Learning  # needs nengo-loihi
+
+    return Learning(image, wiring, rng)
+
+
+def _refuse_errors(errors: Mapping[int, np.ndarray]) -> None:
+    for group in errors:
+        raise BackendError(f"synapse group {group} does not learn; those that do: none")
+
+
 def _sources(spikes: np.ndarray) -> np.ndarray:
-    """The numbers of the sources that spike, as the kernels take them."""
+    """Return the numbers of the sources that spike, in the type of the kernels."""
     sources = np.asarray(spikes)
     if sources.size and (sources.ndim != 1 or sources.dtype.kind not in "iu"):
         raise BackendError(

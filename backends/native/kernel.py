@@ -37,7 +37,7 @@ SPIKES, OPERATIONS, ACTIVE, INACTIVE, MESSAGES_IN, LEARNING = range(6)
 def step(
     loaded: Loaded, n_arriving: int, sources: np.ndarray, noise: np.ndarray, counts: np.ndarray
 ) -> int:
-    """A whole step of a chip that does not learn; returns the number of spikes under way.
+    """Compute a whole step of a chip that does not learn; return the number of spikes under way.
 
     The same as `accept`, `deliver` and `update` in turn, in one call; -1 where the first refuses.
     """
@@ -50,7 +50,7 @@ def step(
 
 @njit(cache=True)
 def accept(loaded: Loaded, sources: np.ndarray) -> int:
-    """Put the host's spikes into ``pending``; returns how many, or -1 if one is of no source."""
+    """Put the host's spikes into ``pending``; return their number, or -1 if one is of no source."""
     first, pending = len(loaded.state.q), loaded.state.pending
     size = len(pending)
     if len(sources) > size:
@@ -64,7 +64,7 @@ def accept(loaded: Loaded, sources: np.ndarray) -> int:
 
 @njit(cache=True)
 def deliver(loaded: Loaded, n_arriving: int, counts: np.ndarray) -> int:
-    """Add up the weights of all arriving spikes; returns the number of deliveries touched.
+    """Add up the weights of all arriving spikes; return the number of deliveries touched.
 
     ``counts`` gains synaptic operations and messages of each core in its rows for them.
     """
@@ -82,7 +82,7 @@ def deliver(loaded: Loaded, n_arriving: int, counts: np.ndarray) -> int:
 
 @njit(cache=True)
 def _sort(wiring: Wiring, state: State, n_arriving: int) -> int:
-    """Count the arriving spikes by delivery and by fan; returns the number of deliveries.
+    """Count the arriving spikes by delivery and by fan; return the number of deliveries.
 
     Without branches where spikes would make them mispredicted.
     """
@@ -121,7 +121,7 @@ def _count(wiring: Wiring, sent: np.ndarray, counts: np.ndarray) -> None:
 
 @njit(cache=True)
 def update(loaded: Loaded, n_pending: int, noise: np.ndarray, counts: np.ndarray) -> int:
-    """Update all compartments, and fill ``held``; returns the number of spikes under way.
+    """Update all compartments, and fill ``held``; return the number of spikes under way.
 
     ``noise`` (2, n_compartments) is added to q and to u, and has no columns where there is none.
     ``counts`` gains spikes, active and inactive updates of each core in its rows for them.
@@ -160,7 +160,7 @@ def _decay(x: np.int32, keep: np.int32) -> np.int32:
 
 @njit(cache=True)
 def _receive(q: np.ndarray, sums: np.ndarray, shift: int, noise: np.ndarray) -> None:
-    """Set q to what arrived, and begin to add up anew."""
+    """Set q to the sums that arrived, and begin to add up anew."""
     for i in range(len(q)):
         q[i] = I32(I32(sums[i]) << shift)
         sums[i] = 0
@@ -218,7 +218,7 @@ def _rest(refractory: np.ndarray, refract: np.ndarray, spiked: np.ndarray) -> No
 
 @njit(cache=True)
 def _hold(neurons: Neurons, state: State) -> None:
-    """Copy what outputs read: the voltage, current or spike of each compartment."""
+    """Copy the values that outputs read: the voltage, current or spike of each compartment."""
     for k in range(len(state.held)):
         i, key = neurons.read[k]
         state.held[k] = state.v[i] if key == 0 else state.u[i] if key == 1 else state.spiked[i]
@@ -226,7 +226,7 @@ def _hold(neurons: Neurons, state: State) -> None:
 
 @njit(cache=True)
 def _list_spikes(neurons: Neurons, state: State, counts: np.ndarray) -> int:
-    """List the compartments that spiked; without branches, which spikes would make mispredicted."""
+    """List the compartments that spiked, without branches, which spikes would make mispredicted."""
     n = 0
     for block in range(len(neurons.block)):
         begin, end, core, always_active = neurons.block[block]

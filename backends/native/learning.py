@@ -1,4 +1,4 @@
-"""PES learning, by nengo-loihi's own code: exact, and paid for by learning synapses alone."""
+"""PES learning, by nengo-loihi's own code: exact, and only learning synapses cost anything."""
 
 from collections.abc import Mapping
 
@@ -10,8 +10,8 @@ from spikeport.backends.native.contacts import first_contacts
 from spikeport.backends.native.rows import kept_synapses
 from spikeport.backends.native.wiring import Wiring
 from spikeport.backends.nengo_loihi import load_blocks
-from spikeport.compile.image import ChipImage
-from spikeport.compile.usage import synapse_core
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.tables import part
 from spikeport.errors import BackendError, ImageError
 
 
@@ -23,7 +23,7 @@ class Learning:
     image : ChipImage
         The image.
     wiring : Wiring
-        Its wiring, whose weights follow what is learned.
+        Its wiring, whose weights follow those that are learned.
     rng : np.random.RandomState
         The chip's stream, shared with noise.
 
@@ -34,21 +34,18 @@ class Learning:
     """
 
     def __init__(self, image: ChipImage, wiring: Wiring, rng: np.random.RandomState) -> None:
-        self._groups = np.flatnonzero(image["synapse_learning"][:, 0])
-        self.active = len(self._groups) > 0
-        if not self.active:
-            return
+        self._groups = np.flatnonzero(image.learns)
         for group in self._groups:
             _check_plain(image, int(group))
         blocks, synapses = load_blocks(image)
         for block in blocks:
             block.synapses = [s for s in block.synapses if s.learning]
-        scale = image.manifest["pes_error_scale"]
+        scale = image.manifest.pes_error_scale
         self._state = SynapseState(BlockInfo(blocks), pes_error_scale=scale, strict=False)
         self._synapses = {int(group): synapses[group] for group in self._groups}
         self._image, self._wiring, self._rng = image, wiring, rng
-        self._cores = synapse_core(image)
-        deliveries = first_contacts(image)[image["in_axon_start"]]  # one an axon: no atoms learn
+        self._cores = image.group_core
+        deliveries = first_contacts(image)[image.groups.axon_start]  # one an axon: no atoms learn
         self._deliveries = {int(g): (deliveries[g], deliveries[g + 1]) for g in self._groups}
         self._places = {int(group): _places(image, int(group)) for group in self._groups}
         self._t = 0
@@ -56,8 +53,8 @@ class Learning:
     def check(self, errors: Mapping[int, np.ndarray]) -> None:
         """Refuse errors of groups that do not learn, or of another shape than the group's."""
         for group, error in errors.items():
-            if not self.active or group not in self._synapses:
-                known = ", ".join(map(str, self._groups)) or "none"
+            if group not in self._synapses:
+                known = ", ".join(map(str, self._groups))
                 raise BackendError(f"synapse group {group} does not learn; those that do: {known}")
             expected = self._state.pes_errors[self._synapses[group]].shape
             if np.shape(error) != expected:
@@ -66,7 +63,7 @@ class Learning:
                 )
 
     def step(self, touched: np.ndarray, errors: Mapping[int, np.ndarray]) -> np.ndarray:
-        """Learn from the deliveries and errors of one step; (n_cores,) weights updated."""
+        """Learn from the spikes and errors of a step; return the weights updated, (n_cores,)."""
         self._t += 1
         self._state.update_pes_errors([(self._synapses[g], self._t, e) for g, e in errors.items()])
         for group, synapse in self._synapses.items():
@@ -89,21 +86,21 @@ class Learning:
 
 
 def _check_plain(image: ChipImage, group: int) -> None:
-    """Traces belong to axons and weights to rows: for them to meet, each axon has its own row."""
-    axons, rows = image.part("in_axon_start", group), image.part("row_start", group)
-    own = np.array_equal(image["in_axon_row"][axons], np.arange(rows.stop - rows.start))
-    if not own or (image["row_atoms"][rows] != 1).any() or (image["in_axon_base"][axons] < 0).any():
+    """Refuse axons that share rows: traces belong to axons, weights to rows, and they must meet."""
+    axons, rows = part(image.groups.axon_start, group), part(image.groups.row_start, group)
+    own = np.array_equal(image.in_axons.row[axons], np.arange(rows.stop - rows.start))
+    if not own or (image.rows.atoms[rows] != 1).any() or (image.in_axons.base[axons] < 0).any():
         raise ImageError(
-            f"synapse group '{image.manifest['synapses'][group]['label']}' learns: each of its "
+            f"synapse group '{image.manifest.groups[group].label}' learns: each of its "
             "axons needs a row of its own, of one atom, and a base; compile the image again"
         )
 
 
 def _places(image: ChipImage, group: int) -> tuple[np.ndarray, np.ndarray]:
-    """Where the wiring holds weights of a group, and which of the group's weights they are."""
+    """Return the places of a group's weights in the wiring, and the numbers of those weights."""
     _, kept = kept_synapses(image)
-    number = np.arange(len(image["weights"]))[kept]
-    rows = image.part("row_start", group)
-    first, end = image["row_weight_start"][[rows.start, rows.stop]]
+    number = np.arange(len(image.synapses.weight))[kept]
+    rows = part(image.groups.row_start, group)
+    first, end = image.rows.start[[rows.start, rows.stop]]
     place = np.flatnonzero((number >= first) & (number < end))
     return place, number[place] - first

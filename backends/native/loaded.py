@@ -1,4 +1,4 @@
-"""What the kernels work on: an image's constants and state, loaded once, passed as one object."""
+"""The kernels' view of an image: constants and state, loaded once, passed as one object."""
 
 from typing import Any, NamedTuple
 
@@ -7,36 +7,37 @@ from numba import njit, types
 from numba.experimental import structref
 
 from spikeport.backends.native.wiring import Wiring
-from spikeport.compile.image import ChipImage
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.tables import part
 
 KEYS = ("voltage", "current", "spiked")
 NARROW_SHIFT = 6
-"""From so many bits on, sums need no more than 16 of the 22 bits of q."""
+"""Shift from which sums need no more than 16 of the 22 bits of q."""
 CACHE_LINE = 64
-"""Its bytes."""
+"""Bytes of a cache line."""
 STRETCH = 1024
-"""Compartments updated at once: few enough that their state stays in the nearest cache."""
+"""Number of compartments updated at once: their state stays in the nearest cache."""
 
 
 class Neurons(NamedTuple):
-    """Constants of compartments: per compartment, unless said otherwise."""
+    """Constants of neurons: per compartment, unless the field states another shape."""
 
     block: np.ndarray
-    """(n_blocks, 4) of each block: its first compartment and the one after its last, its core, and
-    1 if all of them have a bias, hence are always active."""
+    """First compartment of each block, the one after its last, its core, and 1 if all compartments
+    have a bias, hence are always active, (n_blocks, 4)."""
     stretch: np.ndarray
-    """(.., 4) of each stretch of compartments clipped alike: begin, end, vmin, vmax."""
+    """Stretches of compartments that are clipped alike: begin, end, vmin, vmax, (.., 4)."""
     bias: np.ndarray
     keep_u: np.ndarray
     keep_v: np.ndarray
     vth: np.ndarray
     refract: np.ndarray
     read: np.ndarray
-    """(.., 2) what outputs read: compartments, and places in `KEYS`."""
+    """Compartments that outputs read, and their places in `KEYS`, (.., 2)."""
 
 
 class State(NamedTuple):
-    """What changes: per compartment, unless said otherwise."""
+    """State of the chip: per compartment, unless the field states another shape."""
 
     sums: np.ndarray
     """Weights that arrive, in units of 2^shift: int16 where q has no more bits, else int32."""
@@ -51,18 +52,18 @@ class State(NamedTuple):
     pending: np.ndarray
     """Sources on the host that spike in this step."""
     spikes_of: np.ndarray
-    """(n_deliveries,) spikes of each delivery."""
+    """Number of spikes of each delivery, (n_deliveries,)."""
     touched: np.ndarray
-    """Deliveries that have any."""
+    """Deliveries that have any spikes."""
     sent: np.ndarray
-    """(2, n_fans) spikes of each fan: in this step, and in all steps."""
+    """Number of spikes of each fan, in this step and in all steps, (2, n_fans)."""
     held: np.ndarray
-    """What outputs read after the step."""
+    """Values that outputs read after the step."""
 
 
 @structref.register
 class _LoadedType(types.StructRef):
-    """How numba sees `Loaded`."""
+    """The type of `Loaded` for numba."""
 
 
 class Loaded(structref.StructRefProxy):
@@ -73,7 +74,7 @@ class Loaded(structref.StructRefProxy):
     state: State
 
     def __new__(cls, wiring: Wiring, neurons: Neurons, state: State) -> Any:
-        """Load them."""
+        """Return the wiring, constants and state as one object."""
         return _load(wiring, neurons, state)
 
 
@@ -82,31 +83,32 @@ structref.define_proxy(Loaded, _LoadedType, ["wiring", "neurons", "state"])
 
 @njit(cache=True)
 def _load(wiring: Wiring, neurons: Neurons, state: State) -> Loaded:
-    return Loaded(wiring, neurons, state)
+    result: Loaded = Loaded(wiring, neurons, state)
+    return result
 
 
 def neurons_of(image: ChipImage) -> Neurons:
-    """The constants of an image's compartments."""
-    starts, biased = image["block_start"], image["bias"] != 0
-    always = [biased[image.part("block_start", b)].all() for b in range(image.n_blocks)]
-    reads = np.diff(image["output_start"])
-    keys = np.repeat([KEYS.index(o["key"]) for o in image.manifest["outputs"]], reads)
+    """Return the constants of an image's compartments."""
+    starts, biased = image.blocks.start, image.compartments.bias != 0
+    always = [biased[part(image.blocks.start, b)].all() for b in range(image.n_blocks)]
+    reads = np.diff(image.outputs.start)
+    keys = np.repeat([KEYS.index(o.key) for o in image.manifest.outputs], reads)
     return Neurons(
-        block=np.stack([starts[:-1], starts[1:], image["block_core"], always], axis=1),
+        block=np.stack([starts[:-1], starts[1:], image.blocks.core, always], axis=1),
         stretch=_stretches(image),
-        bias=image["bias"],
-        keep_u=4095 - image["decay_u"],
-        keep_v=4096 - image["decay_v"],
-        vth=image["vth"],
-        refract=image["refract_delay"],
-        read=np.stack([image["output_compartment"], keys], axis=1).astype(np.int64),
+        bias=image.compartments.bias,
+        keep_u=4095 - image.compartments.decay_u,
+        keep_v=4096 - image.compartments.decay_v,
+        vth=image.compartments.vth,
+        refract=image.compartments.refract_delay,
+        read=np.stack([image.reads.compartment, keys], axis=1).astype(np.int64),
     )
 
 
 def _stretches(image: ChipImage) -> np.ndarray:
-    """Compartments cut where another voltage range begins, and every `STRETCH` of them."""
-    starts, n = image["block_start"], image.n_compartments
-    limits = np.stack([image["block_vmin"], image["block_vmax"]], axis=1)
+    """Return stretches that end where the voltage range changes, or at `STRETCH` compartments."""
+    starts, n = image.blocks.start, image.n_compartments
+    limits = np.stack([image.blocks.vmin, image.blocks.vmax], axis=1)
     changes = np.append(True, (np.diff(limits, axis=0) != 0).any(axis=1))
     begin = np.union1d(starts[:-1][changes], np.arange(0, n, STRETCH))
     block = np.searchsorted(starts, begin, side="right") - 1
@@ -114,7 +116,10 @@ def _stretches(image: ChipImage) -> np.ndarray:
 
 
 def _aligned_sums(wiring: Wiring, n: int, dtype: type) -> np.ndarray:
-    """(n,) zeros; where most weights are added a cache line begins, so that vectors share none."""
+    """Return zeros, (n,).
+
+    A cache line begins where most weights are added, so that vectors of them lie in one line.
+    """
     added = np.bincount(wiring.run[:, 0], weights=wiring.run[:, 2], minlength=1)
     line = CACHE_LINE // np.dtype(dtype).itemsize
     room: np.ndarray = np.zeros(n + line, dtype=dtype)
@@ -123,7 +128,7 @@ def _aligned_sums(wiring: Wiring, n: int, dtype: type) -> np.ndarray:
 
 
 def resting_state(image: ChipImage, wiring: Wiring) -> State:
-    """All state at zero."""
+    """Return the state at rest: zero throughout."""
     n, n_deliveries = image.n_compartments, len(wiring.run_start) - 1
     q, u, v, refractory, spiked, spike_count = np.zeros((6, n), dtype=np.int32)
     narrow = wiring.shift >= NARROW_SHIFT
@@ -140,5 +145,5 @@ def resting_state(image: ChipImage, wiring: Wiring) -> State:
         spikes_of=np.zeros(n_deliveries, dtype=np.int32),
         touched=np.zeros(n_deliveries + 1, dtype=np.int32),  # one more is written than counts
         sent=np.zeros((2, len(wiring.fan_start) - 1), dtype=np.int64),
-        held=np.zeros(len(image["output_compartment"]), dtype=np.int32),
+        held=np.zeros(len(image.reads.compartment), dtype=np.int32),
     )

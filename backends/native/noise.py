@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from spikeport.compile.image import ChipImage
+from spikeport.compile.image.chip_image import ChipImage
 
 NONE = np.zeros((2, 0), dtype=np.int32)
 
@@ -15,24 +15,24 @@ class Noise:
     Parameters
     ----------
     image : ChipImage
-        Where it is enabled, and its exponents and offsets.
+        The image, with the exponents and offsets of its noise.
     rng : np.random.RandomState
         The chip's stream, shared with learning.
     drawn_anyway : bool
-        Whether the stream must advance even where no compartment has noise.
+        True if the stream must advance even where no compartment has noise.
     """
 
     def __init__(self, image: ChipImage, rng: np.random.RandomState, drawn_anyway: bool) -> None:
-        sizes = np.diff(image["block_start"])
-        exponent = np.repeat(image["block_noise_exp"], sizes)
-        self._offset = np.repeat(image["block_noise_offset"], sizes) * np.int32(64)
-        self._scale = np.where(image["enable_noise"] == 1, 2.0 ** (exponent - 7), 0)
-        self._on_u = np.repeat(image["block_noise_at_membrane"], sizes) == 1
+        sizes = np.diff(image.blocks.start)
+        exponent = np.repeat(image.blocks.noise_exp, sizes)
+        self._offset = np.repeat(image.blocks.noise_offset, sizes) * np.int32(64)
+        self._scale = np.where(image.compartments.enable_noise == 1, 2.0 ** (exponent - 7), 0)
+        self._on_u = np.repeat(image.blocks.noise_at_membrane, sizes) == 1
         self._drawn = drawn_anyway or bool(self._scale.any())
         self._rng = rng
 
     def draw(self) -> np.ndarray:
-        """(2, n_compartments) noise of this step on q and on u; no columns where there is none."""
+        """Return the noise of this step on q and on u, (2, n_compartments), or no columns."""
         if not self._drawn:
             return NONE
         uniform = self._rng.randint(-127, 128, size=len(self._offset), dtype=np.int32)

@@ -1,4 +1,4 @@
-"""Chip image -> the flat arrays that spikes are delivered along.
+"""The wiring of a chip image: flat arrays that spikes are delivered along.
 
 A spike of a source reaches *contacts* (`spikeport.backends.native.contacts`), each of which adds a
 row of weights to the inputs of some compartments. Contacts that the same sources reach are one
@@ -14,32 +14,38 @@ from typing import NamedTuple
 import numpy as np
 
 from spikeport.backends.native.contacts import Contacts, Pairs, contacts_of, pairs_of
-from spikeport.backends.native.rows import Rows, offsets_of, rows_of, runs_of
-from spikeport.compile.image import ChipImage
+from spikeport.backends.native.rows import Rows, Runs, rows_of, runs_of
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.tables import offsets
+from spikeport.errors import ImageError
+
+MOST_PARTS = 1 << 22
+MOST_SHARED = 32
+"""Limits of the runs of weights: the number always allowed, and the number per held entry."""
 
 
 class Wiring(NamedTuple):
-    """Where spikes go. Arrays called ``x_start`` divide others, as in a chip image."""
+    """The ways of spikes. Arrays called ``x_start`` divide others, as in a chip image."""
 
     delivery_start: np.ndarray
-    """(n_sources + 1,) deliveries of each source."""
+    """Start of each source among the deliveries, (n_sources + 1,)."""
     delivery: np.ndarray
-    """Their numbers."""
+    """Numbers of the deliveries."""
     run_start: np.ndarray
-    """(n_deliveries + 1,) runs of each delivery."""
+    """Start of each delivery among the runs, (n_deliveries + 1,)."""
     run: np.ndarray
-    """(n_runs, 4) of each run: its first target, where its weights begin, how many they are, and by
-    how many bits more than ``shift`` they are to be shifted."""
+    """First target of each run, beginning and number of its weights, and the bits by which they are
+    to be shifted beyond ``shift``, (n_runs, 4)."""
     weights: np.ndarray
-    """All weights, shifted right; int32 where something learns, else as narrow as they fit."""
+    """The weights, shifted right; int32 where something learns, else as narrow as they fit."""
     shift: int
     """Bits by which the weights of all runs are to be shifted."""
     fan: np.ndarray
-    """(n_sources,) the fan of each source: those of a core whose spikes cost the same share it."""
+    """Fan of each source: those of a core whose spikes cost the same share it, (n_sources,)."""
     fan_start: np.ndarray
-    """(n_fans + 1,) destination cores of each fan."""
+    """Start of each fan among the costs, (n_fans + 1,)."""
     cost: np.ndarray
-    """(.., 3) the core, the synapses a spike reads there, and the core it is from, or -1."""
+    """Core, synapses that a spike reads there, and core of the source, or -1, (.., 3)."""
 
 
 def wire(image: ChipImage) -> Wiring:
@@ -50,17 +56,22 @@ def wire(image: ChipImage) -> Wiring:
     Raises
     ------
     ImageError
-        If a synapse targets a compartment outside its block, or a route an axon outside its group.
+        If a number of the image points outside its tables, or axons share rows so often that the
+        arrays would be out of all proportion to the image.
     """
-    learning = bool(image["synapse_learning"][:, 0].any())
-    pairs, rows = pairs_of(image), rows_of(image)
-    contacts = contacts_of(image, rows)
+    learning = bool(image.learns.any())
+    rows = rows_of(image.checked)
+    runs = runs_of(rows)
+    _check_proportion(image, np.diff(runs.start))
+    pairs, contacts = pairs_of(image), contacts_of(image)
+    # Spikes without an axon base are counted as messages, but deliver nothing.
     used = contacts.used[pairs.contact]
     live = Pairs(pairs.source[used], pairs.contact[used])
     delivery = np.arange(len(contacts.row)) if learning else _deliveries(live, contacts)
     order = _reading_order(delivery, rows, contacts)
     place = rows.start[:-1] if learning else _places(rows, contacts.row[order])
-    run_start, run = _runs(order, delivery, place, rows, contacts)
+    run_start, run = _runs(order, delivery, place, rows, runs, contacts)
+    # One contact stands for its delivery: every other has the same sources.
     leads = _first_of_each(delivery)[live.contact]
     return Wiring(
         delivery_start=_starts(live.source[leads], image),
@@ -73,8 +84,29 @@ def wire(image: ChipImage) -> Wiring:
     )
 
 
+def _check_proportion(image: ChipImage, n_runs: np.ndarray) -> None:
+    """Refuse images whose axons share rows more often than any network's do.
+
+    ``n_runs`` counts the runs of each row, atom by atom.
+    """
+    rows = image.rows
+    row_of = np.repeat(np.arange(len(rows)), rows.atoms)
+    in_row = np.bincount(row_of, weights=n_runs, minlength=len(rows)) + rows.atoms
+    # Axons that share a row are cheap in a file, but each takes runs of its own here.
+    n_axons = np.diff(image.groups.axon_start)
+    found = int(in_row[np.repeat(image.groups.row_start[:-1], n_axons) + image.in_axons.row].sum())
+    held = len(image.synapses) + len(image.in_axons) + len(image.out_axons)
+    most = max(MOST_PARTS, MOST_SHARED * held)
+    if found > most:
+        raise ImageError(
+            f"its axons read {found:,} runs of weights, limit {most:,} for an image of {held:,} "
+            "axons and weights: rows are shared out of all proportion; compile it again"
+        )
+
+
 def _deliveries(live: Pairs, contacts: Contacts) -> np.ndarray:
-    """(n_contacts,) the delivery of each contact, -1 where no spike arrives."""
+    """Return the delivery of each contact, -1 where no spike arrives, (n_contacts,)."""
+    # Sorted by contact, then source: contacts of the same sources have equal stretches.
     order = np.lexsort((live.source, live.contact))
     reached, first = np.unique(live.contact[order], return_index=True)
     delivery = np.full(len(contacts.row), -1)
@@ -83,7 +115,8 @@ def _deliveries(live: Pairs, contacts: Contacts) -> np.ndarray:
 
 
 def number_alike(values: np.ndarray, start: np.ndarray) -> np.ndarray:
-    """Number the parts that ``start`` divides ``values`` into; parts that are equal, alike."""
+    """Number the parts that ``start`` divides ``values`` into, equal parts alike."""
+    # Bytes compare in one operation, whatever the length of a part.
     content = values.tobytes()
     width = values.nbytes // max(len(values), 1)
     known: dict[bytes, int] = {}
@@ -92,14 +125,14 @@ def number_alike(values: np.ndarray, start: np.ndarray) -> np.ndarray:
 
 
 def _first_of_each(delivery: np.ndarray) -> np.ndarray:
-    """(n_contacts,) whether each is the first of its delivery."""
+    """Return the contacts that are the first of their delivery, (n_contacts,)."""
     first = np.zeros(len(delivery), dtype=bool)
     first[np.unique(delivery, return_index=True)[1]] = True
     return first
 
 
 def _reading_order(delivery: np.ndarray, rows: Rows, contacts: Contacts) -> np.ndarray:
-    """Contacts that spikes reach, delivery by delivery, by ascending target."""
+    """Return the contacts that spikes reach, delivery by delivery, by ascending target."""
     filled = (np.diff(rows.start) > 0)[contacts.row]
     read = np.flatnonzero((delivery >= 0) & contacts.used & filled)
     lowest = contacts.first[read] + rows.indices[rows.start[contacts.row[read]]]
@@ -107,28 +140,33 @@ def _reading_order(delivery: np.ndarray, rows: Rows, contacts: Contacts) -> np.n
 
 
 def _places(rows: Rows, read: np.ndarray) -> np.ndarray:
-    """(n_rows,) where the weights of each row begin, once stored in the order they are read."""
+    """Return the beginning of each row's weights, stored in the order they are read, (n_rows,)."""
     sizes = np.diff(rows.start)
     turn = np.full(len(sizes), len(read))
     turn[read[::-1]] = np.arange(len(read))[::-1]  # where a row is read often, its first turn
     order = np.argsort(turn, kind="stable")
     place = np.zeros(len(sizes), dtype=np.int64)
-    place[order] = offsets_of(sizes[order])[:-1]
+    place[order] = offsets(sizes[order])[:-1]
     return place
 
 
 def _runs(
-    order: np.ndarray, delivery: np.ndarray, place: np.ndarray, rows: Rows, contacts: Contacts
+    order: np.ndarray,
+    delivery: np.ndarray,
+    place: np.ndarray,
+    rows: Rows,
+    runs: Runs,
+    contacts: Contacts,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The runs of each delivery."""
-    start, run = runs_of(rows)
+    """Return the start of each delivery's runs, and the runs."""
     row = contacts.row[order]
-    of_contact, number = _expand(start[row], start[row + 1])
+    of_contact, number = _expand(runs.start[row], runs.start[row + 1])
     row, of = row[of_contact], delivery[order][of_contact]
-    index, synapse, length = run[number].T
+    index, synapse, length = runs.run[number].T
     shift = rows.shift[row] - rows.common_shift
     target = contacts.first[order][of_contact] + index
     weight = place[row] + synapse - rows.start[row]
+    # Runs join where targets and weights both go on, and the shift is the same.
     begins = np.ones(len(row), dtype=bool)
     begins[1:] = (np.diff(of) != 0) | (target[1:] != (target + length)[:-1])
     begins[1:] |= (weight[1:] != (weight + length)[:-1]) | (np.diff(shift) != 0)
@@ -139,45 +177,46 @@ def _runs(
 
 
 def _expand(begin: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """All numbers of all ranges, one range after the other, and which range each is of."""
+    """Return the range of each number, and the numbers, of all ranges laid end to end."""
     sizes = end - begin
     of = np.repeat(np.arange(len(sizes)), sizes)
-    return of, np.arange(len(of)) + np.repeat(begin - offsets_of(sizes)[:-1], sizes)
+    return of, np.arange(len(of)) + np.repeat(begin - offsets(sizes)[:-1], sizes)
 
 
 def _placed(rows: Rows, place: np.ndarray, widths: Sequence[type]) -> np.ndarray:
-    """The weights, each row in its place, in the first of the integer types that they fit."""
+    """Return the weights, each row in its place, in the narrowest type that they fit."""
     order = np.argsort(place, kind="stable")
     _, synapse = _expand(rows.start[:-1][order], rows.start[1:][order])
     weights = rows.weights[synapse] >> np.repeat(rows.shift[order], np.diff(rows.start)[order])
     ends = weights.min(initial=0), weights.max(initial=0)
     fits = (t for t in widths if np.iinfo(t).min <= ends[0] and ends[1] <= np.iinfo(t).max)
-    return weights.astype(next(fits))
+    result: np.ndarray = weights.astype(next(fits))
+    return result
 
 
 def _fans(image: ChipImage, pairs: Pairs, rows: Rows, contacts: Contacts) -> dict[str, np.ndarray]:
-    """What a spike costs where it arrives: messages and synaptic operations."""
+    """Return the costs of spikes where they arrive: messages and synaptic operations."""
     operations = np.where(contacts.used, rows.operations[contacts.row], 0)[pairs.contact]
     keys, of = np.unique(
         pairs.source * image.n_cores + contacts.core[pairs.contact], return_inverse=True
     )
     operations = np.bincount(of, weights=operations, minlength=len(keys)).astype(np.int64)
     source, core = np.divmod(keys, image.n_cores)
-    n_inputs = int(image["input_size"].sum())
-    home = np.append(image.compartment_core, np.full(n_inputs, -1))[source]
+    # The host has no core: -1, so that its messages are counted by themselves.
+    home = np.append(image.compartment_core, np.full(image.n_inputs, -1))[source]
     cost = np.stack([core, operations, home], axis=1)
     start = _starts(source, image)
+    # Sources of a core with equal costs share a fan: spikes are counted by fan, not by source.
     fan = number_alike(cost, start)
     lead = np.unique(fan, return_index=True)[1]
     _, kept = _expand(start[lead], start[lead + 1])
     return {
         "fan": fan.astype(np.int32),
-        "fan_start": offsets_of(np.diff(start)[lead]),
+        "fan_start": offsets(np.diff(start)[lead]),
         "cost": cost[kept],
     }
 
 
 def _starts(source: np.ndarray, image: ChipImage) -> np.ndarray:
-    """Offsets of each source's entries in a list ordered by source."""
-    n_sources = image.n_compartments + int(image["input_size"].sum())
-    return offsets_of(np.bincount(source, minlength=n_sources))
+    """Return the offsets of each source's entries in a list ordered by source."""
+    return offsets(np.bincount(source, minlength=image.n_sources))

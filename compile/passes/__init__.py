@@ -1,1 +1,1 @@
-"""Passes: what is done to a network, its blocks and its image on the way to the chip."""
+"""Passes over a network, its blocks and its image on the way to the chip."""

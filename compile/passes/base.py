@@ -1,20 +1,21 @@
-"""What a pass is: a named, frozen set of options with one method, at one of three stages."""
+"""The three kinds of passes: named, frozen sets of options with one method."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Generic, TypeVar
 
-from nengo_loihi.builder import Model
-
-from spikeport.compile.image import ChipImage
-from spikeport.compile.rewriting.rewrite import Rewrite
+from spikeport.compile.ground.rewrite import Rewrite
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.loihi.blocks import FloatBlocks
 from spikeport.hardware_models.chip import Chip
+
+Value = TypeVar("Value")
 
 
 @dataclass(frozen=True)
 class Context:
-    """What every pass may know, and where it leaves findings for the report.
+    """The chip and time step of a compile, and a place for the findings of a pass.
 
     ``note(key, value)`` keeps a finding, plain data ready for JSON, under the pass that made it.
     """
@@ -24,13 +25,14 @@ class Context:
     note: Callable[[str, Any], None]
 
 
-class Pass(ABC):
+@dataclass(frozen=True)
+class Pass(ABC, Generic[Value]):
     """One step of a pipeline. Options are the fields of the frozen dataclass that derives from it.
 
     Attributes
     ----------
     name : str
-        What it is called in ``--passes``; its docstring's first line is its description.
+        Its name in ``--passes``; its docstring's first line is its description.
     precedes : tuple of str
         Names of passes that would undo it, or that it would undo, and that it must come before.
     """
@@ -38,26 +40,21 @@ class Pass(ABC):
     name: ClassVar[str]
     precedes: ClassVar[tuple[str, ...]] = ()
 
+    @abstractmethod
+    def apply(self, value: Value, /, context: Context) -> Value:
+        """Return a changed value; the one before stays as it is."""
 
-class NetworkPass(Pass):
+
+@dataclass(frozen=True)
+class NetworkPass(Pass[Rewrite]):
     """Rewrites a network such that its float behaviour is equal, to rounding."""
 
-    @abstractmethod
-    def apply(self, rewrite: Rewrite, context: Context) -> Rewrite:
-        """Rewrite the network."""
+
+@dataclass(frozen=True)
+class BlockPass(Pass[FloatBlocks]):
+    """Turns float blocks into others that behave alike and lose less when they are rounded."""
 
 
-class BlockPass(Pass):
-    """Changes nengo-loihi's float blocks before they are discretised, in place, as that does."""
-
-    @abstractmethod
-    def apply(self, model: Model, context: Context) -> None:
-        """Change the blocks."""
-
-
-class ImagePass(Pass):
+@dataclass(frozen=True)
+class ImagePass(Pass[ChipImage]):
     """Turns an image into one that computes the same integers, placed or wired differently."""
-
-    @abstractmethod
-    def apply(self, image: ChipImage, context: Context) -> ChipImage:
-        """Change the image."""

@@ -1,4 +1,4 @@
-"""How each decoded connection between ensembles on the chip is wired."""
+"""`DecodePath`: a path for each decoded connection between ensembles on the chip."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,22 +8,26 @@ import nengo
 from nengo.ensemble import Neurons
 from pydantic import Field
 
-from spikeport.compile.names import base
+from spikeport.compile.ground.names import base
+from spikeport.compile.ground.rewrite import Rewrite
+from spikeport.compile.ground.scope import Scope
+from spikeport.compile.ground.settings import Settings
+from spikeport.compile.loihi.solver import ParameterSolver
 from spikeport.compile.passes.base import Context, NetworkPass
-from spikeport.compile.rewriting.decode_choice import (
+from spikeport.compile.rewriting.decode_paths import (
+    DECODE_TAU_S,
     EPSILON_S,
+    PathCost,
     Slack,
     all_but,
     chosen,
+    link,
+    pareto,
+    path_costs,
     rejected,
 )
-from spikeport.compile.rewriting.decode_cost import DECODE_TAU_S, PathCost, pareto, path_costs
 from spikeport.compile.rewriting.passthrough import PLAIN
-from spikeport.compile.rewriting.rewire import link, rewire
-from spikeport.compile.rewriting.rewrite import Rewrite
-from spikeport.compile.rewriting.settings import Settings
-from spikeport.compile.rewriting.solved import Solved
-from spikeport.compile.verdict.lint import Scope
+from spikeport.compile.rewriting.rewire import rewire
 
 Path = Literal["auto", "direct", "onoff", "preset10", "host"]
 LINEAR = (*PLAIN, nengo.Sparse)
@@ -58,12 +62,12 @@ class DecodePath(NetworkPass):
     rate_hz: Annotated[float, Field(ge=0, allow_inf_nan=False)] = 100.0
 
     def apply(self, rewrite: Rewrite, context: Context) -> Rewrite:
-        """Choose, and rewrite what is not wired by nengo-loihi's own decode neurons."""
-        solved = Solved(rewrite, context.dt_s)
+        """Choose the paths, and rewrite all but those that nengo-loihi builds itself."""
+        solver = ParameterSolver(rewrite, context.dt_s)
         scope = Scope(rewrite.network, rewrite.names)
         links = [c for c in rewrite.network.all_connections if _is_link(c, scope)]
         costs = {
-            c: path_costs(link(c, solved), context.chip.limits, context.dt_s, self.rate_hz)
+            c: path_costs(link(c, solver), context.chip.limits, context.dt_s, self.rate_hz)
             for c in links
         }
         settings = Settings(rewrite.network)
@@ -76,7 +80,7 @@ class DecodePath(NetworkPass):
             reasons[c] = self._rejected(costs[c], wanted[c], slowed=True)
         for c in links:
             context.note(rewrite.names[c], _note(costs[c], reasons[c]))
-        return rewire(rewrite, {c: chosen(costs[c], reasons[c]) for c in links}, solved)
+        return rewire(rewrite, {c: chosen(costs[c], reasons[c]) for c in links}, solver)
 
     def _rejected(self, costs: list[PathCost], wanted: str, slowed: bool) -> dict[str, str]:
         if wanted != "auto":
@@ -85,7 +89,7 @@ class DecodePath(NetworkPass):
 
 
 def _is_link(connection: nengo.Connection, scope: Scope) -> bool:
-    """Whether nengo-loihi would build decode neurons for a connection, and nothing special."""
+    """Return whether nengo-loihi would build plain decode neurons for a connection."""
     pre, post = connection.pre_obj, connection.post_obj
     return (
         scope.on_chip(pre)
@@ -103,9 +107,9 @@ def _slowed(
     scope: Scope,
     relay_s: float,
 ) -> list[nengo.Connection]:
-    """The connections to be wired directly that a slower filter of their target would delay more.
+    """Return the direct connections that their target would delay more than a relay.
 
-    The longest filter of all that goes into an ensemble is the one it has.
+    An ensemble has one filter, the longest of all its inputs.
     """
     filters: dict[Any, float] = {}
     for c in connections:
@@ -122,7 +126,7 @@ def _filter_s(connection: nengo.Connection, path: str | None, scope: Scope) -> f
     decoded = isinstance(connection.post_obj, nengo.Ensemble) and path != "direct"
     if decoded or not spikes:
         return DECODE_TAU_S
-    return getattr(connection.synapse, "tau", 0.0)  # of others than low-pass the rules tell
+    return getattr(connection.synapse, "tau", 0.0)  # lint refuses other filters than low-pass
 
 
 def _note(costs: list[PathCost], reasons: dict[str, str]) -> dict[str, Any]:

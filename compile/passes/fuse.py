@@ -1,18 +1,18 @@
-"""Small ensembles that are wired alike become large ones."""
+"""`Fuse`: small ensembles that are wired alike become large ones."""
 
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
 from pydantic import Field
 
+from spikeport.compile.ground.rewrite import Rewrite
+from spikeport.compile.ground.scope import Scope
+from spikeport.compile.loihi.solver import Builder
 from spikeport.compile.passes.base import Context, NetworkPass
-from spikeport.compile.rewriting.members import members
-from spikeport.compile.rewriting.partition import Partition, alike, in_parts
+from spikeport.compile.rewriting.colouring import alike, regroupable
+from spikeport.compile.rewriting.partition import Partition, in_parts
 from spikeport.compile.rewriting.passthrough import foldable
 from spikeport.compile.rewriting.regroup import regroup
-from spikeport.compile.rewriting.rewrite import Rewrite
-from spikeport.compile.rewriting.solved import Solved
-from spikeport.compile.verdict.lint import Scope
 
 
 @dataclass(frozen=True)
@@ -32,19 +32,29 @@ class Fuse(NetworkPass):
 
     name: ClassVar[str] = "fuse"
     precedes: ClassVar[tuple[str, ...]] = ("decode_path",)
-    solve: ClassVar[type[Solved]] = Solved
     max_neurons: Annotated[int, Field(ge=1)] | None = None
 
-    def apply(self, rewrite: Rewrite, context: Context) -> Rewrite:
-        """Group, and rewrite with matrices."""
+    def apply(self, rewrite: Rewrite, context: Context, builder: Builder | None = None) -> Rewrite:
+        """Group the ensembles, and rewrite their connections with matrices.
+
+        Parameters
+        ----------
+        rewrite : Rewrite
+            The network.
+        context : Context
+            The chip and the time step.
+        builder : Builder, optional
+            The builder of gains and decoders; by default that of the chip.
+        """
         network = rewrite.network
         scope = Scope(network, rewrite.names)
         folded = foldable(network, scope.on_chip)
         most = self.max_neurons or context.chip.limits.most("in_axons")
-        whole = [m for m in members(scope, folded) if m.n_neurons <= most]
+        # Larger ensembles stay whole here: to cut them is the work of another pass.
+        whole = [e for e in regroupable(scope, folded) if e.n_neurons <= most]
         groups = [part for group in alike(scope, whole) for part in in_parts(group, most)]
-        fused = regroup(rewrite, Partition(groups), folded, context.dt_s, self.solve)
-        for what in ("ensembles", "connections"):
-            before, after = (getattr(net, f"all_{what}") for net in (network, fused.network))
-            context.note(what, {"before": len(before), "after": len(after)})
+        fused = regroup(rewrite, Partition(groups), folded, context.dt_s, builder)
+        for kind in ("ensembles", "connections"):
+            before, after = (getattr(net, f"all_{kind}") for net in (network, fused.network))
+            context.note(kind, {"before": len(before), "after": len(after)})
         return fused

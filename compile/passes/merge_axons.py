@@ -6,18 +6,18 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from spikeport.compile.image import ChipImage
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.usage import AMOUNTS, block_amounts, is_consecutive
 from spikeport.compile.passes.base import Context, ImagePass
 from spikeport.compile.placing.connectivity import (
     Group,
     Route,
     Row,
     assemble,
-    blocks_of,
+    division_of,
     groups_of,
     routes_of,
 )
-from spikeport.compile.usage import AMOUNTS, block_amounts, is_consecutive
 from spikeport.hardware_models.chip import Chip
 
 
@@ -34,7 +34,7 @@ class MergeAxons(ImagePass):
     precedes: ClassVar[tuple[str, ...]] = ("split", "pack", "place")
 
     def apply(self, image: ChipImage, context: Context) -> ChipImage:
-        """See `ImagePass.apply`."""
+        """Merge the groups, rows and axons of an image."""
         merged = _merged(image)
         for name in ("in_axons", "out_axons", "synapse_bits"):
             before, after = (_amount(one, name, context.chip) for one in (image, merged))
@@ -61,28 +61,29 @@ def _merged(image: ChipImage) -> ChipImage:
         for route in routes
         if ((axon := _mapped(new[route.group], route.axon)) >= 0).any()
     ]
-    return assemble(image, blocks_of(image), [kept[key] for key in filled], leading)
+    return assemble(image, division_of(image), [kept[key] for key in filled], leading)
 
 
 def _mapped(axons: np.ndarray, axon: np.ndarray) -> np.ndarray:
-    """New numbers of axons, -1 where there is none; a group may have no axon at all."""
+    """Return the new numbers of axons, -1 where there is none; a group may have no axon at all."""
     new = np.full(len(axon), -1)
     new[axon >= 0] = axons[axon[axon >= 0]]
     return new
 
 
 def _keys(image: ChipImage) -> list[Any]:
-    """For each group what others must have in common with it to join it, or its own number."""
-    near, block = is_consecutive(image), image["synapse_block"]
-    kind, form = image["synapse_pop_type"], image["synapse_format"]
+    """Return a key for each group: groups of equal keys can be joined."""
+    # The number of a group that learns is a key of its own, so that nothing joins it.
+    near, block, learns = is_consecutive(image), image.groups.block, image.learns
+    kind, form = image.groups.pop_type, image.groups.format
     return [
-        n if image["synapse_learning"][n, 0] else (block[n], kind[n], near[n], form[n].tobytes())
+        n if learns[n] else (block[n], kind[n], near[n], form[n].tobytes())
         for n in range(len(block))
     ]
 
 
 def _used(groups: Sequence[Group], routes: Sequence[Route]) -> list[np.ndarray]:
-    """For each group whether its axons are reached and do anything."""
+    """Return a mask of the axons of each group that spikes reach and that do anything."""
     used = [np.zeros(len(group.axon_row), dtype=bool) for group in groups]
     for route in routes:
         used[route.group][route.axon[route.axon >= 0]] = True
@@ -93,7 +94,7 @@ def _used(groups: Sequence[Group], routes: Sequence[Route]) -> list[np.ndarray]:
 
 
 class _Bundle:
-    """Groups on their way to become one: their distinct rows, and axons by row and base."""
+    """Groups that become one: their distinct rows, and axons by row and base."""
 
     def __init__(self, first: Group) -> None:
         self._like, self._block = first.like, first.block
@@ -101,7 +102,7 @@ class _Bundle:
         self._axons: dict[tuple[int, int], int] = {}
 
     def add(self, group: Group, used: np.ndarray) -> np.ndarray:
-        """Add the axons in use; returns the number here of each of the group's, or -1."""
+        """Add the axons in use, and return the number here of each of the group's, or -1."""
         contents = [
             (row.weights.shape, row.weights.tobytes(), row.indices.tobytes()) for row in group.rows
         ]
@@ -114,7 +115,7 @@ class _Bundle:
         return new
 
     def group(self) -> Group:
-        """The group they become."""
+        """Return the group that the added ones become."""
         places = np.array(list(self._axons), dtype=int).reshape(-1, 2)
         rows = [row for _, row in self._rows.values()]
         return Group(self._like, self._block, rows, places[:, 0], places[:, 1])
@@ -127,9 +128,9 @@ class _Whole:
         self._group = group
 
     def add(self, group: Group, used: np.ndarray) -> np.ndarray:
-        """See `_Bundle.add`."""
+        """Add the one group; see `_Bundle.add`."""
         return np.arange(len(group.axon_row))
 
     def group(self) -> Group:
-        """See `_Bundle.group`."""
+        """Return the group as it is."""
         return self._group

@@ -7,7 +7,8 @@ from typing import Annotated, ClassVar
 import numpy as np
 from pydantic import Field
 
-from spikeport.compile.image import ChipImage
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.traffic import block_traffic
 from spikeport.compile.passes.base import Context, ImagePass
 from spikeport.compile.placing.cut import cut
 from spikeport.compile.placing.exact import pack_exactly
@@ -15,7 +16,6 @@ from spikeport.compile.placing.load import block_loads, capacity, core_loads
 from spikeport.compile.placing.lower_bound import lower_bound, sums
 from spikeport.compile.placing.packing import Bins, Problem, pack, settled
 from spikeport.compile.placing.search import Search
-from spikeport.compile.placing.traffic import block_traffic
 from spikeport.hardware_models.chip import Chip
 
 
@@ -39,7 +39,7 @@ class Pack(ImagePass):
     precedes: ClassVar[tuple[str, ...]] = ("place",)
 
     def apply(self, image: ChipImage, context: Context) -> ChipImage:
-        """See `ImagePass.apply`."""
+        """Pack the blocks of an image, cut where that saves cores."""
         chip, problem = context.chip, _problem(image, context.chip)
         bins = pack(problem, self.effort)
         if self.exact:
@@ -75,7 +75,7 @@ class Pack(ImagePass):
         if len(bins) >= most:
             return None
         pieces = _on_cores(pieces, settled(problem, bins))
-        cores = np.split(pieces["block_core"], np.cumsum(counts)[:-1])
+        cores = np.split(pieces.blocks.core, np.cumsum(counts)[:-1])
         joined = _join(image, cuts, cores)
         # Longer lists can take more memory: 124 synapses are 64 and 60, and not two times 62.
         crowded = _crowded(joined, chip)
@@ -91,11 +91,7 @@ def _on_cores(image: ChipImage, bins: Bins) -> ChipImage:
     core = np.zeros(image.n_blocks, dtype=int)
     for number, blocks in enumerate(sorted(sorted(blocks) for blocks in bins)):
         core[blocks] = number
-    return _with_cores(image, core)
-
-
-def _with_cores(image: ChipImage, core: np.ndarray) -> ChipImage:
-    return ChipImage(image.manifest, {**image.arrays, "block_core": core})
+    return image.on_cores(core)
 
 
 def _join(
@@ -104,16 +100,16 @@ def _join(
     cores: Sequence[np.ndarray],
     kept: Container[int] = (),
 ) -> ChipImage:
-    """Cut only where two pieces that follow each other are on different cores, or as is kept."""
+    """Cut only where pieces that follow each other are on different cores, or as ``kept``."""
     ends, core = {}, []
     for block, mine in enumerate(cores):
         apart = np.ones(len(mine) - 1, bool) if block in kept else np.diff(mine) != 0
         ends[block] = np.array(cuts.get(block, ()), dtype=int)[apart].tolist()
         core.append(mine[np.append(True, apart)])
-    return _with_cores(cut(image, ends), np.concatenate(core))
+    return cut(image, ends).on_cores(np.concatenate(core))
 
 
 def _crowded(image: ChipImage, chip: Chip) -> set[int]:
-    """The cores that hold more than they can."""
+    """Return the cores that hold more than they can."""
     room = capacity(chip)
     return {core for core, load in enumerate(core_loads(image, chip)) if not room.holds(load)}

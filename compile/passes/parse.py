@@ -1,4 +1,4 @@
-"""Text -> pipeline: ``fuse,pack{effort=2},place``."""
+"""The parser of pipelines: ``fuse,pack{effort=2},place``."""
 
 import dataclasses
 import re
@@ -18,7 +18,7 @@ ONE_OPTION = re.compile(
 
 
 def parse(text: str) -> Pipeline:
-    """The pipeline that a text describes; an empty one has no passes.
+    """Return the pipeline that a text describes; an empty text describes one without passes.
 
     The text is the name of one of `registry.PIPELINES`, or passes separated by commas, each a name
     that `registry.PASSES` has and, in braces, options: ``key=value`` separated by commas, a value
@@ -37,7 +37,7 @@ def parse(text: str) -> Pipeline:
 
 
 def _matches(pattern: re.Pattern[str], text: str) -> list[re.Match[str]]:
-    """Matches of a pattern that make up all of a text."""
+    """Return the matches of a pattern that make up all of a text."""
     matches, at = [], 0
     while text[at:].strip():
         match = pattern.match(text, at)
@@ -51,7 +51,7 @@ def _matches(pattern: re.Pattern[str], text: str) -> list[re.Match[str]]:
     return matches
 
 
-def _pass(name: str, text: str | None) -> Pass:
+def _pass(name: str, text: str | None) -> Pass[Any]:
     cls = registry.get(name)
     kinds = options(cls)
     values: dict[str, Any] = {}
@@ -67,10 +67,10 @@ def _pass(name: str, text: str | None) -> Pass:
     return cls(**values)
 
 
-def options(cls: type[Pass]) -> dict[str, Any]:
-    """The options of a pass, by name: the types of its fields."""
+def options(cls: type[Pass[Any]]) -> dict[str, Any]:
+    """Return the options of a pass, by name: the types of its fields."""
     hints = get_type_hints(cls, include_extras=True)
-    fields = dataclasses.fields(cls)  # type: ignore[arg-type]  # every pass is a dataclass
+    fields = dataclasses.fields(cls)
     return {field.name: hints[field.name] for field in fields}
 
 

@@ -1,17 +1,27 @@
-"""A pipeline: the passes of a compile, in order, and one observer that sees every result."""
+"""A pipeline: the passes of a compile, in order, and one observer of every result."""
 
 import itertools
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from spikeport.compile.passes.base import BlockPass, Context, ImagePass, NetworkPass, Pass
+from spikeport.compile.ground.rewrite import Rewrite
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.loihi.blocks import FloatBlocks
+from spikeport.compile.passes.base import (
+    BlockPass,
+    Context,
+    ImagePass,
+    NetworkPass,
+    Pass,
+    Value,
+)
 from spikeport.errors import UsageError
 from spikeport.hardware_models.chip import Chip
 
 STAGES = (NetworkPass, BlockPass, ImagePass)
-Observer = Callable[[Pass, Any], None]
-"""Called after every pass with the pass and the value it left."""
+Observer = Callable[[Pass[Any], Any], None]
+"""An observer, called after every pass with the pass and the value it left."""
 
 
 @dataclass(frozen=True)
@@ -24,20 +34,31 @@ class Pipeline:
         If passes are not in that order, one would undo another, or one is there twice.
     """
 
-    passes: tuple[Pass, ...]
+    passes: tuple[Pass[Any], ...]
 
     def __post_init__(self) -> None:
         """Check the order."""
         for before, after in itertools.combinations(self.passes, 2):
             _check_order(before, after)
 
-    def stage(self, kind: type[Pass]) -> tuple[Pass, ...]:
-        """The passes of one stage."""
-        return tuple(one for one in self.passes if isinstance(one, kind))
+    @property
+    def networks(self) -> tuple[NetworkPass, ...]:
+        """The passes of networks."""
+        return tuple(one for one in self.passes if isinstance(one, NetworkPass))
+
+    @property
+    def blocks(self) -> tuple[BlockPass, ...]:
+        """The passes of blocks."""
+        return tuple(one for one in self.passes if isinstance(one, BlockPass))
+
+    @property
+    def images(self) -> tuple[ImagePass, ...]:
+        """The passes of images."""
+        return tuple(one for one in self.passes if isinstance(one, ImagePass))
 
 
 class PassRun:
-    """One compile's walk through a pipeline: applies passes, collects their notes."""
+    """The walk of a compile through a pipeline, which applies passes and collects their notes."""
 
     def __init__(self, pipeline: Pipeline, chip: Chip, dt_s: float, observer: Observer) -> None:
         self._pipeline = pipeline
@@ -48,25 +69,31 @@ class PassRun:
 
     @property
     def rewrites(self) -> bool:
-        """Whether the network itself is rewritten."""
-        return bool(self._pipeline.stage(NetworkPass))
+        """The presence of passes that rewrite the network itself."""
+        return bool(self._pipeline.networks)
 
-    def apply(self, kind: type[Pass], value: Any) -> Any:
-        """Apply the passes of one stage, in order, to a value."""
-        for one in self._pipeline.stage(kind):
-            value = self._apply(one, value)
+    def networks(self, rewrite: Rewrite) -> Rewrite:
+        """Apply the passes of networks, in order."""
+        return self._apply(self._pipeline.networks, rewrite)
+
+    def blocks(self, floats: FloatBlocks) -> FloatBlocks:
+        """Apply the passes of blocks, in order."""
+        return self._apply(self._pipeline.blocks, floats)
+
+    def images(self, image: ChipImage) -> ChipImage:
+        """Apply the passes of images, in order."""
+        return self._apply(self._pipeline.images, image)
+
+    def _apply(self, passes: tuple[Pass[Value], ...], value: Value) -> Value:
+        for one in passes:
+            notes: dict[str, Any] = {}
+            value = one.apply(value, Context(self._chip, self._dt_s, notes.__setitem__))
+            self.record.append({"name": one.name, "options": asdict(one), "notes": notes})
+            self._observe(one, value)
         return value
 
-    def _apply(self, one: Any, value: Any) -> Any:
-        notes: dict[str, Any] = {}
-        result = one.apply(value, Context(self._chip, self._dt_s, notes.__setitem__))
-        value = value if result is None else result  # block passes work in place
-        self.record.append({"name": one.name, "options": asdict(one), "notes": notes})
-        self._observe(one, value)
-        return value
 
-
-def _check_order(before: Pass, after: Pass) -> None:
+def _check_order(before: Pass[Any], after: Pass[Any]) -> None:
     if after.name == before.name:
         raise UsageError(f"pass {after.name} is there twice; give it once, with all its options")
     if _stage(after) < _stage(before):
@@ -78,15 +105,15 @@ def _check_order(before: Pass, after: Pass) -> None:
         raise UsageError(f"pass {after.name} cannot follow {before.name}; put it before")
 
 
-def _stage(one: Pass | type[Pass]) -> int:
+def _stage(one: Pass[Any] | type[Pass[Any]]) -> int:
     cls = one if isinstance(one, type) else type(one)
     return next(i for i, stage in enumerate(STAGES) if issubclass(cls, stage))
 
 
-def kind(one: Pass | type[Pass]) -> str:
-    """What a pass works on."""
+def kind(one: Pass[Any] | type[Pass[Any]]) -> str:
+    """Return the kind of value that a pass works on."""
     return ("networks", "blocks", "images")[_stage(one)]
 
 
-def silent(_one: Pass, _value: Any) -> None:
+def silent(_one: Pass[Any], _value: Any) -> None:
     """Observe nothing."""

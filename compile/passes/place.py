@@ -5,14 +5,14 @@ from typing import ClassVar
 
 import numpy as np
 
-from spikeport.compile.image import ChipImage
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.traffic import core_messages
 from spikeport.compile.passes.base import Context, ImagePass
-from spikeport.compile.placing.traffic import core_messages
 from spikeport.hardware_models.limits import n_cores
 from spikeport.hardware_models.links import Cost, Links
 
 BUSIEST = 16
-"""Cores with most messages, which are swapped to relieve links."""
+"""The number of cores, by messages, that are swapped to relieve links."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Place(ImagePass):
     name: ClassVar[str] = "place"
 
     def apply(self, image: ChipImage, context: Context) -> ChipImage:
-        """See `ImagePass.apply`."""
+        """Number the cores of an image anew."""
         if image.n_cores > n_cores(context.chip):
             return image  # there is no place for all of it: verification says so
         board = _Board(core_messages(image), Links(image.n_cores, context.chip))
@@ -37,7 +37,7 @@ class Place(ImagePass):
         for name in Cost._fields:
             context.note(name, {"before": getattr(before, name), "after": getattr(after, name)})
         place = np.argsort(min(found, key=board.cost))
-        return ChipImage(image.manifest, {**image.arrays, "block_core": place[image["block_core"]]})
+        return image.on_cores(place[image.blocks.core])
 
 
 class _Board:
@@ -51,14 +51,14 @@ class _Board:
         np.fill_diagonal(self._flow, 0)
 
     def cost(self, order: np.ndarray) -> Cost:
-        """What messages cost."""
+        """Return the cost of the messages."""
         place = np.argsort(order)
         return self._links.cost(place[self._source], place[self._target], self._messages)
 
     def clustered(self) -> np.ndarray:
         """Lay core after core: each time the one with most messages to those on its tile already.
 
-        Of equal ones that with most messages to any core laid, then to any at all.
+        Among equals comes the core with most messages to any core laid, then to any at all.
         """
         order: list[int] = []
         left = list(range(len(self._flow)))

@@ -1,6 +1,7 @@
-"""The passes there are, by name; each is imported when it is first asked for."""
+"""The passes, by name; each is imported when it is first asked for."""
 
 from importlib import import_module
+from typing import Any
 
 from spikeport.compile.passes.base import Pass
 from spikeport.errors import unknown
@@ -15,7 +16,7 @@ PASSES: dict[str, str] = {
     "pack": "spikeport.compile.passes.pack:Pack",
     "place": "spikeport.compile.passes.place:Place",
 }
-"""In the order a pipeline may have them."""
+"""The passes, in the order that a pipeline can have them."""
 
 PIPELINES = {
     "as_written": "merge_axons,split,pack,place",
@@ -25,15 +26,16 @@ PIPELINES = {
 is rewritten first, equal in float, on fewer still."""
 
 
-def get(name: str) -> type[Pass]:
-    """The pass of a name.
+def get(name: str) -> type[Pass[Any]]:
+    """Return the pass of a name.
 
     Raises
     ------
     UsageError
-        There is none; the message lists those there are.
+        There is no pass of that name; the message lists all names.
     """
     if name not in PASSES:
         raise unknown("pass", name, PASSES)
     module, _, cls = PASSES[name].partition(":")
-    return getattr(import_module(module), cls)
+    result: type[Pass[Any]] = getattr(import_module(module), cls)
+    return result

@@ -1,13 +1,13 @@
-"""Rows of weights of very different size are brought closer together."""
+"""`ScaleRows`: rows of weights of very different size are brought closer together."""
 
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
 import numpy as np
 from nengo_loihi.block import LoihiBlock, Synapse
-from nengo_loihi.builder import Model
 from pydantic import Field
 
+from spikeport.compile.loihi.blocks import FloatBlocks, copied
 from spikeport.compile.passes.base import BlockPass, Context
 
 
@@ -31,17 +31,29 @@ class ScaleRows(BlockPass):
     name: ClassVar[str] = "scale_rows"
     profiles: Annotated[int, Field(ge=1)] = 3
 
-    def apply(self, model: Model, context: Context) -> None:
-        """See `BlockPass.apply`."""
-        read = {b for probe in model.probes if probe.key != "spiked" for b in probe.target}
-        most = min(self.profiles, context.chip.limits.most("threshold_profiles"))
-        scaled = 0
-        for block in model.blocks:
-            if block not in read and _can_scale(block):
-                exponents = _exponents(_largest_weights(block), int(most))
-                _scale(block, np.exp2(-exponents).astype(np.float32))
-                scaled += bool(exponents.any())
-        context.note("blocks", {"scaled": scaled, "of": len(model.blocks)})
+    def apply(self, floats: FloatBlocks, context: Context) -> FloatBlocks:
+        """Scale the compartments of every block that can be scaled."""
+        most = int(min(self.profiles, context.chip.limits.most("threshold_profiles")))
+        read = _read(floats)
+        changed = {
+            block: exponents
+            for block in floats.blocks
+            if block not in read
+            and _can_scale(block)
+            and (exponents := _exponents(_largest_weights(block), most)).any()
+        }
+        context.note("blocks", {"scaled": len(changed), "of": len(floats.blocks)})
+        return floats.with_blocks(
+            _scaled(block, changed[block]) if block in changed else block for block in floats.blocks
+        )
+
+
+def _read(floats: FloatBlocks) -> set[LoihiBlock]:
+    """Return the blocks of which current or voltage is read."""
+    probes = (probe for probe in floats.model.probes if probe.key != "spiked")
+    read = {block for probe in probes for block in probe.target}
+    pairs = zip(floats.model.blocks, floats.blocks, strict=True)
+    return {now for built, now in pairs if built in read}
 
 
 def _can_scale(block: LoihiBlock) -> bool:
@@ -51,13 +63,13 @@ def _can_scale(block: LoihiBlock) -> bool:
 
 
 def _shifted(synapse: Synapse) -> bool:
-    """Whether the indices of a synapse's weights are not those of compartments."""
+    """Return whether the indices of a synapse's weights are not those of compartments."""
     bases = synapse.axon_compartment_bases
     return bases is not None and bool(np.any(np.asarray(bases) > 0))
 
 
 def _largest_weights(block: LoihiBlock) -> np.ndarray:
-    """(n_compartments,) the largest absolute weight into each."""
+    """Return the largest absolute weight into each compartment, (n_compartments,)."""
     largest = np.zeros(block.n_neurons)
     for synapse in block.synapses:
         for weights, indices in zip(synapse.weights, synapse.indices, strict=True):
@@ -66,7 +78,7 @@ def _largest_weights(block: LoihiBlock) -> np.ndarray:
 
 
 def _exponents(largest: np.ndarray, profiles: int) -> np.ndarray:
-    """(n,) k of each compartment, at most so many different ones.
+    """Return the k of each compartment, (n,), with at most ``profiles`` different values.
 
     The median becomes the size that others are brought to, so that outliers cost no profiles.
     """
@@ -76,12 +88,16 @@ def _exponents(largest: np.ndarray, profiles: int) -> np.ndarray:
     with np.errstate(divide="ignore"):
         above = np.floor(np.log2(largest / np.quantile(used, 0.1))).clip(min=0).astype(int)
     step = -(-(above.max() + 1) // profiles)
-    return above // step * step
+    result: np.ndarray = above // step * step
+    return result
 
 
-def _scale(block: LoihiBlock, factor: np.ndarray) -> None:
+def _scaled(block: LoihiBlock, exponents: np.ndarray) -> LoihiBlock:
+    factor = np.exp2(-exponents).astype(np.float32)
+    block = copied(block)
     block.compartment.vth *= factor
     block.compartment.bias *= factor
     for synapse in block.synapses:
         pairs = zip(synapse.weights, synapse.indices, strict=True)
         synapse.weights = [weights * factor[indices] for weights, indices in pairs]
+    return block

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
-from spikeport.compile.image import ChipImage
+from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.passes.base import Context, ImagePass
 from spikeport.compile.placing.cut import cut
 from spikeport.compile.placing.load import capacity
@@ -22,9 +22,9 @@ class Split(ImagePass):
     precedes: ClassVar[tuple[str, ...]] = ("pack", "place")
 
     def apply(self, image: ChipImage, context: Context) -> ChipImage:
-        """See `ImagePass.apply`."""
+        """Cut the blocks that no core can hold."""
         bounds = Search(image, context.chip).bounds(capacity(context.chip))
         cuts = {block: ends[1:-1] for block, ends in bounds.items()}
-        labels = [entry["label"] for entry in image.manifest["blocks"]]
+        labels = [entry.label for entry in image.manifest.blocks]
         context.note("pieces", {labels[block]: len(c) + 1 for block, c in cuts.items()})
         return cut(image, cuts) if cuts else image

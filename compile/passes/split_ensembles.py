@@ -1,4 +1,4 @@
-"""Ensembles that are too large to be decoded at once are cut."""
+"""`SplitEnsembles`: ensembles that are too large to be decoded at once are cut."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,14 +9,14 @@ import numpy as np
 from nengo.ensemble import Neurons
 from pydantic import Field
 
-from spikeport.compile.names import base
+from spikeport.compile.ground.names import base
+from spikeport.compile.ground.rewrite import Rewrite
+from spikeport.compile.ground.scope import Scope
 from spikeport.compile.passes.base import Context, NetworkPass
-from spikeport.compile.rewriting.members import members
+from spikeport.compile.rewriting.colouring import regroupable
 from spikeport.compile.rewriting.partition import Part, Partition, in_parts
 from spikeport.compile.rewriting.passthrough import foldable
 from spikeport.compile.rewriting.regroup import regroup
-from spikeport.compile.rewriting.rewrite import Rewrite
-from spikeport.compile.verdict.lint import Scope
 
 
 @dataclass(frozen=True)
@@ -38,13 +38,14 @@ class SplitEnsembles(NetworkPass):
     max_neurons: Annotated[int, Field(ge=1)] | None = None
 
     def apply(self, rewrite: Rewrite, context: Context) -> Rewrite:
-        """Cut, and rewrite with matrices."""
+        """Cut the ensembles, and rewrite their connections with matrices."""
         network = rewrite.network
         most = self.max_neurons or context.chip.limits.most("in_axons")
         scope = Scope(network, rewrite.names)
         folded = foldable(network, scope.on_chip)
-        large = [m for m in members(scope, folded) if m.n_neurons > most]
+        large = [m for m in regroupable(scope, folded) if m.n_neurons > most]
         parts = {m: [part for (part,) in in_parts([m], most)] for m in large}
+        # A probe records one object: there is none that has neurons of several parts.
         for probe in network.all_probes:
             if isinstance(probe.obj, Neurons) and not _in_one(probe, parts.get(base(probe.obj))):
                 del parts[base(probe.obj)]
@@ -56,7 +57,7 @@ class SplitEnsembles(NetworkPass):
 
 
 def _in_one(probe: nengo.Probe, parts: Sequence[Part] | None) -> bool:
-    """Whether a probe reads neurons of one part, or of another ensemble."""
+    """Return whether a probe reads neurons of one part, or of another ensemble."""
     if parts is None:
         return True
     read = np.arange(probe.obj.size_out)[probe.slice or slice(None)]

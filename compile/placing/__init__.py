@@ -1,1 +1,1 @@
-"""Blocks onto cores: what they take, how they are cut, packed and bounded."""
+"""Placing of blocks onto cores: their loads, cuts and packing, and lower bounds."""

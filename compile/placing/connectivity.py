@@ -1,13 +1,26 @@
-"""The wiring of an image taken apart into groups and routes, and put together again."""
+"""The wiring of an image, divided into groups and routes and put together again."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
-from spikeport.compile.extract import flat, offsets
-from spikeport.compile.image import ChipImage
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.manifest import BlockEntry
+from spikeport.compile.image.tables import (
+    Blocks,
+    Groups,
+    InAxons,
+    OutAxons,
+    Routes,
+    Rows,
+    RowTables,
+    Synapses,
+    flat,
+    offsets,
+    part,
+)
 
 
 class Row(NamedTuple):
@@ -42,8 +55,8 @@ class Route(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Blocks:
-    """How an image's compartments are divided into blocks.
+class Division:
+    """A division of an image's compartments into blocks.
 
     ``start`` and ``core`` are as in the image; ``like`` is the block of the image each has the
     settings of; ``entries`` are those of the manifest.
@@ -52,95 +65,117 @@ class Blocks:
     start: np.ndarray
     core: np.ndarray
     like: np.ndarray
-    entries: list[dict[str, Any]] = field(default_factory=list)
+    entries: tuple[BlockEntry, ...]
 
 
 def groups_of(image: ChipImage) -> list[Group]:
-    """The synapse groups of an image."""
-    return [_group(image, number) for number in range(len(image["synapse_block"]))]
+    """Return the synapse groups of an image."""
+    return [_group(image, number) for number in range(len(image.groups))]
 
 
 def routes_of(image: ChipImage) -> list[Route]:
-    """The routes of an image."""
-    parts = [image.part("route_start", number) for number in range(len(image["route_input"]))]
+    """Return the routes of an image."""
+    routes, axons = image.routes, image.out_axons
+    heads = zip(
+        routes.from_input.astype(bool).tolist(),
+        routes.source.tolist(),
+        routes.group.tolist(),
+        strict=True,
+    )
+    parts = [part(routes.start, number) for number in range(len(routes))]
     return [
-        Route(
-            bool(image["route_input"][number]),
-            int(image["route_source"][number]),
-            int(image["route_synapse"][number]),
-            image["route_axon"][part],
-            image["route_atom"][part],
-        )
-        for number, part in enumerate(parts)
+        Route(*head, axons.axon[mine], axons.atom[mine])
+        for head, mine in zip(heads, parts, strict=True)
     ]
 
 
-def blocks_of(image: ChipImage) -> Blocks:
-    """The blocks of an image."""
-    numbers = np.arange(image.n_blocks)
-    return Blocks(image["block_start"], image["block_core"], numbers, image.manifest["blocks"])
+def division_of(image: ChipImage) -> Division:
+    """Return the blocks of an image."""
+    blocks = image.blocks
+    return Division(blocks.start, blocks.core, np.arange(image.n_blocks), image.manifest.blocks)
 
 
 def assemble(
-    image: ChipImage, blocks: Blocks, groups: Sequence[Group], routes: Sequence[Route]
+    image: ChipImage, division: Division, groups: Sequence[Group], routes: Sequence[Route]
 ) -> ChipImage:
-    """The image with other blocks, groups and routes; compartments, inputs and outputs stay."""
-    labels = image.manifest["synapses"]
-    manifest = {
-        **image.manifest,
-        "blocks": blocks.entries,
-        "synapses": [labels[group.like] for group in groups],
-    }
-    changed = {**_blocks(image, blocks), **_groups(image, groups), **_routes(routes)}
-    return ChipImage(manifest, {**image.arrays, **changed})
+    """Return the image with other blocks, groups and routes; all else stays."""
+    labels = image.manifest.groups
+    manifest = replace(
+        image.manifest,
+        blocks=division.entries,
+        groups=tuple(labels[group.like] for group in groups),
+    )
+    return replace(
+        image,
+        manifest=manifest,
+        blocks=_blocks(image, division),
+        groups=_groups(image, groups),
+        in_axons=InAxons(
+            row=flat([group.axon_row for group in groups]),
+            base=flat([group.axon_base for group in groups]),
+        ),
+        **_rows([row for group in groups for row in group.rows]),
+        routes=Routes(
+            from_input=np.array([route.of_input for route in routes], dtype=int),
+            source=np.array([route.source for route in routes], dtype=int),
+            group=np.array([route.group for route in routes], dtype=int),
+            start=offsets(len(route.axon) for route in routes),
+        ),
+        out_axons=OutAxons(
+            axon=flat([route.axon for route in routes]),
+            atom=flat([route.atom for route in routes]),
+        ),
+    )
 
 
 def _group(image: ChipImage, number: int) -> Group:
-    rows, axons = image.part("row_start", number), image.part("in_axon_start", number)
+    rows = part(image.groups.row_start, number)
+    axons = part(image.groups.axon_start, number)
     return Group(
         number,
-        int(image["synapse_block"][number]),
+        int(image.groups.block[number]),
         [_row(image, row) for row in range(rows.start, rows.stop)],
-        image["in_axon_row"][axons],
-        image["in_axon_base"][axons],
+        image.in_axons.row[axons],
+        image.in_axons.base[axons],
     )
 
 
 def _row(image: ChipImage, number: int) -> Row:
-    part, atoms = image.part("row_weight_start", number), image["row_atoms"][number]
-    return Row(image["weights"][part].reshape(atoms, -1), image["indices"][part].reshape(atoms, -1))
+    mine, shape = part(image.rows.start, number), (image.rows.atoms[number], -1)
+    synapses = image.synapses
+    return Row(synapses.weight[mine].reshape(shape), synapses.index[mine].reshape(shape))
 
 
-def _blocks(image: ChipImage, blocks: Blocks) -> dict[str, np.ndarray]:
-    names = ("vmin", "vmax", "noise_offset", "noise_exp", "noise_at_membrane")
-    settings = {f"block_{name}": image[f"block_{name}"][blocks.like] for name in names}
-    return {"block_start": blocks.start, "block_core": blocks.core, **settings}
-
-
-def _groups(image: ChipImage, groups: Sequence[Group]) -> Mapping[str, np.ndarray]:
-    rows = [row for group in groups for row in group.rows]
-    like = np.array([group.like for group in groups], dtype=int)
-    kept = ("synapse_pop_type", "synapse_format", "synapse_learning")
-    return {
-        "synapse_block": np.array([group.block for group in groups], dtype=int),
-        **{name: image[name][like] for name in kept},
-        "in_axon_start": offsets(len(group.axon_row) for group in groups),
-        "in_axon_row": flat([group.axon_row for group in groups]),
-        "in_axon_base": flat([group.axon_base for group in groups]),
-        "row_start": offsets(len(group.rows) for group in groups),
-        "row_atoms": np.array([len(row.weights) for row in rows], dtype=int),
-        "row_weight_start": offsets(row.weights.size for row in rows),
-        "weights": flat([row.weights.ravel() for row in rows]),
-        "indices": flat([row.indices.ravel() for row in rows]),
+def _blocks(image: ChipImage, division: Division) -> Blocks:
+    """Return the table of blocks: each has the settings of the block it is like."""
+    settings = {
+        name: getattr(image.blocks, name)[division.like]
+        for name in Blocks.columns()
+        if name not in ("start", "core")
     }
+    return Blocks(start=division.start, core=division.core, **settings)
 
 
-def _routes(routes: Sequence[Route]) -> Mapping[str, np.ndarray]:
+def _groups(image: ChipImage, groups: Sequence[Group]) -> Groups:
+    like = np.array([group.like for group in groups], dtype=int)
+    return Groups(
+        block=np.array([group.block for group in groups], dtype=int),
+        pop_type=image.groups.pop_type[like],
+        format=image.groups.format[like],
+        learning=image.groups.learning[like],
+        axon_start=offsets(len(group.axon_row) for group in groups),
+        row_start=offsets(len(group.rows) for group in groups),
+    )
+
+
+def _rows(rows: Sequence[Row]) -> RowTables:
     return {
-        "route_input": np.array([route.of_input for route in routes], dtype=int),
-        "route_source": np.array([route.source for route in routes], dtype=int),
-        "route_synapse": np.array([route.group for route in routes], dtype=int),
-        "route_start": offsets(len(route.axon) for route in routes),
-        "route_axon": flat([route.axon for route in routes]),
-        "route_atom": flat([route.atom for route in routes]),
+        "rows": Rows(
+            atoms=np.array([len(row.weights) for row in rows], dtype=int),
+            start=offsets(row.weights.size for row in rows),
+        ),
+        "synapses": Synapses(
+            weight=flat([row.weights.ravel() for row in rows]),
+            index=flat([row.indices.ravel() for row in rows]),
+        ),
     }

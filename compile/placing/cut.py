@@ -1,18 +1,20 @@
-"""Cuts blocks into pieces: stretches of their compartments, which can lie on different cores.
+"""Cuts of blocks into pieces: stretches of their compartments, which can lie on different cores.
 
 Every compartment keeps its number, its integers and its input. An input axon of a block becomes one
 of each piece it has targets in; the compartments that send to it send to all of these.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from spikeport.compile.image import ChipImage
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.manifest import BlockEntry
 from spikeport.compile.placing.connectivity import (
-    Blocks,
+    Division,
     Group,
     Route,
     Row,
@@ -30,12 +32,14 @@ class Kept(NamedTuple):
 
 
 def can_cut(image: ChipImage) -> np.ndarray:
-    """(n_blocks,) whether blocks can be cut: those whose axons are plain and do not learn."""
+    """Return the blocks that can be cut, (n_blocks,): their axons are plain and do not learn."""
     whole = np.zeros(image.n_blocks, dtype=bool)
-    odd = (image["synapse_pop_type"] != 0) | (image["synapse_learning"][:, 0] != 0)
-    group_of_row = np.repeat(np.arange(len(odd)), np.diff(image["row_start"]))
-    odd[group_of_row[image["row_atoms"] != 1]] = True
-    whole[image["synapse_block"][odd]] = True
+    # `_stretch` divides rows of one atom only, and the error that a group learns from has the shape
+    # of the whole group.
+    odd = (image.groups.pop_type != 0) | image.learns
+    group_of_row = np.repeat(np.arange(len(odd)), np.diff(image.groups.row_start))
+    odd[group_of_row[image.rows.atoms != 1]] = True
+    whole[image.groups.block[odd]] = True
     return ~whole
 
 
@@ -50,9 +54,10 @@ def cut(image: ChipImage, cuts: Mapping[int, Sequence[int]]) -> ChipImage:
         For blocks that `can_cut`, the first compartments of all pieces but the first, ascending,
         counted from the block's first.
     """
-    bounds = [[0, *cuts.get(b, ()), int(n)] for b, n in enumerate(np.diff(image["block_start"]))]
-    blocks = _cut_blocks(image, bounds)
-    first_piece = np.searchsorted(blocks.like, np.arange(image.n_blocks))
+    bounds = [[0, *cuts.get(b, ()), int(n)] for b, n in enumerate(np.diff(image.blocks.start))]
+    division = _divided(image, bounds)
+    # `like` ascends, so that the first place of a block's number is that of its first piece.
+    first_piece = np.searchsorted(division.like, np.arange(image.n_blocks))
     groups: list[Group] = []
     kept: list[list[Kept]] = []
     for group in groups_of(image):
@@ -65,33 +70,32 @@ def cut(image: ChipImage, cuts: Mapping[int, Sequence[int]]) -> ChipImage:
         for to in kept[route.group]
         for part in _cut_route(route, to, bounds, first_piece)
     ]
-    return assemble(image, blocks, groups, routes)
+    return assemble(image, division, groups, routes)
 
 
-def _cut_blocks(image: ChipImage, bounds: list[list[int]]) -> Blocks:
+def _divided(image: ChipImage, bounds: list[list[int]]) -> Division:
     like = np.repeat(np.arange(len(bounds)), [len(ends) - 1 for ends in bounds])
     first = [
         start + at
-        for start, ends in zip(image["block_start"], bounds, strict=False)
+        for start, ends in zip(image.blocks.start, bounds, strict=False)
         for at in ends[:-1]
     ]
-    entries = [
-        entry if len(ends) == 2 else _piece_entry(entry, i, len(ends) - 1)
-        for entry, ends in zip(image.manifest["blocks"], bounds, strict=True)
+    entries = tuple(
+        entry if len(ends) == 2 else _piece(entry, i, len(ends) - 1)
+        for entry, ends in zip(image.manifest.blocks, bounds, strict=True)
         for i in range(len(ends) - 1)
-    ]
+    )
     start = np.append(first, image.n_compartments)
-    return Blocks(start, np.arange(len(like)), like, entries)
+    return Division(start, np.arange(len(like)), like, entries)
 
 
-def _piece_entry(entry: dict[str, Any], i: int, n: int) -> dict[str, Any]:
-    """Manifest entry of a piece; ``of`` names the block that nengo-loihi built."""
-    label = entry["label"]
-    return {"of": label, **entry, "label": f"{label}[{i + 1}/{n}]"}
+def _piece(entry: BlockEntry, number: int, count: int) -> BlockEntry:
+    """Return the manifest's entry of a piece."""
+    return replace(entry, cut=(*entry.cut, (number, count)))
 
 
 def _cut_group(group: Group, ends: list[int], first_piece: int) -> list[tuple[Group, np.ndarray]]:
-    """The pieces of a group that have axons, each with its axon for each of the group's, or -1."""
+    """Return the pieces of a group that have axons, and the axon of each for the group's, or -1."""
     if len(ends) == 2:
         return [(group._replace(block=first_piece), np.arange(len(group.axon_row)))]
     parts = [_part(group, *stretch, first_piece + i) for i, stretch in enumerate(pairwise(ends))]
@@ -99,7 +103,8 @@ def _cut_group(group: Group, ends: list[int], first_piece: int) -> list[tuple[Gr
 
 
 def _part(group: Group, first: int, end: int, piece: int) -> tuple[Group, np.ndarray]:
-    """What of a group has targets in a stretch of its block; its axon for each of the group's."""
+    """Return the part of a group with targets in a stretch, and its axons for the group's."""
+    # Axons that read a row from the same base go on sharing one row, which keeps the memory small.
     keys = list(zip(group.axon_row.tolist(), group.axon_base.tolist(), strict=True))
     rows = {key: _stretch(group.rows[key[0]], key[1], first, end) for key in dict.fromkeys(keys)}
     used = [i for i, key in enumerate(keys) if rows[key].weights.size]
@@ -107,12 +112,15 @@ def _part(group: Group, first: int, end: int, piece: int) -> tuple[Group, np.nda
     axon = np.full(len(keys), -1)
     axon[used] = np.arange(len(used))
     row = np.array([number[keys[i]] for i in used], dtype=int)
+    # A base below 0 would mark an axon without one: where the base lies before the stretch it is 0,
+    # and the indices of `_stretch` make up for it.
     base = np.array([max(keys[i][1] - first, 0) for i in used], dtype=int)
     return Group(group.like, piece, [rows[key] for key in number], row, base), axon
 
 
 def _stretch(row: Row, base: int, first: int, end: int) -> Row:
-    """The synapses of a row of one atom, read from a base, that have targets in a stretch."""
+    """Return the synapses of a row of one atom, read from a base, with targets in a stretch."""
+    # An axon without a base delivers nothing: no stretch holds -1, so it gets no synapses.
     target = base + row.indices[0] if base >= 0 else np.full(row.indices.shape[1], -1)
     inside = (target >= first) & (target < end)
     indices = target[inside] - first - max(base - first, 0)
@@ -122,7 +130,7 @@ def _stretch(row: Row, base: int, first: int, end: int) -> Row:
 def _cut_route(
     route: Route, to: Kept, bounds: list[list[int]], first_piece: np.ndarray
 ) -> Iterator[Route]:
-    """The routes to one piece of a group that reach it, from each piece of the source."""
+    """Yield the routes to one piece of a group that reach it, from each piece of the source."""
     axon = np.where(route.axon >= 0, to.axon[route.axon], -1)
     ends, first_of = [0, len(axon)], route.source
     if not route.of_input:

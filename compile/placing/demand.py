@@ -1,4 +1,4 @@
-"""What stretches of a block would take of a core, were the block cut there."""
+"""The resources of a core that stretches of a block would take, were the block cut there."""
 
 from bisect import bisect_left
 from itertools import pairwise
@@ -6,15 +6,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from spikeport.compile.extract import flat
-from spikeport.compile.image import ChipImage
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.tables import flat, part
+from spikeport.compile.image.usage import ListFormat, layout, list_bits
 from spikeport.compile.placing.load import Capacity, Load, ProfileMasks
-from spikeport.compile.usage import ListFormat, layout, list_bits
 from spikeport.hardware_models.chip import Chip
 
 
 class _Synapses(NamedTuple):
-    """A group's synapses by list, which is a row and the base it is read from.
+    """The synapses of a group by list, which is a row and the base it is read from.
 
     ``key`` holds list * n + target, ascending, for n compartments; ``of_axon`` the list each axon
     reads; ``readers`` how many axons read each list.
@@ -28,14 +28,14 @@ class _Synapses(NamedTuple):
 
 
 class Demand:
-    """What stretches of one block that can be cut would take.
+    """The demand of the stretches of one block that can be cut.
 
     Parameters
     ----------
     image : ChipImage
         The image.
     chip : Chip
-        Whose memory it is laid out for.
+        The chip whose memory layout counts.
     block : int
         Number of the block.
     masks : ProfileMasks
@@ -43,7 +43,7 @@ class Demand:
     """
 
     def __init__(self, image: ChipImage, chip: Chip, block: int, masks: ProfileMasks) -> None:
-        start, end = image["block_start"][block : block + 2]
+        start, end = image.blocks.start[block : block + 2]
         self.start, self.n = int(start), int(end - start)
         self._block, self._masks, self._layout = block, masks, layout(chip)
         self._synapses = [
@@ -51,9 +51,9 @@ class Demand:
         ]
 
     def load(self, first: int, end: int, slots: np.ndarray) -> Load:
-        """What compartments ``first`` to ``end`` take.
+        """Return the load of the compartments ``first`` to ``end``.
 
-        ``slots`` (n_compartments of the image,) are what their output axons take.
+        ``slots`` (n_compartments of the image,) are the slots that their output axons take.
         """
         in_axons = bits = 0
         reached = []
@@ -68,14 +68,15 @@ class Demand:
         return Load((end - first, in_axons, out, bits), masks)
 
     def longest(self, first: int, slots: np.ndarray, room: Capacity) -> int:
-        """The end of the longest stretch from ``first`` on that there is room for."""
+        """Return the end of the longest stretch from ``first`` on that there is room for."""
+        # A stretch never takes less than a part of it, so bisection finds the longest.
         ends = range(first + 1, self.n + 1)
         return first + bisect_left(
             ends, True, key=lambda end: not room.holds(self.load(first, end, slots))
         )
 
     def pieces_reached(self, bounds: list[int]) -> dict[int, np.ndarray]:
-        """For each synapse group, how many pieces each of its axons has targets in."""
+        """Return the number of pieces that each axon has targets in, by synapse group."""
         return {
             synapses.number: np.sum(
                 [self._sizes(synapses, first, end) > 0 for first, end in pairwise(bounds)], axis=0
@@ -84,7 +85,8 @@ class Demand:
         }
 
     def _sizes(self, synapses: _Synapses, first: int, end: int) -> np.ndarray:
-        """How many targets each list has in a stretch."""
+        """Return the number of targets of each list in a stretch."""
+        # Keys ascend across all lists, so that two searches count the targets of every list.
         begin = np.arange(len(synapses.readers)) * self.n
         return np.searchsorted(synapses.key, begin + end) - np.searchsorted(
             synapses.key, begin + first
@@ -92,12 +94,14 @@ class Demand:
 
 
 def _synapses(image: ChipImage, group: int, n: int, form: ListFormat) -> _Synapses:
-    axons = image.part("in_axon_start", group)
-    reads = np.stack([image["in_axon_row"][axons], image["in_axon_base"][axons]], axis=1)
+    axons = part(image.groups.axon_start, group)
+    # `cut` lets axons that read a row from the same base share a row: its bits count only once.
+    reads = np.stack([image.in_axons.row[axons], image.in_axons.base[axons]], axis=1)
     lists, of_axon, readers = np.unique(reads, axis=0, return_inverse=True, return_counts=True)
-    first_row = image["row_start"][group]
+    first_row = image.groups.row_start[group]
+    # A list without a base has no keys: it delivers nothing, and no piece needs its axons.
     keys = [
-        i * n + base + image["indices"][image.part("row_weight_start", first_row + row)].astype(int)
+        i * n + base + image.synapses.index[part(image.rows.start, first_row + row)].astype(int)
         for i, (row, base) in enumerate(lists)
         if base >= 0
     ]

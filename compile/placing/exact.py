@@ -20,7 +20,7 @@ SEARCH = 30.0
 
 
 class Exact(NamedTuple):
-    """The best packing that was found, and how few cores any takes."""
+    """The best packing that was found, and a number of cores that none goes below."""
 
     bins: Bins
     at_least: int
@@ -28,6 +28,14 @@ class Exact(NamedTuple):
 
 def pack_exactly(problem: Problem, known: Bins) -> Exact:
     """Pack blocks on as few cores as possible, starting from a packing that is known.
+
+    Parameters
+    ----------
+    problem : Problem
+        The blocks.
+    known : Bins
+        A packing of them, such as that of `spikeport.compile.placing.packing.pack`; it is returned
+        where it is as good as any, where a block fits no core, and where the search finds none.
 
     Raises
     ------
@@ -38,6 +46,25 @@ def pack_exactly(problem: Problem, known: Bins) -> Exact:
     fits = all(problem.fits([block]) for block in range(len(problem.loads)))
     if len(known) == at_least or not fits:  # what fits no core, verification refuses
         return Exact(known, at_least)
+    cp_model = _ortools()
+    model = cp_model.CpModel()
+    on = _placements(model, problem, known, at_least)
+    _limit_amounts(model, problem, on)
+    _limit_profiles(model, problem, on)
+    solver = cp_model.CpSolver()
+    # More workers, or a limit in seconds, would make results differ from run to run.
+    solver.parameters.num_workers = 1
+    solver.parameters.max_deterministic_time = SEARCH
+    status = solver.solve(model)
+    at_least = round(solver.best_objective_bound)
+    if status not in (cp_model.OPTIMAL, cp_model.FEASIBLE):
+        return Exact(known, at_least)
+    cores = range(len(known))
+    bins = [[b for b, where in enumerate(on) if solver.boolean_value(where[k])] for k in cores]
+    return Exact([blocks for blocks in bins if blocks], at_least)
+
+
+def _ortools() -> Any:
     try:
         from ortools.sat.python import cp_model
     except ImportError as error:
@@ -45,21 +72,11 @@ def pack_exactly(problem: Problem, known: Bins) -> Exact:
             "pack{exact=true} needs the package ortools, which is absent; "
             "install it with: pip install 'spikeport[optimal]'"
         ) from error
-    model = cp_model.CpModel()
-    on = _placements(model, problem, known, at_least)
-    _limit_amounts(model, problem, on)
-    _limit_profiles(model, problem, on)
-    solver = cp_model.CpSolver()
-    solver.parameters.num_workers = 1
-    solver.parameters.max_deterministic_time = SEARCH
-    solver.solve(model)
-    cores = range(len(known))
-    bins = [[b for b, where in enumerate(on) if solver.boolean_value(where[k])] for k in cores]
-    return Exact([blocks for blocks in bins if blocks], round(solver.best_objective_bound))
+    return cp_model
 
 
 def _placements(model: Any, problem: Problem, known: Bins, at_least: int) -> list[list[Any]]:
-    """x_bk and y_k, hinted at by what is known."""
+    """Return x_bk, with all that holds whatever the loads: one core a block, as few as possible."""
     used = [model.new_bool_var(f"y{k}") for k in range(len(known))]
     on = [
         [model.new_bool_var(f"x{b},{k}") for k in range(len(known))]
@@ -69,9 +86,11 @@ def _placements(model: Any, problem: Problem, known: Bins, at_least: int) -> lis
         model.add_exactly_one(where)
         for here, core in zip(where, used, strict=True):
             model.add_implication(here, core)
+    # From a packing that is known the search finds better ones sooner.
     for k, blocks in enumerate(known):
         for block in blocks:
             model.add_hint(on[block][k], 1)
+    # Cores are equal: using them in order spares the search their permutations.
     for core, following in itertools.pairwise(used):
         model.add_implication(following, core)
     model.add(sum(used) >= at_least)
@@ -80,6 +99,7 @@ def _placements(model: Any, problem: Problem, known: Bins, at_least: int) -> lis
 
 
 def _limit_amounts(model: Any, problem: Problem, on: list[list[Any]]) -> None:
+    """Limit the sum of each amount on each core."""
     for kind, room in enumerate(problem.room.amounts):
         if room < float("inf"):
             for k in range(len(on[0])):
@@ -88,6 +108,7 @@ def _limit_amounts(model: Any, problem: Problem, on: list[list[Any]]) -> None:
 
 
 def _limit_profiles(model: Any, problem: Problem, on: list[list[Any]]) -> None:
+    """Limit the number of distinct profiles of each kind on each core."""
     for kind, room in enumerate(problem.room.profiles):
         masks = [load.profiles[kind] for load in problem.loads]
         bits = range(max(mask.bit_length() for mask in masks))

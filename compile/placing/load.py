@@ -1,4 +1,4 @@
-"""What blocks take of a core, and what a core has, in the form that packing reckons with.
+"""Loads of blocks and capacities of cores, in the form that packing reckons with.
 
 Amounts add up; profiles unite. Settings that all blocks of a core share (clipping, noise, the
 traces of learning) are profiles of which a core has one.
@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from spikeport.compile.image import ChipImage
-from spikeport.compile.usage import AMOUNTS, PROFILE, block_amounts, list_formats
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.usage import AMOUNTS, PROFILE, block_amounts, list_formats
 from spikeport.hardware_models.chip import Chip
 
 PROFILES = ("compartment_profiles", "threshold_profiles", "synapse_profiles")
@@ -18,7 +18,7 @@ SHARED = ("clipping", "noise", "learning")
 
 
 class Load(NamedTuple):
-    """What a block, a part of one or several together take.
+    """The load of a block, of a part of one, or of several together.
 
     ``amounts`` follow `AMOUNTS`; ``profiles`` follow `PROFILES` and `SHARED`, each a bit mask with
     one bit for every profile of the image.
@@ -28,7 +28,7 @@ class Load(NamedTuple):
     profiles: tuple[int, ...] = (0,) * len(PROFILES + SHARED)
 
     def joined(self, other: "Load") -> "Load":
-        """What both take together."""
+        """Return the load of both together."""
         return Load(
             tuple(a + b for a, b in zip(self.amounts, other.amounts, strict=True)),
             tuple(a | b for a, b in zip(self.profiles, other.profiles, strict=True)),
@@ -36,37 +36,39 @@ class Load(NamedTuple):
 
 
 class Capacity(NamedTuple):
-    """What a core has: of every amount, and how many profiles of every kind."""
+    """The capacity of a core: of every amount, and the number of profiles of every kind."""
 
     amounts: tuple[float, ...]
     profiles: tuple[float, ...]
 
     def holds(self, load: Load) -> bool:
-        """Whether a core has room for a load."""
+        """Return whether a core has room for a load."""
         return all(a <= b for a, b in zip(load.amounts, self.amounts, strict=True)) and all(
             mask.bit_count() <= n for mask, n in zip(load.profiles, self.profiles, strict=True)
         )
 
     def shared(self, n: int) -> "Capacity":
-        """The n-th part of every amount; profiles can be shared, and stay."""
+        """Return the n-th part of every amount; profiles can be shared, and stay."""
         return Capacity(tuple(amount / n for amount in self.amounts), self.profiles)
 
     def fill(self, load: Load) -> float:
-        """Share of the scarcest resource that a load takes."""
+        """Return the share of the scarcest resource that a load takes."""
         shares = [a / b for a, b in zip(load.amounts, self.amounts, strict=True)]
+        # Settings in `SHARED` are left out: a core has one of each, so that any block would fill
+        # them.
         kinds = list(zip(load.profiles, self.profiles, strict=True))[: len(PROFILES)]
         return max(*shares, *(mask.bit_count() / n for mask, n in kinds))
 
 
 def capacity(chip: Chip) -> Capacity:
-    """What a core of a chip has."""
+    """Return the capacity of a core of a chip."""
     amounts = tuple(chip.limits.most(name) for name in AMOUNTS)
     profiles = tuple(chip.limits.most(name) for name in PROFILES)
     return Capacity(amounts, profiles + (1,) * len(SHARED))
 
 
 def block_loads(image: ChipImage, chip: Chip) -> list[Load]:
-    """What each block takes."""
+    """Return the load of each block."""
     masks = ProfileMasks(image)
     return [
         Load(tuple(amounts), masks.of(b, 0, None, masks.groups[b]))
@@ -75,15 +77,15 @@ def block_loads(image: ChipImage, chip: Chip) -> list[Load]:
 
 
 def core_loads(image: ChipImage, chip: Chip) -> list[Load]:
-    """What the blocks of each core take together."""
+    """Return the load of the blocks of each core together."""
     blocks: list[list[Load]] = [[] for _ in range(image.n_cores)]
-    for core, load in zip(image["block_core"], block_loads(image, chip), strict=True):
+    for core, load in zip(image.blocks.core, block_loads(image, chip), strict=True):
         blocks[core].append(load)
     return [together(loads) for loads in blocks]
 
 
 def together(loads: Iterable[Load]) -> Load:
-    """What several loads take on one core."""
+    """Return the load of several loads on one core."""
     total = Load()
     for load in loads:
         total = total.joined(load)
@@ -98,24 +100,27 @@ class ProfileMasks:
 
     def __init__(self, image: ChipImage) -> None:
         self._image = image
-        block = image["synapse_block"]
+        block = image.groups.block
         self.groups = [np.flatnonzero(block == b) for b in range(image.n_blocks)]
         self.forms = list_formats(image)
-        self._compartment = _numbered(np.stack([image[name] for name in PROFILE], axis=1))
-        self._threshold = _numbered(image["vth"])
-        self._format = _numbered(image["synapse_format"])
-        self._learning = _numbered(image["synapse_learning"])
-        self._clipping = _numbered(np.stack([image["block_vmin"], image["block_vmax"]], axis=1))
+        self._compartment = _numbered(
+            np.stack([getattr(image.compartments, name) for name in PROFILE], axis=1)
+        )
+        self._threshold = _numbered(image.compartments.vth)
+        self._format = _numbered(image.groups.format)
+        self._learning = _numbered(image.groups.learning)
+        self._clipping = _numbered(np.stack([image.blocks.vmin, image.blocks.vmax], axis=1))
         noise = ("noise_offset", "noise_exp", "noise_at_membrane")
-        self._noise = _numbered(np.stack([image[f"block_{name}"] for name in noise], axis=1))
+        self._noise = _numbered(np.stack([getattr(image.blocks, name) for name in noise], axis=1))
 
     def of(
         self, block: int, first: int, end: int | None, groups: Sequence[int] | np.ndarray
     ) -> tuple[int, ...]:
-        """Masks of a stretch of a block that some of its synapse groups reach."""
-        start, stop = self._image["block_start"][block : block + 2]
+        """Return the masks of a stretch of a block that some of its synapse groups reach."""
+        start, stop = self._image.blocks.start[block : block + 2]
         mine = slice(start + first, stop if end is None else start + end)
-        noisy = self._image["enable_noise"][mine].any()
+        # Settings of noise do not matter where no neuron is noisy, and then fit beside any others.
+        noisy = self._image.compartments.enable_noise[mine].any()
         return (
             _mask(self._compartment[mine]),
             _mask(self._threshold[mine]),
@@ -127,10 +132,11 @@ class ProfileMasks:
 
 
 def _numbered(values: np.ndarray) -> np.ndarray:
-    """The number of each value, or row of values, among the distinct ones."""
+    """Return the number of each value, or row of values, among the distinct ones."""
     number = np.zeros(len(values), dtype=int)
     for column in np.atleast_2d(values.T):  # much faster than np.unique over rows
         _, place = np.unique(column, return_inverse=True)
+        # Numbered anew with each column, so that the products stay small enough for an integer.
         number = np.unique(number * (place.max(initial=0) + 1) + place, return_inverse=True)[1]
     return number
 

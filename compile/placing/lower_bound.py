@@ -1,35 +1,49 @@
-"""How few cores an image could take: bounds that no packing of its blocks goes below."""
+"""Lower bounds of the number of cores: no packing of an image's blocks goes below them."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
+from spikeport.compile.image.usage import AMOUNTS
 from spikeport.compile.placing.load import PROFILES, Capacity, Load, together
-from spikeport.compile.usage import AMOUNTS
 
 
 def lower_bound(loads: Sequence[Load], room: Capacity) -> dict[str, int]:
-    """Cores that blocks take at least, by reason; ``"cores"`` is the largest of them.
+    """Return how many cores blocks take at least, by reason.
 
-    Those of `sums`, and as ``"apart"`` the size of a set of blocks of which no two fit on one core.
+    The reasons are those of `sums`, and ``"apart"``: the size of a set of blocks of which no two
+    fit on one core.
 
     Parameters
     ----------
     loads : sequence of Load
-        What each block takes.
+        The load of each block.
     room : Capacity
-        What a core has.
+        The capacity of a core.
+
+    Returns
+    -------
+    bounds : dict of str to int
+        Bounds by reason; the largest of them again as ``"cores"``.
     """
     bounds = {**sums(loads, room), "apart": _apart(loads, room)}
     return {**bounds, "cores": max(bounds.values())}
 
 
 def sums(loads: Sequence[Load], room: Capacity) -> dict[str, int]:
-    """Cores that blocks take at least even if they are cut, by resource.
+    """Return how many cores blocks take at least even if they are cut, by resource.
 
-    amounts     ceil(sum over all blocks / what a core has)
+    amounts     ceil(sum over all blocks / amount of a core)
     profiles    ceil(number of distinct ones / registers of a core)
+
+    Parameters
+    ----------
+    loads : sequence of Load
+        The load of each block.
+    room : Capacity
+        The capacity of a core.
     """
     total = together(loads)
+    # Settings that blocks of a core must share are not among them: `_apart` sees those.
     counts = [mask.bit_count() for mask in total.profiles[: len(PROFILES)]]
     used, most = (*total.amounts, *counts), (*room.amounts, *room.profiles)
     names = AMOUNTS + PROFILES
@@ -37,13 +51,16 @@ def sums(loads: Sequence[Load], room: Capacity) -> dict[str, int]:
 
 
 def _apart(loads: Sequence[Load], room: Capacity) -> int:
-    """Size of the largest set found, taking blocks by one amount after another."""
-    orders = [lambda load, k=k: load.amounts[k] for k in range(len(room.amounts))]
-    return max(_taken_apart(sorted(loads, key=by, reverse=True), room) for by in orders)
+    """Return the size of the largest set found, taking blocks by one amount after another."""
+
+    def by_amount(kind: int) -> list[Load]:
+        return sorted(loads, key=lambda load: load.amounts[kind], reverse=True)
+
+    return max(_n_apart(by_amount(kind), room) for kind in range(len(room.amounts)))
 
 
-def _taken_apart(loads: Sequence[Load], room: Capacity) -> int:
-    """Blocks, in this order, none of which fits on a core with any taken before."""
+def _n_apart(loads: Iterable[Load], room: Capacity) -> int:
+    """Count blocks, in this order, none of which fits on a core with any counted before."""
     apart: list[Load] = []
     for load in loads:
         if not any(room.holds(load.joined(other)) for other in apart):

@@ -1,5 +1,6 @@
 """Blocks onto as few cores as can be found, and those that send to each other onto the same one.
 
+This is bin packing with several amounts and with shared profiles, which has no fast exact solution.
 Several simple rules fill core after core; the best result is improved by emptying cores, whose
 blocks go, or push smaller ones, to where there is room. Everything is deterministic.
 """
@@ -8,7 +9,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,9 +22,16 @@ Bins = list[list[int]]
 
 @dataclass(frozen=True)
 class Problem:
-    """What to pack: the load of each block, a core's room, and the spikes between blocks.
+    """A packing problem.
 
-    ``traffic`` is (n_blocks, n_blocks), symmetric.
+    Attributes
+    ----------
+    loads : sequence of Load
+        The load of each block.
+    room : Capacity
+        The capacity of a core.
+    traffic : (n_blocks, n_blocks) array
+        The spikes between blocks; symmetric.
     """
 
     loads: Sequence[Load]
@@ -31,86 +39,122 @@ class Problem:
     traffic: np.ndarray
 
     def load(self, blocks: Iterable[int]) -> Load:
-        """What blocks take on one core."""
+        """Return what blocks take together on one core."""
         return together(self.loads[block] for block in blocks)
 
     def fits(self, blocks: Iterable[int]) -> bool:
-        """Whether blocks fit on one core."""
+        """Return whether blocks fit on one core."""
         return self.room.holds(self.load(blocks))
 
     @cached_property
     def fills(self) -> list[float]:
-        """Share of the scarcest resource of a core that each block takes."""
+        """The share of the scarcest resource of a core that each block takes."""
         return [self.room.fill(load) for load in self.loads]
 
     def cost(self, bins: Bins) -> tuple[int, float]:
-        """Number of cores, and spikes between them, negated if within."""
+        """Return the number of cores, and the spikes within cores, negated."""
         within = sum(self.traffic[np.ix_(blocks, blocks)].sum() for blocks in bins)
         return len(bins), -float(within)
 
 
 def pack(problem: Problem, effort: int) -> Bins:
-    """Pack blocks; without ``effort`` by the simple rules alone."""
-    results = (_filled(problem, *rule) for rule in product(_orders(problem), CHOICES))
+    """Pack blocks by simple rules and, with any ``effort``, by emptying cores.
+
+    A block that no core holds gets a core of its own.
+
+    Parameters
+    ----------
+    problem : Problem
+        The blocks.
+    effort : int
+        0 for the simple rules alone.
+
+    Returns
+    -------
+    bins : Bins
+        Every block exactly once.
+    """
+    results = (filled(problem, *rule) for rule in product(orders(problem), CHOICES))
     bins = min(results, key=problem.cost)
     if effort and len(bins) > lower_bound(problem.loads, problem.room)["cores"]:
-        bins = _emptied(problem, bins)
+        bins = emptied(problem, bins)
     return bins
 
 
-def _orders(problem: Problem) -> list[list[int]]:
-    """Orders to place blocks in: as they come, and largest first by several measures."""
+def orders(problem: Problem) -> list[list[int]]:
+    """Return orders to place blocks in: as they come, and largest first by several measures."""
     loads, fill = problem.loads, problem.fills
     numbers = range(len(loads))
-    by_amount = [
-        sorted(numbers, key=lambda b, k=k: -loads[b].amounts[k])  # type: ignore[misc]
-        for k in range(len(problem.room.amounts))
-    ]
-    by_fill = sorted(numbers, key=lambda b: -fill[b])
-    alike = sorted(numbers, key=lambda b: (loads[b].profiles, -fill[b]))
-    return [list(numbers), by_fill, alike, *by_amount]
+
+    def by_amount(kind: int) -> list[int]:
+        return sorted(numbers, key=lambda block: -loads[block].amounts[kind])
+
+    by_fill = sorted(numbers, key=lambda block: -fill[block])
+    # Blocks with equal profiles follow each other, and open few registers together.
+    by_profiles = sorted(numbers, key=lambda block: (loads[block].profiles, -fill[block]))
+    kinds = range(len(problem.room.amounts))
+    return [list(numbers), by_fill, by_profiles, *map(by_amount, kinds)]
 
 
-def _first(problem: Problem, blocks: list[int], before: Load, after: Load) -> Any:
-    return 0
+class Candidate(NamedTuple):
+    """A core that has room for a block: its blocks so far, and its load without and with it."""
+
+    block: int
+    others: Sequence[int]
+    before: Load
+    after: Load
 
 
-def _fullest(problem: Problem, blocks: list[int], before: Load, after: Load) -> Any:
-    return -problem.room.fill(after)
+Rank = tuple[float, ...]
+Choice = Callable[[Problem, Candidate], Rank]
+"""A rule; of the cores that have room for a block, the first with the smallest rank takes it."""
 
 
-def _most_alike(problem: Problem, blocks: list[int], before: Load, after: Load) -> Any:
-    new = sum((a ^ b).bit_count() for a, b in zip(after.profiles, before.profiles, strict=True))
-    return new, -problem.room.fill(after)
+def first(problem: Problem, core: Candidate) -> Rank:
+    """Rank all cores equally."""
+    return ()
 
 
-def _most_talkative(problem: Problem, blocks: list[int], before: Load, after: Load) -> Any:
-    *others, block = blocks
-    return -problem.traffic[block, others].sum(), -problem.room.fill(after)
+def fullest(problem: Problem, core: Candidate) -> Rank:
+    """Rank cores by how full they are with the block."""
+    return (-problem.room.fill(core.after),)
 
 
-CHOICES = (_first, _fullest, _most_alike, _most_talkative)
-"""Which of the cores that have room takes a block: the one with the smallest of these."""
+def most_alike(problem: Problem, core: Candidate) -> Rank:
+    """Rank cores by the profiles that the block would add."""
+    pairs = zip(core.after.profiles, core.before.profiles, strict=True)
+    added = sum((after ^ before).bit_count() for after, before in pairs)
+    return added, -problem.room.fill(core.after)
+
+
+def most_traffic(problem: Problem, core: Candidate) -> Rank:
+    """Rank cores by the spikes between the block and theirs."""
+    traffic = float(problem.traffic[core.block, core.others].sum())
+    return -traffic, -problem.room.fill(core.after)
+
+
+CHOICES: tuple[Choice, ...] = (first, fullest, most_alike, most_traffic)
 
 
 class _Cores:
-    """Cores that are being filled: the blocks on each, and what they take."""
+    """Cores that are being filled: the blocks on each, and their load."""
 
     def __init__(self, problem: Problem, bins: Bins) -> None:
         self._problem = problem
         self.bins = [list(blocks) for blocks in bins]
         self.loads = [problem.load(blocks) for blocks in bins]
 
-    def after(self, block: int) -> dict[int, Load]:
-        """The cores that have room for a block, and what they hold with it."""
+    def with_room(self, block: int) -> dict[int, Load]:
+        """Return the cores that have room for a block, and their loads with it."""
         room, load = self._problem.room, self._problem.loads[block]
-        free = np.array([held.amounts for held in self.loads]).reshape(-1, len(load.amounts))
-        enough = np.flatnonzero((free + load.amounts <= room.amounts).all(axis=1))
+        # Amounts of all cores at once: most have no room, and loads are slow to join.
+        held = np.array([held.amounts for held in self.loads]).reshape(-1, len(load.amounts))
+        enough = np.flatnonzero((held + load.amounts <= room.amounts).all(axis=1))
         after = {core: self.loads[core].joined(load) for core in enough.tolist()}
-        return {core: held for core, held in after.items() if room.holds(held)}
+        return {core: joined for core, joined in after.items() if room.holds(joined)}
 
     def put(self, core: int, block: int, load: Load) -> None:
-        """Put a block on a core, which then holds a load."""
+        """Put a block on a core, maybe a new one, which then has the given load."""
         if core == len(self.bins):
             self.bins.append([])
             self.loads.append(load)
@@ -118,8 +162,8 @@ class _Cores:
         self.loads[core] = load
 
     def place(self, block: int, but: int = -1) -> bool:
-        """Put a block on the core that is fullest with it, where there is one with room."""
-        after = self.after(block)
+        """Put a block on the core that is fullest with it; return whether one has room."""
+        after = self.with_room(block)
         after.pop(but, None)
         if after:
             best = max(after, key=lambda core: self._problem.room.fill(after[core]))
@@ -127,7 +171,10 @@ class _Cores:
         return bool(after)
 
     def push(self, core: int, other: int, block: int) -> bool:
-        """Put a block in the place of a smaller one, which fits on a third core."""
+        """Put a block in the place of another, which goes to a third core; return whether it can.
+
+        If it cannot, nothing changes.
+        """
         rest = [b for b in self.bins[core] if b != other]
         if not self._problem.fits([*rest, block]) or not self.place(other, but=core):
             return False
@@ -135,7 +182,7 @@ class _Cores:
         return True
 
     def take(self, block: int) -> bool:
-        """Place a block, if need be where another one makes room."""
+        """Place a block, if need be where a smaller one makes room; return whether it can."""
         fills = self._problem.fills
         return self.place(block) or any(
             self.push(core, other, block)
@@ -145,45 +192,66 @@ class _Cores:
         )
 
 
-def _filled(problem: Problem, order: list[int], choice: Callable[..., Any]) -> Bins:
+def filled(problem: Problem, order: Sequence[int], choice: Choice) -> Bins:
     """Place blocks in an order, each on a core that has room, or else on a new one."""
     cores = _Cores(problem, [])
     for block in order:
-        after = cores.after(block) or {len(cores.bins): problem.loads[block]}
-        keys = {
-            core: choice(problem, [*cores.bins[core], block], cores.loads[core], load)
+        after = cores.with_room(block)
+        ranks = {
+            core: choice(problem, Candidate(block, cores.bins[core], cores.loads[core], load))
             for core, load in after.items()
-            if core < len(cores.bins)
         }
-        best = min(keys, key=keys.__getitem__, default=len(cores.bins))
-        cores.put(best, block, after[best])
+        best = min(ranks, key=ranks.__getitem__, default=len(cores.bins))
+        cores.put(best, block, after.get(best, problem.loads[block]))
     return cores.bins
 
 
-def _emptied(problem: Problem, bins: Bins) -> Bins:
-    """Empty one core after another, emptiest first, while their blocks find room elsewhere."""
-    tried = set()
-    for victim in sorted(bins, key=lambda blocks: problem.room.fill(problem.load(blocks))):
-        alike = tuple(sorted(problem.loads[block] for block in victim))
-        if alike in tried:
-            continue
-        tried.add(alike)
-        rest = _Cores(problem, [blocks for blocks in bins if blocks is not victim])
-        if all(rest.take(block) for block in sorted(victim, key=lambda b: -problem.fills[b])):
-            return _emptied(problem, rest.bins)
+def emptied(problem: Problem, bins: Bins) -> Bins:
+    """Empty one core after another while their blocks find room elsewhere."""
+    while (fewer := _with_one_emptied(problem, bins)) is not None:
+        bins = fewer
     return bins
 
 
+def _with_one_emptied(problem: Problem, bins: Bins) -> Bins | None:
+    """Empty one core, the emptiest that can be; None if none can."""
+    tried = set()
+    for victim in sorted(bins, key=lambda blocks: problem.room.fill(problem.load(blocks))):
+        # Images have many equal blocks: where some found no room, equal ones find none.
+        loads = tuple(sorted(problem.loads[block] for block in victim))
+        if loads in tried:
+            continue
+        tried.add(loads)
+        rest = _Cores(problem, [blocks for blocks in bins if blocks is not victim])
+        # The largest first, while there is most room.
+        if all(rest.take(block) for block in sorted(victim, key=lambda b: -problem.fills[b])):
+            return rest.bins
+    return None
+
+
 def settled(problem: Problem, bins: Bins) -> Bins:
-    """Move or swap blocks onto the core they share most spikes with, until none can be."""
+    """Move or swap blocks onto the core they share most spikes with, until none can be.
+
+    The number of spikes within cores rises with every move, so it ends; the number of cores does
+    not rise, and every core that held its blocks still does.
+
+    Parameters
+    ----------
+    problem : Problem
+        The blocks.
+    bins : Bins
+        A packing of them; stays as it is.
+    """
     bins = [list(blocks) for blocks in bins]
-    while sum(_settle(problem, bins, block) for block in range(len(problem.loads))):
-        pass
+    moved = [True]
+    # A block that cannot move may be able to once others have: all are tried until none moves.
+    while any(moved):
+        moved = [_settle(problem, bins, block) for block in range(len(problem.loads))]
     return [blocks for blocks in bins if blocks]
 
 
 def _settle(problem: Problem, bins: Bins, block: int) -> bool:
-    """Move one block, or swap it with another, if more spikes are shared on cores then."""
+    """Move one block, or swap it with another, if more spikes are within cores then."""
     traffic = problem.traffic
     home = next(blocks for blocks in bins if block in blocks)
     now = traffic[block, home].sum()
@@ -199,7 +267,7 @@ def _settle(problem: Problem, bins: Bins, block: int) -> bool:
 
 
 def _swap(problem: Problem, home: list[int], there: list[int], block: int, other: int) -> bool:
-    """Swap two blocks if both fit and more spikes are shared on the two cores then."""
+    """Swap two blocks if both fit and more spikes are within the two cores then."""
     traffic = problem.traffic
     left, rest = ([b for b in blocks if b not in (block, other)] for blocks in (home, there))
     gain = traffic[block, rest].sum() + traffic[other, left].sum()

@@ -1,19 +1,21 @@
-"""Where blocks that are too large for a core are to be cut."""
+"""The search for cuts of blocks that are too large for a core."""
 
 from collections.abc import Mapping
 
 import numpy as np
 
-from spikeport.compile.image import ChipImage
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.deliveries import deliveries
+from spikeport.compile.image.tables import part
+from spikeport.compile.image.usage import axon_slots, out_slots
 from spikeport.compile.placing.cut import can_cut
 from spikeport.compile.placing.demand import Demand
 from spikeport.compile.placing.load import Capacity, Load, ProfileMasks, block_loads
-from spikeport.compile.usage import axon_slots, out_slots
 from spikeport.hardware_models.chip import Chip
 
 
 class Search:
-    """Searches for cuts of an image's blocks."""
+    """A search for cuts of an image's blocks."""
 
     def __init__(self, image: ChipImage, chip: Chip) -> None:
         self._image, self._chip = image, chip
@@ -21,9 +23,13 @@ class Search:
         self._masks, self._cuttable = ProfileMasks(image), can_cut(image)
         self._demands: dict[int, Demand] = {}
         self._uncut_slots = out_slots(image, chip)
+        ways = deliveries(image)
+        # Spikes from the host need no output axons of a core, which is all that cuts change at a
+        # source.
+        self._ways = ways.of(ways.source < image.n_compartments)
 
     def bounds(self, room: Capacity) -> dict[int, list[int]]:
-        """Where to cut the blocks that are too large: the ends of their pieces, 0 to the last.
+        """Return the cuts of blocks that are too large: the ends of their pieces, 0 to the last.
 
         Each piece is as long as there is room for. A target in pieces takes more of the output
         axons of its sources, so cuts are sought again until nothing changes; slots are never given
@@ -37,7 +43,7 @@ class Search:
         return bounds
 
     def _bounds(self, room: Capacity, slots: np.ndarray) -> dict[int, list[int]]:
-        """Where to cut if output axons take these slots, (n_compartments,)."""
+        """Return the cuts if output axons take these slots, (n_compartments,)."""
         large = [
             block
             for block in np.flatnonzero(self._cuttable).tolist()
@@ -47,8 +53,9 @@ class Search:
         return {block: ends for block, ends in found.items() if ends}
 
     def _load(self, block: int, slots: np.ndarray) -> Load:
+        # A cut of its targets changes nothing of a block but its output axons.
         compartments, in_axons, _, bits = self._loads[block].amounts
-        out = int(slots[self._image.part("block_start", block)].sum())
+        out = int(slots[part(self._image.blocks.start, block)].sum())
         return self._loads[block]._replace(amounts=(compartments, in_axons, out, bits))
 
     def _demand(self, block: int) -> Demand:
@@ -57,22 +64,23 @@ class Search:
         return self._demands[block]
 
     def _slots(self, bounds: Mapping[int, list[int]]) -> np.ndarray:
-        """(n_compartments,) what output axons take with these cuts."""
+        """Return the slots that output axons take with these cuts, (n_compartments,)."""
         pieces: dict[int, np.ndarray] = {}
         for block, ends in bounds.items():
             pieces |= self._demand(block).pieces_reached(ends)
-        image, slots = self._image, self._uncut_slots.copy()
-        per_axon = axon_slots(image, self._chip)
-        for route in np.flatnonzero(image["route_input"] == 0):
-            if (group := int(image["route_synapse"][route])) in pieces:
-                axon = image["route_axon"][image.part("route_start", route)]
-                more = np.where(axon >= 0, pieces[group][axon] - 1, 0) * per_axon[group]
-                slots[image.part("block_start", image["route_source"][route])] += more
+        # An axon of a group that is cut becomes one of each piece that it has targets in.
+        more = np.zeros(len(self._image.in_axons), dtype=int)
+        per_axon = axon_slots(self._image, self._chip)
+        for group, reached in pieces.items():
+            axons = part(self._image.groups.axon_start, group)
+            more[axons] = (reached - 1) * per_axon[group]
+        slots = self._uncut_slots.copy()
+        np.add.at(slots, self._ways.source, more[self._ways.axon])
         return slots
 
 
 def _stretches(demand: Demand, room: Capacity, slots: np.ndarray) -> list[int]:
-    """The ends of pieces that each fit; none if one compartment alone does not."""
+    """Return the ends of pieces that each fit; none if one compartment alone does not."""
     ends = [0]
     while ends[-1] < demand.n:
         ends.append(demand.longest(ends[-1], slots, room))

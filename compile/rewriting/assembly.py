@@ -1,6 +1,7 @@
-"""The network that groups and wires describe."""
+"""The flat network that groups, edges and the objects that stay make up."""
 
 from collections import defaultdict
+from collections.abc import Mapping
 from typing import Any
 
 import nengo
@@ -8,93 +9,139 @@ import numpy as np
 import scipy.sparse as sparse
 from nengo.solvers import NoSolver
 
-from spikeport.compile.rewriting.flat import Flat
-from spikeport.compile.rewriting.groups import Members
+from spikeport.compile.ground.rewrite import Rewrite
+from spikeport.compile.ground.scope import Scope
+from spikeport.compile.ground.settings import Settings, add_params
+from spikeport.compile.loihi.readout import readout_scale
+from spikeport.compile.loihi.solver import ParameterSolver, nengo_transform
+from spikeport.compile.rewriting.edges import EdgeKey, Edges, Source, Target, without_zeros
 from spikeport.compile.rewriting.partition import Partition
-from spikeport.compile.rewriting.readout import readout_scale
-from spikeport.compile.rewriting.rewire import FUNCTION
-from spikeport.compile.rewriting.rewrite import Rewrite
-from spikeport.compile.rewriting.solved import Solved, transform_of
-from spikeport.compile.rewriting.wires import Source, Target, Way, Wires
-from spikeport.compile.verdict.lint import Scope
+
+DECODING = ("function", "eval_points", "scale_eval_points", "solver")
+"""The parameters of a connection that decide what it decodes, or computes of a node's output."""
+FIRING = 1e3
+"""A current at which every neuron fires."""
+
+
+class FlatNetwork:
+    """A network without subnetworks, under construction: objects of another one, and new ones.
+
+    Parameters
+    ----------
+    before : nengo.Network
+        The network whose objects it takes over, and whose label and seed it has.
+    seeds : mapping of Nengo objects to int
+        The seeds of those.
+
+    Attributes
+    ----------
+    network : nengo.Network
+        The flat network.
+    seeds : dict of Nengo objects to int
+        Seeds of what was taken over, or made anew from one object.
+    """
+
+    def __init__(self, before: nengo.Network, seeds: Mapping[Any, int]) -> None:
+        self._all_seeds = seeds
+        self._settings = Settings(before)
+        self.network = nengo.Network(label=before.label, seed=seeds[before])
+        self.seeds: dict[Any, int] = {self.network: seeds[before]}
+        add_params(self.network)
+
+    def keep(self, obj: Any) -> None:
+        """Take an object over as it is."""
+        with self.network:
+            nengo.Network.add(obj)
+        self.seeds[obj] = self._all_seeds[obj]
+        self._settings.copy(obj, self.network)
+
+    def inherit(self, new: Any, old: Any) -> None:
+        """Give a new object the seed of an old one."""
+        self.seeds[new] = self._all_seeds[old]
 
 
 class Assembly:
-    """Builds a flat network of groups, wires and the objects that stay.
+    """A flat network of groups, edges and the objects that stay.
 
     Parameters
     ----------
     rewrite : Rewrite
         The network before.
-    solved : Solved
-        Its gains, biases and encoders.
+    solver : ParameterSolver
+        Solves its gains, biases and encoders.
     partition : Partition
         The groups.
-    wires : dict of Way to matrix
+    edges : Edges
         The connections.
     dt_s : float
         The time step, in seconds.
 
     Attributes
     ----------
-    flat : Flat
+    flat : FlatNetwork
         The network after, without the objects that stay; to be taken over before `connect`.
-    groups : list of nengo.Ensemble
+    ensembles : list of nengo.Ensemble
         The ensemble of each group.
     """
 
     def __init__(
-        self, rewrite: Rewrite, solved: Solved, partition: Partition, wires: Wires, dt_s: float
+        self,
+        rewrite: Rewrite,
+        solver: ParameterSolver,
+        partition: Partition,
+        edges: Edges,
+        dt_s: float,
     ) -> None:
-        before = rewrite.network
-        self._scope = Scope(before, rewrite.names)
+        self._scope = Scope(rewrite.network, rewrite.names)
         self._dt_s = dt_s
-        wires = {way: matrix for way, matrix in wires.items() if abs(matrix).sum() > 0}
-        self.flat = Flat(before, solved.seeds)
-        constant = {way: matrix for way, matrix in wires.items() if _is_constant(way)}
-        members = Members(partition, solved, rewrite.names)
+        self.flat = FlatNetwork(rewrite.network, solver.seeds)
+        edges = without_zeros(edges)
+        constant = {key: matrix for key, matrix in edges.items() if _is_constant(key)}
+        groups = _Groups(rewrite, solver, partition)
         with self.flat.network:
-            self.groups = [
-                members.ensemble(
-                    number, {w: m for w, m in constant.items() if w.target.group == number}
+            self.ensembles = [
+                groups.ensemble(
+                    number, {k: m for k, m in constant.items() if k.target.group == number}
                 )
                 for number in range(len(partition.groups))
             ]
-        self._wires = {way: matrix for way, matrix in wires.items() if way not in constant}
+        self._edges = {key: matrix for key, matrix in edges.items() if key not in constant}
 
     def connect(self) -> None:
         """Add the connections."""
-        inputs: dict[int, Wires] = defaultdict(dict)
-        outputs: dict[int, Wires] = defaultdict(dict)
+        inputs: dict[int, Edges] = defaultdict(dict)
+        outputs: dict[int, Edges] = defaultdict(dict)
         with self.flat.network:
-            for way, matrix in self._wires.items():
-                if way.target.kind == "dimensions" and not self._from_chip(way.source):
-                    inputs[way.target.group][way] = matrix
-                elif way.source.in_group and not self._to_chip(way.target):
-                    outputs[way.source.group][way] = matrix
+            for key, matrix in self._edges.items():
+                if key.target.kind == "dimensions" and not self._from_chip(key.source):
+                    inputs[key.target.group][key] = matrix
+                elif key.source.in_group and not self._to_chip(key.target):
+                    outputs[key.source.group][key] = matrix
                 else:
-                    self._connect(way.source, self._end(way.target), way, matrix)
-            for group, wires in inputs.items():
-                self._input(group, wires)
-            for group, wires in outputs.items():
-                self._output(group, wires)
+                    self._connect(key, self._end(key.target), matrix)
+            for group, edges in inputs.items():
+                self._connect_input(group, edges)
+            for group, edges in outputs.items():
+                self._connect_output(group, edges)
 
-    def _input(self, group: int, wires: Wires) -> None:
-        """Gather what comes from the host, in units of the radius: one node for each group."""
-        ensemble = self.groups[group]
-        rows = np.flatnonzero(sum(abs(matrix).sum(axis=1) for matrix in wires.values()))
+    def _connect_input(self, group: int, edges: Edges) -> None:
+        """Sum all that the host sends to a group, in units of the radius, in one node."""
+        ensemble = self.ensembles[group]
+        rows = np.flatnonzero(sum(abs(matrix).sum(axis=1) for matrix in edges.values()))
         node = nengo.Node(size_in=len(rows), label=f"{ensemble.label} input")
-        for way, matrix in wires.items():
-            self._connect(way.source, node, way, matrix[rows] / ensemble.radius)
+        for key, matrix in edges.items():
+            self._connect(key, node, matrix[rows] / ensemble.radius)
+        # The encoders are weights to neurons: those of other dimensions would be stored in vain.
         encoders = ensemble.encoders[:, rows]
         wired = nengo.Connection(node, ensemble.neurons, transform=encoders, synapse=None)
         self.flat.network.config[wired].decode_path = "direct"
 
-    def _output(self, group: int, wires: Wires) -> None:
-        """Decode all that goes to the host at once, scaled, and scale it back there."""
-        ensemble = self.groups[group]
-        rows = {way: np.flatnonzero(abs(matrix).sum(axis=1)) for way, matrix in wires.items()}
-        decoders = sparse.vstack([wires[way][rows[way]] for way in wires]).toarray()
+    def _connect_output(self, group: int, edges: Edges) -> None:
+        """Decode all that the host reads of a group at once, scaled, and scale it back there."""
+        ensemble = self.ensembles[group]
+        rows = {key: np.flatnonzero(abs(matrix).sum(axis=1)) for key, matrix in edges.items()}
+        decoders = sparse.vstack([edges[key][rows[key]] for key in edges]).toarray()
+        # The rows share one scale of weights: large rows would take the bits of small ones.
         scale = readout_scale(decoders, ensemble, self._dt_s)
         node = nengo.Node(size_in=len(decoders), label=f"{ensemble.label} output")
         nengo.Connection(
@@ -107,40 +154,39 @@ class Assembly:
             synapse=None,
         )
         first = 0
-        for way, mine in rows.items():
-            place = slice(first, first + len(mine))
-            back = np.zeros((way.target.obj.size_in, len(mine)))
-            back[mine, np.arange(len(mine))] = scale[place]
-            nengo.Connection(node[place], way.target.obj, transform=back, synapse=way.synapse)
+        for key, mine in rows.items():
+            part = slice(first, first + len(mine))
+            back = np.zeros((key.target.obj.size_in, len(mine)))
+            back[mine, np.arange(len(mine))] = scale[part]
+            nengo.Connection(node[part], key.target.obj, transform=back, synapse=key.synapse)
             first += len(mine)
 
-    def _connect(self, source: Source, target: Any, way: Way, matrix: sparse.csr_array) -> None:
-        """Connect one wire as it is."""
-        made = source.connection
-        options: dict[str, Any] = {}
-        if made is not None:
-            options = {name: getattr(made, name) for name in FUNCTION}
+    def _connect(self, key: EdgeKey, target: Any, matrix: sparse.csr_array) -> None:
+        """Connect one edge as it is."""
+        source, old = key.source, key.source.connection
+        options = {name: getattr(old, name) for name in DECODING} if old is not None else {}
         connection = nengo.Connection(
             self._start(source),
             target,
-            synapse=way.synapse,
-            transform=matrix.toarray() if not source.in_group else transform_of(matrix),
+            synapse=key.synapse,
+            transform=nengo_transform(matrix) if source.in_group else matrix.toarray(),
             **options,
         )
-        if made is not None:
-            self.flat.inherit(connection, made)
-        if way.path is not None or way.target.kind == "neurons":
-            self.flat.network.config[connection].decode_path = way.path or "direct"
+        if old is not None:
+            # Its decoders are solved once more, and have to come out the same.
+            self.flat.inherit(connection, old)
+        if key.path is not None or key.target.kind == "neurons":
+            self.flat.network.config[connection].decode_path = key.path or "direct"
 
     def _start(self, source: Source) -> Any:
         if source.in_group:
-            return self.groups[source.group].neurons
+            return self.ensembles[source.group].neurons
         return source.obj if source.connection is None else source.connection.pre
 
     def _end(self, target: Target) -> Any:
         if not target.in_group:
             return target.obj
-        ensemble = self.groups[target.group]
+        ensemble = self.ensembles[target.group]
         return ensemble.neurons if target.kind == "neurons" else ensemble
 
     def _from_chip(self, source: Source) -> bool:
@@ -150,9 +196,90 @@ class Assembly:
         return target.in_group or self._scope.on_chip(target.obj)
 
 
-def _is_constant(way: Way) -> bool:
-    """Whether a wire adds the same to neurons in every step."""
-    source = way.source
+def _is_constant(key: EdgeKey) -> bool:
+    """Return whether an edge adds the same to neurons in every step."""
+    source = key.source
     node = source.connection is None and isinstance(source.obj, nengo.Node)
     fixed = node and isinstance(source.obj.output, np.ndarray)
-    return fixed and way.synapse is None and way.target.in_group
+    # A filter would start at zero.
+    return fixed and key.synapse is None and key.target.in_group
+
+
+class _Groups:
+    """The ensembles that groups become: what was built of their parts, put together."""
+
+    def __init__(self, rewrite: Rewrite, solver: ParameterSolver, partition: Partition) -> None:
+        self._names = rewrite.names
+        self._solver = solver
+        self._partition = partition
+
+    def ensemble(self, number: int, constants: Edges) -> nengo.Ensemble:
+        """Make the ensemble of a group; constant input becomes bias."""
+        radius = self._partition.radius(number)
+        gain, bias = self._joined(number, "gain"), self._joined(number, "bias")
+        encoders = self._encoders(number)
+        for key, matrix in constants.items():
+            drive = matrix @ key.source.obj.output
+            current = drive if key.target.kind == "neurons" else encoders @ drive / radius
+            bias = bias + gain * current
+        return nengo.Ensemble(
+            len(gain),
+            encoders.shape[1],
+            radius=radius,
+            gain=gain,
+            bias=bias,
+            encoders=encoders,
+            normalize_encoders=False,  # they are as built, normalised where that was asked for
+            eval_points=_firing_point(gain, bias, encoders, radius),
+            neuron_type=self._neuron_type(number),
+            label=self._label(number),
+        )
+
+    def _joined(self, number: int, name: str) -> np.ndarray:
+        parts = self._partition.groups[number]
+        built = [getattr(self._solver.ensemble(part.ensemble), name) for part in parts]
+        return np.concatenate([b[p.start : p.stop] for b, p in zip(built, parts, strict=True)])
+
+    def _encoders(self, number: int) -> np.ndarray:
+        """Return encoders (n, d); each part has dimensions of its own."""
+        parts = self._partition.groups[number]
+        built = [self._solver.ensemble(part.ensemble).encoders for part in parts]
+        blocks = [b[p.start : p.stop] for b, p in zip(built, parts, strict=True)]
+        encoders: np.ndarray = sparse.block_diag(blocks).toarray()
+        return encoders
+
+    def _neuron_type(self, number: int) -> nengo.neurons.NeuronType:
+        """Return the parts' type; neurons start where they would have started."""
+        parts = self._partition.groups[number]
+        states = [self._solver.initial_state(part.ensemble) for part in parts]
+        pairs = list(zip(states, parts, strict=True))
+        start = {
+            name: np.concatenate([s[name][p.start : p.stop] for s, p in pairs])
+            for name in states[0]
+        }
+        kind = parts[0].ensemble.neuron_type
+        # Constructors differ from type to type, the state of a frozen object does not.
+        copy: Any = object.__new__(type(kind))
+        copy.__setstate__({**kind.__getstate__(), "initial_state": start})
+        return copy
+
+    def _label(self, number: int) -> str:
+        parts = self._partition.groups[number]
+        first, last = (self._names[part.ensemble] for part in (parts[0], parts[-1]))
+        if len(parts) > 1:
+            return f"{first} .. {last}"
+        groups = [place.group for place in self._partition.places[parts[0].ensemble]]
+        return first if len(groups) == 1 else f"{first}[{groups.index(number) + 1}/{len(groups)}]"
+
+
+def _firing_point(
+    gain: np.ndarray, bias: np.ndarray, encoders: np.ndarray, radius: float
+) -> np.ndarray:
+    """Return a value (1, d) at which some neuron fires: nengo-loihi wants one where it decodes."""
+    length = np.linalg.norm(encoders, axis=1)
+    best = int(np.argmax(gain * length))
+    if gain[best] * length[best] == 0:
+        return np.zeros((1, encoders.shape[1]))
+    value = (FIRING - bias[best]) / (gain[best] * length[best])
+    point: np.ndarray = encoders[best] / length[best] * value * radius
+    return point[np.newaxis]

@@ -1,8 +1,9 @@
-"""Which passthrough nodes a matrix can replace, and in which order.
+"""The passthrough nodes that matrices can replace, and the order in which to multiply them out.
 
 A cluster of connected passthrough nodes is a matrix from what enters to what leaves it, exactly,
-if it has no loop, its transforms are matrices, nothing in it is a function, and no way through it
-has more than one synapse (two low-pass filters in a row are not one).
+if it has no loop, nothing in it learns, its transforms are matrices, and no path through it has
+more than one synapse (two low-pass filters in a row are not one). Nengo itself refuses functions of
+passthrough nodes.
 """
 
 from collections import defaultdict
@@ -19,9 +20,22 @@ PLAIN = (nengo.Dense, nengo.transforms.NoTransform)
 Connections = list[nengo.Connection]
 
 
+def is_passthrough(obj: Any) -> bool:
+    """Return whether an object is a node that puts out its input."""
+    return isinstance(obj, nengo.Node) and obj.output is None
+
+
 def foldable(network: nengo.Network, on_chip: Callable[[Any], bool]) -> list[nengo.Node]:
-    """The passthrough nodes between ensembles on the chip, or to or from them, sources first."""
-    nodes = [node for node in network.all_nodes if node.output is None]
+    """Return the passthrough nodes that matrices can replace, sources first.
+
+    Parameters
+    ----------
+    network : nengo.Network
+        The network.
+    on_chip : callable
+        Says whether an object is on the chip; a cluster that touches no such object stays.
+    """
+    nodes = [node for node in network.all_nodes if is_passthrough(node)]
     order: list[nengo.Node] = []
     for cluster, connections in _clusters(nodes, network.all_connections):
         ends = [end for c in connections for end in (c.pre_obj, c.post_obj) if end not in cluster]
@@ -33,6 +47,7 @@ def foldable(network: nengo.Network, on_chip: Callable[[Any], bool]) -> list[nen
 def _clusters(
     nodes: list[nengo.Node], connections: Connections
 ) -> list[tuple[dict[nengo.Node, None], Connections]]:
+    """Return the clusters of connected nodes, each with all connections that touch it."""
     number = {node: i for i, node in enumerate(nodes)}
     inner = [
         (number[c.pre_obj], number[c.post_obj])
@@ -42,6 +57,7 @@ def _clusters(
     rows, columns = np.array(inner, dtype=int).reshape(-1, 2).T
     graph = sparse.coo_array((np.ones(len(rows)), (rows, columns)), shape=(len(nodes),) * 2)
     _, label = connected_components(graph, directed=False) if nodes else (0, [])
+    # Dicts, as sets with an order: the image must not depend on memory addresses.
     clusters: dict[int, tuple[dict[nengo.Node, None], Connections]] = defaultdict(lambda: ({}, []))
     for node in nodes:
         clusters[label[number[node]]][0][node] = None
@@ -53,8 +69,8 @@ def _clusters(
 
 
 def _order(cluster: dict[nengo.Node, None], connections: Connections) -> list[nengo.Node]:
-    """The nodes of a cluster, sources first; none if it is not exactly a matrix."""
-    if not all(_is_matrix(c, cluster) for c in connections):
+    """Return the nodes of a cluster, sources first; none if it is not exactly a matrix."""
+    if not all(map(_is_matrix, connections)):
         return []
     into = defaultdict(list)
     for c in connections:
@@ -66,14 +82,13 @@ def _order(cluster: dict[nengo.Node, None], connections: Connections) -> list[ne
         order = list(sorter.static_order())
     except CycleError:
         return []
+    # The most synapses on any path to each object: a second filter cannot be merged with a first.
     synapses: dict[Any, int] = {}
     for obj in [*order, *(end for end in into if end not in cluster)]:
-        ways = [synapses.get(c.pre_obj, 0) + (c.synapse is not None) for c in into[obj]]
-        synapses[obj] = max(ways, default=0)
+        paths = [synapses.get(c.pre_obj, 0) + (c.synapse is not None) for c in into[obj]]
+        synapses[obj] = max(paths, default=0)
     return order if max(synapses.values()) <= 1 else []
 
 
-def _is_matrix(connection: nengo.Connection, cluster: dict[nengo.Node, None]) -> bool:
-    linear = connection.pre_obj not in cluster or connection.function is None
-    learned = connection.learning_rule_type is not None
-    return linear and not learned and isinstance(connection.transform, PLAIN)
+def _is_matrix(connection: nengo.Connection) -> bool:
+    return connection.learning_rule_type is None and isinstance(connection.transform, PLAIN)

@@ -1,15 +1,19 @@
 """Rewrite a network such that given groups of neurons are one ensemble each."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import nengo
+import numpy as np
+from nengo.ensemble import Neurons
+from nengo.solvers import NoSolver
 
+from spikeport.compile.ground.names import base
+from spikeport.compile.ground.rewrite import Piece, Rewrite
+from spikeport.compile.loihi.solver import Builder, ParameterSolver
 from spikeport.compile.rewriting.assembly import Assembly
-from spikeport.compile.rewriting.partition import Partition
-from spikeport.compile.rewriting.rewrite import Rewrite
-from spikeport.compile.rewriting.solved import Solved
-from spikeport.compile.rewriting.stand_ins import StandIns
-from spikeport.compile.rewriting.wiring import Wiring
+from spikeport.compile.rewriting.edges import EdgeMatrices
+from spikeport.compile.rewriting.partition import Partition, Place
 
 
 def regroup(
@@ -17,11 +21,11 @@ def regroup(
     partition: Partition,
     folded: Sequence[nengo.Node],
     dt_s: float,
-    solve: type[Solved] = Solved,
+    builder: Builder | None = None,
 ) -> Rewrite:
     """Put a network's neurons into other ensembles, with the same weights.
 
-    Connections from and to the members become matrices, passthrough nodes between them are
+    Connections from and to the parts become matrices, passthrough nodes between them are
     multiplied out, nodes with constant output become biases; everything else stays.
 
     Parameters
@@ -29,40 +33,149 @@ def regroup(
     rewrite : Rewrite
         The network.
     partition : Partition
-        The groups; see `spikeport.compile.rewriting.members.members` for who may be in one.
+        The groups, of ensembles that are `spikeport.compile.rewriting.colouring.regroupable`.
     folded : sequence of nengo.Node
         The passthrough nodes to multiply out, sources first.
     dt_s : float
         The time step, in seconds.
-    solve : type of Solved
-        What gives gains and decoders: those of the chip, or of float neurons.
+    builder : Builder, optional
+        The builder of gains and decoders; by default `spikeport.compile.loihi.solver.CHIP`.
+
+    Raises
+    ------
+    RefusedError
+        If the builder refuses an ensemble or a connection.
     """
-    network, solved = rewrite.network, solve(rewrite, dt_s)
-    stand_ins = StandIns(network, partition, solved)
-    reads = stand_ins.in_parts()
-    wiring = Wiring(network, reads, solved, partition, folded)
-    probed = {probe.obj for probe in network.all_probes}
-    wires = dict(wiring.wires)
-    for node in folded:
-        wires.update(wiring.arriving[node] if node in probed else {})
-    assembly = Assembly(rewrite, solved, partition, wires, dt_s)
-    gone = {*folded} - probed
-    gone.update(partition.places, wiring.replaced, stand_ins.probes)
+    network, solver = rewrite.network, ParameterSolver(rewrite, dt_s, builder)
+    probes = ProbeMap(network, partition, solver)
+    reads = probes.across_groups()
+    matrices = EdgeMatrices(network, reads, solver, partition, folded)
+    # A probed passthrough node stays, as a target that nothing goes on from.
+    probed = [node for node in folded if any(probe.obj is node for probe in network.all_probes)]
+    edges = dict(matrices.edges)
+    for node in probed:
+        edges.update(matrices.into_nodes[node])
+    assembly = Assembly(rewrite, solver, partition, edges, dt_s)
+    gone = {*folded, *partition.places, *matrices.replaced, *probes.replaced}.difference(probed)
     sums = [read.post_obj for read in reads]
     nodes, ensembles = [*network.all_nodes, *sums], network.all_ensembles
     for obj in (*ensembles, *nodes, *network.all_connections, *network.all_probes):
         if obj not in gone:
             assembly.flat.keep(obj)
     assembly.connect()
-    built = {
-        **{ensemble: solved.ensemble(ensemble) for ensemble in partition.places},
-        **{c: solved.built(c) for c in wiring.replaced if not _from_host_ensemble(c, partition)},
-    }
-    new = stand_ins.make(assembly)
-    return rewrite.then(assembly.flat.network, new, built, assembly.flat.seeds)
+    built = _built(matrices, partition, solver)
+    pieces = _pieces(rewrite, partition, assembly.ensembles)
+    flat = assembly.flat
+    return rewrite.then(flat.network, probes.replacements(assembly), built, flat.seeds, pieces)
 
 
-def _from_host_ensemble(connection: nengo.Connection, partition: Partition) -> bool:
-    """Whether Nengo's builder decodes it, later, and not nengo-loihi's."""
-    pre = connection.pre_obj
-    return isinstance(pre, nengo.Ensemble) and pre not in partition
+def _built(matrices: EdgeMatrices, partition: Partition, solver: ParameterSolver) -> dict[Any, Any]:
+    """Return what was built of the ensembles and connections that are gone."""
+    built = {ensemble: solver.ensemble(ensemble) for ensemble in partition.places}
+    for connection in matrices.replaced:
+        pre = connection.pre_obj
+        # What an ensemble that stays decodes, its own builder solves, later.
+        if not isinstance(pre, nengo.Ensemble) or pre in partition:
+            built[connection] = solver.built(connection)
+    return built
+
+
+def _pieces(
+    rewrite: Rewrite, partition: Partition, ensembles: Sequence[nengo.Ensemble]
+) -> dict[nengo.Ensemble, Piece]:
+    """Return the new ensembles that are one piece of an ensemble, cut now or before."""
+    pieces = {}
+    for number, (ensemble, group) in enumerate(zip(ensembles, partition.groups, strict=True)):
+        if len(group) > 1:
+            continue
+        owner = group[0].ensemble
+        groups = [place.group for place in partition.places[owner]]
+        if len(groups) > 1:
+            name = rewrite.names[owner]
+            pieces[ensemble] = Piece(name, groups.index(number), len(groups))
+        elif owner in rewrite.pieces:
+            pieces[ensemble] = rewrite.pieces[owner]
+    return pieces
+
+
+class ProbeMap:
+    """The probes of ensembles that are taken apart, and the probes that replace them.
+
+    Parameters
+    ----------
+    network : nengo.Network
+        The network before.
+    partition : Partition
+        The groups of its neurons.
+    solver : ParameterSolver
+        Solves its decoders.
+
+    Attributes
+    ----------
+    replaced : list of nengo.Probe
+        The probes of ensembles in the partition.
+    """
+
+    def __init__(
+        self, network: nengo.Network, partition: Partition, solver: ParameterSolver
+    ) -> None:
+        self._partition = partition
+        self._solver = solver
+        self.replaced = [p for p in network.all_probes if base(p.obj) in partition]
+        self._reads = {p: self._read(p) for p in self.replaced if not isinstance(p.obj, Neurons)}
+
+    def across_groups(self) -> list[nengo.Connection]:
+        """Return the connections that decode probed values from several groups, to sum up."""
+        return [c for p, c in self._reads.items() if len(self._partition.places[p.obj]) > 1]
+
+    def replacements(self, assembly: Assembly) -> dict[nengo.Probe, nengo.Probe]:
+        """Add the probes that record the same to the network that was assembled."""
+        with assembly.flat.network:
+            return {probe: self._replacement(probe, assembly) for probe in self.replaced}
+
+    def _read(self, probe: nengo.Probe) -> nengo.Connection:
+        """Return a connection that decodes what a probe records, and is in no network."""
+        node = nengo.Node(size_in=probe.size_in, add_to_container=False, label=probe.label)
+        connection = nengo.Connection(
+            probe.target, node, solver=probe.solver, synapse=None, add_to_container=False
+        )
+        # Nengo decodes a probe by a connection of its own, which has the probe's seed.
+        self._solver.seeds.update({node: 0, connection: self._solver.seeds[probe]})
+        return connection
+
+    def _replacement(self, probe: nengo.Probe, assembly: Assembly) -> nengo.Probe:
+        options: dict[str, Any] = {
+            "label": probe.label,
+            "synapse": probe.synapse,
+            "sample_every": probe.sample_every,
+        }
+        places = self._partition.places[base(probe.obj)]
+        if isinstance(probe.obj, Neurons):
+            read = np.arange(probe.obj.size_out)[probe.slice or slice(None)]
+            (place,) = (p for p in places if p.part.start <= read[0] < p.part.stop)
+            neurons = assembly.ensembles[place.group].neurons
+            moved = read - place.part.start + place.neuron
+            return nengo.Probe(neurons[_index(moved)], attr=probe.attr, **options)
+        if len(places) > 1:
+            return nengo.Probe(self._reads[probe].post_obj, **options)
+        return self._decoded(probe, places[0], assembly.ensembles[places[0].group], options)
+
+    def _decoded(
+        self,
+        probe: nengo.Probe,
+        place: Place,
+        ensemble: nengo.Ensemble,
+        options: Mapping[str, Any],
+    ) -> nengo.Probe:
+        """Make a probe of an ensemble's value that reads the neurons of one part alone."""
+        decoders = np.zeros((ensemble.n_neurons, probe.size_in))
+        mine = slice(place.neuron, place.neuron + place.part.size)
+        decoders[mine] = self._solver.weights(self._reads[probe]).T
+        return nengo.Probe(ensemble[: probe.size_in], solver=NoSolver(decoders), **options)
+
+
+def _index(numbers: np.ndarray) -> slice | list[int]:
+    """Return numbers as an index: a slice, where they are consecutive."""
+    if np.all(np.diff(numbers) == 1):
+        return slice(int(numbers[0]), int(numbers[-1]) + 1)
+    return list(map(int, numbers))

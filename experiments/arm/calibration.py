@@ -14,8 +14,7 @@ from typing import NamedTuple
 import nengo
 import numpy as np
 
-from spikeport.experiments.calibration import Refitted, hold
-from spikeport.experiments.on_chip import digest_of
+from spikeport.experiments.calibration import Refitted, digest_of, hold
 from spikeport.experiments.options import Options
 from spikeport.networks.arm import REGULARISATION, ArmNetwork, term_torques
 from spikeport.networks.operational_space import OperationalSpaceLaw
@@ -49,7 +48,7 @@ def draw_states(law: OperationalSpaceLaw, region: ArmRegion, n: int = STATES) ->
 
 
 def refit(built: ArmNetwork, held: HeldStates, options: Options, dt_s: float) -> Refitted:
-    """(n, 4) decoders in N m per Hz for each group of a controller, measured on a backend."""
+    """Refit decoders (n, 4) in N m per Hz for each group of a controller on a backend."""
     steps = SETTLING_STEPS + COUNTED_STEPS
     with nengo.Network(label="calibration", seed=built.seed) as network:
         network.add(built)
@@ -75,7 +74,7 @@ def refit(built: ArmNetwork, held: HeldStates, options: Options, dt_s: float) ->
 def _rates(
     sim: Simulator, probes: list[nengo.Probe], states: int, options: Options
 ) -> dict[nengo.Probe, np.ndarray]:
-    """(states, n) firing rates in Hz of the neurons of each probe while each state is held."""
+    """Measure firing rates (states, n) in Hz of each probe's neurons while states are held."""
     found: dict[nengo.Probe, list[np.ndarray]] = {probe: [] for probe in probes}
     for state in range(states):
         sim.run_steps(SETTLING_STEPS)

@@ -22,12 +22,12 @@ PEN = 2.0
 
 
 def can_read() -> bool:
-    """Whether the package that reads is there."""
+    """Return whether the package that reads is there."""
     return find_spec("sklearn") is not None
 
 
 def read_digit(trace: np.ndarray) -> int:
-    """The digit that a trace (n, 2) looks like; its first axis runs right, its second up.
+    """Return the digit that a trace (n, 2) looks like; its first axis runs right, its second up.
 
     Raises
     ------
@@ -38,7 +38,7 @@ def read_digit(trace: np.ndarray) -> int:
 
 
 def rasterise(trace: np.ndarray) -> np.ndarray:
-    """(8, 8) picture from 0 to 16 of a trace (n, 2), first row on top."""
+    """Return (8, 8) picture from 0 to 16 of a trace (n, 2), first row on top."""
     low, high = trace.min(axis=0), trace.max(axis=0)
     scale = (BITMAP - 2 * PEN) / (high - low).max()
     cells = np.arange(BITMAP) + 0.5
@@ -46,7 +46,8 @@ def rasterise(trace: np.ndarray) -> np.ndarray:
     grid = np.stack([across - BITMAP / 2, BITMAP / 2 - down], axis=-1) / scale + (low + high) / 2
     distance, _ = cKDTree(trace).query(grid)
     inked = distance * scale <= PEN
-    return inked.reshape(BITMAP // BLOCK, BLOCK, -1, BLOCK).sum(axis=(1, 3)).astype(float)
+    counted = inked.reshape(BITMAP // BLOCK, BLOCK, -1, BLOCK).sum(axis=(1, 3))
+    return np.asarray(counted, dtype=float)
 
 
 def require() -> None:

@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -10,19 +11,16 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from spikeport.errors import UsageError, unknown
-from spikeport.experiments.arm import controller as arm_controller
 from spikeport.experiments.arm import digit_reader
-from spikeport.experiments.arm import run as arm_run
-from spikeport.experiments.arm.draw_figure import draw_figure
-from spikeport.experiments.arm.draw_metrics import drawing, metrics
 from spikeport.experiments.arm.draw_task import SHORTEST_S, DrawTask, Sheet
+from spikeport.experiments.arm.figures import draw_figure
+from spikeport.experiments.arm.metrics import draw_metrics, drawing
+from spikeport.experiments.arm.recording import ArmRun
+from spikeport.experiments.arm.region import Rehearsal
 from spikeport.experiments.arm.settings import ArmSettings
 from spikeport.experiments.arm.strokes import DIGITS
-from spikeport.experiments.arm.task import Rehearsal
-from spikeport.experiments.arm.trial import ArmRun, ArmTrial
-from spikeport.experiments.calibration import Calibration
-from spikeport.experiments.closed_loop import BACKENDS
-from spikeport.experiments.options import Experiment, Options, Outcome
+from spikeport.experiments.arm.trial import ArmTrial
+from spikeport.experiments.options import BACKENDS, Experiment
 
 CHECKED_POINTS = 25
 """Points along each stroke that must be reachable: three centimetres apart at most."""
@@ -61,28 +59,27 @@ class DrawSettings(ArmSettings):
 
     @property
     def sheet(self) -> Sheet:
-        """Where the digit is drawn."""
+        """The sheet on which the digit is drawn."""
         return Sheet(self.x_m, self.y_m, self.z_m, self.width_m, self.height_m)
 
 
-@dataclass(frozen=True)
 class DrawTrial(ArmTrial):
-    """What a drawing run does, and what is made of it."""
+    """A drawing run."""
 
     settings: DrawSettings
     name = "draw"
 
     @property
     def stroke(self) -> np.ndarray:
-        """(n, 3) the template."""
+        """The template, (n, 3) in m."""
         return self.settings.sheet.stroke(self.settings.digit)
 
     def task(self, hand: np.ndarray) -> DrawTask:
-        """The digit."""
+        """Return the digit."""
         return DrawTask(self.stroke, hand, self.options.seconds)
 
     def rehearsals(self) -> list[Rehearsal]:
-        """All ten digits: one network draws them all."""
+        """Return all ten digits: one network draws them all."""
         seconds, sheet = self.options.seconds, self.settings.sheet
         return [
             Rehearsal(partial(DrawTask, sheet.stroke(digit), seconds=seconds), seconds, seed=digit)
@@ -91,7 +88,7 @@ class DrawTrial(ArmTrial):
 
     @property
     def network_settings(self) -> dict[str, Any]:
-        """The sheet besides, and how long a digit takes."""
+        """The settings that the controller depends on, with the sheet and a digit's time."""
         sheet = dataclasses.asdict(self.settings.sheet)
         return {**super().network_settings, **sheet, "seconds": self.options.seconds}
 
@@ -101,46 +98,34 @@ class DrawTrial(ArmTrial):
         return f"digit {self.settings.digit}"
 
     def goal_points(self) -> np.ndarray:
-        """Points along the stroke."""
+        """Return points along the stroke."""
         return self.stroke[:: len(self.stroke) // CHECKED_POINTS]
 
+    def trace_since(self, _time_s: float) -> float:
+        """Return the begin of the drawing."""
+        return DrawTask.begin_s
+
     def metrics(self, run: ArmRun) -> dict[str, Any]:
-        """The figures of a run."""
+        """Return the figures of a run."""
         trace = self.settings.sheet.read(drawing(run.recording).hand)
         read = digit_reader.read_digit(trace) if self._reads else None
-        return metrics(run, self.stroke, read)
+        return draw_metrics(run, self.stroke, read)
 
     @property
     def _reads(self) -> bool:
         asked = self.settings.recognise
         return digit_reader.can_read() if asked is None else asked
 
-    def figure(self, run: ArmRun, result: dict[str, Any]) -> Figure:
-        """The paper's Fig. 5."""
-        return draw_figure(run, self.settings.sheet, self.stroke, result)
-
-    def trace_since(self, _time_s: float) -> float:
-        """The whole drawing."""
-        return DrawTask.begin_s
-
-
-def calibrate(settings: DrawSettings, options: Options) -> Calibration:
-    """Refit the controller's decoders where it runs."""
-    return arm_controller.calibrate(DrawTrial(settings, options))
-
-
-def run(settings: DrawSettings, options: Options) -> Outcome:
-    """Run the experiment and write its folder."""
-    return arm_run.run(DrawTrial(settings, options))
+    def figure(self, run: ArmRun, pictures: Sequence[np.ndarray], result: dict[str, Any]) -> Figure:
+        """Draw the paper's Fig. 5."""
+        return draw_figure(run, self.settings.sheet, self.stroke, pictures, result)
 
 
 EXPERIMENT = Experiment(
-    name=DrawTrial.name,
     summary="the right arm draws a digit",
+    trial=DrawTrial,
     settings=DrawSettings,
-    run=run,
     backends=BACKENDS,
     seconds=12.0,
     shortest_s=SHORTEST_S,
-    calibrate=calibrate,
 )

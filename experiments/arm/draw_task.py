@@ -24,7 +24,7 @@ SHORTEST_S = 4.0
 
 @dataclass(frozen=True)
 class Sheet:
-    """Where digits are drawn: an upright rectangle across the robot, at a constant x.
+    """A sheet to draw digits on: an upright rectangle across the robot, at a constant x.
 
     Digits are written as the robot reads them: from its left to its right, which is towards -y.
     Metres, world frame; ``x_m``, ``y_m``, ``z_m`` is the centre.
@@ -37,16 +37,16 @@ class Sheet:
     height_m: float = 0.20
 
     def place(self, unit: np.ndarray) -> np.ndarray:
-        """(n, 3) world coordinates of points (n, 2) in the unit box."""
+        """Return (n, 3) world coordinates of points (n, 2) in the unit box."""
         right, up = ((unit - 0.5) * [self.width_m, self.height_m]).T
         return np.stack([np.full(len(unit), self.x_m), self.y_m - right, self.z_m + up], axis=1)
 
     def read(self, points: np.ndarray) -> np.ndarray:
-        """(n, 2) points (n, 3) as the robot sees them: metres to the right and up."""
+        """Return (n, 2) points (n, 3) as the robot sees them: metres to the right and up."""
         return np.stack([self.y_m - points[:, 1], points[:, 2] - self.z_m], axis=1)
 
     def stroke(self, digit: int) -> np.ndarray:
-        """(n, 3) points of a digit in the world, close together, in the order they are drawn."""
+        """Return points (n, 3) of a digit in the world, in the order they are drawn."""
         return self.place(unit_stroke(digit))
 
 
@@ -86,13 +86,13 @@ class DrawTask:
 
 
 def minimum_jerk(seconds: float, dt_s: float) -> np.ndarray:
-    """(n,) share of the way at every step."""
+    """Return (n,) share of the way at every step."""
     tau = np.arange(0.0, seconds, dt_s) / seconds
     return tau**3 * (10 - 15 * tau + 6 * tau**2)
 
 
 def _along(stroke: np.ndarray, seconds: float, dt_s: float) -> np.ndarray:
-    """(m, 3) points of a stroke at every step."""
+    """Return (m, 3) points of a stroke at every step."""
     times = np.arange(0.0, seconds + dt_s, dt_s)
     speed = np.clip(np.minimum(times, seconds - times) / RAMP_S, 0.0, 1.0)
     done = np.cumsum(speed) / speed.sum()

@@ -1,19 +1,24 @@
-"""The figures that every run of the arm has."""
+"""The figures of runs of the arm: those of all, of a reach run, and of a drawing."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from scipy.spatial import cKDTree
 
-from spikeport.experiments.arm.trial import ArmRun
+from spikeport.experiments.arm.draw_task import DrawTask
+from spikeport.experiments.arm.recording import ArmRecording, ArmRun
+
+LONGEST_LAG_S = 1.0
 
 
 def rms(values: np.ndarray) -> np.ndarray:
-    """Root mean square over the first axis."""
-    return np.sqrt(np.mean(values**2, axis=0))
+    """Return the root mean square over the first axis."""
+    return np.asarray(np.sqrt(np.mean(values**2, axis=0)))
 
 
 def arm_metrics(run: ArmRun) -> dict[str, Any]:
-    """How well the controller did, whatever the task.
+    """Return how well the controller did, whatever the task.
 
     - ``torque_error_rms_nm``: controller against the exact law at the same state, per joint;
     - ``joint_limit_steps``: physics steps with a joint at its lowest or highest angle;
@@ -26,4 +31,63 @@ def arm_metrics(run: ArmRun) -> dict[str, Any]:
         "joint_limit_steps": int(run.at_limit.sum()),
         "readout_spikes": None if sim.image is None else sim.activity.readout_spikes,
         "real_time_factor": sim.time / run.wall_s,
+    }
+
+
+def reach_metrics(run: ArmRun, reach_times_s: Sequence[float]) -> dict[str, Any]:
+    """Return the metrics of a reach run, and those of `arm_metrics`.
+
+    - ``reaches``: targets reached; ``seconds_per_reach_mean`` and ``_max``: time between reaches,
+      the first from the start of the run and the last up to its end where that took longer;
+    - ``distance_rms_m``: distance of hand and target, root mean square over the run.
+    """
+    gaps = np.diff([0.0, *reach_times_s])
+    waited = np.diff([0.0, *reach_times_s, run.sim.time])
+    return {
+        "reaches": len(reach_times_s),
+        "seconds_per_reach_mean": float(gaps.mean()) if len(reach_times_s) else None,
+        "seconds_per_reach_max": float(waited.max()),
+        "distance_rms_m": float(rms(run.recording.distance_m)),
+        **arm_metrics(run),
+    }
+
+
+def drawing(recording: ArmRecording) -> ArmRecording:
+    """Return the part of a recording in which the pen is down, without the approach."""
+    return recording.where(recording.time_s >= DrawTask.begin_s)
+
+
+def shape_error(stroke: np.ndarray, trace: np.ndarray) -> np.ndarray:
+    """Return (n,) distances in m of points (n, 3) from the nearest point of a stroke (m, 3)."""
+    return np.asarray(cKDTree(stroke).query(trace)[0])
+
+
+def lag(drawn: ArmRecording) -> float:
+    """Return by how much time in s the hand follows: argmin_l sum_t |x(t + l) - target(t)|^2."""
+    dt_s = drawn.time_s[1] - drawn.time_s[0]
+    steps = range(min(round(LONGEST_LAG_S / dt_s), len(drawn.time_s) // 2))
+    apart = [
+        rms(np.linalg.norm(drawn.hand[k:] - drawn.target[: len(drawn.target) - k], axis=1))
+        for k in steps
+    ]
+    return float(np.argmin(apart) * dt_s)
+
+
+def draw_metrics(run: ArmRun, stroke: np.ndarray, recognised_as: int | None) -> dict[str, Any]:
+    """Return the metrics of a drawing, without its approach, and those of `arm_metrics`.
+
+    - ``shape_error_rms_m`` and ``_max_m``: distance of the trace's points to the stroke;
+    - ``tracking_error_rms_m``: distance of hand and moving target;
+    - ``lag_s``: time by which the hand follows the target;
+    - ``recognised_as``: the digit a classifier reads, None where there is no classifier.
+    """
+    drawn = drawing(run.recording)
+    apart = shape_error(stroke, drawn.hand)
+    return {
+        "shape_error_rms_m": float(rms(apart)),
+        "shape_error_max_m": float(apart.max()),
+        "tracking_error_rms_m": float(rms(drawn.distance_m)),
+        "lag_s": lag(drawn),
+        "recognised_as": recognised_as,
+        **arm_metrics(run),
     }

@@ -1,26 +1,21 @@
 """Reach-to-target: the right arm follows random targets (paper, sec. 4.1 and Fig. 4)."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import nengo
 import numpy as np
 from matplotlib.figure import Figure
 
-from spikeport.experiments.arm import controller as arm_controller
 from spikeport.experiments.arm import reach_task
-from spikeport.experiments.arm import run as arm_run
-from spikeport.experiments.arm.reach_figure import reach_figure
-from spikeport.experiments.arm.reach_metrics import metrics
+from spikeport.experiments.arm.figures import reach_figure
+from spikeport.experiments.arm.metrics import reach_metrics
 from spikeport.experiments.arm.reach_task import ReachTask, TargetBox, find_box
+from spikeport.experiments.arm.recording import ArmRun
+from spikeport.experiments.arm.region import Rehearsal
 from spikeport.experiments.arm.settings import ArmSettings
-from spikeport.experiments.arm.task import Rehearsal
-from spikeport.experiments.arm.trial import ArmRun, ArmTrial
-from spikeport.experiments.calibration import Calibration
-from spikeport.experiments.closed_loop import BACKENDS
-from spikeport.experiments.options import Experiment, Options, Outcome
-from spikeport.networks.operational_space import OperationalSpaceLaw
-from spikeport.robot.arm import ArmDynamics
+from spikeport.experiments.arm.trial import ArmTrial
+from spikeport.experiments.options import BACKENDS, Experiment
 
 TRACE_S = 1.0
 """How long a trace pictures show."""
@@ -42,28 +37,27 @@ class ReachSettings(ArmSettings):
 
     @property
     def target_box(self) -> TargetBox:
-        """Where targets appear."""
+        """The box in which targets appear."""
         return find_box(self.box)
 
 
-@dataclass(frozen=True)
 class ReachTrial(ArmTrial):
-    """What a reach run does, and what is made of it."""
+    """A reach run."""
 
     settings: ReachSettings
     name = "reach"
 
     def task(self, hand: np.ndarray) -> ReachTask:
-        """Random targets, drawn from the seed of the run."""
+        """Return random targets, drawn from the seed of the run."""
         return ReachTask(self.settings.target_box, self.options.seed, hand)
 
     def rehearsals(self) -> list[Rehearsal]:
-        """A tour of the box, and random targets."""
+        """Return a tour of the box, and random targets."""
         return reach_task.rehearsals(self.settings.target_box)
 
     @property
     def network_settings(self) -> dict[str, Any]:
-        """The box besides."""
+        """The settings that the controller depends on, the box among them."""
         return {**super().network_settings, "box": self.settings.box}
 
     @property
@@ -72,51 +66,28 @@ class ReachTrial(ArmTrial):
         return f"box {self.settings.box}"
 
     def goal_points(self) -> np.ndarray:
-        """Points that fill the box."""
+        """Return points that fill the box."""
         return self.settings.target_box.grid(3)
 
-    def metrics(self, run: ArmRun) -> dict[str, Any]:
-        """The figures of a run."""
-        assert isinstance(run.task, ReachTask)
-        return metrics(run, run.task.reach_times_s)
-
-    def figure(self, run: ArmRun, result: dict[str, Any]) -> Figure:
-        """The paper's Fig. 4."""
-        return reach_figure(run, result)
-
     def trace_since(self, time_s: float) -> float:
-        """The last second."""
+        """Return the begin of the last second."""
         return time_s - TRACE_S
 
+    def metrics(self, run: ArmRun) -> dict[str, Any]:
+        """Return the figures of a run."""
+        assert isinstance(run.task, ReachTask)
+        return reach_metrics(run, run.task.reach_times_s)
 
-def network(settings: ReachSettings, options: Options) -> nengo.Network:
-    """The spiking controller for one target box."""
-    law = OperationalSpaceLaw(ArmDynamics())
-    built = arm_controller.spiking_controller(ReachTrial(settings, options), law)
-    with nengo.Network(label=ReachTrial.name, seed=settings.network_seed) as network:
-        network.add(built)
-        nengo.Probe(built.torque)  # what leads nowhere is not compiled
-    return network
-
-
-def calibrate(settings: ReachSettings, options: Options) -> Calibration:
-    """Refit the controller's decoders where it runs."""
-    return arm_controller.calibrate(ReachTrial(settings, options))
-
-
-def run(settings: ReachSettings, options: Options) -> Outcome:
-    """Run the experiment and write its folder."""
-    return arm_run.run(ReachTrial(settings, options))
+    def figure(self, run: ArmRun, pictures: Sequence[np.ndarray], result: dict[str, Any]) -> Figure:
+        """Draw the paper's Fig. 4."""
+        return reach_figure(run, pictures, result)
 
 
 EXPERIMENT = Experiment(
-    name=ReachTrial.name,
     summary="the right arm follows random targets",
+    trial=ReachTrial,
     settings=ReachSettings,
-    run=run,
     backends=BACKENDS,
     seconds=15.0,
     shortest_s=0.005,
-    calibrate=calibrate,
-    network=network,
 )

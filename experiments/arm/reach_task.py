@@ -10,8 +10,10 @@ from functools import partial
 import numpy as np
 
 from spikeport.errors import UsageError, unknown
-from spikeport.experiments.arm.task import SHOULDER_M, Rehearsal
+from spikeport.experiments.arm.region import Rehearsal
 
+SHOULDER_M = (0.0, -0.2135, 1.4989)
+"""The right shoulder with the pelvis anchored at 1.06 m: centre of the reachable shell."""
 REACHED_M = 0.04
 MIN_JUMP_M = 0.10
 REGION_SEEDS = (1000, 1001, 1002)
@@ -21,21 +23,21 @@ REGION_SECONDS = 15.0
 
 @dataclass(frozen=True)
 class TargetBox:
-    """Where targets are drawn from: world coordinates in metres, and distance from the shoulder."""
+    """A box of targets: world coordinates in metres, and distance from the shoulder."""
 
     low_m: tuple[float, float, float]
     high_m: tuple[float, float, float]
     shell_m: tuple[float, float] = (0.0, np.inf)
 
     def draw(self, rng: np.random.RandomState, last: np.ndarray) -> np.ndarray:
-        """A random point of the box that is at least 10 cm from the last target."""
+        """Return a random point of the box that is at least 10 cm from the last target."""
         while True:
             point = rng.uniform(self.low_m, self.high_m)
             if np.linalg.norm(point - last) >= MIN_JUMP_M and self.reachable(point):
                 return point
 
     def grid(self, points: int) -> np.ndarray:
-        """(n, 3) points of a grid that spans the box, without those out of reach."""
+        """Return (n, 3) points of a grid that spans the box, without those out of reach."""
         edges = [
             np.linspace(low, high, points)
             for low, high in zip(self.low_m, self.high_m, strict=True)
@@ -44,7 +46,7 @@ class TargetBox:
         return grid[[self.reachable(point) for point in grid]]
 
     def reachable(self, point: np.ndarray) -> bool:
-        """Whether a point lies in the shell around the shoulder."""
+        """Return whether a point lies in the shell around the shoulder."""
         return bool(self.shell_m[0] <= np.linalg.norm(point - SHOULDER_M) <= self.shell_m[1])
 
 
@@ -55,7 +57,7 @@ BOXES = {
 
 
 def find_box(text: str) -> TargetBox:
-    """The box of that name, or of the edges ``x0:x1,y0:y1,z0:z1`` in metres.
+    """Find the box of that name, or of the edges ``x0:x1,y0:y1,z0:z1`` in metres.
 
     Raises
     ------
@@ -76,7 +78,7 @@ def find_box(text: str) -> TargetBox:
 
 
 def _edges(text: str) -> np.ndarray:
-    """The numbers of ``a:b,c:d``, row by row; empty if they are none."""
+    """Return the numbers of ``a:b,c:d``, row by row; empty if they are none."""
     try:
         return np.array([[float(end) for end in edge.split(":")] for edge in text.split(",")])
     except ValueError:
@@ -135,7 +137,7 @@ class GridTour:
 
 
 def rehearsals(box: TargetBox) -> list[Rehearsal]:
-    """What shapes the region of a box.
+    """Return the runs that shape the region of a box.
 
     One run visits a grid that fills it, so that no target lies outside the region; others follow
     random targets that no evaluation uses, as the task will.

@@ -57,7 +57,7 @@ def _text(point: np.ndarray) -> str:
 
 
 def nearest_reachable(points: np.ndarray) -> Iterator[np.ndarray]:
-    """The points (3,) of the arm's workspace nearest to points (n, 3), all in m, one by one."""
+    """Yield the points (3,) of the arm's workspace nearest to points (n, 3), all in m."""
     arm = ArmDynamics()
     margin = np.array([LIMIT_MARGIN_RAD, -LIMIT_MARGIN_RAD])
     low, high = (arm.limits_rad + margin).T
@@ -71,7 +71,7 @@ def nearest_reachable(points: np.ndarray) -> Iterator[np.ndarray]:
 def _least_apart(
     arm: ArmDynamics, point: np.ndarray, starts: np.ndarray, bounds: tuple[np.ndarray, np.ndarray]
 ) -> np.ndarray:
-    """(3,) from a point to the hand that comes nearest, tried from one start after the other."""
+    """Return the vector (3,) from a point to the nearest hand, trying start after start."""
     least = np.full(3, np.inf)
     for start in starts:
         apart = least_squares(

@@ -1,26 +1,40 @@
 """The region of states a task of the arm needs, from runs of the exact law."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from typing import NamedTuple
 
 import numpy as np
 
-from spikeport.experiments.arm.loop import ArmLoop, Recording
-from spikeport.experiments.arm.task import Rehearsal
+from spikeport.experiments.arm.port import ArmRig
+from spikeport.experiments.arm.recording import ArmRecording, Task
 from spikeport.networks.operational_space import OperationalSpaceLaw
 from spikeport.networks.region import ArmRegion
+from spikeport.robot.plant import Plant
+
+
+class Rehearsal(NamedTuple):
+    """A run of the exact law that passes the states a task needs.
+
+    ``task`` makes it from the hand's place (3,) at the start; ``seed`` draws the posture there.
+    """
+
+    task: Callable[[np.ndarray], Task]
+    seconds: float
+    seed: int
 
 
 def record_region(law: OperationalSpaceLaw, rehearsals: Iterable[Rehearsal]) -> ArmRegion:
-    """The region of everything that happens while the exact law does the rehearsals."""
+    """Return the region of all states that the exact law passes in rehearsals."""
     runs = [_exact_run(law, rehearsal) for rehearsal in rehearsals]
-    whole = Recording(*(np.concatenate(column) for column in zip(*runs, strict=True)))
+    whole = ArmRecording.join(runs)
     error = whole.target - whole.hand
     return ArmRegion.from_recording(whole.q, whole.dq, whole.hand, error, seed=0)
 
 
-def _exact_run(law: OperationalSpaceLaw, rehearsal: Rehearsal) -> Recording:
-    loop = ArmLoop(law, rehearsal.seed)
-    loop.begin(rehearsal.task(loop.plant.hand_position()))
-    for _ in range(round(rehearsal.seconds / loop.plant.dt_s)):
-        loop.step(loop.exact_torque())
-    return loop.recording()
+def _exact_run(law: OperationalSpaceLaw, rehearsal: Rehearsal) -> ArmRecording:
+    plant = Plant(anchored=True)
+    rig = ArmRig(plant, law)
+    rig.begin(rehearsal.seed, rehearsal.task)
+    for _ in range(round(rehearsal.seconds / plant.dt_s)):
+        rig.loop.step(rig.port.exact_torque(law))
+    return rig.port.recording()

@@ -4,10 +4,8 @@ import dataclasses
 from dataclasses import dataclass
 
 from spikeport.errors import UsageError, unknown
+from spikeport.experiments.options import LARGEST_SEED
 from spikeport.networks.arm import PRESETS, ArmSizes
-
-LARGEST_SEED = 2**32 - 1
-"""Of NumPy's random states."""
 
 
 @dataclass(frozen=True, kw_only=True)

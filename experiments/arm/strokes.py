@@ -11,6 +11,7 @@ so that a pen which moves evenly along ``s`` draws it at an even speed. The poin
 import tomllib
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -21,12 +22,12 @@ POINTS = 4000
 
 
 @cache
-def _strokes() -> dict[str, dict]:
+def _strokes() -> dict[str, dict[str, Any]]:
     return tomllib.loads(Path(__file__).with_name("strokes.toml").read_text(encoding="utf-8"))
 
 
 def unit_stroke(digit: int) -> np.ndarray:
-    """(n, 2) points of a digit in the unit box, close together, in the order they are drawn."""
+    """Return points (n, 2) of a digit in the unit box, in the order they are drawn."""
     stroke = _strokes()[str(digit)]
     points, closed = np.array(stroke["points"]), stroke.get("closed", False)
     if closed:
@@ -34,10 +35,10 @@ def unit_stroke(digit: int) -> np.ndarray:
     chords = np.sqrt(np.linalg.norm(np.diff(points, axis=0), axis=1))  # centripetal
     knots = np.concatenate([[0.0], np.cumsum(chords)])
     spline = CubicSpline(knots, points, bc_type="periodic" if closed else "natural")
-    return spline(np.linspace(0.0, knots[-1], POINTS))
+    return np.asarray(spline(np.linspace(0.0, knots[-1], POINTS)))
 
 
 def arc_length(points: np.ndarray) -> np.ndarray:
-    """(n,) length of a curve of points (n, d) from its first point to each."""
+    """Return (n,) length of a curve of points (n, d) from its first point to each."""
     steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
     return np.concatenate([[0.0], np.cumsum(steps)])

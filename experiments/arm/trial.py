@@ -1,54 +1,64 @@
-"""What a run of the arm leaves, and what each of its experiments says about itself."""
+"""A trial of the arm; each of its experiments says what to do, and what to make of it."""
 
 import dataclasses
-from abc import ABC, abstractmethod
-from collections.abc import Iterable
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from abc import abstractmethod
+from collections.abc import Iterable, Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import Any
 
+import nengo
 import numpy as np
-from matplotlib.figure import Figure
+import xarray as xr
 
-from spikeport.experiments.arm.loop import Recording
+from spikeport.experiments.arm.calibration import draw_states, refit
+from spikeport.experiments.arm.port import ArmRig
+from spikeport.experiments.arm.reachability import check_reachable, check_sampled
+from spikeport.experiments.arm.recording import ArmRecording, ArmRun, Task, dataset
+from spikeport.experiments.arm.region import Rehearsal, record_region
 from spikeport.experiments.arm.settings import ArmSettings
-from spikeport.experiments.arm.task import Rehearsal, Task
-from spikeport.experiments.options import Options
+from spikeport.experiments.calibration import Calibration, load
+from spikeport.experiments.loop import DT_S
+from spikeport.experiments.pictures import Marks, Scenes
+from spikeport.experiments.trial import Closed, Trial
+from spikeport.networks.arm import ArmNetwork, analytic_arm, arm
+from spikeport.networks.operational_space import OperationalSpaceLaw
+from spikeport.networks.region import ArmRegion
+from spikeport.robot.arm import ArmDynamics
+from spikeport.robot.plant import Plant
+from spikeport.robot.render import Mark
 from spikeport.simulator import Simulator
 
-
-class ArmRun(NamedTuple):
-    """A run that is over."""
-
-    task: Task
-    recording: Recording
-    exact: np.ndarray
-    """(n, 4) torques of the exact law at the recorded states, in N m."""
-    at_limit: np.ndarray
-    """(n,) whether a joint was at its lowest or highest angle."""
-    rasters: dict[str, np.ndarray]
-    """(n_steps, n_neurons) spikes of some M1 neurons, by axis; empty without neurons."""
-    sim: Simulator
-    wall_s: float
-    picture: np.ndarray | None = None
-    """(height, width, 3) the robot at the end; None until drawn, and without graphics."""
+TRACE_MARKS = 800
+TARGET_RGBA = (0.95, 0.45, 0.05, 1.0)
+TRACE_RGBA = (0.1, 0.65, 0.25, 1.0)
 
 
-@dataclass(frozen=True)
-class ArmTrial(ABC):
-    """What one experiment of the arm does differently from the others."""
+class ArmTrial(Trial[ArmRig, ArmRun]):
+    """A run of the arm; each of its experiments adds what it does differently."""
 
     settings: ArmSettings
-    options: Options
-
-    name = ""
 
     @abstractmethod
     def task(self, hand: np.ndarray) -> Task:
-        """What the arm does, its hand being at (3,) in m."""
+        """Return what the arm does, its hand being at (3,) in m."""
 
     @abstractmethod
     def rehearsals(self) -> Iterable[Rehearsal]:
-        """Runs of the exact law that show which states the task needs."""
+        """Return runs of the exact law that pass the states the task needs."""
+
+    @property
+    @abstractmethod
+    def goal(self) -> str:
+        """The goal in words, for messages."""
+
+    @abstractmethod
+    def goal_points(self) -> np.ndarray:
+        """Return (n, 3) points in m that the hand must be able to take."""
+
+    @abstractmethod
+    def trace_since(self, time_s: float) -> float:
+        """Return from when on the hand's trace is in a picture of a moment, in s."""
 
     @property
     def network_settings(self) -> dict[str, Any]:
@@ -56,23 +66,128 @@ class ArmTrial(ABC):
         sizes = dataclasses.asdict(self.settings.sizes)
         return {**sizes, "network_seed": self.settings.network_seed}
 
+    @cached_property
+    def dynamics(self) -> ArmDynamics:
+        """The arm."""
+        return ArmDynamics()
+
+    @cached_property
+    def law(self) -> OperationalSpaceLaw:
+        """The exact law."""
+        return OperationalSpaceLaw(self.dynamics)
+
+    # the controller
+
+    def spiking_controller(self) -> ArmNetwork:
+        """Rehearse the task, and build the controller for the states it needs.
+
+        Raises
+        ------
+        UsageError
+            If a point of the goal is not among those states, or the calibration was made for
+            another controller.
+        """
+        asked = self.settings.calibrated
+        calibration = load(Path(asked), self._made_for) if isinstance(asked, str) else None
+        region = self._rehearsed()
+        if asked is True:
+            calibration = self._calibrated(region)
+        self.options.progress("building the controller", None)
+        return self._arm(region, None if calibration is None else calibration.decoders)
+
+    def calibrate(self) -> Calibration:
+        """Refit the controller's decoders to what its neurons do where they run."""
+        return self._calibrated(self._rehearsed())
+
+    def _rehearsed(self) -> ArmRegion:
+        self.options.progress("rehearsing with the exact law", None)
+        region = record_region(self.law, self.rehearsals())
+        check_sampled(self.goal, self.goal_points(), region)
+        return region
+
+    def _calibrated(self, region: ArmRegion) -> Calibration:
+        held = draw_states(self.law, region)
+        refitted = refit(self._arm(region), held, self.options, DT_S)
+        return Calibration(self._made_for, refitted.image_digest, refitted.decoders)
+
+    def _arm(
+        self, region: ArmRegion, decoders: Mapping[str, np.ndarray] | None = None
+    ) -> ArmNetwork:
+        """Build the controller; ``decoders`` replace those solved for float neurons."""
+        settings = self.settings
+        return arm(self.law, region, settings.sizes, seed=settings.network_seed, decoders=decoders)
+
     @property
-    @abstractmethod
-    def goal(self) -> str:
-        """What is to be reached or drawn, for messages."""
+    def _made_for(self) -> dict[str, Any]:
+        """Everything that the controller and its neurons depend on."""
+        return {"experiment": self.name, **self.network_settings, **self.options.substrate}
 
-    @abstractmethod
-    def goal_points(self) -> np.ndarray:
-        """(n, 3) points in m that the hand must be able to take."""
+    # the run
 
-    @abstractmethod
-    def metrics(self, run: ArmRun) -> dict[str, Any]:
-        """The figures of a run."""
+    def plant(self) -> Plant:
+        """Return the robot, its pelvis anchored; raises UsageError for an unknown appearance."""
+        return Plant(anchored=True, appearance=self.settings.appearance)
 
-    @abstractmethod
-    def figure(self, run: ArmRun, result: dict[str, Any]) -> Figure:
-        """The picture of a run; ``result`` is what ``result.json`` will hold."""
+    def close(self, plant: Plant) -> Closed[ArmRig]:
+        """Build the controller in closed loop with the arm.
 
-    @abstractmethod
-    def trace_since(self, time_s: float) -> float:
-        """From when on the hand's trace is shown in a picture of a moment."""
+        Raises
+        ------
+        UsageError
+            If a point of the goal is out of the arm's reach, or as `spiking_controller`.
+        """
+        check_reachable(self.goal, self.goal_points())
+        analytic = self.options.backend == "analytic"
+        built = analytic_arm(self.law) if analytic else self.spiking_controller()
+        rig = ArmRig(plant, self.law, DT_S)
+        with nengo.Network(label=self.name, seed=self.settings.network_seed) as network:
+            network.add(built)
+            rig.loop.connect([built.state, built.target], [built.torque])
+        return Closed(network, rig, built.rasters)
+
+    def network(self) -> nengo.Network:
+        """Return the spiking controller, without the robot."""
+        built = self.spiking_controller()
+        with nengo.Network(label=self.name, seed=self.settings.network_seed) as network:
+            network.add(built)
+            nengo.Probe(built.torque)  # what leads nowhere is not compiled
+        return network
+
+    def begin(self, rig: ArmRig) -> None:
+        """Put the arm into its posture at rest, and begin the task."""
+        rig.begin(self.options.seed, self.task)
+
+    def record(self, closed: Closed[ArmRig], sim: Simulator, wall_s: float) -> ArmRun:
+        """Return the recording, beside what the exact law would have done."""
+        recording = closed.rig.port.recording()
+        return ArmRun(
+            recording=recording,
+            task=closed.rig.aim.task,
+            exact=recording.exact_torque(self.law),
+            at_limit=recording.at_limit(self.dynamics.limits_rad),
+            rasters={axis: sim.data[probe] != 0 for axis, probe in closed.probes.items()},
+            sim=sim,
+            wall_s=wall_s,
+        )
+
+    # what is made of it
+
+    def probes(self, run: ArmRun) -> xr.Dataset:
+        """Return the series at every physics step, and the spikes of M1 one by one."""
+        return dataset(run)
+
+    def scenes(self, run: ArmRun) -> Scenes:
+        """Return target and trace of the hand, with the robot at the end."""
+        return Scenes(self._marks(run.recording))
+
+    def _marks(self, recording: ArmRecording) -> Marks:
+        """Mark the target, and where the hand went lately, thinned where it went far."""
+
+        def marks(end: int) -> list[Mark]:
+            now_s = recording.time_s[end - 1]
+            trace = recording.hand[:end][recording.time_s[:end] >= self.trace_since(now_s)]
+            thinned = trace[:: 2 + len(trace) // TRACE_MARKS]
+            target = Mark(tuple(recording.target[end - 1]), 0.025, TARGET_RGBA)
+            return [target, *(Mark(tuple(hand), 0.004, TRACE_RGBA) for hand in thinned)]
+
+        return marks

@@ -18,10 +18,10 @@ what it observes is added, since a gait of spikes sways otherwise than the exact
 2011, dataset aggregation). Last, the robot walks straight on, and its policy is told that it drifts
 to a side by as much as it did: the trim.
 
-`experiments.walk.controller` refits with this where ``calibrated`` asks for it: the policy is
-built with ``Calibrated(**calibrated_policy(...).decoders)``. Decoders, and what they are made for,
-are a `experiments.calibration.Calibration`: ``EXPERIMENT.calibrate`` of `experiments.walk` returns
-one for `spikeport calibrate`, and `calibration.load` reads it for ``calibrated=FILE``.
+`experiments.policy.readout` refits with this where ``calibrated`` asks for it: the policy is built
+with ``Calibrated(**calibrated_policy(...).decoders)``. Decoders, and what they are made for, are an
+`experiments.calibration.Calibration`: `Trial.calibrate` returns one for `spikeport calibrate`, and
+`calibration.load` reads it for ``calibrated=FILE``.
 """
 
 import functools
@@ -33,8 +33,7 @@ import nengo
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from spikeport.experiments.calibration import Refitted
-from spikeport.experiments.on_chip import digest_of
+from spikeport.experiments.calibration import Refitted, digest_of
 from spikeport.experiments.options import Options
 from spikeport.networks.policy import (
     Calibrated,
@@ -71,14 +70,14 @@ Policy = Callable[[np.ndarray], np.ndarray]
 
 
 class Played(NamedTuple):
-    """What the halves gave for observations, (m, n_halves), and the exact actions, (m, d)."""
+    """The halves' values for observations, (m, n_halves), and the exact actions, (m, d)."""
 
     halves: np.ndarray
     wanted: np.ndarray
 
 
 class Walks(NamedTuple):
-    """How a robot walks by a policy, and what is seen of it.
+    """The walks of a robot by a policy, and the trim that they call for.
 
     ``observe`` gives (k, n) observations as they will be, ``trim`` what is to be added to them,
     (n,), for the robot not to drift.
@@ -89,7 +88,7 @@ class Walks(NamedTuple):
 
 
 class SpikingHalves:
-    """A policy where it runs, whose action is the halves of its last hidden layer.
+    """A policy on its backend, whose action is the halves of its last hidden layer.
 
     Parameters
     ----------
@@ -103,6 +102,7 @@ class SpikingHalves:
 
     def __init__(self, build: Callable[..., PolicyNetwork], n_halves: int, run: Options) -> None:
         self._run = run
+        self._given = np.zeros(n_halves)
         with nengo.Network(label="calibration") as network:
             built = build(calibrated=Calibrated(np.eye(n_halves), np.zeros(n_halves)))
             self._held = np.zeros(built.observation.size_in)
@@ -130,13 +130,13 @@ class SpikingHalves:
         self._given = halves.copy()
 
     def __call__(self, observation: np.ndarray) -> np.ndarray:
-        """(n_halves,) at the end of the time for which an observation is held."""
+        """Return (n_halves,) at the end of the time for which an observation is held."""
         self._held = observation
         self._sim.run_steps(round(HOLD_S / DT_S))
         return self._given
 
     def play(self, observations: np.ndarray) -> np.ndarray:
-        """(m, n_halves) for observations (m, n), one after the other."""
+        """Return (m, n_halves) for observations (m, n), one after the other."""
         found = []
         for number, observation in enumerate(observations):
             found.append(self(observation))
@@ -189,16 +189,16 @@ def calibrated_policy(
 
 
 def refit_lagged(nominal: Readout, *played: Played) -> Readout:
-    """The read-out of played observations, for actions of `LAG` observations before."""
+    """Return the read-out of played observations, for actions of `LAG` observations before."""
     halves = [emphasise_slow(part.halves[SETTLING + LAG :]) for part in played]
     wanted = [emphasise_slow(part.wanted[SETTLING:-LAG]) for part in played]
     return refit(nominal, np.concatenate(halves), np.concatenate(wanted))
 
 
 def emphasise_slow(values: np.ndarray) -> np.ndarray:
-    """(m, n) values, their fast part lessened: F x = x_mean + (x - x_mean) / `SLOW`.
+    """Lessen the fast part of values (m, n): F x = x_mean + (x - x_mean) / `SLOW`.
 
     ``x_mean`` is the moving average over `STRIDE` values.
     """
     mean = uniform_filter1d(values, STRIDE, axis=0)
-    return mean + (values - mean) / SLOW
+    return np.asarray(mean + (values - mean) / SLOW)

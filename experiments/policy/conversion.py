@@ -46,7 +46,7 @@ class Converted(NamedTuple):
 
 
 class Shown(nengo.Network):
-    """A policy that is shown observations; probes of its action and of its hidden layers."""
+    """A policy with an input of observations, and probes of its action and hidden layers."""
 
     policy: PolicyNetwork
     action: nengo.Probe
@@ -55,7 +55,7 @@ class Shown(nengo.Network):
 
 @dataclass(frozen=True, eq=False)
 class Conversion:
-    """What is converted, and how.
+    """A conversion: a perceptron, and how it becomes neurons.
 
     Attributes
     ----------
@@ -76,7 +76,7 @@ class Conversion:
 
     @cached_property
     def ranges(self) -> list[Ranges]:
-        """Of the units of every hidden layer."""
+        """Ranges of the units of every hidden layer."""
         name = self.options.activation
         return record_ranges(self.mlp.layers, self.observations, activation_name=name)
 
@@ -84,7 +84,8 @@ class Conversion:
     def shown(self) -> np.ndarray:
         """The observations that are shown."""
         n = len(self.observations)
-        return self.observations[np.linspace(0, n - 1, min(SHOWN, n)).round().astype(int)]
+        chosen = np.linspace(0, n - 1, min(SHOWN, n)).round().astype(int)
+        return np.asarray(self.observations[chosen])
 
     @property
     def taus_s(self) -> tuple[float, ...]:
@@ -93,12 +94,13 @@ class Conversion:
         return (*[self.options.tau_fwd] * n_between, self.options.tau_out)
 
     def exact(self, observations: np.ndarray) -> list[np.ndarray]:
-        """Pre-activations of the hidden layers, and the action."""
+        """Return pre-activations of the hidden layers, and the action."""
         return exact(self.mlp.layers, observations, self.options.activation)
 
     def network(self, probed: bool) -> Shown:
-        """The spiking network; with the hidden layers probed where that is asked for."""
-        with Shown(label="conversion", seed=self.seed) as net:
+        """Build the spiking network; with the hidden layers probed where that is asked for."""
+        net = Shown(label="conversion", seed=self.seed)
+        with net:
             net.policy = policy(self.mlp.layers, self.ranges, self.options, self.seed)
             hold(net.policy.observation, self.shown, round(HOLD_S / DT_S), DT_S)
             net.action = nengo.Probe(net.policy.action)
@@ -155,7 +157,7 @@ def _error(data: np.ndarray, wanted: np.ndarray) -> float:
 
 
 def _rms(x: np.ndarray, axis: int | None = None) -> np.ndarray:
-    return np.sqrt(np.mean(np.square(x), axis=axis))
+    return np.asarray(np.sqrt(np.mean(np.square(x), axis=axis)))
 
 
 def _layers(conversion: Conversion, net: Shown, sim: Simulator) -> Iterator[LayerLint]:
@@ -182,5 +184,5 @@ def _layers(conversion: Conversion, net: Shown, sim: Simulator) -> Iterator[Laye
 
 
 def _rates_hz(activity: Activity) -> np.ndarray:
-    """Spikes of each ensemble in a second, on the reference backend."""
-    return activity.spikes.sum(axis=0) / (activity.n_steps * activity.dt_s)
+    """Return the spikes of each ensemble in a second, on the reference backend."""
+    return np.asarray(activity.spikes.sum(axis=0) / (activity.n_steps * activity.dt_s))

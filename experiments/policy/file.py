@@ -19,5 +19,5 @@ H1 = Description(
 
 
 def load_policy(path: Path = SHIPPED, description: Path | None = None) -> WalkingPolicy:
-    """A policy for the H1; see `spikeport.networks.loading.walking.load_walking`."""
+    """Load a policy for the H1; see `spikeport.networks.loading.walking.load_walking`."""
     return load_walking(path, H1, description)

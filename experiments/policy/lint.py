@@ -1,4 +1,4 @@
-"""What converting each layer of a perceptron into spikes costs, and what to do about it."""
+"""The cost of converting each layer of a perceptron into spikes, and what to do about it."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ ACTION_S = 0.02
 
 @dataclass(frozen=True)
 class LayerLint:
-    """What was measured of a hidden layer.
+    """The measurements of a hidden layer.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ class LayerLint:
 
 @dataclass(frozen=True)
 class ConversionLint:
-    """What was measured of a conversion.
+    """The measurements of a conversion.
 
     Attributes
     ----------
@@ -67,7 +67,7 @@ class ConversionLint:
     delay_s: float
 
     def hints(self) -> Iterator[str]:
-        """What is worth a change, with the change."""
+        """Yield what is worth a change, with the change."""
         yield from _each(
             "range too wide",
             [(one.name, f"{one.spread:.1f} x rms") for one in self.layers if one.spread > WIDE],

@@ -20,7 +20,7 @@ class Observations(NamedTuple):
 
 
 def read_observations(path: Path, n_inputs: int) -> Observations:
-    """The array of an npz file: the one called ``observations``, or its only one.
+    """Read the array of an npz file: the one called ``observations``, or its only one.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What a trial's policy is calibrated by: found where it runs, or taken from a file."""
+"""The calibration of a trial's policy: found where it runs, or taken from a file."""
 
 import hashlib
 from collections.abc import Sequence
@@ -20,7 +20,7 @@ class PolicyTrial(Protocol):
 
     @property
     def settings(self) -> PolicySettings:
-        """Those of the policy, among others."""
+        """Settings of the policy, among others."""
 
     @property
     def options(self) -> Options:
@@ -28,11 +28,11 @@ class PolicyTrial(Protocol):
 
     @property
     def recorded(self) -> dict[str, Any]:
-        """What the observations depend on that the policy's neurons are made for."""
+        """Everything that the policy's recorded observations depend on."""
 
 
 def policy_layers(weights: WalkingPolicy) -> list[Layer]:
-    """The layers of a policy."""
+    """Return the layers of a policy."""
     return [Layer(W, b) for W, b in zip(weights.weights, weights.biases, strict=True)]
 
 
@@ -44,7 +44,7 @@ def check_calibrated(trial: PolicyTrial, weights: WalkingPolicy) -> None:
 
 
 def _asked(trial: PolicyTrial) -> bool | str:
-    """Whether the policy is calibrated, or the file to do it by."""
+    """Return whether the policy is calibrated, or the file to do it by."""
     given = trial.settings.calibrated
     return trial.options.backend != "reference" if given == AUTO else given
 
@@ -63,7 +63,7 @@ def calibrated(
     gait: np.ndarray,
     walks: Walks,
 ) -> Calibrated | None:
-    """What a trial asks for; None for the policy as it is.
+    """Return the calibration a trial asks for; None for the policy as it is.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ def refitted(
     gait: np.ndarray,
     walks: Walks,
 ) -> Calibration:
-    """What a trial's policy is calibrated by, found on the trial's backend."""
+    """Return the calibration of a trial's policy, found on the trial's backend."""
     settings, options = trial.settings, trial.options
     found = calibrated_policy(
         layers, ranges, settings.policy_options, gait, walks, options, settings.network_seed
@@ -103,7 +103,7 @@ def refitted(
 
 
 def _made_for(trial: PolicyTrial, layers: Sequence[Layer]) -> dict[str, Any]:
-    """All that the neurons of the trial's policy depend on, and how they are refitted."""
+    """Return everything that the policy's neurons depend on, and how they are refitted."""
     settings = trial.settings
     network = {**settings.conversion, "network_seed": settings.network_seed}
     policy = {"policy": policy_digest(layers), "method": METHOD}

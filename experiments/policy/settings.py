@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from spikeport.errors import UsageError, unknown
-from spikeport.experiments.arm.settings import LARGEST_SEED
+from spikeport.experiments.options import LARGEST_SEED
 from spikeport.experiments.policy.file import load_policy
 from spikeport.networks.policy import PolicyOptions
 from spikeport.networks.walking_policy import WalkingPolicy
@@ -77,7 +77,7 @@ class PolicySettings:
         return PolicyOptions(**self.conversion)
 
     def walking_policy(self) -> WalkingPolicy:
-        """The policy, from its file.
+        """Load the policy from its file.
 
         Raises
         ------

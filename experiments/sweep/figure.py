@@ -22,7 +22,7 @@ LOG_RATIO = 30.0
 
 
 def figure(sweep: Sweep, _folder: SweepFolder, table: xr.Dataset) -> Figure:
-    """All metrics."""
+    """Draw all metrics."""
     return metrics_figure(sweep, table, [str(name) for name in table.data_vars])
 
 

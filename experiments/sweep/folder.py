@@ -17,7 +17,7 @@ from spikeport.experiments.sweep.plan import Point, Sweep
 
 
 class Kept(NamedTuple):
-    """What is kept of a point: its ``result.json``, and ``probes.nc`` if that is asked for."""
+    """The files kept of a point: its ``result.json``, and ``probes.nc`` if that is asked for."""
 
     result: dict[str, Any]
     probes: bytes | None
@@ -31,19 +31,19 @@ class SweepFolder:
 
     @property
     def plan(self) -> Path:
-        """What was asked for."""
+        """The plan of a sweep."""
         return self.path / "sweep.json"
 
     def result_path(self, point: Point) -> Path:
-        """Where a finished point's figures are."""
+        """Return where a finished point's figures are."""
         return self.path / "points" / f"{point.name}.json"
 
     def probes_path(self, point: Point) -> Path:
-        """Where a finished point's time series are, if they are kept."""
+        """Return where a finished point's time series are, if they are kept."""
         return self.path / "points" / f"{point.name}.nc"
 
     def holds(self, point: Point) -> bool:
-        """Whether a point is finished."""
+        """Return whether a point is finished."""
         return self.result_path(point).is_file()
 
     def write(self, point: Point, kept: Kept) -> None:
@@ -54,7 +54,7 @@ class SweepFolder:
         write_json(self.result_path(point), kept.result)
 
     def read(self, point: Point) -> dict[str, Any]:
-        """The ``result.json`` of a finished point.
+        """Read the ``result.json`` of a finished point.
 
         Raises
         ------

@@ -1,9 +1,8 @@
-"""What a sweep runs: an experiment at every combination of some settings, from several seeds."""
+"""The plan of a sweep: an experiment at all combinations of some settings, from several seeds."""
 
 import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, NamedTuple
 from urllib.parse import quote
 
@@ -15,7 +14,7 @@ BACKEND = "backend"
 
 @dataclass(frozen=True)
 class Sweep:
-    """What was asked for.
+    """The plan of a sweep.
 
     Attributes
     ----------
@@ -45,11 +44,11 @@ class Sweep:
 
     @property
     def axes(self) -> dict[str, tuple[Any, ...]]:
-        """What its points differ in, with all values: the settings, then the seed."""
+        """The settings in which its points differ, with all values, and the seed."""
         return {**self.varied, SEED: self.seeds}
 
     def points(self) -> list["Point"]:
-        """All points, seed by seed: what is finished first shows all settings."""
+        """Return all points, seed by seed: what is finished first shows all settings."""
         *varied, seeds = self.axes.values()
         return [
             Point(self, dict(zip(self.axes, (*values, seed), strict=True)))
@@ -66,7 +65,7 @@ class Point(NamedTuple):
 
     @property
     def name(self) -> str:
-        """What its file is called."""
+        """The name of its file."""
         return ",".join(f"{key}={quote(str(value), safe='')}" for key, value in self.place.items())
 
     @property
@@ -75,11 +74,11 @@ class Point(NamedTuple):
         varied = {k: v for k, v in self.place.items() if k not in (SEED, BACKEND)}
         return {"network_seed": self.place[SEED], **self.sweep.settings, **varied}
 
-    def options(self, folder: Path) -> Options:
+    @property
+    def options(self) -> Options:
         """The options of its run."""
         sweep = self.sweep
         return Options(
-            folder=folder,
             seconds=sweep.seconds,
             backend=self.place.get(BACKEND, sweep.backend),
             chip=sweep.chip,

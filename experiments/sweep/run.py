@@ -83,7 +83,7 @@ def _outcomes(client: Client, points: Sequence[Point]) -> Iterator[tuple[Point, 
 
 
 def _ended(client: Client, running: Iterable[Future]) -> Iterable[Future]:
-    """Those that ended, after waiting for some time for one; BackendError if nobody runs them."""
+    """Wait some time for one to end, and return those that did; BackendError without workers."""
     try:
         done: Iterable[Future] = wait(
             list(running), timeout=PATIENCE_S, return_when="FIRST_COMPLETED"
@@ -115,7 +115,7 @@ def run_point(point: Point) -> Kept:
     scratch = tempfile.TemporaryDirectory(dir=get_worker().local_directory)
     with scratch as name, warnings.catch_warnings(action="ignore"):
         folder = Path(name)
-        experiment.run(experiment.settings(**point.settings), point.options(folder))
+        experiment.run(experiment.settings(**point.settings), point.options, folder)
         result = json.loads((folder / "result.json").read_text(encoding="utf-8"))
         probes = (folder / "probes.nc").read_bytes() if point.sweep.probes else None
     return Kept(result, probes)

@@ -11,7 +11,7 @@ from spikeport.experiments.sweep.plan import Sweep
 
 
 def table(sweep: Sweep, folder: SweepFolder) -> xr.Dataset:
-    """Metrics with the sweep's axes as dimensions; NaN where a point is not finished."""
+    """Return metrics with the sweep's axes as dimensions; NaN where a point is not finished."""
     rows = [
         {**_labels(point.place), **_numbers(folder.read(point)["metrics"])}
         for point in sweep.points()
@@ -19,9 +19,10 @@ def table(sweep: Sweep, folder: SweepFolder) -> xr.Dataset:
     ]
     dataset = pd.DataFrame(rows).set_index(list(sweep.axes)).astype(float).to_xarray()
     asked = {key: [_label(value) for value in values] for key, values in sweep.axes.items()}
-    return dataset.reindex(asked).assign_attrs(
+    whole: xr.Dataset = dataset.reindex(asked).assign_attrs(
         experiment=sweep.experiment, backend=sweep.backend, seconds=sweep.seconds
     )
+    return whole
 
 
 def _labels(place: Any) -> dict[str, Any]:
@@ -29,7 +30,7 @@ def _labels(place: Any) -> dict[str, Any]:
 
 
 def _label(value: Any) -> Any:
-    """A value as a coordinate: a number or a text."""
+    """Return a value as a coordinate: a number or a text."""
     return str(value) if isinstance(value, bool | str) else value
 
 

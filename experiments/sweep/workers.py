@@ -29,7 +29,7 @@ CONFIG = {
 
 @contextlib.contextmanager
 def workers(scheduler: str | None, n_local: int) -> Iterator[Client]:
-    """A client of a cluster's scheduler, or of processes that are started for it, and ended.
+    """Open a client of a cluster's scheduler, or of processes that end with it.
 
     Each worker runs one point at a time, in one thread.
 
@@ -101,7 +101,7 @@ def _check(client: Client, scheduler: str) -> None:
 
 @contextlib.contextmanager
 def _silent() -> Iterator[None]:
-    """What Dask logs of workers that come and go is no news to a user: failed points are told."""
+    """Silence Dask's log of workers that come and go: failed points are reported by us."""
     logger = logging.getLogger("distributed")
     before = logger.level
     logger.setLevel(logging.CRITICAL)

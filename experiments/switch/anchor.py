@@ -28,12 +28,13 @@ class Anchor:
 
     def __init__(self, plant: Plant) -> None:
         self._plant = plant
-        self.reset()
+        self._height_m = float(plant.data.qpos[2])
+        self._moves: Iterator[np.ndarray] = iter(())
 
     def reset(self) -> None:
         """Note how high the robot stands."""
         self._height_m = float(self._plant.data.qpos[2])
-        self._moves: Iterator[np.ndarray] = iter(())
+        self._moves = iter(())
 
     def update(self, holds: bool) -> None:
         """Weld the pelvis, or go on with it, where the robot is to be held; else let it go."""
@@ -48,7 +49,7 @@ class Anchor:
             break
 
     def _way(self) -> np.ndarray:
-        """(n, 8) poses of the pelvis, and angles of the torso, at every physics step."""
+        """Return (n, 8) poses of the pelvis, and angles of the torso, at every physics step."""
         data = self._plant.data
         begin = np.append(data.qpos[:7], data.joint("torso").qpos)
         w, _, _, z = begin[3:7]

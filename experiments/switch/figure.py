@@ -5,6 +5,7 @@ time, phases and spikes (`experiments.switch.nuclei_figure`), with a switch in m
 them; dotted lines lead from each picture to its moment. At the bottom, where the robot went.
 """
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -13,8 +14,8 @@ from matplotlib.figure import Figure
 from matplotlib.gridspec import GridSpec
 from matplotlib.patches import ConnectionPatch
 
-from spikeport.experiments.arm.figure import show_picture
-from spikeport.experiments.closed_loop import DT_S
+from spikeport.experiments.loop import DT_S
+from spikeport.experiments.pictures import show_picture
 from spikeport.experiments.switch.goals import Goal
 from spikeport.experiments.switch.nuclei_figure import (
     AFTER_S,
@@ -25,7 +26,7 @@ from spikeport.experiments.switch.nuclei_figure import (
     name_nuclei,
 )
 from spikeport.experiments.switch.picture import COLOURS, middles
-from spikeport.experiments.switch.trial import SwitchRun
+from spikeport.experiments.switch.recording import SwitchRun
 from spikeport.experiments.switch.work_figure import TEMPLATE, draw_work
 
 MOMENT = "0.35"
@@ -33,8 +34,11 @@ COLUMNS, OVER_TIME = 16, slice(0, 12)
 BESIDE = slice(13, COLUMNS)
 
 
-def switch_figure(run: SwitchRun, result: dict[str, Any]) -> Figure:
-    """The figure; ``result`` is what ``result.json`` will hold."""
+def switch_figure(run: SwitchRun, pictures: Sequence[np.ndarray], result: dict[str, Any]) -> Figure:
+    """Draw the figure; ``result`` is the content of ``result.json``.
+
+    ``pictures`` (height, width, 3) are those of the robot in the middle of each phase.
+    """
     rows = [*NUCLEI] if run.spikes else ["strD1", "gpi"]
     figure = Figure(figsize=(17, 8.6 + 1.2 * len(rows)))
     heights = [3.6, 0.5, *[1.1] * len(rows), 0.25, 1.2]
@@ -52,7 +56,8 @@ def switch_figure(run: SwitchRun, result: dict[str, Any]) -> Figure:
     _draw_switch(beside, run)
     band = figure.add_subplot(grid[1, OVER_TIME])
     _draw_phases(band, run, result)
-    _show_pictures(figure, grid, [band, *over_time.values()], run)
+    shown = list(zip(run.goals, pictures, middles(run), strict=False))
+    _show_pictures(figure, grid, [band, *over_time.values()], run.recording.time_s, shown)
     draw_work(figure.add_subplot(grid[0, BESIDE]), run, result["metrics"]["phases"])
     _draw_way(figure.add_subplot(grid[-1, :]), run)
     figure.suptitle(_title(result), x=0.075, y=0.985, ha="left", fontsize=17, fontweight="bold")
@@ -60,7 +65,6 @@ def switch_figure(run: SwitchRun, result: dict[str, Any]) -> Figure:
 
 
 def _title(result: dict[str, Any]) -> str:
-    """What was done, on what, and how well."""
     figures, settings = result["metrics"], result["settings"]
     cores = "" if result["resources"] is None else f", {result['resources']['cores']['used']} cores"
     held = "anchored" if settings["anchor"] else "free-standing"
@@ -73,7 +77,7 @@ def _title(result: dict[str, Any]) -> str:
 
 
 def _draw_phases(axes: Axes, run: SwitchRun, result: dict[str, Any]) -> None:
-    """A bar for each phase, with its name, whether it was done, and how long the switch took."""
+    """Draw a bar for each phase: its name, whether it was done, the time of its switch."""
     axes.set(xlim=Window.whole(run).extent, ylim=(0, 1))
     axes.set_axis_off()
     for goal, figures in zip(run.goals, result["metrics"]["phases"], strict=True):
@@ -94,7 +98,7 @@ def _draw_phases(axes: Axes, run: SwitchRun, result: dict[str, Any]) -> None:
 
 
 def _draw_switch(beside: dict[str, Axes], run: SwitchRun) -> None:
-    """The first change of the action, spike by spike; nothing where there is none."""
+    """Draw the first change of the action, spike by spike; nothing where there is none."""
     begins = [
         goal.phase.begin_s
         for before, goal in zip(run.goals, run.goals[1:], strict=False)
@@ -110,16 +114,21 @@ def _draw_switch(beside: dict[str, Axes], run: SwitchRun) -> None:
     beside["gpi"].set_xlabel("time from there (ms)")
 
 
-def _show_pictures(figure: Figure, grid: GridSpec, over_time: list[Axes], run: SwitchRun) -> None:
-    """The robot in the middle of each phase."""
-    shown = list(zip(run.goals, run.pictures, middles(run), strict=False))
+def _show_pictures(
+    figure: Figure,
+    grid: GridSpec,
+    over_time: list[Axes],
+    time_s: np.ndarray,
+    shown: list[tuple[Goal, np.ndarray, int]],
+) -> None:
+    """Show pictures of goals, each with its physics step, and lead to their moments."""
     whole = grid[0, OVER_TIME].subgridspec(1, max(1, len(shown)), wspace=0.03)
     for number, (goal, picture, step) in enumerate(shown):
         axes = figure.add_subplot(whole[0, number])
         side = picture.shape[1] // 5
         show_picture(axes, picture[:, side:-side])
         _label(axes, goal)
-        moment_s = run.recording.time_s[step]
+        moment_s = time_s[step]
         for below in over_time[1:]:
             below.axvline(moment_s, color=MOMENT, ls=":", lw=1.2)
         corner = (picture.shape[1] / 2 - side, picture.shape[0])
@@ -145,7 +154,7 @@ def _label(axes: Axes, goal: Goal) -> None:
 
 
 def _draw_way(axes: Axes, run: SwitchRun) -> None:
-    """The way of the pelvis, and the paths it was to take."""
+    """Draw the way of the pelvis, and the paths it was to take."""
     for goal, path in zip(run.goals, run.paths, strict=False):
         if path is not None:
             way = np.array([path.at(t)[:2] for t in np.linspace(0, goal.phase.seconds, 200)])

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from spikeport.experiments.arm.task import SHOULDER_M
+from spikeport.experiments.arm.reach_task import SHOULDER_M
 
 FOLLOWING_S = 1.0
 """Time constant tau of a sheet, longer than a step takes."""
@@ -33,31 +33,31 @@ class Frame(NamedTuple):
 
     @classmethod
     def of_torso(cls, data: Any, torso: int) -> Self:
-        """That of the torso, by its number in ``data`` (``mujoco.MjData``), at its present pose."""
+        """Return the present frame of the torso, by its number in ``data`` (`mujoco.MjData`)."""
         rotation = data.xmat[torso].reshape(3, 3).copy()
         return cls(data.xpos[torso].copy(), rotation, ANCHORED_PELVIS_M)
 
     def upright(self) -> "Frame":
-        """The upright frame of this heading in which the shoulder is where it is in this one."""
+        """Return the upright frame of this heading with the shoulder in the same place."""
         return _upright(self.rotation[:2, 0], self.world(_SHOULDER), _SHOULDER)
 
     def following(self, other: "Frame", seconds: float) -> "Frame":
-        """An upright frame, after it followed another for a short time."""
+        """Return an upright frame, after it followed another for a short time."""
         share = seconds / FOLLOWING_S
         ahead = self.rotation[:2, 0]
         forward = ahead + share * (other.rotation[:2, 0] - ahead)
         return _upright(forward, self.origin + share * (other.origin - self.origin), self.home)
 
     def seen(self, world: np.ndarray) -> np.ndarray:
-        """(..., 3) as what places (..., 3) of the world are seen."""
-        return self.home + (world - self.origin).dot(self.rotation)
+        """Return places (..., 3) of the world as they are seen."""
+        return np.asarray(self.home + (world - self.origin).dot(self.rotation))
 
     def world(self, seen: np.ndarray) -> np.ndarray:
-        """The inverse of `seen`."""
-        return self.origin + (seen - self.home).dot(self.rotation.T)
+        """Return the places of the world, the inverse of `seen`."""
+        return np.asarray(self.origin + (seen - self.home).dot(self.rotation.T))
 
 
 def _upright(forward: np.ndarray, origin: np.ndarray, home: np.ndarray) -> Frame:
-    """That with a horizontal direction (2,) as its first axis."""
+    """Return the frame whose first axis is a horizontal direction (2,)."""
     c, s = (forward / math.sqrt(forward.dot(forward))).tolist()
     return Frame(origin, np.array(((c, -s, 0.0), (s, c, 0.0), (0.0, 0.0, 1.0))), home)

@@ -1,4 +1,4 @@
-"""What a phase of a schedule means for the robot: a path to walk, or something for the arm to do.
+"""The goal of a phase: a path to walk, or something for the arm to do.
 
 A path p(t) is walked from a stand to a stand, p(w(t)) with
 
@@ -17,10 +17,10 @@ from scipy.integrate import cumulative_trapezoid
 from spikeport.errors import UsageError
 from spikeport.experiments.arm.draw_task import DrawTask, Sheet, minimum_jerk
 from spikeport.experiments.arm.reach_task import BOXES, ReachTask
-from spikeport.experiments.arm.task import Task
+from spikeport.experiments.arm.recording import Task
 from spikeport.experiments.switch.schedule import Phase, Schedule
-from spikeport.experiments.walk.loop import LEAD_S
 from spikeport.experiments.walk.paths import Path, find_path
+from spikeport.experiments.walk.port import LEAD_S
 from spikeport.robot.arm import ArmDynamics
 from spikeport.robot.description import ARM_JOINTS, DEFAULT_POSE
 
@@ -46,7 +46,7 @@ class Goal:
     seed: int
 
     def task(self, hand: np.ndarray) -> Task | None:
-        """What the arm does, its hand being at (3,) in m; None while the robot walks."""
+        """Return what the arm does, its hand being at (3,) in m; None while the robot walks."""
         if self.phase.arm == "digit":
             return DrawTask(self.stroke, hand, self.phase.seconds)
         if self.phase.arm == "retract":
@@ -62,7 +62,7 @@ class Goal:
 
 
 def find_goals(schedule: Schedule, digit: int, seed: int) -> list[Goal]:
-    """The goals of all phases.
+    """Return the goals of all phases.
 
     Raises
     ------
@@ -87,7 +87,7 @@ def _path(phase: Phase) -> Path | None:
 
 
 def from_stand_to_stand(path: Path, seconds: float) -> Path:
-    """As much of a path as is walked in a time, with its speed reached and left in ramps."""
+    """Cut a path to what is walked in a time, with its speed reached and left in ramps."""
     times = np.linspace(0, seconds, 1 + round(seconds / PATH_DT_S))
     ramp_s = min(RAMP_S, seconds / 2)
     speed = np.clip(np.minimum(times, seconds - times) / ramp_s, 0, 1)
@@ -96,7 +96,7 @@ def from_stand_to_stand(path: Path, seconds: float) -> Path:
 
 
 def hanging_hand() -> np.ndarray:
-    """(3,) where the right hand is while the arm hangs as for walking, in m."""
+    """Return (3,) where the right hand is while the arm hangs as for walking, in m."""
     return ArmDynamics().at([DEFAULT_POSE[joint] for joint in ARM_JOINTS]).position
 
 

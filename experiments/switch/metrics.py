@@ -1,19 +1,51 @@
-"""The figures of a switching run."""
+"""The metrics of a switching run, phase by phase.
 
-from typing import Any
+A phase is a success if the robot stands to its end, the gate of its action alone is open from
+`LATEST_SWITCH_S` on, and
+
+- walking, the pelvis stays near the path, and ends near the place it is to be at;
+- drawing, the digit is read as the one asked for, and its shape is near the template;
+- retracting, the hand ends near where it hangs;
+- reaching, it reaches a target.
+"""
+
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from spikeport.experiments.arm.metrics import rms
-from spikeport.experiments.switch.phases import phase_metrics, shape_errors
-from spikeport.experiments.switch.trial import SwitchRun
+from spikeport.experiments.arm import digit_reader
+from spikeport.experiments.arm.draw_task import DrawTask, Sheet
+from spikeport.experiments.arm.metrics import rms, shape_error
+from spikeport.experiments.arm.reach_task import MIN_JUMP_M
+from spikeport.experiments.loop import DT_S
+from spikeport.experiments.switch.gate import OPEN
+from spikeport.experiments.switch.goals import Goal, hanging_hand
+from spikeport.experiments.switch.recording import SwitchRun
+from spikeport.experiments.switch.schedule import ROUNDING_S, Phase
+from spikeport.experiments.walk.paths import Path
+from spikeport.experiments.walk.recording import WalkRecording
+from spikeport.networks.humanoid import ACTIONS
+
+LATEST_SWITCH_S = 0.045
+LARGEST_PATH_ERROR_M = 0.2
+FARTHEST_BEHIND_M = 1.0
+LARGEST_SHAPE_ERROR_M = {True: 0.008, False: 0.012}
+"""Of a robot that is anchored, and of one that is not."""
+LARGEST_HAND_ERROR_M = 0.04
+
+
+class Measured(NamedTuple):
+    """The judgement of a phase, and the figures that it rests on."""
+
+    good: bool
+    figures: dict[str, Any]
 
 
 def metrics(run: SwitchRun) -> dict[str, Any]:
-    """All metrics of a run.
+    """Return all metrics of a run.
 
     - ``falls``: 1 if the robot fell, which ends the run, else 0; ``fallen_at_s``: when;
-    - ``phases``: see `experiments.switch.phases.phase_metrics`;
+    - ``phases``: see `phase_metrics`;
     - ``phases_done``: how many of these were a success;
     - ``recognised_as``: the digit a classifier reads in the first drawing, None where there is
       none, or no classifier;
@@ -39,5 +71,100 @@ def metrics(run: SwitchRun) -> dict[str, Any]:
 
 
 def _shape_error(run: SwitchRun) -> float | None:
-    apart = np.concatenate([shape_errors(run, goal) for goal in run.goals])
+    """Return the rms distance in m of all drawings together from their templates."""
+    apart = np.concatenate([_shape_errors(run, goal) for goal in run.goals])
     return float(rms(apart)) if len(apart) else None
+
+
+def phase_metrics(run: SwitchRun) -> list[dict[str, Any]]:
+    """Return for each phase its name, ``success``, ``switching_time_s``, and its errors.
+
+    The switching time is that from the begin of the phase until the gate of its action alone is
+    open, for all the rest of the phase. A phase that the robot fell before has no errors.
+    """
+    return [_of_phase(run, number) for number in range(len(run.goals))]
+
+
+def _of_phase(run: SwitchRun, number: int) -> dict[str, Any]:
+    phase = run.goals[number].phase
+    now = within(run.recording.time_s, phase)
+    if not now.any():
+        return {"name": phase.name, "success": False, "switching_time_s": None}
+    path = run.paths[number]
+    measured = _worked(run, number, now) if path is None else _walked(path, run.recording, now)
+    switching_time_s = switched_after_s(run.gates, phase)
+    stood = run.fallen_at_s is None or run.fallen_at_s > phase.end_s
+    return {
+        "name": phase.name,
+        "success": stood and measured.good and switching_time_s <= LATEST_SWITCH_S,
+        "switching_time_s": switching_time_s,
+        **measured.figures,
+    }
+
+
+def within(time_s: np.ndarray, phase: Phase) -> np.ndarray:
+    """Return (n,) whether times are in a phase."""
+    return np.asarray((time_s > phase.begin_s - ROUNDING_S) & (time_s < phase.end_s - ROUNDING_S))
+
+
+def pen_down(run: SwitchRun, goal: Goal) -> np.ndarray:
+    """Return (n,) at which physics steps a phase drew on its sheet."""
+    time_s, phase = run.recording.time_s, goal.phase
+    drawing = time_s > phase.begin_s + DrawTask.begin_s - ROUNDING_S
+    return within(time_s, phase) & drawing & (phase.arm == "digit")
+
+
+def drawn(run: SwitchRun, goal: Goal) -> np.ndarray:
+    """Return (n, 3) where on its sheet the hand was while a phase drew, in m."""
+    return np.asarray(run.seen_m[pen_down(run, goal)])
+
+
+def _shape_errors(run: SwitchRun, goal: Goal) -> np.ndarray:
+    """Return (n,) distances in m of a drawing from its template."""
+    return shape_error(goal.stroke, drawn(run, goal))
+
+
+def switched_after_s(gates: np.ndarray, phase: Phase) -> float:
+    """Return from when on, in s, gates (n, actions) are open for the phase's action alone."""
+    seen = gates[round(phase.begin_s / DT_S) : round(phase.end_s / DT_S)]
+    wanted = np.arange(len(ACTIONS)) == ACTIONS.index(phase.action)
+    wrong = np.flatnonzero(((seen > OPEN) != wanted).any(axis=1))
+    return float(wrong[-1] + 1) * DT_S if len(wrong) else 0.0
+
+
+def _walked(path: Path, recording: WalkRecording, now: np.ndarray) -> Measured:
+    place_m, reference_m = recording.position_m[now], recording.reference[now, :2]
+    error_m = float(rms(path.distances_m(place_m)))
+    behind_m = float(np.linalg.norm(reference_m[-1] - place_m[-1]))
+    good = error_m <= LARGEST_PATH_ERROR_M and behind_m <= FARTHEST_BEHIND_M
+    return Measured(good, {"path_error_rms_m": error_m, "behind_m": behind_m})
+
+
+def _worked(run: SwitchRun, number: int, now: np.ndarray) -> Measured:
+    measure = {"digit": _drawn, "retract": _retracted, "reach": _reached}
+    good, figures = measure[run.goals[number].phase.arm or ""](run, number, now)
+    place_m = run.recording.position_m[now]
+    moved_m = np.linalg.norm(place_m - place_m[0], axis=1).max()
+    return Measured(good, {**figures, "pelvis_moved_m": float(moved_m)})
+
+
+def _drawn(run: SwitchRun, number: int, _now: np.ndarray) -> Measured:
+    goal = run.goals[number]
+    trace = drawn(run, goal)
+    if not len(trace):
+        return Measured(False, {"shape_error_rms_m": None, "recognised_as": None})
+    error_m = float(rms(_shape_errors(run, goal)))
+    digit = digit_reader.read_digit(Sheet().read(trace)) if digit_reader.can_read() else None
+    good = error_m <= LARGEST_SHAPE_ERROR_M[run.anchored] and digit in (goal.digit, None)
+    return Measured(good, {"shape_error_rms_m": error_m, "recognised_as": digit})
+
+
+def _retracted(run: SwitchRun, _number: int, now: np.ndarray) -> Measured:
+    error_m = float(np.linalg.norm(run.arm.hand[now][-1] - hanging_hand()))
+    return Measured(error_m <= LARGEST_HAND_ERROR_M, {"hand_error_m": error_m})
+
+
+def _reached(run: SwitchRun, _number: int, now: np.ndarray) -> Measured:
+    moved_m = np.linalg.norm(np.diff(run.arm.target[now], axis=0), axis=1)
+    targets = int(np.count_nonzero(moved_m > MIN_JUMP_M / 2))
+    return Measured(targets > 0, {"targets_reached": targets})

@@ -12,9 +12,9 @@ from matplotlib.colors import to_rgb
 from matplotlib.patheffects import Normal, Stroke
 from matplotlib.ticker import MaxNLocator
 
-from spikeport.experiments.closed_loop import DT_S
+from spikeport.experiments.loop import DT_S
 from spikeport.experiments.switch.picture import COLOURS
-from spikeport.experiments.switch.trial import SwitchRun
+from spikeport.experiments.switch.recording import SwitchRun
 from spikeport.networks.humanoid import ACTIONS
 
 NUCLEI = {"strD1": "strD1", "strD2": "strD2", "stn": "STN", "gpi": "GPi"}
@@ -42,21 +42,21 @@ class Window(NamedTuple):
 
     @classmethod
     def whole(cls, run: SwitchRun) -> "Window":
-        """All of a run."""
+        """Return the window of a whole run."""
         return cls(0.0, len(run.gates) * DT_S, 0.0, 1.0, BIN_S)
 
     @classmethod
     def around(cls, switch_s: float) -> "Window":
-        """The time of a switch, in milliseconds."""
+        """Return the window around a switch, in milliseconds."""
         return cls(switch_s - BEFORE_S, switch_s + AFTER_S, switch_s, 1e-3, DT_S)
 
     @property
     def extent(self) -> tuple[float, float]:
-        """Begin and end as they are shown."""
+        """Begin and end in the window's unit."""
         return (self.begin_s - self.zero_s) / self.unit_s, (self.end_s - self.zero_s) / self.unit_s
 
     def binned(self, series: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Times as they are shown (m,), and means (m, n) of a series (n_steps, n) around them."""
+        """Return times (m,) in the window's unit, and means (m, n) of a series (n_steps, n)."""
         begin, end, width = (
             round(s / DT_S) for s in (max(self.begin_s, 0), self.end_s, self.bin_s)
         )
@@ -103,7 +103,7 @@ def name_nuclei(rows: dict[str, Axes]) -> None:
 
 
 def _draw_spikes(axes: Axes, raster: np.ndarray, window: Window) -> None:
-    """(n_steps, n_neurons) spikes, those of each action in its colour."""
+    """Draw spikes (n_steps, n_neurons), those of each action in its colour."""
     size = raster.shape[1] // len(ACTIONS)
     order = np.argsort(raster.sum(axis=0).reshape(-1, size), axis=1)
     ordered = raster[:, (order + size * np.arange(len(ACTIONS))[:, np.newaxis]).ravel()]

@@ -1,14 +1,14 @@
-"""What is drawn into pictures of the humanoid: the paths it walks, and where its hand went."""
+"""The marks in pictures of the humanoid: the paths it walks, and where its hand went."""
 
 from bisect import bisect
 
 import numpy as np
 
-from spikeport.experiments.closed_loop import DT_S
+from spikeport.experiments.loop import DT_S
 from spikeport.experiments.pictures import Caption, Captions, Marks
-from spikeport.experiments.switch.phases import pen_down, within
+from spikeport.experiments.switch.metrics import pen_down, within
+from spikeport.experiments.switch.recording import SwitchRun
 from spikeport.experiments.switch.schedule import ROUNDING_S
-from spikeport.experiments.switch.trial import SwitchRun
 from spikeport.networks.humanoid import ACTIONS
 from spikeport.robot.render import Mark
 
@@ -24,14 +24,14 @@ MOST_MARKS = 1500
 
 
 def middles(run: SwitchRun) -> list[int]:
-    """The physics step in the middle of each phase that began."""
+    """Return the physics step in the middle of each phase that began."""
     phases = [goal.phase for goal in run.goals[: len(run.paths)]]
     steps = [np.flatnonzero(within(run.recording.time_s, phase)) for phase in phases]
     return [int(now[len(now) // 2]) for now in steps if len(now)]
 
 
 def switch_marks(run: SwitchRun) -> Marks:
-    """The paths of all phases, and where the hand was in the world while it drew."""
+    """Mark the paths of all phases, and where the hand was in the world while it drew."""
     path, trace, numbers = _paths(run), *_traces(run)
 
     def marks(end: int) -> list[Mark]:
@@ -42,7 +42,7 @@ def switch_marks(run: SwitchRun) -> Marks:
 
 
 def switch_captions(run: SwitchRun) -> Captions:
-    """The phase, and what is selected; its colour is that of the action whose gate is open."""
+    """Caption with phase and selection, in the colour of the action whose gate is open."""
     begins_s = [goal.phase.begin_s for goal in run.goals]
 
     def caption(end: int) -> Caption:
@@ -69,7 +69,7 @@ def _paths(run: SwitchRun) -> list[Mark]:
 
 
 def _traces(run: SwitchRun) -> tuple[list[Mark], np.ndarray]:
-    """Marks of the hand, and the physics step of each."""
+    """Return marks of the hand, and the physics step of each."""
     drawn = [pen_down(run, goal) for goal in run.goals]
     steps = np.flatnonzero(np.any(drawn, axis=0))[::TRACE_STEPS]
     return [Mark(tuple(run.hands_m[step]), HAND_M, HAND_RGBA) for step in steps], steps

@@ -1,4 +1,4 @@
-"""What the humanoid is to do: phases with utilities and goals, from a TOML file.
+"""The schedule of the humanoid: phases with utilities and goals, from a TOML file.
 
 Files beside this one are shipped; ``switch.toml`` says what may stand in such a file.
 """
@@ -87,7 +87,7 @@ class Phase(_Strictly):
 
     @property
     def seconds(self) -> float:
-        """How long it lasts."""
+        """The length, in s."""
         return self.end_s - self.begin_s
 
     @property
@@ -134,7 +134,7 @@ class Schedule(_Strictly):
 
 
 def load(path: Path, seconds: float) -> Schedule:
-    """The schedule in a TOML file, for a run of at most so many seconds.
+    """Load the schedule in a TOML file, for a run of at most so many seconds.
 
     Raises
     ------

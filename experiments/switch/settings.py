@@ -37,9 +37,9 @@ class SwitchSettings(PolicySettings):
 
     @property
     def schedule_file(self) -> Path:
-        """Where the schedule is."""
+        """The file of the schedule."""
         return SHIPPED.get(self.schedule, Path(self.schedule))
 
     def load_schedule(self, seconds: float) -> Schedule:
-        """The schedule, for a run of at most so many seconds; see `schedule.load`."""
+        """Load the schedule, for a run of at most so many seconds; see `schedule.load`."""
         return load(self.schedule_file, seconds)

@@ -1,79 +1,217 @@
-"""A switching run: what it is asked for, and what it leaves."""
+"""One spiking humanoid walks, draws, retracts its arm and walks on (paper, sec. 4.3, Fig. 1, 6)."""
 
 import dataclasses
 import hashlib
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from typing import Any
 
+import nengo
 import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
 
 from spikeport.errors import UsageError
-from spikeport.experiments.arm.loop import Recording as ArmRecording
-from spikeport.experiments.options import Options
+from spikeport.experiments.calibration import Calibration
+from spikeport.experiments.loop import DT_S
+from spikeport.experiments.options import BACKENDS, Experiment, Options
+from spikeport.experiments.pictures import Scenes
+from spikeport.experiments.policy.readout import (
+    calibrated,
+    check_calibrated,
+    policy_layers,
+    refitted,
+)
+from spikeport.experiments.switch.controller import analytic_humanoid, spiking_humanoid
+from spikeport.experiments.switch.figure import switch_figure
+from spikeport.experiments.switch.gate import HumanoidRig
 from spikeport.experiments.switch.goals import Goal, find_goals
-from spikeport.experiments.switch.schedule import Schedule
+from spikeport.experiments.switch.metrics import metrics
+from spikeport.experiments.switch.picture import middles, switch_captions, switch_marks
+from spikeport.experiments.switch.recording import SwitchRun, dataset
+from spikeport.experiments.switch.rehearsal import Exact, Rehearsals, Rehearsed
 from spikeport.experiments.switch.settings import SwitchSettings
-from spikeport.experiments.walk.paths import Path
-from spikeport.experiments.walk.recording import Recording
+from spikeport.experiments.trial import Closed, Trial
+from spikeport.experiments.walk.gait import encoding
+from spikeport.experiments.walk.port import OBSERVATION_DT_S
+from spikeport.networks.humanoid import HumanoidNetwork
+from spikeport.networks.operational_space import OperationalSpaceLaw
+from spikeport.networks.path_following import FollowerGains
+from spikeport.networks.policy import record_ranges, solved_layers
+from spikeport.networks.region import Box
+from spikeport.robot.arm import ArmDynamics
+from spikeport.robot.plant import Plant
+from spikeport.robot.walk_interface import CONTROL_DT_S
 from spikeport.simulator import Simulator
 
+LONGEST_S = 60.0
+"""Of a schedule, where no time is asked for; a run ends with its schedule."""
+GATES = "gates"
 
-@dataclass(frozen=True)
-class SwitchTrial:
-    """Settings, schedule and options of a run, which ends with the last phase."""
 
-    settings: SwitchSettings
-    schedule: Schedule
-    options: Options
+class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
+    """A switching run, which ends with the last phase of its schedule.
+
+    Raises
+    ------
+    UsageError
+        If the schedule is wrong, or longer than the run.
+    """
+
     name = "switch"
+    settings: SwitchSettings
 
-    @classmethod
-    def of(cls, settings: SwitchSettings, options: Options) -> "SwitchTrial":
-        """The trial; raises UsageError if its schedule is wrong, or longer than the run."""
-        schedule = settings.load_schedule(options.seconds)
-        return cls(settings, schedule, dataclasses.replace(options, seconds=schedule.end_s))
+    def __init__(self, settings: SwitchSettings, options: Options) -> None:
+        self.schedule = settings.load_schedule(options.seconds)
+        super().__init__(settings, dataclasses.replace(options, seconds=self.schedule.end_s))
 
     @property
     def recorded(self) -> dict[str, Any]:
-        """What the rehearsals depend on, beside the policy."""
+        """Everything that the rehearsals depend on beside the policy."""
         digest = hashlib.sha256(self.schedule.model_dump_json().encode())
         names = ("digit", "anchor")
         chosen = {name: getattr(self.settings, name) for name in names}
         return {"experiment": self.name, "schedule": digest.hexdigest()[:12], **chosen}
 
-    @property
-    def analytic(self) -> bool:
-        """Whether the exact controllers run, without neurons."""
-        return self.options.backend == "analytic"
-
     def goals(self, seed: int) -> list[Goal]:
-        """What the robot is to do; raises UsageError if a path cannot be followed."""
+        """Return what the robot is to do; raises UsageError if a path cannot be followed."""
         try:
             return find_goals(self.schedule, self.settings.digit, seed)
         except UsageError as error:
             raise UsageError(f"{self.settings.schedule_file}: {error}") from None
 
+    def check(self) -> None:
+        """Refuse a schedule that cannot be followed, and a policy that is not for this robot."""
+        self.goals(self.options.seed)
+        self.settings.walking_policy()
 
-class SwitchRun(NamedTuple):
-    """A run that is over."""
+    # the controller
 
-    goals: list[Goal]
-    paths: list[Path | None]
-    """The path of each phase that began, where it was laid down; None where the arm worked."""
-    recording: Recording
-    arm: ArmRecording
-    seen_m: np.ndarray
-    """(n, 3) the hand as the arm's task sees it: on its sheet, or from the torso."""
-    hands_m: np.ndarray
-    """(n, 3) where the hand was in the world."""
-    gates: np.ndarray
-    """(n_steps, n_actions) 1 for the action that is selected."""
-    spikes: dict[str, np.ndarray]
-    """(n_steps, n_neurons) spikes of each nucleus, action by action; empty without neurons."""
-    fallen_at_s: float | None
-    anchored: bool
-    """Whether the pelvis was held while the arm worked."""
-    sim: Simulator
-    wall_s: float
-    pictures: tuple[np.ndarray, ...] = ()
-    """(height, width, 3) the robot in the middle of each phase; empty without graphics."""
+    def exact(self) -> Exact:
+        """Return the exact controllers; raises UsageError if the policy is for another robot."""
+        law = OperationalSpaceLaw(ArmDynamics())
+        return Exact(law, self.settings.walking_policy(), FollowerGains())
+
+    def rehearsals(self, exact: Exact) -> Rehearsals:
+        """Return runs of the schedule by the exact controllers, still to be done."""
+        settings = self.settings
+        return Rehearsals(exact, settings.anchor, self.goals, settings.schedule_file)
+
+    def calibrate(self) -> Calibration:
+        """Fit the policy's read-out to what its neurons do where they run."""
+        exact = self.exact()
+        layers, rehearsals = policy_layers(exact.policy), self.rehearsals(exact)
+        gait = self._rehearsed(rehearsals).observations
+        return refitted(self, layers, record_ranges(layers, gait), gait, rehearsals.walks)
+
+    def _rehearsed(self, rehearsals: Rehearsals) -> Rehearsed:
+        self.options.progress("rehearsing with the exact controllers", None)
+        return rehearsals.record()
+
+    def _spiking(self, exact: Exact) -> tuple[HumanoidNetwork, Box]:
+        """Build the humanoid for states that the exact controllers pass, and its encoding."""
+        settings, rehearsals = self.settings, self.rehearsals(exact)
+        rehearsed = self._rehearsed(rehearsals)
+        layers, gait = policy_layers(exact.policy), rehearsed.observations
+        ranges, options = record_ranges(layers, gait), settings.policy_options
+        # made before: layers are solved for, and a policy calibrated, in networks of their own
+        solved = solved_layers(layers, ranges, options, settings.network_seed, gait)
+        found = calibrated(self, layers, ranges, gait, rehearsals.walks)
+        self.options.progress("building the controller", None)
+        of = found.of(solved) if found else solved
+        return spiking_humanoid(settings, exact, rehearsed.region, of, ranges), encoding(gait)
+
+    # the run
+
+    def close(self, plant: Plant) -> Closed[HumanoidRig]:
+        """Build the humanoid in closed loop with the robot.
+
+        Raises
+        ------
+        UsageError
+            If a path of the schedule cannot be followed, the policy is not for this robot, or its
+            calibration was made for another.
+        """
+        settings, box, every_s = self.settings, None, CONTROL_DT_S
+        self.goals(self.options.seed)
+        exact = self.exact()
+        if self.options.backend == "analytic":
+            controller = analytic_humanoid(exact, balances=not settings.anchor)
+        else:
+            check_calibrated(self, exact.policy)
+            controller, box = self._spiking(exact)
+            every_s = OBSERVATION_DT_S
+        rig = HumanoidRig(plant, settings.anchor, box, every_s, DT_S)
+        with nengo.Network(label=self.name, seed=settings.network_seed) as network:
+            network.add(controller)
+            _connect(controller, rig)
+            probes = {GATES: nengo.Probe(controller.gates), **_probes(controller)}
+        return Closed(network, rig, probes)
+
+    def begin(self, rig: HumanoidRig) -> None:
+        """Put the robot where the first phase begins."""
+        rig.begin(self.options.seed, self.goals(self.options.seed))
+
+    def record(self, closed: Closed[HumanoidRig], sim: Simulator, wall_s: float) -> SwitchRun:
+        """Return the recordings, up to a fall, with gates and spikes of the basal ganglia."""
+        rig, work = closed.rig, closed.rig.gate.recording()
+        return SwitchRun(
+            goals=rig.gate.goals,
+            paths=rig.gate.paths,
+            recording=rig.walk.recording(),
+            arm=rig.arm.recording(),
+            seen_m=work.seen_m,
+            hands_m=work.hands_m,
+            gates=sim.data[closed.probes[GATES]],
+            spikes={
+                name: sim.data[probe] != 0 for name, probe in closed.probes.items() if name != GATES
+            },
+            fallen_at_s=rig.walk.fallen_at_s,
+            anchored=self.settings.anchor,
+            sim=sim,
+            wall_s=wall_s,
+        )
+
+    # what is made of it
+
+    def metrics(self, run: SwitchRun) -> dict[str, Any]:
+        """Return the figures of a run, see `experiments.switch.metrics`."""
+        return metrics(run)
+
+    def probes(self, run: SwitchRun) -> xr.Dataset:
+        """Return the series at every physics step, with gates and spikes."""
+        return dataset(run)
+
+    def scenes(self, run: SwitchRun) -> Scenes:
+        """Return paths, drawing and phases, with the robot in the middle of each phase."""
+        return Scenes(switch_marks(run), "track", switch_captions(run), middles(run))
+
+    def figure(
+        self, run: SwitchRun, pictures: Sequence[np.ndarray], result: dict[str, Any]
+    ) -> Figure:
+        """Draw the paper's Figs. 1 and 6."""
+        return switch_figure(run, pictures, result)
+
+
+def _connect(net: HumanoidNetwork, rig: HumanoidRig) -> None:
+    walk, arm = (net.observation, net.follower.reference, net.follower.state), net.arm
+    rig.loop.connect(
+        [*walk, arm.state, arm.target, net.utilities],
+        [net.action, net.command, net.torque, net.gates],
+    )
+
+
+def _probes(net: HumanoidNetwork) -> dict[str, nengo.Probe]:
+    """Probe all neurons of each nucleus."""
+    nuclei = net.selection.nuclei
+    return {name: nengo.Probe(populations[0].obj) for name, populations in nuclei.items()}
+
+
+EXPERIMENT = Experiment(
+    summary="the robot walks, draws a digit, and walks on",
+    trial=SwitchTrial,
+    settings=SwitchSettings,
+    backends=BACKENDS,
+    seconds=LONGEST_S,
+    shortest_s=0.02,
+    pipeline="compact",
+)

@@ -1,4 +1,4 @@
-"""What the arm did in a switching run, on the sheet as the robot sees it."""
+"""The arm's work in a switching run, on the sheet as the robot sees it."""
 
 from typing import Any
 
@@ -9,9 +9,9 @@ from matplotlib.patches import Circle
 from spikeport.experiments.arm.draw_task import Sheet
 from spikeport.experiments.arm.reach_task import REACHED_M
 from spikeport.experiments.switch.goals import Goal
-from spikeport.experiments.switch.phases import drawn, within
+from spikeport.experiments.switch.metrics import drawn, within
 from spikeport.experiments.switch.picture import COLOURS
-from spikeport.experiments.switch.trial import SwitchRun
+from spikeport.experiments.switch.recording import SwitchRun
 
 TEMPLATE = "0.2"
 DECIMALS = 6
@@ -19,21 +19,21 @@ DECIMALS = 6
 
 
 def draw_work(axes: Axes, run: SwitchRun, phases: list[dict[str, Any]]) -> None:
-    """Drawings over their templates, and ways through targets; nothing where there is neither."""
+    """Draw drawings over their templates, and ways through targets."""
     for goal in run.goals:
         if len(trace := drawn(run, goal)):
             _draw_trace(axes, goal.stroke, color=TEMPLATE, ls="--", lw=1.5)
             _draw_trace(axes, trace, color=COLOURS["draw"], lw=2.5)
         elif goal.phase.arm == "reach":
             _draw_reaches(axes, run, goal)
-    told = _told(phases)
-    axes.set(xlabel="right (cm)", ylabel="up (cm)", aspect="equal", title=told)
+    title = _results(phases)
+    axes.set(xlabel="right (cm)", ylabel="up (cm)", aspect="equal", title=title)
     axes.set_adjustable("datalim")
-    axes.axison = bool(told)
+    axes.axison = bool(title)
 
 
 def _draw_reaches(axes: Axes, run: SwitchRun, goal: Goal) -> None:
-    """The way of the hand, and as circles how near it had to come to its targets."""
+    """Draw the way of the hand, and as circles how near it had to come to its targets."""
     now = within(run.recording.time_s, goal.phase)
     for place in np.unique(run.arm.target[now].round(DECIMALS), axis=0):
         centre = 100 * Sheet().read(place[np.newaxis])[0]
@@ -42,12 +42,12 @@ def _draw_reaches(axes: Axes, run: SwitchRun, goal: Goal) -> None:
 
 
 def _draw_trace(axes: Axes, points: np.ndarray, **style: Any) -> None:
-    """Places (n, 3) in m, on the sheet."""
+    """Draw places (n, 3) in m on the sheet."""
     axes.plot(*(100 * Sheet().read(points)).T, **style)
 
 
-def _told(phases: list[dict[str, Any]]) -> str:
-    """What came of drawing and reaching, in a line each."""
+def _results(phases: list[dict[str, Any]]) -> str:
+    """Return what came of drawing and reaching, in a line each."""
     found = {
         key: [phase[key] for phase in phases if phase.get(key) is not None]
         for key in ("shape_error_rms_m", "recognised_as", "targets_reached")

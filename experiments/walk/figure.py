@@ -1,34 +1,41 @@
-"""The figure of a walking run, after the paper's Fig. 6.
+"""The figure of a walking run, after the paper's Fig. 6, and the marks in its pictures.
 
 Above, path and trace from above, beside a picture of the robot where one can be drawn; below, over
 time, commands and motion, the distance from the path, and the gait: height of the pelvis and feet
 on the floor.
 """
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from spikeport.experiments.arm.figure import show_picture
+from spikeport.experiments.pictures import Marks, show_picture
 from spikeport.experiments.walk.metrics import smoothed
-from spikeport.experiments.walk.recording import LOWEST_M, Recording
-from spikeport.experiments.walk.trial import WalkRun
+from spikeport.experiments.walk.recording import LOWEST_M, WalkRecording, WalkRun
 from spikeport.robot.feet import SIDES
+from spikeport.robot.render import Mark
 
 TRACE, REFERENCE, COMMAND, DISTANCE = "#2a9d4a", "#44474d", "#e8871e", "#1f9aa0"
 FELL = "#c62828"
+PATH_RGBA = (0.15, 0.15, 0.18, 1.0)
+REFERENCE_RGBA = (0.95, 0.45, 0.05, 1.0)
+TRACE_RGBA = (0.1, 0.65, 0.25, 1.0)
+PATH_DT_S = 0.2
+TRACE_STEPS = 20
+MARKS = 400
+"""The most marks of the path, and of the trace: the nearest in time of each."""
 
 
-def walk_figure(run: WalkRun, result: dict[str, Any]) -> Figure:
-    """The figure; ``result`` is what ``result.json`` will hold."""
+def walk_figure(run: WalkRun, pictures: Sequence[np.ndarray], result: dict[str, Any]) -> Figure:
+    """Draw the figure; ``result`` is the content of ``result.json``."""
     figure = Figure(figsize=(12, 12), layout="constrained")
     grid = figure.add_gridspec(6, 3, height_ratios=[3.2, 1, 1, 1, 0.8, 0.5])
-    wide = run.picture is None
-    _draw_path(figure.add_subplot(grid[0, :] if wide else grid[0, :2]), run)
-    if run.picture is not None:
-        show_picture(figure.add_subplot(grid[0, 2]), run.picture)
+    _draw_path(figure.add_subplot(grid[0, :2] if pictures else grid[0, :]), run)
+    for picture in pictures:
+        show_picture(figure.add_subplot(grid[0, 2]), picture)
     over_time = [figure.add_subplot(grid[row, :]) for row in range(1, 6)]
     recording = run.recording
     _draw_command(over_time[0], recording, 0, recording.speed_m_s, "speed (m/s)")
@@ -46,7 +53,6 @@ def walk_figure(run: WalkRun, result: dict[str, Any]) -> Figure:
 
 
 def _title(result: dict[str, Any]) -> str:
-    """What was walked, on what, and how well."""
     settings, figures = result["settings"], result["metrics"]
     cores = "" if result["resources"] is None else f", {result['resources']['cores']['used']} cores"
     fell = f"fell at {figures['fallen_at_s']:.1f} s" if figures["falls"] else "no fall"
@@ -70,7 +76,7 @@ def _draw_path(axes: Axes, run: WalkRun) -> None:
 
 
 def _draw_command(
-    axes: Axes, recording: Recording, which: int, motion: np.ndarray, label: str
+    axes: Axes, recording: WalkRecording, which: int, motion: np.ndarray, label: str
 ) -> None:
     axes.plot(recording.time_s, smoothed(motion, recording.time_s), color=TRACE, label="robot")
     axes.plot(recording.time_s, recording.command[:, which], color=COMMAND, lw=0.8, label="command")
@@ -84,14 +90,34 @@ def _draw_distance(axes: Axes, run: WalkRun) -> None:
     axes.set(ylabel="from path (cm)", ylim=(0, None))
 
 
-def _draw_height(axes: Axes, recording: Recording) -> None:
+def _draw_height(axes: Axes, recording: WalkRecording) -> None:
     axes.plot(recording.time_s, recording.height_m, color=DISTANCE, lw=0.8)
     axes.set(ylabel="pelvis (m)", ylim=(min(0.85, LOWEST_M), 1.1))
 
 
-def _draw_feet(axes: Axes, recording: Recording) -> None:
-    """A bar for each foot while it is on the floor."""
+def _draw_feet(axes: Axes, recording: WalkRecording) -> None:
+    """Draw a bar for each foot while it is on the floor."""
     extent = (0, recording.time_s[-1], -0.5, len(SIDES) - 0.5)
     on_floor = recording.on_floor.T[::-1]
     axes.imshow(on_floor, aspect="auto", cmap="Greys", extent=extent, interpolation="nearest")
     axes.set_yticks(range(len(SIDES)), [f"{side} foot" for side in SIDES])
+
+
+def walk_marks(run: WalkRun) -> Marks:
+    """Mark the path ahead and behind, the reference on it, and where the pelvis went."""
+    recording = run.recording
+    times = np.arange(0, recording.time_s[-1] + 2 * PATH_DT_S, PATH_DT_S)
+    path = [_on_floor(run.path.at(t)[:2], 0.012, PATH_RGBA) for t in times]
+    trace = [_on_floor(p, 0.012, TRACE_RGBA) for p in recording.position_m[::TRACE_STEPS]]
+
+    def marks(end: int) -> list[Mark]:
+        now = recording.time_s[end - 1] / PATH_DT_S
+        near = slice(max(0, round(now) - MARKS // 2), round(now) + MARKS // 2)
+        reference = _on_floor(recording.reference[end - 1, :2], 0.04, REFERENCE_RGBA)
+        return [reference, *path[near], *trace[: end // TRACE_STEPS][-MARKS:]]
+
+    return marks
+
+
+def _on_floor(point: np.ndarray, radius_m: float, rgba: tuple[float, ...]) -> Mark:
+    return Mark((point[0], point[1], radius_m), radius_m, rgba)

@@ -11,10 +11,11 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from spikeport.experiments.policy.calibration import Policy, Walks
-from spikeport.experiments.walk.loop import OBSERVATION_DT_S, WalkLoop
 from spikeport.experiments.walk.paths import find_path
+from spikeport.experiments.walk.port import OBSERVATION_DT_S, WalkRig
 from spikeport.networks.region import Box
 from spikeport.robot import mirror
+from spikeport.robot.plant import Plant
 from spikeport.robot.walk_interface import ACTION_SIZE, OBSERVATION_SIZE, PARTS
 
 SECONDS = 40.0
@@ -39,7 +40,7 @@ COMMANDS = ((0.0, 1.0), (-1.0, 1.0))
 
 
 def record_gait(policy: Policy, seconds: float = SECONDS) -> np.ndarray:
-    """(n, 69) observations, and their mirror images; a robot that falls is put up again.
+    """Record (n, 69) observations and their mirror images; a robot that falls is put up again.
 
     A read-out that is refitted on both treats left and right as the policy does.
     """
@@ -49,9 +50,9 @@ def record_gait(policy: Policy, seconds: float = SECONDS) -> np.ndarray:
 
 
 def drift_trim(policy: Policy) -> np.ndarray:
-    """What to add to the observations (69,) of a robot for it not to drift as it walks straight on.
+    """Return what observations (69,) lack for a robot not to drift as it walks straight on.
 
-    Told that it moves sideways, a policy moves as much the other way: the trim is how fast it
+    A policy that observes a sideways motion moves as much the other way: the trim is how fast it
     moved, in mean.
     """
     trim = np.zeros(OBSERVATION_SIZE)
@@ -64,22 +65,23 @@ WALKS = Walks(record_gait, drift_trim)
 
 
 def _walked(policy: Policy, command: Callable[[], Sequence[float]], seconds: float) -> np.ndarray:
-    """(n, 69) observations of a robot that is given a new command every 2.5 s."""
-    loop = WalkLoop(None, OBSERVATION_DT_S, OBSERVATION_DT_S)
-    nowhere, action, seen = find_path("line", 1.0, seconds), np.zeros(ACTION_SIZE), []
-    loop.begin(SEED, nowhere)
+    """Return (n, 69) observations of a robot that gets a new command every 2.5 s."""
+    rig = WalkRig(Plant(), None, OBSERVATION_DT_S, OBSERVATION_DT_S)
+    line, action, seen = find_path("line", 1.0, seconds), np.zeros(ACTION_SIZE), []
+    rig.begin(SEED, line)
     for step in range(round(seconds / OBSERVATION_DT_S)):
         if step % round(HELD_S / OBSERVATION_DT_S) == 0:
-            told = command()
-        seen.append(loop.step(np.concatenate((action, told)))[:OBSERVATION_SIZE])
+            wanted = command()
+        rig.loop.step(np.concatenate((action, wanted)))
+        seen.append(rig.walk.seen[0])
         action = policy(seen[-1])
-        if loop.over:
-            loop.begin(SEED + step, nowhere)
+        if rig.loop.over:
+            rig.begin(SEED + step, line)
     return np.array(seen)
 
 
 def encoding(observations: np.ndarray) -> Box:
-    """The range of every observation, from recorded ones; of commands, that of the training."""
+    """Return the range of every observation, from recorded ones; commands have the training's."""
     box = Box.around(np.quantile(observations, (TAIL, 1 - TAIL), axis=0), MARGIN)
     centre, half = box.centre.copy(), np.maximum(box.half, NARROWEST)
     (slowest, fastest), (_, turn) = COMMANDS

@@ -7,16 +7,15 @@ from scipy.ndimage import uniform_filter1d
 
 from spikeport.experiments.arm.metrics import rms
 from spikeport.experiments.walk.gait import clipped_shares
-from spikeport.experiments.walk.loop import LEAD_S
-from spikeport.experiments.walk.recording import Recording
-from spikeport.experiments.walk.trial import WalkRun
+from spikeport.experiments.walk.port import LEAD_S
+from spikeport.experiments.walk.recording import WalkRecording, WalkRun
 
 SMOOTHING_S = 0.2
 """Commands and motions are averaged over this time before they are compared."""
 
 
 def metrics(run: WalkRun) -> dict[str, Any]:
-    """All metrics of a run.
+    """Return all metrics of a run.
 
     Distances are those of all the time that was asked for: a robot that fell lies where it fell,
     and the reference goes on. An early fall is not a short way well followed.
@@ -51,7 +50,7 @@ def metrics(run: WalkRun) -> dict[str, Any]:
 
 
 def to_the_end(run: WalkRun) -> tuple[np.ndarray, np.ndarray]:
-    """(n, 2) positions and references in m at all physics steps that were asked for."""
+    """Return (n, 2) positions and references in m at all physics steps that were asked for."""
     time_s, position_m = run.recording.time_s, run.recording.position_m
     reference_m = run.recording.reference[:, :2]
     dt_s = time_s[1] - time_s[0]
@@ -62,16 +61,16 @@ def to_the_end(run: WalkRun) -> tuple[np.ndarray, np.ndarray]:
     return np.concatenate((position_m, lying_m)), np.concatenate((reference_m, ahead_m))
 
 
-def command_errors(recording: Recording) -> np.ndarray:
-    """(n, 2) command minus motion in m/s and rad/s, smoothed."""
+def command_errors(recording: WalkRecording) -> np.ndarray:
+    """Return (n, 2) command minus motion in m/s and rad/s, smoothed."""
     motion = np.stack((recording.speed_m_s, recording.yaw_rate_rad_s), axis=1)
     return smoothed(recording.command - motion, recording.time_s)
 
 
 def smoothed(values: np.ndarray, time_s: np.ndarray) -> np.ndarray:
-    """Averages of values (n, ...) over the time around each."""
+    """Return averages of values (n, ...) over the time around each."""
     dt_s = time_s[1] - time_s[0]
-    return uniform_filter1d(values, round(SMOOTHING_S / dt_s), axis=0, mode="nearest")
+    return np.asarray(uniform_filter1d(values, round(SMOOTHING_S / dt_s), axis=0, mode="nearest"))
 
 
 def _clipped(run: WalkRun) -> dict[str, float]:

@@ -16,7 +16,7 @@ ROUNDING = 1e-6
 
 
 def read_path(file: Path, seconds: float) -> tuple[np.ndarray, np.ndarray]:
-    """Times (n,) in s and points (n, 2) in m of a path that lasts for some seconds.
+    """Read times (n,) in s and points (n, 2) in m of a path that lasts for some seconds.
 
     Raises
     ------
@@ -40,7 +40,7 @@ def read_path(file: Path, seconds: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _read_table(file: Path) -> np.ndarray:
-    """(n, 3) its rows."""
+    """Return its rows, (n, 3)."""
     header, *rows = file.read_text(encoding="utf-8").splitlines() or [""]
     if header.replace(" ", "") != COLUMNS:
         raise _no_table(file, f"columns '{header}'")

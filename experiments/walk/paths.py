@@ -32,7 +32,7 @@ class Path:
     closed: bool = False
 
     def at(self, time_s: float) -> np.ndarray:
-        """(4,) position in m and velocity in m/s."""
+        """Return (4,) position in m and velocity in m/s."""
         end_s = self.time_s.item(-1)
         time_s = time_s % end_s if self.closed else min(time_s, end_s)
         i = min(max(int(self.time_s.searchsorted(time_s)), 1), len(self.time_s) - 1)
@@ -44,13 +44,13 @@ class Path:
         return np.array((x + since * vx, y + since * vy, vx, vy))
 
     def laid(self, place: np.ndarray, heading_rad: float) -> "Path":
-        """The path for a robot that starts at a place (2,) in m with a heading."""
+        """Return the path for a robot that starts at a place (2,) in m with a heading."""
         c, s = np.cos(heading_rad), np.sin(heading_rad)
         return replace(self, points=place + self.points @ np.array([[c, s], [-s, c]]))
 
     def distances_m(self, points: np.ndarray) -> np.ndarray:
-        """(n,) distances in m of some points (n, 2) from the nearest point of the path."""
-        return cKDTree(self._dense()).query(points)[0]
+        """Return (n,) distances in m of some points (n, 2) from the nearest point of the path."""
+        return np.asarray(cKDTree(self._dense()).query(points)[0])
 
     def _dense(self) -> np.ndarray:
         arc_m = _arc_m(self.points)
@@ -63,13 +63,13 @@ def _line(length_m: float) -> np.ndarray:
 
 
 def _s_curve(length_m: float) -> np.ndarray:
-    """Waves of 8 m, 1.5 m to either side."""
+    """Return waves of 8 m, 1.5 m to either side."""
     x = np.arange(0, length_m + SPACING_M, SPACING_M)
     return np.stack((x, 1.5 * np.sin(2 * np.pi * x / 8)), axis=1)
 
 
 def _figure_eight(_length_m: float) -> np.ndarray:
-    """Bernoulli's lemniscate, 6 m long, from its middle; turns of 1 m radius and wider."""
+    """Return Bernoulli's lemniscate, 6 m long, from its middle, of turns of 1 m and wider."""
     t = np.linspace(np.pi / 2, 5 * np.pi / 2, 4001)
     x = 3 * np.cos(t) / (1 + np.sin(t) ** 2)
     return np.stack((x, x * np.sin(t)), axis=1)
@@ -81,7 +81,7 @@ _QUARTER_TURNS = (1, 1, -1, 1, 1, 1)
 
 
 def _paper(_length_m: float) -> np.ndarray:
-    """A loop in the shape of an L, of straights and quarter turns to the left (1) or right (-1)."""
+    """Return a loop shaped like an L, of straights and quarter turns to left (1) or right (-1)."""
     arc_m = _TURN_RADIUS_M * np.pi / 2
     lengths = np.full(2 * len(_STRAIGHTS_M) - 1, arc_m)
     lengths[::2] = _STRAIGHTS_M
@@ -91,7 +91,7 @@ def _paper(_length_m: float) -> np.ndarray:
     s = np.linspace(0, ends[-1], 4000)
     heading = np.pi / 2 * np.interp(s, np.append(0, ends), np.append(0, np.cumsum(turns)))
     direction = np.stack((np.cos(heading), np.sin(heading)), axis=1)
-    return cumulative_trapezoid(direction, s, axis=0, initial=0)
+    return np.asarray(cumulative_trapezoid(direction, s, axis=0, initial=0))
 
 
 SHAPES: dict[str, tuple[Callable[[float], np.ndarray], bool]] = {
@@ -104,7 +104,7 @@ SHAPES: dict[str, tuple[Callable[[float], np.ndarray], bool]] = {
 
 
 def find_path(name: str, speed_m_s: float, seconds: float) -> Path:
-    """A built-in path at a speed, long enough for a time; or that of a file.
+    """Return a built-in path at a speed, long enough for a time; or that of a file.
 
     Raises
     ------
@@ -135,13 +135,13 @@ def _check_turns(name: str, points: np.ndarray, speed_m_s: float) -> None:
 
 
 def _from_the_robot(points: np.ndarray) -> np.ndarray:
-    """Points turned and moved such that they leave the origin along x."""
+    """Turn and move points such that they leave the origin along x."""
     x, y = (points[1] - points[0]) / np.linalg.norm(points[1] - points[0])
-    return (points - points[0]) @ np.array([[x, -y], [y, x]])
+    return np.asarray((points - points[0]) @ np.array([[x, -y], [y, x]]))
 
 
 def _arc_m(points: np.ndarray) -> np.ndarray:
-    """(n,) the way from the first point to each."""
+    """Return (n,) the way from the first point to each."""
     return np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
 
 

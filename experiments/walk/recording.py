@@ -1,45 +1,63 @@
-"""What is recorded of a walking robot, and when it has fallen."""
+"""The record of a walking run, with names and units, and when a robot has fallen."""
 
-from typing import NamedTuple
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 
+from spikeport.experiments.loop import DT_S, Recording
+from spikeport.experiments.walk.paths import Path
+from spikeport.networks.region import Box
+from spikeport.robot.description import JOINTS
+from spikeport.robot.feet import SIDES
 from spikeport.robot.walk_interface import PARTS
+from spikeport.simulator import Simulator
 
 LOWEST_M = 0.7
 LARGEST_TILT_RAD = np.pi / 4
+SERIES = {
+    "observation": ("observed", "see `part`", "what the policy is told, before it is clipped"),
+    "reference": ("moving", "m, m/s", "place and velocity to take, from the start"),
+    "state": ("turned", "rad, m, m/s", "heading, place and velocity of the pelvis"),
+    "action": ("joint", "1", "action of the policy"),
+    "command": ("commanded", "m/s, rad/s", "forward speed and yaw rate of the path follower"),
+    "on_floor": ("foot", "1", "whether a foot touches the floor"),
+}
+MOVING = ["x", "y", "vx", "vy"]
+"""Coordinates of a place and a velocity in the plane."""
 
 
 def fallen(height_m: float, upright: float) -> bool:
-    """Whether the pelvis is below 0.7 m or tilted by more than 45 degrees.
+    """Return whether the pelvis is below 0.7 m or tilted by more than 45 degrees.
 
     ``upright`` is the share of its vertical axis that points upwards, cos(tilt).
     """
     return height_m < LOWEST_M or upright < np.cos(LARGEST_TILT_RAD)
 
 
-class Sample(NamedTuple):
-    """One physics step.
+@dataclass(frozen=True)
+class WalkRecording(Recording):
+    """A walking robot at every physics step.
 
-    ``observation`` (69,) is the last one, before it is clipped; ``reference`` (4,) position and
-    velocity to take, ``state`` (5,) heading, position and velocity, world frame; ``action`` (19,);
-    ``command`` (2,) forward speed and yaw rate; ``on_floor`` (2,) left and right foot.
+    Attributes
+    ----------
+    observation : (n, 69) array
+        The policy's last one, before it is clipped.
+    reference : (n, 4) array
+        Position in m and velocity in m/s to take, world frame.
+    state : (n, 5) array
+        Heading in rad, position in m and velocity in m/s, world frame.
+    action : (n, 19) array
+        The policy's action.
+    command : (n, 2) array
+        The follower's forward speed in m/s and yaw rate in rad/s.
+    height_m : (n,) array
+        Height of the pelvis.
+    on_floor : (n, 2) array of bool
+        Whether the left and the right foot touch the floor.
     """
 
-    time_s: float
-    observation: np.ndarray
-    reference: np.ndarray
-    state: np.ndarray
-    action: np.ndarray
-    command: np.ndarray
-    height_m: float
-    on_floor: np.ndarray
-
-
-class Recording(NamedTuple):
-    """All physics steps of a run: as `Sample`, each with n rows."""
-
-    time_s: np.ndarray
     observation: np.ndarray
     reference: np.ndarray
     state: np.ndarray
@@ -50,17 +68,83 @@ class Recording(NamedTuple):
 
     @property
     def position_m(self) -> np.ndarray:
-        """(n, 2) where the robot is."""
+        """Place of the robot, (n, 2) in m."""
         return self.state[:, 1:3]
 
     @property
     def speed_m_s(self) -> np.ndarray:
-        """(n,) its speed along its heading."""
+        """Speed along the heading, (n,) in m/s."""
         heading, velocity = self.state[:, 0], self.state[:, 3:]
-        return np.cos(heading) * velocity[:, 0] + np.sin(heading) * velocity[:, 1]
+        ahead = np.cos(heading) * velocity[:, 0] + np.sin(heading) * velocity[:, 1]
+        return np.asarray(ahead)
 
     @property
     def yaw_rate_rad_s(self) -> np.ndarray:
-        """(n,) its angular velocity about the vertical: -g . omega."""
+        """Angular velocity about the vertical, -g . omega, (n,) in rad/s."""
         down, omega = (self.observation[:, PARTS[k]] for k in ("gravity", "angular velocity"))
-        return -np.einsum("nd,nd->n", down, omega)
+        return np.asarray(-np.einsum("nd,nd->n", down, omega))
+
+
+class WalkRun(NamedTuple):
+    """A walking run that is over.
+
+    Attributes
+    ----------
+    path : Path
+        The path to walk.
+    seconds : float
+        Simulated time that was asked for.
+    recording : WalkRecording
+        All physics steps.
+    fallen_at_s : float or None
+        When the robot fell.
+    encoding : Box or None
+        Range of the observations that the policy represents; None where it is exact.
+    sim : Simulator
+        The simulator that ran.
+    wall_s : float
+        Wall-clock time of the run.
+    spikes : (n_steps, n) array or None
+        Spikes of some neurons of the policy; None where none are kept.
+    """
+
+    path: Path
+    seconds: float
+    recording: WalkRecording
+    fallen_at_s: float | None
+    encoding: Box | None
+    sim: Simulator
+    wall_s: float
+    spikes: np.ndarray | None = None
+
+
+def dataset(run: WalkRun) -> xr.Dataset:
+    """Return the series at every physics step, and spikes, if any, one by one."""
+    recording = run.recording
+    data = {
+        name: (("time", dimension), getattr(recording, name), {"units": unit, "long_name": text})
+        for name, (dimension, unit, text) in SERIES.items()
+    }
+    height = ("time", recording.height_m, {"units": "m", "long_name": "height of the pelvis"})
+    parts = [name for name, place in PARTS.items() for _ in range(place.start, place.stop)]
+    coordinates = {
+        "time": ("time", recording.time_s, {"units": "s"}),
+        "part": ("observed", parts),
+        "moving": MOVING,
+        "turned": ["heading", *MOVING],
+        "joint": list(JOINTS),
+        "commanded": ["speed", "yaw rate"],
+        "foot": list(SIDES),
+    }
+    return xr.Dataset({**data, "height": height, **_ragged(run.spikes)}, coordinates)
+
+
+def _ragged(spikes: np.ndarray | None) -> dict[str, Any]:
+    """Return an entry for every spike instead of a table of mostly zeros."""
+    if spikes is None:
+        return {}
+    step, neuron = np.nonzero(spikes)
+    return {
+        "spike_time": ("spike", (step + 1) * DT_S, {"units": "s", "long_name": "spike"}),
+        "spike_neuron": ("spike", neuron, {"long_name": "number of the policy's neuron"}),
+    }

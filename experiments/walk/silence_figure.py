@@ -9,9 +9,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from spikeport.experiments.closed_loop import DT_S
-from spikeport.experiments.walk.recording import Recording
-from spikeport.experiments.walk.trial import WalkRun
+from spikeport.experiments.loop import DT_S
+from spikeport.experiments.walk.recording import WalkRecording, WalkRun
 from spikeport.robot.walk_interface import PARTS
 
 BEFORE_S = 5.0
@@ -20,12 +19,12 @@ GRAVITY = {"pitch": 0, "roll": 1}
 """Components of gravity in the pelvis's frame that vary with its tilts."""
 
 
-def silence_figure(run: WalkRun, result: dict[str, Any]) -> Figure:
-    """The figure; ``result`` is what ``result.json`` will hold."""
+def silence_figure(run: WalkRun, spikes: np.ndarray, result: dict[str, Any]) -> Figure:
+    """Draw the figure of spikes (n_steps, n); ``result`` is the content of ``result.json``."""
     figure = Figure(figsize=(10, 8), layout="constrained")
     above, height, tilt = figure.subplots(3, 1, sharex=True, height_ratios=[2.4, 1, 1])
     settings, end = result["settings"], run.recording.time_s[-1]
-    _draw_spikes(above, run)
+    _draw_spikes(above, spikes)
     _draw_pose(height, tilt, run.recording)
     for axes in (above, height, tilt):
         axes.axvline(settings["silence_at"], color=ONSET, lw=2)
@@ -38,14 +37,13 @@ def silence_figure(run: WalkRun, result: dict[str, Any]) -> Figure:
     return figure
 
 
-def _draw_spikes(axes: Axes, run: WalkRun) -> None:
-    assert run.spikes is not None
-    step, neuron = np.nonzero(run.spikes)
+def _draw_spikes(axes: Axes, spikes: np.ndarray) -> None:
+    step, neuron = np.nonzero(spikes)
     axes.plot((step + 1) * DT_S, neuron, "|", color=SPIKES, ms=2, mew=0.6)
-    axes.set(ylabel="neuron", ylim=(-1, run.spikes.shape[1]))
+    axes.set(ylabel="neuron", ylim=(-1, spikes.shape[1]))
 
 
-def _draw_pose(height: Axes, tilt: Axes, recording: Recording) -> None:
+def _draw_pose(height: Axes, tilt: Axes, recording: WalkRecording) -> None:
     height.plot(recording.time_s, 100 * recording.height_m)
     height.set_ylabel("pelvis (cm)")
     gravity = recording.observation[:, PARTS["gravity"]]

@@ -15,5 +15,5 @@ METRICS = ("path_mse_m2", "cross_track_rms_m", "falls")
 
 
 def figure(sweep: Sweep, _folder: SweepFolder, table: xr.Dataset) -> Figure:
-    """The figure of a sweep of `spikeport.experiments.walk.experiment`."""
+    """Draw a sweep of `spikeport.experiments.walk.trial`."""
     return metrics_figure(sweep, table, METRICS)

@@ -18,7 +18,7 @@ PATH_DT_S = 0.05
 
 
 def figure(sweep: Sweep, folder: SweepFolder, table: xr.Dataset) -> Figure:
-    """The figure of a sweep over ``policy`` that keeps its probes."""
+    """Draw a sweep over ``policy`` that keeps its probes."""
     figure = Figure(figsize=(8, 7), layout="constrained")
     axes = figure.subplots()
     _draw_ideal(axes, sweep)

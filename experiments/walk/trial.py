@@ -1,30 +1,52 @@
-"""A walking run: what it is asked for, and what it leaves."""
+"""The H1 walks a path on spiking neurons (paper, sec. 4.2 and Fig. 6)."""
 
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from typing import Any
 
+import nengo
 import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
 
-from spikeport.experiments.options import Options
-from spikeport.experiments.walk.loop import LEAD_S
+from spikeport.errors import UsageError
+from spikeport.experiments.calibration import Calibration
+from spikeport.experiments.loop import DT_S
+from spikeport.experiments.options import BACKENDS, Experiment
+from spikeport.experiments.pictures import Scenes
+from spikeport.experiments.policy.readout import (
+    calibrated,
+    check_calibrated,
+    policy_layers,
+    refitted,
+)
+from spikeport.experiments.trial import Closed, Trial
+from spikeport.experiments.walk.controller import analytic_policy, silenced, walk_controller
+from spikeport.experiments.walk.figure import walk_figure, walk_marks
+from spikeport.experiments.walk.gait import WALKS, encoding, record_gait
+from spikeport.experiments.walk.metrics import metrics
 from spikeport.experiments.walk.paths import Path, find_path
-from spikeport.experiments.walk.recording import Recording
+from spikeport.experiments.walk.port import LEAD_S, OBSERVATION_DT_S, WalkRig
+from spikeport.experiments.walk.recording import WalkRun, dataset
 from spikeport.experiments.walk.settings import WalkSettings
-from spikeport.networks.region import Box
+from spikeport.experiments.walk.silence_figure import silence_figure
+from spikeport.networks.path_follower import FollowerNetwork, analytic_follower, path_follower
+from spikeport.networks.path_following import FollowerGains
+from spikeport.networks.policy import PolicyNetwork, policy, record_ranges
+from spikeport.networks.walking_policy import WalkingPolicy
+from spikeport.robot.plant import Plant
+from spikeport.robot.walk_interface import CONTROL_DT_S
 from spikeport.simulator import Simulator
 
 
-@dataclass(frozen=True)
-class WalkTrial:
-    """Settings and options of a run."""
+class WalkTrial(Trial[WalkRig, WalkRun]):
+    """A walking run."""
 
-    settings: WalkSettings
-    options: Options
     name = "walk"
+    settings: WalkSettings
 
     @property
     def recorded(self) -> dict[str, Any]:
-        """What the recorded gait depends on, beside the policy."""
+        """Everything that the recorded gait depends on beside the policy."""
         return {"experiment": self.name}
 
     @property
@@ -38,7 +60,7 @@ class WalkTrial:
         return self.options.backend == "analytic" or self.settings.follower == "exact"
 
     def path(self) -> Path:
-        """The path, for as long as the run takes.
+        """Return the path, for as long as the run takes.
 
         Raises
         ------
@@ -48,20 +70,115 @@ class WalkTrial:
         settings = self.settings
         return find_path(settings.path, settings.speed, self.options.seconds + LEAD_S)
 
+    def check(self) -> None:
+        """Refuse a path that cannot be followed, and a policy that is not for this robot."""
+        self.path()
+        self.settings.walking_policy()
 
-class WalkRun(NamedTuple):
-    """A run that is over."""
+    def calibrate(self) -> Calibration:
+        """Fit the policy to what its neurons do where they run."""
+        weights = self.settings.walking_policy()
+        gait = self._gait(weights)
+        layers = policy_layers(weights)
+        return refitted(self, layers, record_ranges(layers, gait), gait, WALKS)
 
-    path: Path
-    seconds: float
-    """For how long it was to go on."""
-    recording: Recording
-    fallen_at_s: float | None
-    encoding: Box | None
-    """Range of what the policy can be told; None where that is exact."""
-    sim: Simulator
-    wall_s: float
-    spikes: np.ndarray | None = None
-    """(n_steps, n) spikes of some neurons of the policy; None where none are kept."""
-    picture: np.ndarray | None = None
-    """(height, width, 3) the robot at the end; None until drawn, and without graphics."""
+    def close(self, plant: Plant) -> Closed[WalkRig]:
+        """Build follower and policy in closed loop with the robot.
+
+        Raises
+        ------
+        UsageError
+            If the path cannot be followed, the policy is not for this robot or has no neurons to
+            silence, or its calibration was made for another.
+        """
+        settings = self.settings
+        self.check()
+        weights = settings.walking_policy()
+        if self.exact_policy:
+            self._refuse_silence()
+            walker, rig = analytic_policy(weights), WalkRig(plant, None, CONTROL_DT_S, DT_S)
+        else:
+            check_calibrated(self, weights)
+            gait = self._gait(weights)
+            rig = WalkRig(plant, encoding(gait), OBSERVATION_DT_S, DT_S)
+            walker = self._spiking_policy(weights, gait)
+        controller = walk_controller(self._follower(), walker, settings.network_seed)
+        spikes = silenced(controller, walker, settings) if settings.silence else ()
+        with nengo.Network(label=self.name, seed=settings.network_seed) as network:
+            network.add(controller)
+            rig.loop.connect(
+                [controller.observation, controller.reference, controller.state],
+                [controller.action, controller.command],
+            )
+        return Closed(network, rig, {f"neuron {i}": probe for i, probe in enumerate(spikes)})
+
+    def _refuse_silence(self) -> None:
+        if self.settings.silence:
+            raise UsageError(f"silence={self.settings.silence:g}: the exact policy has no neurons")
+
+    def _gait(self, weights: WalkingPolicy) -> np.ndarray:
+        """Return (n, 69) observations of the exact policy."""
+        self.options.progress("recording the gait of the exact policy", None)
+        return record_gait(weights)
+
+    def _spiking_policy(self, weights: WalkingPolicy, gait: np.ndarray) -> PolicyNetwork:
+        """Convert the policy for the observations of a gait (n, 69)."""
+        settings, layers = self.settings, policy_layers(weights)
+        ranges = record_ranges(layers, gait)
+        self.options.progress("building the controller", None)
+        found = calibrated(self, layers, ranges, gait, WALKS)
+        return policy(layers, ranges, settings.policy_options, settings.network_seed, found, gait)
+
+    def _follower(self) -> FollowerNetwork:
+        if self.exact_follower:
+            return analytic_follower(FollowerGains())
+        return path_follower(FollowerGains(), seed=self.settings.network_seed)
+
+    def begin(self, rig: WalkRig) -> None:
+        """Put the robot where the path begins."""
+        rig.begin(self.options.seed, self.path())
+
+    def record(self, closed: Closed[WalkRig], sim: Simulator, wall_s: float) -> WalkRun:
+        """Return the recording, up to a fall, with the spikes that are kept."""
+        walk, kept = closed.rig.walk, [sim.data[probe] != 0 for probe in closed.probes.values()]
+        return WalkRun(
+            path=walk.path,
+            seconds=self.options.seconds,
+            recording=walk.recording(),
+            fallen_at_s=walk.fallen_at_s,
+            encoding=walk.encoding,
+            sim=sim,
+            wall_s=wall_s,
+            spikes=np.hstack(kept) if kept else None,
+        )
+
+    def metrics(self, run: WalkRun) -> dict[str, Any]:
+        """Return the figures of a run, see `experiments.walk.metrics`."""
+        return metrics(run)
+
+    def probes(self, run: WalkRun) -> xr.Dataset:
+        """Return the series at every physics step, and the spikes that are kept."""
+        return dataset(run)
+
+    def scenes(self, run: WalkRun) -> Scenes:
+        """Return path and trace, with the robot at the end."""
+        return Scenes(walk_marks(run), "track")
+
+    def figure(
+        self, run: WalkRun, pictures: Sequence[np.ndarray], result: dict[str, Any]
+    ) -> Figure:
+        """Draw the paper's Fig. 6, or 6c where spikes are kept."""
+        if run.spikes is not None:
+            return silence_figure(run, run.spikes, result)
+        return walk_figure(run, pictures, result)
+
+
+EXPERIMENT = Experiment(
+    summary="the robot follows a path",
+    trial=WalkTrial,
+    settings=WalkSettings,
+    backends=BACKENDS,
+    seconds=40.0,
+    shortest_s=0.02,
+    pipeline="compact",
+)

@@ -8,7 +8,6 @@ products of matrices all change M and c alone; an activation ends a layer.
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,6 +17,9 @@ from spikeport.networks.loading.refusal import MismatchError
 from spikeport.networks.policy_values import Layer
 
 CHAIN = "a chain of dense layers and activations"
+
+Operations = Mapping[str, Callable[..., object]]
+"""What the operations of a format do to chains, arrays and plain values, by name."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,7 +115,7 @@ def _vector(value: ArrayLike) -> np.ndarray:
     return array.reshape(array.shape[-1:])
 
 
-def applied(operations: Mapping[str, Callable], kind: str, *inputs: Any, **options: Any) -> Any:
+def applied(operations: Operations, kind: str, *inputs: object, **options: object) -> object:
     """The value of an operation of a file.
 
     Raises
@@ -127,6 +129,14 @@ def applied(operations: Mapping[str, Callable], kind: str, *inputs: Any, **optio
         return operations[kind](*inputs, **options)
     except (TypeError, ValueError, AttributeError):
         raise MismatchError(CHAIN, f"operation {kind} of other values") from None
+
+
+def only(outputs: list[object]) -> Chain:
+    """The one output of a file; raises `MismatchError` where that is no chain."""
+    match outputs:
+        case [Chain() as chain]:
+            return chain
+    raise MismatchError("one output that depends on the observation", f"{len(outputs)} outputs")
 
 
 def gelu(x: Chain, approximate: str) -> Chain:

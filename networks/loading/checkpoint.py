@@ -9,13 +9,16 @@ import pickle
 import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from spikeport.networks.loading.chain import Chain
 from spikeport.networks.loading.mlp import Mlp
 from spikeport.networks.loading.refusal import MismatchError, extra
+
+if TYPE_CHECKING:
+    import torch
 
 EPSILON = 0.01
 """rsl-rl's, added to the standard deviation."""
@@ -76,7 +79,7 @@ def _content(path: Path) -> Mapping[str, Any]:
     return content
 
 
-def _layout(content: Mapping[str, Any]) -> Layout:
+def _layout(content: Mapping[str, object]) -> Layout:
     for layout in LAYOUTS:
         if layout.state in content:
             return layout
@@ -84,7 +87,7 @@ def _layout(content: Mapping[str, Any]) -> Layout:
     raise MismatchError(f"a checkpoint of rsl-rl with {states}", ", ".join(map(str, content)))
 
 
-def _arrays(name: str, state: Any) -> dict[str, np.ndarray]:
+def _arrays(name: str, state: Mapping[str, "torch.Tensor"]) -> dict[str, np.ndarray]:
     try:
         return {key: value.double().numpy() for key, value in state.items()}
     except AttributeError:

@@ -4,11 +4,15 @@ Values for joints stand in tables from regular expressions of names to numbers, 
 """
 
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
 
 from spikeport.networks.loading.refusal import MismatchError, extra
+
+if TYPE_CHECKING:
+    from yaml import Node, SafeLoader
 
 ByName = float | dict[str, float]
 
@@ -69,7 +73,7 @@ class Term(BaseModel):
 class Observations(BaseModel):
     """Options of the observation, and its terms in their order."""
 
-    policy: dict[str, Any]
+    policy: dict[str, object]
 
     def terms(self) -> dict[str, Term]:
         """The terms that are not switched off."""
@@ -100,7 +104,7 @@ def read(path: Path) -> tuple[Environment, dict[str, Term]]:
     yaml = extra("yaml")
 
     # Python's tuples, slices and functions become plain values, and never objects.
-    Loader: Any = type("Loader", (yaml.SafeLoader,), {})
+    Loader: type[SafeLoader] = type("Loader", (yaml.SafeLoader,), {})
     Loader.add_multi_constructor("", _plain)
     try:
         content = yaml.load(path.read_text(encoding="utf-8"), Loader)
@@ -112,13 +116,13 @@ def read(path: Path) -> tuple[Environment, dict[str, Term]]:
         raise _mismatch(error.errors()[0]) from None
 
 
-def _mismatch(first: Any) -> MismatchError:
+def _mismatch(first: ErrorDetails) -> MismatchError:
     where = ".".join(map(str, first["loc"])) or "all"
     found = "none" if first["type"] == "missing" else repr(first["input"])
     return MismatchError(f"a description of Isaac Lab ({where}: {first['msg']})", found)
 
 
-def _plain(loader: Any, _tag: str, node: Any) -> Any:
+def _plain(loader: "SafeLoader", _tag: str, node: "Node") -> object:
     match node.id:
         case "mapping":
             return loader.construct_mapping(node, deep=True)

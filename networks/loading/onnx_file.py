@@ -1,21 +1,24 @@
 """ONNX files of dense layers: Gemm, MatMul, arithmetic with constants, and activations."""
 
 import operator
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from types import ModuleType
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from spikeport.networks.loading.chain import Chain, applied, gelu
+from spikeport.networks.loading.chain import Chain, Operations, applied, gelu, only
 from spikeport.networks.loading.mlp import Mlp
 from spikeport.networks.loading.refusal import MismatchError, extra
+
+if TYPE_CHECKING:
+    from onnx import GraphProto
 
 
 def _gemm(
     A: Chain,
     B: np.ndarray,
-    C: Any = 0.0,
+    C: np.ndarray | float = 0.0,
     alpha: float = 1.0,
     beta: float = 1.0,
     transA: int = 0,
@@ -32,7 +35,7 @@ def _elu(x: Chain, alpha: float = 1.0) -> Chain:
     return x.activated("elu")
 
 
-OPERATIONS: dict[str, Callable[..., Any]] = {
+OPERATIONS: Operations = {
     "Identity": lambda x: x,
     "Gemm": _gemm,
     "MatMul": operator.matmul,
@@ -61,9 +64,9 @@ def read(path: Path) -> Mlp:
     return _chain(onnx, model.graph).mlp()
 
 
-def _chain(onnx: Any, graph: Any) -> Chain:
+def _chain(onnx: ModuleType, graph: "GraphProto") -> Chain:
     to_array = onnx.numpy_helper.to_array
-    values = {t.name: to_array(t).astype(float) for t in graph.initializer}
+    values: dict[str, object] = {t.name: to_array(t).astype(float) for t in graph.initializer}
     inputs = [x.name for x in graph.input if x.name not in values]
     if (len(inputs), len(graph.output)) != (1, 1):
         found = f"{len(inputs)} inputs, {len(graph.output)} outputs"
@@ -77,4 +80,4 @@ def _chain(onnx: Any, graph: Any) -> Chain:
         kind = ".".join(filter(None, (node.domain, node.op_type)))
         arguments = [values[name] for name in node.input]
         values[node.output[0]] = applied(OPERATIONS, kind, *arguments, **options)
-    return values[graph.output[0].name]
+    return only([values[graph.output[0].name]])

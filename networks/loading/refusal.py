@@ -4,7 +4,7 @@ import contextlib
 from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from types import ModuleType
 
 from spikeport.errors import MissingExtraError, UsageError
 
@@ -27,7 +27,7 @@ def refusing(path: Path, cure: str = CURE) -> Iterator[None]:
         raise UsageError(f"policy file '{path}': {error}; {cure}") from error
 
 
-def extra(module: str) -> Any:
+def extra(module: str) -> ModuleType:
     """Import a module of the extra ``convert``.
 
     Raises

@@ -1,13 +1,15 @@
 """TorchScript files, as Isaac Lab and rsl-rl export them: the graph is read, and never run."""
 
 import operator
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
-from spikeport.networks.loading.chain import Chain, applied, gelu
+from spikeport.networks.loading.chain import Chain, Operations, applied, gelu, only
 from spikeport.networks.loading.mlp import Mlp
 from spikeport.networks.loading.refusal import MismatchError, extra
+
+if TYPE_CHECKING:
+    import torch
 
 
 def _elu(x: Chain, *parameters: float) -> Chain:
@@ -16,7 +18,7 @@ def _elu(x: Chain, *parameters: float) -> Chain:
     return x.activated("elu")
 
 
-OPERATIONS: dict[str, Callable[..., Any]] = {
+OPERATIONS: Operations = {
     "aten::linear": Chain.dense,
     "aten::matmul": operator.matmul,
     "aten::addmm": lambda b, x, W, beta, alpha: beta * b + alpha * (x @ W),
@@ -45,22 +47,15 @@ def read(path: Path) -> Mlp:
     observation, *others = list(graph.inputs())[1:]
     if others:
         raise MismatchError("a module of the observation alone", f"{1 + len(others)} inputs")
-    values: dict[str, Any] = {observation.debugName(): Chain()}
+    values: dict[str, object] = {observation.debugName(): Chain()}
     for node in graph.nodes():
         value = _value(node, [values[x.debugName()] for x in node.inputs()])
         values[node.output().debugName()] = value
-    return _chain([values[x.debugName()] for x in graph.outputs()]).mlp()
+    return only([values[x.debugName()] for x in graph.outputs()]).mlp()
 
 
-def _value(node: Any, inputs: list[Any]) -> Any:
+def _value(node: "torch.Node", inputs: list[object]) -> object:
     if node.kind() != "prim::Constant":
         return applied(OPERATIONS, node.kind().removesuffix("_"), *inputs)
     constant = node.output().toIValue()
     return constant.double().numpy() if hasattr(constant, "numpy") else constant
-
-
-def _chain(outputs: list[Any]) -> Chain:
-    match outputs:
-        case [Chain() as chain]:
-            return chain
-    raise MismatchError("one output that depends on the observation", f"{len(outputs)} outputs")

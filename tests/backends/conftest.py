@@ -7,7 +7,7 @@ import nengo_loihi
 import numpy as np
 import pytest
 
-from spikeport.compile.numpy1 import numpy1_semantics
+from spikeport.compile.loihi.numpy1 import numpy1_semantics
 
 
 def reference_simulator(network: nengo.Network, seed: int = 5) -> Any:

@@ -144,7 +144,7 @@ def test_counts_are_those_of_a_slow_count(
     chip = with_passes(passes, tmp_path)
     with spikeport.Simulator(network, chip, backend="nengo-loihi", seed=5) as ours:
         ours.run_steps(STEPS)
-        activity, block_core = ours.activity, ours.image["block_core"]
+        activity, block_core = ours.activity, ours.image.blocks.core
     slow = SlowCount(network, nengo_loihi_simulator, block_core)
     with slow.sim:
         slow.run()

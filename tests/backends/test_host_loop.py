@@ -9,7 +9,7 @@ import pytest
 import spikeport
 from spikeport.backends.host_loop import HostLoop
 from spikeport.backends.nengo_loihi import NengoLoihiChip
-from spikeport.compile.image import ChipImage
+from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.pipeline import compile_network
 
 STEPS = 200
@@ -106,7 +106,7 @@ def test_another_time_step_is_used_throughout(
     with spikeport.Simulator(loop, backend="nengo-loihi", dt=0.002, seed=1) as simulator:
         simulator.run(0.1)
         assert simulator.image is not None
-        assert simulator.image.manifest["dt_s"] == 0.002
+        assert simulator.image.manifest.dt_s == 0.002
         assert simulator.activity.dt_s == 0.002
     assert set(np.unique(simulator.data[loop.all_probes[1]])) == {0.0, 500.0}
     assert len(simulator.data[loop.all_probes[0]]) == 50

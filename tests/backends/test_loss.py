@@ -8,12 +8,15 @@ from nengo_loihi.emulator import EmulatorInterface
 
 from spikeport.backends.float_chip import FloatChip
 from spikeport.backends.loss import Measured, causes, measure
-from spikeport.compile.build import Blocks, build
-from spikeport.compile.extract import extract
-from spikeport.compile.names import Names
-from spikeport.compile.numpy1 import numpy1_semantics
+from spikeport.compile.ground.names import Names
+from spikeport.compile.ground.rewrite import Rewrite
+from spikeport.compile.loihi.blocks import IntegerBlocks
+from spikeport.compile.loihi.build import build
+from spikeport.compile.loihi.discretise import discretise
+from spikeport.compile.loihi.extract import extract
+from spikeport.compile.loihi.numbers import ROUNDED, restored, wanted
+from spikeport.compile.loihi.numpy1 import numpy1_semantics
 from spikeport.compile.pipeline import compile_network
-from spikeport.compile.verdict.numbers import ROUNDED, restored, wanted
 from spikeport.errors import BackendError
 
 
@@ -58,8 +61,8 @@ def emulated(network: nengo.Network, n_steps: int) -> list[tuple[np.ndarray, np.
     return rows
 
 
-def built(network: nengo.Network) -> Blocks:
-    return build(network, Names(network), 0.001)
+def built(network: nengo.Network) -> IntegerBlocks:
+    return discretise(build(Rewrite(network, Names(network)), 0.001))
 
 
 def test_float_blocks_are_nengo_loihis() -> None:

@@ -7,7 +7,7 @@ import nengo_loihi
 import numpy as np
 import pytest
 
-from spikeport.compile.image import ChipImage
+from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.pipeline import Compilation, compile_network
 
 sys.path.insert(0, str(Path(__file__).parent))

@@ -7,8 +7,8 @@ import nengo
 import numpy as np
 import pytest
 
+from spikeport.compile.check.violation import DoesNotFitError
 from spikeport.compile.pipeline import compile_network
-from spikeport.compile.verdict.violation import DoesNotFitError
 from spikeport.errors import CompileError
 from spikeport.hardware_models import chip as chips
 

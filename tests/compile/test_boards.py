@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from chip_files import chip_file
 
-from spikeport.compile.verdict.violation import DoesNotFitError
+from spikeport.compile.check.violation import DoesNotFitError
 from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.topology import between_chips, chips_used
 from spikeport.simulator import Simulator

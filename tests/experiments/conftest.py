@@ -9,7 +9,8 @@ from typing import Any, NamedTuple
 import pytest
 
 from spikeport.cli import main
-from spikeport.experiments.arm import reach
+from spikeport.experiments import driver
+from spikeport.experiments.arm.reach import ReachSettings, ReachTrial
 from spikeport.experiments.options import Options, Outcome
 from spikeport.experiments.sweep.plan import Sweep
 from spikeport.networks.operational_space import OperationalSpaceLaw
@@ -26,8 +27,9 @@ class Run(NamedTuple):
 
 def run_reach(folder: Path, seconds: float, **options: Any) -> Run:
     """Run the experiment; ``options`` are those of `Options` and `ReachSettings`."""
-    settings = {key: options.pop(key) for key in ("box", "m1", "preset") if key in options}
-    outcome = reach.run(reach.ReachSettings(**settings), Options(folder, seconds, **options))
+    names = ("box", "m1", "preset")
+    settings = ReachSettings(**{key: options.pop(key) for key in names if key in options})
+    outcome = driver.run(ReachTrial(settings, Options(seconds, **options)), folder)
     return Run(folder, outcome, json.loads((folder / "result.json").read_text()))
 
 

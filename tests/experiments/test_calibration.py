@@ -52,6 +52,14 @@ def test_a_file_of_anything_else_is_refused(path):
     assert refusal(path) == "no calibration in it"
 
 
+def test_a_calibration_of_an_earlier_image_schema_is_refused(path):
+    with np.load(path) as file:
+        members = dict(file)
+    del members["image_schema"]  # as it was with schema 1
+    np.savez(path, **members)
+    assert refusal(path) == "made for image schema 1, this spikeport has 2"
+
+
 def test_a_file_cut_short_is_refused(path):
     path.write_bytes(path.read_bytes()[:-40])
     assert refusal(path) == "no npz file"
@@ -73,9 +81,9 @@ def test_values_are_held_and_the_last_one_stays():
         assert sim.data[probe].ravel().tolist() == [1, 1, 1, 2, 2, 2, 2, 2]
 
 
-def test_backends_with_a_chip_share_calibrations_and_float_has_its_own(tmp_path):
+def test_backends_with_a_chip_share_calibrations_and_float_has_its_own():
     def substrate(**options):
-        return Options(tmp_path, 1.0, **options).substrate
+        return Options(1.0, **options).substrate
 
     assert substrate() == {"chip": "loihi", "passes": "by default"}
     assert substrate(backend="nengo-loihi") == substrate()

@@ -19,10 +19,10 @@ import numpy as np
 import pytest
 
 from spikeport.backends.counter import Counter
-from spikeport.compile.fanout import fanout
-from spikeport.compile.image import ChipImage
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.deliveries import synapses_of
+from spikeport.compile.image.fanout import fanout
 from spikeport.compile.pipeline import compile_network
-from spikeport.compile.synapses import synapses_of
 from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.activity import Activity
 from spikeport.hardware_models.energy import EnergyReport, energy

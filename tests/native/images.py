@@ -8,8 +8,17 @@ import numpy as np
 from hypothesis import strategies as st
 from nengo_loihi.block import SynapseConfig
 
-from spikeport.compile.extract import LEARNING, flat, offsets
-from spikeport.compile.image import ARITHMETIC, SCHEMA, ChipImage
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.manifest import (
+    BlockEntry,
+    Encoding,
+    GroupEntry,
+    InputEntry,
+    Manifest,
+    OutputEntry,
+)
+from spikeport.compile.image.tables import flat, offsets
+from spikeport.compile.image.validation import LEARNING
 
 KEYS = ("voltage", "current", "spiked")
 PER_BLOCK = ("vmin", "vmax", "noise_offset", "noise_exp", "noise_at_membrane")
@@ -92,34 +101,37 @@ class Parts:
     def image(self) -> ChipImage:
         """The image of these parts."""
         arrays = {**self._blocks(), **self._groups(), **self._routes(), **self._outputs()}
-        return ChipImage(self._manifest(), arrays)
+        return ChipImage.from_arrays(self._manifest(), arrays)
 
-    def _manifest(self) -> dict[str, Any]:
-        return {
-            "schema": SCHEMA,
-            "arithmetic": ARITHMETIC,
-            "chip": "none",
-            "dt_s": 0.001,
-            "pes_error_scale": 100.0,
-            "synapse_format": list(SynapseConfig.params),
-            "learning": list(LEARNING),
-            "blocks": [{"label": f"block {i}"} for i in range(len(self.blocks))],
-            "synapses": [{"label": f"group {i}"} for i in range(len(self.groups))],
-            "inputs": [{"size": n} for n in self.inputs],
-            "outputs": [self._output_entry(output) for output in self.outputs],
-        }
+    def _manifest(self) -> Manifest:
+        inputs = [
+            InputEntry(f"input {i}", n, Encoding("spikes")) for i, n in enumerate(self.inputs)
+        ]
+        return Manifest(
+            chip="none",
+            dt_s=0.001,
+            pes_error_scale=100.0,
+            synapse_format=SynapseConfig.params,
+            learning=LEARNING,
+            weight_bits=tuple(SynapseConfig.WEIGHT_BITS_MAP),
+            index_bits=tuple(SynapseConfig.INDEX_BITS_MAP),
+            blocks=tuple(BlockEntry("ensemble", f"block {i}") for i in range(len(self.blocks))),
+            groups=tuple(GroupEntry(f"group {i}") for i in range(len(self.groups))),
+            inputs=tuple(inputs),
+            outputs=tuple(self._output_entry(i, output) for i, output in enumerate(self.outputs)),
+        )
 
     @staticmethod
-    def _output_entry(output: Output) -> dict[str, Any]:
+    def _output_entry(number: int, output: Output) -> OutputEntry:
         n = len(output.compartments)
-        return {
-            "key": output.key,
-            "weights": "matrix" if output.decoded else "none",
-            "shape": [n, 1] if output.decoded else [0],
-            "layout": "C",
-            "segments": [n],
-            "order": None,
-        }
+        return OutputEntry(
+            name=f"output {number}",
+            key=output.key,  # type: ignore[arg-type]
+            weights="matrix" if output.decoded else "none",
+            shape=(n, 1) if output.decoded else (0,),
+            layout="C",
+            segments=(n,),
+        )
 
     def _blocks(self) -> dict[str, np.ndarray]:
         sizes = [block.n for block in self.blocks]
@@ -192,6 +204,9 @@ def images(draw: st.DrawFn) -> ChipImage:
     noisy = draw(st.booleans(), label="noisy")
     sizes = draw(st.lists(st.integers(1, 9), min_size=1, max_size=4), label="block sizes")
     blocks = [_block(rng, n, noisy) for n in sizes]
+    cores = np.unique([block.core for block in blocks], return_inverse=True)[1]
+    for block, core in zip(blocks, cores, strict=True):
+        block.core = int(core)  # cores are numbered without a gap
     n_groups = draw(st.integers(0, 4), label="groups")  # fewer than blocks: some have no synapses
     largest = draw(st.sampled_from([255 * 64, 2**21, INT32_MAX]), label="largest weight")
     unit = draw(st.sampled_from([1, 64]), label="unit of weights")  # 64: sums are of 16 bits

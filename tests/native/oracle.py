@@ -15,7 +15,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from spikeport.compile.image import ChipImage
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.tables import part
 
 
 def wrap(x: np.ndarray, bits: int) -> np.ndarray:
@@ -35,14 +36,14 @@ class Oracle:
     offset_u, offset_v = 1, 0  # nengo-loihi's current decays by one 4096th more than it is told to
 
     def __init__(self, image: ChipImage, seed: int) -> None:
-        if image["synapse_learning"][:, 0].any():
+        if image.learns.any():
             raise NotImplementedError("the oracle does not learn")
         self.image, self.rng = image, np.random.RandomState(seed)
         n = image.n_compartments
         self.q, self.u, self.v, self.refractory, self.spike_count = np.zeros((5, n), dtype=np.int64)
         self.spiked = np.zeros(n, dtype=bool)
-        self.block = np.repeat(np.arange(image.n_blocks), np.diff(image["block_start"]))
-        self.host_spikes = [np.zeros(0, dtype=int) for _ in image["input_size"]]
+        self.block = image.compartment_block
+        self.host_spikes = [np.zeros(0, dtype=int) for _ in image.inputs.size]
 
     def step(self, spikes: np.ndarray, errors: Mapping[int, np.ndarray]) -> list[np.ndarray]:
         """Advance by one step; host spikes are delivered in the next one."""
@@ -52,34 +53,37 @@ class Oracle:
         self._leak(on_u)
         self._fire()
         self._rest()
-        ends = itertools.pairwise([0, *np.cumsum(self.image["input_size"])])
+        ends = itertools.pairwise([0, *np.cumsum(self.image.inputs.size)])
         given = np.asarray(spikes, dtype=int)
         self.host_spikes = [given[(given >= a) & (given < b)] - a for a, b in ends]
-        return [self._read(i) for i in range(len(self.image.manifest["outputs"]))]
+        return [self._read(i) for i in range(len(self.image.outputs))]
 
     def _deliver(self) -> None:
         """Every spike of the step before adds the weights of the rows its routes lead to."""
         self.q[:] = 0
-        for route, of_input in enumerate(self.image["route_input"]):
-            number = self.image["route_source"][route]
-            start = self.image["block_start"][0 if of_input else number]
-            end = self.image["block_start"][0 if of_input else number + 1]
+        for route, of_input in enumerate(self.image.routes.from_input):
+            number = self.image.routes.source[route]
+            start = self.image.blocks.start[0 if of_input else number]
+            end = self.image.blocks.start[0 if of_input else number + 1]
             sources = np.flatnonzero(self.spiked[start:end])
             for source in self.host_spikes[number] if of_input else sources:
                 self._deliver_one(route, source)
 
     def _deliver_one(self, route: int, source: int) -> None:
-        image, place = self.image, self.image.part("route_start", route).start + source
-        axon, atom = image["route_axon"][place], image["route_atom"][place]
-        group = image["route_synapse"][route]
-        base = image["in_axon_base"][image["in_axon_start"][group] + axon]
+        image, place = self.image, part(self.image.routes.start, route).start + source
+        axon, atom = image.out_axons.axon[place], image.out_axons.atom[place]
+        group = image.routes.group[route]
+        base = image.in_axons.base[image.groups.axon_start[group] + axon]
         if axon < 0 or base < 0:
             return
-        row = image["row_start"][group] + image["in_axon_row"][image["in_axon_start"][group] + axon]
-        part, shape = image.part("row_weight_start", row), (image["row_atoms"][row], -1)
-        weights = image["weights"][part].reshape(shape)[atom]
-        targets = image["indices"][part].reshape(shape)[atom]
-        first = image["block_start"][image["synapse_block"][group]] + base
+        row = (
+            image.groups.row_start[group]
+            + image.in_axons.row[image.groups.axon_start[group] + axon]
+        )
+        mine, shape = part(image.rows.start, row), (image.rows.atoms[row], -1)
+        weights = image.synapses.weight[mine].reshape(shape)[atom]
+        targets = image.synapses.index[mine].reshape(shape)[atom]
+        first = image.blocks.start[image.groups.block[group]] + base
         last_of_each = dict(zip(targets.tolist(), weights.tolist(), strict=True))
         for target, weight in last_of_each.items():
             self.q[first + target] += weight
@@ -87,33 +91,33 @@ class Oracle:
     def _noise(self) -> tuple[np.ndarray, np.ndarray]:
         image, block = self.image, self.block
         uniform = self.rng.randint(-127, 128, size=len(block), dtype=np.int32)
-        scale = 2.0 ** (image["block_noise_exp"] - 7)[block] * (image["enable_noise"] == 1)
-        noise = ((uniform + 64 * image["block_noise_offset"][block]) * scale).astype(np.int64)
-        on_u = image["block_noise_at_membrane"][block] == 1
+        scale = 2.0 ** (image.blocks.noise_exp - 7)[block] * (image.compartments.enable_noise == 1)
+        noise = ((uniform + 64 * image.blocks.noise_offset[block]) * scale).astype(np.int64)
+        on_u = image.blocks.noise_at_membrane[block] == 1
         return np.where(on_u, 0, noise), np.where(on_u, noise, 0)
 
     def _integrate(self, noise: np.ndarray) -> None:
         self.q = wrap(self.q + noise, bits=22)
-        keep = 4096 - self.offset_u - self.image["decay_u"]
+        keep = 4096 - self.offset_u - self.image.compartments.decay_u
         self.u = wrap(decay(self.u, keep) + self.q, bits=24)
 
     def _leak(self, noise: np.ndarray) -> None:
-        total = wrap(self.u + self.image["bias"] + noise, bits=24)
-        keep = 4096 - self.offset_v - self.image["decay_v"]
+        total = wrap(self.u + self.image.compartments.bias + noise, bits=24)
+        keep = 4096 - self.offset_v - self.image.compartments.decay_v
         self.v = wrap(decay(self.v, keep) + total, bits=32)
 
     def _fire(self) -> None:
-        vmin, vmax = self.image["block_vmin"][self.block], self.image["block_vmax"][self.block]
+        vmin, vmax = self.image.blocks.vmin[self.block], self.image.blocks.vmax[self.block]
         self.v = np.where(self.refractory > 0, 0, np.clip(self.v, vmin, vmax))
-        self.spiked = self.v > self.image["vth"]
+        self.spiked = self.v > self.image.compartments.vth
         self.v[self.spiked] = 0
 
     def _rest(self) -> None:
-        left = np.where(self.spiked, self.image["refract_delay"], self.refractory)
+        left = np.where(self.spiked, self.image.compartments.refract_delay, self.refractory)
         self.refractory = np.maximum(left - 1, 0)
         self.spike_count += self.spiked
 
     def _read(self, output: int) -> np.ndarray:
         held = {"voltage": self.v, "current": self.u, "spiked": self.spiked}
-        key = self.image.manifest["outputs"][output]["key"]
-        return held[key][self.image["output_compartment"][self.image.part("output_start", output)]]
+        key = self.image.manifest.outputs[output].key
+        return held[key][self.image.reads.compartment[part(self.image.outputs.start, output)]]

@@ -9,7 +9,7 @@ from oracle import Oracle
 
 from spikeport.backends.native.chip import NativeChip
 from spikeport.backends.nengo_loihi import NengoLoihiChip
-from spikeport.compile.image import ChipImage
+from spikeport.compile.image.chip_image import ChipImage
 
 
 class Snapshot(NamedTuple):
@@ -65,7 +65,7 @@ def assert_equal_activity(native: NativeChip, theirs: NengoLoihiChip) -> None:
 def random_spikes(image: ChipImage, n_steps: int, seed: int) -> list[np.ndarray]:
     """For each step, the sources that spike: of each input none, some or all of them."""
     rng = np.random.RandomState(seed)
-    sizes = image["input_size"]
+    sizes = image.inputs.size
     rates = rng.choice([0, 0.2, 1], size=(n_steps, len(sizes)))
     return [np.flatnonzero(rng.rand(sizes.sum()) < np.repeat(r, sizes)) for r in rates]
 

@@ -23,7 +23,7 @@ from oracle import Oracle
 from side_by_side import assert_equal_steps
 
 from spikeport.backends.native.chip import NativeChip
-from spikeport.compile.image import ChipImage
+from spikeport.compile.image.chip_image import ChipImage
 
 pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning:pyparsing|brian2")
 

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from images import images
 from side_by_side import assert_equal_steps, random_spikes
 
-from spikeport.compile.image import ChipImage
+from spikeport.compile.image.chip_image import ChipImage
 
 pytestmark = pytest.mark.filterwarnings("ignore:Overflow in")
 

@@ -1,8 +1,8 @@
 """Learning on the native backend: weights, traces and the random stream are nengo-loihi's."""
 
-import dataclasses
 import itertools
 from collections.abc import Iterator
+from dataclasses import replace
 
 import nengo
 import numpy as np
@@ -14,7 +14,7 @@ from side_by_side import assert_equal_activity, random_spikes, snapshot
 from spikeport import compile_network
 from spikeport.backends.native.chip import NativeChip
 from spikeport.backends.nengo_loihi import NengoLoihiChip
-from spikeport.compile.image import ChipImage
+from spikeport.compile.image.chip_image import ChipImage
 
 pytestmark = pytest.mark.filterwarnings(
     "ignore:Received PES error", "ignore:Clipping", "ignore:Synaptic trace"
@@ -48,20 +48,23 @@ def pes() -> ChipImage:
 
 
 def with_noise(image: ChipImage) -> ChipImage:
-    arrays = dict(image.arrays)
-    arrays["enable_noise"] = np.arange(image.n_compartments) % 3 > 0
-    arrays["block_noise_exp"] = np.full(image.n_blocks, 12)
-    return dataclasses.replace(image, arrays=arrays)
+    return replace(
+        image,
+        compartments=replace(
+            image.compartments, enable_noise=np.arange(image.n_compartments) % 3 > 0
+        ),
+        blocks=replace(image.blocks, noise_exp=np.full(image.n_blocks, 12)),
+    )
 
 
 def learning_groups(image: ChipImage) -> np.ndarray:
-    return np.flatnonzero(image["synapse_learning"][:, 0])
+    return np.flatnonzero(image.groups.learning[:, 0])
 
 
 def random_errors(image: ChipImage) -> Iterator[dict[int, np.ndarray]]:
     """Errors of every group that learns: some rounded to zero, some clipped; now and then none."""
     rng = np.random.RandomState(8)
-    sizes = np.diff(image["block_start"])[image["synapse_block"]] // 2
+    sizes = np.diff(image.blocks.start)[image.groups.block] // 2
     while True:
         scale = rng.choice([0.001, 0.3, 3])
         groups = learning_groups(image) if rng.rand() > 0.1 else []
@@ -97,7 +100,7 @@ def test_a_compiled_network_learns_equally(pes: ChipImage, noise: bool) -> None:
     native = assert_learns_equally(with_noise(pes) if noise else pes)
     assert native.activity().learning_updates.sum() > 0
     assert native.state.spike_count.sum() > 500
-    assert np.any(native._wiring.weights != pes["weights"])
+    assert np.any(native._wiring.weights != pes.synapses.weight)
 
 
 @pytest.mark.parametrize("indices", [[0, 1, 2, 3], [3, 1, 0, 2], [0, 2, 2, 1]])

@@ -10,7 +10,7 @@ from side_by_side import Snapshot, assert_equal_steps, random_spikes, silence, s
 
 from spikeport.backends.native.chip import NativeChip
 from spikeport.backends.nengo_loihi import NengoLoihiChip
-from spikeport.compile.image import ChipImage
+from spikeport.compile.image.chip_image import ChipImage
 
 pytestmark = pytest.mark.filterwarnings("ignore:Overflow in")
 

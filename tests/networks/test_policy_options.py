@@ -69,10 +69,10 @@ def test_integrate_and_fire_is_the_least_decay_the_chip_builder_takes():
     with nengo.Network(seed=0) as network:
         nengo.Probe(built(options).action)
     image = compile_network(network, pipeline="compact").image
-    neurons = image["vth"] > 0
-    spiking = neurons & (image["refract_delay"] == 2)
+    neurons = image.compartments.vth > 0
+    spiking = neurons & (image.compartments.refract_delay == 2)
     assert spiking.sum() == 2 * 10 * 20
-    assert set(image["decay_v"][spiking]) == {1}
+    assert set(image.compartments.decay_v[spiking]) == {1}
 
 
 @pytest.mark.parametrize("activation", ACTIVATIONS)

@@ -1,40 +1,48 @@
-"""The development environment: one package, mapped onto many top folders."""
+"""The development environment: one tree, in which links lead to the top folders."""
 
 import importlib
+import os
+import pkgutil
 from pathlib import Path
 
 import pytest
 
 import spikeport
 
-FOLDERS = {
-    "networks": "networks",
-    "compile": "compile",
-    "hardware_models": "hardware_models",
-    "backends": "backends",
-    "robot": "robot",
-    "training": "training",
-    "experiments": "experiments",
-    "commands": "toolchain/commands",
-}
+LINKED = (
+    "backends",
+    "compile",
+    "experiments",
+    "hardware_models",
+    "networks",
+    "robot",
+    "training",
+)
+MODULES = [module.name for module in pkgutil.walk_packages(spikeport.__path__, "spikeport.")]
 
 
-def test_the_package_itself_is_the_toolchain(root):
-    assert Path(spikeport.__file__) == root / "toolchain" / "__init__.py"
+def test_the_package_is_a_plain_folder_of_the_checkout(root):
+    assert Path(spikeport.__file__) == root / "src" / "spikeport" / "__init__.py"
 
 
-@pytest.mark.parametrize(("package", "folder"), FOLDERS.items())
-def test_every_subpackage_is_its_folder(root, package, folder):
-    module = importlib.import_module(f"spikeport.{package}")
-    assert Path(module.__file__) == root / folder / "__init__.py"
+@pytest.mark.parametrize("folder", LINKED)
+def test_every_top_folder_is_linked_into_the_package(root, folder):
+    link = root / "src" / "spikeport" / folder
+    assert os.readlink(link) == f"../../{folder}"
+    assert (link / "__init__.py").is_file()
 
 
-@pytest.mark.parametrize(("package", "folder"), FOLDERS.items())
-def test_every_module_imports(root, package, folder):
-    modules = sorted(path.stem for path in (root / folder).glob("*.py"))
-    assert len(modules) > 1
-    for module in set(modules) - {"__init__"}:
-        importlib.import_module(f"spikeport.{package}.{module}")
+def test_no_module_of_a_top_folder_is_left_out_of_the_package(root):
+    for folder in LINKED:
+        for path in (root / folder).rglob("*.py"):
+            parts = path.relative_to(root).with_suffix("").parts
+            name = ".".join(("spikeport", *parts)).removesuffix(".__init__")
+            assert name in MODULES
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_every_module_imports(module):
+    importlib.import_module(module)
 
 
 def test_what_the_package_promises_is_there():

@@ -4,6 +4,7 @@ import json
 import re
 import zipfile
 from email.parser import Parser
+from pathlib import Path
 
 import pytest
 
@@ -50,20 +51,14 @@ def metadata(wheel):
 
 
 def test_the_wheel_holds_every_module_and_data_file_of_the_package(wheel, checkout):
-    folders = ("networks", "compile", "hardware_models", "backends", "robot", "training")
-    folders += ("experiments",)
+    package = checkout / "src" / "spikeport"
     wanted = {
-        path.relative_to(checkout).as_posix()
-        for folder in folders
-        for pattern in ("**/*.py", "**/*.toml", "**/*.xml", "**/*.npz", "**/*.md")
-        for path in (checkout / folder).glob(pattern)
+        path.relative_to(package).as_posix()
+        for folder in (package, *filter(Path.is_dir, package.iterdir()))
+        for pattern in ("**/*.py", "**/*.toml", "**/*.xml", "**/*.npz", "**/*.md", "py.typed")
+        for path in folder.glob(pattern)
     }
-    wanted |= {
-        p.relative_to(checkout / "toolchain").as_posix()
-        for p in (checkout / "toolchain").glob("**/*.py")
-    }
-    wanted.add("py.typed")
-    assert {"robot/h1.xml", "hardware_models/chips/loihi.toml", "cli.py"} <= wanted
+    assert {"robot/h1.xml", "hardware_models/chips/loihi.toml", "cli.py", "py.typed"} <= wanted
     assert {f"spikeport/{name}" for name in wanted} - set(names(wheel)) == set()
 
 

@@ -16,7 +16,7 @@ import pytest
 import shadow_suite
 from shadow_tally import TALLY
 
-from spikeport.compile.numpy1 import numpy1_semantics
+from spikeport.compile.loihi.numpy1 import numpy1_semantics
 
 # nengo's plugin does not load under pytest 9
 OPTIONS = ("-q", "-p", "no:nengo", "-p", "no:cacheprovider", "--import-mode=importlib")

@@ -10,9 +10,11 @@ from nengo_loihi.emulator import EmulatorInterface
 from shadow_tally import TALLY
 
 from spikeport.backends.native.chip import NativeChip
-from spikeport.compile.build import Blocks
-from spikeport.compile.extract import extract, offsets
-from spikeport.compile.image import ChipImage
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.manifest import BlockEntry, Encoding, InputEntry
+from spikeport.compile.image.tables import offsets
+from spikeport.compile.loihi.blocks import FloatBlocks, IntegerBlocks, OutputName
+from spikeport.compile.loihi.extract import extract
 
 
 class ShadowMismatchError(AssertionError):
@@ -82,7 +84,7 @@ class ShadowEmulator(EmulatorInterface):
 
     def _learning_pairs(self) -> Iterator[tuple[str, Any, Any]]:
         learning = self._native._learning
-        if not learning.active:
+        if learning is None:
             return
         for synapse, trace in self.synapses.traces.items():
             ours = learning._synapses[self._groups[synapse]]
@@ -94,8 +96,14 @@ class ShadowEmulator(EmulatorInterface):
 
 def image_of(model: Any) -> ChipImage:
     """The image of a discretised model, one block a core."""
-    labels = {block: f"block {i}" for i, block in enumerate(model.blocks)}
-    return extract(Blocks(model, labels, (), (), {}), "none")
+    blocks, probes = tuple(model.blocks), tuple(model.probes)
+    entries = tuple(BlockEntry("ensemble", f"block {i}") for i in range(len(blocks)))
+    spikes = Encoding("spikes")
+    pairs = enumerate(model.inputs)
+    inputs = tuple(InputEntry(f"input {i}", one.n_neurons, spikes) for i, one in pairs)
+    outputs = tuple(OutputName(f"output {i}", None) for i in range(len(probes)))
+    floats = FloatBlocks(model, blocks, entries, inputs, outputs, ())
+    return extract(IntegerBlocks(floats, blocks, probes, (), ()), "none")
 
 
 def install() -> None:

@@ -11,7 +11,7 @@ import nengo_loihi.builder.discretize
 import nengo_loihi.dvs
 import numpy as np
 
-from spikeport.compile.numpy1 import WideMax
+from spikeport.compile.loihi.numpy1 import WideMax
 
 
 def fill_gaps() -> None:

@@ -5,9 +5,9 @@ import numpy as np
 from nengo.builder import Model
 from nengo_loihi.neurons import LoihiLIF, LoihiSpikingRectifiedLinear
 
-from spikeport.compile.names import Names
+from spikeport.compile.ground.names import Names
+from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.passes.base import Context, NetworkPass
-from spikeport.compile.rewriting.rewrite import Rewrite
 from spikeport.hardware_models import chip as chips
 
 DT_S = 0.001

@@ -3,18 +3,16 @@ from typing import Any
 import nengo
 import numpy as np
 import pytest
-import scipy.sparse as sparse
 from random_networks import assert_equal_in_float, random_network, rewritten
 
 import spikeport
 from spikeport.backends.host_loop import HostLoop
 from spikeport.backends.native.chip import NativeChip
+from spikeport.compile.check.violation import DoesNotFitError
+from spikeport.compile.image.usage import core_uses
 from spikeport.compile.passes.decode_path import DecodePath
 from spikeport.compile.passes.fuse import Fuse
 from spikeport.compile.pipeline import compile_network
-from spikeport.compile.rewriting.decode_cost import PathCost, pareto, relay_noise, rounding
-from spikeport.compile.usage import core_uses
-from spikeport.compile.verdict.violation import DoesNotFitError
 
 
 @pytest.mark.parametrize("path", ["direct", "host", "onoff", "preset10", "auto"])
@@ -136,10 +134,10 @@ def test_two_kinds_of_relay_into_one_ensemble() -> None:
         other = nengo.Connection(*network.ensembles, function=lambda x: -x)
     network.config[other].decode_path = "preset10"
     compilation = compile_network(network, pipeline="decode_path")
-    blocks = compilation.image.manifest["blocks"]
-    sizes = np.diff(compilation.image["block_start"])
-    relays = [int(n) for b, n in zip(blocks, sizes, strict=True) if "->" in b["label"]]
-    assert sorted(relays) == [2, 2, 20]
+    blocks = compilation.image.manifest.blocks
+    sizes = np.diff(compilation.image.blocks.start)
+    relays = [int(n) for b, n in zip(blocks, sizes, strict=True) if b.kind == "relay"]
+    assert sorted(relays) == [2, 20]
 
 
 def run(network: nengo.Network, n_steps: int = 600) -> np.ndarray:
@@ -154,18 +152,3 @@ def test_without_decode_neurons_values_are_followed_better() -> None:
     wanted = np.sin(12 * np.arange(1, 601) * 0.001)[:, np.newaxis]
     error = {path: np.std(run(chain(path)) - wanted) for path in ("direct", "onoff")}
     assert error["direct"] < error["onoff"]
-
-
-def test_pareto_front() -> None:
-    cheap, good = PathCost("a", 1, 1, 0, 0, 0.5), PathCost("b", 2, 1, 0, 0, 0.1)
-    worse = PathCost("c", 2, 2, 0, 0, 0.2)
-    assert pareto([cheap, good, worse]) == [cheap, good]
-
-
-def test_more_decode_neurons_make_less_noise() -> None:
-    assert relay_noise("host", 0.001) < relay_noise("preset10", 0.001) < relay_noise("onoff", 0.001)
-
-
-def test_rounding_is_relative_to_the_largest_weight() -> None:
-    assert rounding(sparse.csr_array([[255.0, 1.0, 0.0]])) == 0
-    assert rounding(sparse.csr_array([[255.0, 0.4]])) == pytest.approx(0.4 / 255, rel=1e-4)

@@ -3,9 +3,9 @@ import numpy as np
 import pytest
 from random_networks import assert_equal_in_float, random_network, rewritten
 
-from spikeport.compile.build import build
+from spikeport.compile.check.lint import lint
+from spikeport.compile.loihi.build import build
 from spikeport.compile.passes.fuse import Fuse
-from spikeport.compile.verdict.lint import lint
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -99,7 +99,7 @@ def test_read_outs_cannot_saturate() -> None:
         for ensemble in network.networks[1].ensembles:
             nengo.Connection(ensemble, scaled, transform=500)
     fused, _ = rewritten(network, Fuse())
-    model = build(fused.network, fused.names, 0.001, seeds=fused.seeds).model
+    model = build(fused, 0.001).model
     (block,) = (probe.target[0] for probe in model.probes if probe.key == "voltage")
     weights = np.abs(np.vstack(block.synapses[0].weights))
     assert np.all(weights.sum(axis=0) < 64 * 2 * block.compartment.vth)

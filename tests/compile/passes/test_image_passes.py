@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from images import images
 from same_run import assert_same_run, context, small_chip
 
-from spikeport.compile.image import ChipImage
+from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.passes.parse import parse
 
 pytestmark = pytest.mark.filterwarnings("ignore:Overflow in")

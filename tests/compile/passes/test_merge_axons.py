@@ -3,7 +3,8 @@ import pytest
 from images import Block, Group, Parts, Route
 from same_run import assert_same_run, context
 
-from spikeport.compile.image import ChipImage
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.manifest import GroupEntry
 from spikeport.compile.passes.merge_axons import MergeAxons
 
 BIASED = Block(4, bias=60_000, vth=2**17)
@@ -18,9 +19,9 @@ def merged(image: ChipImage) -> ChipImage:
 def test_equal_rows_share_a_row_and_an_axon() -> None:
     group = Group([[64, 0], [0, 64], [64, 0], [64, 0]], block=1)
     after = merged(Parts([BIASED, Block(2)], [group], routes=[Route(range(4), block=0)]).image())
-    assert after["in_axon_row"].tolist() == [0, 1]
-    assert after["weights"].tolist() == [64, 0, 0, 64]
-    assert after["route_axon"].tolist() == [0, 1, 0, 0]
+    assert after.in_axons.row.tolist() == [0, 1]
+    assert after.synapses.weight.tolist() == [64, 0, 0, 64]
+    assert after.out_axons.axon.tolist() == [0, 1, 0, 0]
 
 
 def test_equal_rows_read_from_different_bases_share_the_row_alone() -> None:
@@ -28,8 +29,8 @@ def test_equal_rows_read_from_different_bases_share_the_row_alone() -> None:
     after = merged(
         Parts([BIASED, Block(2)], [group], routes=[Route([0, 1, 0, 1], block=0)]).image()
     )
-    assert after["weights"].tolist() == [64]
-    assert after["in_axon_base"].tolist() == [0, 1]
+    assert after.synapses.weight.tolist() == [64]
+    assert after.in_axons.base.tolist() == [0, 1]
 
 
 def test_axons_that_do_nothing_are_dropped() -> None:
@@ -38,24 +39,24 @@ def test_axons_that_do_nothing_are_dropped() -> None:
     after = merged(
         Parts([BIASED, Block(2)], [group], routes=[Route([0, 1, 2, -1], block=0)]).image()
     )
-    assert after["weights"].tolist() == [64]
-    assert after["route_axon"].tolist() == [0, -1, -1, -1]
+    assert after.synapses.weight.tolist() == [64]
+    assert after.out_axons.axon.tolist() == [0, -1, -1, -1]
 
 
 def test_a_group_without_any_effect_is_dropped_with_its_routes() -> None:
     idle = Group([[0]], block=1)
     after = merged(Parts([BIASED, Block(2)], [idle], routes=[Route([0] * 4, block=0)]).image())
-    assert len(after["synapse_block"]) == len(after["route_input"]) == 0
+    assert len(after.groups) == len(after.routes) == 0
 
 
 def test_groups_of_a_block_that_store_alike_become_one() -> None:
     groups = [Group([[64, 64], [65, 65]], block=1), Group([[64, 64], [66, 66]], block=1)]
     routes = [Route([0, 1, -1, -1], block=0), Route([0, 0, 1, 1], group=1, block=0)]
     after = merged(Parts([BIASED, Block(2)], groups, routes=routes).image())
-    assert after["synapse_block"].tolist() == [1]
-    assert after["weights"].tolist() == [64, 64, 65, 65, 66, 66]
-    assert after["route_axon"].tolist() == [0, 1, -1, -1, 0, 0, 2, 2]
-    assert after.manifest["synapses"] == [{"label": "group 0"}]
+    assert after.groups.block.tolist() == [1]
+    assert after.synapses.weight.tolist() == [64, 64, 65, 65, 66, 66]
+    assert after.out_axons.axon.tolist() == [0, 1, -1, -1, 0, 0, 2, 2]
+    assert after.manifest.groups == (GroupEntry("group 0"),)
 
 
 @pytest.mark.parametrize(
@@ -70,9 +71,7 @@ def test_groups_of_a_block_that_store_alike_become_one() -> None:
 def test_groups_that_are_not_alike_stay_apart(other: Group) -> None:
     routes = [Route([0] * 4, block=0), Route([0] * 4, group=1, block=0)]
     groups = [Group([[64, 64]], block=1), other]
-    assert (
-        len(merged(Parts([BIASED, Block(2)], groups, routes=routes).image())["synapse_block"]) == 2
-    )
+    assert len(merged(Parts([BIASED, Block(2)], groups, routes=routes).image()).groups.block) == 2
 
 
 def test_a_group_that_learns_stays_as_it_is() -> None:
@@ -91,4 +90,4 @@ def test_what_was_saved_is_noted() -> None:
         "out_axons": {"before": 4, "after": 4},
         "synapse_bits": {"before": 4 * 64, "after": 64},
     }
-    assert np.all(image["route_axon"] == np.arange(4))
+    assert np.all(image.out_axons.axon == np.arange(4))

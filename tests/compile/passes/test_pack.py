@@ -6,7 +6,7 @@ import pytest
 from images import Block, Group, Parts, Route
 from same_run import assert_same_run, context, small_chip
 
-from spikeport.compile.image import ChipImage
+from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.passes.pack import Pack
 from spikeport.compile.placing.load import block_loads, capacity, core_loads
 from spikeport.compile.placing.lower_bound import lower_bound
@@ -69,7 +69,7 @@ def test_synapses_that_learn_stay_apart_from_others() -> None:
     groups = [Group([[64]], block=0), Group([[64]], block=1, learning=learning)]
     image = Parts([Block(1, core=0), Block(1, core=1), Block(1, core=2)], groups).image()
     after = Pack().apply(image, context())
-    assert after["block_core"][0] != after["block_core"][1]
+    assert after.blocks.core[0] != after.blocks.core[1]
     assert after.n_cores == 2
 
 
@@ -77,7 +77,7 @@ def test_blocks_that_talk_share_a_core() -> None:
     groups = [Group([[64]] * 2, block=2), Group([[64]] * 2, block=3)]
     routes = [Route([0, 1], block=0, group=0), Route([0, 1], block=1, group=1)]
     image = Parts([Block(2, core=k) for k in range(4)], groups, routes=routes).image()
-    core = packed(image, small_chip(compartments=4))["block_core"]
+    core = packed(image, small_chip(compartments=4)).blocks.core
     assert core[0] == core[2] != core[1] == core[3]
 
 
@@ -86,7 +86,7 @@ def test_blocks_are_cut_where_that_saves_a_core() -> None:
     assert packed(image, chip, effort=1).n_cores == 3
     after = packed(image, chip, effort=3)
     assert after.n_cores == 2
-    assert sorted(np.diff(after["block_start"]).tolist()) == [3, 3, 6, 6]
+    assert sorted(np.diff(after.blocks.start).tolist()) == [3, 3, 6, 6]
 
 
 EFFORTS = [(1, True), (2, False), (2, True)]

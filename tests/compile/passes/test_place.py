@@ -2,9 +2,9 @@ import numpy as np
 from images import Block, Group, Parts, Route
 from same_run import assert_same_run, context, small_chip
 
-from spikeport.compile.image import ChipImage
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.traffic import core_messages
 from spikeport.compile.passes.place import Place
-from spikeport.compile.placing.traffic import core_messages
 from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.links import Links
 from spikeport.hardware_models.topology import between_chips, hops
@@ -21,8 +21,7 @@ def ring(n: int, stride: int) -> ChipImage:
 def test_messages_are_counted_once_a_core() -> None:
     messages = core_messages(ring(4, 1))
     assert messages.tolist() == [[0, 2, 0, 0], [0, 0, 2, 0], [0, 0, 0, 2], [2, 0, 0, 0]]
-    two = ring(4, 1)
-    together = ChipImage(two.manifest, {**two.arrays, "block_core": np.array([0, 1, 1, 0])})
+    together = ring(4, 1).on_cores(np.array([0, 1, 1, 0]))
     assert core_messages(together).tolist() == [[2, 2], [2, 2]]
 
 

@@ -1,11 +1,13 @@
-from typing import Any
-
 import nengo
 import numpy as np
+from nengo_loihi.block import LoihiBlock
 from same_run import context
 
-from spikeport.compile.build import build
-from spikeport.compile.names import Names
+from spikeport.compile.ground.names import Names
+from spikeport.compile.ground.rewrite import Rewrite
+from spikeport.compile.loihi.blocks import FloatBlocks
+from spikeport.compile.loihi.build import build
+from spikeport.compile.loihi.discretise import discretise
 from spikeport.compile.passes.scale_rows import ScaleRows
 
 N = 32
@@ -22,20 +24,27 @@ def wide(probe: str = "output") -> nengo.Network:
     return network
 
 
-def floats_of(network: nengo.Network, scale: ScaleRows | None) -> tuple[Any, dict[str, np.ndarray]]:
-    """The discretised block "post", and what was to be discretised."""
-    kept: dict[str, np.ndarray] = {}
+def floats_of(
+    network: nengo.Network, scale: ScaleRows | None
+) -> tuple[LoihiBlock, dict[str, np.ndarray]]:
+    """The discretised block "post", and the values before."""
+    floats = build(Rewrite(network, Names(network)), 0.001)
+    before = vth_of(floats)
+    if scale is not None:
+        scaled = scale.apply(floats, context())
+        assert vth_of(floats) == before  # a pass changes nothing in place
+        floats = scaled
+    block = floats.blocks[1]
+    values = {
+        "vth": block.compartment.vth,
+        "bias": block.compartment.bias,
+        "weights": np.vstack(block.synapses[0].weights),
+    }
+    return discretise(floats).blocks[1], values
 
-    def change(model: Any) -> None:
-        if scale is not None:
-            scale.apply(model, context())
-        block = list(model.blocks)[1]
-        kept["vth"] = block.compartment.vth.copy()
-        kept["bias"] = block.compartment.bias.copy()
-        kept["weights"] = np.vstack(block.synapses[0].weights)
 
-    blocks = build(network, Names(network), 0.001, change)
-    return list(blocks.model.blocks)[1], kept
+def vth_of(floats: FloatBlocks) -> list[list[float]]:
+    return [block.compartment.vth.tolist() for block in floats.blocks]
 
 
 def test_exact_in_float() -> None:

@@ -6,13 +6,13 @@ import pytest
 from images import Block, Group, Parts, Route
 from same_run import assert_same_run, context, small_chip
 
-from spikeport.compile.image import ChipImage
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.usage import out_slots
 from spikeport.compile.passes.split import Split
 from spikeport.compile.pipeline import compile_network
 from spikeport.compile.placing.cut import cut
 from spikeport.compile.placing.demand import Demand
 from spikeport.compile.placing.load import ProfileMasks, block_loads, capacity
-from spikeport.compile.usage import out_slots
 from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.chip import Chip
 
@@ -32,7 +32,7 @@ def split(image: ChipImage, chip: Chip) -> ChipImage:
 
 
 def sizes(image: ChipImage) -> list[int]:
-    return np.diff(image["block_start"]).tolist()
+    return np.diff(image.blocks.start).tolist()
 
 
 def test_what_fits_is_left_alone() -> None:
@@ -63,17 +63,18 @@ def test_a_piece_has_the_axons_that_reach_it_alone() -> None:
     image = Parts(blocks, [group], routes=[Route(range(3), block=0)]).image()
     after = split(image, small_chip(compartments=3, in_axons=2))
     assert sizes(after) == [3, 2, 2]
-    assert after["in_axon_start"].tolist() == [0, 2, 4]
-    assert after["route_axon"].tolist() == [0, -1, 1, -1, 0, 1]
+    assert after.groups.axon_start.tolist() == [0, 2, 4]
+    assert after.out_axons.axon.tolist() == [0, -1, 1, -1, 0, 1]
 
 
 def test_pieces_are_named_after_the_whole() -> None:
-    entries = split(dense(), small_chip(compartments=6)).manifest["blocks"]
-    assert entries == [
-        {"label": "block 0"},
-        {"label": "block 1[1/2]", "of": "block 1"},
-        {"label": "block 1[2/2]", "of": "block 1"},
-    ]
+    whole, *pieces = split(dense(), small_chip(compartments=6)).manifest.blocks
+    assert (whole.label, whole.cut) == ("block 0", ())
+    assert [piece.label for piece in pieces] == ["block 1[1/2]", "block 1[2/2]"]
+    assert [piece.cut for piece in pieces] == [((0, 2),), ((1, 2),)]
+    assert {(piece.built, piece.owner, piece.kind) for piece in pieces} == {
+        ("block 1", "block 1", "ensemble")
+    }
 
 
 @pytest.mark.parametrize(
@@ -111,4 +112,4 @@ def test_an_ensemble_that_feeds_many_others_compiles() -> None:
         for i in range(8):
             nengo.Connection(pre, nengo.Ensemble(20, 1, label=f"post {i}"))
     image = compile_network(network).image  # nengo-loihi leaves it with 4,800 output axons
-    assert image["block_core"].max() + 1 == image.n_cores <= 4
+    assert image.blocks.core.max() + 1 == image.n_cores <= 4

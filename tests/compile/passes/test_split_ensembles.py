@@ -3,10 +3,12 @@ import pytest
 from random_networks import assert_equal_in_float, random_network, rewritten
 from same_run import context, small_chip
 
-from spikeport.compile.names import Names
+from spikeport.compile.check.lint import lint
+from spikeport.compile.ground.names import Names
+from spikeport.compile.ground.rewrite import Piece, Rewrite
+from spikeport.compile.passes.decode_path import DecodePath
+from spikeport.compile.passes.fuse import Fuse
 from spikeport.compile.passes.split_ensembles import SplitEnsembles
-from spikeport.compile.rewriting.rewrite import Rewrite
-from spikeport.compile.verdict.lint import lint
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -56,3 +58,47 @@ def test_nothing_large_nothing_changed() -> None:
     network = large()
     split, _ = rewritten(network, SplitEnsembles())
     assert split.network is network
+
+
+def pieces(rewrite: Rewrite) -> dict[str, Piece]:
+    assert set(rewrite.pieces) <= set(rewrite.network.all_ensembles)
+    return {rewrite.names[ensemble]: piece for ensemble, piece in rewrite.pieces.items()}
+
+
+def test_pieces_name_their_owner() -> None:
+    split, _ = rewritten(large(), SplitEnsembles(max_neurons=40))
+    assert pieces(split) == {
+        "large[1/3]": Piece("large", 0, 3),
+        "large[2/3]": Piece("large", 1, 3),
+        "large[3/3]": Piece("large", 2, 3),
+        "source[1/2]": Piece("source", 0, 2),
+        "source[2/2]": Piece("source", 1, 2),
+    }
+
+
+def test_a_label_makes_no_piece() -> None:
+    network = large()
+    network.ensembles[0].label = "pool[1/2]"
+    split, _ = rewritten(network, SplitEnsembles(max_neurons=64), Fuse(max_neurons=64))
+    assert pieces(split) == {
+        "large[1/2]": Piece("large", 0, 2),
+        "large[2/2]": Piece("large", 1, 2),
+    }
+
+
+def test_pieces_survive_passes_that_leave_them_whole() -> None:
+    network = large()
+    passes = (SplitEnsembles(max_neurons=64), Fuse(max_neurons=64), DecodePath())
+    assert list(pieces(rewritten(network, *passes)[0]).values()) == [
+        Piece("large", 0, 2),
+        Piece("large", 1, 2),
+    ]
+
+
+def test_fused_pieces_are_none() -> None:
+    """Two pieces of 50 neurons fill one ensemble of 100, the third is alone in another."""
+    with nengo.Network(seed=2) as network:
+        nengo.Ensemble(150, 1, label="large")
+    fused, _ = rewritten(network, SplitEnsembles(max_neurons=50), Fuse(max_neurons=100))
+    assert [e.n_neurons for e in fused.network.ensembles] == [100, 50]
+    assert pieces(fused) == {"large[3/3]": Piece("large", 2, 3)}

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from spikeport.errors import UsageError
-from spikeport.experiments.arm import controller as arm_controller
-from spikeport.experiments.arm import draw, reach
+from spikeport.experiments.arm import draw
+from spikeport.experiments.arm import trial as arm_trial
 from spikeport.experiments.arm.calibration import draw_states, refit
 from spikeport.experiments.arm.reach import ReachSettings, ReachTrial
 from spikeport.experiments.arm.reach_task import BOXES, rehearsals
 from spikeport.experiments.arm.region import record_region
-from spikeport.experiments.arm.run import perform, prepare
+from spikeport.experiments.driver import perform, prepare, run
 from spikeport.experiments.options import Options
 from spikeport.networks.arm import ArmSizes, arm
 from spikeport.simulator import Simulator
@@ -49,9 +49,9 @@ def test_states_hold_all_terms_of_the_torque_at_once(law, region):
     assert held.target == pytest.approx(region.x.clip(held.target))
 
 
-def test_refitted_decoders_bring_the_torque_nearer_to_the_exact_law(law, region, tmp_path):
+def test_refitted_decoders_bring_the_torque_nearer_to_the_exact_law(law, region):
     held = draw_states(law, region, 120)
-    decoders = refit(arm(law, region, SMALL), held, Options(tmp_path, 1.0), 0.001).decoders
+    decoders = refit(arm(law, region, SMALL), held, Options(1.0), 0.001).decoders
     assert {label: found.shape for label, found in decoders.items()} == {
         **{f"M1 {axis}": (40, 4) for axis in "xyz"},
         **{f"CB {joint}": (30, 4) for joint in ("pitch", "roll", "yaw", "elbow", "gravity")},
@@ -64,12 +64,12 @@ def test_refitted_decoders_bring_the_torque_nearer_to_the_exact_law(law, region,
     assert refitted < 0.95 * solved
 
 
-def test_a_rig_gives_the_same_run_again_whatever_it_did_before(tmp_path):
+def test_a_rig_gives_the_same_run_again_whatever_it_did_before():
     settings = ReachSettings(m1=40, cb=30, s1=10)
-    trials = [ReachTrial(settings, Options(tmp_path, 0.2, seed=seed)) for seed in (0, 1, 0)]
-    rig = prepare(trials[0])
-    first, other, again = (perform(trial, rig).recording for trial in trials)
-    rig.sim.close()
+    trials = [ReachTrial(settings, Options(0.2, seed=seed)) for seed in (0, 1, 0)]
+    ready = prepare(trials[0])
+    first, other, again = (perform(trial, ready).recording for trial in trials)
+    ready.sim.close()
     assert (first.torque == again.torque).all()
     assert (first.target != other.target).any()
 
@@ -77,13 +77,13 @@ def test_a_rig_gives_the_same_run_again_whatever_it_did_before(tmp_path):
 @pytest.fixture
 def few_states(monkeypatch):
     """A refit on 30 states, not on 1,500."""
-    monkeypatch.setattr(arm_controller, "draw_states", functools.partial(draw_states, n=30))
+    monkeypatch.setattr(arm_trial, "draw_states", functools.partial(draw_states, n=30))
 
 
 def test_a_file_gives_the_controller_that_a_refit_in_place_gives(few_states, tmp_path):
-    settings, options = ReachSettings(m1=40, cb=30, s1=10), Options(tmp_path, 0.1)
+    settings, options = ReachSettings(m1=40, cb=30, s1=10), Options(0.1)
     path = tmp_path / "decoders.npz"
-    calibration = reach.calibrate(settings, options)
+    calibration = ReachTrial(settings, options).calibrate()
     calibration.save(path)
     digests = []
     for calibrated in (True, str(path), False):
@@ -95,9 +95,9 @@ def test_a_file_gives_the_controller_that_a_refit_in_place_gives(few_states, tmp
 
 
 def test_a_file_made_for_another_network_is_refused(few_states, tmp_path):
-    settings, options = ReachSettings(m1=40, cb=30, s1=10), Options(tmp_path, 0.1)
+    settings, options = ReachSettings(m1=40, cb=30, s1=10), Options(0.1)
     path = tmp_path / "decoders.npz"
-    reach.calibrate(settings, options).save(path)
+    ReachTrial(settings, options).calibrate().save(path)
     other = dataclasses.replace(settings, network_seed=1, box="large", calibrated=str(path))
     with pytest.raises(UsageError) as caught:
         prepare(ReachTrial(other, options))
@@ -107,9 +107,9 @@ def test_a_file_made_for_another_network_is_refused(few_states, tmp_path):
     )
 
 
-def test_a_drawing_is_calibrated_for_its_sheet_and_time_but_not_for_its_digit(tmp_path):
+def test_a_drawing_is_calibrated_for_its_sheet_and_time_but_not_for_its_digit():
     def depends_on(seconds=12.0, **settings):
-        trial = draw.DrawTrial(draw.DrawSettings(**settings), Options(tmp_path, seconds))
+        trial = draw.DrawTrial(draw.DrawSettings(**settings), Options(seconds))
         return trial.network_settings
 
     assert depends_on(digit=2) == depends_on(digit=5)
@@ -120,6 +120,6 @@ def test_a_drawing_is_calibrated_for_its_sheet_and_time_but_not_for_its_digit(tm
 @pytest.mark.slow
 def test_a_calibrated_controller_draws(tmp_path):
     settings = draw.DrawSettings(calibrated=True)
-    metrics = draw.run(settings, Options(tmp_path, 12.0)).result["metrics"]
+    metrics = run(draw.DrawTrial(settings, Options(12.0)), tmp_path).result["metrics"]
     assert metrics["shape_error_rms_m"] <= 0.003
     assert metrics["readout_spikes"] == 0

@@ -6,18 +6,19 @@ import xarray as xr
 from PIL import Image
 
 from spikeport.errors import MissingExtraError, UsageError
+from spikeport.experiments import driver
 from spikeport.experiments.arm import digit_reader, draw
-from spikeport.experiments.arm.draw_metrics import drawing, lag, shape_error
 from spikeport.experiments.arm.draw_task import DrawTask
-from spikeport.experiments.arm.loop import Recording
+from spikeport.experiments.arm.metrics import drawing, lag, shape_error
+from spikeport.experiments.arm.recording import ArmRecording
 from spikeport.experiments.options import Options
 
 FILES = ["figure.png", "probes.nc", "result.json"]
 
 
 def run(folder, seconds=12.0, backend="analytic", **settings):
-    options = Options(folder, seconds, backend=backend)
-    return draw.run(draw.DrawSettings(**settings), options).result
+    options = Options(seconds, backend=backend)
+    return driver.run(draw.DrawTrial(draw.DrawSettings(**settings), options), folder).result
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +31,7 @@ def five(tmp_path_factory):
 
 def recorded(time_s, hand, target):
     zero = np.zeros((len(time_s), 4))
-    return Recording(time_s, zero, zero, hand, target, zero)
+    return ArmRecording(time_s, zero, zero, hand, target, zero)
 
 
 # how well it draws

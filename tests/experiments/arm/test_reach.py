@@ -10,11 +10,12 @@ from PIL import Image
 
 from spikeport.compile.pipeline import compile_network
 from spikeport.errors import DivergedError, UsageError
-from spikeport.experiments.arm import reach
-from spikeport.experiments.arm import run as arm_run
-from spikeport.experiments.arm.loop import Recording
-from spikeport.experiments.arm.reach_metrics import metrics
-from spikeport.experiments.arm.trial import ArmRun
+from spikeport.experiments import driver
+from spikeport.experiments.arm import reach, trial
+from spikeport.experiments.arm.metrics import reach_metrics
+from spikeport.experiments.arm.reach import ReachSettings, ReachTrial
+from spikeport.experiments.arm.recording import ArmRecording, ArmRun
+from spikeport.experiments.options import Options
 from spikeport.find_network import find_network
 from spikeport.networks.arm import PRESETS, ArmNetwork, ArmSizes, analytic_arm
 from spikeport.robot.plant import Plant
@@ -29,6 +30,11 @@ SERIES = {
     "exact_torque": ("joint", "N m"),
 }
 FILES = ["figure.png", "probes.nc", "result.json"]
+
+
+def reached(folder, seconds, **options):
+    trial = ReachTrial(ReachSettings(), Options(seconds, backend="analytic", **options))
+    return driver.run(trial, folder)
 
 
 def names(folder):
@@ -88,9 +94,9 @@ def test_the_built_in_network_gives_the_runs_image(loihi):
 
 
 def test_the_network_seed_changes_the_image_and_sizes_replace_the_presets():
-    settings = reach.ReachSettings(preset="paper", cb=30)
+    settings = ReachSettings(preset="paper", cb=30)
     assert settings.sizes == ArmSizes(m1=8000, cb=30, s1=50)
-    assert reach.ReachSettings().sizes == PRESETS["lean"]
+    assert ReachSettings().sizes == PRESETS["lean"]
 
 
 @pytest.mark.parametrize(
@@ -107,7 +113,7 @@ def test_the_network_seed_changes_the_image_and_sizes_replace_the_presets():
 )
 def test_a_wrong_setting_says_what_is_allowed(wrong, message):
     with pytest.raises(UsageError) as caught:
-        reach.ReachSettings(**wrong)
+        ReachSettings(**wrong)
     assert str(caught.value) == message
 
 
@@ -194,12 +200,7 @@ def test_the_figure_is_a_picture_of_sensible_size(loihi):
 
 
 def test_two_runs_differ_in_wall_clock_time_only(tmp_path):
-    from_seed = [
-        reach.run(
-            reach.ReachSettings(), reach.Options(tmp_path / name, 0.2, backend="analytic", seed=3)
-        ).result
-        for name in ("a", "b")
-    ]
+    from_seed = [reached(tmp_path / name, 0.2, seed=3).result for name in ("a", "b")]
     for result in from_seed:
         del result["metrics"]["real_time_factor"]
     assert from_seed[0] == from_seed[1]
@@ -213,14 +214,14 @@ def finished(distances, torques=(0.0,), at_limit=(False,), wall_s=1.0):
     n = len(distances)
     target, torque = np.outer(distances, [1, 0, 0]), np.outer(torques, np.ones(4))
     zero = np.zeros((n, 4))
-    recording = Recording(0.005 * np.arange(n), zero, zero, np.zeros((n, 3)), target, torque)
+    recording = ArmRecording(0.005 * np.arange(n), zero, zero, np.zeros((n, 3)), target, torque)
     sim = SimpleNamespace(time=4.0, image=None)
-    return ArmRun(None, recording, zero, np.array(at_limit), {}, sim, wall_s, None)
+    return ArmRun(recording, None, zero, np.array(at_limit), {}, sim, wall_s)
 
 
 def test_metrics_of_a_run_with_reaches():
     run = finished([0.3, 0.4], [1.0, -1.0], [False, True], wall_s=2.0)
-    figures = metrics(run, [0.5, 1.5])
+    figures = reach_metrics(run, [0.5, 1.5])
     assert figures["reaches"] == 2
     assert figures["seconds_per_reach_mean"] == 0.75
     assert figures["seconds_per_reach_max"] == 2.5
@@ -232,7 +233,7 @@ def test_metrics_of_a_run_with_reaches():
 
 
 def test_metrics_of_a_run_without_reaches():
-    figures = metrics(finished([0.3]), [])
+    figures = reach_metrics(finished([0.3]), [])
     assert figures["reaches"] == 0
     assert figures["seconds_per_reach_mean"] is None
     assert figures["seconds_per_reach_max"] == 4.0
@@ -267,7 +268,7 @@ def test_a_controller_that_fails_ends_the_run_and_leaves_the_last_states(
     tmp_path, spikeport, monkeypatch, value
 ):
     out = tmp_path / "run"
-    monkeypatch.setattr(arm_run, "analytic_arm", failing_arm(value))
+    monkeypatch.setattr(trial, "analytic_arm", failing_arm(value))
     code, printed, error = spikeport(*ANALYTIC, "--out", out)
     assert (code, printed) == (1, "")
     assert error == (
@@ -292,7 +293,7 @@ def test_a_law_that_gives_nan_ends_the_run_and_leaves_the_last_states(
         return net
 
     out = tmp_path / "run"
-    monkeypatch.setattr(arm_run, "analytic_arm", nan_arm)
+    monkeypatch.setattr(trial, "analytic_arm", nan_arm)
     code, printed, error = spikeport(*ANALYTIC, "--out", out)
     assert (code, printed) == (1, "")
     assert error.startswith("error: Function '")
@@ -326,27 +327,23 @@ def test_a_robot_out_of_range_ends_the_run_and_leaves_the_last_states(
 
 @pytest.mark.filterwarnings("ignore:overflow")
 def test_divergence_replaces_an_earlier_run(tmp_path, monkeypatch):
-    options = reach.Options(tmp_path, 0.1, backend="analytic")
-    reach.run(reach.ReachSettings(), options)
+    reached(tmp_path, 0.1)
     assert names(tmp_path) == FILES
-    monkeypatch.setattr(arm_run, "analytic_arm", failing_arm(np.inf))
+    monkeypatch.setattr(trial, "analytic_arm", failing_arm(np.inf))
     with pytest.raises(DivergedError):
-        reach.run(reach.ReachSettings(), options)
+        reached(tmp_path, 0.1)
     assert names(tmp_path) == ["last_states.npz"]
 
 
-@pytest.mark.parametrize(
-    ("module", "failing"), [(reach, "reach_figure"), (arm_run, "write_probes")]
-)
+@pytest.mark.parametrize(("module", "failing"), [(reach, "reach_figure"), (trial, "dataset")])
 def test_a_failure_while_writing_leaves_no_result(tmp_path, monkeypatch, module, failing):
     def full(*_):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    options = reach.Options(tmp_path, 0.05, backend="analytic")
-    reach.run(reach.ReachSettings(), options)
+    reached(tmp_path, 0.05)
     monkeypatch.setattr(module, failing, full)
     with pytest.raises(OSError, match="No space left"):
-        reach.run(reach.ReachSettings(), options)
+        reached(tmp_path, 0.05)
     assert "result.json" not in names(tmp_path)
 
 
@@ -378,7 +375,7 @@ def test_a_joint_at_its_limit_is_marked_in_the_figure():
             "backend": "analytic",
             "resources": None,
         }
-        legend = reach.reach_figure(run, result).axes[0].get_legend()
+        legend = reach.reach_figure(run, (), result).axes[0].get_legend()
         return [text.get_text() for text in legend.get_texts()]
 
     assert marks([False, False]) == ["reached below 4 cm"]
@@ -410,7 +407,7 @@ def test_a_run_without_graphics_has_a_figure_all_the_same(tmp_path, monkeypatch)
         raise RenderError("none")
 
     monkeypatch.setattr(pictures, "Renderer", no_graphics)
-    reach.run(reach.ReachSettings(), reach.Options(tmp_path, 0.05, backend="analytic"))
+    reached(tmp_path, 0.05)
     assert names(tmp_path) == FILES
 
 

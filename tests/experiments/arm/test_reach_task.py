@@ -6,12 +6,12 @@ from spikeport.experiments.arm.reach_task import (
     BOXES,
     MIN_JUMP_M,
     REACHED_M,
+    SHOULDER_M,
     GridTour,
     ReachTask,
     TargetBox,
     find_box,
 )
-from spikeport.experiments.arm.task import SHOULDER_M
 
 HAND = np.array([0.3, -0.2, 1.2])
 

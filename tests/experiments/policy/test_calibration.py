@@ -65,8 +65,8 @@ def ranges(layers):
 
 
 @pytest.fixture(scope="module")
-def compact(tmp_path_factory):
-    return Options(tmp_path_factory.mktemp("run"), 1.0, pipeline="compact")
+def compact():
+    return Options(1.0, pipeline="compact")
 
 
 @pytest.fixture(scope="module")
@@ -179,9 +179,9 @@ def test_no_simulation_outlives_its_calibration(layers, ranges, compact):
     assert simulation() is None
 
 
-def test_halves_are_those_of_the_activation(layers, ranges, tmp_path):
+def test_halves_are_those_of_the_activation(layers, ranges):
     build = functools.partial(policy, layers, ranges, OPTIONS)
-    run = Options(tmp_path, 1.0, backend="reference")
+    run = Options(1.0, backend="reference")
     shown = np.tile(walk(1, 2), (60, 1))
     with closing(SpikingHalves(build, 20, run)) as spiking:
         halves = spiking.play(shown)

@@ -30,11 +30,11 @@ def test_the_points_are_all_combinations_seed_by_seed(sweep_of):
     ]
 
 
-def test_a_point_has_its_own_settings_and_the_sweeps(sweep_of, tmp_path):
+def test_a_point_has_its_own_settings_and_the_sweeps(sweep_of):
     point = sweep_of(varied=VARIED, seeds=(3,)).points()[0]
     assert point.settings == {"network_seed": 3, "path": "paper", "n_neurons": 2}
-    options = point.options(tmp_path)
-    assert (options.folder, options.seconds, options.seed) == (tmp_path, 2.0, 3)
+    options = point.options
+    assert (options.seconds, options.seed) == (2.0, 3)
     assert (options.backend, options.chip, options.pipeline) == ("reference", "loihi", "compact")
 
 

@@ -6,12 +6,12 @@ import pytest
 import xarray as xr
 from PIL import Image
 
+from spikeport.experiments import driver
 from spikeport.experiments.arm.draw_task import Sheet
 from spikeport.experiments.options import Options
-from spikeport.experiments.switch import experiment as switch
 from spikeport.experiments.switch import rehearsal
-from spikeport.experiments.switch import run as switch_run
 from spikeport.experiments.switch.frames import Frame
+from spikeport.experiments.switch.gate import HumanoidRig
 from spikeport.experiments.switch.goals import (
     Goal,
     RetractTask,
@@ -19,14 +19,14 @@ from spikeport.experiments.switch.goals import (
     from_stand_to_stand,
     hanging_hand,
 )
-from spikeport.experiments.switch.loop import OUTPUTS, SwitchLoop
-from spikeport.experiments.switch.phases import switched_after_s
+from spikeport.experiments.switch.metrics import switched_after_s
 from spikeport.experiments.switch.schedule import Phase
 from spikeport.experiments.switch.settings import SwitchSettings
 from spikeport.experiments.switch.trial import SwitchTrial
 from spikeport.experiments.walk.paths import find_path
 from spikeport.networks import walking_policy
 from spikeport.robot.description import JOINTS
+from spikeport.robot.plant import Plant
 from spikeport.robot.walk_interface import PARTS
 
 ANALYTIC = ("run", "switch", "--backend", "analytic")
@@ -35,8 +35,9 @@ WALK, DRAW = {"walk": 0.8, "draw": 0.4}, {"walk": 0.4, "draw": 0.8}
 
 
 def switched(folder, schedule="switch", seconds=60.0, backend="analytic", seed=0, **settings):
-    options = Options(folder, seconds, backend=backend, seed=seed, pipeline="compact")
-    switch.run(SwitchSettings(schedule=schedule, **settings), options)
+    options = Options(seconds, backend=backend, seed=seed, pipeline="compact")
+    trial = SwitchTrial(SwitchSettings(schedule=schedule, **settings), options)
+    driver.run(trial, folder)
     return json.loads((folder / "result.json").read_text())
 
 
@@ -110,83 +111,87 @@ def phase(begin_s, end_s, utilities, **goal):
 
 
 @pytest.fixture(scope="module")
-def loop():
-    return SwitchLoop(True, None, 0.005, 0.005)
+def rig():
+    return HumanoidRig(Plant(), True, None, 0.005, 0.005)
 
 
-def goals_of(loop, brief):
+def begin(rig, brief):
     schedule = SwitchSettings(schedule=brief).load_schedule(6.0)
-    loop.start(0, find_goals(schedule, 8, 0))
+    rig.begin(0, find_goals(schedule, 8, 0))
 
 
-def shown(loop, gates, torque=(0, 0, 0, 0)):
-    output = np.concatenate((np.zeros(21), torque, gates))
-    return np.split(loop.step(output), OUTPUTS[:-1])
+def step(rig, gates, torque=(0, 0, 0, 0)):
+    rig.loop.step(np.concatenate((np.zeros(21), torque, gates)))
 
 
-def test_the_gates_decide_what_drives_the_arm(loop, brief):
-    goals_of(loop, brief)
+def test_the_gates_decide_what_drives_the_arm(rig, brief):
+    begin(rig, brief)
     for gates, expected in (((1, 0), 0.28), ((0.6, 0.4), 0.28), ((0, 1), 3.0), ((1, 0), 0.28)):
-        shown(loop, gates, (3.0, 0, 0, 0))
-        assert loop.plant.data.ctrl[-4] == pytest.approx(expected)
-        assert loop.plant.anchored == (gates[1] > 0.5)
+        step(rig, gates, (3.0, 0, 0, 0))
+        assert rig.plant.data.ctrl[-4] == pytest.approx(expected)
+        assert rig.plant.anchored == (gates[1] > 0.5)
 
 
-def test_an_anchored_robot_is_brought_upright_and_let_go(loop, brief):
-    goals_of(loop, brief)
-    height_m = loop.plant.data.qpos[2]
-    loop.plant.data.qpos[3:7] = np.cos(0.1), 0, np.sin(0.1), 0
+def test_an_anchored_robot_is_brought_upright_and_let_go(rig, brief):
+    begin(rig, brief)
+    height_m = rig.plant.data.qpos[2]
+    rig.plant.data.qpos[3:7] = np.cos(0.1), 0, np.sin(0.1), 0
     for _ in range(240):
-        shown(loop, (0, 1))
-    w, x, y, _ = loop.plant.data.qpos[3:7]
+        step(rig, (0, 1))
+    w, x, y, _ = rig.plant.data.qpos[3:7]
     assert [w, x, y] == pytest.approx([1, 0, 0], abs=5e-3)
-    assert loop.plant.data.qpos[2] == pytest.approx(height_m, abs=5e-3)
-    shown(loop, (1, 0))
-    assert not loop.plant.anchored
+    assert rig.plant.data.qpos[2] == pytest.approx(height_m, abs=5e-3)
+    step(rig, (1, 0))
+    assert not rig.plant.anchored
 
 
-def test_the_schedule_gives_utilities_and_targets(loop, brief):
-    goals_of(loop, brief)
+def test_the_schedule_gives_utilities_and_targets(rig, brief):
+    begin(rig, brief)
     for _ in range(199):
-        *_, arm, target, utilities = shown(loop, (1, 0))
-    assert utilities.tolist() == [0.8, 0.4]
-    assert target == pytest.approx(arm[8:])
-    *_, arm, target, utilities = shown(loop, (1, 0))
-    assert utilities.tolist() == [0.4, 0.8]
-    assert np.linalg.norm(target - arm[8:]) > 0.1
+        step(rig, (1, 0))
+    *_, hand, target = rig.arm.seen
+    assert rig.gate.utilities.tolist() == [0.8, 0.4]
+    assert target == pytest.approx(hand)
+    step(rig, (1, 0))
+    *_, hand, target = rig.arm.seen
+    assert rig.gate.utilities.tolist() == [0.4, 0.8]
+    assert np.linalg.norm(target - hand) > 0.1
 
 
-def test_the_hand_is_seen_from_an_upright_torso(loop, brief, law):
-    goals_of(loop, brief)
-    loop.plant.data.qpos[:7] = 3, 2, 0.9, np.cos(0.3), 0, 0, np.sin(0.3)
-    loop.plant.data.joint("torso").qpos = 0.2
-    *_, arm, _, _ = shown(loop, (1, 0))
-    assert arm[8:] == pytest.approx(law.arm.at(arm[:4]).position, abs=1e-9)
+def test_the_hand_is_seen_from_an_upright_torso(rig, brief, law):
+    begin(rig, brief)
+    rig.plant.data.qpos[:7] = 3, 2, 0.9, np.cos(0.3), 0, 0, np.sin(0.3)
+    rig.plant.data.joint("torso").qpos = 0.2
+    step(rig, (1, 0))
+    q, _, hand, _ = rig.arm.seen
+    assert hand == pytest.approx(law.arm.at(q).position, abs=1e-9)
 
 
-def test_a_sheet_is_steady_once_the_pen_is_down_and_follows_slowly(loop, drawn):
-    goals_of(loop, drawn)
+def test_a_sheet_is_steady_once_the_pen_is_down_and_follows_slowly(rig, drawn):
+    begin(rig, drawn)
     for _ in range(620):
-        shown(loop, (0, 1))
-    before = loop._sheet
-    loop.plant.anchor(np.add(loop.plant.data.qpos[:7], [0.02, 0, 0, 0, 0, 0, 0]))
+        step(rig, (0, 1))
+    before = rig.place.sheet
+    rig.plant.anchor(np.add(rig.plant.data.qpos[:7], [0.02, 0, 0, 0, 0, 0, 0]))
     for _ in range(10):
-        *_, target, _ = shown(loop, (0, 1))
-    torso = Frame.of_torso(loop.plant.data, loop.plant.model.body("torso_link").id)
-    assert torso.world(target) == pytest.approx(loop._sheet.world(loop._task.target))
-    moved_m = np.linalg.norm(loop._sheet.origin - before.origin)
+        step(rig, (0, 1))
+    *_, target = rig.arm.seen
+    torso = Frame.of_torso(rig.plant.data, rig.plant.model.body("torso_link").id)
+    assert torso.world(target) == pytest.approx(rig.place.sheet.world(rig.place.task.target))
+    moved_m = np.linalg.norm(rig.place.sheet.origin - before.origin)
     assert 0 < moved_m < 0.1 * np.linalg.norm(torso.upright().origin - before.origin)
 
 
-def test_a_path_begins_where_the_robot_is(loop, brief):
-    goals_of(loop, brief)
+def test_a_path_begins_where_the_robot_is(rig, brief):
+    begin(rig, brief)
     for _ in range(1000):
-        _, reference, state, *_ = shown(loop, (0, 1))
+        step(rig, (0, 1))
+    _, reference, state = rig.walk.seen
     heading, place = state[0], state[1:3]
     begun_m = 0.5 * 0.8**2 / 2 / 0.9  # in a ramp of 0.9 s, the reference being 0.8 s ahead
     ahead = place + begun_m * np.array([np.cos(heading), np.sin(heading)])
     assert reference[:2] == pytest.approx(ahead, abs=1e-3)
-    assert len(loop.paths) == 4
+    assert len(rig.gate.paths) == 4
 
 
 # goals
@@ -203,11 +208,11 @@ def test_a_path_is_walked_from_a_stand_to_a_stand():
 
 
 @pytest.mark.parametrize(("anchor", "told"), [(True, False), (False, True)])
-def test_a_policy_that_balances_knows_the_arm_at_work(tmp_path, brief, monkeypatch, anchor, told):
+def test_a_policy_that_balances_knows_the_arm_at_work(brief, monkeypatch, anchor, told):
     monkeypatch.setattr(rehearsal, "record_gait", lambda policy: np.zeros((1, 69)))
     settings = SwitchSettings(schedule=brief, anchor=anchor)
-    trial = SwitchTrial.of(settings, Options(tmp_path, 6.0))
-    found = rehearsal.rehearse(trial, rehearsal.Exact.of(settings))
+    trial = SwitchTrial(settings, Options(6.0))
+    found = trial.rehearsals(trial.exact()).record()
     elbow = found.observations[:, PARTS["joint angles"]][:, JOINTS.index("right_elbow")]
     assert (np.ptp(elbow) > 0.6) == told
     assert np.ptp(found.region.q_samples[:, -1]) > 0.6
@@ -280,13 +285,13 @@ def test_what_is_wrong_is_told_before_the_run(tmp_path, spikeport, settings, mes
 
 def test_a_video_shows_path_and_hand(tmp_path, drawn, monkeypatch):
     asked = []
-    monkeypatch.setattr(switch_run, "write_video", lambda *arguments: asked.append(arguments))
-    monkeypatch.setattr(switch_run, "check_video", lambda *_: None)
-    options = Options(tmp_path, 5.0, backend="analytic", video=True)
-    switch_run.run(SwitchTrial.of(SwitchSettings(schedule=drawn), options))
-    ((_, loop, marks, camera, captions),) = asked
+    monkeypatch.setattr(driver, "write_video", lambda *arguments: asked.append(arguments))
+    monkeypatch.setattr(driver, "check_video", lambda *_: None)
+    options = Options(5.0, backend="analytic", video=True)
+    driver.run(SwitchTrial(SwitchSettings(schedule=drawn), options), tmp_path)
+    ((_, film, (marks, camera, captions, _)),) = asked
     assert camera == "track"
-    assert len(loop.poses) == 1000
+    assert len(film.poses) == 1000
     assert len(marks(1)) == len(marks(600)) < len(marks(1000))
     assert (
         captions(100).text == "  0.5 s   phase 0   utilities: walk 0.8, draw 0.4   selected: walk"

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from spikeport.experiments.arm.task import SHOULDER_M
+from spikeport.experiments.arm.reach_task import SHOULDER_M
 from spikeport.experiments.switch.frames import ANCHORED_PELVIS_M, Frame
 
 LEANING = Frame(

@@ -4,8 +4,8 @@ import json
 
 import pytest
 
+from spikeport.experiments import driver
 from spikeport.experiments.switch import rehearsal
-from spikeport.experiments.switch import run as switch_run
 from spikeport.experiments.walk import gait
 from spikeport.experiments.walk.gait import record_gait
 from spikeport.networks.arm import PRESETS, ArmSizes
@@ -24,7 +24,7 @@ def small(monkeypatch, spikeport, short, tmp_path):
     """Run a command of ``switch`` with few neurons and short rehearsals, into a path."""
     monkeypatch.setitem(PRESETS, "lean", ArmSizes(m1=60, cb=40, s1=10))
     monkeypatch.setattr(rehearsal, "SEEDS", (1000,))
-    monkeypatch.setattr(switch_run, "pictures", lambda *_: ())
+    monkeypatch.setattr(driver, "draw_scenes", lambda *_: ())
     monkeypatch.setattr(rehearsal, "record_gait", lambda policy: record_gait(policy, 1.0))
     monkeypatch.setattr(gait, "STRAIGHT_S", 2.5)
 

@@ -1,7 +1,7 @@
 import pytest
 from matplotlib.figure import Figure
 
-from spikeport.experiments.switch.phases import phase_metrics
+from spikeport.experiments.switch.metrics import phase_metrics
 from spikeport.experiments.switch.work_figure import draw_work
 
 

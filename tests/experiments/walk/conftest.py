@@ -3,7 +3,7 @@
 import pytest
 
 from spikeport.experiments.policy.calibration import Walks
-from spikeport.experiments.walk import calibration, controller, gait, run
+from spikeport.experiments.walk import gait, trial
 from spikeport.experiments.walk.gait import record_gait
 
 
@@ -14,8 +14,6 @@ def short_gait(monkeypatch: pytest.MonkeyPatch) -> None:
     def short(policy):
         return record_gait(policy, 1.0)
 
-    for module in (calibration, run):
-        monkeypatch.setattr(module, "record_gait", short)
-    for module in (calibration, controller):
-        monkeypatch.setattr(module, "WALKS", Walks(short, gait.drift_trim))
+    monkeypatch.setattr(trial, "record_gait", short)
+    monkeypatch.setattr(trial, "WALKS", Walks(short, gait.drift_trim))
     monkeypatch.setattr(gait, "STRAIGHT_S", 2.5)

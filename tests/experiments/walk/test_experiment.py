@@ -9,11 +9,11 @@ from PIL import Image
 
 from spikeport.compile.pipeline import compile_network
 from spikeport.errors import UsageError
+from spikeport.experiments import driver
 from spikeport.experiments.options import Options
-from spikeport.experiments.walk import controller as walk_controller
-from spikeport.experiments.walk import experiment as walk
-from spikeport.experiments.walk import run as walk_run
+from spikeport.experiments.walk import trial as walk_trial
 from spikeport.experiments.walk.settings import WalkSettings
+from spikeport.experiments.walk.trial import WalkTrial
 from spikeport.find_network import find_network
 from spikeport.networks import walking_policy
 from spikeport.networks.policy import PolicyNetwork
@@ -32,8 +32,8 @@ def names(folder):
 
 
 def walked(folder, seconds, backend="analytic", seed=0, **settings):
-    options = Options(folder, seconds, backend=backend, seed=seed, pipeline="compact")
-    walk.run(WalkSettings(**settings), options)
+    options = Options(seconds, backend=backend, seed=seed, pipeline="compact")
+    driver.run(WalkTrial(WalkSettings(**settings), options), folder)
     return json.loads((folder / "result.json").read_text())
 
 
@@ -78,8 +78,8 @@ def test_spikes_follow_a_path_on_the_chip(tmp_path):
 @pytest.mark.usefixtures("short_gait")
 def test_a_calibration_is_made_once_and_used_again(tmp_path):
     file, small = tmp_path / "calibration.npz", {"n_neurons": 2, "backend": "native"}
-    options = Options(tmp_path, 0.5, pipeline="compact")
-    walk.calibrate(WalkSettings(n_neurons=2), options).save(file)
+    options = Options(0.5, pipeline="compact")
+    WalkTrial(WalkSettings(n_neurons=2), options).calibrate().save(file)
     nominal, made, read = (
         walked(tmp_path / str(i), 0.3, **small, calibrated=given)
         for i, given in enumerate((False, True, str(file)))
@@ -184,7 +184,7 @@ def acting(values):
 
 def test_a_fall_ends_the_run_with_metrics_picture_and_last_states(tmp_path, monkeypatch):
     squat = np.where(["knee" in joint for joint in JOINTS], 1.5, 0.0)
-    monkeypatch.setattr(walk_controller, "analytic_policy", acting(squat))
+    monkeypatch.setattr(walk_trial, "analytic_policy", acting(squat))
     result = walked(tmp_path, 5.0)
     fallen_at_s = result["metrics"]["fallen_at_s"]
     assert result["metrics"]["falls"] == 1
@@ -199,7 +199,7 @@ def test_a_fall_ends_the_run_with_metrics_picture_and_last_states(tmp_path, monk
 @pytest.mark.filterwarnings("ignore:overflow")
 def test_an_action_that_is_not_finite_ends_the_run(tmp_path, spikeport, monkeypatch):
     out = tmp_path / "run"
-    monkeypatch.setattr(walk_controller, "analytic_policy", acting(np.full(19, 1e308)))
+    monkeypatch.setattr(walk_trial, "analytic_policy", acting(np.full(19, 1e308)))
     code, printed, error = spikeport(*ANALYTIC, "--out", out)
     assert (code, printed) == (1, "")
     assert error == (
@@ -267,14 +267,14 @@ def test_a_policy_with_other_observations_is_refused_before_the_run(tmp_path, sp
 
 def test_a_video_follows_the_robot(tmp_path, monkeypatch):
     shown = []
-    monkeypatch.setattr(walk_run, "write_video", lambda *arguments: shown.append(arguments))
-    monkeypatch.setattr(walk_run, "check_video", lambda *_: None)
-    options = Options(tmp_path, 0.1, backend="analytic", video=True)
-    walk.run(WalkSettings(), options)
-    ((folder, loop, marks, camera),) = shown
-    assert (folder, camera) == (tmp_path, "track")
-    assert len(loop.poses) == 20
-    assert len(marks(1)) < len(marks(20)) + 1
+    monkeypatch.setattr(driver, "write_video", lambda *arguments: shown.append(arguments))
+    monkeypatch.setattr(driver, "check_video", lambda *_: None)
+    options = Options(0.1, backend="analytic", video=True)
+    driver.run(WalkTrial(WalkSettings(), options), tmp_path)
+    ((folder, film, scenes),) = shown
+    assert (folder, scenes.camera) == (tmp_path, "track")
+    assert len(film.poses) == 20
+    assert len(scenes.marks(1)) < len(scenes.marks(20)) + 1
 
 
 def test_the_experiments_pipeline_is_used_where_none_is_asked_for(tmp_path, spikeport, monkeypatch):
@@ -284,7 +284,7 @@ def test_the_experiments_pipeline_is_used_where_none_is_asked_for(tmp_path, spik
         asked.append(trial.options.pipeline)
         raise UsageError("seen")
 
-    monkeypatch.setattr(walk_run, "prepare", prepare)
+    monkeypatch.setattr(driver, "prepare", prepare)
     spikeport(*ANALYTIC, "--out", tmp_path / "a")
     spikeport(*ANALYTIC, "--passes", "as_written", "--out", tmp_path / "b")
     assert asked == ["compact", "as_written"]

@@ -3,11 +3,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from spikeport.experiments.walk.loop import LEAD_S
 from spikeport.experiments.walk.metrics import metrics
 from spikeport.experiments.walk.paths import find_path
-from spikeport.experiments.walk.recording import Recording
-from spikeport.experiments.walk.trial import WalkRun
+from spikeport.experiments.walk.port import LEAD_S
+from spikeport.experiments.walk.recording import WalkRecording, WalkRun
 
 SPEED_M_S, DT_S = 0.5, 0.005
 
@@ -19,7 +18,7 @@ def walked(seconds, fallen_at_s):
     reference = np.array([path.at(t + LEAD_S) for t in time_s])
     state = np.zeros((len(time_s), 5))
     state[:, 1:3] = reference[:, :2] + [0, 0.1]
-    recording = Recording(
+    recording = WalkRecording(
         time_s=time_s,
         observation=np.zeros((len(time_s), 69)),
         reference=reference,

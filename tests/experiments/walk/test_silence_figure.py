@@ -7,9 +7,10 @@ import pytest
 import xarray as xr
 
 from spikeport.errors import UsageError
+from spikeport.experiments.driver import run
 from spikeport.experiments.options import Options
-from spikeport.experiments.walk import experiment as walk
 from spikeport.experiments.walk.settings import WalkSettings
+from spikeport.experiments.walk.trial import WalkTrial
 
 
 @pytest.mark.parametrize(
@@ -29,9 +30,10 @@ def test_a_silence_that_makes_no_sense_is_refused(setting, message):
 
 @pytest.mark.parametrize(("backend", "policy"), [("analytic", "spiking"), ("native", "mlp")])
 def test_the_exact_policy_cannot_be_silenced(tmp_path, short_gait, backend, policy):
-    options = Options(tmp_path, 0.1, backend=backend, pipeline="compact")
+    options = Options(0.1, backend=backend, pipeline="compact")
+    settings = WalkSettings(silence=0.5, policy=policy, follower="exact")
     with pytest.raises(UsageError) as caught:
-        walk.run(WalkSettings(silence=0.5, policy=policy, follower="exact"), options)
+        run(WalkTrial(settings, options), tmp_path)
     assert str(caught.value) == "silence=0.5: the exact policy has no neurons"
 
 
@@ -40,7 +42,8 @@ def test_silence_ends_the_gait(tmp_path, short_gait):
     settings = WalkSettings(
         path="line", n_neurons=4, calibrated=False, silence=1.0, silence_at=0.3, follower="exact"
     )
-    walk.run(settings, Options(tmp_path, 0.5, backend="native", pipeline="compact"))
+    options = Options(0.5, backend="native", pipeline="compact")
+    run(WalkTrial(settings, options), tmp_path)
     assert (tmp_path / "figure.png").stat().st_size > 10_000
     assert json.loads((tmp_path / "result.json").read_text())["settings"]["silence"] == 1.0
     with xr.open_dataset(tmp_path / "probes.nc", engine="h5netcdf") as probes:

@@ -109,6 +109,10 @@ CHAIN = "expected a chain of dense layers and activations, found operation"
             [("Gemm", ("x", "W"), {"transA": 1, "transB": 1})],
             "expected observations in rows, found Gemm with transA",
         ),
+        (
+            [("Add", ("B", "B"), {})],
+            "expected one output that depends on the observation, found 1 outputs",
+        ),
     ],
 )
 def test_another_graph_is_refused(write, path, refusal, nodes, complaint):

@@ -1,0 +1,1 @@
+"""Rules and limits: what a network breaks, and what compiles but is lost."""

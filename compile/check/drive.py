@@ -1,0 +1,65 @@
+"""Neurons of an image that are copies of others, and neurons that cannot fire.
+
+Both are found from the image's integers alone, as the chip sees them.
+"""
+
+import numpy as np
+
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.deliveries import synapses_of
+from spikeport.compile.image.tables import part
+
+ALIKE = ("bias", "decay_u", "decay_v", "vth", "refract_delay")
+ONE = 4096  # decays are in 1/4096
+
+
+def duplicated(image: ChipImage) -> np.ndarray:
+    """Return the neurons that equal an earlier one of their block in all input, (n_compartments,).
+
+    Equal are weights from every source, bias, decays, threshold and refractory period. Weights are
+    compared by two sums with random factors for every source. Read-outs and neurons with noise or
+    learning are not copies.
+    """
+    factors = np.random.RandomState(0).randint(1, 2**31, (2, image.n_sources)).astype(np.uint64)
+    sums = np.zeros((2, image.n_compartments), dtype=np.uint64)  # wraps around, as a hash may
+    for synapses in synapses_of(image):
+        weight = image.synapses.weight[synapses.number].astype(np.int64).astype(np.uint64)
+        for total, factor in zip(sums, factors, strict=True):  # much faster than both at once
+            np.add.at(total, synapses.target, weight * factor[synapses.source])
+    constants = [getattr(image.compartments, name).astype(np.int64) for name in ALIKE]
+    own = np.stack([*constants, image.compartment_block], axis=1)
+    rows = np.concatenate([own.view(np.uint64), sums.T], axis=1)
+    first = np.unique(rows, axis=0, return_index=True)[1]
+    copies = np.ones(image.n_compartments, dtype=bool)
+    copies[first] = False
+    result: np.ndarray = copies & _ordinary(image)
+    return result
+
+
+def silenced(image: ChipImage) -> np.ndarray:
+    """Return the neurons that stay below threshold whatever the input, (n_compartments,).
+
+        u_max = 4096 q_max / (decay_u + 1),   v_max = 4096 (u_max + bias) / decay_v
+
+    where q_max is the sum of a neuron's positive weights: every excitatory source spikes in every
+    step, and no other. Read-outs and neurons with noise or learning are not silenced.
+    """
+    most = np.zeros(n := image.n_compartments)
+    for synapses in synapses_of(image):
+        positive = np.maximum(image.synapses.weight[synapses.number], 0)
+        most += np.bincount(synapses.target, weights=positive, minlength=n)
+    current = most * ONE / (image.compartments.decay_u + 1.0) + image.compartments.bias
+    with np.errstate(divide="ignore", invalid="ignore"):
+        voltage = np.where(current > 0, current * ONE / image.compartments.decay_v, 0)
+    result: np.ndarray = (voltage <= image.compartments.vth) & _ordinary(image)
+    return result
+
+
+def _ordinary(image: ChipImage) -> np.ndarray:
+    """Return the neurons that spike and that their integers describe fully, (n_compartments,)."""
+    ordinary = image.compartments.enable_noise == 0
+    ordinary[image.readouts] = False
+    for block in image.groups.block[image.learns]:
+        ordinary[part(image.blocks.start, block)] = False
+    result: np.ndarray = ordinary
+    return result

@@ -1,0 +1,169 @@
+"""Rules a network must keep before nengo-loihi's builder is asked: all breaches at once, in words.
+
+nengo-loihi finds some of these one at a time, some as an assertion without text, and lets others
+pass in silence (a subclass of LIF is built as plain LIF). Found by reading nengo-loihi 1.1.0's
+builder and confirmed by the tests of this module. What each rule says and why stands in
+``rules.toml``, SP0xx.
+"""
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import nengo
+import numpy as np
+from nengo.dists import Distribution
+from nengo.ensemble import Neurons
+from nengo.params import iter_params
+from nengo_loihi.inputs import ChipProcess
+
+from spikeport.compile.check import rules
+from spikeport.compile.check.violation import Violation
+from spikeport.compile.ground.names import Names, base
+from spikeport.compile.ground.scope import NEURON_TYPES, PROBEABLE, REGULAR_BASES, Scope
+
+ARRAYS = ("gain", "bias", "encoders", "max_rates", "intercepts", "eval_points", "function")
+"""Parameters of ensembles and connections that can be arrays, beside transforms."""
+
+
+def lint(network: nengo.Network, names: Names, rewritten: bool = True) -> list[Violation]:
+    """Return every breach of every rule, in the order of `RULES`.
+
+    Before a network is rewritten, only the rules that no pass over it can mend are checked.
+    """
+    scope = Scope(network, names)
+    rules_ = [rule for rule in RULES if rewritten or rule not in MENDED]
+    return [violation for rule in rules_ for violation in rule(scope)]
+
+
+def some_ensemble(scope: Scope) -> Iterator[Violation]:
+    """Refuse a network without an ensemble on the chip."""
+    if not scope.ensembles:
+        yield rules.get("SP001").broken(scope.names[scope.network], "0")
+
+
+def neuron_type(scope: Scope) -> Iterator[Violation]:
+    """Refuse neurons other than LIF and integrate-and-fire, also where a subclass adds to these."""
+    for ensemble in scope.ensembles:
+        kind = ensemble.neuron_type
+        regular = type(kind) is nengo.RegularSpiking and type(kind.base_type) in REGULAR_BASES
+        if not regular and type(kind) not in NEURON_TYPES:
+            yield rules.get("SP002").broken(scope.names[ensemble], type(kind).__name__)
+
+
+def ensemble_noise(scope: Scope) -> Iterator[Violation]:
+    """Refuse ``Ensemble.noise``, which nengo-loihi does not map."""
+    for ensemble in scope.ensembles:
+        if ensemble.noise is not None:
+            yield rules.get("SP003").broken(scope.names[ensemble], type(ensemble.noise).__name__)
+
+
+def gain_and_bias(scope: Scope) -> Iterator[Violation]:
+    """Refuse a gain without a bias, and a bias without a gain."""
+    for ensemble in scope.ensembles:
+        if (ensemble.gain is None) != (ensemble.bias is None):
+            given = "bias" if ensemble.gain is None else "gain"
+            yield rules.get("SP004").broken(scope.names[ensemble], f"{given} only")
+
+
+def synapse(scope: Scope) -> Iterator[Violation]:
+    """Refuse filters other than the chip's own, a first-order low-pass."""
+    for connection in scope.network.all_connections:
+        filtered_on_chip = scope.on_chip(connection.post_obj) and (
+            scope.on_chip(connection.pre_obj) or isinstance(connection.pre_obj, Neurons)
+        )
+        kind = type(connection.synapse)
+        if filtered_on_chip and kind not in (nengo.Lowpass, type(None)):
+            yield rules.get("SP005").broken(scope.names[connection], kind.__name__)
+
+
+def post_slice(scope: Scope) -> Iterator[Violation]:
+    """Refuse connections to a part of an ensemble on the chip: nengo-loihi connects to all."""
+    for connection in scope.network.all_connections:
+        part = connection.post_slice
+        whole = isinstance(part, slice) and part == slice(None)
+        whole = whole or not scope.on_chip(connection.post_obj)
+        full_weights = isinstance(connection.pre_obj, nengo.Ensemble) and connection.solver.weights
+        if not whole and not full_weights:
+            part = f"{connection.size_out} of {connection.post_obj.size_in} dimensions"
+            yield rules.get("SP006").broken(scope.names[connection], part)
+
+
+def learning_rule(scope: Scope) -> Iterator[Violation]:
+    """Refuse learning rules other than PES on connections from an ensemble on the chip."""
+    for connection in scope.network.all_connections:
+        rule = connection.learning_rule_type
+        if rule is None or not scope.on_chip(connection.pre_obj):
+            continue
+        kinds = rule.values() if isinstance(rule, dict) else rule
+        for kind in kinds if isinstance(rule, list | dict) else [rule]:
+            if type(kind) is not nengo.PES:
+                yield rules.get("SP007").broken(scope.names[connection], type(kind).__name__)
+
+
+def place_of_learning(scope: Scope) -> Iterator[Violation]:
+    """Refuse an error that is fed back to a connection which starts off the chip."""
+    for connection in scope.network.all_connections:
+        learned = base(connection.post_obj)
+        if isinstance(learned, nengo.Connection) and not scope.on_chip(learned.pre_obj):
+            yield rules.get("SP008").broken(scope.names[learned], "the host")
+
+
+def chip_process(scope: Scope) -> Iterator[Violation]:
+    """Refuse nodes that would run on the board: they are not part of an image."""
+    for node in scope.network.all_nodes:
+        if isinstance(node.output, ChipProcess):
+            yield rules.get("SP009").broken(scope.names[node], type(node.output).__name__)
+
+
+def probe(scope: Scope) -> Iterator[Violation]:
+    """Refuse probes of values that the chip does not record."""
+    for recorded in scope.network.all_probes:
+        connection = isinstance(recorded.obj, nengo.Connection)
+        if not scope.on_chip(recorded.obj.pre_obj if connection else recorded.obj):
+            continue
+        allowed = PROBEABLE.get(type(recorded.obj), ())
+        if recorded.attr not in allowed:
+            limit = " or ".join(allowed) or "none"
+            yield rules.get("SP010").broken(scope.names[recorded], recorded.attr, limit)
+
+
+def finite(scope: Scope) -> Iterator[Violation]:
+    """Refuse arrays of ensembles and connections that are not finite."""
+    network = scope.network
+    for obj in [*network.all_ensembles, *network.all_connections]:
+        odd = [name for name, array in _arrays(obj) if not np.isfinite(array).all()]
+        if odd:
+            yield rules.get("SP011").broken(scope.names[obj], f"NaN or infinity in {odd[0]}")
+
+
+def _arrays(obj: Any) -> Iterator[tuple[str, np.ndarray]]:
+    """Yield the arrays of an ensemble or connection, by name."""
+    if isinstance(obj, nengo.Connection):
+        yield from _numbers("transform", getattr(obj.transform, "init", None))
+    for name in ARRAYS:
+        yield from _numbers(name, getattr(obj, name, None))
+
+
+def _numbers(name: str, value: Any) -> Iterator[tuple[str, np.ndarray]]:
+    if isinstance(value, Distribution):
+        for param in iter_params(value):
+            yield from _numbers(name, getattr(value, param))
+    elif isinstance(value, np.ndarray | float | int) and np.asarray(value).dtype.kind in "fiu":
+        yield name, np.asarray(value)
+
+
+RULES: tuple[Callable[[Scope], Iterator[Violation]], ...] = (
+    some_ensemble,
+    neuron_type,
+    ensemble_noise,
+    gain_and_bias,
+    synapse,
+    post_slice,
+    learning_rule,
+    place_of_learning,
+    chip_process,
+    probe,
+    finite,
+)
+MENDED = (synapse, post_slice)
+"""Rules that a pass over a network can mend."""

@@ -1,0 +1,86 @@
+"""Names for Nengo objects that are the same in every process.
+
+Nengo's own ``str`` falls back to memory addresses for objects without a label; these do not.
+"""
+
+from collections import Counter
+from collections.abc import Mapping
+from typing import Any
+
+import nengo
+from nengo.ensemble import Neurons
+
+
+class Names:
+    """Readable, unique and reproducible names of the objects of a network.
+
+    An ensemble, node or subnetwork is called by its label, or by its kind and position; objects in
+    subnetworks are prefixed with the subnetwork's name; a connection is ``pre -> post``. Names that
+    occur again get ``#2``, ``#3`` and so on, in the order of definition.
+
+    Parameters
+    ----------
+    network : nengo.Network
+        The network.
+    known : mapping of objects to str, optional
+        Objects that have a name already, and keep it.
+    """
+
+    def __init__(self, network: nengo.Network, known: Mapping[Any, str] | None = None) -> None:
+        self._names: dict[Any, str] = dict(known or {})
+        self._taken: Counter[str] = Counter(self._names.values())
+        self._names.setdefault(network, self._unique(network.label or "network"))
+        self._name_objects(network, prefix="")
+        for connection in network.all_connections:
+            self._name(connection)
+
+    def __getitem__(self, obj: Any) -> str:
+        """Return the name of an object, of its neurons, of a view, or of a builder's own object."""
+        return self._name(base(obj))
+
+    def __contains__(self, obj: Any) -> bool:
+        return obj in self._names
+
+    def _name(self, obj: Any) -> str:
+        if obj not in self._names:
+            self._names[obj] = self._unique(self._describe(obj))
+        return self._names[obj]
+
+    def _name_objects(self, network: nengo.Network, prefix: str) -> None:
+        for kind in ("ensembles", "nodes", "networks", "probes"):
+            for i, obj in enumerate(getattr(network, kind)):
+                if obj not in self._names:
+                    self._names[obj] = self._unique(prefix + (obj.label or f"{kind}[{i}]"))
+        for sub in network.networks:
+            self._name_objects(sub, prefix=self._names[sub] + ".")
+
+    def _describe(self, obj: Any) -> str:
+        if isinstance(obj, nengo.Connection):
+            return self._arrow(obj)
+        return getattr(obj, "label", None) or type(obj).__name__
+
+    def _arrow(self, connection: nengo.Connection) -> str:
+        return f"{self._end(connection.pre_obj)} -> {self._end(connection.post_obj)}"
+
+    def _end(self, obj: Any) -> str:
+        obj = base(obj)
+        if isinstance(obj, nengo.Connection):
+            return self._name(obj)
+        # What the builder adds by itself, and is not named, are the ends of its read-outs.
+        return self._names.get(obj, "read-out")
+
+    def _unique(self, name: str) -> str:
+        self._taken[name] += 1
+        # A label may itself look like a numbered one.
+        return name if self._taken[name] == 1 else self._unique(f"{name}#{self._taken[name]}")
+
+
+def base(obj: Any) -> Any:
+    """Return the ensemble or node behind a view, its neurons, or a learning rule's connection."""
+    if isinstance(obj, nengo.base.ObjView):
+        obj = obj.obj
+    if isinstance(obj, Neurons):
+        return obj.ensemble
+    if isinstance(obj, nengo.connection.LearningRule):
+        return obj.connection
+    return obj

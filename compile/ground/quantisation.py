@@ -1,0 +1,103 @@
+"""The cost of rounding to the chip's integers, block by block.
+
+    error = rms(restored - wanted) / rms(wanted)
+
+where ``wanted`` are the builder's floating-point weights (or biases, thresholds, decays) of a block
+and ``restored`` the integers divided by the scales that nengo-loihi's discretiser chose for it.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from nengo_loihi.block import LoihiBlock, SynapseConfig
+
+ONE = 4096  # decays are in 1/4096
+ROUNDED = ("vth", "decay_u", "decay_v")
+"""Constants of neurons that the discretiser rounds, beside the bias."""
+
+
+class Neurons(NamedTuple):
+    """Constants of the compartments of a block, each array (n,)."""
+
+    decay_u: np.ndarray
+    decay_v: np.ndarray
+    vth: np.ndarray
+    vmin: np.ndarray
+    vmax: np.ndarray
+    scale_u: np.ndarray
+    """1 where the input is scaled by ``decay_u``."""
+    scale_v: np.ndarray
+
+
+class BlockValues(NamedTuple):
+    """The values of a block: as they were built, or restored from integers."""
+
+    bias: np.ndarray
+    weights: list[np.ndarray]
+    indices: list[np.ndarray]
+    neurons: Neurons
+
+
+class BlockError(NamedTuple):
+    """Relative rms error of a block's numbers (0 where there are none)."""
+
+    label: str
+    weights: float
+    bias: float
+    lost_weights: float
+    """Share of the non-zero weights that became zero."""
+    threshold: float = 0.0
+    current_decay: float = 0.0
+    voltage_decay: float = 0.0
+
+
+def block_values(block: LoihiBlock) -> BlockValues:
+    """Return the values of a block."""
+    weights = [w.ravel() for synapse in block.synapses for w in synapse.weights]
+    indices = [i.ravel() for synapse in block.synapses for i in synapse.indices]
+    comp, n = block.compartment, block.n_neurons
+    neurons = Neurons(*(np.broadcast_to(getattr(comp, name), n) for name in Neurons._fields))
+    return BlockValues(comp.bias, weights, indices, neurons)
+
+
+def restored(wanted: BlockValues, block: LoihiBlock) -> BlockValues:
+    """Return the integers of a discretised block, divided by the scales they were made with."""
+    info, comp = block.discretize_info, block.compartment
+    scale = np.broadcast_to(
+        info["w_scale"] * SynapseConfig.get_scale(info["w_exp"]), block.n_neurons
+    )
+    weights = [w / scale[i] for w, i in zip(_integers(block), wanted.indices, strict=True)]
+    neurons = wanted.neurons._replace(
+        vth=comp.vth / info["v_scale"],
+        decay_u=(comp.decay_u + 1) / ONE,  # the chip adds 1
+        decay_v=comp.decay_v / ONE,
+    )
+    return BlockValues(comp.bias / info["b_scale"], weights, wanted.indices, neurons)
+
+
+def block_error(label: str, wanted: BlockValues, block: LoihiBlock) -> BlockError:
+    """Compare a discretised block with its floating-point values."""
+    found = restored(wanted, block)
+    pairs = [(getattr(found.neurons, name), getattr(wanted.neurons, name)) for name in ROUNDED]
+    nonzero = _flat(wanted.weights) != 0
+    lost = np.mean(_flat(_integers(block))[nonzero] == 0) if nonzero.any() else 0.0
+    return BlockError(
+        label,
+        _relative(_flat(found.weights), _flat(wanted.weights)),
+        _relative(found.bias, wanted.bias),
+        float(lost),
+        *(_relative(*pair) for pair in pairs),
+    )
+
+
+def _integers(block: LoihiBlock) -> list[np.ndarray]:
+    return [w.ravel() for synapse in block.synapses for w in synapse.weights]
+
+
+def _flat(arrays: list[np.ndarray]) -> np.ndarray:
+    return np.concatenate(arrays) if arrays else np.zeros(0)
+
+
+def _relative(restored: np.ndarray, wanted: np.ndarray) -> float:
+    norm = np.linalg.norm(wanted)
+    return float(np.linalg.norm(restored - wanted) / norm) if norm > 0 else 0.0

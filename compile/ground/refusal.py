@@ -1,0 +1,68 @@
+"""Refusals by nengo-loihi's builder as our errors, and its warnings passed on.
+
+    CompileError
+    └── RefusedError (nengo's BuildError)        the builder or discretiser refuses the network
+        └── InvalidError (nengo's ValidationError)   ... since a parameter is not valid
+
+Each is Nengo's error of that kind too, so that code written for Nengo catches it.
+"""
+
+import contextlib
+import re
+import traceback
+import warnings
+from collections.abc import Iterator
+
+from nengo.exceptions import BuildError, NengoException, ValidationError
+
+from spikeport.errors import CompileError
+
+ADDRESS = re.compile(r" at 0x[0-9a-f]+")
+
+
+class RefusedError(CompileError, BuildError):
+    """The error of a network that Nengo's builder, nengo-loihi's, or its discretiser refuses."""
+
+
+class InvalidError(RefusedError, ValidationError):
+    """The error of a parameter that is not valid: ``attr`` of the object ``obj``."""
+
+    __str__ = Exception.__str__  # the message names both already
+
+
+def refused(name: str, error: Exception, cure: str) -> RefusedError:
+    """Return the error for a refusal by nengo-loihi, often an assertion without text."""
+    message = (
+        f"{name}: nengo-loihi refuses it: {_reason(error)}; cure: {cure}, or keep its ensembles on "
+        "the host with net.config[ensemble].on_chip = False"
+    )
+    if isinstance(error, ValidationError):
+        return InvalidError(message, error.attr, error.obj)
+    return RefusedError(message)
+
+
+def _reason(error: Exception) -> str:
+    reason = without_addresses(error)
+    if not reason:
+        where = traceback.extract_tb(error.__traceback__)[-1]
+        return f"{type(error).__name__} at {where.name}: {where.line}"
+    if isinstance(error, NengoException | NotImplementedError):
+        return reason
+    return f"{type(error).__name__}: {reason}"
+
+
+def without_addresses(said: Exception | Warning | str) -> str:
+    """Return a text without the memory addresses by which Nengo names objects without a label."""
+    return ADDRESS.sub("", str(said))
+
+
+@contextlib.contextmanager
+def collected_warnings() -> Iterator[list[warnings.WarningMessage]]:
+    """Collect all warnings; at the end pass on each once, from module ``spikeport.compile``."""
+    with warnings.catch_warnings(record=True) as collected:
+        warnings.simplefilter("always")
+        yield collected
+    for one in {without_addresses(one.message): one for one in collected}.values():
+        warnings.warn_explicit(
+            one.message, one.category, one.filename, one.lineno, "spikeport.compile"
+        )

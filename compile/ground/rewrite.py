@@ -1,0 +1,97 @@
+"""A network on its way through the network passes, and what became of its objects."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import nengo
+from nengo.builder.network import seed_network
+
+from spikeport.compile.ground.names import Names
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A place in the row of ensembles that one ensemble was cut into.
+
+    Attributes
+    ----------
+    owner : str
+        The name of the ensemble that was cut.
+    number : int
+        The position among the pieces, from 0.
+    count : int
+        The number of pieces.
+    """
+
+    owner: str
+    number: int
+    count: int
+
+
+@dataclass(frozen=True)
+class Rewrite:
+    """A network and its relation to the one that the user wrote.
+
+    Objects that a pass need not change are in its network themselves, never altered. ``stand_ins``
+    maps the user's probes to those that record the same here; ``built`` maps the user's ensembles
+    and connections that are here no longer to what Nengo built of them. Objects that appear in
+    neither are still themselves.
+
+    Attributes
+    ----------
+    network : nengo.Network
+        The network.
+    names : Names
+        Names of its objects.
+    stand_ins, built : mapping
+        See above.
+    seeds : mapping of Nengo objects to int
+        The seeds that Nengo would have given to objects in their old place.
+    pieces : mapping of nengo.Ensemble to Piece
+        The ensembles of the network that are one piece each of an ensemble that was cut.
+    """
+
+    network: nengo.Network
+    names: Names
+    stand_ins: Mapping[nengo.Probe, nengo.Probe] = field(default_factory=dict)
+    built: Mapping[Any, Any] = field(default_factory=dict)
+    seeds: Mapping[Any, int] = field(default_factory=dict)
+    pieces: Mapping[nengo.Ensemble, Piece] = field(default_factory=dict)
+
+    def all_seeds(self) -> dict[Any, int]:
+        """Return the seed of every object; 0 stands in for a network's where it has none."""
+        network = self.network
+        seeds = {**self.seeds}
+        seeds.setdefault(network, 0 if network.seed is None else network.seed)
+        seed_network(network, seeds=seeds, seeded={})
+        return seeds
+
+    def then(
+        self,
+        network: nengo.Network,
+        stand_ins: Mapping[nengo.Probe, nengo.Probe],
+        built: Mapping[Any, Any],
+        seeds: Mapping[Any, int],
+        pieces: Mapping[nengo.Ensemble, Piece] | None = None,
+    ) -> "Rewrite":
+        """Return the rewrite that follows this one.
+
+        Stand-ins of stand-ins stand in for the user's own probes. ``pieces`` are those among the
+        new ensembles; ensembles that stay in the network remain the pieces they were.
+        """
+        users = {probe: stand_ins.get(now, now) for probe, now in self.stand_ins.items()}
+        known = set(self.stand_ins.values())
+        first = {probe: new for probe, new in stand_ins.items() if probe not in known}
+        names = {obj: self.names[obj] for obj in network.all_objects if obj in self.names}
+        names[network] = self.names[self.network]
+        names.update({new: self.names[now] for now, new in stand_ins.items()})
+        kept = {e: self.pieces[e] for e in network.all_ensembles if e in self.pieces}
+        return Rewrite(
+            network,
+            Names(network, names),
+            {**first, **users},
+            {**self.built, **built},
+            seeds,
+            {**kept, **(pieces or {})},
+        )

@@ -1,0 +1,62 @@
+"""Settings of single objects in ``network.config``: nengo-loihi's, and the decode path.
+
+::
+
+    spikeport.add_params(network)
+    network.config[connection].decode_path = "direct"
+"""
+
+from typing import Any
+
+import nengo
+import nengo_loihi
+from nengo.exceptions import ConfigError
+from nengo.params import EnumParam
+
+PATHS = ("auto", "direct", "onoff", "preset10", "host")
+OF_CONTAINER = {nengo.Ensemble: ("block_shape",), nengo.Connection: ("pop_type", "decode_path")}
+"""Options that are read in the network that holds an object; ``on_chip`` in the outermost one."""
+
+
+def add_params(network: nengo.Network) -> None:
+    """Add the options of nengo-loihi, and ``decode_path`` for connections, to a network's config.
+
+    ``decode_path`` sets how a decoded connection between ensembles on the chip is wired:
+    ``"direct"`` from neuron to neuron, over a relay of ``"onoff"`` or ``"preset10"`` decode
+    neurons, over the ``"host"``, or ``"auto"``, as the pass ``decode_path`` chooses.
+    """
+    nengo_loihi.add_params(network)
+    connections = network.config[nengo.Connection]
+    if "decode_path" not in connections._extra_params:
+        param = EnumParam("decode_path", default="auto", values=PATHS)
+        connections.set_param("decode_path", param)
+
+
+class Settings:
+    """The settings of a network's objects.
+
+    Parameters
+    ----------
+    network : nengo.Network
+        The network.
+    """
+
+    def __init__(self, network: nengo.Network) -> None:
+        self._network = network
+        holders = [network, *network.all_networks]
+        self._holder = {obj: net for net in holders for obj in (*net.ensembles, *net.connections)}
+
+    def get(self, obj: Any, name: str) -> Any:
+        """Return the setting of an object, or None where there is no such option."""
+        holder = self._network if name == "on_chip" else self._holder.get(obj, self._network)
+        try:
+            return getattr(holder.config[obj], name)
+        except (ConfigError, AttributeError):
+            return None
+
+    def copy(self, obj: Any, network: nengo.Network) -> None:
+        """Give an object the same settings in another network."""
+        names = OF_CONTAINER.get(type(obj), ())
+        for name in (*names, *(["on_chip"] if isinstance(obj, nengo.Ensemble) else [])):
+            if (value := self.get(obj, name)) is not None:
+                setattr(network.config[obj], name, value)

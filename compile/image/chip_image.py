@@ -1,0 +1,240 @@
+"""The chip image: inert tables and a manifest, which a chip or an emulator can be loaded from.
+
+An image needs no Nengo to be loaded and run. It holds, for every compartment, synapse, axon, input
+and output of one chip, the integers nengo-loihi's discretiser chose, and the placement on cores.
+Equal networks give equal images, byte for byte, and hence equal digests.
+
+::
+
+    image = ChipImage.load("image.npz")
+    chip = NativeChip(image, seed=0)          # from spikeport.backends.native.chip
+    outputs = chip.step(np.array([0, 3]), {})  # sources 0 and 3 spike on the host
+"""
+
+import functools
+import hashlib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from spikeport.compile.image import files
+from spikeport.compile.image.manifest import Header, Manifest
+from spikeport.compile.image.tables import (
+    LAYOUT,
+    TABLES,
+    Blocks,
+    Compartments,
+    Decoders,
+    Groups,
+    InAxons,
+    Inputs,
+    OutAxons,
+    Outputs,
+    Reads,
+    Routes,
+    Rows,
+    Synapses,
+    Table,
+    part,
+)
+from spikeport.compile.image.validation import check
+from spikeport.errors import ImageError
+
+
+@dataclass(frozen=True, eq=False)
+class ChipImage:
+    """A compiled network for one chip.
+
+    The tables are those of `spikeport.compile.image.tables`, where each of their arrays is
+    described. Two images are equal when their digests are. A changed image is a new one:
+    ``dataclasses.replace(image, blocks=...)``.
+    """
+
+    manifest: Manifest
+    blocks: Blocks
+    compartments: Compartments
+    groups: Groups
+    in_axons: InAxons
+    rows: Rows
+    synapses: Synapses
+    routes: Routes
+    out_axons: OutAxons
+    inputs: Inputs
+    outputs: Outputs
+    reads: Reads
+    decoders: Decoders
+
+    @classmethod
+    def from_arrays(cls, manifest: Manifest, arrays: Mapping[str, np.ndarray]) -> "ChipImage":
+        """Return the image of arrays, by their names in `LAYOUT`.
+
+        Raises
+        ------
+        ImageError
+            If an array is missing, not known, or cannot be held in its type.
+        """
+        if set(arrays) != set(LAYOUT):
+            odd = sorted(set(arrays) ^ set(LAYOUT))
+            raise ImageError(
+                f"image arrays do not follow schema {manifest.schema}: {', '.join(odd)}"
+            )
+        tables = {
+            table.NAME: table(**{name: arrays[one.key] for name, one in table.columns().items()})
+            for table in TABLES
+        }
+        return cls(manifest, **tables)  # type: ignore[arg-type]  # the tables, by their names
+
+    @property
+    def tables(self) -> Iterator[Table]:
+        """Tables, in the order of the layout."""
+        return (getattr(self, table.NAME) for table in TABLES)
+
+    @property
+    def arrays(self) -> dict[str, np.ndarray]:
+        """Arrays, by their names in `LAYOUT`, in its order."""
+        return {
+            declared.key: getattr(table, name)
+            for table in self.tables
+            for name, declared in type(table).columns().items()
+        }
+
+    @property
+    def n_blocks(self) -> int:
+        """Number of blocks."""
+        return len(self.blocks)
+
+    @property
+    def n_compartments(self) -> int:
+        """Number of compartments on all cores."""
+        return len(self.compartments)
+
+    @property
+    def n_sources(self) -> int:
+        """Number of all sources of spikes: the compartments, and after them the inputs' sources."""
+        return self.n_compartments + self.n_inputs
+
+    @property
+    def n_inputs(self) -> int:
+        """Number of spiking sources on the host, of all inputs."""
+        return int(self.inputs.size.sum(dtype=np.int64))
+
+    @property
+    def n_cores(self) -> int:
+        """Number of cores in use."""
+        return int(self.blocks.core.max(initial=-1)) + 1
+
+    @property
+    def learns(self) -> np.ndarray:
+        """Mask of the groups of synapses that learn, (n_groups,)."""
+        result: np.ndarray = self.groups.learning[:, 0] != 0
+        return result
+
+    @property
+    def cores(self) -> tuple[str, ...]:
+        """Names of the cores: those of a core's first blocks, and how many more it has."""
+        names: list[list[str]] = [[] for _ in range(self.n_cores)]
+        for core, block in zip(self.blocks.core, self.manifest.blocks, strict=True):
+            names[core].append(block.label)
+        return tuple(map(_core_name, names))
+
+    @functools.cached_property
+    def compartment_block(self) -> np.ndarray:
+        """Block of each compartment, (n_compartments,)."""
+        return np.repeat(np.arange(self.n_blocks), np.diff(self.blocks.start))
+
+    @functools.cached_property
+    def compartment_core(self) -> np.ndarray:
+        """Core of each compartment, (n_compartments,)."""
+        return np.repeat(self.blocks.core, np.diff(self.blocks.start))
+
+    @functools.cached_property
+    def group_core(self) -> np.ndarray:
+        """Core of each group of synapses, (n_groups,)."""
+        result: np.ndarray = self.blocks.core[self.groups.block]
+        return result
+
+    @property
+    def readouts(self) -> np.ndarray:
+        """Compartments whose voltage is decoded: they must never reach their threshold."""
+        reads = [
+            self.reads.compartment[part(self.outputs.start, i)]
+            for i, output in enumerate(self.manifest.outputs)
+            if output.key == "voltage" and output.weights == "matrix"
+        ]
+        return np.unique(np.concatenate(reads)) if reads else np.zeros(0, dtype=int)
+
+    @functools.cached_property
+    def digest(self) -> str:
+        """SHA-256 over manifest and arrays, in hexadecimal."""
+        state = hashlib.sha256(self.manifest.to_json())
+        for name, array in self.arrays.items():
+            state.update(f"{name} {array.dtype.str} {array.shape}".encode())
+            state.update(array.data)
+        return state.hexdigest()
+
+    def __repr__(self) -> str:
+        return (
+            f"<ChipImage for {self.manifest.chip}: {self.n_compartments:,} compartments on "
+            f"{self.n_cores:,} cores, {self.digest[:12]}>"
+        )
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, ChipImage) and self.digest == other.digest
+
+    def __hash__(self) -> int:
+        return hash(self.digest)
+
+    def on_cores(self, core: np.ndarray) -> "ChipImage":
+        """Return the image with its blocks on other cores, (n_blocks,)."""
+        return replace(self, blocks=replace(self.blocks, core=core))
+
+    @functools.cached_property
+    def checked(self) -> "ChipImage":
+        """The image itself, once all of its numbers point at something that exists.
+
+        Kernels follow the numbers of an image without looking: whatever runs one asks for this.
+
+        Raises
+        ------
+        ImageError
+            Names the table, the row, the value and its bound.
+        """
+        check(self)
+        return self
+
+    def save(self, path: str | Path) -> None:
+        """Write the image, whole or not at all."""
+        header = Header(self.digest, self.manifest).to_json()
+        files.write(Path(path), header, self.arrays)
+
+    @classmethod
+    def load(cls, path: str | Path) -> "ChipImage":
+        """Read an image.
+
+        Raises
+        ------
+        ImageError
+            If the file is missing, truncated, altered, of another schema, not an image at all, or
+            if its numbers point outside its tables.
+        """
+        try:
+            return cls._read(Path(path))
+        except ImageError as error:
+            raise ImageError(f"{path}: {error}") from None
+
+    @classmethod
+    def _read(cls, path: Path) -> "ChipImage":
+        header, arrays = files.read(path)
+        image = cls.from_arrays(header.manifest, arrays)
+        if image.digest != header.digest:
+            raise ImageError(
+                "the content does not match its digest: the file was altered; compile it again"
+            )
+        return image.checked
+
+
+def _core_name(blocks: list[str], most: int = 3) -> str:
+    more = len(blocks) - most
+    return " + ".join(blocks[:most] + ([f"{more} more"] if more > 0 else []))

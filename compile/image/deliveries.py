@@ -1,0 +1,107 @@
+"""The ways of spikes: the one walk over routes, axons and rows that all counts and kernels share.
+
+Sources are all compartments of an image, followed by the spiking sources of its inputs. A spike of
+a source takes each of the source's routes that has an output axon for it. There it reaches an input
+axon, which adds a row of weights, read for one atom, to compartments of a block.
+"""
+
+import itertools
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from spikeport.compile.image.tables import ranges
+
+if TYPE_CHECKING:
+    from spikeport.compile.image.chip_image import ChipImage
+
+
+class Deliveries(NamedTuple):
+    """The ways that spikes can take, route by route, in each by source; arrays of (n,).
+
+    Attributes
+    ----------
+    source : array
+        The source, counted through compartments and inputs.
+    route, group : array
+        Its route, and the group of synapses that the route leads to.
+    axon, row : array
+        The input axon and the row of weights, counted through all groups.
+    atom : array
+        The atom that the spike selects.
+    """
+
+    source: np.ndarray
+    route: np.ndarray
+    group: np.ndarray
+    axon: np.ndarray
+    row: np.ndarray
+    atom: np.ndarray
+
+    def of(self, chosen: np.ndarray | slice) -> "Deliveries":
+        """Return some of the ways, by number, mask or slice."""
+        return Deliveries(*(array[chosen] for array in self))
+
+
+def deliveries(image: "ChipImage") -> Deliveries:
+    """Return every way that a spike can take to an input axon."""
+    routes, groups = image.routes, image.groups
+    sizes = np.diff(routes.start)
+    used = np.flatnonzero(image.out_axons.axon >= 0)
+    route = np.repeat(np.arange(len(routes)), sizes)[used]
+    group = routes.group[route]
+    axon = groups.axon_start[group] + image.out_axons.axon[used]
+    return Deliveries(
+        source=_first_sources(image)[route] + used - routes.start[route],
+        route=route,
+        group=group,
+        axon=axon,
+        row=groups.row_start[group] + image.in_axons.row[axon],
+        atom=image.out_axons.atom[used],
+    )
+
+
+def _first_sources(image: "ChipImage") -> np.ndarray:
+    """Return the number of the first source of each route, (n_routes,)."""
+    inputs = image.n_compartments + np.cumsum(image.inputs.size) - image.inputs.size
+    first = np.concatenate([image.blocks.start[:-1], inputs])
+    result: np.ndarray = first[
+        np.where(image.routes.from_input == 1, image.n_blocks, 0) + image.routes.source
+    ]
+    return result
+
+
+def row_lengths(image: "ChipImage") -> np.ndarray:
+    """Return the number of synapses a spike reads in each row, those of one atom, (n_rows,)."""
+    result: np.ndarray = np.diff(image.rows.start) // image.rows.atoms
+    return result
+
+
+class Reached(NamedTuple):
+    """Synapses that spikes read, arrays of (n,): from source to target compartment.
+
+    ``number`` is the row in the table ``synapses``.
+    """
+
+    source: np.ndarray
+    target: np.ndarray
+    number: np.ndarray
+
+
+def synapses_of(image: "ChipImage") -> Iterator[Reached]:
+    """Yield the synapses that spikes of each route read, one route after the other.
+
+    All at once they could be many more than the image stores, since axons share rows.
+    """
+    ways = deliveries(image)
+    ways = ways.of(image.in_axons.base[ways.axon] >= 0)
+    ends = np.searchsorted(ways.route, np.arange(len(image.routes) + 1))
+    lengths = row_lengths(image)
+    first = image.blocks.start[image.groups.block]
+    for begin, end in itertools.pairwise(ends):
+        mine = ways.of(slice(begin, end))
+        sizes = lengths[mine.row]
+        number = ranges(image.rows.start[mine.row] + mine.atom * sizes, sizes)
+        target = np.repeat(first[mine.group] + image.in_axons.base[mine.axon], sizes)
+        yield Reached(np.repeat(mine.source, sizes), target + image.synapses.index[number], number)

@@ -1,0 +1,29 @@
+"""Costs of one spike of every source where it arrives."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.deliveries import deliveries, row_lengths
+
+
+class Fanout(NamedTuple):
+    """Costs of one spike, by source and destination core; both of shape (n_sources, n_cores)."""
+
+    synaptic_operations: np.ndarray
+    """Synapses read: the sum of the row lengths of the axons the spike reaches."""
+    messages: np.ndarray
+    """Messages, 1 where the core receives the spike: one per spike and destination core."""
+
+
+def fanout(image: ChipImage) -> Fanout:
+    """Count the fan-out of every source of an image."""
+    shape = (image.n_sources, image.n_cores)
+    operations, messages = np.zeros((2, *shape), dtype=np.int32)
+    ways = deliveries(image)
+    at = (ways.source, image.group_core[ways.group])
+    read = np.where(image.in_axons.base[ways.axon] >= 0, row_lengths(image)[ways.row], 0)
+    messages[at] = 1
+    np.add.at(operations, at, read)
+    return Fanout(operations, messages)

@@ -1,0 +1,92 @@
+"""The file of an image: a zip archive of NumPy's arrays, and a header of JSON.
+
+A file comes from anywhere. Nothing of it is believed before it is compared with what the archive
+holds: an array is as large as its bytes, and an archive that inflates out of all proportion is not
+inflated at all.
+"""
+
+import io
+import math
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+from numpy.lib import format as npy
+
+from spikeport.atomic import atomic_path
+from spikeport.compile.image.manifest import Header, read_header
+from spikeport.compile.image.tables import LAYOUT
+from spikeport.errors import ImageError
+
+HEADER = "header"
+SMALL_BYTES = 64 << 20
+"""Size to which any archive may inflate: arrays of zeros take next to nothing in a file."""
+MOST_RATIO = 100
+"""Ratio to which a larger archive may inflate. Images of networks stay below 30."""
+DAMAGED = "not a chip image, or truncated or altered"
+METHODS = {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED}
+
+
+def write(path: Path, header: bytes, arrays: Mapping[str, np.ndarray]) -> None:
+    """Write a file, whole or not at all."""
+    with atomic_path(path) as temporary, open(temporary, "wb") as file:
+        members: dict[str, Any] = {HEADER: np.frombuffer(header, np.uint8), **arrays}
+        np.savez_compressed(file, **members)
+
+
+def read(path: Path) -> tuple[Header, dict[str, np.ndarray]]:
+    """Read the header and the arrays of a file.
+
+    Raises
+    ------
+    ImageError
+        If it is missing or not a file of `write`.
+    """
+    try:
+        content = path.read_bytes()
+    except FileNotFoundError:
+        raise ImageError("no such file") from None
+    except OSError as error:
+        raise ImageError(error.strerror or str(error)) from None
+    try:
+        return _read(content)
+    except ImageError:
+        raise
+    except Exception:  # whatever zipfile, zlib and NumPy make of foreign bytes
+        raise ImageError(DAMAGED) from None
+
+
+def _read(content: bytes) -> tuple[Header, dict[str, np.ndarray]]:
+    with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        members = {info.filename.removesuffix(".npy"): info for info in archive.infolist()}
+        _check_size(sum(info.file_size for info in members.values()), len(content))
+        if HEADER not in members or {m.compress_type for m in members.values()} - METHODS:
+            raise ImageError(DAMAGED)
+        # First of all the header: of another schema, the arrays may be others too.
+        header = read_header(_array(archive.open(members.pop(HEADER)), HEADER).tobytes())
+        return header, {name: _array(archive.open(info), name) for name, info in members.items()}
+
+
+def _check_size(inflated: int, stored: int) -> None:
+    most = max(SMALL_BYTES, MOST_RATIO * stored)
+    if inflated > most:
+        raise ImageError(
+            f"a file of {stored:,} bytes that inflates to {inflated:,}, limit {most:,}: no image "
+            "of a network does; compile it again"
+        )
+
+
+def _array(stream: IO[bytes], name: str) -> np.ndarray:
+    """Return an array of the layout, after its type and size were compared with its bytes."""
+    if npy.read_magic(stream) != (1, 0):
+        raise ImageError(DAMAGED)
+    shape, in_fortran_order, dtype = npy.read_array_header_1_0(stream)
+    wanted = LAYOUT[name].dtype if name in LAYOUT else "|u1"
+    if dtype.str != wanted:
+        raise ImageError(f"array {name} is of type {dtype.str}, not {wanted}; compile it again")
+    data = stream.read()
+    if in_fortran_order or math.prod(shape) * dtype.itemsize != len(data):
+        raise ImageError(DAMAGED)
+    return np.frombuffer(data, dtype).reshape(shape)

@@ -1,0 +1,157 @@
+"""Resources that the blocks and cores of an image take, counted from the image itself.
+
+Counts are those of the chip, and in three places stricter than nengo-loihi's own: an output axon
+is counted for every compartment that has one (nengo-loihi counts distinct targets, too few where
+compartments share an axon after splitting); synapses whose targets are not consecutive carry index
+bits, whatever their format says; profiles are counted at all.
+"""
+
+import itertools
+from typing import NamedTuple
+
+import numpy as np
+
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.deliveries import deliveries
+from spikeport.compile.image.manifest import Manifest
+from spikeport.hardware_models.chip import Chip
+from spikeport.hardware_models.limits import CoreUse
+
+INDEXED = 0  # the compression that stores an index with every weight
+AMOUNTS = ("compartments", "in_axons", "out_axons", "synapse_bits")
+PROFILE = ("decay_u", "decay_v", "refract_delay", "enable_noise")
+
+
+class ListFormat(NamedTuple):
+    """The format of a synapse group's rows: bits per synapse, and synapses per list at most."""
+
+    width_bits: int
+    per_list: int
+
+
+class Layout(NamedTuple):
+    """The memory layout of a chip's lists of synapses: bits of a word and of a list's header."""
+
+    word_bits: int = 1
+    header_bits: int = 0
+
+
+def core_uses(image: ChipImage, chip: Chip) -> list[CoreUse]:
+    """Count the resources of every core."""
+    amounts = np.zeros((image.n_cores, len(AMOUNTS)), dtype=int)
+    np.add.at(amounts, image.blocks.core, block_amounts(image, chip))
+    return [
+        CoreUse(
+            label=label,
+            **dict(zip(AMOUNTS, amounts[core].tolist(), strict=True)),
+            **_profiles(image, core),
+        )
+        for core, label in enumerate(image.cores)
+    ]
+
+
+def block_amounts(image: ChipImage, chip: Chip) -> np.ndarray:
+    """Return the resources that each block takes, in the order of `AMOUNTS`, (n_blocks, 4)."""
+    n, block = image.n_blocks, image.groups.block
+    sizes = np.diff(image.blocks.start)
+    in_axons = np.bincount(block, weights=np.diff(image.groups.axon_start), minlength=n)
+    slots = out_slots(image, chip)
+    out_axons = np.bincount(image.compartment_block, weights=slots, minlength=n)
+    bits = np.bincount(block, weights=_group_bits(image, chip), minlength=n)
+    return np.stack([sizes, in_axons, out_axons, bits], axis=1).astype(int)
+
+
+def axon_slots(image: ChipImage, chip: Chip) -> np.ndarray:
+    """Return the slots that an output axon to each synapse group takes, (n_synapse_groups,)."""
+    memory = chip.synapse_memory
+    population = 1 if memory is None else memory.population_32_slots.count
+    return np.where(image.groups.pop_type == 32, population, 1)
+
+
+def out_slots(image: ChipImage, chip: Chip) -> np.ndarray:
+    """Return the slots that the output axons of each compartment take, (n_compartments,)."""
+    ways = deliveries(image)
+    n = image.n_compartments
+    # Inputs of the host send over axons of their own, which take nothing of a core.
+    mine = ways.of(ways.source < n)
+    slots = axon_slots(image, chip)[mine.group]
+    return np.bincount(mine.source, weights=slots, minlength=n).astype(int)
+
+
+def layout(chip: Chip) -> Layout:
+    """Return the chip's layout of lists; it counts bits alone where the layout is not public."""
+    memory = chip.synapse_memory
+    return Layout() if memory is None else Layout(memory.word.count, memory.list_header.count)
+
+
+def list_formats(image: ChipImage) -> list[ListFormat]:
+    """Return the format of each synapse group."""
+    manifest, consecutive = image.manifest, is_consecutive(image)
+    names = manifest.synapse_format
+    forms = [dict(zip(names, row, strict=True)) for row in image.groups.format.tolist()]
+    pairs = zip(forms, consecutive, strict=True)
+    return [_list_format(manifest, form, near) for form, near in pairs]
+
+
+def _list_format(manifest: Manifest, form: dict[str, int], consecutive: bool) -> ListFormat:
+    # ``weight_bits`` and ``idx_bits`` are codes, for which the manifest lists the bits.
+    width = manifest.weight_bits[form["weight_bits"]]
+    width += form["delay_bits"] + form["tag_bits"]
+    if form["compression"] == INDEXED or not consecutive:
+        width += manifest.index_bits[form["idx_bits"]]
+    return ListFormat(width, form["n_synapses"] + 1)
+
+
+def is_consecutive(image: ChipImage) -> np.ndarray:
+    """Return the groups whose rows reach targets 0, 1, 2 ... for each atom, (n_synapse_groups,)."""
+    first = np.zeros(len(image.synapses.index), dtype=bool)
+    # Atoms of a row are stored one after the other, and each counts its targets from 0 anew.
+    first[_atom_starts(image)] = True
+    expected = np.where(first, 0, np.roll(image.synapses.index, 1) + np.int16(1))
+    row = np.searchsorted(
+        image.rows.start, np.flatnonzero(image.synapses.index != expected), side="right"
+    )
+    group = np.searchsorted(image.groups.row_start, row - 1, side="right") - 1
+    result: np.ndarray = np.bincount(group, minlength=len(image.groups.block)) == 0
+    return result
+
+
+def _atom_starts(image: ChipImage) -> np.ndarray:
+    """Return the first weights of the atoms of all rows, except for atoms without any."""
+    sizes, atoms = np.diff(image.rows.start), image.rows.atoms
+    number = np.arange(atoms.sum()) - np.repeat(np.cumsum(atoms) - atoms, atoms)
+    length = np.repeat(sizes // np.maximum(atoms, 1), atoms)
+    result: np.ndarray = (np.repeat(image.rows.start[:-1], atoms) + number * length)[length > 0]
+    return result
+
+
+def list_bits(sizes: np.ndarray, form: ListFormat, layout: Layout) -> int:
+    """Return the bits of rows of these sizes: lists of at most so many synapses, in whole words."""
+    full, rest = np.divmod(sizes, form.per_list)
+    # Every list begins a word of its own and repeats the header, so both are rounded per list.
+    words = full * _words(np.asarray(form.per_list * form.width_bits), layout)
+    words += np.where(rest > 0, _words(rest * form.width_bits, layout), 0)
+    return int(words.sum()) * layout.word_bits
+
+
+def _words(payload_bits: np.ndarray, layout: Layout) -> np.ndarray:
+    return -(-(payload_bits + layout.header_bits) // layout.word_bits)
+
+
+def _group_bits(image: ChipImage, chip: Chip) -> list[int]:
+    sizes, rows = np.diff(image.rows.start), itertools.pairwise(image.groups.row_start)
+    return [
+        list_bits(sizes[first:end], form, layout(chip))
+        for (first, end), form in zip(rows, list_formats(image), strict=True)
+    ]
+
+
+def _profiles(image: ChipImage, core: int) -> dict[str, int]:
+    mine = image.compartment_core == core
+    # Registers hold the values of one profile together, so distinct combinations count.
+    compartment = np.stack([getattr(image.compartments, name)[mine] for name in PROFILE])
+    return {
+        "compartment_profiles": np.unique(compartment, axis=1).shape[1],
+        "threshold_profiles": np.unique(image.compartments.vth[mine]).size,
+        "synapse_profiles": len(np.unique(image.groups.format[image.group_core == core], axis=0)),
+    }

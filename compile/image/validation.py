@@ -1,0 +1,218 @@
+"""Checks that every number of an image points at something that exists.
+
+Kernels follow the numbers of an image without looking. A file with a digest that fits can have been
+made by hand, so all that a kernel relies on is compared first: the length of every array, the order
+of every start, the bounds of every number, and, across tables, that axons, rows and targets lie
+within the group or block they belong to. What an image computes may still be nonsense.
+"""
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from spikeport.compile.image.tables import Column, Table
+from spikeport.errors import ImageError
+
+if TYPE_CHECKING:
+    from spikeport.compile.image.chip_image import ChipImage
+
+MOST_ATOMS = 512
+"""Atoms of a row: nengo-loihi has 9 bits for them."""
+MOST_INPUTS = 1 << 20
+"""Sources on the host: each costs memory, and a file need not hold anything of them."""
+FORMAT = ("weight_bits", "idx_bits", "compression", "n_synapses", "delay_bits", "tag_bits")
+"""Columns of ``groups.format`` by which memory is counted."""
+LEARNING = ("on", "lr_int", "lr_exp", "tracing_tau", "tracing_mag", "train_epoch", "learn_epoch")
+"""Columns of ``groups.learning``."""
+
+
+def check(image: "ChipImage") -> None:
+    """Compare every number of an image with what it points at.
+
+    Raises
+    ------
+    ImageError
+        At the first that is out of bounds; it names table, row, value and bound.
+    """
+    for table in image.tables:
+        _check_lengths(image, table)
+    for table in image.tables:
+        for name, column in table.columns().items():
+            _check_values(image, table, name, column)
+    _check_manifest(image)
+    _check_cores(image)
+    _check_rows(image)
+    _check_axons(image)
+    _check_routes(image)
+    _check_inputs(image)
+    _check_outputs(image)
+    _check_formats(image)
+    _check_learning(image)
+
+
+def _refuse(place: str, value: object, bound: str) -> ImageError:
+    return ImageError(f"{place} is {value}, {bound}; compile it again")
+
+
+def _require(
+    holds: np.ndarray, place: str, values: np.ndarray, bound: str, limits: np.ndarray | None = None
+) -> None:
+    """Refuse the first row where a condition does not hold, with the bound of that row."""
+    if not holds.all():
+        row = int(holds.argmin())
+        if limits is not None:
+            bound = f"{bound} {limits[row]}"
+        raise _refuse(f"{place}[{row}]", values[row], bound)
+
+
+def _check_lengths(image: "ChipImage", table: Table) -> None:
+    for name, column in table.columns().items():
+        wanted: tuple[int, ...] = (len(table) + bool(column.divides),)
+        if column.width:
+            wanted += (len(getattr(image.manifest, column.width)),)
+        shape = getattr(table, name).shape
+        if shape != wanted:
+            raise _refuse(f"the shape of {table.NAME}.{name}", shape, f"not {wanted}")
+
+
+def _check_values(image: "ChipImage", table: Table, name: str, column: Column) -> None:
+    values, place = getattr(table, name), f"{table.NAME}.{name}"
+    low, high = column.low, column.high
+    if column.divides:
+        _check_start(values, place, column.divides, len(getattr(image, column.divides)))
+    if column.into:
+        low, high = 0, len(getattr(image, column.into)) - 1
+    if low is not None and values.min(initial=low) < low:
+        _require(values >= low, place, values, f"at least {low}")
+    if high is not None and values.max(initial=high) > high:
+        of = f", the last of {column.into}" if column.into else ""
+        _require(values <= high, place, values, f"at most {high}{of}")
+
+
+def _check_start(start: np.ndarray, place: str, divided: str, length: int) -> None:
+    if start.size == 0 or start[0] != 0:
+        raise _refuse(f"{place}[0]", start[0] if start.size else "missing", "not 0")
+    before = np.append(0, start[:-1])
+    _require(start >= before, place, start, "at least", before)
+    if start[-1] != length:
+        raise _refuse(f"{place}[{len(start) - 1}]", start[-1], f"not {length}, all of {divided}")
+
+
+def _check_manifest(image: "ChipImage") -> None:
+    manifest = image.manifest
+    for name in ("blocks", "groups", "inputs", "outputs"):
+        entries, rows = len(getattr(manifest, name)), len(getattr(image, name))
+        if entries != rows:
+            raise _refuse(f"the number of manifest.{name}", entries, f"not {rows}, as in the table")
+    if not (math.isfinite(manifest.dt_s) and manifest.dt_s > 0):
+        raise _refuse("manifest.dt_s", manifest.dt_s, "not a positive number")
+    if not math.isfinite(manifest.pes_error_scale):
+        raise _refuse("manifest.pes_error_scale", manifest.pes_error_scale, "not a finite number")
+    if manifest.learning != LEARNING:
+        raise _refuse("manifest.learning", manifest.learning, f"not {LEARNING}")
+    if missing := set(FORMAT) - set(manifest.synapse_format):
+        raise _refuse("manifest.synapse_format", "without", ", ".join(sorted(missing)))
+
+
+def _check_cores(image: "ChipImage") -> None:
+    """Refuse numbers of cores other than 0 and on without a gap: there are no more than blocks."""
+    core, n = image.blocks.core, image.n_blocks
+    _require(core < n, "blocks.core", core, f"at most {n - 1}, one for each block")
+    used = np.zeros(int(core.max(initial=-1)) + 1, dtype=bool)
+    used[core] = True
+    if not used.all():
+        raise _refuse("the first core without a block", int(used.argmin()), f"of {len(used)} cores")
+
+
+def _check_rows(image: "ChipImage") -> None:
+    atoms, sizes = image.rows.atoms, np.diff(image.rows.start)
+    _require(atoms <= MOST_ATOMS, "rows.atoms", atoms, f"at most {MOST_ATOMS}")
+    _require(sizes % atoms == 0, "rows.atoms", atoms, "no divisor of the row's weights,", sizes)
+
+
+def _check_axons(image: "ChipImage") -> None:
+    """Refuse axons that read rows of other groups, or with targets outside the group's block."""
+    groups, axons = image.groups, image.in_axons
+    n_axons, n_rows = np.diff(groups.axon_start), np.diff(groups.row_start)
+    last = np.repeat(n_rows, n_axons) - 1
+    _require(axons.row <= last, "in_axons.row", axons.row, "at most", last)
+    row = np.repeat(groups.row_start[:-1], n_axons) + axons.row
+    farthest = axons.base + _largest_indices(image)[row]
+    end = np.repeat(np.diff(image.blocks.start)[groups.block], n_axons)
+    inside = (axons.base < 0) | (farthest < end)
+    _require(inside, "the farthest target of in_axons", farthest, "at most", end - 1)
+
+
+def _largest_indices(image: "ChipImage") -> np.ndarray:
+    """Return the largest index in each row, -1 where it is empty, (n_rows,)."""
+    start = image.rows.start
+    filled = np.diff(start) > 0
+    largest = np.full(len(filled), -1, dtype=np.int64)
+    if filled.any():
+        largest[filled] = np.maximum.reduceat(image.synapses.index, start[:-1][filled])
+    return largest
+
+
+def _check_routes(image: "ChipImage") -> None:
+    """Refuse routes without an axon for each source, or with axons or atoms of another group."""
+    routes, axon, atom = image.routes, image.out_axons.axon, image.out_axons.atom
+    of_input = routes.from_input == 1
+    last = np.where(of_input, len(image.inputs), image.n_blocks) - 1
+    _require(routes.source <= last, "routes.source", routes.source, "at most", last)
+    sizes = np.concatenate([np.diff(image.blocks.start), image.inputs.size])
+    wanted = sizes[np.where(of_input, image.n_blocks, 0) + routes.source]
+    found = np.diff(routes.start)
+    _require(found == wanted, "the length of routes", found, "not that of its source,", wanted)
+    group = np.repeat(routes.group, found)
+    last = np.diff(image.groups.axon_start)[group] - 1
+    _require(axon <= last, "out_axons.axon", axon, "at most", last)
+    used = np.flatnonzero(axon >= 0)
+    reached = image.groups.axon_start[group[used]] + axon[used]
+    row = image.groups.row_start[group[used]] + image.in_axons.row[reached]
+    last = atom.copy()  # where there is no axon, any atom does
+    last[used] = image.rows.atoms[row] - 1
+    _require(atom <= last, "out_axons.atom", atom, "at most", last)
+
+
+def _check_inputs(image: "ChipImage") -> None:
+    size = image.inputs.size
+    stated = np.array([entry.size for entry in image.manifest.inputs], dtype=object)
+    _require(size == stated, "manifest.inputs.size", stated, "not", size)
+    if image.n_inputs > MOST_INPUTS:
+        raise _refuse("the sum of inputs.size", image.n_inputs, f"at most {MOST_INPUTS}")
+
+
+def _check_outputs(image: "ChipImage") -> None:
+    reads, weights = np.diff(image.outputs.start), np.diff(image.outputs.weight_start)
+    for i, entry in enumerate(image.manifest.outputs):
+        place = f"manifest.outputs[{i}]"
+        shapes = {"matrix": entry.shape[1:] and (int(reads[i]), entry.shape[1]), "scale": (1,)}
+        shape = shapes.get(entry.weights, (0,))
+        if entry.shape != shape or math.prod(shape) != weights[i]:
+            raise _refuse(f"{place}.shape", entry.shape, f"of {weights[i]} weights, not {shape}")
+        if min(entry.segments, default=0) < 0 or sum(entry.segments) != reads[i]:
+            raise _refuse(f"{place}.segments", entry.segments, f"not {reads[i]} in sum")
+        if entry.order is not None and sorted(entry.order) != list(range(entry.size)):
+            raise _refuse(f"{place}.order", entry.order, f"no order of {entry.size} values")
+
+
+def _check_formats(image: "ChipImage") -> None:
+    manifest, form = image.manifest, image.groups.format
+    bits = {"weight_bits": len(manifest.weight_bits), "idx_bits": len(manifest.index_bits)}
+    for name in FORMAT:
+        values = form[:, manifest.synapse_format.index(name)]
+        # nengo-loihi says -1 where no index is long enough: such a block is cut before it is run.
+        low = -1 if name == "idx_bits" else 0
+        high = bits.get(name, 64) - 1
+        inside = (values >= low) & (values <= high)
+        _require(inside, f"groups.format {name}", values, f"not from {low} to {high}")
+
+
+def _check_learning(image: "ChipImage") -> None:
+    learning = image.groups.learning[image.learns]
+    for name in ("train_epoch", "learn_epoch", "tracing_tau"):
+        values = learning[:, LEARNING.index(name)]
+        inside = np.isfinite(values) & (values >= 1)
+        _require(inside, f"the learning groups' {name}", values, "at least 1")
+    _require(np.isfinite(learning).all(axis=1), "groups.learning", learning, "not finite")

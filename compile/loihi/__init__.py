@@ -1,0 +1,1 @@
+"""Building and discretising by nengo-loihi: the only room that calls its builder."""

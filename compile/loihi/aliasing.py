@@ -1,0 +1,35 @@
+"""The error of rates on the chip, where intervals between spikes are whole steps.
+
+    error = rms(chip's rates - neuron type's rates) / rms(neuron type's rates)
+
+over a grid of represented values along each neuron's encoder. nengo-loihi solves decoders for the
+chip's rates, so that decoded values are not off by as much.
+"""
+
+import nengo
+import numpy as np
+from nengo_loihi.builder import Model
+from nengo_loihi.neurons import loihi_rates, nengo_rates
+
+from spikeport.compile.loihi.blocks import FloatBlocks, first_of
+
+GRID = np.linspace(-1, 1, 101)
+
+
+def rate_aliasing(floats: FloatBlocks) -> dict[str, float]:
+    """Return the error of every ensemble on the chip, by its name."""
+    owner = dict(zip(floats.model.blocks, (entry.owner for entry in floats.entries), strict=True))
+    return {
+        owner[first_of(parts["out"])]: _error(ensemble, floats.model)
+        for ensemble, parts in floats.model.objs.items()
+        if isinstance(ensemble, nengo.Ensemble)
+    }
+
+
+def _error(ensemble: nengo.Ensemble, model: Model) -> float:
+    built = model.params[ensemble]
+    x = np.repeat(GRID[:, np.newaxis], ensemble.n_neurons, axis=1)
+    wanted = nengo_rates(ensemble.neuron_type, x, built.gain, built.bias)
+    rates = loihi_rates(ensemble.neuron_type, x, built.gain, built.bias, model.dt)
+    norm = np.linalg.norm(wanted)
+    return float(np.linalg.norm(rates - wanted) / norm) if norm > 0 else 0.0

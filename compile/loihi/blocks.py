@@ -1,0 +1,129 @@
+"""Values between a network and its image: blocks in floating point, and blocks of integers.
+
+nengo-loihi's objects hold both, and its discretiser overwrites one with the other. Here each is a
+value of its own: blocks are copied before anything in them changes.
+"""
+
+import copy
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from nengo_loihi.block import Compartment, LoihiBlock, Synapse
+from nengo_loihi.builder import Model
+from nengo_loihi.probe import LoihiProbe
+
+from spikeport.compile.ground.quantisation import BlockError
+from spikeport.compile.image.manifest import BlockEntry, Filter, InputEntry
+
+
+class OutputName(NamedTuple):
+    """The name of an output, and its filter on the host."""
+
+    name: str
+    filter: Filter | None
+
+
+@dataclass(frozen=True)
+class FloatBlocks:
+    """A network as nengo-loihi built it, in floating point.
+
+    Attributes
+    ----------
+    model : Model
+        nengo-loihi's model: the host's side, and the wiring of blocks. It is not changed any more.
+    blocks : tuple of LoihiBlock
+        The blocks, in the order of the model's, whose place those have that a pass changed.
+    entries : tuple of BlockEntry
+        The owner and kind of each block.
+    inputs : tuple of InputEntry
+        The name and encoding of each of the model's inputs.
+    outputs : tuple of OutputName
+        The name and filter of each of the model's probes.
+    warnings : tuple of str
+        The builder's warnings.
+    """
+
+    model: Model
+    blocks: tuple[LoihiBlock, ...]
+    entries: tuple[BlockEntry, ...]
+    inputs: tuple[InputEntry, ...]
+    outputs: tuple[OutputName, ...]
+    warnings: tuple[str, ...]
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """The name of each block."""
+        return tuple(entry.label for entry in self.entries)
+
+    def with_blocks(self, blocks: Iterable[LoihiBlock]) -> "FloatBlocks":
+        """Return the same with other blocks in the place of these."""
+        return replace(self, blocks=tuple(blocks))
+
+
+@dataclass(frozen=True)
+class IntegerBlocks:
+    """A network after nengo-loihi's discretiser, in integers.
+
+    Attributes
+    ----------
+    floats : FloatBlocks
+        The blocks in floating point.
+    blocks : tuple of LoihiBlock
+        The blocks of integers, in the same order.
+    probes : tuple of LoihiProbe
+        The model's probes, whose weights undo the blocks' scales.
+    errors : tuple of BlockError
+        The rounding error of each block.
+    warnings : tuple of str
+        Warnings of builder and discretiser.
+    """
+
+    floats: FloatBlocks
+    blocks: tuple[LoihiBlock, ...]
+    probes: tuple[LoihiProbe, ...]
+    errors: tuple[BlockError, ...]
+    warnings: tuple[str, ...]
+
+    @property
+    def model(self) -> Model:
+        """nengo-loihi's model, which has the host's side."""
+        return self.floats.model
+
+
+def first_of(blocks: LoihiBlock | list[LoihiBlock]) -> LoihiBlock:
+    """Return the first block of an object, which nengo-loihi may have split into several."""
+    return blocks[0] if isinstance(blocks, list) else blocks
+
+
+def copied(block: LoihiBlock) -> LoihiBlock:
+    """Return a block that can be changed; its axons are those of the original."""
+    new = copy.copy(block)
+    new.compartment = _copied_arrays(block.compartment)
+    new.synapses = [_copied_synapse(synapse) for synapse in block.synapses]
+    return new
+
+
+def copied_probe(probe: LoihiProbe) -> LoihiProbe:
+    """Return a probe whose weights can be changed; its targets are those of the original."""
+    new = copy.copy(probe)
+    new.weights = [
+        None if weights is None else weights.copy(order="K") for weights in probe.weights
+    ]
+    return new
+
+
+def _copied_arrays(compartment: Compartment) -> Compartment:
+    new = copy.copy(compartment)
+    for name, value in vars(compartment).items():
+        if isinstance(value, np.ndarray):
+            setattr(new, name, value.copy())
+    return new
+
+
+def _copied_synapse(synapse: Synapse) -> Synapse:
+    new = copy.copy(synapse)
+    new.synapse_cfg = copy.copy(synapse.synapse_cfg)
+    new.weights = [weights.copy() for weights in synapse.weights]
+    return new

@@ -1,0 +1,226 @@
+"""Network -> float blocks: nengo-loihi's builder, the same in every process.
+
+The builder is used as it is: it defines the arithmetic. Order is added: nengo-loihi replaces
+clusters of passthrough nodes by connections that come from a set and have no seed; here they are
+sorted by name and seeded, so that one network gives one image.
+"""
+
+import contextlib
+import hashlib
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any, Literal
+
+import nengo
+import numpy as np
+from nengo.ensemble import Neurons
+from nengo_loihi.block import LoihiBlock
+from nengo_loihi.builder import Model
+from nengo_loihi.builder.builder import ValidationLevel
+from nengo_loihi.inputs import LoihiInput
+from nengo_loihi.probe import LoihiProbe
+
+from spikeport.compile.check.finite import refused_or_not_finite
+from spikeport.compile.ground.names import Names
+from spikeport.compile.ground.refusal import RefusedError, collected_warnings, without_addresses
+from spikeport.compile.ground.rewrite import Rewrite
+from spikeport.compile.image.manifest import BlockEntry, Encoding, Filter, InputEntry
+from spikeport.compile.loihi.blocks import FloatBlocks, OutputName, first_of
+from spikeport.compile.loihi.lean import lean
+from spikeport.compile.loihi.numpy1 import numpy1_semantics
+from spikeport.compile.loihi.relay import RELAYS, relayed
+
+SEED_LIMIT = 2**31 - 1
+NAMED = (nengo.Ensemble, nengo.Node, nengo.Connection, nengo.Probe)
+
+
+class OrderedModel(Model):
+    """nengo-loihi's model, which also remembers which object it builds.
+
+    ``building`` is the name of the object under construction, for error messages; ``crossings``
+    maps inputs and probes to the connection or probe of the network that made them.
+    """
+
+    def __init__(self, dt_s: float, names: Names) -> None:
+        super().__init__(dt=dt_s, label="spikeport")
+        self.names = names
+        self.building = "network"
+        self.crossings: dict[LoihiInput | LoihiProbe, Any] = {}
+        # Limits are checked by spikeport.compile.check.verify, which reports all of them at once.
+        self.validation_level = ValidationLevel.NONE
+
+    def build(self, obj: Any, *args: Any, **kwargs: Any) -> Any:
+        """Build one object; passthrough replacements are put in order before the first of them."""
+        if self.split is not None:
+            self._order_passthrough()
+        if isinstance(obj, NAMED):
+            self.building = self.names[obj]
+        if self.seeds.get(obj, 0) is None:
+            self.seeds[obj] = _seed_from(self.names[obj])
+        n_inputs, n_probes = len(self.inputs), len(self.probes)
+        with self._path(obj):
+            built = super().build(obj, *args, **kwargs)
+        if isinstance(obj, NAMED):
+            # Builders call each other: the outermost object is the one of the network.
+            crossing = [*list(self.inputs)[n_inputs:], *list(self.probes)[n_probes:]]
+            self.crossings.update(dict.fromkeys(crossing, obj))
+        return built
+
+    def _path(self, obj: Any) -> contextlib.AbstractContextManager[None]:
+        """Return a context for the decode neurons that the network's config asks for, if any."""
+        if isinstance(obj, nengo.Connection) and self.config is not None:
+            options = self.config[obj]
+            path = options.decode_path if "decode_path" in options._clsparams.params else "auto"
+            if path in RELAYS:
+                return relayed(self, obj, path)
+            if path == "direct" and isinstance(obj.post_obj, Neurons):
+                return lean(self, obj)
+        return contextlib.nullcontext()
+
+    def _order_passthrough(self) -> None:
+        passthrough = self.split.passthrough
+        if isinstance(passthrough.to_add, set):
+            passthrough.to_add = sorted(passthrough.to_add, key=self._sort_key)
+
+    def _sort_key(self, connection: nengo.Connection) -> tuple[str, ...]:
+        ends = (self.names[connection.pre_obj], self.names[connection.post_obj])
+        slices = (repr(connection.pre_slice), repr(connection.post_slice))
+        function = getattr(connection.function, "__qualname__", "")
+        init = np.asarray(getattr(connection.transform, "init", 0.0))
+        return (*ends, *slices, function, init.tobytes().hex())
+
+
+def build(rewrite: Rewrite, dt_s: float) -> FloatBlocks:
+    """Build a network.
+
+    Parameters
+    ----------
+    rewrite : Rewrite
+        The network, as its passes left it; a seed of 0 stands in where it has none.
+    dt_s : float
+        The time step, in seconds.
+
+    Raises
+    ------
+    RefusedError
+        If nengo-loihi's builder refuses the network for a reason `lint` does not know.
+    """
+    network, names = rewrite.network, rewrite.names
+    model = OrderedModel(dt_s, names)
+    model.seeds.update({network: network.seed or 0, **rewrite.seeds})
+    model.seeded[network] = True
+    with collected_warnings() as collected, numpy1_semantics():
+        try:
+            model.build(network, precompute=False, discretize=False)
+        except Exception as error:  # it refuses by errors of any kind, not only by its own
+            raise refused_or_not_finite(model.building, error) from error
+    floats = FloatBlocks(
+        model,
+        tuple(model.blocks),
+        tuple(_entries(model, rewrite)),
+        tuple(_input_entry(model, source) for source in model.inputs),
+        tuple(_output_name(model, probe) for probe in model.probes),
+        tuple(sorted({without_addresses(one.message) for one in collected})),
+    )
+    _check_probed_nodes(network, model, names)
+    _check_order_of_reads(model, names)
+    _check_population_axons(floats)
+    return floats
+
+
+def _check_probed_nodes(network: nengo.Network, model: Model, names: Names) -> None:
+    """Refuse probed nodes of a cluster of passthrough nodes that nengo-loihi forgets."""
+    removed, added = model.split.passthrough.to_remove, model.split.passthrough.to_add
+    fed = {connection.post_obj for connection in {*network.all_connections, *added} - removed}
+    lost = {connection.post_obj for connection in removed & {*network.all_connections}} - fed
+    for probe in network.all_probes:
+        if probe.obj in lost:
+            raise RefusedError(
+                f"{names[probe.obj]}: nengo-loihi removes what feeds this passthrough node, and "
+                "its probe would read zeros; cure: give it a function, as in "
+                "nengo.Node(lambda t, x: x, size_in=...)"
+            )
+
+
+def _check_order_of_reads(model: Model, names: Names) -> None:
+    """Refuse reads of split ensembles out of order, of which nengo-loihi mixes up the neurons."""
+    for probe in model.nengo_probes:
+        if not isinstance(probe.obj, Neurons):
+            continue
+        read = np.arange(probe.obj.size_out)[probe.slice]
+        blocks = len(model.objs[probe]["out"].target)
+        if blocks > 1 and np.any(np.diff(read) <= 0):
+            raise RefusedError(
+                f"{names[probe.obj]}: its neurons are read out in another order than theirs, which "
+                "fails where they are split over several cores; cure: read them in ascending order"
+            )
+
+
+def _check_population_axons(floats: FloatBlocks) -> None:
+    """Refuse axons of population type 16 that do not address every fourth compartment."""
+    for label, block in zip(floats.labels, floats.blocks, strict=True):
+        for synapse in block.synapses:
+            bases = np.asarray(synapse.axon_compartment_bases)
+            if synapse.pop_type == 16 and np.any(bases[bases >= 0] % 4):
+                raise RefusedError(
+                    f"{label}: axons of population type 16 start at compartments that are "
+                    "not multiples of 4; cure: use pop_type 32, or channels_last=True with a "
+                    "multiple of 4 filters, also in each block"
+                )
+
+
+def _seed_from(name: str) -> int:
+    return int.from_bytes(hashlib.sha256(name.encode()).digest()[:4], "little") % SEED_LIMIT
+
+
+def _entries(model: OrderedModel, rewrite: Rewrite) -> Iterator[BlockEntry]:
+    """Yield the entry of each block of a model."""
+    found: dict[LoihiBlock, BlockEntry] = {}
+    for obj, parts in model.objs.items():
+        if isinstance(obj, nengo.Ensemble):
+            found.update(_pieces(parts["out"], _ensemble_entry(obj, rewrite)))
+        elif isinstance(obj, nengo.Connection) and "decoded" in parts:
+            kind: Literal["relay", "readout"]
+            kind = "relay" if isinstance(obj.post_obj, nengo.Ensemble) else "readout"
+            found.update(_pieces(parts["decoded"], BlockEntry(kind, model.names[obj])))
+    return (found[block] for block in model.blocks)
+
+
+def _ensemble_entry(ensemble: nengo.Ensemble, rewrite: Rewrite) -> BlockEntry:
+    if piece := rewrite.pieces.get(ensemble):
+        return BlockEntry("ensemble", piece.owner, ((piece.number, piece.count),))
+    return BlockEntry("ensemble", rewrite.names[ensemble])
+
+
+def _pieces(
+    blocks: LoihiBlock | list[LoihiBlock], entry: BlockEntry
+) -> Iterator[tuple[LoihiBlock, BlockEntry]]:
+    """Yield the blocks that an object was built in; nengo-loihi splits some into several."""
+    if not isinstance(blocks, list) or len(blocks) == 1:
+        yield first_of(blocks), entry
+        return
+    for i, block in enumerate(blocks):
+        yield block, replace(entry, piece=(*entry.piece, (i, len(blocks))))
+
+
+def _input_entry(model: OrderedModel, source: LoihiInput) -> InputEntry:
+    connection = model.crossings[source]
+    size = int(source.n_neurons)
+    name = model.names[connection]
+    if connection not in model.connection_decode_neurons:
+        return InputEntry(name, size, Encoding("spikes"))  # their filter is on the chip
+    neurons = model.node_neurons
+    encoding = Encoding("on_off", float(neurons.gain[0]), float(neurons.bias[0]))
+    return InputEntry(name, size, encoding, _filter(connection.synapse))
+
+
+def _output_name(model: OrderedModel, probe: LoihiProbe) -> OutputName:
+    crossing = model.crossings[probe]
+    return OutputName(model.names[crossing], _filter(crossing.synapse))
+
+
+def _filter(synapse: nengo.synapses.Synapse | None) -> Filter | None:
+    if synapse is None:
+        return None
+    tau_s = getattr(synapse, "tau", None)
+    return Filter(type(synapse).__name__, None if tau_s is None else float(tau_s))

@@ -1,0 +1,53 @@
+"""Building of direct connections without ballast: no zero weights, one axon for equal weights.
+
+A weight of zero does nothing, and spikes on one axon add up, so neither changes what is computed.
+It is done while blocks are built, since nengo-loihi splits them at the end by what they then have.
+"""
+
+import contextlib
+from collections.abc import Iterator
+
+import nengo
+from nengo_loihi.block import Axon, LoihiBlock, Synapse
+from nengo_loihi.builder import Model
+
+from spikeport.compile.loihi.solver import DENSE_FROM
+
+
+@contextlib.contextmanager
+def lean(model: Model, connection: nengo.Connection) -> Iterator[None]:
+    """Build a connection to neurons, from neurons or from the host."""
+    target = model.objs[connection.post_obj]["in"]
+    n_before = len(target.synapses)
+    yield
+    source = model.objs[connection.pre_obj].get("out")
+    for synapse in target.synapses[n_before:]:
+        _drop_zeros(synapse)
+        if isinstance(source, LoihiBlock):
+            (axon,) = (one for one in source.axons if one.target is synapse)
+            _share(synapse, axon)
+
+
+def _drop_zeros(synapse: Synapse) -> None:
+    # Few zeros are cheaper to keep: weights without gaps need no index each.
+    n_all = sum(weights.size for weights in synapse.weights)
+    if sum((weights != 0).sum() for weights in synapse.weights) > DENSE_FROM * n_all:
+        return
+    used = [weights[0] != 0 for weights in synapse.weights]
+    synapse.indices = [i[:, some] for i, some in zip(synapse.indices, used, strict=True)]
+    synapse.weights = [w[:, some] for w, some in zip(synapse.weights, used, strict=True)]
+
+
+def _share(synapse: Synapse, axon: Axon) -> None:
+    parts = zip(synapse.weights, synapse.indices, strict=True)
+    keys = [(w.tobytes(), i.tobytes()) for w, i in parts]
+    # In reverse, so that the first axon with a key is the one that stays.
+    first = {key: n for n, key in reversed(list(enumerate(keys)))}
+    kept = sorted(n for n in first.values() if synapse.weights[n].size)
+    place = {keys[n]: axon_number for axon_number, n in enumerate(kept)}
+    # -1 marks a neuron without an axon: it has no weights left, or never had any.
+    used = axon.compartment_map >= 0
+    axon.compartment_map[used] = [place.get(keys[i], -1) for i in axon.compartment_map[used]]
+    synapse.weights = [synapse.weights[n] for n in kept]
+    synapse.indices = [synapse.indices[n] for n in kept]
+    synapse.n_axons = axon.n_axons = len(kept)

@@ -1,0 +1,72 @@
+"""The numbers of an image in floating point: as wanted, and as rounded.
+
+Both are in the units of nengo-loihi's floating-point blocks, where a threshold is usually 1.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from spikeport.compile.ground import quantisation
+from spikeport.compile.ground.quantisation import BlockValues, Neurons, block_values
+from spikeport.compile.image.tables import flat
+from spikeport.compile.loihi.blocks import IntegerBlocks
+
+ROUNDED = ("weights", "bias", "vth", "decay_u", "decay_v")
+"""Names of the arrays that the discretiser rounds."""
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """Weights (n_weights,) and the constants of neurons, each (n_compartments,), of all blocks.
+
+    The order is that of the arrays of an image that no pass has changed. ``to_integers`` is the
+    number of the chip's units that make 1 of a voltage here.
+    """
+
+    weights: np.ndarray
+    bias: np.ndarray
+    vth: np.ndarray
+    decay_u: np.ndarray
+    decay_v: np.ndarray
+    scale_u: np.ndarray
+    scale_v: np.ndarray
+    vmin: np.ndarray
+    vmax: np.ndarray
+    to_integers: np.ndarray
+
+    def with_part(self, name: str, other: "Numbers", part: slice) -> "Numbers":
+        """Return these numbers, with a part of one array taken from another's."""
+        mixed = getattr(self, name).copy()
+        mixed[part] = getattr(other, name)[part]
+        return replace(self, **{name: mixed})
+
+
+def wanted(blocks: IntegerBlocks) -> Numbers:
+    """Return the numbers before they were rounded."""
+    return _numbers(blocks, [block_values(block) for block in blocks.floats.blocks])
+
+
+def restored(blocks: IntegerBlocks) -> Numbers:
+    """Return the integers in floating point: divided by the scales they were made with."""
+    pairs = zip(blocks.floats.blocks, blocks.blocks, strict=True)
+    found = [quantisation.restored(block_values(before), after) for before, after in pairs]
+    return _numbers(blocks, found)
+
+
+def _numbers(blocks: IntegerBlocks, values: Sequence[BlockValues]) -> Numbers:
+    scales = [np.full(b.n_neurons, b.discretize_info["v_scale"]) for b in blocks.blocks]
+    constants = {
+        name: _joined(getattr(one.neurons, name) for one in values) for name in Neurons._fields
+    }
+    return Numbers(
+        weights=_joined(weights for one in values for weights in one.weights),
+        bias=_joined(one.bias for one in values),
+        to_integers=_joined(scales),
+        **constants,
+    )
+
+
+def _joined(arrays: Iterable[np.ndarray]) -> np.ndarray:
+    return flat([np.asarray(array, dtype=float) for array in arrays], float)

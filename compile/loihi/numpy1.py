@@ -1,0 +1,81 @@
+"""NumPy 1 semantics for nengo-loihi 1.1.0, which was written before NumPy 2.
+
+Two of its habits changed meaning:
+
+- ``np.array(x, copy=False)`` asked for a copy only where one is needed; NumPy 2 raises instead.
+- the largest weight, bias and threshold of a block are float32 scalars; beside a Python number
+  NumPy 1 computed in float64 with them, NumPy 2 stays in float32 (NEP 50), and the scales derived
+  from them differ in their last bits, so that a chip would be programmed differently.
+
+Inside `numpy1_semantics` both mean what they meant; outside nothing is changed.
+"""
+
+import contextlib
+from collections.abc import Iterator
+from typing import Any
+
+import nengo_loihi.block
+import nengo_loihi.builder.discretize
+import nengo_loihi.neurons
+import numpy as np
+
+_discretize_compartment = nengo_loihi.builder.discretize.discretize_compartment
+_NUMPY_2 = int(np.__version__.split(".")[0]) >= 2
+
+
+class _CopyIfNeeded:
+    """The numpy module, whose ``array(copy=False)`` copies where it must."""
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(np, name)
+
+    @staticmethod
+    def array(*args: Any, **kwargs: Any) -> np.ndarray:
+        if kwargs.get("copy") is False:
+            kwargs["copy"] = None
+        return np.array(*args, **kwargs)
+
+
+class WideMax(np.ndarray):
+    """An array whose largest element is a Python float, hence wide beside Python numbers."""
+
+    def max(self, *args: Any, **kwargs: Any) -> Any:  # noqa: D102
+        return float(super().max(*args, **kwargs))
+
+
+def _wide_max_abs_weight(synapse: nengo_loihi.block.Synapse) -> float:
+    return float(max(np.abs(w).max() if w.size else -np.inf for w in synapse.weights))
+
+
+def _wide_discretize_compartment(compartment: Any, w_max: float) -> dict[str, Any]:
+    compartment.bias = compartment.bias.view(WideMax)
+    compartment.vth = compartment.vth.view(WideMax)
+    try:
+        result: dict[str, Any] = _discretize_compartment(compartment, w_max)
+        return result
+    finally:
+        compartment.bias = np.asarray(compartment.bias)
+        compartment.vth = np.asarray(compartment.vth)
+
+
+@contextlib.contextmanager
+def numpy1_semantics() -> Iterator[None]:
+    """Let nengo-loihi's builder and discretiser compute as they did under NumPy 1."""
+    patches: list[tuple[Any, str, Any]] = [
+        (nengo_loihi.block.Synapse, "max_abs_weight", _wide_max_abs_weight),
+        (
+            nengo_loihi.builder.discretize,
+            "discretize_compartment",
+            _wide_discretize_compartment,
+        ),
+    ]
+    if _NUMPY_2:
+        patches += [(m, "np", _CopyIfNeeded()) for m in (nengo_loihi.block, nengo_loihi.neurons)]
+    saved = [(owner, name, getattr(owner, name)) for owner, name, _ in patches]
+    try:
+        for owner, name, value in patches:
+            setattr(owner, name, value)
+        yield
+    finally:
+        for owner, name, value in saved:
+            setattr(owner, name, value)

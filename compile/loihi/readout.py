@@ -1,0 +1,42 @@
+"""The scale of decoded values on their way from the chip to the host.
+
+A read-out on the chip is a compartment that does not spike as long as what it decodes in one step
+stays below a threshold; beyond it the value is lost, silently.
+"""
+
+import nengo
+import numpy as np
+from nengo_loihi.builder import Model
+
+MARGIN = 1.05
+"""A factor above what rounding of the weights may add to them."""
+
+
+def readout_scale(decoders: np.ndarray, ensemble: nengo.Ensemble, dt_s: float) -> np.ndarray:
+    r"""Return the divisor of each decoded value.
+
+    .. math:: s_r = c \max_n |D_{rn}|
+
+    All rows then make the same use of the weights' bits; c is the least for which no threshold is
+    reached even if all neurons spike at once.
+
+    Parameters
+    ----------
+    decoders : (d, n) array
+        Decoders of values that are not zero throughout.
+    ensemble : nengo.Ensemble
+        The ensemble that is decoded.
+    dt_s : float
+        The time step, in seconds.
+
+    Returns
+    -------
+    scale : (d,) array
+    """
+    largest = np.abs(decoders).max(axis=1)
+    # The worst step: all neurons that raise a value spike, and none that lower it, or reversed.
+    peak = np.maximum(decoders.clip(min=0).sum(axis=1), (-decoders).clip(min=0).sum(axis=1))
+    amplitude = getattr(ensemble.neuron_type, "amplitude", 1.0)
+    threshold = Model().vth_nonspiking * ensemble.radius * dt_s / amplitude
+    scale: np.ndarray = largest * (peak / largest).max() * MARGIN / threshold
+    return scale

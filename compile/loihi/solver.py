@@ -1,0 +1,223 @@
+"""Gains, encoders and decoders of a builder, before there are any blocks.
+
+nengo-loihi solves decoders for the chip's own firing rates, and limits intercepts. The passes that
+rewrite a network with explicit matrices take these from here, from its very builder.
+"""
+
+import collections
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+import nengo
+import nengo_loihi
+import numpy as np
+import scipy.sparse as sparse
+from nengo.builder.connection import BuiltConnection
+from nengo.builder.ensemble import BuiltEnsemble
+from nengo_loihi.builder import Model
+from nengo_loihi.builder.ensemble import build_ensemble
+from nengo_loihi.compat import sample_transform
+
+from spikeport.compile.check.finite import not_finite, refused_or_not_finite
+from spikeport.compile.ground.rewrite import Rewrite
+from spikeport.compile.loihi.numpy1 import numpy1_semantics
+
+DENSE_FROM = 0.5
+"""Share of non-zero weights from which indices cost more than zeros."""
+Matrix = Any
+"""A NumPy array or a sparse one."""
+
+
+class Builder(NamedTuple):
+    """A builder of ensembles and of decoded connections.
+
+    Attributes
+    ----------
+    new_model : callable
+        Returns the model to build into, for a time step in seconds and the seeds of all objects.
+    build_ensemble : callable
+        Adds a `BuiltEnsemble` to a model.
+    build_decoders : callable
+        Returns a `BuiltConnection` of a connection from an ensemble that a model has.
+    """
+
+    new_model: Callable[[float, Mapping[Any, int]], Any]
+    build_ensemble: Callable[[Any, nengo.Ensemble], object]
+    build_decoders: Callable[[Any, nengo.Connection], BuiltConnection]
+
+
+class ParameterSolver:
+    """A solver of a network's ensembles and connections, each when first asked for.
+
+    Parameters
+    ----------
+    rewrite : Rewrite
+        The network and the seeds of its objects.
+    dt_s : float
+        The time step, in seconds.
+    builder : Builder, optional
+        By default `CHIP`, nengo-loihi's.
+
+    Attributes
+    ----------
+    seeds : dict of Nengo objects to int
+        The seeds; an object that is not part of the network needs an entry before it is built.
+    """
+
+    def __init__(self, rewrite: Rewrite, dt_s: float, builder: Builder | None = None) -> None:
+        self._names = rewrite.names
+        self._builder = builder or CHIP
+        self.seeds = rewrite.all_seeds()
+        self._model = self._builder.new_model(dt_s, self.seeds)
+
+    def ensemble(self, ensemble: nengo.Ensemble) -> BuiltEnsemble:
+        """Return gain, bias and encoders; the radius is not part of the encoders.
+
+        Raises
+        ------
+        RefusedError
+            If the builder refuses the ensemble.
+        """
+        if ensemble not in self._model.params:
+            self._guarded(self._builder.build_ensemble, ensemble)
+        return self._model.params[ensemble]
+
+    def initial_state(self, ensemble: nengo.Ensemble) -> dict[str, np.ndarray]:
+        """Return the state that float Nengo's neurons start in; on the chip they start at zero."""
+        rng = np.random.RandomState(self.seeds[ensemble] + 1)  # as Nengo's builder seeds it
+        state: dict[str, np.ndarray] = ensemble.neuron_type.make_state(ensemble.n_neurons, rng=rng)
+        return state
+
+    def transform(self, connection: nengo.Connection) -> Matrix:
+        """Return the transform of a connection: a factor, a factor for each row, or a matrix."""
+        return _sampled_transform(connection, self.seeds)
+
+    def weights(self, connection: nengo.Connection) -> np.ndarray:
+        """Return the matrix from the whole output of ``pre_obj`` to the connection's values.
+
+        .. math:: W = T D
+
+        with decoders D where ``pre_obj`` is an ensemble, and a selection where it is sliced.
+
+        Returns
+        -------
+        weights : (size_out, n) array
+            For n neurons, or values of a node.
+
+        Raises
+        ------
+        RefusedError
+            If the builder refuses the connection or its ensemble.
+        """
+        pre = connection.pre_obj
+        if isinstance(pre, nengo.Ensemble):
+            weights: np.ndarray = self.decoded(connection).weights
+            return weights
+        whole = np.zeros((pre.size_out, connection.size_out))
+        picked = np.arange(pre.size_out)[connection.pre_slice]
+        # A slice may pick a value more than once: assignment would keep the last only.
+        np.add.at(whole, picked, full(self.transform(connection), connection.size_mid).T)
+        return whole.T
+
+    def decoded(self, connection: nengo.Connection) -> BuiltConnection:
+        """Return the built parameters of a connection from an ensemble, in Nengo's units.
+
+        Raises
+        ------
+        RefusedError
+            If the builder refuses the connection or its ensemble, or decoders are not finite.
+        """
+        if connection not in self._model.params:
+            self.ensemble(connection.pre_obj)
+            built = self._guarded(self._builder.build_decoders, connection)
+            if not np.isfinite(built.weights).all():
+                raise not_finite(self._names[connection], "decoders or transform")
+            self._model.params[connection] = built
+        return self._model.params[connection]
+
+    def built(self, connection: nengo.Connection) -> BuiltConnection:
+        """Return the built parameters of any connection, in Nengo's units."""
+        if isinstance(connection.pre_obj, nengo.Ensemble):
+            return self.decoded(connection)
+        transform = self.transform(connection)
+        return BuiltConnection(None, None, weights=transform, transform=transform)
+
+    def _guarded(self, build: Callable[[Any, Any], Any], obj: Any) -> Any:
+        with numpy1_semantics():
+            try:
+                return build(self._model, obj)
+            except Exception as error:  # it refuses by errors of any kind, not only by its own
+                raise refused_or_not_finite(self._names[obj], error) from error
+
+
+def _sampled_transform(connection: nengo.Connection, seeds: Mapping[Any, int]) -> Matrix:
+    return sample_transform(connection, np.random.RandomState(seeds[connection]))
+
+
+def _new_chip_model(dt_s: float, seeds: Mapping[Any, int]) -> Model:
+    model = Model(dt=dt_s)
+    model.seeds = seeds
+    # nengo-loihi looks up settings of every object; these are its defaults.
+    scratch = nengo.Network()
+    nengo_loihi.add_params(scratch)
+    model.config = scratch.config
+    return model
+
+
+def _build_chip_decoders(model: Model, connection: nengo.Connection) -> BuiltConnection:
+    # The transform comes first, and the solver goes on with the same random numbers.
+    rng = np.random.RandomState(model.seeds[connection])
+    transform = sample_transform(connection, rng)
+    points, decoders, info = model.build(connection.solver, connection, rng, transform)
+    weights = transformed(transform, decoders)
+    return BuiltConnection(points, info, weights=weights, transform=transform)
+
+
+CHIP = Builder(_new_chip_model, build_ensemble, _build_chip_decoders)
+"""nengo-loihi's builder: decoders are solved for the rates of neurons on the chip."""
+
+
+def _new_float_model(dt_s: float, seeds: Mapping[Any, int]) -> nengo.builder.Model:
+    model = nengo.builder.Model(dt=dt_s)
+    model.seeds = seeds
+    # Nengo caches decoders of objects that have a seed of their own: of none, here.
+    model.seeded = collections.defaultdict(bool)
+    return model
+
+
+def _build_float_decoders(
+    model: nengo.builder.Model, connection: nengo.Connection
+) -> BuiltConnection:
+    # Here the solver comes first, and the transform has random numbers of its own.
+    rng = np.random.RandomState(model.seeds[connection])
+    points, decoders, info = model.build(connection.solver, connection, rng)
+    transform = _sampled_transform(connection, model.seeds)
+    weights = transformed(transform, decoders)
+    return BuiltConnection(points, info, weights=weights, transform=transform)
+
+
+FLOAT = Builder(_new_float_model, nengo.builder.Model.build, _build_float_decoders)
+"""Nengo's own builder: decoders are solved for the rates of float neurons."""
+
+
+def transformed(transform: Matrix, matrix: Matrix) -> Matrix:
+    """Apply a transform, which is a factor, factors (rows,) or a matrix, to a matrix."""
+    if transform.ndim == 2:
+        return transform @ matrix
+    if sparse.issparse(matrix):
+        return sparse.csr_array(matrix.multiply(np.reshape(transform, (-1, 1))))
+    return np.reshape(transform, (-1, 1)) * matrix
+
+
+def full(transform: Matrix, size: int) -> np.ndarray:
+    """Return a transform of vectors (size,) as a dense matrix."""
+    dense = transform.toarray() if sparse.issparse(transform) else transform
+    matrix: np.ndarray = dense if dense.ndim == 2 else transformed(dense, np.eye(size))
+    return matrix
+
+
+def nengo_transform(matrix: sparse.csr_array) -> np.ndarray | nengo.Sparse:
+    """Return a matrix as a Nengo transform: without its zeros, where indices cost less."""
+    if matrix.nnz > DENSE_FROM * np.prod(matrix.shape):
+        return matrix.toarray()
+    return nengo.Sparse(matrix.shape, init=sparse.csr_matrix(matrix))

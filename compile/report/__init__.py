@@ -1,0 +1,1 @@
+"""The report on a compiled network: resources, energy, time, loss and budgets."""

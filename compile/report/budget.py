@@ -1,0 +1,108 @@
+"""A budget of the user: the cores, power and step time that a network may take."""
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from spikeport.compile.check import rules
+from spikeport.compile.check.violation import Violation
+from spikeport.compile.report.report import Report
+from spikeport.errors import UsageError
+from spikeport.hardware_models.activity import Activity
+from spikeport.hardware_models.energy import EnergyReport, energy
+from spikeport.hardware_models.estimate import Estimate, at_least_zero
+from spikeport.hardware_models.timing import timing
+
+OPTIONS = ("--max-cores", "--max-power", "--max-step-us")
+RATES_CURE = "give them with --rate-hz, as in --rate-hz 100, or measure them with --loss"
+
+
+@dataclass(frozen=True)
+class Budget:
+    """A budget of cores, power and step time; None sets no limit.
+
+    ``power_w`` is held against dynamic and static power together, ``step_us`` against the longest
+    step, each in the costliest calibration of the chip that has figures.
+
+    Raises
+    ------
+    UsageError
+        A budget is not a positive number.
+    """
+
+    cores: int | None = None
+    power_w: float | None = None
+    step_us: float | None = None
+
+    def __post_init__(self) -> None:
+        for option, value in self._given():
+            if not (math.isfinite(value) and value > 0):
+                raise UsageError(f"{option} {value:g}: a budget is a positive number")
+
+    def _given(self) -> Iterator[tuple[str, float]]:
+        values = (self.cores, self.power_w, self.step_us)
+        for option, value in zip(OPTIONS, values, strict=True):
+            if value is not None:
+                yield option, value
+
+    def check_basis(self, has_activity: bool) -> None:
+        """Refuse a budget of power or time without any activity to reckon with.
+
+        Raises
+        ------
+        UsageError
+            If there is none.
+        """
+        for option, _ in self._given():
+            if option != "--max-cores" and not has_activity:
+                raise UsageError(f"{option} needs firing rates: {RATES_CURE}")
+
+    def exceeded(self, report: Report, activity: Activity | None) -> list[Violation]:
+        """Return every budget that is exceeded.
+
+        Raises
+        ------
+        UsageError
+            If the chip has no public figure for what is limited, or there is no activity.
+        """
+        self.check_basis(activity is not None)
+        found: list[Violation] = []
+        if self.cores is not None and len(report.cores) > self.cores:
+            found.append(
+                rules.get("SP301").broken(
+                    report.chip.name, f"{len(report.cores):,}", f"{self.cores:,}"
+                )
+            )
+        if activity is not None:
+            found += self._costs(report, activity)
+        return found
+
+    def _costs(self, report: Report, activity: Activity) -> Iterator[Violation]:
+        chip = report.chip
+        powers = {c.name: _power(energy(activity, chip, c)) for c in chip.calibrations}
+        times = {c.name: timing(activity, chip, c).worst for c in chip.calibrations if c.has_times}
+        if self.power_w is not None:
+            yield from _held("SP302", chip.name, powers, self.power_w, f"{self.power_w:g} W")
+        if self.step_us is not None:
+            yield from _held("SP303", chip.name, times, self.step_us / 1e6, f"{self.step_us:g} us")
+
+
+def _power(spent: EnergyReport) -> Estimate | None:
+    """Return dynamic and static power together, as far as they are public."""
+    if spent.dynamic is None:
+        return None
+    static = at_least_zero("W") if spent.static is None else spent.static.power
+    return spent.dynamic.power + static
+
+
+def _held(
+    rule_id: str, chip: str, costs: Mapping[str, Estimate | None], most: float, limit: str
+) -> Iterator[Violation]:
+    """Yield a violation if the largest of the costs, by calibration, exceeds the budget."""
+    known = {name: cost for name, cost in costs.items() if cost is not None}
+    if not known:
+        rule = rules.get(rule_id)
+        raise UsageError(f"--{rule.name}: chip '{chip}' has no public figure to hold it against")
+    name, cost = max(known.items(), key=lambda item: item[1].value)
+    if cost.value > most:
+        yield rules.get(rule_id).broken(chip, f"{cost.format()}, {name}", limit)

@@ -1,0 +1,104 @@
+"""Activity expected of an image at stated firing rates, before any run.
+
+Per step of length dt, a source (a neuron, or a spiking input) that fires at f Hz spikes f dt times.
+Each spike costs what `spikeport.compile.image.fanout` counts:
+
+    N_spk = sum_s f_s dt,   N_syn = sum_s f_s dt n_syn,s,   N_msg = sum_s f_s dt n_cores,s
+
+A compartment's update is active if it has a bias, spikes, or lies in a block that any spike
+reaches: an upper bound, as the current of a reached block may have decayed to zero.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.deliveries import deliveries
+from spikeport.compile.image.fanout import fanout
+from spikeport.compile.image.modules import module_of_blocks
+from spikeport.errors import UsageError, unknown
+from spikeport.hardware_models.activity import Activity
+
+HOST = "host"
+
+
+@dataclass(frozen=True)
+class Rates:
+    """Mean firing rates, in Hz: ``all_hz`` of everything that ``by_name_hz`` does not name.
+
+    Names are those of ensembles (or of connections, for the neurons that relay them), and ``host``
+    for the spikes that come in from the host. Read-outs do not spike.
+    """
+
+    all_hz: float = 0.0
+    by_name_hz: Mapping[str, float] = field(default_factory=dict)
+
+
+def expected_activity(image: ChipImage, rates: Rates) -> Activity:
+    """Return the counts expected of one step.
+
+    Raises
+    ------
+    UsageError
+        A rate is negative, not finite, or faster than a spike in every step, or its name is not
+        that of a block.
+    """
+    spikes = source_rates(image, rates) * image.manifest.dt_s
+    n, per_spike = image.n_compartments, fanout(image)
+    delivered = per_spike.messages * spikes[:, np.newaxis]
+    messages = np.zeros((image.n_cores, image.n_cores))
+    np.add.at(messages, image.compartment_core, delivered[:n])
+    compartments = np.bincount(image.compartment_core, minlength=image.n_cores)
+    active = _per_core(image, _active(image, spikes))
+    return Activity(
+        cores=image.cores,
+        dt_s=image.manifest.dt_s,
+        spikes=_per_core(image, spikes[:n]),
+        synaptic_operations=(spikes @ per_spike.synaptic_operations)[np.newaxis],
+        updates_active=active,
+        updates_inactive=compartments - active,
+        messages_in=delivered.sum(axis=0)[np.newaxis],
+        learning_updates=np.zeros((1, image.n_cores)),
+        messages=messages,
+        messages_host=delivered[n:].sum(axis=0),
+    )
+
+
+def source_rates(image: ChipImage, rates: Rates) -> np.ndarray:
+    """Return the rates of compartments, then of the inputs' neurons, in Hz, (n_sources,)."""
+    _check(image, rates)
+    sizes = np.diff(image.blocks.start)
+    named = [rates.by_name_hz.get(name, rates.all_hz) for name in module_of_blocks(image)]
+    inputs = np.full(image.n_inputs, rates.by_name_hz.get(HOST, rates.all_hz))
+    of_sources = np.concatenate([np.repeat(named, sizes), inputs])
+    of_sources[image.readouts] = 0
+    return of_sources
+
+
+def _check(image: ChipImage, rates: Rates) -> None:
+    known = {HOST, *module_of_blocks(image)}
+    if odd := [name for name in rates.by_name_hz if name not in known]:
+        raise unknown("ensemble", odd[0], known)
+    fastest = 1 / image.manifest.dt_s
+    for name, rate in [("all", rates.all_hz), *rates.by_name_hz.items()]:
+        if not 0 <= rate <= fastest:
+            raise UsageError(
+                f"rate of {name}: {rate:g} Hz; a neuron spikes from 0 to {fastest:g} times a second"
+            )
+
+
+def _per_core(image: ChipImage, of_compartments: np.ndarray) -> np.ndarray:
+    core, n = image.compartment_core, image.n_cores
+    return np.bincount(core, weights=of_compartments, minlength=n)[np.newaxis]
+
+
+def _active(image: ChipImage, spikes: np.ndarray) -> np.ndarray:
+    """Return the compartments whose update is active, (n_compartments,)."""
+    ways = deliveries(image)
+    reached = np.zeros(image.n_blocks, dtype=bool)
+    reached[image.groups.block[ways.group[spikes[ways.source] > 0]]] = True
+    spiking = spikes[: image.n_compartments] > 0
+    result: np.ndarray = reached[image.compartment_block] | (image.compartments.bias != 0) | spiking
+    return result

@@ -1,0 +1,91 @@
+"""The loss of a network's outputs to rounding: a run on float and on integer blocks.
+
+    error = rms(filtered(output) - filtered(float output)) / rms(filtered(float output))
+
+over all outputs and steps. A part's error is that of a run in which this part alone is rounded; its
+share is its error squared against the sum of all. `spikeport.backends.loss` measures it.
+"""
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from spikeport.compile.check import rules
+from spikeport.compile.check.violation import Violation
+
+ALIASED = 0.25
+SATURATED = 0.01
+"""Errors and shares above which a hint is due."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """One cause of loss: ``what`` of an ensemble or relay is rounded, and how far that is felt.
+
+    ``rounding`` is the relative rms error of the rounded numbers, ``output_error`` that of the
+    outputs, ``share`` that of the outputs' squared error.
+    """
+
+    object: str
+    what: str
+    rounding: float
+    output_error: float
+    share: float
+
+
+@dataclass(frozen=True)
+class Loss:
+    """The result of a run on float and on integer blocks.
+
+    Parameters
+    ----------
+    n_steps : int
+        Steps of the run.
+    tau_s : float
+        Time constant of the filter the outputs are compared through.
+    output_error : float
+        Error of the integer blocks.
+    floor : float
+        Error that a change in the last bit of the float blocks makes: spikes that come a step
+        earlier. Errors near it say nothing of their cause.
+    parts : tuple of Part
+        The causes, largest share first.
+    aliasing : mapping of str to float
+        Relative rms difference of an ensemble's rates on the chip, whose intervals are whole steps,
+        from those of its neuron type. Decoders are solved for the chip's.
+    readout_spikes : int
+        Spikes of read-outs, each of which is a value lost.
+    saturated_inputs : mapping of str to float
+        For each input, the share of time that its busiest source spiked in every step.
+    """
+
+    n_steps: int
+    tau_s: float
+    output_error: float
+    floor: float
+    parts: tuple[Part, ...]
+    aliasing: dict[str, float]
+    readout_spikes: int
+    saturated_inputs: dict[str, float]
+
+    @property
+    def hints(self) -> tuple[Violation, ...]:
+        """The hints on causes of loss that have a cure."""
+        found = []
+        if self.readout_spikes:
+            spikes = f"{self.readout_spikes:,} spikes in {self.n_steps:,} steps"
+            found.append(rules.get("SP406").broken("read-outs", spikes, "0"))
+        found += [
+            rules.get("SP407").broken(name, f"{100 * error:.0f} % off")
+            for name, error in self.aliasing.items()
+            if error > ALIASED
+        ]
+        found += [
+            rules.get("SP408").broken(name, f"{100 * share:.0f} % of the time")
+            for name, share in self.saturated_inputs.items()
+            if share > SATURATED
+        ]
+        return tuple(found)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data, ready for JSON."""
+        return asdict(self) | {"parts": [asdict(part) for part in self.parts]}

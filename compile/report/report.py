@@ -1,0 +1,145 @@
+"""The report on a compiled network: resources, energy, time, and the cost of rounding."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+from spikeport.compile.check.violation import Violation
+from spikeport.compile.ground.quantisation import BlockError
+from spikeport.compile.report.expected import Rates
+from spikeport.compile.report.neurobench import NeuroBench, workload
+from spikeport.hardware_models.activity import Activity
+from spikeport.hardware_models.chip import Chip
+from spikeport.hardware_models.energy import ModuleEnergy, energy, module_energies
+from spikeport.hardware_models.limits import CoreUse, Usage, totals, usages
+from spikeport.hardware_models.timing import timing
+
+SCHEMA = 1
+"""Version of the report as plain data; `spikeport.compile.report.schema` is its schema."""
+
+
+@dataclass(frozen=True)
+class Modules:
+    """The modules of an image by name, and the activity of one in which each has its own core."""
+
+    names: tuple[str, ...]
+    activity: Activity
+
+    def energies(self, chip: Chip) -> dict[str, list[ModuleEnergy]]:
+        """Return the energy of a step of each module, by calibration."""
+        return {
+            c.name: module_energies(self.activity, self.names, chip, c) for c in chip.calibrations
+        }
+
+    def to_dict(self, chip: Chip) -> dict[str, Any]:
+        """Return plain data, ready for JSON."""
+        return {name: [asdict(one) for one in found] for name, found in self.energies(chip).items()}
+
+
+@dataclass(frozen=True)
+class Report:
+    """The resources, placement, errors and hints of a compiled network.
+
+    ``cores`` holds the use of every core, ``errors`` the quantisation error of every block,
+    ``warnings`` what nengo-loihi's builder said on the way. ``placed`` names the blocks on each
+    core, ``passes`` holds name, options and findings of every pass, ``lower_bound`` how few cores
+    the blocks could take, by reason, ``neurobench`` NeuroBench's static metrics, ``hints`` what
+    compiles but is lost or left out.
+    """
+
+    chip: Chip
+    digest: str
+    cores: tuple[CoreUse, ...]
+    errors: tuple[BlockError, ...]
+    warnings: tuple[str, ...]
+    placed: tuple[tuple[str, ...], ...] = ()
+    passes: tuple[Mapping[str, Any], ...] = ()
+    lower_bound: Mapping[str, int] = field(default_factory=dict)
+    neurobench: NeuroBench | None = None
+    hints: tuple[Violation, ...] = ()
+
+    def resources(self) -> dict[str, Usage]:
+        """Return the use of every resource in sum, against the limit of the whole chip."""
+        return totals(self.cores, self.chip)
+
+    def fullest(self) -> dict[str, Usage]:
+        """Return the use of every resource on its fullest core, against the limit of one core."""
+        rows: dict[str, Usage] = {}
+        for usage in usages(self.cores, self.chip):
+            if usage.resource not in rows or usage.used > rows[usage.resource].used:
+                rows[usage.resource] = usage
+        return rows
+
+    def to_dict(
+        self,
+        activity: Activity | None = None,
+        rates: Rates | None = None,
+        loss: Mapping[str, Any] | None = None,
+        modules: Modules | None = None,
+    ) -> dict[str, Any]:
+        """Return the report as plain data.
+
+        Parameters
+        ----------
+        activity : Activity, optional
+            The counts of a run, or those expected at ``rates``: with them come energy and timing.
+        rates : Rates, optional
+            The rates that the counts are expected at; None: they are those of a run.
+        loss : mapping, optional
+            The result of a run on floating-point and on integer blocks, as plain data.
+        modules : Modules, optional
+            The counts by module: with them comes the energy of each.
+        """
+        return {
+            "schema": SCHEMA,
+            "chip": self.chip.name,
+            "caveat": self.chip.caveat,
+            "image_digest": self.digest,
+            "resources": self._resources(),
+            "lower_bound": dict(self.lower_bound),
+            "cores": [core._asdict() for core in self.cores],
+            "placed": [list(names) for names in self.placed],
+            "passes": [dict(one) for one in self.passes],
+            "quantisation": [error._asdict() for error in self.errors],
+            "neurobench": self._neurobench(activity),
+            "hints": [hint._asdict() for hint in self.hints],
+            "warnings": list(self.warnings),
+            "basis": _basis(activity, rates),
+            **costs(self.chip, activity),
+            "modules": None if modules is None else modules.to_dict(self.chip),
+            "loss": None if loss is None else dict(loss),
+        }
+
+    def _resources(self) -> dict[str, dict[str, int | None]]:
+        rows = {n: {"used": u.used, "limit": u.limit} for n, u in self.resources().items()}
+        rows["cores"]["lower_bound"] = self.lower_bound.get("cores")
+        return rows
+
+    def _neurobench(self, activity: Activity | None) -> dict[str, Any] | None:
+        if self.neurobench is None:
+            return None
+        return asdict(self.neurobench) | ({} if activity is None else workload(activity))
+
+
+def _basis(activity: Activity | None, rates: Rates | None) -> dict[str, Any] | None:
+    """Return the activity that energy and timing are reckoned from."""
+    if activity is None:
+        return None
+    stated = None if rates is None else {"all": rates.all_hz, **rates.by_name_hz}
+    return {"n_steps": activity.n_steps, "dt_s": activity.dt_s, "rates_hz": stated}
+
+
+def costs(chip: Chip, activity: Activity | None) -> dict[str, Any]:
+    """Return energy and timing of a run in every calibration of a chip; None for both without one.
+
+    The timing of a calibration without any time is None.
+    """
+    if activity is None:
+        return {"energy": None, "timing": None}
+    timings = {
+        c.name: timing(activity, chip, c) if c.has_times else None for c in chip.calibrations
+    }
+    return {
+        "energy": {c.name: energy(activity, chip, c).to_dict() for c in chip.calibrations},
+        "timing": {name: taken and taken.to_dict() for name, taken in timings.items()},
+    }

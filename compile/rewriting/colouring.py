@@ -1,0 +1,152 @@
+"""The ensembles that may be taken apart, and by colour refinement those of them wired alike."""
+
+from collections import defaultdict
+from collections.abc import Hashable, Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import nengo
+
+from spikeport.compile.ground.names import base
+from spikeport.compile.ground.scope import NEURON_TYPES, PROBEABLE, REGULAR_BASES, Scope
+from spikeport.compile.ground.settings import Settings
+from spikeport.compile.rewriting.passthrough import PLAIN, is_passthrough
+
+
+def regroupable(scope: Scope, folded: Sequence[nengo.Node]) -> list[nengo.Ensemble]:
+    """Return the ensembles on the chip whose neurons may become part of other ensembles.
+
+    Not those that learn, that have a block shape, a transform that is no matrix, or probes of
+    anything else than spikes, state and decoded values; nor those that break one of the rules of
+    `spikeport.compile.check.lint`, which has to see them.
+
+    Parameters
+    ----------
+    scope : Scope
+        The network.
+    folded : sequence of nengo.Node
+        The passthrough nodes that will be multiplied out.
+    """
+    settings = Settings(scope.network)
+    special = set(_special(scope, folded))
+    return [
+        ensemble
+        for ensemble in scope.ensembles
+        if ensemble not in special
+        and _has_plain_neurons(ensemble)
+        and settings.get(ensemble, "block_shape") is None
+    ]
+
+
+def _has_plain_neurons(ensemble: nengo.Ensemble) -> bool:
+    kind = ensemble.neuron_type
+    regular = type(kind) is nengo.RegularSpiking and type(kind.base_type) in REGULAR_BASES
+    # Nengo refuses gain without bias, and bias without gain: lint reports it.
+    both_or_neither = (ensemble.gain is None) == (ensemble.bias is None)
+    return (regular or type(kind) in NEURON_TYPES) and ensemble.noise is None and both_or_neither
+
+
+def _special(scope: Scope, folded: Sequence[nengo.Node]) -> Iterator[Any]:
+    """Yield the ends of special connections, and the objects of special probes."""
+    matrices = set(folded)
+    for connection in scope.network.all_connections:
+        ends = (connection.pre_obj, connection.post_obj)
+        # A passthrough node that stays is nengo-loihi's to replace, between objects as written.
+        stays = any(is_passthrough(end) and end not in matrices for end in ends)
+        if stays or not _is_ordinary(scope, connection):
+            yield from map(base, ends)
+    for probe in scope.network.all_probes:
+        if probe.attr not in PROBEABLE.get(type(probe.obj), ()):
+            obj = probe.obj
+            of_connection = isinstance(obj, nengo.Connection)
+            yield from map(base, (obj.pre_obj, obj.post_obj) if of_connection else (obj,))
+
+
+def _is_ordinary(scope: Scope, connection: nengo.Connection) -> bool:
+    """Return whether a connection is a matrix and, on the chip, at most a low-pass filter."""
+    full_weights = isinstance(connection.pre_obj, nengo.Ensemble) and connection.solver.weights
+    inside = scope.on_chip(connection.post_obj) and scope.on_chip(connection.pre_obj)
+    return (
+        connection.learning_rule_type is None
+        and isinstance(connection.transform, PLAIN)
+        and (not full_weights or connection.solver.compositional)
+        and (not inside or type(connection.synapse) in (nengo.Lowpass, type(None)))
+    )
+
+
+class _Edge(NamedTuple):
+    """A connection as colour refinement sees it; ``kind`` has the ends' types and the synapse."""
+
+    pre: Any
+    post: Any
+    kind: Hashable
+
+
+def alike(scope: Scope, ensembles: Sequence[nengo.Ensemble]) -> list[list[nengo.Ensemble]]:
+    """Return ensembles with equal neurons that are wired alike, by colour refinement.
+
+    Two ensembles are alike if their neuron types are, and if from and to objects of the same
+    colours the same kinds of connections lead, where kind includes the synapse. Objects of one
+    colour are wired alike in turn; an object that stays has the colour of all that stay.
+
+    Parameters
+    ----------
+    scope : Scope
+        The network.
+    ensembles : sequence of nengo.Ensemble
+        The ensembles to group.
+
+    Returns
+    -------
+    groups : list of lists of nengo.Ensemble
+        Groups and their members, in the order of the ensembles.
+    """
+    colour: dict[Any, int] = dict.fromkeys(scope.network.all_ensembles, 0)
+    free: list[Any] = list(ensembles)
+    # Passthrough nodes are refined like ensembles, so that those behind them are told apart.
+    for node in scope.network.all_nodes:
+        colour[node] = -1 if is_passthrough(node) else 0
+        free += [node] if is_passthrough(node) else []
+    colour.update(_numbered({ensemble: neuron_key(ensemble) for ensemble in ensembles}))
+    edges = [_edge(connection) for connection in scope.network.all_connections]
+    while True:
+        refined = _refined(colour, free, edges)
+        # A refinement never joins two colours: as many as before are the same as before.
+        if len(set(refined.values())) == len({colour[obj] for obj in free}):
+            break
+        colour.update(refined)
+    groups = defaultdict(list)
+    for ensemble in ensembles:
+        groups[colour[ensemble]].append(ensemble)
+    return list(groups.values())
+
+
+def _edge(connection: nengo.Connection) -> _Edge:
+    pre, post = connection.pre_obj, connection.post_obj
+    kind = (type(pre).__name__, type(post).__name__, repr(connection.synapse))
+    return _Edge(base(pre), base(post), kind)
+
+
+def _refined(
+    colour: Mapping[Any, int], free: Sequence[Any], edges: Sequence[_Edge]
+) -> dict[Any, int]:
+    """Return new colours, by the old ones and those of all neighbours."""
+    # Sets, not counts: an ensemble with two inputs of a kind may join one with three.
+    around: dict[Any, set[Hashable]] = defaultdict(set)
+    for edge in edges:
+        around[edge.pre].add(("to", edge.kind, colour.get(edge.post)))
+        around[edge.post].add(("from", edge.kind, colour.get(edge.pre)))
+    return _numbered({obj: (colour[obj], frozenset(around[obj])) for obj in free})
+
+
+def _numbered(keys: Mapping[Any, Hashable]) -> dict[Any, int]:
+    """Number objects from 1 by their keys, in order of appearance."""
+    numbers: dict[Hashable, int] = {}
+    return {obj: numbers.setdefault(key, 1 + len(numbers)) for obj, key in keys.items()}
+
+
+def neuron_key(ensemble: nengo.Ensemble) -> tuple[Hashable, ...]:
+    """Return a key that is equal for neurons that may share an ensemble."""
+    kind = ensemble.neuron_type
+    # A fused ensemble starts each neuron where it would have started.
+    names = sorted(name for name in kind._paramdict if name != "initial_state")
+    return (type(kind), *(repr(getattr(kind, name)) for name in names))

@@ -1,0 +1,292 @@
+"""The cost of each path of a decoded connection, and the choice of one.
+
+direct    neuron to neuron, W = E T D
+onoff     over one pair of decode neurons for each dimension
+preset10  over ten pairs of different thresholds
+host      over the host, which decodes and encodes
+"""
+
+import functools
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import nengo
+import numpy as np
+import scipy.sparse as sparse
+from nengo_loihi.neurons import LoihiSpikingRectifiedLinear
+
+from spikeport.compile.loihi.numpy1 import numpy1_semantics
+from spikeport.compile.loihi.relay import RELAYS
+from spikeport.compile.loihi.solver import ParameterSolver
+from spikeport.hardware_models.chip import Limits
+
+WEIGHT_BITS = 9
+"""Bits of a synapse: an 8-bit weight, and its share of the headers of lists."""
+DECODE_TAU_S = 0.005
+"""nengo-loihi's filter behind decode neurons and inputs."""
+LEVELS = 255
+"""Steps of a weight, relative to the largest of its block."""
+N_STEPS = 400
+"""Simulated steps of a relay, the latter half of which count."""
+EPSILON_S = 1e-9
+"""Difference below which delays are equal: they are sums of time steps and time constants."""
+SLOWED = "a slower filter of its target would delay it more than decode neurons do"
+
+
+class PathCost(NamedTuple):
+    """The cost of wiring a connection along one path.
+
+    Attributes
+    ----------
+    path : str
+        The name of the path.
+    cores : float
+        Share of a core's scarcest resource that it takes, by estimate; may be above 1.
+    synaptic_ops_per_s : float
+        Synaptic operations at the stated firing rate.
+    host_messages_per_s : float
+        Spikes and values that go between chip and host.
+    delay_s : float
+        Delay it adds to the connection's own synapse.
+    error : float
+        Relative rms error: rounding of weights, and of thresholds where weights are large, and
+        noise of a relay behind a 5 ms filter.
+    """
+
+    path: str
+    cores: float
+    synaptic_ops_per_s: float
+    host_messages_per_s: float
+    delay_s: float
+    error: float
+
+    def dominates(self, other: "PathCost") -> bool:
+        """Return whether it is no worse in anything, and better in something."""
+        pairs = list(zip(self[1:], other[1:], strict=True))
+        return all(a <= b for a, b in pairs) and any(a < b for a, b in pairs)
+
+
+class Link(NamedTuple):
+    """A decoded connection as matrices.
+
+    Attributes
+    ----------
+    decoders : (d, n_pre) array
+        Decoders of values in units of the target's radius.
+    encoders : (n_post, d) array
+        Encoders of the target.
+    jumps : (n_post,) array
+        The voltage that a spike of weight 1 adds to each neuron, in units of its threshold.
+    """
+
+    decoders: sparse.csr_array
+    encoders: sparse.csr_array
+    jumps: np.ndarray
+
+
+def link(connection: nengo.Connection, solver: ParameterSolver) -> Link:
+    """Solve the decoders of a connection, and the encoders of its target.
+
+    Raises
+    ------
+    RefusedError
+        If nengo-loihi's builder refuses the connection or one of its ends.
+    """
+    post = connection.post_obj
+    weights = sparse.coo_array(solver.weights(connection) / post.radius)
+    rows = np.arange(post.size_in)[connection.post_slice][weights.row]
+    shape = (post.size_in, weights.shape[1])
+    decoders = sparse.coo_array((weights.data, (rows, weights.col)), shape=shape)
+    built = solver.ensemble(post)
+    leak_s = getattr(post.neuron_type, "tau_rc", 1.0)  # without leak a neuron integrates as it is
+    return Link(
+        sparse.csr_array(decoders), sparse.csr_array(built.encoders), jumps=built.gain / leak_s
+    )
+
+
+def path_costs(link: Link, limits: Limits, dt_s: float, rate_hz: float) -> list[PathCost]:
+    """Estimate the cost of every path.
+
+    Parameters
+    ----------
+    link : Link
+        The connection.
+    limits : Limits
+        The limits of a core.
+    dt_s : float
+        The time step, in seconds.
+    rate_hz : float
+        The firing rate of its neurons, in spikes per second.
+    """
+    relays = [_relay(path, link, limits, dt_s, rate_hz) for path in RELAYS]
+    return [_direct(link, limits, rate_hz), *relays, _host(link, limits, dt_s, rate_hz)]
+
+
+def pareto(costs: list[PathCost]) -> list[PathCost]:
+    """Return the costs that no other dominates."""
+    return [one for one in costs if not any(other.dominates(one) for other in costs)]
+
+
+def _direct(link: Link, limits: Limits, rate_hz: float) -> PathCost:
+    axons = _distinct(link.decoders)  # neurons whose decoders are equal share an axon
+    full = sparse.csr_array(link.encoders @ axons)
+    ops = rate_hz * sparse.csr_array(link.encoders @ link.decoders).nnz
+    cores = _cores(limits, in_axons=axons.shape[1], synapse_bits=WEIGHT_BITS * full.nnz)
+    return PathCost(
+        "direct", cores, ops, 0.0, 0.0, float(np.hypot(rounding(full), _coarseness(link, full)))
+    )
+
+
+def _coarseness(link: Link, weights: sparse.csr_array) -> float:
+    r"""Return the relative rms error of thresholds, as a weight is at most 255 steps.
+
+    .. math:: e = \max_n |W_n| j_n / (255 \sqrt{12})
+    """
+    # A spike that passes many thresholds leaves few of its weight's steps for each.
+    largest = abs(weights).max(axis=1).toarray().ravel() if weights.nnz else np.zeros(1)
+    return float((largest * link.jumps).max() / LEVELS / np.sqrt(12))
+
+
+def _relay(path: str, link: Link, limits: Limits, dt_s: float, rate_hz: float) -> PathCost:
+    neurons = RELAYS[path](dt=dt_s)
+    pairs = neurons.pairs_per_dim  # of decode neurons: one for positive, one for negative values
+    axons, d = _distinct(link.decoders), link.decoders.shape[0]
+    bits = 2 * (pairs * axons.nnz + link.encoders.nnz) * WEIGHT_BITS
+    ops = 2 * pairs * rate_hz * link.decoders.nnz + _relay_rate(path, dt_s) * link.encoders.nnz
+    return PathCost(
+        path,
+        _cores(
+            limits,
+            compartments=2 * pairs * d,
+            in_axons=axons.shape[1] + 2 * d,
+            synapse_bits=bits,
+        ),
+        ops,
+        0.0,
+        DECODE_TAU_S + dt_s,
+        float(np.hypot(rounding(link.decoders), relay_noise(path, dt_s))),
+    )
+
+
+def _host(link: Link, limits: Limits, dt_s: float, rate_hz: float) -> PathCost:
+    d = link.decoders.shape[0]
+    ops = 2 * rate_hz * link.decoders.nnz + link.encoders.nnz / dt_s
+    bits = 2 * (link.decoders.nnz + link.encoders.nnz) * WEIGHT_BITS
+    cores = _cores(
+        limits,
+        compartments=2 * d,
+        in_axons=link.decoders.shape[1] + 2 * d,
+        synapse_bits=bits,
+    )
+    error = float(np.hypot(rounding(link.decoders), relay_noise("host", dt_s)))
+    # In every step each dimension is read, and one of its two neurons on the host spikes.
+    return PathCost("host", cores, ops, 2 * d / dt_s, DECODE_TAU_S + 2 * dt_s, error)
+
+
+def _cores(limits: Limits, **used: float) -> float:
+    return max(amount / limits.most(resource) for resource, amount in used.items())
+
+
+def _distinct(decoders: sparse.csr_array) -> sparse.csr_array:
+    """Return the distinct columns that are not zero."""
+    columns = np.unique(decoders.toarray(), axis=1)
+    return sparse.csr_array(columns[:, np.any(columns, axis=0)])
+
+
+def rounding(weights: sparse.csr_array) -> float:
+    """Return the relative rms error of weights that are rounded to steps of their largest / 255."""
+    if weights.nnz == 0:
+        return 0.0
+    step = np.abs(weights.data).max() / LEVELS
+    error = np.round(weights.data / step) * step - weights.data
+    return float(np.linalg.norm(error) / np.linalg.norm(weights.data))
+
+
+def _relay_rate(path: str, dt_s: float) -> float:
+    """Return the spikes per second of all decode neurons of a dimension that is zero."""
+    neurons = RELAYS[path](dt=dt_s)
+    with numpy1_semantics():
+        rates = neurons.neuron_type.rates(np.zeros(1), neurons.gain, neurons.bias, dt=dt_s)
+    return float(np.sum(rates))
+
+
+@functools.cache
+def relay_noise(path: str, dt_s: float) -> float:
+    """Simulate a relay and a 5 ms filter; return the rms error of values in [-0.9, 0.9]."""
+    values = np.linspace(-0.9, 0.9, 37)[:, np.newaxis]
+    if path == "host":
+        gain = bias = np.full(2, 0.5 / dt_s)
+        kind: nengo.neurons.NeuronType = nengo.SpikingRectifiedLinear()
+        scale = 1.0
+    else:
+        neurons = RELAYS[path](dt=dt_s)
+        gain, bias, scale = neurons.gain, neurons.bias, neurons.scale
+        kind = LoihiSpikingRectifiedLinear()
+    signs = np.where(np.arange(len(gain)) % 2, -1.0, 1.0)
+    current = gain * signs * values + bias
+    voltage, output = np.zeros_like(current), np.zeros_like(current)
+    filtered, errors = np.zeros(len(values)), []
+    for _ in range(N_STEPS):
+        kind.step(dt_s, current, output, voltage)
+        decoded = scale * dt_s * (output @ signs)
+        filtered += (decoded - filtered) * -np.expm1(-dt_s / DECODE_TAU_S)
+        errors.append(filtered - values[:, 0])
+    # In the first half the filter still fills.
+    return float(np.sqrt(np.mean(np.square(errors[N_STEPS // 2 :]))))
+
+
+@dataclass(frozen=True)
+class Slack:
+    """The price of a lower error.
+
+    Attributes
+    ----------
+    cores : float
+        Cores that it may take beyond the fewest.
+    delay_s : float
+        Delay that it may add beyond that of decode neurons, in seconds.
+    """
+
+    cores: float
+    delay_s: float
+
+
+def rejected(costs: Sequence[PathCost], slack: Slack, slowed: bool) -> dict[str, str]:
+    """Return every path but the best, and why it is not.
+
+    The best is what loses least among those that are not too slow and do not take too much.
+
+    Parameters
+    ----------
+    costs : sequence of PathCost
+        The costs of all paths.
+    slack : Slack
+        What a lower error may cost.
+    slowed : bool
+        Whether other connections would delay this one, wired directly.
+    """
+    reasons = {"direct": SLOWED} if slowed else {}
+    relay_s = min(one.delay_s for one in costs if one.path in RELAYS)
+    for one in costs:
+        if (more_s := one.delay_s - relay_s) > slack.delay_s + EPSILON_S:
+            reasons[one.path] = f"{1000 * more_s:g} ms slower than decode neurons"
+    # A path that is too slow does not set the standard for cores.
+    fewest = min(one.cores for one in costs if one.path not in reasons)
+    for one in costs:
+        if one.cores > fewest + slack.cores:
+            reasons.setdefault(one.path, f"{one.cores - fewest:.2g} more cores than the fewest")
+    left = [one for one in costs if one.path not in reasons]
+    best = min(left, key=lambda one: one.error)
+    lost = f"loses more than {best.path}"
+    return reasons | {one.path: lost for one in left if one is not best}
+
+
+def all_but(path: str, costs: Sequence[PathCost]) -> dict[str, str]:
+    """Return every path but one that is set, with that as the reason."""
+    return {one.path: f"{path} is set" for one in costs if one.path != path}
+
+
+def chosen(costs: Sequence[PathCost], reasons: dict[str, str]) -> str:
+    """Return the path that is not rejected."""
+    return next(one.path for one in costs if one.path not in reasons)

@@ -1,0 +1,268 @@
+"""Connections as matrices between groups of neurons and the objects that stay.
+
+    target += synapse(matrix @ source)
+
+Passthrough nodes between them are multiplied out.
+"""
+
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import nengo
+import numpy as np
+import scipy.sparse as sparse
+from nengo.ensemble import Neurons
+
+from spikeport.compile.ground.names import base
+from spikeport.compile.ground.settings import Settings
+from spikeport.compile.loihi.solver import Matrix, ParameterSolver, full, transformed
+from spikeport.compile.rewriting.partition import Partition, Place
+
+NO_GROUP = -1
+
+
+class Source(NamedTuple):
+    """The start of an edge.
+
+    Either the neurons of a group, or the whole output of an object that stays, or, where this is a
+    function or decoded, what a connection from an object that stays computes.
+    """
+
+    group: int
+    obj: Any = None
+    connection: nengo.Connection | None = None
+
+    @property
+    def in_group(self) -> bool:
+        """True if the source is the neurons of a group."""
+        return self.group != NO_GROUP
+
+
+class Target(NamedTuple):
+    """The end of an edge: the neurons or the dimensions of a group, or an object that stays."""
+
+    kind: str
+    group: int
+    obj: Any = None
+
+    @property
+    def in_group(self) -> bool:
+        """True if the target is part of a group."""
+        return self.group != NO_GROUP
+
+
+class EdgeKey(NamedTuple):
+    """The identity of an edge; the matrices of connections with equal keys add up.
+
+    ``path`` is the setting ``decode_path`` of the connections, None where it is free.
+    """
+
+    source: Source
+    target: Target
+    synapse: nengo.synapses.Synapse | None
+    path: str | None
+
+
+Edges = dict[EdgeKey, sparse.csr_array]
+"""The matrix of each edge, (target size, source size)."""
+
+
+class _Origin(NamedTuple):
+    """An `EdgeKey` whose target is still open."""
+
+    source: Source
+    synapse: nengo.synapses.Synapse | None
+    path: str | None
+
+
+class _Destination(NamedTuple):
+    """The rows of a target that some of a connection's values go to, multiplied by a factor."""
+
+    target: Target
+    rows: np.ndarray
+    values: Any = slice(None)
+    factor: Any = 1.0
+
+
+class _Block(NamedTuple):
+    """A summand of an edge's matrix: to some of its rows, and from its columns from one on."""
+
+    rows: np.ndarray
+    column: int
+    matrix: Matrix
+
+
+class EdgeMatrices:
+    """The connections of a network as edges.
+
+    Parameters
+    ----------
+    network : nengo.Network
+        The network.
+    reads : sequence of nengo.Connection
+        More connections, which are not part of it.
+    solver : ParameterSolver
+        Solves its decoders and encoders.
+    partition : Partition
+        The groups of the ensembles that do not stay.
+    folded : sequence of nengo.Node
+        The passthrough nodes that are multiplied out, sources first.
+
+    Attributes
+    ----------
+    edges : Edges
+        The edges between groups and objects that stay.
+    into_nodes : dict of nengo.Node to Edges
+        The edges that end in each passthrough node that was multiplied out.
+    replaced : dict of nengo.Connection to None
+        The connections that became edges, in order.
+
+    Raises
+    ------
+    RefusedError
+        If nengo-loihi's builder refuses an ensemble or a connection.
+    """
+
+    def __init__(
+        self,
+        network: nengo.Network,
+        reads: Sequence[nengo.Connection],
+        solver: ParameterSolver,
+        partition: Partition,
+        folded: Sequence[nengo.Node],
+    ) -> None:
+        self._solver = solver
+        self._partition = partition
+        self._settings = Settings(network)
+        self._blocks: dict[EdgeKey, list[_Block]] = defaultdict(list)
+        self.into_nodes: dict[nengo.Node, Edges] = {node: {} for node in folded}
+        connections = [*network.all_connections, *reads]
+        self.replaced = dict.fromkeys(filter(self._touches, connections))
+        leaving = defaultdict(list)
+        for connection in self.replaced:
+            if connection.pre_obj in self.into_nodes:
+                leaving[connection.pre_obj].append(connection)
+            else:
+                self._start(connection)
+        # Sources come first, so all that enters a node is known before it is passed on.
+        for node in folded:
+            self.into_nodes[node] = self._edges_into(node)
+            for connection in leaving[node]:
+                self._pass_on(connection)
+        self.edges = self._edges_into(None)
+
+    def _touches(self, connection: nengo.Connection) -> bool:
+        """Return whether an end of a connection does not stay."""
+        ends = (base(connection.pre_obj), base(connection.post_obj))
+        return any(end in self._partition or end in self.into_nodes for end in ends)
+
+    def _start(self, connection: nengo.Connection) -> None:
+        """Add a connection from the neurons of a group, or from an object that stays."""
+        pre, places = connection.pre_obj, self._partition.places.get(base(connection.pre_obj))
+        origin = _Origin(Source(NO_GROUP, pre), connection.synapse, self._path(connection))
+        if places is not None:
+            weights = self._solver.weights(connection)
+            for place in places:
+                mine = weights[:, place.part.start : place.part.stop]
+                started = origin._replace(source=Source(place.group))
+                self._add(connection, started, mine, place.neuron)
+        elif isinstance(pre, nengo.Ensemble) or connection.function is not None:
+            # Only its own connection computes a function, so its result is the source.
+            origin = origin._replace(source=Source(NO_GROUP, pre, connection))
+            transform = self._solver.transform(connection)
+            self._add(connection, origin, full(transform, connection.size_mid))
+        else:
+            self._add(connection, origin, self._solver.weights(connection))
+
+    def _pass_on(self, connection: nengo.Connection) -> None:
+        """Multiply the edges into a passthrough node by a connection from it."""
+        transform = self._solver.transform(connection)
+        picked = np.arange(connection.pre_obj.size_out)[connection.pre_slice]
+        for key, matrix in self.into_nodes[connection.pre_obj].items():
+            # At most one of the two has a synapse: `passthrough` refuses two in a row.
+            synapse, path = key.synapse or connection.synapse, key.path or self._path(connection)
+            origin = _Origin(key.source, synapse, path)
+            self._add(connection, origin, transformed(transform, matrix[picked]))
+
+    def _path(self, connection: nengo.Connection) -> str | None:
+        path = self._settings.get(connection, "decode_path")
+        return None if path == "auto" else path
+
+    def _add(
+        self, connection: nengo.Connection, origin: _Origin, matrix: Matrix, column: int = 0
+    ) -> None:
+        """Add a matrix from columns of an origin, wherever a connection's values go."""
+        for to in self._destinations(connection):
+            values = matrix[to.values]
+            product = to.factor @ values if np.ndim(to.factor) else to.factor * values
+            key = EdgeKey(origin.source, to.target, origin.synapse, origin.path)
+            self._blocks[key].append(_Block(to.rows, column, product))
+
+    def _destinations(self, connection: nengo.Connection) -> Iterator[_Destination]:
+        post = connection.post_obj
+        rows = np.arange(post.size_in)[connection.post_slice]
+        if post in self.into_nodes or base(post) not in self._partition:
+            yield _Destination(Target("object", NO_GROUP, post), rows)
+            return
+        for place in self._partition.places[base(post)]:
+            if isinstance(post, Neurons):
+                yield _to_neurons(place, rows)
+            elif isinstance(connection.pre_obj, nengo.Ensemble) and connection.solver.weights:
+                yield self._to_encoded(place, rows)
+            else:
+                # Inputs of a group are in units of its radius, the largest of its members'.
+                factor = self._partition.radius(place.group) / post.radius
+                target = Target("dimensions", place.group)
+                yield _Destination(target, rows + place.dimension, factor=factor)
+
+    def _to_encoded(self, place: Place, rows: np.ndarray) -> _Destination:
+        """Return the neurons of a part, for a solver that gives weights between neurons."""
+        part, post = place.part, place.part.ensemble
+        encoders = self._solver.ensemble(post).encoders[part.start : part.stop, rows]
+        neurons = np.arange(part.size) + place.neuron
+        target = Target("neurons", place.group)
+        return _Destination(target, neurons, factor=encoders / post.radius)
+
+    def _edges_into(self, node: nengo.Node | None) -> Edges:
+        """Return all edges into a passthrough node, or else all that end in none."""
+        return {
+            key: _sum(blocks, (self._size_in(key.target), self._size_out(key.source)))
+            for key, blocks in self._blocks.items()
+            if (key.target.obj is node if node else key.target.obj not in self.into_nodes)
+        }
+
+    def _size_in(self, target: Target) -> int:
+        if target.kind == "neurons":
+            return self._partition.n_neurons(target.group)
+        if target.kind == "dimensions":
+            return self._partition.dimensions(target.group)
+        return int(target.obj.size_in)
+
+    def _size_out(self, source: Source) -> int:
+        if source.in_group:
+            return self._partition.n_neurons(source.group)
+        return int(source.obj.size_out if source.connection is None else source.connection.size_mid)
+
+
+def _to_neurons(place: Place, rows: np.ndarray) -> _Destination:
+    """Return the neurons of a part among some neurons of its ensemble."""
+    part = place.part
+    mine = (rows >= part.start) & (rows < part.stop)
+    target = Target("neurons", place.group)
+    return _Destination(target, rows[mine] - part.start + place.neuron, mine)
+
+
+def _sum(blocks: Sequence[_Block], shape: tuple[int, int]) -> sparse.csr_array:
+    # Blocks may overlap: entries that occur twice add up as the coordinates are compressed.
+    parts = [sparse.coo_array(block.matrix) for block in blocks]
+    pairs = list(zip(parts, blocks, strict=True))
+    rows = np.concatenate([block.rows[part.row] for part, block in pairs])
+    columns = np.concatenate([part.col + block.column for part, block in pairs])
+    data = np.concatenate([part.data for part in parts])
+    return sparse.csr_array(sparse.coo_array((data, (rows, columns)), shape=shape))
+
+
+def without_zeros(edges: Mapping[EdgeKey, sparse.csr_array]) -> Edges:
+    """Return the edges whose matrix is not zero throughout."""
+    return {key: matrix for key, matrix in edges.items() if abs(matrix).sum() > 0}

@@ -1,0 +1,136 @@
+"""The right arm of the H1, driven by torques."""
+
+from collections.abc import Callable
+from typing import Protocol
+
+import numpy as np
+
+from spikeport.errors import DivergedError
+from spikeport.experiments.arm.recording import ArmRecording, Task
+from spikeport.experiments.loop import Port
+from spikeport.experiments.rig import Rig
+from spikeport.networks.arm import STATE_SIZE
+from spikeport.networks.operational_space import OperationalSpaceLaw
+from spikeport.robot.description import ARM_JOINTS
+from spikeport.robot.plant import Plant
+
+
+class Aim(Protocol):
+    """The source of the places that an arm's controller observes."""
+
+    def look(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return where the hand is and where it is to be, (3,) each, in m."""
+
+
+class TaskAim:
+    """A task in the world, for an arm whose torso is upright and held.
+
+    Parameters
+    ----------
+    plant : Plant
+        The robot.
+
+    Attributes
+    ----------
+    task : Task or None
+        What its arm does; None for a hand that is to stay where it is.
+    """
+
+    def __init__(self, plant: Plant) -> None:
+        self._plant = plant
+        self.task: Task | None = None
+
+    def look(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return hand and target (3,) in the world, in m."""
+        hand = self._plant.hand_position()
+        if self.task is None:
+            return hand, hand
+        self.task.update(self._plant.time_s, hand)
+        return hand, self.task.target
+
+
+class ArmPort(Port):
+    """The right arm: torques (4,) in N m in; angles, velocities, hand and target out.
+
+    Parameters
+    ----------
+    plant : Plant
+        The robot.
+    aim : Aim
+        Where the hand is and is to be.
+
+    Attributes
+    ----------
+    drives : bool
+        Whether its torques drive the arm; they are recorded in any case.
+    seen : tuple of array
+        The last observation: angles (4,), velocities (4,), hand (3,) and target (3,).
+    """
+
+    size_in = len(ARM_JOINTS)
+    size_out = STATE_SIZE + 3
+
+    def __init__(self, plant: Plant, aim: Aim) -> None:
+        self._plant = plant
+        self._aim = aim
+        self._rows: list[tuple[object, ...]] = []
+        self.drives = True
+        self.seen: tuple[np.ndarray, ...] = ()
+
+    def begin(self) -> None:
+        """Forget what was recorded."""
+        self._rows = []
+
+    def observe(self) -> np.ndarray:
+        """Return [q, dq, hand, target], (14,)."""
+        self.seen = (*self._plant.motion(ARM_JOINTS), *self._aim.look())
+        return np.concatenate(self.seen)
+
+    def drive(self, torque: np.ndarray) -> None:
+        """Apply torques; raises DivergedError if one is not finite."""
+        self._rows.append((self._plant.time_s, *self.seen, torque))
+        if not self.drives:
+            return
+        if not np.isfinite(torque).all():
+            raise DivergedError(
+                f"the controller's torque is {torque.tolist()} N m at {self._plant.time_s:.3f} s, "
+                "limit finite numbers; cure: look at its inputs in the last states"
+            )
+        self._plant.torque(ARM_JOINTS, torque)
+
+    def exact_torque(self, law: OperationalSpaceLaw) -> np.ndarray:
+        """Return the torque (4,) of the exact law at the last observation, in N m."""
+        q, dq, hand, target = self.seen
+        return law.torque(q, dq, target - hand)
+
+    def recording(self) -> ArmRecording:
+        """Return what was observed and done so far."""
+        return ArmRecording.of(self._rows)
+
+
+class ArmRig(Rig):
+    """The robot, anchored, in closed loop by its right arm alone.
+
+    Parameters
+    ----------
+    plant : Plant
+        The robot.
+    law : OperationalSpaceLaw
+        The exact law, whose posture at rest is that at the start.
+    dt_s : float, optional
+        Time step of the controller, of which the plant's is a multiple; by default equal.
+    """
+
+    def __init__(self, plant: Plant, law: OperationalSpaceLaw, dt_s: float | None = None) -> None:
+        self.law = law
+        self.aim = TaskAim(plant)
+        self.port = ArmPort(plant, self.aim)
+        super().__init__(plant, [self.port], dt_s or plant.dt_s)
+
+    def begin(self, seed: int, task: Callable[[np.ndarray], Task]) -> None:
+        """Begin a run at rest, as a seed varies it, with a task for the hand's place (3,) in m."""
+        plant = self.plant
+        rest = zip(ARM_JOINTS, self.law.gains.rest_rad, strict=True)
+        plant.reset(seed, posture_rad=dict(rest))
+        self.aim.task = task(plant.hand_position())
+        self.loop.begin()

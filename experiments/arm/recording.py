@@ -1,0 +1,130 @@
+"""The record of a run of the arm, and its time series with names and units."""
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+import xarray as xr
+
+from spikeport.experiments.loop import DT_S, Recording
+from spikeport.networks.arm import AXES
+from spikeport.networks.operational_space import OperationalSpaceLaw
+from spikeport.robot.description import ARM_JOINTS
+from spikeport.simulator import Simulator
+
+SERIES = {
+    "q": ("joint", "rad", "joint angle"),
+    "dq": ("joint", "rad/s", "joint velocity"),
+    "hand": ("axis", "m", "position of the right hand, world frame"),
+    "target": ("axis", "m", "position to reach, world frame"),
+    "torque": ("joint", "N m", "torque of the controller"),
+    "exact_torque": ("joint", "N m", "torque of the exact law at the same state"),
+}
+
+
+class Task(Protocol):
+    """Something for the arm to do: a target (3,) in m that moves."""
+
+    target: np.ndarray
+
+    def update(self, time_s: float, hand: np.ndarray) -> None:
+        """Move the target on if it is time to, or the hand (3,) in m is there."""
+
+
+@dataclass(frozen=True)
+class ArmRecording(Recording):
+    """A record of an arm's controller at every physics step.
+
+    Attributes
+    ----------
+    q, dq : (n, 4) array
+        Joint angles in rad, and velocities in rad/s.
+    hand, target : (n, 3) array
+        Where the hand is and is to be, in m.
+    torque : (n, 4) array
+        The controller's torques, in N m.
+    """
+
+    q: np.ndarray
+    dq: np.ndarray
+    hand: np.ndarray
+    target: np.ndarray
+    torque: np.ndarray
+
+    @property
+    def distance_m(self) -> np.ndarray:
+        """Distance of hand and target, (n,)."""
+        return np.asarray(np.linalg.norm(self.target - self.hand, axis=1))
+
+    def at_limit(self, limits_rad: np.ndarray) -> np.ndarray:
+        """Return (n,) whether a joint is at one of its limits (4, 2) in rad, or pressed beyond."""
+        at_limit = (self.q <= limits_rad[:, 0]) | (self.q >= limits_rad[:, 1])
+        return np.asarray(at_limit.any(axis=1))
+
+    def exact_torque(self, law: OperationalSpaceLaw) -> np.ndarray:
+        """Return (n, 4) torques of the exact law at the recorded states, in N m."""
+        return law.torques(self.q, self.dq, self.target - self.hand)
+
+
+class ArmRun(NamedTuple):
+    """A run of the arm that is over.
+
+    Attributes
+    ----------
+    recording : ArmRecording
+        All physics steps.
+    task : Task or None
+        What the arm did.
+    exact : (n, 4) array
+        Torques of the exact law at the recorded states, in N m.
+    at_limit : (n,) array of bool
+        Whether a joint was at its lowest or highest angle.
+    rasters : dict of str to (n_steps, n_neurons) array
+        Spikes of some M1 neurons, by axis; empty without neurons.
+    sim : Simulator
+        The simulator that ran.
+    wall_s : float
+        Wall-clock time of the run.
+    """
+
+    recording: ArmRecording
+    task: Task | None
+    exact: np.ndarray
+    at_limit: np.ndarray
+    rasters: dict[str, np.ndarray]
+    sim: Simulator
+    wall_s: float
+
+
+def dataset(run: ArmRun) -> xr.Dataset:
+    """Return the series at every physics step, and the spikes of M1 one by one."""
+    recording = run.recording
+    data = {
+        name: (
+            ("time", dimension),
+            run.exact if name == "exact_torque" else getattr(recording, name),
+            {"units": unit, "long_name": text},
+        )
+        for name, (dimension, unit, text) in SERIES.items()
+    }
+    coordinates = {
+        "time": ("time", recording.time_s, {"units": "s"}),
+        "joint": list(ARM_JOINTS),
+        "axis": list(AXES),
+    }
+    return xr.Dataset({**data, **_ragged_spikes(run.rasters)}, coordinates)
+
+
+def _ragged_spikes(rasters: dict[str, np.ndarray]) -> dict[str, Any]:
+    """Return an entry for every spike instead of a table of mostly zeros."""
+    found = [np.nonzero(spikes) for spikes in rasters.values()]
+    axes = [np.full(len(step), i) for i, (step, _) in enumerate(found)]
+    step, neuron, axis = (
+        np.concatenate([np.zeros(0, int), *parts])
+        for parts in ([f[0] for f in found], [f[1] for f in found], axes)
+    )
+    return {
+        "spike_time": ("spike", (step + 1) * DT_S, {"units": "s", "long_name": "M1 spike"}),
+        "spike_axis": ("spike", axis, {"long_name": "number of the M1 axis"}),
+        "spike_neuron": ("spike", neuron, {"long_name": "number of the neuron in its axis"}),
+    }

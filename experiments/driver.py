@@ -1,0 +1,151 @@
+"""The driver of all experiments: it prepares, performs, records and writes a trial."""
+
+import dataclasses
+import time
+from pathlib import Path
+from typing import Any, Generic, NamedTuple, TypeVar
+
+from nengo.exceptions import SimulationError
+
+from spikeport.errors import DivergedError
+from spikeport.experiments import run_folder
+from spikeport.experiments.loop import DT_S
+from spikeport.experiments.options import Options, Outcome
+from spikeport.experiments.pictures import Scenes, check_video, draw_scenes, write_video
+from spikeport.experiments.rig import Rig
+from spikeport.experiments.trial import Closed, Trial
+from spikeport.simulator import Simulator
+
+K = TypeVar("K", bound=Rig)
+R = TypeVar("R")
+ON_CHIP = ("image_digest", "resources", "energy", "timing")
+"""The parts of a report that are in ``result.json``, too."""
+PROGRESS_STEPS = 50
+"""Steps from one report of progress to the next."""
+
+
+class Ready(NamedTuple, Generic[K]):
+    """A closed loop in a simulator, for all trials that need the same network."""
+
+    closed: Closed[K]
+    sim: Simulator
+
+
+def run(trial: Trial[K, R], folder: Path) -> Outcome:
+    """Run a trial and write its folder.
+
+    Raises
+    ------
+    UsageError
+        If the trial asks for what cannot be done.
+    RenderError, MissingExtraError
+        If it asks for a video that cannot be made here.
+    DivergedError
+        If a number is not finite; the last states are in the folder.
+    """
+    options = trial.options
+    if options.video:
+        check_video(folder, trial.plant())
+    ready = prepare(trial)
+    rig = ready.closed.rig
+    with ready.sim as sim:
+        try:
+            done = perform(trial, ready)
+        except (DivergedError, SimulationError) as error:  # Nengo's: a node gave NaN or infinity
+            path = run_folder.write_last_states(folder, rig.plant.history())
+            raise DivergedError(f"{error}; the last states are in {path}") from error
+    outcome = _outcome(trial, sim, trial.metrics(done))
+    options.progress("writing", None)
+    _write(trial, rig, done, outcome.result, folder)
+    return outcome
+
+
+def prepare(trial: Trial[K, R]) -> Ready[K]:
+    """Build a trial's network and compile it; what is analytic runs in plain Nengo.
+
+    Raises
+    ------
+    UsageError
+        If the trial asks for what cannot be done.
+    """
+    options = trial.options
+    closed = trial.close(trial.plant())
+    options.progress("compiling", None)
+    analytic = options.backend == "analytic"
+    sim = Simulator(
+        closed.network,
+        chip=options.chip,
+        backend="reference" if analytic else options.backend,
+        dt=DT_S,
+        seed=options.seed,
+        pipeline="" if analytic else options.pipeline,
+    )
+    return Ready(closed, sim)
+
+
+def perform(trial: Trial[K, R], ready: Ready[K]) -> R:
+    """Run a trial in what was prepared for it, or for one with the same network.
+
+    Raises
+    ------
+    DivergedError, nengo.exceptions.SimulationError
+        If a number is not finite.
+    """
+    closed, sim = ready
+    if sim.n_steps:
+        sim.reset(trial.options.seed)
+    trial.begin(closed.rig)
+    wall_s = _simulate(sim, closed.rig, trial.options)
+    return trial.record(closed, sim, wall_s)
+
+
+def _simulate(sim: Simulator, rig: Rig, options: Options) -> float:
+    """Run all steps, or until it is over; returns the wall-clock time they took, in seconds."""
+    steps = round(options.seconds / DT_S)
+    start = time.perf_counter()
+    for i in range(steps):
+        if rig.loop.over:
+            break
+        sim.step()
+        if i % PROGRESS_STEPS == 0:
+            options.progress("simulating", i / steps)
+    return time.perf_counter() - start
+
+
+def _outcome(trial: Trial[K, R], sim: Simulator, metrics: dict[str, Any]) -> Outcome:
+    settings, options = trial.settings, trial.options
+    result = {
+        "command": list(options.command),
+        "experiment": trial.name,
+        "backend": options.backend,
+        "seconds": options.seconds,
+        "seeds": {"run": options.seed, "network": settings.network_seed},
+        "settings": dataclasses.asdict(settings),
+        "metrics": metrics,
+        "activity": sim.activity.totals(),
+        **on_chip(sim),
+    }
+    report = None if sim.compilation is None else sim.compilation.report
+    return Outcome(result, report, sim.activity)
+
+
+def on_chip(sim: Simulator) -> dict[str, Any]:
+    """Return image digest, resources, energy and timing; None for each without a chip."""
+    if sim.compilation is None:
+        return dict.fromkeys(ON_CHIP)
+    report = sim.report()
+    return {key: report[key] for key in ON_CHIP}
+
+
+def _write(trial: Trial[K, R], rig: Rig, done: R, result: dict[str, Any], folder: Path) -> None:
+    """Write a run's folder: its pictures are drawn before an earlier run makes room."""
+    scenes: Scenes = trial.scenes(done)
+    pictures = draw_scenes(rig.film, scenes)
+    run_folder.clear(folder)
+    run_folder.write_probes(folder, trial.probes(done))
+    run_folder.write_figure(folder, trial.figure(done, pictures, result))
+    if rig.loop.over:
+        run_folder.add_last_states(folder, rig.plant.history())
+    if trial.options.video:
+        write_video(folder, rig.film, scenes)
+    run_folder.write_result(folder, result)

@@ -1,0 +1,273 @@
+"""A plant in closed loop with a network: its ports, and the loop that owns their places.
+
+    values of the network -> ports drive -> plant steps -> ports observe -> inputs of the network
+
+A port is one way in which a network commands a plant and observes it: an arm, a pair of legs, a
+wheel. A loop lays the values of its ports one after the other, steps plant and network in turn and
+in one thread, and holds commands and observations between two steps of the plant. So a run depends
+on its seeds alone. Any robot can be put in a loop, see ``docs/own-robot.md``.
+"""
+
+import dataclasses
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, Generic, Protocol, Self, TypeVar
+
+import nengo
+import numpy as np
+
+from spikeport.errors import UsageError
+
+DT_S = 0.001
+"""Time step of controllers."""
+ROUNDING = 1e-6
+"""Of a ratio of time steps."""
+
+
+class Plant(Protocol):
+    """A robot that advances in steps of ``dt_s`` and holds its commands between them."""
+
+    @property
+    def dt_s(self) -> float:
+        """Length of a step, in s."""
+
+    @property
+    def time_s(self) -> float:
+        """Simulated time since the robot was reset, in s."""
+
+    def step(self) -> None:
+        """Advance by one step."""
+
+
+P = TypeVar("P", bound=Plant)
+
+
+class Port(ABC):
+    """One way in which a network commands a plant and observes it.
+
+    Attributes
+    ----------
+    size_in : int
+        How many values it takes from the network.
+    size_out : int
+        How many values it returns to the network.
+    """
+
+    size_in: int = 0
+    size_out: int = 0
+
+    def begin(self) -> None:  # noqa: B027, a port that keeps nothing has nothing to forget
+        """Forget an earlier run; the plant is where the new one begins."""
+
+    @abstractmethod
+    def observe(self) -> np.ndarray:
+        """Return what the network is to know, ``(size_out,)``, at the plant's present state.
+
+        It is called when a run begins, and after every step of the plant.
+        """
+
+    @abstractmethod
+    def drive(self, values: np.ndarray) -> None:
+        """Command the plant for its next step by values of the network, ``(size_in,)``.
+
+        Raises
+        ------
+        DivergedError
+            If a value is not one that the plant can take.
+        """
+
+    @property
+    def over(self) -> bool:
+        """Whether the run is over before its time, as that of a robot that fell."""
+        return False
+
+
+class Loop(Generic[P]):
+    """A plant and its ports, stepped by the values of a controller.
+
+    Parameters
+    ----------
+    plant : Plant
+        The robot, already where a run begins.
+    ports : sequence of Port
+        Its ports. Their values lie one after the other, in this order.
+    dt_s : float
+        Time step of the controller, of which the plant's is a multiple.
+    gate : Port, optional
+        A port that opens and closes others. It is served before them, so that it holds from the
+        same step on; its values lie behind theirs.
+
+    Attributes
+    ----------
+    over : bool
+        Whether one of the ports is over.
+    size_in, size_out : int
+        How many values its ports take and return, all together.
+
+    Raises
+    ------
+    UsageError
+        If the plant's time step is no multiple of the controller's.
+    """
+
+    def __init__(
+        self, plant: P, ports: Sequence[Port], dt_s: float = DT_S, gate: Port | None = None
+    ) -> None:
+        gates = () if gate is None else (gate,)
+        self.plant = plant
+        self._ports = (*ports, *gates)
+        self._served = (*gates, *ports)
+        self._ticks = _ratio(plant.dt_s, dt_s)
+        self._tick = 0
+        self.size_in = sum(port.size_in for port in self._ports)
+        self.size_out = sum(port.size_out for port in self._ports)
+        ends = np.cumsum([port.size_in for port in self._ports]).tolist()
+        places = map(slice, [0, *ends], ends)
+        self._places = dict(zip(self._ports, places, strict=True))
+        self._observation = np.zeros(self.size_out)
+        self.over = False
+
+    def begin(self) -> None:
+        """Begin a run where the plant is at present.
+
+        Raises
+        ------
+        UsageError
+            If a port's observation has another size than the port says.
+        """
+        self._tick = 0
+        for port in self._served:
+            port.begin()
+        self._observe()
+        if len(self._observation) != self.size_out:
+            raise UsageError(
+                f"the ports observe {len(self._observation)} values, their size_out sum up to "
+                f"{self.size_out}; cure: make size_out the length of what observe() returns"
+            )
+
+    def step(self, values: np.ndarray) -> np.ndarray:
+        """Advance by a step of the controller.
+
+        The plant steps at the last of those that fall into one of its own.
+
+        Parameters
+        ----------
+        values : (size_in,) array
+            Those of the controller, port by port.
+
+        Returns
+        -------
+        ndarray, (size_out,)
+            The last observation, port by port.
+        """
+        self._tick += 1
+        if self._tick % self._ticks == 0:
+            self._advance(values.copy())
+        return self._observation
+
+    def _advance(self, values: np.ndarray) -> None:
+        for port in self._served:
+            port.drive(values[self._places[port]])
+        self.plant.step()
+        self._observe()
+
+    def _observe(self) -> None:
+        found = {port: port.observe() for port in self._served}
+        self._observation = np.concatenate([found[port] for port in self._ports])
+        self.over = any(port.over for port in self._ports)
+
+    def connect(self, inputs: Sequence[nengo.Node], outputs: Sequence[nengo.Node]) -> nengo.Node:
+        """Connect a controller of the current network with the plant, by connections alone.
+
+        Parameters
+        ----------
+        inputs : sequence of nengo.Node
+            The controller's inputs; one after the other they take the observations of all ports.
+        outputs : sequence of nengo.Node
+            The controller's outputs; one after the other they are the values of all ports.
+
+        Returns
+        -------
+        nengo.Node
+            The plant.
+
+        Raises
+        ------
+        UsageError
+            If there are more or fewer values than those of the ports.
+        """
+        _check_size("inputs take", inputs, sum(node.size_in for node in inputs), self.size_out)
+        _check_size("outputs are", outputs, sum(node.size_out for node in outputs), self.size_in)
+        plant = nengo.Node(
+            lambda _t, values: self.step(values),
+            size_in=self.size_in,
+            size_out=self.size_out,
+            label="plant",
+        )
+        for node, place in _placed(inputs, [node.size_in for node in inputs]):
+            nengo.Connection(plant[place], node, synapse=None)
+        for node, place in _placed(outputs, [node.size_out for node in outputs]):
+            nengo.Connection(node, plant[place], synapse=None)
+        return plant
+
+
+def _ratio(plant_s: float, controller_s: float) -> int:
+    """Return how many steps of the controller make one of the plant."""
+    ratio = plant_s / controller_s
+    if round(ratio) < 1 or abs(ratio - round(ratio)) > ROUNDING * ratio:
+        raise UsageError(
+            f"the plant steps every {1000 * plant_s:g} ms, which is no multiple of the "
+            f"controller's {1000 * controller_s:g} ms; cure: another time step of either"
+        )
+    return round(ratio)
+
+
+def _check_size(what: str, nodes: Sequence[nengo.Node], found: int, size: int) -> None:
+    if found != size:
+        names = ", ".join(str(node) for node in nodes)
+        raise UsageError(
+            f"the controller's {what} {found} values ({names}), those of the ports are {size}; "
+            "cure: name a node for each value, in the order of the ports"
+        )
+
+
+def _placed(
+    nodes: Sequence[nengo.Node], sizes: Sequence[int]
+) -> Iterator[tuple[nengo.Node, slice]]:
+    """Yield nodes with their places among the plant's values."""
+    ends = np.cumsum(sizes).tolist()
+    return zip(nodes, map(slice, [0, *ends], ends), strict=False)
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Columns of a run, with a row for each step of the plant; ports add their own columns.
+
+    Attributes
+    ----------
+    time_s : (n,) array
+        Simulated time, in s.
+    """
+
+    time_s: np.ndarray
+
+    @classmethod
+    def of(cls, rows: Iterable[tuple[Any, ...]]) -> Self:
+        """Make the columns of rows, each with a value for every column."""
+        return cls(*(np.array(column) for column in zip(*rows, strict=True)))
+
+    @classmethod
+    def join(cls, recordings: Iterable[Self]) -> Self:
+        """Put recordings one behind the other."""
+        columns = zip(*(recording.columns for recording in recordings), strict=True)
+        return cls(*(np.concatenate(column) for column in columns))
+
+    @property
+    def columns(self) -> tuple[np.ndarray, ...]:
+        """The columns, each with n rows."""
+        return tuple(getattr(self, field.name) for field in dataclasses.fields(self))
+
+    def where(self, chosen: np.ndarray) -> Self:
+        """Return the rows that are chosen by an (n,) array of bool."""
+        return type(self)(*(column[chosen] for column in self.columns))

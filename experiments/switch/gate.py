@@ -1,0 +1,216 @@
+"""A schedule at work: utilities and goals in its phases, and gates that decide what drives.
+
+The schedule sets utilities and goals, no more: what drives the robot is decided by the gates that
+the controller returns. While the arm's is open its torques drive the right arm; all other joints
+follow the policy's targets, which are the default pose while the policy is silent.
+
+The arm's controller sees places from the torso (`experiments.switch.frames`).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from spikeport.experiments.arm.draw_task import DrawTask
+from spikeport.experiments.arm.port import ArmPort
+from spikeport.experiments.arm.recording import Task
+from spikeport.experiments.loop import Port, Recording
+from spikeport.experiments.rig import Rig
+from spikeport.experiments.switch.anchor import Anchor
+from spikeport.experiments.switch.frames import Frame
+from spikeport.experiments.switch.goals import Goal
+from spikeport.experiments.switch.schedule import ROUNDING_S
+from spikeport.experiments.walk.paths import Path
+from spikeport.experiments.walk.port import NOWHERE, WalkPort
+from spikeport.networks.humanoid import ACTIONS
+from spikeport.networks.region import Box
+from spikeport.robot.plant import Plant
+
+OPEN = 0.5
+"""Above it a gate is open."""
+DRAW = ACTIONS.index("draw")
+
+
+class Workplace:
+    """The place where the arm works in a phase: on a sheet, before the torso, or nowhere.
+
+    Parameters
+    ----------
+    plant : Plant
+        The robot.
+
+    Attributes
+    ----------
+    task : Task or None
+        What the arm does; None while the robot walks.
+    sheet : Frame
+        The frame of the sheet to draw on.
+    seen : (3,) array
+        The hand as the task sees it, in m: on its sheet, or from the torso.
+    hand : (3,) array
+        Where the hand is in the world, in m.
+    """
+
+    def __init__(self, plant: Plant) -> None:
+        self._plant = plant
+        self._torso = plant.model.body("torso_link").id
+        self._draws, self._begin_s = False, 0.0
+        self.task: Task | None = None
+        self.sheet = self._torso_frame()
+        self.hand = self.seen = plant.hand_position()
+
+    def begin(self, goal: Goal) -> None:
+        """Begin a phase now."""
+        self._draws, self._begin_s = goal.phase.arm == "digit", goal.phase.begin_s
+        frame = self._frame(self._torso_frame())
+        self.task = goal.task(frame.seen(self._plant.hand_position()))
+
+    def look(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return hand and target (3,) as seen from the torso; the same while the robot walks."""
+        torso = self._torso_frame()
+        frame = self._frame(torso)
+        self.hand = self._plant.hand_position()
+        self.seen = frame.seen(self.hand)
+        if self.task is None:
+            return torso.seen(self.hand), torso.seen(self.hand)
+        self.task.update(self._since_s, self.seen)
+        return torso.seen(self.hand), torso.seen(frame.world(self.task.target))
+
+    @property
+    def _since_s(self) -> float:
+        return self._plant.time_s - self._begin_s
+
+    def _torso_frame(self) -> Frame:
+        return Frame.of_torso(self._plant.data, self._torso)
+
+    def _frame(self, torso: Frame) -> Frame:
+        """Return the frame of the task: the sheet while drawing, else the torso."""
+        if not self._draws:
+            return torso
+        now, pen_down = torso.upright(), self._since_s > DrawTask.begin_s
+        self.sheet = self.sheet.following(now, self._plant.dt_s) if pen_down else now
+        return self.sheet
+
+
+@dataclass(frozen=True)
+class WorkRecording(Recording):
+    """The hand at every physics step, whatever the arm does.
+
+    Attributes
+    ----------
+    seen_m : (n, 3) array
+        The hand as the arm's task sees it: on its sheet, or from the torso.
+    hands_m : (n, 3) array
+        Where the hand was in the world.
+    """
+
+    seen_m: np.ndarray
+    hands_m: np.ndarray
+
+
+class ScheduleGate(Port):
+    """The gate of legs and arm: gates (2,) of `ACTIONS` in, their utilities (2,) out.
+
+    Parameters
+    ----------
+    plant : Plant
+        The robot.
+    walk : WalkPort
+        Its legs, which follow the path of each phase that walks.
+    arm : ArmPort
+        Its arm.
+    place : Workplace
+        Where the arm works.
+    anchors : bool
+        Whether the pelvis is welded to the world while the arm's gate is open.
+
+    Attributes
+    ----------
+    goals : sequence of Goal
+        The schedule's.
+    utilities : (2,) array
+        Those of the present phase.
+    paths : list of Path or None
+        The path of every phase so far, where it was laid down; None where the arm worked.
+    """
+
+    size_in = size_out = len(ACTIONS)
+
+    def __init__(
+        self, plant: Plant, walk: WalkPort, arm: ArmPort, place: Workplace, anchors: bool
+    ) -> None:
+        self._plant, self._walk, self._arm, self._place = plant, walk, arm, place
+        self._anchor = Anchor(plant) if anchors else None
+        self.utilities = np.zeros(len(ACTIONS))
+        self._rows: list[tuple[object, ...]] = []
+        self.goals: Sequence[Goal] = ()
+        self.paths: list[Path | None] = []
+
+    def begin(self) -> None:
+        """Begin the schedule, the robot standing."""
+        self.paths, self._rows = [], []
+        self._walk.follow(NOWHERE)
+        if self._anchor is not None:
+            self._anchor.reset()
+
+    def observe(self) -> np.ndarray:
+        """Return the utilities of the phase, after beginning it if it is time to."""
+        number = len(self.paths)
+        if number < len(self.goals):
+            goal = self.goals[number]
+            if self._plant.time_s - goal.phase.begin_s > -ROUNDING_S:
+                self._begin_phase(goal)
+        return self.utilities
+
+    def _begin_phase(self, goal: Goal) -> None:
+        self.utilities = np.array(goal.phase.values)
+        self._place.begin(goal)
+        path = goal.path
+        if path is not None:
+            path = path.laid(self._plant.data.qpos[:2], self._walk.heading_rad)
+            self._walk.follow(path)
+        self.paths.append(path)
+
+    def drive(self, gates: np.ndarray) -> None:
+        """Give the arm to the torques while its gate is open, and weld the pelvis if asked to."""
+        draws = gates.item(DRAW) > OPEN
+        self._rows.append((self._plant.time_s, self._place.seen, self._place.hand))
+        if self._anchor is not None:
+            self._anchor.update(draws)
+        self._walk.lends_arm = self._arm.drives = draws
+
+    def recording(self) -> WorkRecording:
+        """Return where the hand was so far."""
+        return WorkRecording.of(self._rows)
+
+
+class HumanoidRig(Rig):
+    """The robot in closed loop by its legs and its right arm, in the phases of a schedule.
+
+    Parameters
+    ----------
+    plant : Plant
+        The robot.
+    anchors : bool
+        Whether the pelvis is welded to the world while the arm's gate is open.
+    encoding : Box or None
+        Range of the observations that the policy represents.
+    observe_every_s, dt_s : float
+        Time from one observation of the policy to the next, and the controller's time step.
+    """
+
+    def __init__(
+        self, plant: Plant, anchors: bool, encoding: Box | None, observe_every_s: float, dt_s: float
+    ) -> None:
+        self.place = Workplace(plant)
+        self.walk = WalkPort(plant, encoding, observe_every_s)
+        self.arm = ArmPort(plant, self.place)
+        self.gate = ScheduleGate(plant, self.walk, self.arm, self.place, anchors)
+        super().__init__(plant, [self.walk, self.arm], dt_s, self.gate)
+
+    def begin(self, seed: int, goals: Sequence[Goal]) -> None:
+        """Put the robot where the first phase begins, standing as a seed varies it."""
+        self.plant.reset(seed)
+        self.gate.goals = goals
+        self.loop.begin()

@@ -1,0 +1,99 @@
+"""The record of a switching run, and its time series with names and units."""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from spikeport.experiments.arm.recording import ArmRecording
+from spikeport.experiments.loop import DT_S
+from spikeport.experiments.switch.goals import Goal
+from spikeport.experiments.walk.paths import Path
+from spikeport.experiments.walk.recording import MOVING, WalkRecording
+from spikeport.networks.arm import AXES
+from spikeport.networks.humanoid import ACTIONS
+from spikeport.robot.description import ARM_JOINTS, JOINTS
+from spikeport.simulator import Simulator
+
+
+class SwitchRun(NamedTuple):
+    """A switching run that is over.
+
+    Attributes
+    ----------
+    goals : sequence of Goal
+        The goals of all phases.
+    paths : list of Path or None
+        The path of each phase that began, where it was laid down; None where the arm worked.
+    recording, arm : WalkRecording, ArmRecording
+        Legs and arm at all physics steps.
+    seen_m : (n, 3) array
+        The hand as the arm's task sees it: on its sheet, or from the torso.
+    hands_m : (n, 3) array
+        Where the hand was in the world.
+    gates : (n_steps, n_actions) array
+        1 for the action that is selected.
+    spikes : dict of str to (n_steps, n_neurons) array
+        Spikes of each nucleus, action by action; empty without neurons.
+    fallen_at_s : float or None
+        When the robot fell.
+    anchored : bool
+        Whether the pelvis was held while the arm worked.
+    sim : Simulator
+        The simulator that ran.
+    wall_s : float
+        Wall-clock time of the run.
+    """
+
+    goals: Sequence[Goal]
+    paths: list[Path | None]
+    recording: WalkRecording
+    arm: ArmRecording
+    seen_m: np.ndarray
+    hands_m: np.ndarray
+    gates: np.ndarray
+    spikes: dict[str, np.ndarray]
+    fallen_at_s: float | None
+    anchored: bool
+    sim: Simulator
+    wall_s: float
+
+
+def dataset(run: SwitchRun) -> xr.Dataset:
+    """Return the series at every physics step, gates and spikes at every controller's step."""
+    walk, arm, turned = run.recording, run.arm, ["heading", *MOVING]
+    series = {
+        "reference": (MOVING, "moving", walk.reference, "m, m/s", "place and velocity to take"),
+        "state": (turned, "turned", walk.state, "rad, m, m/s", "heading, place and velocity"),
+        "action": (JOINTS, "joint", walk.action, "1", "action of the policy"),
+        "command": (["speed", "yaw rate"], "commanded", walk.command, "m/s, rad/s", "follower's"),
+        "torque": (ARM_JOINTS, "arm_joint", arm.torque, "N m", "torque of the arm's controller"),
+        "hand": (AXES, "axis", arm.hand, "m", "right hand, as seen from the torso"),
+        "target": (AXES, "axis", arm.target, "m", "where it is to be, as seen from the torso"),
+    }
+    data = {
+        name: (("time", along), values, {"units": unit, "long_name": text})
+        for name, (_, along, values, unit, text) in series.items()
+    }
+    named = {along: list(labels) for labels, along, *_ in series.values()}
+    steps = {"units": "s", "long_name": "end of a step of the controller"}
+    coordinates = {
+        **named,
+        "time": ("time", walk.time_s, {"units": "s"}),
+        "step": ("step", (1 + np.arange(len(run.gates))) * DT_S, steps),
+        "selectable": list(ACTIONS),
+    }
+    gates = ("step", "selectable"), run.gates, {"long_name": "1 for the action that is selected"}
+    return xr.Dataset({**data, "gates": gates, **_ragged(run.spikes)}, coordinates)
+
+
+def _ragged(spikes: dict[str, np.ndarray]) -> dict[str, Any]:
+    """Return an entry for every spike of each nucleus, instead of a table of mostly zeros."""
+    found: dict[str, Any] = {}
+    for name, raster in spikes.items():
+        step, neuron = np.nonzero(raster)
+        along = f"{name}_spike"
+        found[f"{name}_time"] = along, (step + 1) * DT_S, {"units": "s"}
+        found[f"{name}_neuron"] = along, neuron, {"long_name": "number, action by action"}
+    return found

@@ -1,0 +1,137 @@
+"""A trial: what one run of an experiment needs, and what is made of it."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar, Generic, Protocol, TypeVar
+
+import nengo
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from spikeport.errors import UsageError
+from spikeport.experiments.calibration import Calibration
+from spikeport.experiments.options import Options
+from spikeport.experiments.pictures import Scenes
+from spikeport.experiments.rig import Rig
+from spikeport.robot.plant import Plant
+from spikeport.simulator import Simulator
+
+K = TypeVar("K", bound=Rig)
+"""The rig of an experiment."""
+R = TypeVar("R")
+"""What an experiment's run leaves."""
+
+
+class Settings(Protocol):
+    """The settings that all experiments have; each has a dataclass of its own."""
+
+    __dataclass_fields__: ClassVar[dict[str, Any]]
+
+    @property
+    def network_seed(self) -> int:
+        """Seed of the neurons."""
+
+    @property
+    def appearance(self) -> str:
+        """The robot's in pictures."""
+
+
+@dataclass(frozen=True)
+class Closed(Generic[K]):
+    """A controller and a robot in one network.
+
+    Attributes
+    ----------
+    network : nengo.Network
+        Both, connected.
+    rig : Rig
+        The robot.
+    probes : mapping of str to nengo.Probe
+        Probes of the controller, by name.
+    """
+
+    network: nengo.Network
+    rig: K
+    probes: Mapping[str, nengo.Probe]
+
+
+class Trial(ABC, Generic[K, R]):
+    """One run of an experiment, which `spikeport.experiments.driver.run` does.
+
+    Parameters
+    ----------
+    settings : dataclass
+        The settings of the experiment.
+    options : Options
+        The options of the run.
+    """
+
+    name: ClassVar[str]
+    settings: Settings
+
+    def __init__(self, settings: Settings, options: Options) -> None:
+        self.settings = settings
+        self.options = options
+
+    def check(self) -> None:
+        """Refuse what a run would refuse, without one; raises UsageError."""
+
+    def calibrate(self) -> Calibration:
+        """Refit decoders to what the neurons do where they run; raises UsageError if it cannot."""
+        raise UsageError(f"experiment '{self.name}' has no decoders to calibrate")
+
+    def plant(self) -> Plant:
+        """Return the robot; raises UsageError for an unknown appearance."""
+        return Plant(appearance=self.settings.appearance)
+
+    @abstractmethod
+    def close(self, plant: Plant) -> Closed[K]:
+        """Build the controller, in closed loop with a robot.
+
+        Raises
+        ------
+        UsageError
+            If the trial asks for what cannot be done.
+        """
+
+    @abstractmethod
+    def begin(self, rig: K) -> None:
+        """Put the robot where the run begins, with what it is to do."""
+
+    def network(self) -> nengo.Network:
+        """Return what runs, to be compiled; the image is that of the run."""
+        closed = self.close(self.plant())
+        self.begin(closed.rig)
+        return closed.network
+
+    @abstractmethod
+    def record(self, closed: Closed[K], sim: Simulator, wall_s: float) -> R:
+        """Return what a run leaves that took ``wall_s`` of wall-clock time."""
+
+    @abstractmethod
+    def metrics(self, run: R) -> dict[str, Any]:
+        """Return the figures of a run."""
+
+    @abstractmethod
+    def probes(self, run: R) -> xr.Dataset:
+        """Return the time series of a run, with names and units."""
+
+    @abstractmethod
+    def scenes(self, run: R) -> Scenes:
+        """Return what pictures of a run show."""
+
+    @abstractmethod
+    def figure(self, run: R, pictures: Sequence[np.ndarray], result: dict[str, Any]) -> Figure:
+        """Draw a run.
+
+        Parameters
+        ----------
+        run
+            What the run left.
+        pictures : sequence of (height, width, 3) arrays
+            Those of its scenes; empty without graphics.
+        result : dict
+            The content of ``result.json``.
+        """

@@ -1,0 +1,108 @@
+"""``spikeport compile``."""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+from spikeport.backends.loss import Tell, measure
+from spikeport.commands import rates
+from spikeport.commands.passes import printer
+from spikeport.commands.progress import progress_bar
+from spikeport.commands.screen import Findings, show
+from spikeport.compile.check.violation import OverBudgetError
+from spikeport.compile.image.modules import by_module, modules
+from spikeport.compile.pipeline import Compilation, compile_network
+from spikeport.compile.report.budget import Budget
+from spikeport.compile.report.expected import Rates, expected_activity
+from spikeport.compile.report.report import Modules
+from spikeport.errors import UsageError
+from spikeport.experiments.run_folder import write_json
+from spikeport.find_network import find_network, needed_passes
+from spikeport.hardware_models import chip as chips
+
+DT_S = 0.001
+SEED = 0
+"""Of processes on the host, where a loss is measured."""
+
+
+@dataclass(frozen=True)
+class Request:
+    """What the user asked for."""
+
+    network: str
+    chip: str
+    settings: list[str]
+    out: Path | None
+    json: Path | None
+    rates: list[str]
+    loss_s: float | None
+    budget: Budget
+    cores: bool
+    passes: str | None = None
+    print_after: str | None = None
+
+
+def run(request: Request) -> None:
+    """Compile, write what was asked for, print the report, and hold it against the budget."""
+    stated = rates.parse(request.rates)
+    if stated is not None and request.loss_s is not None:
+        raise UsageError("--rate-hz and --loss: the run of --loss has rates of its own; give one")
+    _check_run(request.loss_s)
+    request.budget.check_basis(stated is not None or request.loss_s is not None)
+    check_places(request.out, request.json)
+    chip = chips.get(request.chip)
+    passes = request.passes if request.passes is not None else needed_passes(request.network)
+    passes = chip.pipeline if passes is None else passes
+    observer = printer(request.print_after, passes)
+    with progress_bar() as progress:
+        progress("building the network", None)
+        network = find_network(request.network, request.settings, request.chip, request.passes)
+        progress("compiling", None)
+        compilation = compile_network(network, request.chip, DT_S, passes, observer)
+        findings = _reckoned(compilation, stated)
+        if request.loss_s is not None:
+            findings = _measured(compilation, request.loss_s, progress)
+    write(request.out, request.json, compilation, findings)
+    show(findings, request.cores)
+    if exceeded := request.budget.exceeded(findings.report, findings.activity):
+        raise OverBudgetError(exceeded)
+
+
+def _check_run(seconds: float | None) -> None:
+    if seconds is not None and not (math.isfinite(seconds) and seconds >= DT_S):
+        raise UsageError(f"--loss {seconds:g}: a run is at least one step of {DT_S:g} s")
+
+
+def _reckoned(compilation: Compilation, stated: Rates | None) -> Findings:
+    """What is known without a run: with rates, also what it costs at them."""
+    if stated is None:
+        return Findings(compilation.report)
+    image = compilation.image
+    counts = Modules(modules(image), expected_activity(by_module(image), stated))
+    return Findings(compilation.report, expected_activity(image, stated), stated, modules=counts)
+
+
+def _measured(compilation: Compilation, seconds: float, tell: Tell) -> Findings:
+    measured = measure(compilation, seconds, SEED, tell)
+    counts = Modules(modules(compilation.image), measured.by_module)
+    return Findings(compilation.report, measured.activity, loss=measured.loss, modules=counts)
+
+
+def write(
+    out: Path | None, json: Path | None, compilation: Compilation, findings: Findings
+) -> None:
+    """Write image and report to a folder, and the report to a file, where they are given."""
+    report = findings.to_dict()
+    if out is not None:
+        compilation.image.save(out / "image.npz")
+        write_json(out / "report.json", report)
+    if json is not None:
+        write_json(json, report)
+
+
+def check_places(out: Path | None, json: Path | None) -> None:
+    """Say what cannot be written before the work, not after it."""
+    if out is not None and out.exists() and not out.is_dir():
+        raise UsageError(f"--out {out}: is a file; choose a folder")
+    if json is not None and json.exists() and not json.is_file():
+        raise UsageError(f"--json {json}: is not a file that can be replaced; choose another")

@@ -1,0 +1,56 @@
+"""What every core and every module takes, as tables."""
+
+from rich.box import SIMPLE_HEAD
+from rich.markup import escape
+from rich.table import Table
+
+from spikeport.commands.tables import BITS_PER_KIB, NO_FIGURE
+from spikeport.compile.report.report import Modules, Report
+from spikeport.hardware_models.activity import Activity
+from spikeport.hardware_models.chip import Chip
+from spikeport.hardware_models.energy import energy
+
+
+def core_table(report: Report, activity: Activity | None) -> Table:
+    """Every core: what it holds, and what a step on it costs in energy."""
+    table = Table(title="cores", box=SIMPLE_HEAD)
+    table.add_column("core", no_wrap=True, justify="right")
+    table.add_column("holds")
+    for name in ("neurons", "axons in", "out", "KiB"):
+        table.add_column(name, justify="right", no_wrap=True)
+    costs = {} if activity is None else _core_costs(report.chip, activity)
+    for name in costs:
+        table.add_column(escape(f"energy / step, {name}"), justify="right")
+    for number, core in enumerate(report.cores):
+        numbers = (
+            core.compartments,
+            core.in_axons,
+            core.out_axons,
+            core.synapse_bits // BITS_PER_KIB,
+        )
+        spent = [texts[number] for texts in costs.values()]
+        table.add_row(str(number), escape(core.label), *(f"{n:,}" for n in numbers), *spent)
+    return table
+
+
+def _core_costs(chip: Chip, activity: Activity) -> dict[str, list[str]]:
+    """What a step costs on each core, by calibration."""
+    return {
+        c.name: [
+            core.energy_step.format() if core.energy_step else NO_FIGURE
+            for core in energy(activity, chip, c).cores
+        ]
+        for c in chip.calibrations
+    }
+
+
+def module_table(chip: Chip, modules: Modules) -> Table:
+    """What a step of every module costs in energy, messages apart."""
+    table = Table("module", title="modules, without messages", box=SIMPLE_HEAD)
+    spent = modules.energies(chip)
+    for name in spent:
+        table.add_column(escape(f"energy / step, {name}"), justify="right")
+    for name, *found in zip(modules.names, *spent.values(), strict=True):
+        texts = [one.energy_step.format() if one.energy_step else NO_FIGURE for one in found]
+        table.add_row(escape(name), *texts)
+    return table

@@ -1,0 +1,120 @@
+"""``spikeport diff A B``: what changed from one compile to another."""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from spikeport.commands.report_file import Json, read
+
+SAME, DIFFERENT = 0, 1
+
+
+SECTIONS = ("passes", "quantisation", "energy", "timing", "loss")
+
+Figures = dict[str, object]
+"""Numbers, texts and what is not known (None), by name."""
+
+
+class Change(NamedTuple):
+    """A figure of two reports that differs; None: the report does not have it."""
+
+    figure: str
+    a: object
+    b: object
+
+
+def run(a: Path, b: Path) -> int:
+    """Print what differs; 1 if anything does, else 0, as ``diff`` does."""
+    found = changes(read(a), read(b))
+    console = Console(highlight=False)
+    if not found:
+        console.print("no difference")
+        return SAME
+    table = Table("figure", box=SIMPLE_HEAD)
+    for name in (str(a), str(b), "change"):
+        table.add_column(escape(name), justify="right")
+    for change in found:
+        texts = (_text(change.a), _text(change.b), _relative(change))
+        table.add_row(escape(change.figure), *(escape(text) for text in texts))
+    console.print(table)
+    return DIFFERENT
+
+
+def changes(a: Json, b: Json) -> list[Change]:
+    """Every figure that differs, or is in one report alone, of the sections that both have."""
+    shared = [section for section in SECTIONS if a.get(section) and b.get(section)]
+    left, right = figures(a, shared), figures(b, shared)
+    names = [*left, *(name for name in right if name not in left)]
+    pairs = [Change(name, left.get(name), right.get(name)) for name in names]
+    return [change for change in pairs if change.a != change.b]
+
+
+def figures(report: Json, sections: Sequence[str] = SECTIONS) -> Figures:
+    """The figures of a report that are compared, by name."""
+    found: Figures = {"image": report["image_digest"][:16]}
+    for name, row in report["resources"].items():
+        found |= {f"{name} {key}": value for key, value in row.items()}
+    for section in sections:
+        found |= FIGURES[section](report[section])
+    return found
+
+
+def _passes(passes: list[Json]) -> Figures:
+    return {"passes": ",".join(map(_pass, passes))}
+
+
+def _pass(record: Json) -> str:
+    options = ",".join(f"{key}={value}" for key, value in record["options"].items())
+    return f"{record['name']}" + f"{{{options}}}" * bool(options)
+
+
+def _rounding(errors: list[Json]) -> Figures:
+    return {f"rounding of weights, {error['label']}": error["weights"] for error in errors}
+
+
+def _powers(energy: Json) -> Figures:
+    return {
+        f"{part} power, {calibration} (W)": spent[part] and spent[part]["power"]["value"]
+        for calibration, spent in energy.items()
+        for part in ("dynamic", "static", "system")
+    }
+
+
+def _times(timing: Json) -> Figures:
+    return {
+        f"longest step, {calibration} (s)": taken and taken["worst"]["value"]
+        for calibration, taken in timing.items()
+    }
+
+
+def _loss(loss: Json) -> Figures:
+    parts = {f"loss by {p['object']}: {p['what']}": p["output_error"] for p in loss["parts"]}
+    return {"loss at the outputs": loss["output_error"], **parts}
+
+
+FIGURES: dict[str, Callable[[Any], Figures]] = {
+    "passes": _passes,
+    "quantisation": _rounding,
+    "energy": _powers,
+    "timing": _times,
+    "loss": _loss,
+}
+
+
+def _text(value: object) -> str:
+    if value is None:
+        return "-"
+    return f"{value:,.4g}" if isinstance(value, float) else str(value)
+
+
+def _relative(change: Change) -> str:
+    """By how much a number grew, in percent."""
+    _, a, b = change
+    if not (isinstance(a, int | float) and isinstance(b, int | float)) or a == 0:
+        return ""
+    return f"{100 * (b - a) / a:+.1f} %"

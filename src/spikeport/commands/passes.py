@@ -1,0 +1,92 @@
+"""``spikeport passes``, and the passes of a compile on the screen."""
+
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from typing import Any, Literal, get_args, get_origin
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from spikeport.commands.report_file import Json
+from spikeport.compile.passes import registry
+from spikeport.compile.passes.base import Pass
+from spikeport.compile.passes.dump import dump
+from spikeport.compile.passes.parse import options, parse
+from spikeport.compile.passes.pipeline import Observer, kind, silent
+from spikeport.compile.report.report import Report
+from spikeport.errors import unknown
+from spikeport.hardware_models import chip as chips
+
+ALL = "all"
+
+
+def print_passes() -> None:
+    """Every pass, in the order a pipeline may have them, and the pipelines of the chips."""
+    console = Console()
+    table = Table("pass", "works on", "options", "what it does", box=SIMPLE_HEAD)
+    for name in registry.PASSES:
+        cls = registry.get(name)
+        summary = (cls.__doc__ or "").split("\n\n")[0]
+        table.add_row(name, kind(cls), escape(_options(cls)), escape(" ".join(summary.split())))
+    console.print(table)
+    for name, text in registry.PIPELINES.items():
+        console.print(f"{name}: {text}", markup=False, soft_wrap=True)
+    for name in chips.names():
+        console.print(f"default of {name}: {chips.get(name).pipeline or 'none'}", markup=False)
+
+
+def _options(cls: type[Pass[Any]]) -> str:
+    kinds = options(cls)
+    return ", ".join(f"{key}: {_type(kind)} = {getattr(cls, key)}" for key, kind in kinds.items())
+
+
+def _type(hint: object) -> str:
+    if get_origin(hint) is Literal:
+        return " | ".join(map(str, get_args(hint)))
+    if get_args(hint):  # with its bounds, or with None, which the default shows
+        return _type(get_args(hint)[0])
+    assert isinstance(hint, type)
+    return hint.__name__
+
+
+def printer(chosen: str | None, passes: str) -> Observer:
+    """An observer that prints what the chosen pass, or each of them, leaves.
+
+    Raises
+    ------
+    UsageError
+        The pipeline has no such pass.
+    """
+    if chosen is None:
+        return silent
+    names = [one.name for one in parse(passes).passes]
+    if chosen not in (ALL, *names):
+        raise unknown("pass of this compile", chosen, [ALL, *names])
+
+    def show(one: Pass[Any], value: object) -> None:
+        if chosen in (ALL, one.name):
+            print("\n  ".join([f"after {one.name}:", *dump(value)]), end="\n\n")
+
+    return show
+
+
+def pass_lines(report: Report) -> Iterator[str]:
+    """What passes did, one line a pass: ``pack: cores 26 -> 6``, ``decode_path: 3 direct``."""
+    for done in report.passes:
+        notes = {key: note for key, note in done["notes"].items() if isinstance(note, dict)}
+        if parts := [*_changes(notes), *_choices(notes)]:
+            yield f"{done['name']}: {', '.join(parts)}"
+
+
+def _changes(notes: Mapping[str, Json]) -> Iterator[str]:
+    for key, note in notes.items():
+        if set(note) == {"before", "after"} and note["before"] != note["after"]:
+            yield f"{key.replace('_', ' ')} {note['before']:,} -> {note['after']:,}"
+
+
+def _choices(notes: Mapping[str, Json]) -> Iterator[str]:
+    """How often each thing was chosen."""
+    chosen = Counter(note["chosen"] for note in notes.values() if "chosen" in note)
+    yield from (f"{n:,} {what}" for what, n in sorted(chosen.items()))

@@ -1,0 +1,57 @@
+"""Reads the report of a compile or run, wherever it lies."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+from spikeport.compile.report.report import SCHEMA
+from spikeport.errors import UsageError
+from spikeport.experiments.run_folder import RESULT_SCHEMA
+
+IN_FOLDERS = ("report.json", "result.json")
+NEEDED = ("image_digest", "resources", "energy", "timing")
+
+
+Json = dict[str, Any]
+"""A report or a part of it, as `docs/report.schema.json` describes it."""
+
+
+def read(path: Path) -> Json:
+    """The report in a file, or in the folder of a compile or run.
+
+    Raises
+    ------
+    UsageError
+        There is none, or it is of another schema.
+    """
+    file = _file(path)
+    try:
+        report: Json = json.loads(file.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise UsageError(f"{path}: no such file or folder") from None
+    except (OSError, ValueError) as error:
+        raise UsageError(f"{file}: not a report: {error}") from None
+    _check(file, report)
+    return report
+
+
+def _file(path: Path) -> Path:
+    if not path.is_dir():
+        return path
+    found = [path / name for name in IN_FOLDERS if (path / name).is_file()]
+    if not found:
+        raise UsageError(f"{path}: has neither {' nor '.join(IN_FOLDERS)}")
+    return found[0]
+
+
+def _check(file: Path, report: object) -> None:
+    if not isinstance(report, dict) or not set(NEEDED) <= set(report):
+        raise UsageError(f"{file}: not a report of a compile, nor of a run")
+    known = RESULT_SCHEMA if "experiment" in report else SCHEMA
+    if report.get("schema") != known:
+        raise UsageError(
+            f"{file}: report schema {report.get('schema')}, this spikeport reads {known}; "
+            "write it again"
+        )
+    if report["resources"] is None:
+        raise UsageError(f"{file}: the run was on no chip: it has no resources to compare")

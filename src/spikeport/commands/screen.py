@@ -1,0 +1,114 @@
+"""The report on a compile, on one screen: verdict, resources, cost, loss, hints."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from rich.console import Console
+
+from spikeport.commands.core_tables import core_table, module_table
+from spikeport.commands.passes import pass_lines
+from spikeport.commands.report_file import Json
+from spikeport.commands.tables import (
+    cost_notes,
+    cost_table,
+    loss_table,
+    n_cores,
+    resource_table,
+)
+from spikeport.compile.check.violation import Violation
+from spikeport.compile.report.expected import Rates
+from spikeport.compile.report.loss import Loss
+from spikeport.compile.report.neurobench import NeuroBench, workload
+from spikeport.compile.report.report import Modules, Report
+from spikeport.hardware_models.activity import Activity
+
+MOST_NAMED = 3
+
+
+@dataclass(frozen=True)
+class Findings:
+    """All that is known of a compile.
+
+    ``activity`` holds the counts of a run, or those expected at ``rates``, ``modules`` the same by
+    module.
+    """
+
+    report: Report
+    activity: Activity | None = None
+    rates: Rates | None = None
+    loss: Loss | None = None
+    modules: Modules | None = None
+
+    def to_dict(self) -> Json:
+        """Plain data, ready for JSON."""
+        loss = None if self.loss is None else self.loss.to_dict()
+        return self.report.to_dict(self.activity, self.rates, loss, self.modules)
+
+
+def show(findings: Findings, cores: bool) -> None:
+    """Print the report; with the tables of all cores and modules where they are asked for."""
+    console = Console(highlight=False)
+    report = findings.report
+    console.print(resource_table(report))
+    if cores:
+        console.print(core_table(report, findings.activity))
+        if findings.modules is not None:
+            console.print(module_table(report.chip, findings.modules))
+    if findings.activity is not None and report.chip.calibrations:
+        console.print(cost_table(report.chip, findings.activity, findings.rates))
+        for note in cost_notes(report.chip, findings.activity):
+            console.print(note, style="dim", markup=False)
+    if report.neurobench is not None:
+        console.print(neurobench_line(report.neurobench, findings.activity), markup=False)
+    if findings.loss is not None:
+        console.print(loss_table(findings.loss))
+    for line in pass_lines(report):
+        console.print(line, style="dim", markup=False)
+    _print_hints(console, findings)
+    console.print(verdict(report), markup=False)
+
+
+def _print_hints(console: Console, findings: Findings) -> None:
+    hints = [*findings.report.hints, *(() if findings.loss is None else findings.loss.hints)]
+    for (rule_id, rule), found in _by_rule(hints).items():
+        named = [f"{hint.object} ({hint.used})" for hint in found[:MOST_NAMED]]
+        more = [f"{len(found) - MOST_NAMED} more"] if len(found) > MOST_NAMED else []
+        where = ", ".join([*named, *more])
+        console.print(f"hint: {rule_id} {rule}: {where}; cure: {found[0].cure}", markup=False)
+    for warning in findings.report.warnings:
+        console.print(f"nengo-loihi: {warning}", style="dim", markup=False)
+
+
+def _by_rule(hints: Iterable[Violation]) -> dict[tuple[str, str], list[Violation]]:
+    rows: dict[tuple[str, str], list[Violation]] = {}
+    for hint in hints:
+        rows.setdefault((hint.id, hint.rule), []).append(hint)
+    return rows
+
+
+def neurobench_line(static: NeuroBench, activity: Activity | None) -> str:
+    """NeuroBench's metrics on a line."""
+    parts = [
+        f"footprint {static.footprint_bytes:,} B",
+        f"connection sparsity {static.connection_sparsity:.2f}",
+        f"synaptic operations a step: dense {static.dense:,.0f}",
+    ]
+    if activity is not None:
+        counts = workload(activity)
+        parts.append(f"effective ACs {counts['effective_acs']:,.0f}")
+        parts.append(f"effective MACs {counts['effective_macs']:,.0f}")
+    return f"NeuroBench: {', '.join(parts)}"
+
+
+def verdict(report: Report) -> str:
+    """The last line: that it fits, on how much, and what image it is."""
+    unknown = [name for name, usage in report.resources().items() if usage.limit is None]
+    parts = [f"fits chip '{report.chip.name}' on {n_cores(report)}"]
+    if "cores" in report.lower_bound:
+        parts[0] += f" (lower bound {report.lower_bound['cores']})"
+    if unknown:
+        names = ", ".join(name.replace("_", " ") for name in unknown)
+        parts.append(f"not public, not checked: {names}")
+    if report.chip.caveat:
+        parts.append(report.chip.caveat)
+    return "; ".join([*parts, f"image {report.digest[:16]}"])

@@ -1,0 +1,105 @@
+"""``spikeport step IMAGE``: runs an image by itself, without the network it was made of."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import typer
+
+from spikeport.atomic import atomic_path
+from spikeport.backends.decoding import Output
+from spikeport.backends.native.chip import NativeChip
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.errors import UsageError
+from spikeport.hardware_models.activity import PER_RUN, PER_STEP, Activity
+
+WANTED = ("steps", "sources")
+FORMAT = (
+    "give an npz with two arrays of integers of the same length: in step steps[i], from 0, "
+    "sources[i] spikes, counted through all inputs as `spikeport show` lists them"
+)
+
+
+def run(image: Path, spikes: Path | None, n_steps: int, out: Path, seed: int) -> None:
+    """Step an image, and write its outputs and activity."""
+    loaded = ChipImage.load(image)
+    sent = by_step(loaded, spikes, n_steps)
+    held, activity = stepped(loaded, sent, seed)
+    _write(out, loaded, held, activity)
+    total = activity.totals()
+    typer.echo(
+        f"{n_steps:,} steps of image {loaded.digest[:12]}: {total['spikes']:,} spikes, "
+        f"{total['synaptic_operations']:,} synaptic operations; written: {out}"
+    )
+
+
+def stepped(
+    image: ChipImage, sent: list[np.ndarray], seed: int
+) -> tuple[list[np.ndarray], Activity]:
+    """Return what each output held, (n_steps, n) each, and the counts of the run."""
+    chip = NativeChip(image, seed)
+    sizes = np.diff(image.outputs.start)
+    held = [np.zeros((len(sent), size), dtype=np.int32) for size in sizes]
+    for number, sources in enumerate(sent):
+        for rows, output in zip(held, chip.step(sources, {}), strict=True):
+            rows[number] = output
+    return held, chip.activity()
+
+
+def by_step(image: ChipImage, path: Path | None, n_steps: int) -> list[np.ndarray]:
+    """Return the sources that spike in each step.
+
+    Raises
+    ------
+    UsageError
+        If the file is not of the format, or a spike is of no source, of no step, or there twice.
+    """
+    step, source = (np.zeros(0, dtype=np.int64),) * 2 if path is None else _read(path)
+    for name, numbers, end, kind in (
+        ("steps", step, n_steps, f"--steps {n_steps}"),
+        ("sources", source, image.n_inputs, f"the image has {image.n_inputs} sources"),
+    ):
+        wrong = np.flatnonzero((numbers < 0) | (numbers >= end))
+        if wrong.size:
+            raise UsageError(f"{path}: {name}[{wrong[0]}] is {numbers[wrong[0]]}, but {kind}")
+    order = np.lexsort((source, step))
+    step, source = step[order], source[order]
+    twice = np.flatnonzero((np.diff(step) == 0) & (np.diff(source) == 0))
+    if twice.size:
+        first = twice[0]
+        raise UsageError(
+            f"{path}: source {source[first]} spikes twice in step {step[first]}; a source spikes "
+            "once in a step"
+        )
+    return np.split(source, np.searchsorted(step, np.arange(1, n_steps)))
+
+
+def _read(path: Path) -> tuple[np.ndarray, np.ndarray]:
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            arrays = [np.asarray(file[name]) for name in WANTED]
+    except FileNotFoundError:
+        raise UsageError(f"{path}: no such file") from None
+    except Exception:  # whatever NumPy, zipfile and zlib make of foreign bytes
+        raise UsageError(f"{path}: not a file of spikes; {FORMAT}") from None
+    if any(a.ndim != 1 or a.dtype.kind not in "iu" or len(a) != len(arrays[0]) for a in arrays):
+        raise UsageError(f"{path}: not a file of spikes; {FORMAT}")
+    step, source = (array.astype(np.int64) for array in arrays)
+    return step, source
+
+
+def _write(out: Path, image: ChipImage, held: list[np.ndarray], activity: Activity) -> None:
+    members: dict[str, Any] = {
+        "image_digest": np.array(image.digest),
+        "dt_s": np.array(image.manifest.dt_s),
+        "names": np.array([entry.name for entry in image.manifest.outputs], dtype=np.str_),
+    }
+    for number, rows in enumerate(held):
+        output = Output(image, number)
+        values = [np.ravel(output.decode(row)) for row in rows]
+        members[f"held_{number}"] = rows
+        members[f"values_{number}"] = np.array(values).reshape(len(rows), output.size)
+    for name in (*PER_STEP, *PER_RUN, "readout_spikes"):
+        members[f"activity_{name}"] = np.asarray(getattr(activity, name))
+    with atomic_path(out) as temporary, open(temporary, "wb") as file:
+        np.savez_compressed(file, **members)

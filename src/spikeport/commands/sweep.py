@@ -1,0 +1,134 @@
+"""``spikeport sweep``: an experiment at many settings, from several seeds."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from rich.console import Console
+
+from spikeport import settings
+from spikeport.atomic import atomic_path
+from spikeport.commands.progress import progress_bar
+from spikeport.commands.run import seconds_of
+from spikeport.compile.passes.parse import parse
+from spikeport.errors import UsageError, unknown
+from spikeport.experiments import registry
+from spikeport.experiments.options import Experiment
+from spikeport.experiments.sweep.folder import open_folder
+from spikeport.experiments.sweep.plan import BACKEND, Point, Sweep
+from spikeport.hardware_models import chip as chips
+
+RUN, TABLE = "spikeport.experiments.sweep.run", "spikeport.experiments.sweep.table"
+ALL_METRICS = "spikeport.experiments.sweep.figure"
+"""The modules that need the extra; they are imported when they are asked for."""
+
+
+@dataclass(frozen=True)
+class Request:
+    """What the user asked for; ``figure`` is the module that draws what comes out."""
+
+    experiment: str
+    vary: list[str]
+    seeds: tuple[int, ...]
+    backend: str
+    chip: str
+    passes: str | None
+    seconds: float | None
+    settings: list[str]
+    out: Path | None
+    workers: int
+    scheduler: str | None
+    probes: bool = False
+    figure: str = ALL_METRICS
+
+
+def run(request: Request) -> int:
+    """Run what is missing of a sweep, and draw it; 1 if a point failed, else 0."""
+    sweep = planned(request)
+    execute, tables, drawing = (
+        registry.imported("a sweep", module, extra="sweep")
+        for module in (RUN, TABLE, request.figure)
+    )
+    folder = open_folder(request.out, sweep)
+    with progress_bar() as progress:
+        failures = execute.run(sweep, folder, request.scheduler, request.workers, progress)
+    if any(folder.holds(point) for point in sweep.points()):
+        table = tables.table(sweep, folder)
+        tables.write_table(folder, table)
+        with atomic_path(folder.path / "figure.png") as temporary:
+            drawing.figure(sweep, folder, table).savefig(temporary, dpi=110, format="png")
+    _show(folder.path, len(sweep.points()), failures)
+    return int(bool(failures))
+
+
+def planned(request: Request) -> Sweep:
+    """The sweep, with every value of every point checked.
+
+    Raises
+    ------
+    UsageError
+        If a setting or value is not one of the experiment's.
+    """
+    experiment = registry.get(request.experiment)
+    owner = f"experiment '{experiment.name}'"
+    chips.get(request.chip)
+    if request.passes is not None:
+        parse(request.passes)
+    sweep = Sweep(
+        experiment=experiment.name,
+        backend=request.backend,
+        chip=request.chip,
+        pipeline=experiment.passes(request.passes),
+        seconds=seconds_of(request.seconds, experiment),
+        settings=settings.parse(request.settings, experiment.settings, owner),
+        varied=_varied(request.vary, experiment, owner),
+        seeds=request.seeds,
+        probes=request.probes,
+    )
+    _check(sweep, experiment)
+    return sweep
+
+
+def _varied(
+    vary: Iterable[str], experiment: Experiment, owner: str
+) -> dict[str, tuple[settings.Value, ...]]:
+    varied: dict[str, tuple[settings.Value, ...]] = {}
+    for pair in vary:
+        key, equals, texts = pair.partition("=")
+        if not equals:
+            raise UsageError(f"--vary {pair}: expected KEY=VALUE,VALUE,...")
+        if key in varied:
+            raise UsageError(f"--vary {key}: given twice")
+        values = tuple(_value(key, text, experiment, owner) for text in texts.split(","))
+        if len(set(values)) < len(values):
+            raise UsageError(f"--vary {pair}: a value is given twice")
+        varied[key] = values
+    return varied
+
+
+def _value(key: str, text: str, experiment: Experiment, owner: str) -> settings.Value:
+    if key == BACKEND:
+        return text
+    pair = [f"{key}={text}"]
+    return settings.parse(pair, experiment.settings, owner, option="--vary")[key]
+
+
+def _check(sweep: Sweep, experiment: Experiment) -> None:
+    for key in sweep.varied:
+        if key in sweep.settings:
+            raise UsageError(f"--vary {key}: also given with --set; choose one")
+    for backend in sweep.varied.get(BACKEND, (sweep.backend,)):
+        if backend not in experiment.backends:
+            raise unknown(f"backend of {experiment.name}", backend, experiment.backends)
+    for point in sweep.points():
+        chosen = experiment.settings(**point.settings)
+        experiment.trial(chosen, point.options).check()
+
+
+def _show(folder: Path, n_points: int, failures: list[tuple[Point, str]]) -> None:
+    console = Console(soft_wrap=True, highlight=False)
+    for point, reason in failures:
+        console.print(f"failed: {point.name}: {reason}", markup=False)
+    names = ", ".join(sorted(p.name for p in folder.iterdir()))
+    console.print(f"{n_points - len(failures)} of {n_points} points finished", markup=False)
+    console.print(f"written: {folder}/ ({names})", markup=False)

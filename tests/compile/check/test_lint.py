@@ -1,0 +1,300 @@
+from collections.abc import Callable
+from typing import Any
+
+import nengo
+import nengo_loihi
+import numpy as np
+import pytest
+
+from spikeport.compile.check.lint import RULES, lint
+from spikeport.compile.check.violation import DoesNotFitError, Violation
+from spikeport.compile.ground.names import Names
+from spikeport.compile.ground.scope import Scope
+from spikeport.compile.pipeline import compile_network
+
+HOST = "or keep it on the host with net.config[ensemble].on_chip = False"
+NEURONS = (
+    "a: SP002 neuron type: {}, limit LIF, SpikingRectifiedLinear or RegularSpiking of LIFRate or "
+    f"RectifiedLinear; cure: choose one of these, {HOST}"
+)
+GAIN = (
+    "a: SP004 gain and bias: {} only, limit both or neither; cure: set both, or set max_rates and "
+    "intercepts instead"
+)
+PART = (
+    "a -> b: SP006 slice of an on-chip target: {} of 3 dimensions, limit all; cure: connect to the "
+    "whole target with a dense transform that has zero rows"
+)
+FINITE = (
+    "{}: SP011 finite numbers: NaN or infinity in {}, limit finite numbers; cure: look for a "
+    "division by zero, a root or logarithm out of range, or an overflow there"
+)
+
+
+class Eavesdropper(nengo.LIF):
+    """A subclass, which nengo-loihi would build as plain LIF."""
+
+
+def no_ensemble() -> None:
+    nengo.Node(0.0)
+
+
+def foreign_neuron_type() -> None:
+    nengo.Ensemble(4, 1, label="a", neuron_type=nengo.AdaptiveLIF())
+
+
+def foreign_regular_base() -> None:
+    nengo.Ensemble(4, 1, label="a", neuron_type=nengo.RegularSpiking(nengo.Tanh()))
+
+
+def subclass_of_a_neuron_type() -> None:
+    nengo.Ensemble(4, 1, label="a", neuron_type=Eavesdropper())
+
+
+def noise() -> None:
+    nengo.Ensemble(4, 1, label="a", noise=nengo.processes.WhiteNoise())
+
+
+def gain_without_bias() -> None:
+    nengo.Ensemble(4, 1, label="a", gain=np.ones(4))
+
+
+def bias_without_gain() -> None:
+    nengo.Ensemble(4, 1, label="a", bias=np.ones(4))
+
+
+def second_order_synapse() -> None:
+    a = nengo.Ensemble(4, 1, label="a")
+    nengo.Connection(a, a, synapse=nengo.Alpha(0.01))
+
+
+def part_of_a_target() -> None:
+    a, b = nengo.Ensemble(4, 1, label="a"), nengo.Ensemble(4, 3, label="b")
+    nengo.Connection(a, b[1])
+
+
+def scattered_part_of_a_target() -> None:
+    a, b = nengo.Ensemble(4, 2, label="a"), nengo.Ensemble(4, 3, label="b")
+    nengo.Connection(a, b[np.array([0, 2])])
+
+
+def foreign_learning_rule() -> None:
+    a, out = nengo.Ensemble(4, 1, label="a"), nengo.Node(size_in=1, label="out")
+    nengo.Connection(a, out, learning_rule_type={"rule": nengo.RLS()})
+
+
+def learning_on_the_host() -> None:
+    network = nengo.Network.context[-1]
+    nengo_loihi.add_params(network)
+    nengo.Ensemble(4, 1, label="a")
+    u, out = nengo.Ensemble(4, 1, label="u"), nengo.Node(size_in=1, label="out")
+    network.config[u].on_chip = False
+    learned = nengo.Connection(u, out, learning_rule_type=nengo.PES())
+    nengo.Connection(out, learned.learning_rule)
+
+
+def process_on_the_board() -> None:
+    a = nengo.Ensemble(4, 1, label="a")
+    camera = nengo_loihi.dvs.DVSFileChipProcess("recording.aedat")
+    events = nengo.Node(camera, label="events")
+    nengo.Connection(events[:4], a.neurons)
+
+
+def infinite_gain() -> None:
+    nengo.Ensemble(4, 1, label="a", gain=[1, 1, 1, np.inf], bias=np.ones(4))
+
+
+def undefined_encoders() -> None:
+    nengo.Ensemble(4, 1, label="a", encoders=np.full((4, 1), np.nan))
+
+
+def undefined_evaluation_points() -> None:
+    nengo.Ensemble(4, 1, label="a", eval_points=[[0.0], [np.nan]])
+
+
+def undefined_transform() -> None:
+    a, b = (nengo.Ensemble(4, 1, label=label) for label in "ab")
+    nengo.Connection(a, b, transform=np.nan)
+
+
+def infinite_targets() -> None:
+    a, b = (nengo.Ensemble(4, 1, label=label) for label in "ab")
+    nengo.Connection(a, b, eval_points=np.ones((3, 1)), function=[[1.0], [2.0], [np.inf]])
+
+
+def foreign_probe() -> None:
+    nengo.Probe(nengo.Ensemble(4, 1, label="a"), "scaled_encoders", label="p")
+
+
+def probed_connection() -> None:
+    a = nengo.Ensemble(4, 1, label="a")
+    nengo.Probe(nengo.Connection(a, a), label="p")
+
+
+CASES: list[tuple[Callable[[], None], str]] = [
+    (
+        no_ensemble,
+        "network: SP001 on-chip ensembles: 0, limit at least 1; cure: add an ensemble of spiking "
+        "neurons that is not marked on_chip = False",
+    ),
+    (foreign_neuron_type, NEURONS.format("AdaptiveLIF")),
+    (foreign_regular_base, NEURONS.format("RegularSpiking")),
+    (subclass_of_a_neuron_type, NEURONS.format("Eavesdropper")),
+    (
+        noise,
+        f"a: SP003 ensemble noise: WhiteNoise, limit none; cure: remove the noise, {HOST}",
+    ),
+    (gain_without_bias, GAIN.format("gain")),
+    (bias_without_gain, GAIN.format("bias")),
+    (
+        second_order_synapse,
+        "a -> a: SP005 synapse: Alpha, limit Lowpass or None; cure: use nengo.Lowpass(tau) with "
+        "the same group delay",
+    ),
+    (part_of_a_target, PART.format(1)),
+    (scattered_part_of_a_target, PART.format(2)),
+    (
+        foreign_learning_rule,
+        "a -> out: SP007 learning rule: RLS, limit PES; cure: learn with PES, or off the chip",
+    ),
+    (
+        learning_on_the_host,
+        "u -> out: SP008 place of learning: the host, limit from an ensemble on the chip; cure: "
+        "put the ensemble it comes from on the chip",
+    ),
+    (
+        process_on_the_board,
+        "events: SP009 node on the chip: DVSFileChipProcess, limit none; cure: feed the events "
+        "from a node on the host",
+    ),
+    (
+        foreign_probe,
+        "p: SP010 probed attribute: scaled_encoders, limit decoded_output; cure: probe one of "
+        f"these, {HOST}",
+    ),
+    (
+        probed_connection,
+        f"p: SP010 probed attribute: output, limit none; cure: probe one of these, {HOST}",
+    ),
+    (infinite_gain, FINITE.format("a", "gain")),
+    (undefined_encoders, FINITE.format("a", "encoders")),
+    (undefined_evaluation_points, FINITE.format("a", "eval_points")),
+    (undefined_transform, FINITE.format("a -> b", "transform")),
+    (infinite_targets, FINITE.format("a -> b", "function")),
+]
+
+
+def violations(make: Callable[[], Any]) -> list[Violation]:
+    with nengo.Network(seed=1) as network:
+        make()
+    return lint(network, Names(network))
+
+
+@pytest.mark.parametrize(("make", "expected"), CASES, ids=[make.__name__ for make, _ in CASES])
+def test_a_broken_rule_is_reported(make: Callable[[], None], expected: str) -> None:
+    assert [str(violation) for violation in violations(make)] == [expected]
+
+
+def test_every_rule_is_broken_by_a_case() -> None:
+    broken = set()
+    for make, _ in CASES:
+        with nengo.Network(seed=1) as network:
+            make()
+        scope = Scope(network, Names(network))
+        broken |= {rule for rule in RULES if list(rule(scope))}
+    assert broken == set(RULES)
+
+
+def test_all_breaches_are_reported_at_once() -> None:
+    def make() -> None:
+        foreign_neuron_type()
+        noise()
+        probed_connection()
+
+    assert [(v.object, v.rule) for v in violations(make)] == [
+        ("a", "neuron type"),
+        ("a#2", "ensemble noise"),
+        ("p", "probed attribute"),
+    ]
+
+
+def test_the_error_lists_all_breaches_row_by_row() -> None:
+    with nengo.Network(seed=1) as network:
+        noise()
+        probed_connection()
+    with pytest.raises(DoesNotFitError) as raised:
+        compile_network(network)
+    assert raised.value.violations == tuple(lint(network, Names(network)))
+    assert str(raised.value) == (
+        "the network does not fit chip 'loihi':\n"
+        "  a: SP003 ensemble noise: WhiteNoise, limit none; cure: remove the noise, or keep it on "
+        "the host with net.config[ensemble].on_chip = False\n"
+        "  p: SP010 probed attribute: output, limit none; cure: probe one of these, or keep it on "
+        "the host with net.config[ensemble].on_chip = False\n"
+        "more: spikeport compile --explain SP003"
+    )
+
+
+def test_a_clean_network_breaks_no_rule(chain: Callable[..., nengo.Network]) -> None:
+    network = chain()
+    assert lint(network, Names(network)) == []
+
+
+@pytest.mark.parametrize(
+    "kind",
+    [
+        nengo.LIF(),
+        nengo.SpikingRectifiedLinear(),
+        nengo.RegularSpiking(nengo.LIFRate()),
+        nengo.RegularSpiking(nengo.RectifiedLinear()),
+        nengo_loihi.LoihiLIF(),
+        nengo_loihi.LoihiSpikingRectifiedLinear(),
+    ],
+    ids=repr,
+)
+def test_neuron_types_of_the_chip_are_accepted_and_built(kind: nengo.neurons.NeuronType) -> None:
+    with nengo.Network(seed=1) as network:
+        nengo.Ensemble(4, 1, neuron_type=kind)
+    assert compile_network(network).image.n_compartments == 4
+
+
+def test_ensembles_kept_on_the_host_are_exempt() -> None:
+    with nengo.Network(seed=1) as network:
+        nengo_loihi.add_params(network)
+        chip = nengo.Ensemble(4, 1)
+        host = nengo.Ensemble(4, 2, neuron_type=nengo.AdaptiveLIF(), gain=np.ones(4))
+        network.config[host].on_chip = False
+        nengo.Ensemble(1, 1, neuron_type=nengo.Direct())
+        nengo.Connection(chip, host[0], synapse=nengo.Alpha(0.01))
+        nengo.Probe(host, "scaled_encoders", sample_every=0.01)
+    assert lint(network, Names(network)) == []
+
+
+def test_what_learning_keeps_on_the_host_is_exempt() -> None:
+    with nengo.Network(seed=1) as network:
+        pre = nengo.Ensemble(10, 1)
+        target, error = (nengo.Ensemble(10, 2, neuron_type=nengo.LIFRate()) for _ in range(2))
+        learned = nengo.Connection(pre, target[0], learning_rule_type=nengo.PES())
+        nengo.Connection(pre, error[1])
+        nengo.Connection(error[0], learned.learning_rule)
+        nengo.Probe(error, sample_every=0.01)
+    assert lint(network, Names(network)) == []
+    assert "pre" not in compile_network(network).image.cores
+    assert compile_network(network).image.groups.learning[:, 0].sum() == 1
+
+
+def test_a_host_filter_may_be_of_any_kind() -> None:
+    with nengo.Network(seed=1) as network:
+        u, out = nengo.Node(0.0), nengo.Node(size_in=1)
+        a = nengo.Ensemble(4, 1)
+        nengo.Connection(u, a, synapse=nengo.Alpha(0.01))
+        nengo.Connection(a, out, synapse=nengo.Alpha(0.01))
+    assert lint(network, Names(network)) == []
+
+
+def test_a_weight_solver_may_reach_part_of_a_target() -> None:
+    with nengo.Network(seed=1) as network:
+        a, b = nengo.Ensemble(10, 1), nengo.Ensemble(10, 2)
+        nengo.Connection(a, b[0], solver=nengo.solvers.LstsqL2(weights=True))
+    assert lint(network, Names(network)) == []
+    assert compile_network(network).image.n_blocks == 2

@@ -1,0 +1,74 @@
+import warnings
+
+import nengo
+import numpy as np
+import pytest
+from nengo.exceptions import BuildError, ValidationError
+
+from spikeport.compile.check.violation import DoesNotFitError
+from spikeport.compile.ground.refusal import InvalidError, RefusedError, collected_warnings
+from spikeport.compile.pipeline import compile_network
+from spikeport.errors import CompileError
+
+HOST = "or keep its ensembles on the host with net.config[ensemble].on_chip = False"
+
+
+def test_nengos_code_catches_every_refusal() -> None:
+    for kind in (RefusedError, InvalidError, DoesNotFitError):
+        assert issubclass(kind, CompileError)
+        assert issubclass(kind, BuildError)
+    assert issubclass(InvalidError, ValidationError)
+
+
+def test_a_parameter_that_is_not_valid_is_nengos_validation_error() -> None:
+    with nengo.Network(seed=1) as network:
+        points = nengo.dists.Samples(np.zeros((3, 1)))
+        nengo.Ensemble(5, 1, label="a", eval_points=points, n_eval_points=7)
+    with pytest.raises(ValidationError) as raised:
+        compile_network(network)
+    error = raised.value
+    assert type(error) is InvalidError
+    assert error.attr == error.__cause__.attr == "samples"
+    assert error.obj is error.__cause__.obj
+    assert str(error) == (
+        "a: nengo-loihi refuses it: Samples.samples: Wrong number of samples requested; got 7, "
+        f"should be 3; cure: change this object, {HOST}"
+    )
+
+
+def test_warnings_are_collected_and_passed_on_with_their_category() -> None:
+    with warnings.catch_warnings(record=True) as seen:
+        warnings.simplefilter("default")
+        with collected_warnings() as collected:
+            warnings.warn("one thing", RuntimeWarning, stacklevel=1)
+        assert [str(one.message) for one in collected] == ["one thing"]
+    assert [(str(one.message), one.category) for one in seen] == [("one thing", RuntimeWarning)]
+    assert seen[0].filename == __file__
+
+
+def test_what_the_compiler_passes_on_is_filtered_by_its_name() -> None:
+    with warnings.catch_warnings(record=True) as seen:
+        warnings.simplefilter("always")
+        warnings.filterwarnings("ignore", module="spikeport.compile")
+        with collected_warnings():
+            warnings.warn("one thing", stacklevel=1)
+    assert seen == []
+
+
+def test_what_the_builder_warns_of_reaches_the_user_and_the_report() -> None:
+    with nengo.Network(seed=1) as network:
+        nengo.Ensemble(5, 1, n_eval_points=10, eval_points=[[0.1], [0.2]])
+    with pytest.warns(UserWarning, match="Number of eval_points doesn't match") as seen:
+        report = compile_network(network).report
+    assert set(report.warnings) == {str(one.message) for one in seen}
+
+
+def test_what_it_warns_of_while_a_network_is_rewritten_is_told_once_and_reported() -> None:
+    with nengo.Network(seed=1) as network:
+        for _ in range(2):
+            nengo.Ensemble(5, 1, intercepts=nengo.dists.Choice([0.99]))
+    with pytest.warns(UserWarning, match="larger than intercept limit") as seen:
+        report = compile_network(network, pipeline="fuse").report
+    said = [str(one.message) for one in seen]
+    assert sum("intercept limit" in message for message in said) == 1
+    assert set(report.warnings) == set(said)

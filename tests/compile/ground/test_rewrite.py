@@ -1,0 +1,94 @@
+import nengo
+from nengo.builder import Model
+
+from spikeport.compile.ground.names import Names
+from spikeport.compile.ground.rewrite import Piece, Rewrite
+
+
+def make() -> nengo.Network:
+    with nengo.Network(label="net", seed=3) as network:
+        nengo.Ensemble(3, 1, label="a")
+        nengo.Ensemble(3, 1, label="b")
+        nengo.Probe(network.ensembles[0], label="probe")
+    return network
+
+
+def later(*objects: object) -> nengo.Network:
+    with nengo.Network(label="later", seed=3) as network:
+        for obj in objects:
+            nengo.Network.add(obj)
+    return network
+
+
+def test_seeds_are_those_of_a_simulation() -> None:
+    network = make()
+    seeds = Rewrite(network, Names(network)).all_seeds()
+    model = Model()
+    model.build(network)
+    for obj in (network, *network.ensembles, *network.probes):
+        assert seeds[obj] == model.seeds[obj]
+
+
+def test_a_network_without_a_seed_has_zero() -> None:
+    network = make()
+    network.seed = None
+    rewrite = Rewrite(network, Names(network))
+    zero = make()
+    zero.seed = 0
+    expected = Rewrite(zero, Names(zero)).all_seeds()
+    assert rewrite.all_seeds()[network] == 0
+    assert rewrite.all_seeds()[network.ensembles[0]] == expected[zero.ensembles[0]]
+
+
+def test_seeds_that_are_set_stay() -> None:
+    network = make()
+    a, b = network.ensembles
+    rewrite = Rewrite(network, Names(network), seeds={a: 42})
+    assert rewrite.all_seeds()[a] == 42
+    assert rewrite.all_seeds()[b] != 42
+
+
+def test_stand_ins_of_stand_ins_stand_in_for_the_users_probes() -> None:
+    network = make()
+    (users,) = network.probes
+    with nengo.Network() as other:
+        a = nengo.Ensemble(3, 1)
+        second, third = nengo.Probe(a), nengo.Probe(a)
+    first = Rewrite(network, Names(network)).then(other, {users: second}, {}, {})
+    assert first.stand_ins == {users: second}
+    assert first.then(other, {second: third}, {}, {}).stand_ins == {users: third}
+    assert first.then(other, {}, {}, {}).stand_ins == {users: second}
+
+
+def test_names_stay_with_objects_and_go_to_stand_ins() -> None:
+    network = make()
+    a, b = network.ensembles
+    (users,) = network.probes
+    with (other := later(b)):
+        stand_in = nengo.Probe(b, label="anything")
+        nengo.Ensemble(3, 1, label="b")
+    names = Rewrite(network, Names(network)).then(other, {users: stand_in}, {}, {}).names
+    assert names[other] == "net"
+    assert names[b] == "b"
+    assert names[stand_in] == "probe"
+    assert names[other.ensembles[1]] == "b#2"
+    assert a not in names
+
+
+def test_what_was_built_adds_up() -> None:
+    network = make()
+    a, b = network.ensembles
+    first = Rewrite(network, Names(network)).then(later(b), {}, {a: "gains"}, {b: 1})
+    second = first.then(later(), {}, {b: "more"}, {})
+    assert (first.built, second.built) == ({a: "gains"}, {a: "gains", b: "more"})
+    assert (first.seeds, second.seeds) == ({b: 1}, {})
+
+
+def test_pieces_last_as_long_as_their_ensembles() -> None:
+    network = make()
+    a, b = network.ensembles
+    pieces = {a: Piece("large", 0, 2), b: Piece("large", 1, 2)}
+    first = Rewrite(network, Names(network)).then(later(a, b), {}, {}, {}, pieces)
+    assert first.pieces == pieces
+    assert first.then(later(a), {}, {}, {}).pieces == {a: Piece("large", 0, 2)}
+    assert first.then(later(a), {}, {}, {}, {a: Piece("a", 0, 3)}).pieces == {a: Piece("a", 0, 3)}

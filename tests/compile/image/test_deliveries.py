@@ -1,0 +1,59 @@
+"""The one walk over an image, against a walk by hand."""
+
+import numpy as np
+from hypothesis import given
+from images import images
+
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.deliveries import deliveries, row_lengths, synapses_of
+from spikeport.compile.image.fanout import fanout
+from spikeport.compile.image.tables import part
+from spikeport.compile.image.traffic import reached_blocks
+
+
+def by_hand(image: ChipImage) -> list[tuple[int, int, int, int, int, int]]:
+    """(source, route, group, axon, row, atom) of every way, in loops."""
+    found = []
+    first_input = image.n_compartments + np.concatenate([[0], np.cumsum(image.inputs.size)])
+    for route in range(len(image.routes)):
+        number, group = int(image.routes.source[route]), int(image.routes.group[route])
+        starts = first_input if image.routes.from_input[route] else image.blocks.start
+        mine = part(image.routes.start, route)
+        for i, place in enumerate(range(mine.start, mine.stop)):
+            axon = int(image.out_axons.axon[place])
+            if axon >= 0:
+                axon += int(image.groups.axon_start[group])
+                row = int(image.groups.row_start[group] + image.in_axons.row[axon])
+                atom = int(image.out_axons.atom[place])
+                found.append((int(starts[number]) + i, route, group, axon, row, atom))
+    return found
+
+
+@given(images())
+def test_every_way_is_found_once(image: ChipImage) -> None:
+    ways = deliveries(image)
+    assert list(zip(*(array.tolist() for array in ways), strict=True)) == by_hand(image)
+
+
+@given(images())
+def test_counts_follow_from_the_walk(image: ChipImage) -> None:
+    operations = np.zeros((image.n_sources, image.n_cores), dtype=int)
+    reached = np.zeros((image.n_sources, image.n_blocks), dtype=int)
+    for source, _, group, axon, row, _ in by_hand(image):
+        block = image.groups.block[group]
+        reached[source, block] = 1
+        if image.in_axons.base[axon] >= 0:
+            length = np.diff(image.rows.start)[row] // image.rows.atoms[row]
+            operations[source, image.blocks.core[block]] += length
+    found = fanout(image)
+    assert np.array_equal(found.synaptic_operations, operations)
+    assert np.array_equal(reached_blocks(image).toarray(), reached)
+    assert sum(len(synapses.source) for synapses in synapses_of(image)) == operations.sum()
+    assert (row_lengths(image) * image.rows.atoms).sum() == len(image.synapses)
+
+
+@given(images())
+def test_synapses_lead_into_the_block_of_their_group(image: ChipImage) -> None:
+    for route, synapses in enumerate(synapses_of(image)):
+        block = image.groups.block[image.routes.group[route]]
+        assert (image.compartment_block[synapses.target] == block).all()

@@ -1,0 +1,67 @@
+"""Small packing problems: by hand, random, and solved by trying everything."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from hypothesis import strategies as st
+
+from spikeport.compile.placing.load import Capacity, Load
+from spikeport.compile.placing.packing import Bins, Problem
+
+ROOM = Capacity((10, 10, 10, 10), (2, 2, 2, 1, 1, 1))
+HARD = (13, 14, 18, 12, 18, 21)
+"""Sizes that fill two cores of 50 almost, and that the simple rules spread over three."""
+
+
+def load(compartments: int = 0, thresholds: int = 0, clipping: int = 0, in_axons: int = 0) -> Load:
+    """A load; profiles are bit masks."""
+    return Load((compartments, in_axons, 0, 0), (0, thresholds, 0, clipping, 0, 0))
+
+
+def cores_of(compartments: float) -> Capacity:
+    return Capacity((compartments, np.inf, np.inf, np.inf), ROOM.profiles)
+
+
+def problem(*loads: Load | int, room: Capacity = ROOM, traffic: object = None) -> Problem:
+    """Loads, or their compartments, and the spikes of pairs of blocks."""
+    all_loads = [one if isinstance(one, Load) else load(one) for one in loads]
+    matrix = np.zeros((len(loads), len(loads)))
+    for (a, b), spikes in dict(traffic or {}).items():
+        matrix[a, b] = matrix[b, a] = spikes
+    return Problem(all_loads, room, matrix)
+
+
+@st.composite
+def problems(draw: st.DrawFn, most_blocks: int = 10) -> Problem:
+    """Random blocks, each of which fits on a core."""
+    masks = st.sampled_from([0, 1, 2, 4, 3, 5])
+    shared = st.sampled_from([0, 1, 2])
+    profiles = st.tuples(masks, masks, masks, shared, shared, shared)
+    amounts = st.tuples(*[st.integers(0, 10)] * 4)
+    loads = draw(st.lists(st.builds(Load, amounts, profiles), max_size=most_blocks))
+    pairs = [(a, b) for b in range(len(loads)) for a in range(b)]
+    spikes = draw(st.lists(st.integers(0, 9), min_size=len(pairs), max_size=len(pairs)))
+    return problem(*loads, traffic=zip(pairs, spikes, strict=True))
+
+
+def assert_packed(of: Problem, bins: Bins) -> None:
+    """Every block is on one core, and no core is above its room."""
+    assert sorted(block for blocks in bins for block in blocks) == list(range(len(of.loads)))
+    assert all(of.fits(blocks) for blocks in bins)
+
+
+def fewest_cores(of: Problem) -> int:
+    """The number of cores of the best of all packings."""
+    legal = (bins for bins in partitions(len(of.loads)) if all(map(of.fits, bins)))
+    return min(map(len, legal))
+
+
+def partitions(n: int) -> Iterator[Bins]:
+    """All ways to divide n blocks."""
+    if n == 0:
+        yield []
+        return
+    for bins in partitions(n - 1):
+        for k in range(len(bins)):
+            yield [[*blocks, n - 1] if i == k else blocks for i, blocks in enumerate(bins)]
+        yield [*bins, [n - 1]]

@@ -1,0 +1,60 @@
+import math
+
+import pytest
+
+from spikeport.compile.pipeline import Compilation, compile_network
+from spikeport.compile.report.budget import Budget
+from spikeport.compile.report.expected import Rates, expected_activity
+from spikeport.errors import UsageError
+from spikeport.hardware_models.activity import Activity
+
+
+@pytest.fixture
+def activity(compiled_chain: Compilation) -> Activity:
+    return expected_activity(compiled_chain.image, Rates(100))
+
+
+def test_what_is_within_its_budget_breaks_nothing(compiled_chain: Compilation, activity) -> None:
+    assert Budget().exceeded(compiled_chain.report, None) == []
+    assert Budget(cores=4, power_w=0.2, step_us=100).exceeded(compiled_chain.report, activity) == []
+
+
+def test_every_budget_that_is_exceeded_is_named(chain, activity) -> None:
+    report = compile_network(chain(), pipeline="").report
+    found = Budget(cores=2, power_w=0.1, step_us=0.5).exceeded(report, activity)
+    assert [(v.id, v.object, v.limit) for v in found] == [
+        ("SP301", "loihi", "2"),
+        ("SP302", "loihi", "0.1 W"),
+        ("SP303", "loihi", "0.5 us"),
+    ]
+    assert str(found[0]) == (
+        "loihi: SP301 max-cores: 4, limit 2; cure: use fewer or smaller ensembles or fewer decoded "
+        "connections, or raise --max-cores"
+    )
+
+
+def test_the_costliest_calibration_counts(compiled_chain: Compilation, activity) -> None:
+    (violation,) = Budget(power_w=0.1).exceeded(compiled_chain.report, activity)
+    assert violation.used == "104 mW [no interval], nahuku-fit"
+
+
+@pytest.mark.parametrize("budget", [Budget(power_w=1), Budget(step_us=1)])
+def test_costs_need_rates(compiled_chain: Compilation, budget: Budget) -> None:
+    with pytest.raises(UsageError, match=r"^--max-(power|step-us) needs firing rates: give them "):
+        budget.exceeded(compiled_chain.report, None)
+
+
+def test_a_chip_without_figures_cannot_be_held_to_a_budget(chain, activity) -> None:
+    report = compile_network(chain(), chip="loihi2").report
+    with pytest.raises(UsageError) as raised:
+        Budget(power_w=1).exceeded(report, activity)
+    assert str(raised.value) == (
+        "--max-power: chip 'loihi2' has no public figure to hold it against"
+    )
+
+
+@pytest.mark.parametrize("value", [0, -1, math.nan, math.inf])
+def test_a_budget_is_a_positive_number(value: float) -> None:
+    with pytest.raises(UsageError) as raised:
+        Budget(step_us=value)
+    assert str(raised.value) == f"--max-step-us {value:g}: a budget is a positive number"

@@ -1,0 +1,94 @@
+from collections.abc import Callable
+
+import nengo
+import numpy as np
+import pytest
+
+from spikeport.backends.native.chip import NativeChip
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.fanout import fanout
+from spikeport.compile.pipeline import compile_network
+from spikeport.compile.report.expected import HOST, Rates, expected_activity
+from spikeport.errors import UsageError
+
+
+@pytest.fixture(scope="module")
+def wired() -> ChipImage:
+    """Four biased neurons that reach all of six neurons without bias, neuron by neuron."""
+    with nengo.Network(seed=5) as network:
+        one, none = nengo.dists.Choice([1.0]), nengo.dists.Choice([0.0])
+        pre = nengo.Ensemble(4, 1, label="pre", gain=one, bias=one)
+        post = nengo.Ensemble(6, 1, label="post", gain=one, bias=none)
+        nengo.Connection(pre.neurons, post.neurons, transform=np.ones((6, 4)), synapse=0.005)
+    return compile_network(network, pipeline="").image
+
+
+def test_counts_by_hand(wired: ChipImage) -> None:
+    activity = expected_activity(wired, Rates(100, {"post": 50}))
+    pre, post = 4 * 100 * 0.001, 6 * 50 * 0.001
+    assert activity.n_steps == 1
+    assert activity.spikes.tolist() == [pytest.approx([pre, post])]
+    assert activity.synaptic_operations.tolist() == [pytest.approx([0, pre * 6])]
+    assert activity.messages.tolist() == [pytest.approx([0, pre]), [0, 0]]
+    assert activity.messages_in.tolist() == [pytest.approx([0, pre])]
+    assert activity.updates_active.tolist() == [[4, 6]]
+
+
+def test_what_nothing_reaches_and_has_no_bias_is_inactive(wired: ChipImage) -> None:
+    activity = expected_activity(wired, Rates(0))
+    assert activity.updates_active.tolist() == [[4, 0]]
+    assert activity.updates_inactive.tolist() == [[0, 6]]
+    assert activity.totals()["synaptic_operations"] == 0
+
+
+def test_the_hosts_spikes_are_messages_from_the_host(image: ChipImage) -> None:
+    activity = expected_activity(image, Rates(0, {HOST: 200}))
+    per_spike = fanout(image)
+    inputs = per_spike.messages[image.n_compartments :].sum(axis=0)
+    assert activity.messages_host == pytest.approx(0.2 * inputs)
+    assert activity.messages.sum() == 0
+
+
+def test_readouts_do_not_spike(image: ChipImage) -> None:
+    read = image.readouts
+    assert len(read) > 0
+    spiking = image.n_compartments - len(read)
+    assert expected_activity(image, Rates(1000)).totals()["spikes"] == pytest.approx(spiking)
+
+
+def test_at_the_rates_of_a_run_the_counts_are_those_of_the_run(wired: ChipImage) -> None:
+    chip, n = NativeChip(wired, seed=0), 1000
+    for _ in range(n):
+        chip.step(np.array([]), {})
+    run = chip.activity()
+    counts = run.per_core()["spikes"]
+    rates = Rates(0, {"pre": counts[0] / 4, "post": counts[1] / 6})
+    expected = expected_activity(wired, rates)
+    assert expected.spikes[0] * n == pytest.approx(counts)
+    # one step passes between a spike and its arrival
+    assert expected.synaptic_operations[0, 1] * n == pytest.approx(
+        run.per_core()["synaptic_operations"][1], abs=4 * 6
+    )
+
+
+@pytest.mark.parametrize("rate", [-1, 1001, float("nan")])
+def test_a_rate_that_no_neuron_can_have_is_refused(wired: ChipImage, rate: float) -> None:
+    with pytest.raises(UsageError) as raised:
+        expected_activity(wired, Rates(rate))
+    assert str(raised.value) == (
+        f"rate of all: {rate:g} Hz; a neuron spikes from 0 to 1000 times a second"
+    )
+
+
+def test_the_name_of_no_ensemble_is_refused(wired: ChipImage) -> None:
+    with pytest.raises(UsageError) as raised:
+        expected_activity(wired, Rates(0, {"prae": 1}))
+    assert str(raised.value) == "unknown ensemble 'prae'; there is: host, post, pre"
+
+
+def test_pieces_go_by_the_name_of_the_whole(convolution: Callable[..., nengo.Network]) -> None:
+    image = compile_network(convolution(), pipeline="").image
+    activity = expected_activity(image, Rates(0, {"maps": 1000}))
+    sizes = {block.label: 16 / 2 for block in image.manifest.blocks if block.owner == "maps"}
+    assert len(sizes) == 2
+    assert activity.totals()["spikes"] == pytest.approx(sum(sizes.values()))

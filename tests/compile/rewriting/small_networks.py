@@ -1,0 +1,59 @@
+"""Ensembles whose decoders and encoders are known, so that products can be computed by hand."""
+
+from typing import Any
+
+import nengo
+import numpy as np
+from nengo.solvers import NoSolver
+
+from spikeport.compile.ground.names import Names
+from spikeport.compile.ground.rewrite import Rewrite
+from spikeport.compile.ground.scope import Scope
+from spikeport.compile.loihi.solver import ParameterSolver
+from spikeport.compile.rewriting.edges import EdgeMatrices
+from spikeport.compile.rewriting.partition import Part, Partition
+from spikeport.compile.rewriting.passthrough import foldable
+
+DT_S = 0.001
+FAST, SLOW = nengo.Lowpass(0.005), nengo.Lowpass(0.1)
+
+
+def ensemble(label: str, n: int, dimensions: int = 1, **options: Any) -> nengo.Ensemble:
+    """An ensemble with gains, biases and encoders that differ from neuron to neuron."""
+    encoders = np.arange(1.0, n * dimensions + 1).reshape(n, dimensions)
+    options = {"encoders": encoders, "normalize_encoders": False} | options
+    gain, bias = np.arange(1.0, n + 1), np.arange(n) / 10
+    return nengo.Ensemble(n, dimensions, gain=gain, bias=bias, label=label, **options)
+
+
+def decoders(n: int, d: int) -> np.ndarray:
+    """(n, d) numbers that differ."""
+    return np.arange(1.0, n * d + 1).reshape(n, d) / 100
+
+
+def decode(pre: Any, post: Any, values: np.ndarray, **options: Any) -> nengo.Connection:
+    """Connect with given decoders (n, d)."""
+    if "function" not in options and values.shape[1] != pre.size_out:
+        options["function"] = lambda _x: np.zeros(values.shape[1])
+    return nengo.Connection(pre, post, solver=NoSolver(values), **options)
+
+
+def rewrite_of(network: nengo.Network) -> Rewrite:
+    return Rewrite(network, Names(network))
+
+
+def scope_of(network: nengo.Network) -> Scope:
+    return Scope(network, Names(network))
+
+
+def whole(*groups: Any) -> Partition:
+    """Groups of whole ensembles: one, or a tuple of several."""
+    tuples = (group if isinstance(group, tuple) else (group,) for group in groups)
+    return Partition([[Part(e, 0, e.n_neurons) for e in group] for group in tuples])
+
+
+def matrices_of(network: nengo.Network, partition: Partition) -> EdgeMatrices:
+    """The edges of a network whose passthrough nodes are multiplied out."""
+    folded = foldable(network, scope_of(network).on_chip)
+    solver = ParameterSolver(rewrite_of(network), DT_S)
+    return EdgeMatrices(network, [], solver, partition, folded)

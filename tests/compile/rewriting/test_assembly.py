@@ -1,0 +1,243 @@
+from typing import Any
+
+import nengo
+import numpy as np
+import pytest
+from nengo.solvers import NoSolver
+from small_networks import (
+    DT_S,
+    FAST,
+    SLOW,
+    decode,
+    decoders,
+    ensemble,
+    matrices_of,
+    rewrite_of,
+    whole,
+)
+
+import spikeport
+from spikeport.compile.loihi.solver import ParameterSolver
+from spikeport.compile.rewriting.assembly import Assembly, FlatNetwork
+from spikeport.compile.rewriting.partition import Part, Partition
+
+
+def assembled(network: nengo.Network, partition: Partition) -> Assembly:
+    """The network of a partition, with all nodes that are no passthrough nodes."""
+    rewrite = rewrite_of(network)
+    solver = ParameterSolver(rewrite, DT_S)
+    edges = matrices_of(network, partition).edges
+    assembly = Assembly(rewrite, solver, partition, edges, DT_S)
+    for obj in (*network.all_ensembles, *network.all_nodes):
+        if obj not in partition and getattr(obj, "output", True) is not None:
+            assembly.flat.keep(obj)
+    assembly.connect()
+    return assembly
+
+
+def test_a_flat_network_has_the_label_and_seed_of_the_old() -> None:
+    with nengo.Network(label="old", seed=7) as network, nengo.Network() as inner:
+        a = nengo.Ensemble(3, 1)
+    spikeport.add_params(network)
+    spikeport.add_params(inner)
+    network.config[a].on_chip = False
+    seeds = rewrite_of(network).all_seeds()
+    flat = FlatNetwork(network, seeds)
+    flat.keep(a)
+    assert (flat.network.label, flat.network.seed) == ("old", 7)
+    assert flat.network.ensembles == [a]
+    assert flat.network.config[a].on_chip is False
+    assert flat.seeds == {flat.network: 7, a: seeds[a]}
+
+
+def test_a_new_object_can_have_the_seed_of_an_old_one() -> None:
+    with nengo.Network(seed=7) as network:
+        a, b = nengo.Ensemble(3, 1), nengo.Ensemble(3, 1)
+    seeds = rewrite_of(network).all_seeds()
+    flat = FlatNetwork(network, seeds)
+    flat.inherit(b, a)
+    assert flat.seeds[b] == seeds[a] != seeds[b]
+
+
+def test_a_group_is_its_parts_laid_end_to_end() -> None:
+    with nengo.Network(seed=1) as network:
+        a, b = ensemble("a", 4, 2), ensemble("b", 3, radius=3.0)
+    group, rest = assembled(
+        network, Partition([[Part(a, 1, 3), Part(b, 0, 3)], [Part(a, 0, 1)]])
+    ).ensembles
+    np.testing.assert_array_equal(group.gain, [2, 3, 1, 2, 3])
+    np.testing.assert_array_equal(group.bias, [0.1, 0.2, 0, 0.1, 0.2])
+    np.testing.assert_array_equal(
+        group.encoders, [[3, 4, 0], [5, 6, 0], [0, 0, 1], [0, 0, 2], [0, 0, 3]]
+    )
+    assert group.radius == 3
+    assert rest.radius == 1
+    assert not group.normalize_encoders
+
+
+def test_labels_name_parts() -> None:
+    with nengo.Network(seed=1) as network:
+        a, b, c = (ensemble(label, 4) for label in "abc")
+    cut = [[Part(a, 0, 2)], [Part(b, 0, 4), Part(c, 0, 4)], [Part(a, 2, 4)]]
+    labels = [one.label for one in assembled(network, Partition(cut)).ensembles]
+    assert labels == ["a[1/2]", "b .. c", "a[2/2]"]
+    assert [one.label for one in assembled(network, whole(a)).ensembles] == ["a"]
+
+
+def test_neurons_start_where_they_would_have_started() -> None:
+    start = {"voltage": nengo.dists.Uniform(0, 1)}
+    with nengo.Network(seed=1) as network:
+        kind = nengo.LIF(tau_rc=0.03, initial_state=start)
+        a, b = (ensemble(label, 4, neuron_type=kind) for label in "ab")
+    solver = ParameterSolver(rewrite_of(network), DT_S)
+    (group,) = assembled(network, Partition([[Part(b, 1, 4), Part(a, 0, 2)]])).ensembles
+    voltages = [solver.initial_state(e)["voltage"] for e in (b, a)]
+    expected = np.concatenate([voltages[0][1:], voltages[1][:2]])
+    state = group.neuron_type.make_state(5, rng=np.random)
+    np.testing.assert_array_equal(state["voltage"], expected)
+    assert len(set(expected)) == 5
+    assert group.neuron_type.tau_rc == 0.03
+
+
+def test_some_neuron_fires_at_the_point_that_decoders_are_for() -> None:
+    with nengo.Network(seed=1) as network:
+        a, silent = ensemble("a", 4, 2), ensemble("silent", 2)
+    silent.gain = np.zeros(2)
+    fires, never = assembled(network, whole(a, silent)).ensembles
+    current = fires.gain * (fires.encoders @ fires.eval_points[0]) / fires.radius + fires.bias
+    assert current.max() == pytest.approx(1e3)
+    np.testing.assert_array_equal(never.eval_points, [[0.0]])
+
+
+def connections(assembly: Assembly, pre: Any = None, post: Any = None) -> list[nengo.Connection]:
+    return [
+        c
+        for c in assembly.flat.network.connections
+        if pre in (None, c.pre_obj) and post in (None, c.post_obj)
+    ]
+
+
+def dense(connection: nengo.Connection) -> np.ndarray:
+    init = connection.transform.init
+    return init if isinstance(init, np.ndarray) else init.toarray()
+
+
+def path(assembly: Assembly, connection: nengo.Connection) -> str:
+    return str(assembly.flat.network.config[connection].decode_path)
+
+
+def test_constant_input_becomes_bias() -> None:
+    with nengo.Network(seed=1) as network:
+        a = ensemble("a", 3, 2, radius=2)
+        constant = nengo.Node([0.3, 0.5])
+        nengo.Connection(constant, a, transform=4, synapse=None)
+        nengo.Connection(constant[0], a.neurons, transform=[[1], [0], [2]], synapse=None)
+    assembly = assembled(network, whole(a))
+    encoded = np.array([[1, 2], [3, 4], [5, 6]]) @ [1.2, 2.0] / 2 + [0.3, 0, 0.6]
+    np.testing.assert_allclose(assembly.ensembles[0].bias, [0, 0.1, 0.2] + a.gain * encoded)
+    assert not assembly.flat.network.connections
+
+
+def varying(_t: float) -> list[float]:
+    return [0.3]
+
+
+@pytest.mark.parametrize(("output", "synapse"), [(varying, None), ([0.3], FAST)])
+def test_other_input_does_not(output: Any, synapse: Any) -> None:
+    with nengo.Network(seed=1) as network:
+        a = ensemble("a", 3)
+        nengo.Connection(nengo.Node(output), a, synapse=synapse)
+    assembly = assembled(network, whole(a))
+    np.testing.assert_array_equal(assembly.ensembles[0].bias, [0, 0.1, 0.2])
+    assert len(assembly.flat.network.connections) == 2
+
+
+def test_what_the_host_sends_is_summed_there() -> None:
+    with nengo.Network(seed=1) as network:
+        a = ensemble("a", 3, 3, radius=2)
+        first, second = (nengo.Node(lambda t: [t, t], label=label) for label in ("x", "y"))
+        nengo.Connection(first, a[[2, 0]], transform=3, synapse=FAST)
+        nengo.Connection(second[1], a[2], synapse=SLOW)
+    assembly = assembled(network, whole(a))
+    (group,) = assembly.ensembles
+    (node,) = [n for n in assembly.flat.network.nodes if n.label == "a input"]
+    (wired,) = connections(assembly, post=group.neurons)
+    assert (wired.pre_obj, wired.synapse, path(assembly, wired)) == (node, None, "direct")
+    np.testing.assert_array_equal(dense(wired), [[1, 3], [4, 6], [7, 9]])
+    (fast,), (slow,) = connections(assembly, first), connections(assembly, second)
+    assert (fast.synapse, slow.synapse) == (FAST, SLOW)
+    np.testing.assert_array_equal(dense(fast), [[0, 1.5], [1.5, 0]])
+    np.testing.assert_array_equal(dense(slow), [[0, 0], [0, 0.5]])
+
+
+def test_all_that_the_host_reads_is_decoded_at_once() -> None:
+    with nengo.Network(seed=1) as network:
+        a, b = ensemble("a", 4), ensemble("b", 3)
+        first = nengo.Node(lambda t, x: None, size_in=3, label="x")
+        second = nengo.Node(lambda t, x: None, size_in=1, label="y")
+        decode(a, first[[2, 0]], values := decoders(4, 2), synapse=FAST)
+        decode(b, second, large := 100 * decoders(3, 1), synapse=SLOW)
+    assembly = assembled(network, whole((a, b)))
+    (group,) = assembly.ensembles
+    (node,) = [n for n in assembly.flat.network.nodes if n.label == "a .. b output"]
+    (decoded,) = connections(assembly, group, node)
+    assert decoded.synapse is None
+    assert isinstance(decoded.solver, NoSolver)
+    (to_first,), (to_second,) = (
+        connections(assembly, post=first),
+        connections(assembly, post=second),
+    )
+    assert (to_first.synapse, to_second.synapse) == (FAST, SLOW)
+    scaled = decoded.solver.values.T
+    np.testing.assert_allclose(
+        np.abs(scaled).max(axis=1), np.abs(scaled).max()
+    )  # all rows make the same use of a weight's bits
+    found = dense(to_first) @ scaled[to_first.pre_slice]
+    expected = np.zeros((3, 7))
+    expected[[2, 0], :4] = values.T
+    np.testing.assert_allclose(found, expected)
+    np.testing.assert_allclose(
+        dense(to_second) @ scaled[to_second.pre_slice], [[0] * 4 + [*large[:, 0]]]
+    )
+
+
+def test_groups_are_wired_neuron_to_dimension_and_neuron_to_neuron() -> None:
+    with nengo.Network(seed=1) as network:
+        a, b = ensemble("a", 4), ensemble("b", 3, 2)
+        decode(a, b, values := decoders(4, 2), synapse=FAST)
+        nengo.Connection(a.neurons[:3], b.neurons, synapse=SLOW)
+    assembly = assembled(network, whole(a, b))
+    pre, post = assembly.ensembles
+    (decoded,), (wired,) = (
+        connections(assembly, post=post),
+        connections(assembly, post=post.neurons),
+    )
+    assert decoded.pre_obj == wired.pre_obj == pre.neurons
+    assert (decoded.synapse, wired.synapse) == (FAST, SLOW)
+    np.testing.assert_array_equal(dense(decoded), values.T)
+    np.testing.assert_array_equal(dense(wired), np.eye(3, 4))
+    assert [path(assembly, c) for c in (decoded, wired)] == ["auto", "direct"]
+
+
+def test_a_path_that_is_set_stays_set() -> None:
+    with nengo.Network(seed=1) as network:
+        spikeport.add_params(network)
+        a, b = ensemble("a", 4), ensemble("b", 3)
+        network.config[decode(a, b, decoders(4, 1))].decode_path = "onoff"
+    assembly = assembled(network, whole(a, b))
+    assert [path(assembly, c) for c in assembly.flat.network.connections] == ["onoff"]
+
+
+def test_ensembles_that_stay_keep_their_decoders_and_seed() -> None:
+    with nengo.Network(seed=1) as network:
+        a, b = ensemble("a", 4), ensemble("b", 3)
+        old = nengo.Connection(
+            a, b, function=np.square, eval_points=np.ones((5, 1)), transform=3, synapse=FAST
+        )
+    assembly = assembled(network, whole(b))
+    (new,) = connections(assembly, a, assembly.ensembles[0])
+    assert new.function is old.function
+    assert new.solver is old.solver
+    np.testing.assert_array_equal(new.eval_points, old.eval_points)
+    np.testing.assert_array_equal(dense(new), [[3]])
+    assert assembly.flat.seeds[new] == rewrite_of(network).all_seeds()[old]

@@ -1,0 +1,187 @@
+import nengo
+import numpy as np
+import pytest
+import scipy.sparse as sparse
+from small_networks import DT_S, FAST, decode, decoders, ensemble, rewrite_of
+
+from spikeport.compile.loihi.solver import ParameterSolver
+from spikeport.compile.rewriting.decode_paths import (
+    SLOWED,
+    WEIGHT_BITS,
+    Link,
+    PathCost,
+    Slack,
+    all_but,
+    chosen,
+    link,
+    pareto,
+    path_costs,
+    rejected,
+    relay_noise,
+    rounding,
+)
+from spikeport.hardware_models import chip as chips
+
+LIMITS = chips.get("loihi").limits
+RATE_HZ = 50.0
+
+
+def test_pareto_front() -> None:
+    cheap, good = PathCost("a", 1, 1, 0, 0, 0.5), PathCost("b", 2, 1, 0, 0, 0.1)
+    worse = PathCost("c", 2, 2, 0, 0, 0.2)
+    assert pareto([cheap, good, worse]) == [cheap, good]
+
+
+def test_equal_costs_do_not_dominate_each_other() -> None:
+    a, b = PathCost("a", 1, 1, 0, 0, 0.5), PathCost("b", 1, 1, 0, 0, 0.5)
+    assert pareto([a, b]) == [a, b]
+
+
+def test_more_decode_neurons_make_less_noise() -> None:
+    assert relay_noise("host", DT_S) < relay_noise("preset10", DT_S) < relay_noise("onoff", DT_S)
+
+
+def test_rounding_is_relative_to_the_largest_weight() -> None:
+    assert rounding(sparse.csr_array([[255.0, 1.0, 0.0]])) == 0
+    assert rounding(sparse.csr_array([[255.0, 0.4]])) == pytest.approx(0.4 / 255, rel=1e-4)
+    assert rounding(sparse.csr_array((3, 2))) == 0
+
+
+def test_a_link_has_decoders_in_units_of_the_radius() -> None:
+    with nengo.Network(seed=1) as network:
+        a, b = ensemble("a", 4), ensemble("b", 3, 2, radius=0.5, neuron_type=nengo.LIF(tau_rc=0.04))
+        made = decode(a, b[1], values := decoders(4, 1), transform=3, synapse=FAST)
+    found = link(made, ParameterSolver(rewrite_of(network), DT_S))
+    expected = np.vstack([np.zeros((1, 4)), 3 * values.T / 0.5])
+    np.testing.assert_allclose(found.decoders.toarray(), expected)
+    np.testing.assert_array_equal(found.encoders.toarray(), [[1, 2], [3, 4], [5, 6]])
+    np.testing.assert_allclose(found.jumps, np.array([1, 2, 3]) / 0.04)
+
+
+LINK = Link(
+    sparse.csr_array(np.array([[1.0, 1.0, 2.0, 0.0, 3.0], [0.0, 0.0, 2.0, 0.0, 1.0]])),
+    sparse.csr_array(np.array([[1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])),
+    jumps=np.array([10.0, 20.0, 30.0]),
+)
+"""Five neurons to three, over two dimensions; one neuron is not decoded, two are alike."""
+N_DISTINCT, N_DECODERS, N_ENCODERS = 3, 6, 4
+N_DIRECT = (3 + 3 + 2, 5 + 5 + 2)
+"""Weights E D that are not zero, of three distinct neurons, and of all."""
+
+
+def cost_of(path: str) -> PathCost:
+    (cost,) = (one for one in path_costs(LINK, LIMITS, DT_S, RATE_HZ) if one.path == path)
+    return cost
+
+
+def share(**used: float) -> float:
+    return max(amount / LIMITS.most(resource) for resource, amount in used.items())
+
+
+def test_direct_wiring_takes_axons_and_weights() -> None:
+    direct = cost_of("direct")
+    bits = WEIGHT_BITS * N_DIRECT[0]
+    assert direct.cores == share(in_axons=N_DISTINCT, synapse_bits=bits)
+    assert direct.synaptic_ops_per_s == RATE_HZ * sum(
+        np.count_nonzero((LINK.encoders @ LINK.decoders).toarray(), axis=0)
+    )
+    assert (direct.host_messages_per_s, direct.delay_s) == (0, 0)
+
+
+def test_direct_wiring_loses_by_rounding_of_weights_and_thresholds() -> None:
+    weights = np.array([[1, 2, 3], [1, 4, 4], [0, 2, 1]])
+    coarse = max(3 * 10, 4 * 20, 2 * 30) / 255 / np.sqrt(12)
+    expected = np.hypot(rounding(sparse.csr_array(weights / 1.0)), coarse)
+    assert cost_of("direct").error == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(
+    ("path", "pairs", "spikes_per_s"), [("onoff", 1, 1000), ("preset10", 10, 711.2)]
+)
+def test_relays_take_pairs_of_compartments_a_dimension(
+    path: str, pairs: int, spikes_per_s: float
+) -> None:
+    relay = cost_of(path)
+    bits = 2 * (pairs * 5 + N_ENCODERS) * WEIGHT_BITS  # five distinct decoders are not zero
+    assert relay.cores == share(
+        compartments=2 * pairs * 2, in_axons=N_DISTINCT + 4, synapse_bits=bits
+    )
+    ops = 2 * pairs * RATE_HZ * N_DECODERS + spikes_per_s * N_ENCODERS
+    assert relay.synaptic_ops_per_s == pytest.approx(ops, abs=0.5)
+    assert relay.delay_s == pytest.approx(0.006)
+    assert relay.error == pytest.approx(np.hypot(rounding(LINK.decoders), relay_noise(path, DT_S)))
+
+
+def test_the_host_takes_messages_in_every_step() -> None:
+    host = cost_of("host")
+    assert host.host_messages_per_s == 2 * 2 / DT_S
+    assert host.delay_s == pytest.approx(0.007)
+    assert host.synaptic_ops_per_s == 2 * RATE_HZ * N_DECODERS + N_ENCODERS / DT_S
+    bits = 2 * (N_DECODERS + N_ENCODERS) * WEIGHT_BITS
+    assert host.cores == share(compartments=4, in_axons=5 + 4, synapse_bits=bits)
+
+
+def test_costs_are_of_every_path() -> None:
+    paths = [one.path for one in path_costs(LINK, LIMITS, DT_S, RATE_HZ)]
+    assert paths == ["direct", "onoff", "preset10", "host"]
+
+
+def costs(**changes: dict[str, float]) -> list[PathCost]:
+    """Direct wiring is large and exact; relays are slow, the host slower."""
+    usual = [
+        PathCost("direct", 3.0, 0, 0, 0.0, 0.01),
+        PathCost("onoff", 0.5, 0, 0, 0.006, 0.3),
+        PathCost("preset10", 1.0, 0, 0, 0.006, 0.1),
+        PathCost("host", 0.5, 0, 1, 0.007, 0.05),
+    ]
+    return [one._replace(**changes.get(one.path, {})) for one in usual]
+
+
+LESS_THAN_HOST = {"host": "1 ms slower than decode neurons"}
+
+
+@pytest.mark.parametrize(
+    ("slack", "slowed", "reasons"),
+    [
+        (
+            Slack(2.5, 0.0),
+            False,
+            {"onoff": "loses more than direct", "preset10": "loses more than direct"},
+        ),
+        (
+            Slack(2.4, 0.0),
+            False,
+            {"direct": "2.5 more cores than the fewest", "onoff": "loses more than preset10"},
+        ),
+        (
+            Slack(0.4, 0.0),
+            False,
+            {
+                "direct": "2.5 more cores than the fewest",
+                "preset10": "0.5 more cores than the fewest",
+            },
+        ),
+        (Slack(2.5, 0.0), True, {"direct": SLOWED, "onoff": "loses more than preset10"}),
+    ],
+)
+def test_the_best_loses_least_of_those_that_are_small_and_fast(
+    slack: Slack, slowed: bool, reasons: dict[str, str]
+) -> None:
+    assert rejected(costs(), slack, slowed) == LESS_THAN_HOST | reasons
+
+
+def test_delay_can_be_allowed() -> None:
+    found = rejected(costs(), Slack(1.0, 0.001), slowed=False)
+    assert chosen(costs(), found) == "host"
+    assert chosen(costs(), rejected(costs(), Slack(1.0, 0.0009), slowed=False)) == "preset10"
+
+
+def test_a_path_that_is_too_slow_sets_no_standard_for_cores() -> None:
+    small_host = costs(host={"cores": 0.0}, onoff={"cores": 2.0}, preset10={"cores": 2.0})
+    assert chosen(small_host, rejected(small_host, Slack(1.0, 0.0), slowed=False)) == "direct"
+
+
+def test_a_path_that_is_set_rejects_all_others() -> None:
+    reasons = all_but("onoff", costs())
+    assert reasons == dict.fromkeys(("direct", "preset10", "host"), "onoff is set")
+    assert chosen(costs(), reasons) == "onoff"

@@ -1,0 +1,123 @@
+from collections.abc import Callable
+
+import nengo
+import numpy as np
+import pytest
+from small_networks import FAST, SLOW, scope_of
+
+from spikeport.compile.rewriting.passthrough import foldable, is_passthrough
+
+
+def labels(network: nengo.Network) -> list[str]:
+    return [node.label for node in foldable(network, scope_of(network).on_chip)]
+
+
+def line(
+    *synapses: nengo.synapses.Synapse | None, order: tuple[int, ...] | None = None
+) -> nengo.Network:
+    """``a``, nodes 0, 1 and so on, and ``b``, connected in a row; the nodes defined in an order."""
+    n = len(synapses) - 1
+    with nengo.Network() as network:
+        a, b = nengo.Ensemble(5, 1, label="a"), nengo.Ensemble(5, 1, label="b")
+        nodes = {i: nengo.Node(size_in=1, label=str(i)) for i in order or range(n)}
+        row = [a, *(nodes[i] for i in range(n)), b]
+        for pre, post, synapse in zip(row, row[1:], synapses, strict=False):
+            nengo.Connection(pre, post, synapse=synapse)
+    return network
+
+
+def test_nodes_without_a_function_pass_through() -> None:
+    with nengo.Network():
+        assert is_passthrough(nengo.Node(size_in=1))
+        assert not is_passthrough(nengo.Node([1]))
+        assert not is_passthrough(nengo.Node(lambda t, x: x, size_in=1))
+        assert not is_passthrough(nengo.Ensemble(3, 1))
+
+
+def test_sources_come_first() -> None:
+    assert labels(line(None, None, None, None, order=(2, 0, 1))) == ["0", "1", "2"]
+
+
+@pytest.mark.parametrize("synapses", [(FAST, None, None), (None, FAST, None), (None, None, FAST)])
+def test_a_filter_may_be_anywhere(synapses: tuple[nengo.synapses.Synapse, ...]) -> None:
+    assert labels(line(*synapses)) == ["0", "1"]
+
+
+@pytest.mark.parametrize("synapses", [(FAST, SLOW), (FAST, None, FAST), (None, FAST, FAST, None)])
+def test_two_filters_in_a_row_are_refused(synapses: tuple[nengo.synapses.Synapse, ...]) -> None:
+    assert labels(line(*synapses)) == []
+
+
+def test_filters_side_by_side_are_not_in_a_row() -> None:
+    network = line(None, FAST)
+    with network:
+        nengo.Connection(network.nodes[0], network.ensembles[1], synapse=SLOW)
+        nengo.Connection(network.ensembles[1], network.nodes[0], synapse=None)
+    assert labels(network) == ["0"]
+
+
+def test_loops_are_refused() -> None:
+    network = line(None, None, FAST)
+    with network:
+        nengo.Connection(network.nodes[1], network.nodes[0], synapse=SLOW)
+    assert labels(network) == []
+
+
+def test_loops_over_ensembles_are_not_loops_of_nodes() -> None:
+    network = line(None, None, FAST)
+    with network:
+        nengo.Connection(network.ensembles[1], network.nodes[0], synapse=None)
+    assert labels(network) == ["0", "1"]
+
+
+def convolved(network: nengo.Network) -> None:
+    transform = nengo.Convolution(1, (1, 1), kernel_size=(1,), strides=(1,))
+    nengo.Connection(network.nodes[0], network.ensembles[1], transform=transform, synapse=FAST)
+
+
+def learned(network: nengo.Network) -> None:
+    rule = nengo.Connection(
+        network.ensembles[0], network.nodes[0], learning_rule_type=nengo.PES()
+    ).learning_rule
+    nengo.Connection(nengo.Node([0]), rule)
+
+
+@pytest.mark.parametrize("change", [convolved, learned])
+def test_what_is_no_matrix_is_refused(change: Callable[[nengo.Network], None]) -> None:
+    network = line(None, None)
+    assert labels(network) == ["0"]
+    with network:
+        change(network)
+    assert labels(network) == []
+
+
+def test_functions_into_a_cluster_are_sources() -> None:
+    network = line(None, FAST)
+    with network:
+        nengo.Connection(network.ensembles[1], network.nodes[0], function=np.square, synapse=None)
+    assert labels(network) == ["0"]
+
+
+def test_clusters_away_from_the_chip_stay() -> None:
+    network = line(None, FAST)
+    with network:
+        away = nengo.Node(size_in=1, label="away")
+        nengo.Connection(nengo.Node([1]), away)
+        nengo.Connection(away, nengo.Node(lambda t, x: None, size_in=1))
+        nengo.Node(size_in=1, label="alone")
+    assert labels(network) == ["0"]
+
+
+def test_clusters_are_judged_one_by_one() -> None:
+    network = line(None, FAST)
+    with network:
+        a, b = network.ensembles
+        looped = nengo.Node(size_in=1, label="looped")
+        nengo.Connection(a, looped, synapse=None)
+        nengo.Connection(looped, looped, synapse=FAST)
+        nengo.Connection(looped, b, synapse=None)
+    assert labels(network) == ["0"]
+
+
+def test_a_network_without_nodes_has_none() -> None:
+    assert labels(line(FAST)) == []

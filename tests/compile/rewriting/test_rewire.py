@@ -1,0 +1,88 @@
+import nengo
+import numpy as np
+import pytest
+from small_networks import DT_S, FAST, SLOW, decode, decoders, ensemble, rewrite_of
+
+import spikeport
+from spikeport.compile.ground.rewrite import Rewrite
+from spikeport.compile.loihi.solver import ParameterSolver
+from spikeport.compile.rewriting.rewire import rewire
+
+
+def chain() -> nengo.Network:
+    with nengo.Network(seed=3) as network:
+        spikeport.add_params(network)
+        a, b = ensemble("a", 4), ensemble("b", 3, 2, radius=0.5)
+        decode(a, b[1], decoders(4, 1), transform=3, synapse=SLOW)
+        nengo.Connection(nengo.Node([1]), a)
+        nengo.Probe(b)
+    return network
+
+
+def rewired(network: nengo.Network, path: str) -> Rewrite:
+    rewrite = rewrite_of(network)
+    solver = ParameterSolver(rewrite, DT_S)
+    return rewire(rewrite, {network.connections[0]: path}, solver)
+
+
+def test_direct_wiring_is_encoders_times_decoders() -> None:
+    network = chain()
+    old, other = network.connections
+    after = rewired(network, "direct")
+    assert old not in after.network.connections
+    assert other in after.network.connections
+    (new,) = [c for c in after.network.connections if c is not other]
+    a, b = network.ensembles
+    assert (new.pre_obj, new.post_obj, new.synapse) == (a.neurons, b.neurons, SLOW)
+    expected = np.outer([2, 4, 6], 3 * decoders(4, 1)[:, 0]) / 0.5
+    np.testing.assert_allclose(new.transform.sample(), expected)
+    assert after.network.config[new].decode_path == "direct"
+    np.testing.assert_array_equal(after.built[old].weights, 3 * decoders(4, 1).T)
+
+
+def test_the_neurons_of_a_slice_are_wired_too() -> None:
+    with nengo.Network(seed=3) as network:
+        spikeport.add_params(network)
+        a, b = ensemble("a", 4), ensemble("b", 3)
+        nengo.Connection(a.neurons[1:3], b, transform=[[5, 7]], synapse=FAST)
+    (new,) = rewired(network, "direct").network.connections
+    assert new.pre_obj == a.neurons
+    expected = np.outer([1, 2, 3], [0, 5, 7, 0])
+    np.testing.assert_array_equal(new.transform.sample().toarray(), expected)
+
+
+def test_the_host_decodes_and_encodes() -> None:
+    network = chain()
+    old, other = network.connections
+    after = rewired(network, "host")
+    into, out = [c for c in after.network.connections if c is not other]
+    a, b = network.ensembles
+    node = into.post_obj
+    assert (into.pre_obj, out.pre_obj, out.post_obj) == (a, node, b)
+    assert node.output is not None  # no passthrough node, which would be removed again
+    assert node.output(0.0, np.array([0.3])) == [0.3]
+    assert (into.synapse, out.synapse) == (SLOW, None)
+    assert (into.solver, into.function) == (old.solver, old.function)
+    assert into.transform == old.transform
+    np.testing.assert_array_equal(out.transform.sample(), [[0], [1]])
+    assert after.seeds[into] == rewrite_of(network).all_seeds()[old]
+    assert old in after.built
+
+
+@pytest.mark.parametrize("path", ["onoff", "preset10"])
+def test_relays_are_left_to_the_builder(path: str) -> None:
+    network = chain()
+    old, other = network.connections
+    after = rewired(network, path)
+    assert after.network.connections == [old, other]
+    assert after.network.config[old].decode_path == path
+    assert old not in after.built
+
+
+def test_everything_else_stays() -> None:
+    network = chain()
+    after = rewired(network, "direct")
+    assert after.network.ensembles == network.ensembles
+    assert after.network.nodes == network.nodes
+    assert after.network.probes == network.probes
+    assert not after.stand_ins

@@ -1,0 +1,51 @@
+"""The example of docs/own-robot.md: a cart-pole on the emulated chip."""
+
+import importlib.util
+from pathlib import Path
+
+import nengo
+import numpy as np
+import pytest
+
+from spikeport import compile_network
+from spikeport.experiments.loop import Loop
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "own_robot.py"
+
+
+@pytest.fixture(scope="module")
+def own_robot():
+    spec = importlib.util.spec_from_file_location("own_robot", EXAMPLE)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture(scope="module")
+def balanced(own_robot):
+    return own_robot.balance(4.0)
+
+
+def test_nobody_pushes_and_the_pole_falls(own_robot):
+    tilts_rad = own_robot.fall(4.0)
+    assert abs(tilts_rad[-1]) > np.pi / 2
+    assert len(tilts_rad) < 0.3 * 4.0 / own_robot.CartPole().dt_s
+
+
+def test_neurons_on_the_chip_balance_the_pole(own_robot, balanced):
+    assert len(balanced) == 1 + round(4.0 / own_robot.CartPole().dt_s)
+    assert np.abs(balanced).max() < 1.1 * own_robot.TILT_RAD
+    assert np.abs(balanced[-200:]).max() < 0.5 * own_robot.TILT_RAD
+
+
+def test_the_emulator_balances_it_bit_for_bit_alike(own_robot, balanced):
+    emulated = own_robot.balance(0.5, backend="nengo-loihi")
+    assert np.array_equal(emulated, balanced[: len(emulated)])
+
+
+def test_the_neurons_are_on_the_chip(own_robot):
+    plant = own_robot.CartPole()
+    with nengo.Network(seed=0) as network:
+        balancer = own_robot.Balancer()
+        Loop(plant, [own_robot.BalancePort(plant)]).connect([balancer.state], [balancer.force])
+    assert compile_network(network).image.n_compartments >= 400

@@ -1,0 +1,52 @@
+"""What makes a phase a success, on runs that are made up."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from spikeport.experiments.switch.metrics import metrics, phase_metrics
+
+
+@pytest.mark.parametrize(
+    ("off_m", "read_as", "anchored", "success"),
+    [
+        (0.007, 8, True, True),
+        (0.007, None, True, True),
+        (0.007, 3, True, False),
+        (0.009, 8, True, False),
+        (0.011, 8, False, True),
+        (0.013, 8, False, False),
+    ],
+)
+def test_a_drawing_has_its_shape_and_is_read_as_it(worked, off_m, read_as, anchored, success):
+    (figures,) = phase_metrics(worked("digit", off_m, read_as, anchored))
+    assert (figures["success"], figures["recognised_as"]) == (success, read_as)
+    assert figures["shape_error_rms_m"] == pytest.approx(off_m, abs=1e-3)
+
+
+@pytest.mark.parametrize(("off_m", "success"), [(0.03, True), (0.05, False)])
+def test_a_retracted_hand_is_near_where_it_hangs(worked, off_m, success):
+    (figures,) = phase_metrics(worked("retract", off_m))
+    assert (figures["success"], figures["hand_error_m"]) == (success, pytest.approx(off_m))
+
+
+@pytest.mark.parametrize("jumps", [0, 3])
+def test_a_target_must_be_reached_before_the_next_appears(worked, jumps):
+    (figures,) = phase_metrics(worked("reach", jumps=jumps))
+    assert (figures["success"], figures["targets_reached"]) == (jumps > 0, jumps)
+
+
+@pytest.mark.parametrize("late", [{"switch_s": 0.046}, {"fallen_at_s": 5.0}])
+def test_a_late_switch_and_a_fall_are_no_success(worked, late):
+    assert phase_metrics(worked("retract"))[0]["success"]
+    assert not phase_metrics(worked("retract", **late))[0]["success"]
+
+
+def test_the_figures_of_a_run_sum_up_its_phases(worked):
+    done, sim = worked("digit", 0.005, read_as=8), SimpleNamespace(time=6.0, image=None)
+    sim.activity = SimpleNamespace(totals=lambda: {"spikes": 12})
+    done.sim, done.wall_s = sim, 3.0
+    figures = metrics(done)
+    assert (figures["phases_done"], figures["recognised_as"]) == (1, 8)
+    assert figures["shape_error_rms_m"] == pytest.approx(0.005, abs=1e-3)
+    assert (figures["spikes_per_second"], figures["real_time_factor"]) == (2, 2)

@@ -1,0 +1,164 @@
+import nengo
+import numpy as np
+import pytest
+
+from spikeport.experiments.walk.gait import clipped_shares, encoding, record_gait
+from spikeport.experiments.walk.metrics import command_errors, smoothed
+from spikeport.experiments.walk.paths import find_path
+from spikeport.experiments.walk.port import LEAD_S, WalkRig
+from spikeport.experiments.walk.recording import WalkRecording, fallen
+from spikeport.networks import walking_policy
+from spikeport.networks.region import Box
+from spikeport.robot import mirror
+from spikeport.robot.plant import Plant
+from spikeport.robot.walk_interface import PARTS, POSE_RAD
+
+LINE = find_path("line", 0.5, 10.0)
+REST = np.zeros(21)
+
+
+def begun(encoding=None, every_s=0.005, dt_s=0.005):
+    rig = WalkRig(Plant(), encoding, every_s, dt_s)
+    rig.begin(0, LINE)
+    return rig
+
+
+def actions_told(every_s, action=lambda step: step):
+    """The last action in each observation, where all that step n gives is ``action(n)``."""
+    rig = begun(every_s=every_s)
+    for step in range(12):
+        rig.loop.step(np.full(21, action(step) * 1e-3))
+    return 1e3 * rig.walk.recording().observation[:, PARTS["last action"]][:, 0]
+
+
+def test_the_last_action_is_that_of_20_ms_before():
+    assert actions_told(0.005)[7:] == pytest.approx([3, 4, 5, 6, 7])
+
+
+def test_actions_between_those_of_20_ms_apart_are_told_too():
+    swapping = actions_told(0.005, lambda step: 7 if step % 4 else -7)
+    assert np.abs(swapping[7:] - 3.5).max() < 1.6
+
+
+def test_an_observation_is_held_until_the_next():
+    assert actions_told(0.02) == pytest.approx([0, 0, 0, 0, 0, 0, 0, 0, 4, 4, 4, 4])
+
+
+def test_physics_runs_at_200_hz():
+    rig = begun(dt_s=0.001)
+    for _ in range(12):
+        rig.loop.step(REST)
+    assert rig.walk.recording().time_s.tolist() == [0.0, 0.005]
+    assert len(rig.film.poses) == 2
+
+
+def test_the_reference_is_ahead_and_the_state_is_the_robots():
+    rig = begun()
+    rig.loop.step(REST)
+    _, reference, state = rig.walk.seen
+    assert reference == pytest.approx([0.5 * (LEAD_S + 0.005), 0, 0.5, 0])
+    x, y = rig.plant.data.qpos[:2]
+    assert state == pytest.approx([0, x, y, *rig.plant.data.qvel[:2]], abs=1e-3)
+
+
+def test_the_command_and_the_pose_are_observed():
+    rig = begun()
+    shown = rig.loop.step(np.concatenate((np.zeros(19), (0.004, -0.003))))
+    assert shown[PARTS["command"]].tolist() == [0.004, 0.0, -0.003]
+    angles = rig.plant.data.qpos[7:] - POSE_RAD
+    assert shown[PARTS["joint angles"]] == pytest.approx(angles)
+
+
+@pytest.mark.parametrize("every_s", [0.005, 0.02])
+def test_commands_change_no_faster_than_in_training(every_s):
+    rig = begun(every_s=every_s)
+    for command, told in (((0.5, -0.3), (0.1, 0, -0.2)), ((0.0, 0.0), (0, 0, 0))):
+        for _ in range(20):
+            shown = rig.loop.step(np.concatenate((np.zeros(19), command)))
+        assert shown[PARTS["command"]] == pytest.approx(told)
+
+
+def test_what_is_out_of_range_is_clipped_and_counted():
+    box = Box(np.zeros(69), np.full(69, 1e-4))
+    rig = begun(box)
+    shown = rig.loop.step(np.concatenate((np.zeros(19), (0.4, -0.3))))
+    rig.loop.step(REST)
+    assert shown[PARTS["command"]] == pytest.approx([1e-4, 0.0, -1e-4])
+    seen = rig.walk.recording().observation
+    assert seen[1, PARTS["command"]].tolist() == [0.005, 0.0, -0.01]
+    shares = clipped_shares(seen, box)
+    assert list(shares) == list(PARTS)
+    assert shares["command"] == pytest.approx(2 / 6)
+    assert shares["last action"] == 0
+
+
+@pytest.mark.parametrize(
+    ("height_m", "tilt_deg", "fell"),
+    [(1.0, 0, False), (0.71, 44, False), (0.69, 0, True), (1.0, 46, True)],
+)
+def test_a_robot_has_fallen_when_low_or_tilted(height_m, tilt_deg, fell):
+    assert fallen(height_m, np.cos(np.radians(tilt_deg))) == fell
+
+
+def test_a_loop_is_over_when_the_robot_fell():
+    rig = begun()
+    while not rig.loop.over:
+        rig.loop.step(np.concatenate((np.full(19, 2.0), (0.0, 0.0))))
+    assert rig.walk.fallen_at_s == pytest.approx(rig.plant.time_s)
+    assert fallen(rig.plant.data.qpos[2], rig.plant.data.xmat[1][8])
+
+
+def test_a_controller_is_connected_to_its_parts():
+    with nengo.Network() as network:
+        observation, reference, state = (nengo.Node(size_in=size) for size in (69, 4, 5))
+        action, command = nengo.Node(np.full(19, 0.1)), nengo.Node([0.4, -0.3])
+        rig = begun(dt_s=0.001)
+        rig.loop.connect([observation, reference, state], [action, command])
+        probe = nengo.Probe(reference)
+    with nengo.Simulator(network, progress_bar=False) as sim:
+        sim.run_steps(10)
+    recording = rig.walk.recording()
+    assert recording.action[-1].tolist() == [0.1] * 19
+    assert recording.command[-1].tolist() == [0.4, -0.3]
+    assert sim.data[probe][-1] == pytest.approx(LINE.at(LEAD_S + 0.01), abs=1e-6)
+
+
+def test_a_recorded_gait_lies_in_its_encoding():
+    gait = record_gait(walking_policy.load(), 3.0)
+    assert gait.shape == (1200, 69)
+    assert np.array_equal(gait[600:], mirror.OBSERVATION(gait[:600]))
+    assert np.array_equal(gait[:50], record_gait(walking_policy.load(), 0.25)[:50])
+    box = encoding(gait)
+    assert max(clipped_shares(gait, box).values()) < 0.005
+    assert box.restore(np.ones(69))[PARTS["command"]] == pytest.approx([1, 0.02, 1])
+
+
+# metrics
+
+
+def recorded(speeds, yaw_rates, commands):
+    """A robot that moves along y, its heading, upright."""
+    n = len(speeds)
+    observation = np.zeros((n, 69))
+    observation[:, PARTS["gravity"]] = (0, 0, -1)
+    observation[:, PARTS["angular velocity"].stop - 1] = yaw_rates
+    state = np.zeros((n, 5))
+    state[:, 0], state[:, 4] = np.pi / 2, speeds
+    blank = np.zeros((n, 19))
+    time_s = 0.005 * np.arange(n)
+    height_m, on_floor = np.ones(n), np.ones((n, 2), bool)
+    return WalkRecording(
+        time_s, observation, np.zeros((n, 4)), state, blank, commands, height_m, on_floor
+    )
+
+
+def test_command_errors_are_those_along_the_heading_and_about_the_vertical():
+    n = 400
+    recording = recorded(np.full(n, 0.4), np.full(n, 0.1), np.tile([0.5, -0.2], (n, 1)))
+    assert command_errors(recording) == pytest.approx(np.tile([0.1, -0.3], (n, 1)))
+
+
+def test_errors_are_smoothed_over_200_ms():
+    time_s = 0.005 * np.arange(200)
+    sway = np.sin(2 * np.pi * time_s / 0.2)
+    assert np.abs(smoothed(sway, time_s)[40:-40]).max() < 1e-9

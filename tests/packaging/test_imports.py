@@ -1,0 +1,100 @@
+"""The rules of docs/architecture.md on which folder may import which, held against the code."""
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+EVERYONE = {"errors", "atomic", "arrays"}
+FOLDERS: dict[str, set[str]] = {
+    "networks": set(),
+    "hardware_models": set(),
+    "compile": {"hardware_models"},
+    "backends": {"compile", "hardware_models"},
+    "robot": set(),
+    "training": {"robot", "networks"},
+    "experiments": {
+        "networks",
+        "hardware_models",
+        "compile",
+        "backends",
+        "robot",
+        "training",
+        "simulator",
+    },
+}
+ROOMS: dict[str, set[str]] = {
+    "ground": set(),
+    "image": set(),
+    "placing": {"image"},
+    "check": {"ground", "image", "placing"},
+    "report": {"ground", "image", "check"},
+    "loihi": {"ground", "image", "check"},
+    "rewriting": {"ground", "loihi"},
+    "passes": {"ground", "image", "placing", "loihi", "rewriting"},
+    "pipeline": {"ground", "image", "placing", "check", "report", "loihi", "passes"},
+}
+"""The rooms of compile/, from the ground up: none imports one above it."""
+
+
+def imported(path: Path) -> Iterator[str]:
+    """Yield the dotted names of all that a file imports, within functions too."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+
+
+def reached(files: list[Path], package: str) -> set[tuple[str, str]]:
+    """Return what files import of a package: pairs of file and folder or module in it."""
+    depth = package.count(".") + 1
+    return {
+        (str(path), name.split(".")[depth])
+        for path in files
+        for name in imported(path)
+        if name.startswith(f"{package}.")
+    }
+
+
+@pytest.mark.parametrize("folder", FOLDERS)
+def test_a_folder_imports_what_it_may(root: Path, folder: str) -> None:
+    allowed = {folder} | FOLDERS[folder] | EVERYONE
+    found = reached(sorted((root / folder).rglob("*.py")), "spikeport")
+    assert {(file, other) for file, other in found if other not in allowed} == set()
+
+
+def files_of(root: Path, room: str) -> list[Path]:
+    single = root / "compile" / f"{room}.py"
+    return [single] if single.exists() else sorted((root / "compile" / room).rglob("*.py"))
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_a_room_of_compile_imports_what_it_may(root: Path, room: str) -> None:
+    found = reached(files_of(root, room), "spikeport.compile")
+    assert {(file, other) for file, other in found if other not in {room} | ROOMS[room]} == set()
+
+
+def test_no_room_imports_one_above_it(root: Path) -> None:
+    below: set[str] = set()
+    for room, allowed in ROOMS.items():
+        assert allowed <= below
+        below.add(room)
+    rooms = {path.stem for path in (root / "compile").iterdir() if path.name[0] not in "_."}
+    assert rooms == set(ROOMS)
+
+
+def test_only_one_room_builds_with_nengo_loihi(root: Path) -> None:
+    files = [f for room in ROOMS if room != "loihi" for f in files_of(root, room)]
+    found = {file for file, part in reached(files, "nengo_loihi") if part == "builder"}
+    assert found == {str(root / "compile" / "pipeline.py")}  # the type of `Compilation.model`
+
+
+def test_the_image_and_its_kernels_need_no_nengo(root: Path) -> None:
+    files = [*files_of(root, "image"), *(root / "backends" / "native").glob("*.py")]
+    files.remove(root / "backends" / "native" / "learning.py")  # learns by nengo-loihi's own code
+    names = {name.split(".")[0] for path in files for name in imported(path)}
+    assert names & {"nengo", "nengo_loihi", "nengo_spa"} == set()
+    native = reached(files, "spikeport.compile")
+    assert {room for _, room in native} == {"image"}

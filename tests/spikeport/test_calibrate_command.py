@@ -1,0 +1,84 @@
+"""``spikeport calibrate`` as a user types it; what it computes is tested in tests/experiments."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from spikeport.experiments import registry
+from spikeport.experiments.arm.reach import ReachTrial
+from spikeport.experiments.calibration import Calibration, load
+from spikeport.experiments.trial import Trial
+
+FOUND = Calibration({"experiment": "reach"}, "0123456789abcdef" * 4, {"M1 x": np.ones((300, 4))})
+
+
+@pytest.fixture
+def asked(monkeypatch):
+    """What the experiment was asked to calibrate; it answers with decoders."""
+    requests = []
+
+    class Answering(ReachTrial):
+        def calibrate(self):
+            requests.append((self.settings, self.options))
+            return FOUND
+
+    experiment = dataclasses.replace(registry.get("reach"), trial=Answering)
+    monkeypatch.setattr(registry, "get", lambda _name: experiment)
+    return requests
+
+
+def test_decoders_are_written_and_the_image_named(spikeport, asked, tmp_path):
+    path = tmp_path / "decoders.npz"
+    done = spikeport(
+        "calibrate", "reach", "--set", "m1=40", "--passes", "compact", "--out", str(path)
+    )
+    message = f"1,200 decoders refitted on image 0123456789abcdef\nwritten: {path}\n"
+    assert done == (0, message, "")
+    assert load(path, FOUND.made_for).image_digest == FOUND.image_digest
+    ((settings, options),) = asked
+    assert settings.m1 == 40
+    assert (options.backend, options.chip, options.pipeline) == ("native", "loihi", "compact")
+
+
+def test_an_experiment_without_decoders_says_so(spikeport, monkeypatch, tmp_path):
+    class WithoutDecoders(ReachTrial):
+        calibrate = Trial.calibrate
+
+    experiment = dataclasses.replace(registry.get("reach"), trial=WithoutDecoders)
+    monkeypatch.setattr(registry, "get", lambda _name: experiment)
+    message = "error: experiment 'reach' has no decoders to calibrate\n"
+    assert spikeport("calibrate", "reach", "--out", str(tmp_path / "f.npz")) == (2, "", message)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (
+            ["--backend", "analytic"],
+            "unknown backend with neurons of reach 'analytic'; "
+            "there is: native, nengo-loihi, reference",
+        ),
+        (["--seconds", "0"], "--seconds 0: reach simulates at least 0.005 s"),
+        (["--set", "m1=0"], "m1=0: the number of neurons must be at least 1"),
+    ],
+)
+def test_mistakes_are_told_before_anything_is_measured(
+    spikeport, asked, tmp_path, options, message
+):
+    path = tmp_path / "f.npz"
+    done = spikeport("calibrate", "reach", "--out", str(path), *options)
+    assert done == (2, "", f"error: {message}\n")
+    assert (asked, path.exists()) == ([], False)
+
+
+def test_a_folder_is_no_file(spikeport, asked, tmp_path):
+    message = f"error: --out {tmp_path}: this is a folder; give the file to write, *.npz\n"
+    assert spikeport("calibrate", "reach", "--out", str(tmp_path)) == (2, "", message)
+
+
+def test_a_calibration_that_is_not_there_is_named(spikeport, tmp_path):
+    path, out = tmp_path / "none.npz", tmp_path / "run"
+    done = spikeport("run", "reach", "--set", f"calibrated={path}", "--out", str(out))
+    assert done == (1, "", f"error: {path}: No such file or directory\n")
+    assert not out.exists()

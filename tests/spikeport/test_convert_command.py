@@ -1,0 +1,122 @@
+"""``spikeport convert`` as a user types it."""
+
+import json
+import sys
+
+import numpy as np
+import pytest
+import torch
+from torch import nn
+
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.report.schema import ReportData
+from spikeport.hardware_models import chip as chips
+from spikeport.networks import walking_policy
+
+pytestmark = pytest.mark.filterwarnings("ignore:.torch.jit:DeprecationWarning")
+MADE = "; what can be read: spikeport convert --help"
+
+
+@pytest.fixture
+def tiny(tmp_path):
+    """A TorchScript file of a small perceptron."""
+    torch.manual_seed(0)
+    path = tmp_path / "tiny.pt"
+    hidden = [nn.Linear(3, 4), nn.Tanh(), nn.Linear(4, 4), nn.Tanh()]
+    module = nn.Sequential(*hidden, nn.Linear(4, 2))
+    torch.jit.script(module).save(path)
+    return path
+
+
+def test_a_file_becomes_an_image_with_lint_and_report(spikeport, tiny, tmp_path):
+    seen, out = tmp_path / "seen.npz", tmp_path / "out"
+    np.savez(seen, observations=np.random.RandomState(0).randn(50, 3))
+    options = ("--observations", seen, "-n", "4", "--tau-fwd", "0.003", "--out", out)
+    done = spikeport("convert", tiny, *options, "--json", tmp_path / "report.json")
+    assert (done.code, done.err) == (0, "")
+    lines = done.out.splitlines()
+    assert lines[:2] == ["policy: 3-4-4-2, tanh", f"observations: 50 of {seen}"]
+    (row,) = (line.split() for line in lines if line.strip().startswith("layer 1 "))
+    written = json.loads((out / "conversion.json").read_text())
+    layer = written["layers"][0]
+    assert row[-2:] == [f"{100 * layer['error']:.1f}", "%"]
+    assert f"{100 * written['chip_error']:.1f} % on the chip" in done.out
+    assert lines[-1].startswith("fits chip 'loihi' on 2 cores")
+    report = json.loads((out / "report.json").read_text())
+    assert (
+        ReportData.model_validate(report).image_digest == ChipImage.load(out / "image.npz").digest
+    )
+    assert json.loads((tmp_path / "report.json").read_text()) == report
+    assert not (out / "policy.npz").exists()
+
+
+def test_inputs_that_nobody_recorded_are_named(spikeport, tiny):
+    done = spikeport("convert", tiny, "-n", "2")
+    assert "observations: 1,000 standard normal ones, since none are given\n" in done.out
+    assert "hint: rate too low: layer 1 (" in done.out
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (
+            ["-n", "5"],
+            "--neurons 5: a unit has as many neurons for each sign; give an even number from 2 on",
+        ),
+        (["--tau-fwd", "0"], "--tau-fwd 0: a filter must be from 0 to 1 s"),
+        (
+            ["--chip", "loihi9"],
+            f"unknown chip 'loihi9'; there is: {', '.join(sorted(chips.names()))}",
+        ),
+        (["--passes", "pock"], None),
+    ],
+)
+def test_wrong_options_are_refused(spikeport, tiny, options, message):
+    done = spikeport("convert", tiny, *options)
+    assert (done.code, done.out) == (2, "")
+    assert message is None or done.err == f"error: {message}\n"
+
+
+def test_a_file_that_is_not_there_is_named(spikeport, tmp_path):
+    path = tmp_path / "none.pt"
+    assert spikeport("convert", path) == (1, "", f"error: {path}: No such file or directory\n")
+
+
+def test_a_file_that_is_no_policy_is_refused(spikeport, tmp_path):
+    path = tmp_path / "text.pt"
+    path.write_text("no policy")
+    expected = "expected npz or TorchScript or checkpoint or ONNX, found none of them"
+    assert spikeport("convert", path) == (
+        2,
+        "",
+        f"error: policy file '{path}': {expected}{MADE}\n",
+    )
+
+
+def test_observations_of_another_size_are_refused(spikeport, tiny, tmp_path):
+    seen = tmp_path / "seen.npz"
+    np.savez(seen, np.ones((4, 5)))
+    done = spikeport("convert", tiny, "--observations", seen)
+    assert done.code == 2
+    assert "expected an array (m, 3), found shape (4, 5)" in done.err
+
+
+def test_the_activation_of_a_checkpoint_has_to_be_known(spikeport, tmp_path):
+    path = tmp_path / "model.pt"
+    layers = nn.Sequential(nn.Linear(3, 4), nn.ELU(), nn.Linear(4, 2)).state_dict()
+    state = {f"mlp.{name}": value for name, value in layers.items()}
+    state["distribution.std_param"] = torch.ones(2)
+    torch.save({"actor_state_dict": state}, path)
+    done = spikeport("convert", path, "--activation", "sine")
+    assert done.code == 2
+    assert "expected activation elu or relu or tanh or silu or gelu, found sine" in done.err
+
+
+def test_a_walking_policy_without_the_robot_names_its_extra(spikeport, monkeypatch):
+    for name in [n for n in sys.modules if n.startswith("spikeport.robot")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.delitem(sys.modules, "spikeport.experiments.policy.file", raising=False)
+    monkeypatch.setitem(sys.modules, "mujoco", None)
+    done = spikeport("convert", walking_policy.SHIPPED)
+    assert done.code == 2
+    assert done.err.endswith("install it with: pip install 'spikeport[robot]'\n")

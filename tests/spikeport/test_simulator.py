@@ -1,0 +1,351 @@
+import gc
+import warnings
+from importlib import metadata
+
+import nengo
+import numpy as np
+import pytest
+from nengo.exceptions import SimulatorClosed, ValidationError
+from nengo.utils.progress import ProgressBar
+
+from spikeport import Simulator, compile_network
+from spikeport.backends.registry import BACKENDS
+from spikeport.compile.check.violation import DoesNotFitError
+from spikeport.errors import UsageError
+
+
+def network(seed=1):
+    with nengo.Network(seed=seed) as net:
+        stimulus = nengo.Node(lambda t: np.sin(30 * t), label="stimulus")
+        ensemble = nengo.Ensemble(30, 1, label="ensemble")
+        nengo.Connection(stimulus, ensemble)
+        net.value = nengo.Probe(ensemble, synapse=0.01)
+        net.spikes = nengo.Probe(ensemble.neurons)
+        net.stimulus = nengo.Probe(stimulus)
+    return net
+
+
+@pytest.fixture(params=sorted(BACKENDS))
+def backend(request):
+    return request.param
+
+
+@pytest.fixture
+def sim(backend):
+    with Simulator(network(), backend=backend) as sim:
+        yield sim
+
+
+def test_it_starts_at_zero(sim):
+    assert (sim.n_steps, sim.time, sim.dt, sim.closed) == (0, 0.0, 0.001, False)
+    assert sim.trange().shape == (0,)
+
+
+def test_step_run_steps_and_run_advance_alike(sim):
+    sim.step()
+    assert sim.n_steps == 1
+    sim.run_steps(4)
+    assert sim.n_steps == 5
+    sim.run(0.015)
+    assert sim.n_steps == 20
+    assert sim.time == pytest.approx(0.02)
+
+
+def test_a_time_is_rounded_to_whole_steps(sim):
+    sim.run(0.0029)
+    assert sim.n_steps == 3
+
+
+def test_trange_is_the_time_after_each_step(sim):
+    sim.run_steps(3)
+    assert sim.trange() == pytest.approx([0.001, 0.002, 0.003])
+
+
+def test_data_maps_every_probe_to_a_row_a_step(sim):
+    sim.run_steps(7)
+    assert {data.shape for data in sim.data.values()} == {(7, 1), (7, 30)}
+    assert len(sim.data) == 3
+
+
+def test_a_probe_of_the_host_sees_the_time_of_its_step(backend):
+    net = network()
+    with Simulator(net, backend=backend) as sim:
+        sim.run_steps(5)
+    assert sim.data[net.stimulus][:, 0] == pytest.approx(np.sin(30 * sim.trange()))
+
+
+def test_data_stays_readable_after_close(backend):
+    net = network()
+    with Simulator(net, backend=backend) as sim:
+        sim.run_steps(40)
+        before = {probe: np.array(data) for probe, data in sim.data.items()}
+    assert sim.closed
+    assert before.keys() == sim.data.keys()
+    for probe, data in before.items():
+        assert np.array_equal(sim.data[probe], data)
+
+
+def test_a_closed_simulator_does_not_run(sim):
+    sim.close()
+    sim.close()
+    for advance in (sim.step, lambda: sim.run(0.001), lambda: sim.run_steps(1)):
+        with pytest.raises(SimulatorClosed, match=r"^Simulator cannot run because it is closed\.$"):
+            advance()
+
+
+@pytest.mark.parametrize(
+    ("advance", "asked"),
+    [
+        (lambda sim: sim.run(-1), "-1 s"),
+        (lambda sim: sim.run(-0.0001), "-0.0001 s"),
+        (lambda sim: sim.run_steps(-1), "-1 steps"),
+    ],
+    ids=["seconds", "less than a step", "steps"],
+)
+def test_time_does_not_run_backwards(sim, advance, asked):
+    with pytest.raises(UsageError) as caught:
+        advance(sim)
+    assert str(caught.value) == f"a simulation runs forwards: {asked} were asked for"
+    assert isinstance(caught.value, ValidationError)
+    assert sim.n_steps == 0
+
+
+def test_a_time_of_no_step_is_warned_of(sim):
+    with pytest.warns(UserWarning, match=r"^0\.0004 s is no step of 0\.001 s$"):
+        sim.run(0.0004)
+    sim.run_steps(0)
+    assert sim.n_steps == 0
+
+
+def test_a_closed_simulator_is_not_opened_again(sim):
+    sim.close()
+    with pytest.raises(SimulatorClosed, match=r"^Cannot re-open after simulator is closed\.$"), sim:
+        pass
+
+
+def leave_open():
+    Simulator(network(), backend="reference")
+    gc.collect()
+
+
+def test_a_simulator_that_nobody_closed_is_warned_of():
+    with pytest.warns(ResourceWarning, match=r"^Simulator was deallocated while open; close it"):
+        leave_open()
+
+
+def test_neither_a_closed_simulator_nor_one_never_built_is_warned_of():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", ResourceWarning)
+        Simulator(network(), backend="reference").close()
+        with pytest.raises(UsageError):
+            Simulator(network(), backend="board")
+        gc.collect()
+
+
+class Bar(ProgressBar):
+    """Keeps what it is shown last."""
+
+    seen = None
+
+    def update(self, progress):
+        self.seen = (progress.name_during, progress.n_steps, progress.max_steps)
+
+    def close(self):
+        pass
+
+
+def test_a_run_shows_its_progress_where_it_is_asked_to():
+    shown, other = Bar(), Bar()
+    with Simulator(network(), backend="reference", progress_bar=shown) as sim:
+        sim.run(0.005)
+        assert shown.seen == ("Simulating", 5, 5)
+        sim.run_steps(3, progress_bar=other)
+        sim.run_steps(4, progress_bar=False)
+    assert (shown.seen, other.seen) == (("Simulating", 5, 5), ("Simulating", 3, 3))
+
+
+def host_only():
+    with nengo.Network(seed=1) as net:
+        stimulus = nengo.Node(np.sin)
+        ensemble = nengo.Ensemble(20, 1, neuron_type=nengo.Direct())
+        nengo.Connection(stimulus, ensemble)
+        net.value = nengo.Probe(ensemble, synapse=0.01)
+    return net
+
+
+def test_a_network_with_nothing_for_the_chip_runs_on_the_host_and_says_so():
+    net = host_only()
+    says_so = {
+        "expected_warning": UserWarning,
+        "match": "^no ensemble of the network is meant for the chip: all of it runs on the host, "
+        "in float Nengo$",
+    }
+    with pytest.warns(**says_so) as warned:
+        sim = Simulator(net)
+    assert [one.filename for one in warned] == [__file__]
+    sim.run_steps(20)
+    first = np.array(sim.data[net.value])
+    with pytest.warns(**says_so) as warned:
+        sim.reset()
+    assert [one.filename for one in warned] == [__file__]
+    with sim, Simulator(net, backend="reference") as reference:
+        for simulator in (sim, reference):
+            simulator.run_steps(20)
+    assert np.array_equal(sim.data[net.value], first)
+    assert np.array_equal(sim.data[net.value], reference.data[net.value])
+    assert sim.compilation is None
+
+
+def test_such_a_network_has_no_image_to_compile():
+    with pytest.raises(DoesNotFitError):
+        compile_network(host_only())
+
+
+def test_another_network_is_not_in_the_data(sim):
+    with pytest.raises(KeyError):
+        sim.data[network().value]
+
+
+def test_the_step_length_is_the_callers(backend):
+    with Simulator(network(), backend=backend, dt=0.002) as sim:
+        sim.run(0.01)
+    assert (sim.n_steps, sim.dt) == (5, 0.002)
+    assert sim.time == pytest.approx(0.01)
+
+
+def test_the_seed_follows_the_network_unless_given(backend):
+    with Simulator(network(seed=8), backend=backend) as sim:
+        assert sim.seed == 9
+    with Simulator(network(seed=8), backend=backend, seed=0) as sim:
+        assert sim.seed == 0
+
+
+def test_two_runs_are_equal_bit_for_bit(backend):
+    def run():
+        net = network()
+        with Simulator(net, backend=backend) as sim:
+            sim.run_steps(100)
+        return sim.data[net.value], sim.data[net.spikes]
+
+    (value, spikes), (value_again, spikes_again) = run(), run()
+    assert np.array_equal(value, value_again)
+    assert np.array_equal(spikes, spikes_again)
+    assert spikes.any()
+
+
+def test_activity_counts_the_steps_and_the_probed_spikes(backend):
+    net = network()
+    with Simulator(net, backend=backend) as sim:
+        sim.run_steps(100)
+        assert sim.activity.n_steps == 100
+        in_probe = np.count_nonzero(sim.data[net.spikes])
+        counted = sim.activity.spikes.sum()  # of the ensemble: nothing else on the chip spikes
+    assert counted == in_probe > 0
+
+
+def test_the_image_is_the_compiled_networks():
+    with Simulator(network()) as sim:
+        assert sim.image.digest == compile_network(network()).image.digest
+
+
+def test_the_report_has_costs_once_steps_were_run():
+    with Simulator(network()) as sim:
+        assert sim.report()["energy"] is sim.report()["timing"] is None
+        sim.run_steps(3)
+        report = sim.report()
+    assert report["image_digest"] == sim.image.digest
+    assert report["energy"].keys() == report["timing"].keys() > set()
+
+
+def test_the_reference_has_neither_image_nor_report():
+    with Simulator(network(), backend="reference") as sim:
+        assert sim.image is None
+        assert sim.compilation is None
+        with pytest.raises(UsageError) as caught:
+            sim.report()
+    assert str(caught.value) == (
+        "nothing of the network is compiled for a chip: there is no report"
+    )
+
+
+def test_an_unknown_backend_lists_the_backends():
+    with pytest.raises(UsageError) as caught:
+        Simulator(network(), backend="board")
+    assert str(caught.value) == f"unknown backend 'board'; there is: {', '.join(sorted(BACKENDS))}"
+
+
+def test_an_unknown_chip_lists_the_chips():
+    with pytest.raises(UsageError, match=r"^unknown chip 'lohi'; there is: .*loihi"):
+        Simulator(network(), chip="lohi")
+
+
+def test_reset_repeats_the_run(backend):
+    net = network()
+    with Simulator(net, backend=backend) as sim:
+        sim.run_steps(60)
+        first = sim.data[net.value].copy(), sim.data[net.spikes].copy(), sim.activity.totals()
+        sim.reset()
+        assert sim.n_steps == sim.time == 0
+        assert len(sim.data[net.value]) == 0
+        sim.run_steps(60)
+        assert np.array_equal(first[0], sim.data[net.value])
+        assert np.array_equal(first[1], sim.data[net.spikes])
+        assert first[2] == sim.activity.totals()
+
+
+def test_reset_keeps_the_image_and_takes_a_new_seed():
+    with Simulator(network(), seed=3) as sim:
+        image = sim.image
+        sim.reset()
+        assert sim.seed == 3
+        sim.reset(seed=4)
+        assert sim.seed == 4
+        assert sim.image is image
+    with pytest.raises(SimulatorClosed):
+        sim.reset()
+
+
+def test_cleared_probes_go_on_from_there(backend):
+    net = network()
+    with Simulator(net, backend=backend) as sim:
+        sim.run_steps(50)
+        whole = sim.data[net.value].copy()
+        sim.reset()
+        sim.run_steps(20)
+        sim.clear_probes()
+        assert len(sim.data[net.value]) == 0
+        sim.run_steps(30)
+        assert np.array_equal(sim.data[net.value], whole[20:])
+
+
+def test_a_probe_samples_as_nengo_does(backend):
+    with network() as net:
+        thin = nengo.Probe(net.ensembles[0], synapse=0.01, sample_every=0.003)
+        full = nengo.Probe(net.ensembles[0], synapse=0.01)
+    with Simulator(net, backend=backend) as sim, nengo.Simulator(net, progress_bar=False) as theirs:
+        for simulator in (sim, theirs):
+            simulator.run_steps(31)
+        assert np.array_equal(sim.trange(0.003), theirs.trange(sample_every=0.003))
+        assert len(sim.data[thin]) == len(theirs.data[thin]) == len(sim.trange(0.003))
+        steps = np.round(sim.trange(0.003) / sim.dt).astype(int)
+        assert np.array_equal(sim.data[thin], sim.data[full][steps - 1])
+
+
+def test_it_is_a_nengo_backend():
+    (entry,) = metadata.entry_points(group="nengo.backends", name="spikeport")
+    assert entry.load() is Simulator
+
+
+def test_data_holds_what_nengo_built(backend):
+    net = network()
+    (ensemble,), connection = net.ensembles, net.connections[0]
+    with Simulator(net, backend=backend) as sim, nengo.Simulator(net, progress_bar=False) as theirs:
+        sim.step()
+        for name in ("gain", "bias", "encoders"):
+            mine = getattr(sim.data[ensemble], name)
+            assert np.array_equal(mine, getattr(theirs.data[ensemble], name))
+        if backend == "reference":
+            assert np.array_equal(sim.data[connection].weights, theirs.data[connection].weights)
+    assert sim.data[ensemble].gain.shape == (30,)
+    with pytest.raises(KeyError):
+        sim.data[nengo.Node(0.0, add_to_container=False)]
