@@ -18,8 +18,8 @@ from saved_runs import CALIBRATION, Clock, saved_results
 
 from spikeport.experiments.driver import Ready, on_chip, perform, prepare
 from spikeport.experiments.options import BACKENDS, Options
-from spikeport.experiments.policy.file import load_policy
 from spikeport.experiments.policy.readout import policy_digest, policy_layers
+from spikeport.experiments.policy.settings import load_policy
 from spikeport.experiments.walk.metrics import metrics
 from spikeport.experiments.walk.paths import SHAPES
 from spikeport.experiments.walk.settings import WalkSettings

@@ -12,8 +12,7 @@ from spikeport.experiments import run_folder
 from spikeport.experiments.loop import DT_S
 from spikeport.experiments.options import Options, Outcome
 from spikeport.experiments.pictures import Scenes, check_video, draw_scenes, write_video
-from spikeport.experiments.rig import Rig
-from spikeport.experiments.trial import Closed, Trial
+from spikeport.experiments.trial import Closed, Rig, Trial
 from spikeport.simulator import Simulator
 
 K = TypeVar("K", bound=Rig)

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from PIL import Image, ImageDraw, ImageFont
 
 from spikeport.errors import RenderError
-from spikeport.experiments.rig import Film
+from spikeport.experiments.loop import Port
 from spikeport.robot.plant import Plant
 from spikeport.robot.render import Mark, Renderer
 from spikeport.robot.video import VideoWriter
@@ -24,6 +24,37 @@ BAR = 56
 
 Marks = Callable[[int], Sequence[Mark]]
 """Marks in a picture, from the number of poses up to then."""
+
+
+class Film(Port):
+    """A port that only watches: it keeps the robot's poses for pictures.
+
+    Parameters
+    ----------
+    plant : Plant
+        The robot.
+
+    Attributes
+    ----------
+    poses : list of array
+        MuJoCo's ``qpos`` at every physics step.
+    """
+
+    def __init__(self, plant: Plant) -> None:
+        self.plant = plant
+        self.poses: list[np.ndarray] = []
+
+    def begin(self) -> None:
+        """Forget the poses."""
+        self.poses = []
+
+    def observe(self) -> np.ndarray:
+        """Return no value."""
+        return np.empty(0)
+
+    def drive(self, _values: np.ndarray) -> None:
+        """Keep the pose."""
+        self.poses.append(self.plant.data.qpos.copy())
 
 
 class Caption(NamedTuple):

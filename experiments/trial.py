@@ -12,16 +12,14 @@ from matplotlib.figure import Figure
 
 from spikeport.errors import UsageError
 from spikeport.experiments.calibration import Calibration
+from spikeport.experiments.loop import Loop, Port
 from spikeport.experiments.options import Options
-from spikeport.experiments.pictures import Scenes
-from spikeport.experiments.rig import Rig
+from spikeport.experiments.pictures import Film, Scenes
 from spikeport.robot.plant import Plant
 from spikeport.simulator import Simulator
 
-K = TypeVar("K", bound=Rig)
-"""The rig of an experiment."""
 R = TypeVar("R")
-"""What an experiment's run leaves."""
+"""The outcome that an experiment leaves."""
 
 
 class Settings(Protocol):
@@ -36,6 +34,33 @@ class Settings(Protocol):
     @property
     def appearance(self) -> str:
         """The robot's in pictures."""
+
+
+class Rig:
+    """A robot, its ports and the loop that joins them; each experiment adds how a run begins.
+
+    Parameters
+    ----------
+    plant : Plant
+        The robot.
+    ports : sequence of Port
+        Its ports.
+    dt_s : float
+        Time step of the controller.
+    gate : Port, optional
+        A port that opens and closes others, see `Loop`.
+    """
+
+    def __init__(
+        self, plant: Plant, ports: Sequence[Port], dt_s: float, gate: Port | None = None
+    ) -> None:
+        self.plant = plant
+        self.film = Film(plant)
+        self.loop = Loop(plant, [*ports, self.film], dt_s, gate)
+
+
+K = TypeVar("K", bound=Rig)
+"""The rig of an experiment."""
 
 
 @dataclass(frozen=True)

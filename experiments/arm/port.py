@@ -8,7 +8,7 @@ import numpy as np
 from spikeport.errors import DivergedError
 from spikeport.experiments.arm.recording import ArmRecording, Task
 from spikeport.experiments.loop import Port
-from spikeport.experiments.rig import Rig
+from spikeport.experiments.trial import Rig
 from spikeport.networks.arm import STATE_SIZE
 from spikeport.networks.operational_space import OperationalSpaceLaw
 from spikeport.robot.description import ARM_JOINTS

@@ -6,15 +6,32 @@ from typing import Any, ClassVar
 
 from spikeport.errors import UsageError, unknown
 from spikeport.experiments.options import LARGEST_SEED
-from spikeport.experiments.policy.file import load_policy
+from spikeport.networks.loading.description import Description
+from spikeport.networks.loading.walking import load_walking
 from spikeport.networks.policy import PolicyOptions
-from spikeport.networks.walking_policy import WalkingPolicy
+from spikeport.networks.walking_policy import SHIPPED, WalkingPolicy
+from spikeport.robot.description import DEFAULT_POSE, GAINS, JOINTS
+from spikeport.robot.walk_interface import ACTION_SCALE_RAD, CONTROL_DT_S
 
 CONVERSION = ("n_neurons", "tau_fwd", "tau_out", "units", "solve")
 """Settings that are also those of `spikeport.networks.policy.PolicyOptions`."""
 
 AUTO = "auto"
 """Of ``calibrated``: as the backend is."""
+
+H1 = Description(
+    joints=JOINTS,
+    pose_rad=DEFAULT_POSE,
+    gains=GAINS,
+    action_scale_rad=dict.fromkeys(JOINTS, ACTION_SCALE_RAD),
+    control_dt_s=CONTROL_DT_S,
+)
+"""The robot that policies are loaded for."""
+
+
+def load_policy(path: Path = SHIPPED, description: Path | None = None) -> WalkingPolicy:
+    """Load a policy for the H1; see `spikeport.networks.loading.walking.load_walking`."""
+    return load_walking(path, H1, description)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -16,11 +16,11 @@ from spikeport.experiments.arm.draw_task import DrawTask
 from spikeport.experiments.arm.port import ArmPort
 from spikeport.experiments.arm.recording import Task
 from spikeport.experiments.loop import Port, Recording
-from spikeport.experiments.rig import Rig
 from spikeport.experiments.switch.anchor import Anchor
 from spikeport.experiments.switch.frames import Frame
 from spikeport.experiments.switch.goals import Goal
 from spikeport.experiments.switch.schedule import ROUNDING_S
+from spikeport.experiments.trial import Rig
 from spikeport.experiments.walk.paths import Path
 from spikeport.experiments.walk.port import NOWHERE, WalkPort
 from spikeport.networks.humanoid import ACTIONS

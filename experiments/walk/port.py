@@ -7,7 +7,7 @@ import numpy as np
 
 from spikeport.errors import DivergedError
 from spikeport.experiments.loop import Port
-from spikeport.experiments.rig import Rig
+from spikeport.experiments.trial import Rig
 from spikeport.experiments.walk.paths import Path
 from spikeport.experiments.walk.recording import WalkRecording, fallen
 from spikeport.networks.path_following import COMMAND_SIZE, REFERENCE_SIZE, STATE_SIZE

@@ -115,7 +115,7 @@ def test_the_activation_of_a_checkpoint_has_to_be_known(spikeport, tmp_path):
 def test_a_walking_policy_without_the_robot_names_its_extra(spikeport, monkeypatch):
     for name in [n for n in sys.modules if n.startswith("spikeport.robot")]:
         monkeypatch.delitem(sys.modules, name)
-    monkeypatch.delitem(sys.modules, "spikeport.experiments.policy.file", raising=False)
+    monkeypatch.delitem(sys.modules, "spikeport.experiments.policy.settings", raising=False)
     monkeypatch.setitem(sys.modules, "mujoco", None)
     done = spikeport("convert", walking_policy.SHIPPED)
     assert done.code == 2

@@ -87,7 +87,7 @@ def _read(request: Request) -> tuple[WalkingPolicy | None, Mlp]:
     """A walking policy where the file says so, and the layers."""
     if request.description is None and file_format(request.file) != "npz":
         return None, load_mlp(request.file, request.activation)
-    from spikeport.experiments.policy.file import load_policy  # needs the robot
+    from spikeport.experiments.policy.settings import load_policy  # needs the robot
 
     walker = load_policy(request.file, request.description)
     return walker, Mlp(tuple(map(Layer, walker.weights, walker.biases)), "elu")

@@ -9,7 +9,7 @@ import torch
 from torch import nn
 
 from spikeport.errors import UsageError
-from spikeport.experiments.policy.file import H1, load_policy
+from spikeport.experiments.policy.settings import H1, load_policy
 from spikeport.networks import walking_policy
 from spikeport.networks.loading import isaac
 from spikeport.networks.walking_policy import WalkingPolicy
