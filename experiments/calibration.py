@@ -43,7 +43,7 @@ class Calibration:
         Refitted decoders, by name.
     """
 
-    made_for: Mapping[str, Any]
+    made_for: Mapping[str, object]
     image_digest: str
     decoders: Mapping[str, np.ndarray]
 
@@ -56,7 +56,7 @@ class Calibration:
             np.savez_compressed(file, **arrays)
 
 
-def load(path: Path, wanted: Mapping[str, Any]) -> Calibration:
+def load(path: Path, wanted: Mapping[str, object]) -> Calibration:
     """Read a calibration that `Calibration.save` wrote.
 
     Raises
@@ -107,7 +107,7 @@ def _read(path: Path) -> dict[str, np.ndarray]:
         raise _refusal(path, "no npz file") from error
 
 
-def _text(values: Mapping[str, Any], keys: list[str]) -> str:
+def _text(values: Mapping[str, object], keys: list[str]) -> str:
     return ", ".join(f"{key}={values.get(key)}" for key in keys)
 
 

@@ -3,7 +3,7 @@
 import dataclasses
 import time
 from pathlib import Path
-from typing import Any, Generic, NamedTuple, TypeVar
+from typing import Generic, NamedTuple, TypeVar
 
 from nengo.exceptions import SimulationError
 
@@ -12,6 +12,7 @@ from spikeport.experiments import run_folder
 from spikeport.experiments.loop import DT_S
 from spikeport.experiments.options import Options, Outcome
 from spikeport.experiments.pictures import Scenes, check_video, draw_scenes, write_video
+from spikeport.experiments.run_folder import Result
 from spikeport.experiments.trial import Closed, Rig, Trial
 from spikeport.simulator import Simulator
 
@@ -111,7 +112,7 @@ def _simulate(sim: Simulator, rig: Rig, options: Options) -> float:
     return time.perf_counter() - start
 
 
-def _outcome(trial: Trial[K, R], sim: Simulator, metrics: dict[str, Any]) -> Outcome:
+def _outcome(trial: Trial[K, R], sim: Simulator, metrics: dict[str, object]) -> Outcome:
     settings, options = trial.settings, trial.options
     result = {
         "command": list(options.command),
@@ -128,7 +129,7 @@ def _outcome(trial: Trial[K, R], sim: Simulator, metrics: dict[str, Any]) -> Out
     return Outcome(result, report, sim.activity)
 
 
-def on_chip(sim: Simulator) -> dict[str, Any]:
+def on_chip(sim: Simulator) -> dict[str, object]:
     """Return image digest, resources, energy and timing; None for each without a chip."""
     if sim.compilation is None:
         return dict.fromkeys(ON_CHIP)
@@ -136,7 +137,7 @@ def on_chip(sim: Simulator) -> dict[str, Any]:
     return {key: report[key] for key in ON_CHIP}
 
 
-def _write(trial: Trial[K, R], rig: Rig, done: R, result: dict[str, Any], folder: Path) -> None:
+def _write(trial: Trial[K, R], rig: Rig, done: R, result: Result, folder: Path) -> None:
     """Write a run's folder: its pictures are drawn before an earlier run makes room."""
     scenes: Scenes = trial.scenes(done)
     pictures = draw_scenes(rig.film, scenes)

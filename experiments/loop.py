@@ -12,7 +12,7 @@ import dataclasses
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, Generic, Protocol, Self, TypeVar
+from typing import Generic, Protocol, Self, TypeVar
 
 import nengo
 import numpy as np
@@ -253,7 +253,7 @@ class Recording:
     time_s: np.ndarray
 
     @classmethod
-    def of(cls, rows: Iterable[tuple[Any, ...]]) -> Self:
+    def of(cls, rows: Iterable[tuple[object, ...]]) -> Self:
         """Make the columns of rows, each with a value for every column."""
         return cls(*(np.array(column) for column in zip(*rows, strict=True)))
 

@@ -6,10 +6,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from spikeport.compile.report.report import Report
+from spikeport.experiments.run_folder import Result
 from spikeport.hardware_models.activity import Activity
 
 if TYPE_CHECKING:
-    from spikeport.experiments.trial import Trial
+    from spikeport.experiments.trial import Settings, Trial
 
 BACKENDS = ("analytic", "reference", "native", "nengo-loihi")
 """Where experiments run: on a backend, or without neurons."""
@@ -64,7 +65,7 @@ class Options:
 class Outcome(NamedTuple):
     """The outcome of a run: the content of ``result.json``, the compile's report, the counts."""
 
-    result: dict[str, Any]
+    result: Result
     report: Report | None
     activity: Activity
 
@@ -106,7 +107,7 @@ class Experiment:
         """Return the passes of its compile: those asked for, of which "" is none, or its own."""
         return self.pipeline if asked is None else asked
 
-    def run(self, settings: Any, options: Options, folder: Path) -> Outcome:
+    def run(self, settings: "Settings", options: Options, folder: Path) -> Outcome:
         """Run it and write its folder; see `spikeport.experiments.driver.run`."""
         from spikeport.experiments.driver import run  # needs the robot
 

@@ -1,7 +1,7 @@
 """The experiments there are; each is imported when it is asked for, since most need the robot."""
 
 from importlib import import_module
-from typing import Any
+from types import ModuleType
 
 from spikeport.errors import MissingExtraError, unknown
 from spikeport.experiments.options import Experiment
@@ -31,7 +31,7 @@ def get(name: str) -> Experiment:
     return experiment
 
 
-def imported(what: str, module: str, extra: str = "robot") -> Any:
+def imported(what: str, module: str, extra: str = "robot") -> ModuleType:
     """Import a module which ``what`` needs, and whose packages an extra brings.
 
     Raises

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+Result = dict[str, Any]
+"""The content of ``result.json``, or of an object in it."""
 RESULT_SCHEMA = 1
 FILES = ("result.json", "probes.nc", "figure.png", "video.mp4", "last_states.npz")
 PACKAGES = ("spikeport", "numpy", "scipy", "nengo", "nengo-loihi", "mujoco")
@@ -84,7 +86,7 @@ def _remove_if_empty(folder: Path) -> None:
         folder.rmdir()
 
 
-def write_result(folder: Path, result: Mapping[str, Any]) -> None:
+def write_result(folder: Path, result: Mapping[str, object]) -> None:
     """Write ``result.json``, with schema and versions added."""
     versions = {name: metadata.version(name) for name in PACKAGES}
     whole = {
@@ -95,12 +97,12 @@ def write_result(folder: Path, result: Mapping[str, Any]) -> None:
     write_json(folder / "result.json", whole)
 
 
-def write_json(path: Path, value: Any) -> None:
+def write_json(path: Path, value: object) -> None:
     """Write a JSON file; numbers that are not finite become null."""
     write_text(path, json.dumps(_plain(value), indent=2, allow_nan=False) + "\n")
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: object) -> object:
     if isinstance(value, Mapping):
         return {str(k): _plain(v) for k, v in value.items()}
     if isinstance(value, list | tuple | np.ndarray):

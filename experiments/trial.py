@@ -15,6 +15,7 @@ from spikeport.experiments.calibration import Calibration
 from spikeport.experiments.loop import Loop, Port
 from spikeport.experiments.options import Options
 from spikeport.experiments.pictures import Film, Scenes
+from spikeport.experiments.run_folder import Result
 from spikeport.robot.plant import Plant
 from spikeport.simulator import Simulator
 
@@ -136,7 +137,7 @@ class Trial(ABC, Generic[K, R]):
         """Return what a run leaves that took ``wall_s`` of wall-clock time."""
 
     @abstractmethod
-    def metrics(self, run: R) -> dict[str, Any]:
+    def metrics(self, run: R) -> dict[str, object]:
         """Return the figures of a run."""
 
     @abstractmethod
@@ -148,7 +149,7 @@ class Trial(ABC, Generic[K, R]):
         """Return what pictures of a run show."""
 
     @abstractmethod
-    def figure(self, run: R, pictures: Sequence[np.ndarray], result: dict[str, Any]) -> Figure:
+    def figure(self, run: R, pictures: Sequence[np.ndarray], result: Result) -> Figure:
         """Draw a run.
 
         Parameters

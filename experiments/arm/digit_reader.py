@@ -9,12 +9,15 @@ Source: Alpaydin and Kaynak, Optical Recognition of Handwritten Digits, UCI repo
 
 from functools import cache
 from importlib.util import find_spec
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from spikeport.errors import MissingExtraError
+
+if TYPE_CHECKING:
+    from sklearn.svm import SVC
 
 BITMAP, BLOCK = 32, 4
 PEN = 2.0
@@ -60,7 +63,7 @@ def require() -> None:
 
 
 @cache
-def _reader() -> Any:
+def _reader() -> "SVC":
     require()
     from sklearn.datasets import load_digits
     from sklearn.svm import SVC

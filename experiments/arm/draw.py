@@ -5,7 +5,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -21,6 +20,7 @@ from spikeport.experiments.arm.settings import ArmSettings
 from spikeport.experiments.arm.strokes import DIGITS
 from spikeport.experiments.arm.trial import ArmTrial
 from spikeport.experiments.options import BACKENDS, Experiment
+from spikeport.experiments.run_folder import Result
 
 CHECKED_POINTS = 25
 """Points along each stroke that must be reachable: three centimetres apart at most."""
@@ -87,7 +87,7 @@ class DrawTrial(ArmTrial):
         ]
 
     @property
-    def network_settings(self) -> dict[str, Any]:
+    def network_settings(self) -> dict[str, object]:
         """The settings that the controller depends on, with the sheet and a digit's time."""
         sheet = dataclasses.asdict(self.settings.sheet)
         return {**super().network_settings, **sheet, "seconds": self.options.seconds}
@@ -105,7 +105,7 @@ class DrawTrial(ArmTrial):
         """Return the begin of the drawing."""
         return DrawTask.begin_s
 
-    def metrics(self, run: ArmRun) -> dict[str, Any]:
+    def metrics(self, run: ArmRun) -> dict[str, object]:
         """Return the figures of a run."""
         trace = self.settings.sheet.read(drawing(run.recording).hand)
         read = digit_reader.read_digit(trace) if self._reads else None
@@ -116,7 +116,7 @@ class DrawTrial(ArmTrial):
         asked = self.settings.recognise
         return digit_reader.can_read() if asked is None else asked
 
-    def figure(self, run: ArmRun, pictures: Sequence[np.ndarray], result: dict[str, Any]) -> Figure:
+    def figure(self, run: ArmRun, pictures: Sequence[np.ndarray], result: Result) -> Figure:
         """Draw the paper's Fig. 5."""
         return draw_figure(run, self.settings.sheet, self.stroke, pictures, result)
 

@@ -1,7 +1,6 @@
 """The figures of reach runs and drawings, after the paper's Figs. 4 and 5."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,12 +11,13 @@ from spikeport.experiments.arm.metrics import drawing, shape_error
 from spikeport.experiments.arm.reach_task import REACHED_M
 from spikeport.experiments.arm.recording import ArmRun
 from spikeport.experiments.pictures import show_picture
+from spikeport.experiments.run_folder import Result
 
 HAND, TARGET, ERROR, DISTANCE = "#2a9d4a", "#e8871e", "#5b6fd6", "#1f9aa0"
 SPIKES, LIMIT, TRACE = "#44474d", "#c62828", "#c8102e"
 
 
-def reach_figure(run: ArmRun, pictures: Sequence[np.ndarray], result: dict[str, Any]) -> Figure:
+def reach_figure(run: ArmRun, pictures: Sequence[np.ndarray], result: Result) -> Figure:
     """Draw a reach run; ``result`` is the content of ``result.json``.
 
     Above, the distance of hand and target over time, beside a picture of the robot where one can be
@@ -45,7 +45,7 @@ def draw_figure(
     sheet: Sheet,
     stroke: np.ndarray,
     pictures: Sequence[np.ndarray],
-    result: dict[str, Any],
+    result: Result,
 ) -> Figure:
     """Draw a drawing of a stroke (n, 3) in m; ``result`` is the content of ``result.json``.
 
@@ -64,7 +64,7 @@ def draw_figure(
     return figure
 
 
-def _title(result: dict[str, Any], task: str, achieved: str) -> str:
+def _title(result: Result, task: str, achieved: str) -> str:
     cores = "" if result["resources"] is None else f", {result['resources']['cores']['used']} cores"
     return (
         f"{task}, {result['backend']}{cores}: {achieved} "

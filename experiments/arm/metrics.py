@@ -1,7 +1,6 @@
 """The figures of runs of the arm: those of all, of a reach run, and of a drawing."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -17,7 +16,7 @@ def rms(values: np.ndarray) -> np.ndarray:
     return np.asarray(np.sqrt(np.mean(values**2, axis=0)))
 
 
-def arm_metrics(run: ArmRun) -> dict[str, Any]:
+def arm_metrics(run: ArmRun) -> dict[str, object]:
     """Return how well the controller did, whatever the task.
 
     - ``torque_error_rms_nm``: controller against the exact law at the same state, per joint;
@@ -34,7 +33,7 @@ def arm_metrics(run: ArmRun) -> dict[str, Any]:
     }
 
 
-def reach_metrics(run: ArmRun, reach_times_s: Sequence[float]) -> dict[str, Any]:
+def reach_metrics(run: ArmRun, reach_times_s: Sequence[float]) -> dict[str, object]:
     """Return the metrics of a reach run, and those of `arm_metrics`.
 
     - ``reaches``: targets reached; ``seconds_per_reach_mean`` and ``_max``: time between reaches,
@@ -73,7 +72,7 @@ def lag(drawn: ArmRecording) -> float:
     return float(np.argmin(apart) * dt_s)
 
 
-def draw_metrics(run: ArmRun, stroke: np.ndarray, recognised_as: int | None) -> dict[str, Any]:
+def draw_metrics(run: ArmRun, stroke: np.ndarray, recognised_as: int | None) -> dict[str, object]:
     """Return the metrics of a drawing, without its approach, and those of `arm_metrics`.
 
     - ``shape_error_rms_m`` and ``_max_m``: distance of the trace's points to the stroke;

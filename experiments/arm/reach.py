@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -16,6 +15,7 @@ from spikeport.experiments.arm.region import Rehearsal
 from spikeport.experiments.arm.settings import ArmSettings
 from spikeport.experiments.arm.trial import ArmTrial
 from spikeport.experiments.options import BACKENDS, Experiment
+from spikeport.experiments.run_folder import Result
 
 TRACE_S = 1.0
 """How long a trace pictures show."""
@@ -56,7 +56,7 @@ class ReachTrial(ArmTrial):
         return reach_task.rehearsals(self.settings.target_box)
 
     @property
-    def network_settings(self) -> dict[str, Any]:
+    def network_settings(self) -> dict[str, object]:
         """The settings that the controller depends on, the box among them."""
         return {**super().network_settings, "box": self.settings.box}
 
@@ -73,12 +73,12 @@ class ReachTrial(ArmTrial):
         """Return the begin of the last second."""
         return time_s - TRACE_S
 
-    def metrics(self, run: ArmRun) -> dict[str, Any]:
+    def metrics(self, run: ArmRun) -> dict[str, object]:
         """Return the figures of a run."""
         assert isinstance(run.task, ReachTask)
         return reach_metrics(run, run.task.reach_times_s)
 
-    def figure(self, run: ArmRun, pictures: Sequence[np.ndarray], result: dict[str, Any]) -> Figure:
+    def figure(self, run: ArmRun, pictures: Sequence[np.ndarray], result: Result) -> Figure:
         """Draw the paper's Fig. 4."""
         return reach_figure(run, pictures, result)
 

@@ -1,7 +1,7 @@
 """The record of a run of the arm, and its time series with names and units."""
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import xarray as xr
@@ -115,7 +115,7 @@ def dataset(run: ArmRun) -> xr.Dataset:
     return xr.Dataset({**data, **_ragged_spikes(run.rasters)}, coordinates)
 
 
-def _ragged_spikes(rasters: dict[str, np.ndarray]) -> dict[str, Any]:
+def _ragged_spikes(rasters: dict[str, np.ndarray]) -> dict[str, object]:
     """Return an entry for every spike instead of a table of mostly zeros."""
     found = [np.nonzero(spikes) for spikes in rasters.values()]
     axes = [np.full(len(step), i) for i, (step, _) in enumerate(found)]

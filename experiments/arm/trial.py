@@ -5,7 +5,6 @@ from abc import abstractmethod
 from collections.abc import Iterable, Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 import nengo
 import numpy as np
@@ -61,7 +60,7 @@ class ArmTrial(Trial[ArmRig, ArmRun]):
         """Return from when on the hand's trace is in a picture of a moment, in s."""
 
     @property
-    def network_settings(self) -> dict[str, Any]:
+    def network_settings(self) -> dict[str, object]:
         """The settings that the controller depends on."""
         sizes = dataclasses.asdict(self.settings.sizes)
         return {**sizes, "network_seed": self.settings.network_seed}
@@ -118,7 +117,7 @@ class ArmTrial(Trial[ArmRig, ArmRun]):
         return arm(self.law, region, settings.sizes, seed=settings.network_seed, decoders=decoders)
 
     @property
-    def _made_for(self) -> dict[str, Any]:
+    def _made_for(self) -> dict[str, object]:
         """Everything that the controller and its neurons depend on."""
         return {"experiment": self.name, **self.network_settings, **self.options.substrate}
 

@@ -3,7 +3,7 @@
 import hashlib
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 
@@ -27,7 +27,7 @@ class PolicyTrial(Protocol):
         """Chip, backend and passes, among others."""
 
     @property
-    def recorded(self) -> dict[str, Any]:
+    def recorded(self) -> dict[str, object]:
         """Everything that the policy's recorded observations depend on."""
 
 
@@ -102,7 +102,7 @@ def refitted(
     return Calibration(_made_for(trial, layers), found.image_digest, found.decoders)
 
 
-def _made_for(trial: PolicyTrial, layers: Sequence[Layer]) -> dict[str, Any]:
+def _made_for(trial: PolicyTrial, layers: Sequence[Layer]) -> dict[str, object]:
     """Return everything that the policy's neurons depend on, and how they are refitted."""
     settings = trial.settings
     network = {**settings.conversion, "network_seed": settings.network_seed}

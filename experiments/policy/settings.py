@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from spikeport.errors import UsageError, unknown
 from spikeport.experiments.options import LARGEST_SEED
@@ -84,14 +84,20 @@ class PolicySettings:
             )
 
     @property
-    def conversion(self) -> dict[str, Any]:
+    def conversion(self) -> dict[str, object]:
         """The settings of how the policy becomes neurons."""
         return {name: getattr(self, name) for name in CONVERSION}
 
     @property
     def policy_options(self) -> PolicyOptions:
         """Neurons and filters of the policy."""
-        return PolicyOptions(**self.conversion)
+        return PolicyOptions(
+            n_neurons=self.n_neurons,
+            tau_fwd=self.tau_fwd,
+            tau_out=self.tau_out,
+            units=self.units,
+            solve=self.solve,
+        )
 
     def walking_policy(self) -> WalkingPolicy:
         """Load the policy from its file.

@@ -6,7 +6,6 @@ them; dotted lines lead from each picture to its moment. At the bottom, where th
 """
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -16,6 +15,7 @@ from matplotlib.patches import ConnectionPatch
 
 from spikeport.experiments.loop import DT_S
 from spikeport.experiments.pictures import show_picture
+from spikeport.experiments.run_folder import Result
 from spikeport.experiments.switch.goals import Goal
 from spikeport.experiments.switch.nuclei_figure import (
     AFTER_S,
@@ -34,7 +34,7 @@ COLUMNS, OVER_TIME = 16, slice(0, 12)
 BESIDE = slice(13, COLUMNS)
 
 
-def switch_figure(run: SwitchRun, pictures: Sequence[np.ndarray], result: dict[str, Any]) -> Figure:
+def switch_figure(run: SwitchRun, pictures: Sequence[np.ndarray], result: Result) -> Figure:
     """Draw the figure; ``result`` is the content of ``result.json``.
 
     ``pictures`` (height, width, 3) are those of the robot in the middle of each phase.
@@ -64,7 +64,7 @@ def switch_figure(run: SwitchRun, pictures: Sequence[np.ndarray], result: dict[s
     return figure
 
 
-def _title(result: dict[str, Any]) -> str:
+def _title(result: Result) -> str:
     figures, settings = result["metrics"], result["settings"]
     cores = "" if result["resources"] is None else f", {result['resources']['cores']['used']} cores"
     held = "anchored" if settings["anchor"] else "free-standing"
@@ -76,7 +76,7 @@ def _title(result: dict[str, Any]) -> str:
     )
 
 
-def _draw_phases(axes: Axes, run: SwitchRun, result: dict[str, Any]) -> None:
+def _draw_phases(axes: Axes, run: SwitchRun, result: Result) -> None:
     """Draw a bar for each phase: its name, whether it was done, the time of its switch."""
     axes.set(xlim=Window.whole(run).extent, ylim=(0, 1))
     axes.set_axis_off()

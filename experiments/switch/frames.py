@@ -9,11 +9,12 @@ a robot that drifts off is not pulled over by a sheet that it leaves behind.
 """
 
 import math
-from typing import Any, NamedTuple, Self
+from typing import NamedTuple, Self
 
 import numpy as np
 
 from spikeport.experiments.arm.reach_task import SHOULDER_M
+from spikeport.robot.engine import mujoco
 
 FOLLOWING_S = 1.0
 """Time constant tau of a sheet, longer than a step takes."""
@@ -32,8 +33,8 @@ class Frame(NamedTuple):
     home: np.ndarray
 
     @classmethod
-    def of_torso(cls, data: Any, torso: int) -> Self:
-        """Return the present frame of the torso, by its number in ``data`` (`mujoco.MjData`)."""
+    def of_torso(cls, data: mujoco.MjData, torso: int) -> Self:
+        """Return the present frame of the torso, by its number in ``data``."""
         rotation = data.xmat[torso].reshape(3, 3).copy()
         return cls(data.xpos[torso].copy(), rotation, ANCHORED_PELVIS_M)
 

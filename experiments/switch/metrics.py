@@ -9,7 +9,7 @@ A phase is a success if the robot stands to its end, the gate of its action alon
 - reaching, it reaches a target.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from spikeport.experiments.arm.draw_task import DrawTask, Sheet
 from spikeport.experiments.arm.metrics import rms, shape_error
 from spikeport.experiments.arm.reach_task import MIN_JUMP_M
 from spikeport.experiments.loop import DT_S
+from spikeport.experiments.run_folder import Result
 from spikeport.experiments.switch.gate import OPEN
 from spikeport.experiments.switch.goals import Goal, hanging_hand
 from spikeport.experiments.switch.recording import SwitchRun
@@ -38,10 +39,10 @@ class Measured(NamedTuple):
     """The judgement of a phase, and the figures that it rests on."""
 
     good: bool
-    figures: dict[str, Any]
+    figures: dict[str, object]
 
 
-def metrics(run: SwitchRun) -> dict[str, Any]:
+def metrics(run: SwitchRun) -> dict[str, object]:
     """Return all metrics of a run.
 
     - ``falls``: 1 if the robot fell, which ends the run, else 0; ``fallen_at_s``: when;
@@ -76,7 +77,7 @@ def _shape_error(run: SwitchRun) -> float | None:
     return float(rms(apart)) if len(apart) else None
 
 
-def phase_metrics(run: SwitchRun) -> list[dict[str, Any]]:
+def phase_metrics(run: SwitchRun) -> list[Result]:
     """Return for each phase its name, ``success``, ``switching_time_s``, and its errors.
 
     The switching time is that from the begin of the phase until the gate of its action alone is
@@ -85,7 +86,7 @@ def phase_metrics(run: SwitchRun) -> list[dict[str, Any]]:
     return [_of_phase(run, number) for number in range(len(run.goals))]
 
 
-def _of_phase(run: SwitchRun, number: int) -> dict[str, Any]:
+def _of_phase(run: SwitchRun, number: int) -> Result:
     phase = run.goals[number].phase
     now = within(run.recording.time_s, phase)
     if not now.any():

@@ -1,7 +1,7 @@
 """The record of a switching run, and its time series with names and units."""
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -88,9 +88,9 @@ def dataset(run: SwitchRun) -> xr.Dataset:
     return xr.Dataset({**data, "gates": gates, **_ragged(run.spikes)}, coordinates)
 
 
-def _ragged(spikes: dict[str, np.ndarray]) -> dict[str, Any]:
+def _ragged(spikes: dict[str, np.ndarray]) -> dict[str, object]:
     """Return an entry for every spike of each nucleus, instead of a table of mostly zeros."""
-    found: dict[str, Any] = {}
+    found: dict[str, object] = {}
     for name, raster in spikes.items():
         step, neuron = np.nonzero(raster)
         along = f"{name}_spike"

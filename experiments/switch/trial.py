@@ -3,7 +3,6 @@
 import dataclasses
 import hashlib
 from collections.abc import Sequence
-from typing import Any
 
 import nengo
 import numpy as np
@@ -21,6 +20,7 @@ from spikeport.experiments.policy.readout import (
     policy_layers,
     refitted,
 )
+from spikeport.experiments.run_folder import Result
 from spikeport.experiments.switch.controller import analytic_humanoid, spiking_humanoid
 from spikeport.experiments.switch.figure import switch_figure
 from spikeport.experiments.switch.gate import HumanoidRig
@@ -65,7 +65,7 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
         super().__init__(settings, dataclasses.replace(options, seconds=self.schedule.end_s))
 
     @property
-    def recorded(self) -> dict[str, Any]:
+    def recorded(self) -> dict[str, object]:
         """Everything that the rehearsals depend on beside the policy."""
         digest = hashlib.sha256(self.schedule.model_dump_json().encode())
         names = ("digit", "anchor")
@@ -173,7 +173,7 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
 
     # what is made of it
 
-    def metrics(self, run: SwitchRun) -> dict[str, Any]:
+    def metrics(self, run: SwitchRun) -> dict[str, object]:
         """Return the figures of a run, see `experiments.switch.metrics`."""
         return metrics(run)
 
@@ -185,9 +185,7 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
         """Return paths, drawing and phases, with the robot in the middle of each phase."""
         return Scenes(switch_marks(run), "track", switch_captions(run), middles(run))
 
-    def figure(
-        self, run: SwitchRun, pictures: Sequence[np.ndarray], result: dict[str, Any]
-    ) -> Figure:
+    def figure(self, run: SwitchRun, pictures: Sequence[np.ndarray], result: Result) -> Figure:
         """Draw the paper's Figs. 1 and 6."""
         return switch_figure(run, pictures, result)
 

@@ -8,6 +8,7 @@ from matplotlib.patches import Circle
 
 from spikeport.experiments.arm.draw_task import Sheet
 from spikeport.experiments.arm.reach_task import REACHED_M
+from spikeport.experiments.run_folder import Result
 from spikeport.experiments.switch.goals import Goal
 from spikeport.experiments.switch.metrics import drawn, within
 from spikeport.experiments.switch.picture import COLOURS
@@ -18,7 +19,7 @@ DECIMALS = 6
 """Of places in m: targets that are the same differ no more."""
 
 
-def draw_work(axes: Axes, run: SwitchRun, phases: list[dict[str, Any]]) -> None:
+def draw_work(axes: Axes, run: SwitchRun, phases: list[Result]) -> None:
     """Draw drawings over their templates, and ways through targets."""
     for goal in run.goals:
         if len(trace := drawn(run, goal)):
@@ -46,7 +47,7 @@ def _draw_trace(axes: Axes, points: np.ndarray, **style: Any) -> None:
     axes.plot(*(100 * Sheet().read(points)).T, **style)
 
 
-def _results(phases: list[dict[str, Any]]) -> str:
+def _results(phases: list[Result]) -> str:
     """Return what came of drawing and reaching, in a line each."""
     found = {
         key: [phase[key] for phase in phases if phase.get(key) is not None]

@@ -6,13 +6,13 @@ on the floor.
 """
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from spikeport.experiments.pictures import Marks, show_picture
+from spikeport.experiments.run_folder import Result
 from spikeport.experiments.walk.metrics import smoothed
 from spikeport.experiments.walk.recording import LOWEST_M, WalkRecording, WalkRun
 from spikeport.robot.feet import SIDES
@@ -29,7 +29,7 @@ MARKS = 400
 """The most marks of the path, and of the trace: the nearest in time of each."""
 
 
-def walk_figure(run: WalkRun, pictures: Sequence[np.ndarray], result: dict[str, Any]) -> Figure:
+def walk_figure(run: WalkRun, pictures: Sequence[np.ndarray], result: Result) -> Figure:
     """Draw the figure; ``result`` is the content of ``result.json``."""
     figure = Figure(figsize=(12, 12), layout="constrained")
     grid = figure.add_gridspec(6, 3, height_ratios=[3.2, 1, 1, 1, 0.8, 0.5])
@@ -52,7 +52,7 @@ def walk_figure(run: WalkRun, pictures: Sequence[np.ndarray], result: dict[str, 
     return figure
 
 
-def _title(result: dict[str, Any]) -> str:
+def _title(result: Result) -> str:
     settings, figures = result["settings"], result["metrics"]
     cores = "" if result["resources"] is None else f", {result['resources']['cores']['used']} cores"
     fell = f"fell at {figures['fallen_at_s']:.1f} s" if figures["falls"] else "no fall"

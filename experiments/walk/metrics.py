@@ -1,7 +1,5 @@
 """The figures of a walking run."""
 
-from typing import Any
-
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
@@ -14,7 +12,7 @@ SMOOTHING_S = 0.2
 """Commands and motions are averaged over this time before they are compared."""
 
 
-def metrics(run: WalkRun) -> dict[str, Any]:
+def metrics(run: WalkRun) -> dict[str, object]:
     """Return all metrics of a run.
 
     Distances are those of all the time that was asked for: a robot that fell lies where it fell,

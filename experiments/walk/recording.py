@@ -1,7 +1,7 @@
 """The record of a walking run, with names and units, and when a robot has fallen."""
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -139,7 +139,7 @@ def dataset(run: WalkRun) -> xr.Dataset:
     return xr.Dataset({**data, "height": height, **_ragged(run.spikes)}, coordinates)
 
 
-def _ragged(spikes: np.ndarray | None) -> dict[str, Any]:
+def _ragged(spikes: np.ndarray | None) -> dict[str, object]:
     """Return an entry for every spike instead of a table of mostly zeros."""
     if spikes is None:
         return {}

@@ -3,13 +3,12 @@
 The red line is where some of the ensembles fall silent; the figure begins a few steps before it.
 """
 
-from typing import Any
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from spikeport.experiments.loop import DT_S
+from spikeport.experiments.run_folder import Result
 from spikeport.experiments.walk.recording import WalkRecording, WalkRun
 from spikeport.robot.walk_interface import PARTS
 
@@ -19,7 +18,7 @@ GRAVITY = {"pitch": 0, "roll": 1}
 """Components of gravity in the pelvis's frame that vary with its tilts."""
 
 
-def silence_figure(run: WalkRun, spikes: np.ndarray, result: dict[str, Any]) -> Figure:
+def silence_figure(run: WalkRun, spikes: np.ndarray, result: Result) -> Figure:
     """Draw the figure of spikes (n_steps, n); ``result`` is the content of ``result.json``."""
     figure = Figure(figsize=(10, 8), layout="constrained")
     above, height, tilt = figure.subplots(3, 1, sharex=True, height_ratios=[2.4, 1, 1])

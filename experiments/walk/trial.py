@@ -1,7 +1,6 @@
 """The H1 walks a path on spiking neurons (paper, sec. 4.2 and Fig. 6)."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import nengo
 import numpy as np
@@ -19,6 +18,7 @@ from spikeport.experiments.policy.readout import (
     policy_layers,
     refitted,
 )
+from spikeport.experiments.run_folder import Result
 from spikeport.experiments.trial import Closed, Trial
 from spikeport.experiments.walk.controller import analytic_policy, silenced, walk_controller
 from spikeport.experiments.walk.figure import walk_figure, walk_marks
@@ -45,7 +45,7 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
     settings: WalkSettings
 
     @property
-    def recorded(self) -> dict[str, Any]:
+    def recorded(self) -> dict[str, object]:
         """Everything that the recorded gait depends on beside the policy."""
         return {"experiment": self.name}
 
@@ -152,7 +152,7 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
             spikes=np.hstack(kept) if kept else None,
         )
 
-    def metrics(self, run: WalkRun) -> dict[str, Any]:
+    def metrics(self, run: WalkRun) -> dict[str, object]:
         """Return the figures of a run, see `experiments.walk.metrics`."""
         return metrics(run)
 
@@ -164,9 +164,7 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
         """Return path and trace, with the robot at the end."""
         return Scenes(walk_marks(run), "track")
 
-    def figure(
-        self, run: WalkRun, pictures: Sequence[np.ndarray], result: dict[str, Any]
-    ) -> Figure:
+    def figure(self, run: WalkRun, pictures: Sequence[np.ndarray], result: Result) -> Figure:
         """Draw the paper's Fig. 6, or 6c where spikes are kept."""
         if run.spikes is not None:
             return silence_figure(run, run.spikes, result)
