@@ -43,13 +43,3 @@ def test_no_module_of_a_top_folder_is_left_out_of_the_package(root):
 @pytest.mark.parametrize("module", MODULES)
 def test_every_module_imports(module):
     importlib.import_module(module)
-
-
-def test_what_the_package_promises_is_there():
-    for name in spikeport.__all__:
-        assert getattr(spikeport, name).__module__.startswith("spikeport.")
-
-
-def test_an_unknown_attribute_is_an_attribute_error():
-    with pytest.raises(AttributeError, match=r"^module 'spikeport' has no attribute 'compiler'$"):
-        _ = spikeport.compiler

@@ -1,0 +1,70 @@
+"""The public face: the names that users import, and what help() prints of them."""
+
+import doctest
+import inspect
+import pydoc
+import subprocess
+import sys
+
+import pytest
+
+import spikeport
+
+EXPORTED = [
+    "ChipImage",
+    "Compilation",
+    "Pipeline",
+    "Simulator",
+    "add_params",
+    "compile_network",
+    "errors",
+]
+
+
+def test_the_exported_names_are_these():
+    assert spikeport.__all__ == EXPORTED
+
+
+def test_completion_offers_the_exported_names_and_nothing_of_the_file_itself():
+    assert [name for name in dir(spikeport) if not name.startswith("_")] == EXPORTED
+
+
+@pytest.mark.parametrize("name", EXPORTED)
+def test_every_exported_name_has_a_docstring_and_is_what_it_is_called(name):
+    exported = getattr(spikeport, name)
+    assert exported.__name__.rpartition(".")[2] == name
+    assert inspect.getdoc(exported)
+
+
+def test_all_exported_names_come_with_a_star(tmp_path):
+    names: dict[str, object] = {}
+    exec("from spikeport import *", names)
+    assert set(EXPORTED) <= set(names)
+
+
+def test_help_shows_the_example_the_subpackages_and_every_exported_class():
+    text = pydoc.render_doc(spikeport, renderer=pydoc.plaintext)
+    assert "with spikeport.Simulator(network" in text
+    assert "class Simulator(" in text
+    assert "class ChipImage(" in text
+    assert "compile_network(" in text
+    for folder in ("backends", "compile", "experiments", "hardware_models", "networks", "robot"):
+        assert f"    {folder} (package)\n" in text
+
+
+@pytest.mark.filterwarnings("ignore:NengoLoihi does not support initial values")
+def test_the_example_runs_as_it_is_printed(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # it saves an image
+    assert doctest.testmod(spikeport) == (0, 8)
+    assert spikeport.ChipImage.load(tmp_path / "network.npz").n_cores == 1
+
+
+def test_importing_the_package_or_its_errors_imports_no_nengo():
+    code = "import sys, spikeport, spikeport.errors; print('nengo' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "False\n"
+
+
+def test_an_unknown_attribute_is_an_attribute_error():
+    with pytest.raises(AttributeError, match=r"^module 'spikeport' has no attribute 'compiler'$"):
+        _ = spikeport.compiler
