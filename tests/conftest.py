@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+pytest.register_assert_rewrite("tests.helpers")  # a failure there shows its values, as in a test
+
 ROOT = Path(__file__).parents[1]
 NUMPY_1 = ("numpy==1.26.4", "scipy<1.14")
 Run = Callable[..., subprocess.CompletedProcess[str]]

@@ -1,6 +1,4 @@
-import sys
 from collections.abc import Callable
-from pathlib import Path
 
 import nengo
 import nengo_loihi
@@ -9,8 +7,6 @@ import pytest
 
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.pipeline import Compilation, compile_network
-
-sys.path.insert(0, str(Path(__file__).parent))
 
 
 def make_chain(seed: int | None = 3) -> nengo.Network:

@@ -5,12 +5,12 @@ from pathlib import Path
 import nengo
 import numpy as np
 import pytest
-from chip_files import chip_file
 
 from spikeport.compile.check.violation import DoesNotFitError
 from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.topology import between_chips, chips_used
 from spikeport.simulator import Simulator
+from tests.helpers.chip_files import chip_file
 
 N_STEPS = 200
 CORE = {"compartments": 40, "in_axons": 256, "out_axons": 256, "synapse_bits": 2**16}

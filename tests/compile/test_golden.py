@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
-from chip_files import chip_file
 from typer.testing import CliRunner
 
 from spikeport.cli import app
+from tests.helpers.chip_files import chip_file
 
 FILES = sorted((Path(__file__).parent / "golden").glob("*.txt"))
 EDGE = "-" * 88

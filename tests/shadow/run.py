@@ -1,6 +1,6 @@
 """Runs nengo-loihi's own tests with the native backend in the shadow of its emulator.
 
-    python tests/shadow/run.py [--report FILE] [options of pytest]
+    python -m tests.shadow.run [--report FILE] [options of pytest]
 
 Ends with pytest's exit code, or 1 where the emulators differed.
 """
@@ -13,10 +13,10 @@ from pathlib import Path
 
 import nengo_loihi
 import pytest
-import shadow_suite
-from shadow_tally import TALLY
 
 from spikeport.compile.loihi.numpy1 import numpy1_semantics
+from tests.shadow import suite
+from tests.shadow.tally import TALLY
 
 # nengo's plugin does not load under pytest 9
 OPTIONS = ("-q", "-p", "no:nengo", "-p", "no:cacheprovider", "--import-mode=importlib")
@@ -35,7 +35,7 @@ def main(arguments: list[str]) -> int:
         # tests draw their seeds from their names, which begin with the package's
         where = ["-c", str(settings), "--rootdir", str(PACKAGE.parent), "--pyargs", PACKAGE.name]
         os.chdir(folder)  # for what tests write
-        code = pytest.main([*OPTIONS, *where, *rest], plugins=[shadow_suite])
+        code = pytest.main([*OPTIONS, *where, *rest], plugins=[suite])
         os.chdir(PACKAGE)
     if report:
         TALLY.write(report)

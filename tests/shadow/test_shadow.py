@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-RUN = Path(__file__).with_name("run.py")
 NEEDED = ("nengo_extras", "pytest_allclose", "pytest_plt", "pytest_rng")
 MINUTES = 15
 
@@ -37,13 +36,13 @@ def known_failures() -> dict[str, str]:
 
 
 @pytest.fixture(scope="module")
-def report(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+def report(root: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     missing = [name for name in NEEDED if importlib.util.find_spec(name) is None]
     if missing:
         pytest.skip(f"nengo-loihi's tests need {', '.join(missing)}")
     path = tmp_path_factory.mktemp("shadow") / "report.json"
-    arguments = [sys.executable, RUN, "--report", path, "-W", "ignore"]
-    done = subprocess.run(arguments, capture_output=True, text=True, timeout=60 * MINUTES)
+    arguments = [sys.executable, "-m", "tests.shadow.run", "--report", path, "-W", "ignore"]
+    done = subprocess.run(arguments, cwd=root, capture_output=True, text=True, timeout=60 * MINUTES)
     assert path.exists(), done.stdout + done.stderr
     content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     return content

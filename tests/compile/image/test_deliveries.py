@@ -2,13 +2,13 @@
 
 import numpy as np
 from hypothesis import given
-from images import images
 
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.deliveries import deliveries, row_lengths, synapses_of
 from spikeport.compile.image.fanout import fanout
 from spikeport.compile.image.tables import part
 from spikeport.compile.image.traffic import reached_blocks
+from tests.helpers.images import images
 
 
 def by_hand(image: ChipImage) -> list[tuple[int, int, int, int, int, int]]:

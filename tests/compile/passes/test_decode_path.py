@@ -3,7 +3,6 @@ from typing import Any
 import nengo
 import numpy as np
 import pytest
-from random_networks import assert_equal_in_float, random_network, rewritten
 
 import spikeport
 from spikeport.backends.host_loop import HostLoop
@@ -13,6 +12,7 @@ from spikeport.compile.image.usage import core_uses
 from spikeport.compile.passes.decode_path import DecodePath
 from spikeport.compile.passes.fuse import Fuse
 from spikeport.compile.pipeline import compile_network
+from tests.helpers.random_networks import assert_equal_in_float, random_network, rewritten
 
 
 @pytest.mark.parametrize("path", ["direct", "host", "onoff", "preset10", "auto"])

@@ -1,11 +1,11 @@
 import nengo
 import numpy as np
 import pytest
-from random_networks import assert_equal_in_float, random_network, rewritten
 
 from spikeport.compile.check.lint import lint
 from spikeport.compile.loihi.build import build
 from spikeport.compile.passes.fuse import Fuse
+from tests.helpers.random_networks import assert_equal_in_float, random_network, rewritten
 
 
 @pytest.mark.parametrize("seed", range(8))

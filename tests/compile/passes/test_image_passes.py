@@ -3,11 +3,11 @@
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from images import images
-from same_run import assert_same_run, context, small_chip
 
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.passes.parse import parse
+from tests.helpers.images import images
+from tests.helpers.same_run import assert_same_run, context, small_chip
 
 pytestmark = pytest.mark.filterwarnings("ignore:Overflow in")
 

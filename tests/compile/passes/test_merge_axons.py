@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
-from images import Block, Group, Parts, Route
-from same_run import assert_same_run, context
 
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.manifest import GroupEntry
 from spikeport.compile.passes.merge_axons import MergeAxons
+from tests.helpers.images import Block, Group, Parts, Route
+from tests.helpers.same_run import assert_same_run, context
 
 BIASED = Block(4, bias=60_000, vth=2**17)
 

@@ -3,8 +3,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from images import Block, Group, Parts, Route
-from same_run import assert_same_run, context, small_chip
 
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.passes.pack import Pack
@@ -12,6 +10,8 @@ from spikeport.compile.placing.load import block_loads, capacity, core_loads
 from spikeport.compile.placing.lower_bound import lower_bound
 from spikeport.errors import MissingExtraError
 from spikeport.hardware_models.chip import Chip
+from tests.helpers.images import Block, Group, Parts, Route
+from tests.helpers.same_run import assert_same_run, context, small_chip
 
 
 def blocks(*sizes: int, **settings: Any) -> ChipImage:

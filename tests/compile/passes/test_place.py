@@ -1,6 +1,4 @@
 import numpy as np
-from images import Block, Group, Parts, Route
-from same_run import assert_same_run, context, small_chip
 
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.traffic import core_messages
@@ -8,6 +6,8 @@ from spikeport.compile.passes.place import Place
 from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.links import Links
 from spikeport.hardware_models.topology import between_chips, hops
+from tests.helpers.images import Block, Group, Parts, Route
+from tests.helpers.same_run import assert_same_run, context, small_chip
 
 
 def ring(n: int, stride: int) -> ChipImage:

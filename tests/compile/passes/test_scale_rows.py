@@ -1,7 +1,6 @@
 import nengo
 import numpy as np
 from nengo_loihi.block import LoihiBlock
-from same_run import context
 
 from spikeport.compile.ground.names import Names
 from spikeport.compile.ground.rewrite import Rewrite
@@ -9,6 +8,7 @@ from spikeport.compile.loihi.blocks import FloatBlocks
 from spikeport.compile.loihi.build import build
 from spikeport.compile.loihi.discretise import discretise
 from spikeport.compile.passes.scale_rows import ScaleRows
+from tests.helpers.same_run import context
 
 N = 32
 

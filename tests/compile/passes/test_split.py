@@ -3,8 +3,6 @@ import itertools
 import nengo
 import numpy as np
 import pytest
-from images import Block, Group, Parts, Route
-from same_run import assert_same_run, context, small_chip
 
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.usage import out_slots
@@ -15,6 +13,8 @@ from spikeport.compile.placing.demand import Demand
 from spikeport.compile.placing.load import ProfileMasks, block_loads, capacity
 from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.chip import Chip
+from tests.helpers.images import Block, Group, Parts, Route
+from tests.helpers.same_run import assert_same_run, context, small_chip
 
 
 def dense(n_pre: int = 6, n_post: int = 8) -> ChipImage:

@@ -1,7 +1,5 @@
 import nengo
 import pytest
-from random_networks import assert_equal_in_float, random_network, rewritten
-from same_run import context, small_chip
 
 from spikeport.compile.check.lint import lint
 from spikeport.compile.ground.names import Names
@@ -9,6 +7,8 @@ from spikeport.compile.ground.rewrite import Piece, Rewrite
 from spikeport.compile.passes.decode_path import DecodePath
 from spikeport.compile.passes.fuse import Fuse
 from spikeport.compile.passes.split_ensembles import SplitEnsembles
+from tests.helpers.random_networks import assert_equal_in_float, random_network, rewritten
+from tests.helpers.same_run import context, small_chip
 
 
 @pytest.mark.parametrize("seed", range(4))

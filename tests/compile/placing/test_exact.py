@@ -2,12 +2,20 @@ import sys
 
 import pytest
 from hypothesis import given, settings
-from packing_problems import HARD, assert_packed, cores_of, fewest_cores, load, problem, problems
 
 from spikeport.compile.placing import exact
 from spikeport.compile.placing.exact import pack_exactly
 from spikeport.compile.placing.packing import Bins, Problem, pack
 from spikeport.errors import MissingExtraError
+from tests.helpers.packing_problems import (
+    HARD,
+    assert_packed,
+    cores_of,
+    fewest_cores,
+    load,
+    problem,
+    problems,
+)
 
 
 @pytest.fixture

@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from packing_problems import ROOM, cores_of, fewest_cores, load, problem, problems
 
 from spikeport.compile.placing.load import Load
 from spikeport.compile.placing.lower_bound import lower_bound, sums
 from spikeport.compile.placing.packing import Problem
+from tests.helpers.packing_problems import ROOM, cores_of, fewest_cores, load, problem, problems
 
 AMOUNTS = ("compartments", "in_axons", "out_axons", "synapse_bits")
 PROFILES = ("compartment_profiles", "threshold_profiles", "synapse_profiles")

@@ -3,7 +3,6 @@ import copy
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from packing_problems import HARD, ROOM, assert_packed, cores_of, load, problem, problems
 
 from spikeport.compile.placing.lower_bound import lower_bound
 from spikeport.compile.placing.packing import (
@@ -18,6 +17,15 @@ from spikeport.compile.placing.packing import (
     orders,
     pack,
     settled,
+)
+from tests.helpers.packing_problems import (
+    HARD,
+    ROOM,
+    assert_packed,
+    cores_of,
+    load,
+    problem,
+    problems,
 )
 
 

@@ -4,7 +4,12 @@ import nengo
 import numpy as np
 import pytest
 from nengo.solvers import NoSolver
-from small_networks import (
+
+import spikeport
+from spikeport.compile.loihi.solver import ParameterSolver
+from spikeport.compile.rewriting.assembly import Assembly, FlatNetwork
+from spikeport.compile.rewriting.partition import Part, Partition
+from tests.helpers.small_networks import (
     DT_S,
     FAST,
     SLOW,
@@ -15,11 +20,6 @@ from small_networks import (
     rewrite_of,
     whole,
 )
-
-import spikeport
-from spikeport.compile.loihi.solver import ParameterSolver
-from spikeport.compile.rewriting.assembly import Assembly, FlatNetwork
-from spikeport.compile.rewriting.partition import Part, Partition
 
 
 def assembled(network: nengo.Network, partition: Partition) -> Assembly:

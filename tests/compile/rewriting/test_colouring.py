@@ -7,10 +7,10 @@ import nengo_loihi
 import numpy as np
 import pytest
 from nengo.solvers import Lstsq
-from small_networks import FAST, SLOW, scope_of
 
 from spikeport.compile.rewriting.colouring import alike, neuron_key, regroupable
 from spikeport.compile.rewriting.passthrough import foldable
+from tests.helpers.small_networks import FAST, SLOW, scope_of
 
 Edge = tuple[str, str, nengo.synapses.Synapse | None]
 

@@ -2,7 +2,6 @@ import nengo
 import numpy as np
 import pytest
 import scipy.sparse as sparse
-from small_networks import DT_S, FAST, decode, decoders, ensemble, rewrite_of
 
 from spikeport.compile.loihi.solver import ParameterSolver
 from spikeport.compile.rewriting.decode_paths import (
@@ -21,6 +20,7 @@ from spikeport.compile.rewriting.decode_paths import (
     rounding,
 )
 from spikeport.hardware_models import chip as chips
+from tests.helpers.small_networks import DT_S, FAST, decode, decoders, ensemble, rewrite_of
 
 LIMITS = chips.get("loihi").limits
 RATE_HZ = 50.0

@@ -4,7 +4,12 @@ import nengo
 import numpy as np
 import pytest
 from nengo.solvers import LstsqL2
-from small_networks import (
+
+import spikeport
+from spikeport.compile.loihi.solver import ParameterSolver
+from spikeport.compile.rewriting.edges import EdgeKey, Edges, Source, Target, without_zeros
+from spikeport.compile.rewriting.partition import Part, Partition
+from tests.helpers.small_networks import (
     DT_S,
     FAST,
     SLOW,
@@ -15,11 +20,6 @@ from small_networks import (
     rewrite_of,
     whole,
 )
-
-import spikeport
-from spikeport.compile.loihi.solver import ParameterSolver
-from spikeport.compile.rewriting.edges import EdgeKey, Edges, Source, Target, without_zeros
-from spikeport.compile.rewriting.partition import Part, Partition
 
 RNG = np.random.RandomState(1)
 NEURONS_OF_B = Target("neurons", 1)

@@ -2,9 +2,9 @@ import nengo
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from small_networks import ensemble
 
 from spikeport.compile.rewriting.partition import Part, Partition, Place, in_parts
+from tests.helpers.small_networks import ensemble
 
 
 def ensembles(*sizes: int) -> list[nengo.Ensemble]:

@@ -3,9 +3,9 @@ from collections.abc import Callable
 import nengo
 import numpy as np
 import pytest
-from small_networks import FAST, SLOW, scope_of
 
 from spikeport.compile.rewriting.passthrough import foldable, is_passthrough
+from tests.helpers.small_networks import FAST, SLOW, scope_of
 
 
 def labels(network: nengo.Network) -> list[str]:

@@ -1,13 +1,23 @@
 import nengo
 import numpy as np
 import pytest
-from small_networks import DT_S, FAST, SLOW, decode, decoders, ensemble, rewrite_of, scope_of, whole
 
 from spikeport.compile.ground.rewrite import Piece, Rewrite
 from spikeport.compile.loihi.solver import CHIP, FLOAT, ParameterSolver
 from spikeport.compile.rewriting.partition import Part, Partition
 from spikeport.compile.rewriting.passthrough import foldable
 from spikeport.compile.rewriting.regroup import regroup
+from tests.helpers.small_networks import (
+    DT_S,
+    FAST,
+    SLOW,
+    decode,
+    decoders,
+    ensemble,
+    rewrite_of,
+    scope_of,
+    whole,
+)
 
 
 def regrouped(network: nengo.Network, partition: Partition, **options: object) -> Rewrite:

@@ -1,12 +1,12 @@
 import nengo
 import numpy as np
 import pytest
-from small_networks import DT_S, FAST, SLOW, decode, decoders, ensemble, rewrite_of
 
 import spikeport
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.loihi.solver import ParameterSolver
 from spikeport.compile.rewriting.rewire import rewire
+from tests.helpers.small_networks import DT_S, FAST, SLOW, decode, decoders, ensemble, rewrite_of
 
 
 def chain() -> nengo.Network:

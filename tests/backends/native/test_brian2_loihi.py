@@ -18,12 +18,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from images import Block, Group, Parts, Route
-from oracle import Oracle
-from side_by_side import assert_equal_steps
 
 from spikeport.backends.native.chip import NativeChip
 from spikeport.compile.image.chip_image import ChipImage
+from tests.helpers.images import Block, Group, Parts, Route
+from tests.helpers.oracle import Oracle
+from tests.helpers.side_by_side import assert_equal_steps
 
 pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning:pyparsing|brian2")
 

@@ -1,4 +1,4 @@
-"""What a sweep runs, what it leaves, and its table and figures; its workers: test_sweep_run."""
+"""What a sweep runs, what it leaves, and its table and figures; its workers: test_run."""
 
 import json
 

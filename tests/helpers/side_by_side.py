@@ -5,11 +5,11 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
-from oracle import Oracle
 
 from spikeport.backends.native.chip import NativeChip
 from spikeport.backends.nengo_loihi import NengoLoihiChip
 from spikeport.compile.image.chip_image import ChipImage
+from tests.helpers.oracle import Oracle
 
 
 class Snapshot(NamedTuple):

@@ -7,14 +7,14 @@ from dataclasses import replace
 import nengo
 import numpy as np
 import pytest
-from images import Block, Group, Parts, Route
-from oracle import Oracle
-from side_by_side import assert_equal_activity, random_spikes, snapshot
 
 from spikeport import compile_network
 from spikeport.backends.native.chip import NativeChip
 from spikeport.backends.nengo_loihi import NengoLoihiChip
 from spikeport.compile.image.chip_image import ChipImage
+from tests.helpers.images import Block, Group, Parts, Route
+from tests.helpers.oracle import Oracle
+from tests.helpers.side_by_side import assert_equal_activity, random_spikes, snapshot
 
 pytestmark = pytest.mark.filterwarnings(
     "ignore:Received PES error", "ignore:Clipping", "ignore:Synaptic trace"

@@ -3,13 +3,13 @@
 from typing import Any
 
 import numpy as np
-from side_by_side import random_spikes, snapshot
 
 from spikeport.backends.native.chip import NativeChip
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.passes.base import Context
 from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.chip import Chip
+from tests.helpers.side_by_side import random_spikes, snapshot
 
 STATE = ("v", "u", "q", "spiked", "refractory", "spike_count")
 

@@ -10,13 +10,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from forging import attack, good, run
 
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.tables import LAYOUT
 from spikeport.errors import ImageError
+from tests.helpers.forging import attack, good, run
 
-HERE = Path(__file__).parent
 N_CHECKED = 1500
 """Forged images that run with numba's own checks of every index."""
 
@@ -176,13 +175,14 @@ def test_forged_images_are_refused_or_run() -> None:
 
 
 @pytest.mark.slow
-def test_forged_images_stay_within_their_arrays(tmp_path: Path) -> None:
+def test_forged_images_stay_within_their_arrays(root: Path, tmp_path: Path) -> None:
     """Every index is checked by numba here: one out of bounds would be an IndexError."""
-    program = f"from forging import attack; print(attack(range(1000, {1000 + N_CHECKED})))"
+    seeds = range(1000, 1000 + N_CHECKED)
+    program = f"from tests.helpers.forging import attack; print(attack({seeds}))"
     environment = {**os.environ, "NUMBA_BOUNDSCHECK": "1", "NUMBA_CACHE_DIR": str(tmp_path)}
     done = subprocess.run(
         [sys.executable, "-c", program],
-        cwd=HERE,
+        cwd=root,
         env=environment,
         capture_output=True,
         text=True,

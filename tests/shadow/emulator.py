@@ -7,7 +7,6 @@ import nengo_loihi.emulator
 import nengo_loihi.simulator
 import numpy as np
 from nengo_loihi.emulator import EmulatorInterface
-from shadow_tally import TALLY
 
 from spikeport.backends.native.chip import NativeChip
 from spikeport.compile.image.chip_image import ChipImage
@@ -15,6 +14,7 @@ from spikeport.compile.image.manifest import BlockEntry, Encoding, InputEntry
 from spikeport.compile.image.tables import offsets
 from spikeport.compile.loihi.blocks import FloatBlocks, IntegerBlocks, OutputName
 from spikeport.compile.loihi.extract import extract
+from tests.shadow.tally import TALLY
 
 
 class ShadowMismatchError(AssertionError):

@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from images import Block, Group, Parts, Route
-from side_by_side import snapshot
 
 from spikeport.backends.native.chip import NativeChip
 from spikeport.errors import BackendError, ImageError
+from tests.helpers.images import Block, Group, Parts, Route
+from tests.helpers.side_by_side import snapshot
 
 NOTHING = np.zeros(0, dtype=int)
 

@@ -4,13 +4,19 @@ from typing import Any
 
 import numpy as np
 import pytest
-from images import INT32_MAX, Block, Group, Output, Parts, Route
-from oracle import Oracle, decay
-from side_by_side import Snapshot, assert_equal_steps, random_spikes, silence, snapshot
 
 from spikeport.backends.native.chip import NativeChip
 from spikeport.backends.nengo_loihi import NengoLoihiChip
 from spikeport.compile.image.chip_image import ChipImage
+from tests.helpers.images import INT32_MAX, Block, Group, Output, Parts, Route
+from tests.helpers.oracle import Oracle, decay
+from tests.helpers.side_by_side import (
+    Snapshot,
+    assert_equal_steps,
+    random_spikes,
+    silence,
+    snapshot,
+)
 
 pytestmark = pytest.mark.filterwarnings("ignore:Overflow in")
 

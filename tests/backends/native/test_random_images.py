@@ -3,10 +3,10 @@
 import pytest
 from hypothesis import HealthCheck, event, given, settings
 from hypothesis import strategies as st
-from images import images
-from side_by_side import assert_equal_steps, random_spikes
 
 from spikeport.compile.image.chip_image import ChipImage
+from tests.helpers.images import images
+from tests.helpers.side_by_side import assert_equal_steps, random_spikes
 
 pytestmark = pytest.mark.filterwarnings("ignore:Overflow in")
 

@@ -8,9 +8,10 @@ import nengo_loihi
 import pytest
 from nengo_loihi.builder.builder import Model, ValidationLevel
 from nengo_loihi.tests import make_test_sim
-from shadow_emulator import ShadowEmulator, install
-from shadow_gaps import draw_pictures, fill_gaps
-from shadow_tally import TALLY
+
+from tests.shadow.emulator import ShadowEmulator, install
+from tests.shadow.gaps import draw_pictures, fill_gaps
+from tests.shadow.tally import TALLY
 
 MARKERS = ("slow", "target_sim", "target_loihi", "hang", "requires_multichip_snips")
 IGNORED = (

@@ -1,11 +1,11 @@
 """Images that somebody made by hand: one or several arrays of a good one changed at will."""
 
 import numpy as np
-from images import Block, Group, Output, Parts, Route
 
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.tables import LAYOUT
 from spikeport.errors import ImageError
+from tests.helpers.images import Block, Group, Output, Parts, Route
 
 EXTREMES = (-(2**31), -32768, -2, -1, 0, 1, 2, 3, 7, 100, 4095, 32767, 10**6, 2**31 - 1)
 

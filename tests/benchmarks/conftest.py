@@ -1,6 +1,0 @@
-"""Lets the tests import the benchmark's files."""
-
-import sys
-from pathlib import Path
-
-sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))

@@ -1,0 +1,1 @@
+"""Images, networks, referees and problems that tests of several folders share."""
