@@ -2,8 +2,9 @@
 
 import numpy as np
 
+from spikeport.backends.step_log import SUMS_ONLY, LogOptions, Messages, StepLog
 from spikeport.compile.image.fanout import Fanout
-from spikeport.hardware_models.activity import PER_STEP, Activity
+from spikeport.hardware_models.activity import Activity
 
 
 class Counter:
@@ -13,18 +14,29 @@ class Counter:
     ----------
     cores : tuple of str
         A label for each core.
+    dt_s : float
+        Length of a step, in s.
     source_core : (n_compartments,) int array
         The core of each compartment.
     fanout : Fanout
         Costs of a spike, for compartments first and inputs after them.
+    options : LogOptions
+        See `StepLog`.
     """
 
-    def __init__(self, cores: tuple[str, ...], source_core: np.ndarray, fanout: Fanout) -> None:
-        self._cores = cores
+    def __init__(
+        self,
+        cores: tuple[str, ...],
+        dt_s: float,
+        source_core: np.ndarray,
+        fanout: Fanout,
+        options: LogOptions = SUMS_ONLY,
+    ) -> None:
+        self._n_cores = len(cores)
         self._source_core = source_core
         self._fanout = fanout
         self._delivered = np.zeros(len(fanout.messages), dtype=np.int64)
-        self._rows: list[np.ndarray] = []
+        self._log = StepLog(cores, dt_s, self._messages, options)
         self.readout_spikes = 0
 
     def step(
@@ -45,9 +57,9 @@ class Counter:
         learning_updates : (n_cores,) int array, optional
             Weights changed by learning in this step.
         """
-        n = len(self._cores)
+        n = self._n_cores
         np.add.at(self._delivered, delivered, 1)
-        self._rows.append(
+        self._log.append(
             np.stack(
                 [
                     np.bincount(self._source_core[spiked], minlength=n),
@@ -60,40 +72,17 @@ class Counter:
             )
         )
 
-    def activity(self, dt_s: float) -> Activity:
+    def activity(self) -> Activity:
         """Return all counts so far."""
-        n, compartments = len(self._cores), len(self._source_core)
+        return self._log.activity(self.readout_spikes)
+
+    def _messages(self) -> Messages:
+        n, compartments = self._n_cores, len(self._source_core)
         per_source = self._fanout.messages * self._delivered[:, np.newaxis]
-        messages = np.zeros((n, n), dtype=np.int64)
-        np.add.at(messages, self._source_core, per_source[:compartments])
-        host = per_source[compartments:].sum(axis=0)
-        return make_activity(self._cores, dt_s, self._rows, (messages, host), self.readout_spikes)
+        between = np.zeros((n, n), dtype=np.int64)
+        np.add.at(between, self._source_core, per_source[:compartments])
+        return Messages(between, per_source[compartments:].sum(axis=0))
 
-
-def make_activity(
-    cores: tuple[str, ...],
-    dt_s: float,
-    rows: list[np.ndarray],
-    messages: tuple[np.ndarray, np.ndarray],
-    readout_spikes: int,
-) -> Activity:
-    """Return an `Activity` of counts.
-
-    Parameters
-    ----------
-    cores, dt_s, readout_spikes
-        As in `Activity`.
-    rows : list of (6, n_cores) int array
-        For each step, the counts in the order of `PER_STEP`.
-    messages : tuple of (n_cores, n_cores) and (n_cores,) int array
-        Messages of the whole run from core to core, and from the host.
-    """
-    table = np.array(rows, dtype=np.int64).reshape(len(rows), len(PER_STEP), len(cores))
-    return Activity(
-        cores=cores,
-        dt_s=dt_s,
-        messages=messages[0],
-        messages_host=messages[1],
-        readout_spikes=readout_spikes,
-        **{name: table[:, i] for i, name in enumerate(PER_STEP)},
-    )
+    def close(self) -> None:
+        """Write what the log still holds."""
+        self._log.close()

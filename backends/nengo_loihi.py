@@ -15,6 +15,7 @@ from nengo_loihi.emulator import EmulatorInterface
 from nengo_loihi.inputs import SpikeInput
 
 from spikeport.backends.counter import Counter
+from spikeport.backends.step_log import SUMS_ONLY, LogOptions
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.fanout import fanout
 from spikeport.compile.image.tables import offsets, part
@@ -30,9 +31,11 @@ class NengoLoihiChip:
         The image to run.
     seed : int
         Seed of the chip's noise.
+    log : LogOptions
+        See `spikeport.backends.step_log.StepLog`.
     """
 
-    def __init__(self, image: ChipImage, seed: int) -> None:
+    def __init__(self, image: ChipImage, seed: int, log: LogOptions = SUMS_ONLY) -> None:
         self._image = image.checked
         blocks, synapses = load_blocks(image)
         self._inputs = load_inputs(image, synapses)
@@ -51,7 +54,9 @@ class NengoLoihiChip:
             for i, output in enumerate(image.manifest.outputs)
         ]
         self._readouts = image.readouts
-        self._counter = Counter(image.cores, image.compartment_core, fanout(image))
+        self._counter = Counter(
+            image.cores, image.manifest.dt_s, image.compartment_core, fanout(image), log
+        )
         self._synapse_core = image.group_core
         self._biased = image.compartments.bias != 0
         self._arriving = np.zeros(0, dtype=int)
@@ -86,10 +91,11 @@ class NengoLoihiChip:
 
     def activity(self) -> Activity:
         """Return the counts; see `spikeport.backends.chip.Chip.activity`."""
-        return self._counter.activity(self._image.manifest.dt_s)
+        return self._counter.activity()
 
     def close(self) -> None:
         """Free the emulator; see `spikeport.backends.chip.Chip.close`."""
+        self._counter.close()
         self._emulator.close()
 
 

@@ -16,6 +16,7 @@ import numpy as np
 from nengo.ensemble import Neurons
 
 from spikeport.backends.counter import Counter
+from spikeport.backends.step_log import SUMS_ONLY, LogOptions
 from spikeport.compile.ground.names import Names, base
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.image.fanout import Fanout
@@ -41,11 +42,15 @@ class Reference:
         The time step, in seconds.
     seed : int
         Seed of processes and noise.
+    log : LogOptions
+        See `spikeport.backends.step_log.StepLog`.
     """
 
     compilation = None
 
-    def __init__(self, rewrite: Rewrite, dt_s: float, seed: int) -> None:
+    def __init__(
+        self, rewrite: Rewrite, dt_s: float, seed: int, log: LogOptions = SUMS_ONLY
+    ) -> None:
         self._rewrite, network = rewrite, rewrite.network
         model = nengo.builder.Model(dt=dt_s)
         model.seeds.update(rewrite.all_seeds())
@@ -58,11 +63,10 @@ class Reference:
         ensembles = [
             e for e in network.all_ensembles if not isinstance(e.neuron_type, nengo.Direct)
         ]
-        self._dt_s = dt_s
         names = rewrite.names
         cores = np.repeat(np.arange(len(ensembles)), [e.n_neurons for e in ensembles])
         self._counter = Counter(
-            tuple(names[e] for e in ensembles), cores, direct_fanout(network, ensembles)
+            tuple(names[e] for e in ensembles), dt_s, cores, direct_fanout(network, ensembles), log
         )
         self._outputs = [self._sim.model.sig[e.neurons]["out"] for e in ensembles]
         self._arriving = np.zeros(0, dtype=int)
@@ -91,10 +95,11 @@ class Reference:
 
     def activity(self) -> Activity:
         """Return exact counts so far."""
-        return self._counter.activity(self._dt_s)
+        return self._counter.activity()
 
     def close(self) -> None:
         """Free the simulator."""
+        self._counter.close()
         self._sim.close()
 
 

@@ -13,6 +13,7 @@ from spikeport.backends.execution import Execution
 from spikeport.backends.host_loop import HostLoop
 from spikeport.backends.nengo_loihi import NengoLoihiChip
 from spikeport.backends.reference import Reference, fused
+from spikeport.backends.step_log import LogOptions
 from spikeport.compile.ground.names import Names
 from spikeport.compile.ground.scope import Scope
 from spikeport.compile.image.chip_image import ChipImage
@@ -24,12 +25,20 @@ from spikeport.hardware_models import chip as chips
 
 
 class Source(NamedTuple):
-    """A network, and the settings of `spikeport.compile.pipeline.compile_network` for it."""
+    """A network, the settings of `spikeport.compile.pipeline.compile_network`, and of its counts.
+
+    ``counts`` is a folder for the counts of every step, see `spikeport.backends.step_log.StepLog`.
+    """
 
     network: nengo.Network
     chip: str | Path
     dt_s: float
     pipeline: Pipeline | str | None
+    counts: Path | None = None
+
+    def compiled(self) -> Compilation:
+        """Compile the network."""
+        return compile_network(self.network, self.chip, self.dt_s, self.pipeline)
 
 
 Open = Callable[[Source, int, Compilation | None], Execution]
@@ -49,7 +58,7 @@ class Backend:
     open: Open
 
 
-def _on(load: Callable[[ChipImage, int], Chip]) -> Open:
+def _on(load: Callable[[ChipImage, int, LogOptions], Chip]) -> Open:
     """Compile a network, load its image with ``load``, and keep the rest on the host.
 
     A network with nothing for the chip is all host, and that is float Nengo.
@@ -59,8 +68,9 @@ def _on(load: Callable[[ChipImage, int], Chip]) -> Open:
         if not Scope(source.network, Names(source.network)).ensembles:
             warnings.warn(NOTHING_ON_CHIP, stacklevel=4)  # the caller of Simulator or its reset
             return _without_chip(source, seed, None)
-        compiled = compilation or compile_network(*source)
-        return HostLoop(compiled, load(compiled.image, seed), seed)
+        compiled = compilation or source.compiled()
+        log = LogOptions(compiled.report.chip, source.counts)
+        return HostLoop(compiled, load(compiled.image, seed, log), seed)
 
     return open_source
 
@@ -69,13 +79,14 @@ def _without_chip(source: Source, seed: int, _: Compilation | None) -> Execution
     chip = chips.get(str(source.chip))
     passes = chip.pipeline if source.pipeline is None else source.pipeline
     pipeline = parse(passes) if isinstance(passes, str) else passes
-    return Reference(fused(source.network, chip, source.dt_s, pipeline), source.dt_s, seed)
+    rewrite = fused(source.network, chip, source.dt_s, pipeline)
+    return Reference(rewrite, source.dt_s, seed, LogOptions(folder=source.counts))
 
 
-def _native(image: ChipImage, seed: int) -> Chip:
+def _native(image: ChipImage, seed: int, log: LogOptions) -> Chip:
     from spikeport.backends.native.chip import NativeChip  # loads the kernels: not before use
 
-    return NativeChip(image, seed)
+    return NativeChip(image, seed, log)
 
 
 BACKENDS = {

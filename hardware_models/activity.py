@@ -1,14 +1,22 @@
 """Counts of what happened on the cores in a run: all that energy and time depend on.
 
 Counts of a run are exact, and integers. Those expected of a run before there is one are not.
+
+Steps of a long run are not kept one by one: what energy and time need of them is folded into sums,
+see `spikeport.hardware_models.step_time.fold`.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from spikeport.errors import UsageError
+
+if TYPE_CHECKING:
+    from spikeport.hardware_models.chip import Chip
+    from spikeport.hardware_models.step_time import TimeSums
 
 PER_STEP = (
     "spikes",
@@ -22,8 +30,32 @@ PER_RUN = ("messages", "messages_host")
 
 
 @dataclass(frozen=True, eq=False)
+class Folded:
+    """The first steps of a run, which are no longer kept one by one.
+
+    Attributes
+    ----------
+    n_steps : int
+        Number of the steps.
+    sums : mapping of str to (n_cores,) array
+        The counts of `PER_STEP` and ``messages_host``, and ``messages`` as (n_cores, n_cores).
+    chip : Chip or None
+        The chip that their times were reckoned for; None if for no chip.
+    times : mapping of str to TimeSums
+        The times of the steps, by calibration of the chip.
+    """
+
+    n_steps: int
+    sums: Mapping[str, np.ndarray]
+    chip: "Chip | None"
+    times: Mapping[str, "TimeSums"]
+
+
+@dataclass(frozen=True, eq=False)
 class Activity:
     """Counts of a run, or expected of one. Runs one after the other add up: see `concatenate`.
+
+    The arrays by step hold the steps that are kept, n_kept: all, or the last ones of a long run.
 
     A message is one spike on its way to one destination core: a spike that reaches synapses on
     three cores is three messages.
@@ -34,15 +66,15 @@ class Activity:
         A label for each core; core k of the chip is the k-th.
     dt_s : float
         Length of a step, in s.
-    spikes : (n_steps, n_cores) array
+    spikes : (n_kept, n_cores) array
         Spikes of the core's compartments.
-    synaptic_operations : (n_steps, n_cores) array
+    synaptic_operations : (n_kept, n_cores) array
         Weights added to compartments of the core.
-    updates_active, updates_inactive : (n_steps, n_cores) array
+    updates_active, updates_inactive : (n_kept, n_cores) array
         Compartments updated whose state was not, or was, at rest.
-    messages_in : (n_steps, n_cores) array
+    messages_in : (n_kept, n_cores) array
         Messages that arrived at the core, from other cores, itself and the host.
-    learning_updates : (n_steps, n_cores) array
+    learning_updates : (n_kept, n_cores) array
         Weights on the core that learning updated.
     messages : (n_cores, n_cores) array
         Messages of the whole run from source core (row) to destination core (column).
@@ -50,6 +82,8 @@ class Activity:
         Messages of the whole run from the host to each core.
     readout_spikes : int
         Spikes of compartments that are read out and must not spike: 0, or the run is wrong.
+    folded : Folded, optional
+        The steps before those that are kept.
 
     Raises
     ------
@@ -68,11 +102,12 @@ class Activity:
     messages: np.ndarray
     messages_host: np.ndarray
     readout_spikes: int = 0
+    folded: Folded | None = None
 
     def __post_init__(self) -> None:
         n_cores = len(self.cores)
         for name in PER_STEP:
-            self._check(name, (len(self.spikes), n_cores), "(n_steps, n_cores)")
+            self._check(name, (len(self.spikes), n_cores), "(n_kept, n_cores)")
         self._check("messages", (n_cores, n_cores), "(n_cores, n_cores)")
         self._check("messages_host", (n_cores,), "(n_cores,)")
 
@@ -86,16 +121,35 @@ class Activity:
     @property
     def n_steps(self) -> int:
         """Number of steps of the run."""
-        return len(self.spikes)
+        return len(self.spikes) + (0 if self.folded is None else self.folded.n_steps)
+
+    @property
+    def kept(self) -> "Activity":
+        """The steps that are kept one by one, as a run of their own."""
+        if self.folded is None:
+            return self
+        before = self.folded.sums
+        return replace(
+            self,
+            messages=self.messages - before["messages"],
+            messages_host=self.messages_host - before["messages_host"],
+            folded=None,
+        )
+
+    def over_steps(self, name: str) -> np.ndarray:
+        """Return one of the counts of `PER_STEP` summed over all steps, (n_cores,)."""
+        total: np.ndarray = getattr(self, name).sum(axis=0)
+        return total if self.folded is None else total + self.folded.sums[name]
 
     def totals(self) -> dict[str, int | float]:
-        """Every count, summed over steps and cores."""
-        sums = {name: getattr(self, name).sum().item() for name in PER_STEP + PER_RUN}
+        """Return every count, summed over steps and cores."""
+        sums = {name: self.over_steps(name).sum().item() for name in PER_STEP}
+        sums |= {name: getattr(self, name).sum().item() for name in PER_RUN}
         return {**sums, "readout_spikes": self.readout_spikes}
 
     def per_core(self) -> dict[str, np.ndarray]:
-        """Every count summed over steps, each (n_cores,); ``messages`` by the core that sends."""
-        sums = {name: getattr(self, name).sum(axis=0) for name in PER_STEP}
+        """Return every count summed over steps, (n_cores,); ``messages`` by the core that sends."""
+        sums = {name: self.over_steps(name) for name in PER_STEP}
         return {
             **sums,
             "messages": self.messages.sum(axis=1),
@@ -104,21 +158,27 @@ class Activity:
 
     @classmethod
     def concatenate(cls, parts: Sequence["Activity"]) -> "Activity":
-        """The activity of runs one after the other, of the same cores.
+        """Return the activity of runs one after the other, of the same cores.
 
         Raises
         ------
         UsageError
-            There are no parts, or their cores or steps differ.
+            There are no parts, their cores or steps differ, or steps of a later one are folded.
         """
         if len({(part.cores, part.dt_s) for part in parts}) != 1:
             raise UsageError("only activities of the same cores and dt_s make one run")
+        if any(part.folded is not None for part in parts[1:]):
+            raise UsageError(
+                "an activity with folded steps can only be the first part of a run; "
+                "run it with `Simulator(counts=FOLDER)`, and read the counts of its steps there"
+            )
         steps = {name: np.concatenate([getattr(p, name) for p in parts]) for name in PER_STEP}
         sums = {name: np.sum([getattr(p, name) for p in parts], axis=0) for name in PER_RUN}
         return cls(
             cores=parts[0].cores,
             dt_s=parts[0].dt_s,
             readout_spikes=sum(part.readout_spikes for part in parts),
+            folded=parts[0].folded,
             **steps,
             **sums,
         )

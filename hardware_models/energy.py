@@ -10,7 +10,7 @@ from spikeport.hardware_models.activity import Activity
 from spikeport.hardware_models.calibration import Calibration
 from spikeport.hardware_models.chip import Chip
 from spikeport.hardware_models.estimate import Estimate, at_least_zero, zero
-from spikeport.hardware_models.step_time import step_times
+from spikeport.hardware_models.step_time import time_sums
 
 EVENTS: tuple[events.Event, ...] = (
     events.SYNAPTIC_OPERATION,
@@ -135,8 +135,7 @@ def energy(activity: Activity, chip: Chip, calibration: Calibration) -> EnergyRe
     CompileError
         More cores are in use than the chip's mesh has.
     """
-    step_s = step_times(activity, chip, calibration).value
-    period_s = float(np.maximum(step_s, activity.dt_s).mean())
+    period_s = time_sums(activity, chip, calibration).period_s / activity.n_steps
     counts = {event.name: event.per_core(activity, chip) for event in EVENTS}
     terms = _terms({name: count.sum() for name, count in counts.items()}, calibration)
     run = _sum(terms)

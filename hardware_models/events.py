@@ -38,11 +38,10 @@ class OnCore:
 
     def per_core(self, activity: Activity, chip: Chip) -> np.ndarray:
         """See `Event.per_core`."""
-        count: np.ndarray = self.per_step(activity).sum(axis=0)
-        return count
+        return activity.over_steps(self.counts)
 
     def per_step(self, activity: Activity) -> np.ndarray:
-        """How often it happened in each step on each core, (n_steps, n_cores)."""
+        """Return how often it happened in each kept step on each core, (n_kept, n_cores)."""
         count: np.ndarray = getattr(activity, self.counts)
         return count
 

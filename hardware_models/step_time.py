@@ -1,4 +1,4 @@
-"""How long each step of a run takes, from exact counts and a calibration's times per event."""
+"""Times of the steps of a run, from exact counts and a calibration's times per event."""
 
 from typing import Literal, NamedTuple, get_args
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from spikeport.errors import UsageError
 from spikeport.hardware_models import events
-from spikeport.hardware_models.activity import Activity
+from spikeport.hardware_models.activity import PER_RUN, PER_STEP, Activity, Folded
 from spikeport.hardware_models.calibration import Calibration, Times
 from spikeport.hardware_models.chip import Chip
 from spikeport.hardware_models.estimate import Estimate, at_least_zero, merge_sources, zero
@@ -25,15 +25,102 @@ Bound = Literal["value", "low", "high"]
 
 
 class StepTimes(NamedTuple):
-    """T_step of each step and its bounds, each (n_steps,) in s; NaN where a bound is not known."""
+    """T_step of each step and its bounds, each (n_kept,) in s; NaN where a bound is not known."""
 
     value: np.ndarray
     low: np.ndarray
     high: np.ndarray
 
 
+class TimeSums(NamedTuple):
+    """Sums and maxima over steps.
+
+    Attributes
+    ----------
+    total_s, worst_s : (3,) array
+        Sum and maximum of T_step, as value, low and high; NaN where a bound is not known.
+    period_s : float
+        Sum of max(T_step, dt), at the value.
+    worst_step, limiting_core : int
+        The longest step, counted from the first, and the core that takes longest in it.
+    """
+
+    total_s: np.ndarray
+    worst_s: np.ndarray
+    period_s: float
+    worst_step: int
+    limiting_core: int
+
+    def then(self, later: "TimeSums", n_steps: int) -> "TimeSums":
+        """Return the sums over these ``n_steps`` steps and later ones."""
+        longer = later.worst_s[0] > self.worst_s[0]
+        return TimeSums(
+            self.total_s + later.total_s,
+            np.maximum(self.worst_s, later.worst_s),
+            self.period_s + later.period_s,
+            n_steps + later.worst_step if longer else self.worst_step,
+            later.limiting_core if longer else self.limiting_core,
+        )
+
+
+def time_sums(activity: Activity, chip: Chip, calibration: Calibration) -> TimeSums:
+    """Return sums and maxima of the times of all steps; see `step_times`.
+
+    Raises
+    ------
+    UsageError
+        The activity has no steps or no cores, or has folded steps, and not for this chip.
+    CompileError
+        More cores are in use than the chip's mesh has.
+    """
+    if not activity.n_steps or not activity.cores:
+        raise UsageError(
+            f"no time or energy in {activity.n_steps} steps of {len(activity.cores)} cores; "
+            "run at least one step of a network with ensembles on the chip"
+        )
+    before = activity.folded
+    if before is None:
+        return _kept_sums(activity, chip, calibration)
+    if before.chip != chip:
+        other = "no chip" if before.chip is None else f"chip '{before.chip.name}'"
+        raise UsageError(
+            f"the first {before.n_steps:,} steps are folded, for {other}, and have no times on "
+            f"chip '{chip.name}'; run the network for that chip, or fewer steps"
+        )
+    past = before.times[calibration.name]
+    if not len(activity.spikes):
+        return past
+    return past.then(_kept_sums(activity.kept, chip, calibration), before.n_steps)
+
+
+def _kept_sums(activity: Activity, chip: Chip, calibration: Calibration) -> TimeSums:
+    times = step_times(activity, chip, calibration)
+    worst = int(times.value.argmax())
+    return TimeSums(
+        np.sum(times, axis=1),
+        np.max(times, axis=1),
+        float(np.maximum(times.value, activity.dt_s).sum()),
+        worst,
+        int(core_times(activity, calibration.times, "value")[worst].argmax()),
+    )
+
+
+def fold(activity: Activity, chip: Chip | None) -> Folded:
+    """Return sums over all steps of an activity, from which energy and time follow as before.
+
+    They stay what they were on ``chip``, but for the last bits of sums. Messages between the chips
+    of a board are taken as even over the steps that are folded at once.
+    """
+    times = {}
+    if chip is not None and activity.cores:
+        times = {c.name: time_sums(activity, chip, c) for c in chip.calibrations}
+    sums = {name: activity.over_steps(name) for name in PER_STEP}
+    sums |= {name: getattr(activity, name) for name in PER_RUN}
+    return Folded(activity.n_steps, sums, chip, times)
+
+
 def step_times(activity: Activity, chip: Chip, calibration: Calibration) -> StepTimes:
-    """Time of each step: of the slowest core or chip's link, and the barrier after it.
+    """Return the time of each step that is kept: of the slowest core or chip's link, and a barrier.
 
         T_step = max(max over cores T_core, T_between) + t_barrier(tiles)
 
@@ -42,16 +129,9 @@ def step_times(activity: Activity, chip: Chip, calibration: Calibration) -> Step
 
     Raises
     ------
-    UsageError
-        The activity has no steps or no cores.
     CompileError
         More cores are in use than the chip's mesh has.
     """
-    if activity.spikes.size == 0:
-        raise UsageError(
-            f"no time or energy in {activity.n_steps} steps of {len(activity.cores)} cores; "
-            "run at least one step of a network with ensembles on the chip"
-        )
     wait = barrier(tiles_used(len(activity.cores), chip), calibration) or at_least_zero("s")
     links = between_chips(activity, chip, calibration) or at_least_zero("s")
     return StepTimes(
@@ -83,7 +163,7 @@ def core_times(activity: Activity, times: Times, bound: Bound) -> np.ndarray:
 
     Returns
     -------
-    times : (n_steps, n_cores) float array
+    times : (n_kept, n_cores) float array
         T_core, in s; NaN where the bound is not known.
     """
     total = np.zeros(activity.spikes.shape)
@@ -95,8 +175,8 @@ def core_times(activity: Activity, times: Times, bound: Bound) -> np.ndarray:
 
 
 def happened(activity: Activity) -> list[events.OnCore]:
-    """The kinds of event that take a core time and happened at least once."""
-    return [event for event in EVENTS if event.per_step(activity).any()]
+    """Return the kinds of event that take a core time and happened at least once."""
+    return [event for event in EVENTS if activity.over_steps(event.counts).any()]
 
 
 def between_chips(activity: Activity, chip: Chip, calibration: Calibration) -> Estimate | None:

@@ -1,6 +1,6 @@
 """Whether a chip keeps up with real time: the mean and the longest step of a run."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 
 import numpy as np
@@ -9,15 +9,7 @@ from spikeport.hardware_models.activity import Activity
 from spikeport.hardware_models.calibration import Calibration
 from spikeport.hardware_models.chip import Chip
 from spikeport.hardware_models.estimate import Estimate, merge_sources
-from spikeport.hardware_models.step_time import (
-    StepTimes,
-    barrier,
-    between_chips,
-    core_times,
-    happened,
-    known,
-    step_times,
-)
+from spikeport.hardware_models.step_time import barrier, between_chips, happened, known, time_sums
 from spikeport.hardware_models.topology import tiles_used
 
 NOT_MODELLED = (
@@ -87,21 +79,19 @@ def timing(activity: Activity, chip: Chip, calibration: Calibration) -> TimingRe
     CompileError
         More cores are in use than the chip's mesh has.
     """
-    times = step_times(activity, chip, calibration)
+    times = time_sums(activity, chip, calibration)
     wait = barrier(tiles_used(len(activity.cores), chip), calibration)
     links = between_chips(activity, chip, calibration)
     source = _source(activity, calibration, (wait, links))
-    worst = _over_run(np.max, times, source)
-    worst_step = int(times.value.argmax())
-    slowest = core_times(activity, calibration.times, "value")[worst_step].argmax()
+    worst = _estimate(times.worst_s, source)
     return TimingReport(
         calibration=calibration.name,
         n_steps=activity.n_steps,
         dt_s=activity.dt_s,
-        mean=_over_run(np.mean, times, source),
+        mean=_estimate(times.total_s / activity.n_steps, source),
         worst=worst,
-        worst_step=worst_step,
-        limiting_core=activity.cores[slowest],
+        worst_step=times.worst_step,
+        limiting_core=activity.cores[times.limiting_core],
         fits=worst.value <= activity.dt_s,
         fits_at_high=None if worst.high is None else worst.high <= activity.dt_s,
         barrier=wait,
@@ -110,10 +100,8 @@ def timing(activity: Activity, chip: Chip, calibration: Calibration) -> TimingRe
     )
 
 
-def _over_run(
-    reduce: Callable[[np.ndarray], np.floating], times: StepTimes, source: str
-) -> Estimate:
-    value, low, high = (float(reduce(bound)) for bound in times)
+def _estimate(bounds: np.ndarray, source: str) -> Estimate:
+    value, low, high = bounds.tolist()
     return Estimate(value, known(low), known(high), "s", source)
 
 

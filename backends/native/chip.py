@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from spikeport.backends.compiled import make_ready
-from spikeport.backends.counter import make_activity
 from spikeport.backends.native.kernel import LEARNING, accept, deliver, step, update
 from spikeport.backends.native.loaded import Loaded, neurons_of, resting_state
 from spikeport.backends.native.noise import NONE, Noise
 from spikeport.backends.native.wiring import Wiring, wire
+from spikeport.backends.step_log import SUMS_ONLY, LogOptions, Messages, StepLog
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.tables import part
 from spikeport.errors import BackendError
@@ -31,9 +31,11 @@ class NativeChip:
         The image to run.
     seed : int
         Seed of noise and of the rounding of learned weights.
+    log : LogOptions
+        See `StepLog`.
     """
 
-    def __init__(self, image: ChipImage, seed: int) -> None:
+    def __init__(self, image: ChipImage, seed: int, log: LogOptions = SUMS_ONLY) -> None:
         self._image = image.checked
         self._wiring = wire(image)
         self.state = resting_state(image, self._wiring)
@@ -42,7 +44,7 @@ class NativeChip:
         self._learning = _learning(image, self._wiring, rng)
         self._noise = Noise(image, rng, drawn_anyway=self._learning is not None)
         self._n_arriving = 0
-        self._counts: list[np.ndarray] = []
+        self._log = StepLog(image.cores, image.manifest.dt_s, self._messages, log)
         self._counted = len(PER_STEP), image.n_cores
         parts = [part(image.outputs.start, i) for i in range(len(image.manifest.outputs))]
         self._views = [self.state.held[part] for part in parts]
@@ -73,7 +75,7 @@ class NativeChip:
         if n_arriving < 0:
             raise self._refusal(sources)
         self._n_arriving = n_arriving
-        self._counts.append(counts)
+        self._log.append(counts)
         return self._views
 
     def _step_learning(
@@ -101,23 +103,15 @@ class NativeChip:
 
     def activity(self) -> Activity:
         """Return the counts; see `spikeport.backends.chip.Chip.activity`."""
-        image = self._image
-        return make_activity(
-            image.cores,
-            image.manifest.dt_s,
-            self._counts,
-            self._messages(),
-            int(self.state.spike_count[image.readouts].sum()),
-        )
+        return self._log.activity(int(self.state.spike_count[self._image.readouts].sum()))
 
-    def _messages(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the messages of the run from core to core, and from the host to each core."""
+    def _messages(self) -> Messages:
         core, _, home = self._wiring.cost.T
         sent = np.repeat(self.state.sent[1], np.diff(self._wiring.fan_start))
         n = self._image.n_cores
         messages = np.zeros((n + 1, n), dtype=np.int64)  # the host, -1, is in the last row
         np.add.at(messages, (home, core), sent)
-        return messages[:-1], messages[-1]
+        return Messages(messages[:-1], messages[-1])
 
     @property
     def bytes_per_weight(self) -> int:
@@ -126,6 +120,7 @@ class NativeChip:
 
     def close(self) -> None:
         """Free the arrays; see `spikeport.backends.chip.Chip.close`."""
+        self._log.close()
         self._closed = True
 
 

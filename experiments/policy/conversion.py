@@ -185,4 +185,4 @@ def _layers(conversion: Conversion, net: Shown, sim: Simulator) -> Iterator[Laye
 
 def _rates_hz(activity: Activity) -> np.ndarray:
     """Return the spikes of each ensemble in a second, on the reference backend."""
-    return np.asarray(activity.spikes.sum(axis=0) / (activity.n_steps * activity.dt_s))
+    return np.asarray(activity.over_steps("spikes") / (activity.n_steps * activity.dt_s))

@@ -15,6 +15,7 @@ from nengo.utils.progress import Progress, ProgressBar, ProgressTracker
 from spikeport.backends import registry
 from spikeport.backends.execution import Execution
 from spikeport.backends.sampling import sampled
+from spikeport.backends.step_log import counts_files
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.passes.pipeline import Pipeline
 from spikeport.compile.pipeline import Compilation
@@ -51,6 +52,10 @@ class Simulator:
         How runs show their progress; by default they do not.
     pipeline : Pipeline or str, optional
         The passes of the compile; by default the chip's.
+    counts : str or Path, optional
+        A folder for the counts of every step, see `spikeport.backends.step_log.StepLog`; without
+        it `activity` keeps the last steps one by one, and of those before them what energy and
+        time depend on.
 
     Attributes
     ----------
@@ -79,8 +84,9 @@ class Simulator:
         seed: int | None = None,
         progress_bar: bool | ProgressBar = False,
         pipeline: Pipeline | str | None = None,
+        counts: str | Path | None = None,
     ) -> None:
-        source = registry.Source(network, chip, dt, pipeline)
+        source = registry.Source(network, chip, dt, pipeline, _counts_folder(counts))
         self._open = functools.partial(registry.get(backend).open, source)
         self._probes = network.all_probes
         self.seed = (network.seed or 0) + 1 if seed is None else seed
@@ -121,7 +127,7 @@ class Simulator:
 
     @property
     def activity(self) -> Activity:
-        """Exact counts of all steps so far."""
+        """Exact counts of all steps so far; those of long runs are folded into sums."""
         return self._execution.activity()
 
     def report(self) -> dict[str, Any]:
@@ -191,6 +197,15 @@ class Simulator:
             self.data.freeze()
             self._execution.close()
             self.closed = True
+
+
+def _counts_folder(folder: str | Path | None) -> Path | None:
+    """Return the folder for counts, or raise UsageError if it holds those of another run."""
+    if folder is None:
+        return None
+    if counts_files(Path(folder)):
+        raise UsageError(f"{folder}: holds the counts of another run; choose another folder")
+    return Path(folder)
 
 
 class _Data(Mapping[NengoObject, Any]):

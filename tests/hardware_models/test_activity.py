@@ -8,7 +8,7 @@ from spikeport.hardware_models.activity import Activity
 def test_shapes_are_checked(make_activity):
     with pytest.raises(ValueError, match="messages_in") as caught:
         make_activity(messages_in=[[1, 2, 3]])
-    assert str(caught.value) == "messages_in has shape (1, 3), not (2, 2) (n_steps, n_cores)"
+    assert str(caught.value) == "messages_in has shape (1, 3), not (2, 2) (n_kept, n_cores)"
     with pytest.raises(ValueError, match="messages") as caught:
         make_activity(messages=[1, 2])
     assert str(caught.value) == "messages has shape (2,), not (2, 2) (n_cores, n_cores)"

@@ -1,0 +1,126 @@
+"""The counts of a run, step by step, in memory that does not grow with the number of steps."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from spikeport.atomic import atomic_path
+from spikeport.hardware_models.activity import PER_STEP, Activity, Folded
+from spikeport.hardware_models.chip import Chip
+from spikeport.hardware_models.step_time import fold
+
+KEPT_STEPS = 10_000
+"""Steps that are kept one by one: 12 MB on 24 cores. Then they are folded into sums."""
+
+
+@dataclass(frozen=True)
+class LogOptions:
+    """Options of a log of steps.
+
+    Attributes
+    ----------
+    chip : Chip, optional
+        The chip for which energy and time are reckoned; without one, a run of more than
+        `KEPT_STEPS` steps has none.
+    folder : Path, optional
+        A folder for the counts of all steps.
+    """
+
+    chip: Chip | None = None
+    folder: Path | None = None
+
+
+SUMS_ONLY = LogOptions()
+"""The options of a log whose early steps have no energy and time."""
+
+
+def counts_files(folder: Path) -> list[Path]:
+    """Return the files in which a log left counts, in the order of their steps."""
+    return sorted(folder.glob("counts-*.npz"))
+
+
+class Messages(NamedTuple):
+    """Messages so far from core to core, (n_cores, n_cores), and from the host, (n_cores,)."""
+
+    between: np.ndarray
+    from_host: np.ndarray
+
+
+class StepLog:
+    """A log of the counts of every step.
+
+    With a folder, every `KEPT_STEPS` steps are written to ``counts-FIRST.npz`` before they are
+    folded, and the rest when the log is closed: arrays of `PER_STEP`, each (n_steps, n_cores).
+
+    Parameters
+    ----------
+    cores, dt_s
+        As in `Activity`.
+    messages : callable
+        Returns the messages so far.
+    options : LogOptions
+        Chip and folder.
+    """
+
+    def __init__(
+        self,
+        cores: tuple[str, ...],
+        dt_s: float,
+        messages: Callable[[], Messages],
+        options: LogOptions = SUMS_ONLY,
+    ) -> None:
+        for old in [] if options.folder is None else counts_files(options.folder):
+            old.unlink()  # of this simulation, before it was reset
+        self._cores, self._dt_s, self._messages = cores, dt_s, messages
+        self._options = options
+        self._rows: list[np.ndarray] = []
+        self._folded: Folded | None = None
+
+    def append(self, counts: np.ndarray) -> None:
+        """Add the counts of a step, (6, n_cores), in the order of `PER_STEP`."""
+        self._rows.append(counts)
+        if len(self._rows) == KEPT_STEPS:
+            self._fold()
+
+    def _fold(self) -> None:
+        self._write()
+        self._folded = fold(self.activity(), self._options.chip)
+        self._rows = []
+
+    def _write(self) -> None:
+        """Write the steps that are kept, if somebody asked for them."""
+        folder = self._options.folder
+        if folder is None or not self._rows:
+            return
+        first = 0 if self._folded is None else self._folded.n_steps
+        with (
+            atomic_path(folder / f"counts-{first:012d}.npz") as temporary,
+            open(temporary, "wb") as file,
+        ):
+            np.savez_compressed(file, **self._table())  # type: ignore[arg-type]
+
+    def _table(self) -> dict[str, np.ndarray]:
+        """Return the counts that are kept by name, each (n_kept, n_cores)."""
+        shape = len(self._rows), len(PER_STEP), len(self._cores)
+        table = np.array(self._rows, dtype=np.int64).reshape(shape)
+        return {name: table[:, i] for i, name in enumerate(PER_STEP)}
+
+    def activity(self, readout_spikes: int = 0) -> Activity:
+        """Return the counts so far."""
+        between, from_host = self._messages()
+        return Activity(
+            cores=self._cores,
+            dt_s=self._dt_s,
+            messages=between,
+            messages_host=from_host,
+            readout_spikes=readout_spikes,
+            folded=self._folded,
+            **self._table(),
+        )
+
+    def close(self) -> None:
+        """Write the steps that are not yet written; the counts stay readable."""
+        self._write()
