@@ -5,10 +5,17 @@ Nengo's own ``str`` falls back to memory addresses for objects without a label; 
 
 from collections import Counter
 from collections.abc import Mapping
-from typing import Any
+from typing import TypeAlias
 
 import nengo
+from nengo.base import NengoObject, ObjView
+from nengo.connection import LearningRule
 from nengo.ensemble import Neurons
+
+Named: TypeAlias = NengoObject | nengo.Network
+"""An ensemble, node, connection or probe, or a network of them."""
+End: TypeAlias = NengoObject | Neurons | ObjView | LearningRule
+"""An end of a connection, or what a probe records of."""
 
 
 class Names:
@@ -26,22 +33,22 @@ class Names:
         Objects that have a name already, and keep it.
     """
 
-    def __init__(self, network: nengo.Network, known: Mapping[Any, str] | None = None) -> None:
-        self._names: dict[Any, str] = dict(known or {})
+    def __init__(self, network: nengo.Network, known: Mapping[Named, str] | None = None) -> None:
+        self._names: dict[Named, str] = dict(known or {})
         self._taken: Counter[str] = Counter(self._names.values())
         self._names.setdefault(network, self._unique(network.label or "network"))
         self._name_objects(network, prefix="")
         for connection in network.all_connections:
             self._name(connection)
 
-    def __getitem__(self, obj: Any) -> str:
+    def __getitem__(self, obj: Named | End) -> str:
         """Return the name of an object, of its neurons, of a view, or of a builder's own object."""
         return self._name(base(obj))
 
-    def __contains__(self, obj: Any) -> bool:
+    def __contains__(self, obj: object) -> bool:
         return obj in self._names
 
-    def _name(self, obj: Any) -> str:
+    def _name(self, obj: Named) -> str:
         if obj not in self._names:
             self._names[obj] = self._unique(self._describe(obj))
         return self._names[obj]
@@ -54,7 +61,7 @@ class Names:
         for sub in network.networks:
             self._name_objects(sub, prefix=self._names[sub] + ".")
 
-    def _describe(self, obj: Any) -> str:
+    def _describe(self, obj: Named) -> str:
         if isinstance(obj, nengo.Connection):
             return self._arrow(obj)
         return getattr(obj, "label", None) or type(obj).__name__
@@ -62,7 +69,7 @@ class Names:
     def _arrow(self, connection: nengo.Connection) -> str:
         return f"{self._end(connection.pre_obj)} -> {self._end(connection.post_obj)}"
 
-    def _end(self, obj: Any) -> str:
+    def _end(self, obj: End) -> str:
         obj = base(obj)
         if isinstance(obj, nengo.Connection):
             return self._name(obj)
@@ -75,12 +82,12 @@ class Names:
         return name if self._taken[name] == 1 else self._unique(f"{name}#{self._taken[name]}")
 
 
-def base(obj: Any) -> Any:
+def base(obj: Named | End) -> Named:
     """Return the ensemble or node behind a view, its neurons, or a learning rule's connection."""
-    if isinstance(obj, nengo.base.ObjView):
+    if isinstance(obj, ObjView):
         obj = obj.obj
     if isinstance(obj, Neurons):
         return obj.ensemble
-    if isinstance(obj, nengo.connection.LearningRule):
+    if isinstance(obj, LearningRule):
         return obj.connection
     return obj

@@ -2,12 +2,20 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TypeAlias
 
 import nengo
+from nengo.base import NengoObject
+from nengo.builder.connection import BuiltConnection
+from nengo.builder.ensemble import BuiltEnsemble
 from nengo.builder.network import seed_network
 
-from spikeport.compile.ground.names import Names
+from spikeport.compile.ground.names import Named, Names
+
+Built: TypeAlias = BuiltEnsemble | BuiltConnection
+"""Gains, encoders and weights, as Nengo's builder keeps them."""
+Seeds: TypeAlias = Mapping[Named, int]
+"""The seeds of objects and of their network."""
 
 
 @dataclass(frozen=True)
@@ -55,11 +63,11 @@ class Rewrite:
     network: nengo.Network
     names: Names
     stand_ins: Mapping[nengo.Probe, nengo.Probe] = field(default_factory=dict)
-    built: Mapping[Any, Any] = field(default_factory=dict)
-    seeds: Mapping[Any, int] = field(default_factory=dict)
+    built: Mapping[NengoObject, Built] = field(default_factory=dict)
+    seeds: Seeds = field(default_factory=dict)
     pieces: Mapping[nengo.Ensemble, Piece] = field(default_factory=dict)
 
-    def all_seeds(self) -> dict[Any, int]:
+    def all_seeds(self) -> dict[Named, int]:
         """Return the seed of every object; 0 stands in for a network's where it has none."""
         network = self.network
         seeds = {**self.seeds}
@@ -71,8 +79,8 @@ class Rewrite:
         self,
         network: nengo.Network,
         stand_ins: Mapping[nengo.Probe, nengo.Probe],
-        built: Mapping[Any, Any],
-        seeds: Mapping[Any, int],
+        built: Mapping[NengoObject, Built],
+        seeds: Seeds,
         pieces: Mapping[nengo.Ensemble, Piece] | None = None,
     ) -> "Rewrite":
         """Return the rewrite that follows this one.

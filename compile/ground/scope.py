@@ -1,14 +1,14 @@
 """The part of a network that is meant for the chip, and what of it nengo-loihi can build."""
 
 from collections.abc import Iterator
-from typing import Any
 
 import nengo
+from nengo.base import NengoObject
 from nengo.connection import LearningRule
 from nengo.ensemble import Neurons
 from nengo_loihi.neurons import LoihiLIF, LoihiSpikingRectifiedLinear
 
-from spikeport.compile.ground.names import Names, base
+from spikeport.compile.ground.names import End, Names, base
 
 NEURON_TYPES = (nengo.LIF, nengo.SpikingRectifiedLinear, LoihiLIF, LoihiSpikingRectifiedLinear)
 REGULAR_BASES = (nengo.LIFRate, nengo.RectifiedLinear)
@@ -28,7 +28,7 @@ class Scope:
         self._switchable = "on_chip" in config._extra_params
         self._ends_of_learning = set(_ends_of_learning(network))
 
-    def on_chip(self, obj: Any) -> bool:
+    def on_chip(self, obj: End) -> bool:
         """Return whether an object's ensemble is meant for the chip."""
         ensemble = base(obj)
         if not isinstance(ensemble, nengo.Ensemble) or ensemble in self._ends_of_learning:
@@ -43,7 +43,7 @@ class Scope:
         return [e for e in self.network.all_ensembles if self.on_chip(e)]
 
 
-def _ends_of_learning(network: nengo.Network) -> Iterator[Any]:
+def _ends_of_learning(network: nengo.Network) -> Iterator[NengoObject]:
     """Yield the ends of learning: its targets and error sources, which stay on the host."""
     for connection in network.all_connections:
         if connection.learning_rule_type is not None:

@@ -10,6 +10,7 @@ from typing import Any
 
 import nengo
 import nengo_loihi
+from nengo.base import NengoObject
 from nengo.exceptions import ConfigError
 from nengo.params import EnumParam
 
@@ -46,7 +47,7 @@ class Settings:
         holders = [network, *network.all_networks]
         self._holder = {obj: net for net in holders for obj in (*net.ensembles, *net.connections)}
 
-    def get(self, obj: Any, name: str) -> Any:
+    def get(self, obj: NengoObject, name: str) -> Any:
         """Return the setting of an object, or None where there is no such option."""
         holder = self._network if name == "on_chip" else self._holder.get(obj, self._network)
         try:
@@ -54,7 +55,7 @@ class Settings:
         except (ConfigError, AttributeError):
             return None
 
-    def copy(self, obj: Any, network: nengo.Network) -> None:
+    def copy(self, obj: NengoObject, network: nengo.Network) -> None:
         """Give an object the same settings in another network."""
         names = OF_CONTAINER.get(type(obj), ())
         for name in (*names, *(["on_chip"] if isinstance(obj, nengo.Ensemble) else [])):

@@ -9,7 +9,7 @@ import contextlib
 import hashlib
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any, Literal
+from typing import Literal
 
 import nengo
 import numpy as np
@@ -45,11 +45,11 @@ class OrderedModel(Model):
         super().__init__(dt=dt_s, label="spikeport")
         self.names = names
         self.building = "network"
-        self.crossings: dict[LoihiInput | LoihiProbe, Any] = {}
+        self.crossings: dict[LoihiInput | LoihiProbe, nengo.Connection | nengo.Probe] = {}
         # Limits are checked by spikeport.compile.check.verify, which reports all of them at once.
         self.validation_level = ValidationLevel.NONE
 
-    def build(self, obj: Any, *args: Any, **kwargs: Any) -> Any:
+    def build(self, obj: object, *args: object, **kwargs: object) -> object:
         """Build one object; passthrough replacements are put in order before the first of them."""
         if self.split is not None:
             self._order_passthrough()
@@ -66,7 +66,7 @@ class OrderedModel(Model):
             self.crossings.update(dict.fromkeys(crossing, obj))
         return built
 
-    def _path(self, obj: Any) -> contextlib.AbstractContextManager[None]:
+    def _path(self, obj: object) -> contextlib.AbstractContextManager[None]:
         """Return a context for the decode neurons that the network's config asks for, if any."""
         if isinstance(obj, nengo.Connection) and self.config is not None:
             options = self.config[obj]

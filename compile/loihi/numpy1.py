@@ -18,6 +18,7 @@ import nengo_loihi.block
 import nengo_loihi.builder.discretize
 import nengo_loihi.neurons
 import numpy as np
+from numpy.typing import ArrayLike, DTypeLike
 
 _discretize_compartment = nengo_loihi.builder.discretize.discretize_compartment
 _NUMPY_2 = int(np.__version__.split(".")[0]) >= 2
@@ -26,14 +27,14 @@ _NUMPY_2 = int(np.__version__.split(".")[0]) >= 2
 class _CopyIfNeeded:
     """The numpy module, whose ``array(copy=False)`` copies where it must."""
 
-    def __getattr__(self, name: str) -> Any:
+    def __getattr__(self, name: str) -> object:
         return getattr(np, name)
 
     @staticmethod
-    def array(*args: Any, **kwargs: Any) -> np.ndarray:
-        if kwargs.get("copy") is False:
-            kwargs["copy"] = None
-        return np.array(*args, **kwargs)
+    def array(
+        value: ArrayLike, dtype: DTypeLike | None = None, copy: bool = True, ndmin: int = 0
+    ) -> np.ndarray:
+        return np.array(value, dtype=dtype, copy=copy or None, ndmin=ndmin)
 
 
 class WideMax(np.ndarray):
@@ -47,11 +48,13 @@ def _wide_max_abs_weight(synapse: nengo_loihi.block.Synapse) -> float:
     return float(max(np.abs(w).max() if w.size else -np.inf for w in synapse.weights))
 
 
-def _wide_discretize_compartment(compartment: Any, w_max: float) -> dict[str, Any]:
+def _wide_discretize_compartment(
+    compartment: nengo_loihi.block.Compartment, w_max: float
+) -> dict[str, float]:
     compartment.bias = compartment.bias.view(WideMax)
     compartment.vth = compartment.vth.view(WideMax)
     try:
-        result: dict[str, Any] = _discretize_compartment(compartment, w_max)
+        result: dict[str, float] = _discretize_compartment(compartment, w_max)
         return result
     finally:
         compartment.bias = np.asarray(compartment.bias)
@@ -61,7 +64,7 @@ def _wide_discretize_compartment(compartment: Any, w_max: float) -> dict[str, An
 @contextlib.contextmanager
 def numpy1_semantics() -> Iterator[None]:
     """Let nengo-loihi's builder and discretiser compute as they did under NumPy 1."""
-    patches: list[tuple[Any, str, Any]] = [
+    patches: list[tuple[object, str, object]] = [
         (nengo_loihi.block.Synapse, "max_abs_weight", _wide_max_abs_weight),
         (
             nengo_loihi.builder.discretize,

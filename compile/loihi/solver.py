@@ -5,13 +5,14 @@ rewrite a network with explicit matrices take these from here, from its very bui
 """
 
 import collections
-from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple
+from collections.abc import Callable
+from typing import NamedTuple, TypeAlias, TypeVar
 
 import nengo
 import nengo_loihi
 import numpy as np
 import scipy.sparse as sparse
+from nengo.base import NengoObject
 from nengo.builder.connection import BuiltConnection
 from nengo.builder.ensemble import BuiltEnsemble
 from nengo_loihi.builder import Model
@@ -19,13 +20,14 @@ from nengo_loihi.builder.ensemble import build_ensemble
 from nengo_loihi.compat import sample_transform
 
 from spikeport.compile.check.finite import not_finite, refused_or_not_finite
-from spikeport.compile.ground.rewrite import Rewrite
+from spikeport.compile.ground.rewrite import Rewrite, Seeds
 from spikeport.compile.loihi.numpy1 import numpy1_semantics
 
 DENSE_FROM = 0.5
 """Share of non-zero weights from which indices cost more than zeros."""
-Matrix = Any
-"""A NumPy array or a sparse one."""
+Matrix: TypeAlias = np.ndarray | sparse.csr_array
+AnyModel: TypeAlias = Model | nengo.builder.Model
+Result = TypeVar("Result")
 
 
 class Builder(NamedTuple):
@@ -41,9 +43,9 @@ class Builder(NamedTuple):
         Returns a `BuiltConnection` of a connection from an ensemble that a model has.
     """
 
-    new_model: Callable[[float, Mapping[Any, int]], Any]
-    build_ensemble: Callable[[Any, nengo.Ensemble], object]
-    build_decoders: Callable[[Any, nengo.Connection], BuiltConnection]
+    new_model: Callable[[float, Seeds], AnyModel]
+    build_ensemble: Callable[[AnyModel, nengo.Ensemble], object]
+    build_decoders: Callable[[AnyModel, nengo.Connection], BuiltConnection]
 
 
 class ParameterSolver:
@@ -142,7 +144,9 @@ class ParameterSolver:
         transform = self.transform(connection)
         return BuiltConnection(None, None, weights=transform, transform=transform)
 
-    def _guarded(self, build: Callable[[Any, Any], Any], obj: Any) -> Any:
+    def _guarded(
+        self, build: Callable[[AnyModel, NengoObject], Result], obj: NengoObject
+    ) -> Result:
         with numpy1_semantics():
             try:
                 return build(self._model, obj)
@@ -150,11 +154,11 @@ class ParameterSolver:
                 raise refused_or_not_finite(self._names[obj], error) from error
 
 
-def _sampled_transform(connection: nengo.Connection, seeds: Mapping[Any, int]) -> Matrix:
+def _sampled_transform(connection: nengo.Connection, seeds: Seeds) -> Matrix:
     return sample_transform(connection, np.random.RandomState(seeds[connection]))
 
 
-def _new_chip_model(dt_s: float, seeds: Mapping[Any, int]) -> Model:
+def _new_chip_model(dt_s: float, seeds: Seeds) -> Model:
     model = Model(dt=dt_s)
     model.seeds = seeds
     # nengo-loihi looks up settings of every object; these are its defaults.
@@ -177,7 +181,7 @@ CHIP = Builder(_new_chip_model, build_ensemble, _build_chip_decoders)
 """nengo-loihi's builder: decoders are solved for the rates of neurons on the chip."""
 
 
-def _new_float_model(dt_s: float, seeds: Mapping[Any, int]) -> nengo.builder.Model:
+def _new_float_model(dt_s: float, seeds: Seeds) -> nengo.builder.Model:
     model = nengo.builder.Model(dt=dt_s)
     model.seeds = seeds
     # Nengo caches decoders of objects that have a seed of their own: of none, here.
@@ -204,14 +208,15 @@ def transformed(transform: Matrix, matrix: Matrix) -> Matrix:
     """Apply a transform, which is a factor, factors (rows,) or a matrix, to a matrix."""
     if transform.ndim == 2:
         return transform @ matrix
-    if sparse.issparse(matrix):
-        return sparse.csr_array(matrix.multiply(np.reshape(transform, (-1, 1))))
-    return np.reshape(transform, (-1, 1)) * matrix
+    factors = np.reshape(transform, (-1, 1))
+    if isinstance(matrix, np.ndarray):
+        return factors * matrix
+    return sparse.csr_array(matrix.multiply(factors))
 
 
 def full(transform: Matrix, size: int) -> np.ndarray:
     """Return a transform of vectors (size,) as a dense matrix."""
-    dense = transform.toarray() if sparse.issparse(transform) else transform
+    dense = transform if isinstance(transform, np.ndarray) else transform.toarray()
     matrix: np.ndarray = dense if dense.ndim == 2 else transformed(dense, np.eye(size))
     return matrix
 

@@ -1,15 +1,15 @@
 """The flat network that groups, edges and the objects that stay make up."""
 
 from collections import defaultdict
-from collections.abc import Mapping
-from typing import Any
 
 import nengo
 import numpy as np
 import scipy.sparse as sparse
+from nengo.base import NengoObject
 from nengo.solvers import NoSolver
 
-from spikeport.compile.ground.rewrite import Rewrite
+from spikeport.compile.ground.names import End, Named
+from spikeport.compile.ground.rewrite import Rewrite, Seeds
 from spikeport.compile.ground.scope import Scope
 from spikeport.compile.ground.settings import Settings, add_params
 from spikeport.compile.loihi.readout import readout_scale
@@ -41,21 +41,21 @@ class FlatNetwork:
         Seeds of what was taken over, or made anew from one object.
     """
 
-    def __init__(self, before: nengo.Network, seeds: Mapping[Any, int]) -> None:
+    def __init__(self, before: nengo.Network, seeds: Seeds) -> None:
         self._all_seeds = seeds
         self._settings = Settings(before)
         self.network = nengo.Network(label=before.label, seed=seeds[before])
-        self.seeds: dict[Any, int] = {self.network: seeds[before]}
+        self.seeds: dict[Named, int] = {self.network: seeds[before]}
         add_params(self.network)
 
-    def keep(self, obj: Any) -> None:
+    def keep(self, obj: NengoObject) -> None:
         """Take an object over as it is."""
         with self.network:
             nengo.Network.add(obj)
         self.seeds[obj] = self._all_seeds[obj]
         self._settings.copy(obj, self.network)
 
-    def inherit(self, new: Any, old: Any) -> None:
+    def inherit(self, new: NengoObject, old: NengoObject) -> None:
         """Give a new object the seed of an old one."""
         self.seeds[new] = self._all_seeds[old]
 
@@ -161,7 +161,7 @@ class Assembly:
             nengo.Connection(node[part], key.target.obj, transform=back, synapse=key.synapse)
             first += len(mine)
 
-    def _connect(self, key: EdgeKey, target: Any, matrix: sparse.csr_array) -> None:
+    def _connect(self, key: EdgeKey, target: End, matrix: sparse.csr_array) -> None:
         """Connect one edge as it is."""
         source, old = key.source, key.source.connection
         options = {name: getattr(old, name) for name in DECODING} if old is not None else {}
@@ -178,12 +178,12 @@ class Assembly:
         if key.path is not None or key.target.kind == "neurons":
             self.flat.network.config[connection].decode_path = key.path or "direct"
 
-    def _start(self, source: Source) -> Any:
+    def _start(self, source: Source) -> End:
         if source.in_group:
             return self.ensembles[source.group].neurons
         return source.obj if source.connection is None else source.connection.pre
 
-    def _end(self, target: Target) -> Any:
+    def _end(self, target: Target) -> End:
         if not target.in_group:
             return target.obj
         ensemble = self.ensembles[target.group]
@@ -259,7 +259,7 @@ class _Groups:
         }
         kind = parts[0].ensemble.neuron_type
         # Constructors differ from type to type, the state of a frozen object does not.
-        copy: Any = object.__new__(type(kind))
+        copy: nengo.neurons.NeuronType = object.__new__(type(kind))
         copy.__setstate__({**kind.__getstate__(), "initial_state": start})
         return copy
 

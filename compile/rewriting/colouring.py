@@ -2,9 +2,10 @@
 
 from collections import defaultdict
 from collections.abc import Hashable, Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import nengo
+from nengo.base import NengoObject
 
 from spikeport.compile.ground.names import base
 from spikeport.compile.ground.scope import NEURON_TYPES, PROBEABLE, REGULAR_BASES, Scope
@@ -45,7 +46,7 @@ def _has_plain_neurons(ensemble: nengo.Ensemble) -> bool:
     return (regular or type(kind) in NEURON_TYPES) and ensemble.noise is None and both_or_neither
 
 
-def _special(scope: Scope, folded: Sequence[nengo.Node]) -> Iterator[Any]:
+def _special(scope: Scope, folded: Sequence[nengo.Node]) -> Iterator[NengoObject]:
     """Yield the ends of special connections, and the objects of special probes."""
     matrices = set(folded)
     for connection in scope.network.all_connections:
@@ -76,8 +77,8 @@ def _is_ordinary(scope: Scope, connection: nengo.Connection) -> bool:
 class _Edge(NamedTuple):
     """A connection as colour refinement sees it; ``kind`` has the ends' types and the synapse."""
 
-    pre: Any
-    post: Any
+    pre: NengoObject
+    post: NengoObject
     kind: Hashable
 
 
@@ -100,8 +101,8 @@ def alike(scope: Scope, ensembles: Sequence[nengo.Ensemble]) -> list[list[nengo.
     groups : list of lists of nengo.Ensemble
         Groups and their members, in the order of the ensembles.
     """
-    colour: dict[Any, int] = dict.fromkeys(scope.network.all_ensembles, 0)
-    free: list[Any] = list(ensembles)
+    colour: dict[NengoObject, int] = dict.fromkeys(scope.network.all_ensembles, 0)
+    free: list[NengoObject] = list(ensembles)
     # Passthrough nodes are refined like ensembles, so that those behind them are told apart.
     for node in scope.network.all_nodes:
         colour[node] = -1 if is_passthrough(node) else 0
@@ -127,18 +128,18 @@ def _edge(connection: nengo.Connection) -> _Edge:
 
 
 def _refined(
-    colour: Mapping[Any, int], free: Sequence[Any], edges: Sequence[_Edge]
-) -> dict[Any, int]:
+    colour: Mapping[NengoObject, int], free: Sequence[NengoObject], edges: Sequence[_Edge]
+) -> dict[NengoObject, int]:
     """Return new colours, by the old ones and those of all neighbours."""
     # Sets, not counts: an ensemble with two inputs of a kind may join one with three.
-    around: dict[Any, set[Hashable]] = defaultdict(set)
+    around: dict[NengoObject, set[Hashable]] = defaultdict(set)
     for edge in edges:
         around[edge.pre].add(("to", edge.kind, colour.get(edge.post)))
         around[edge.post].add(("from", edge.kind, colour.get(edge.pre)))
     return _numbered({obj: (colour[obj], frozenset(around[obj])) for obj in free})
 
 
-def _numbered(keys: Mapping[Any, Hashable]) -> dict[Any, int]:
+def _numbered(keys: Mapping[NengoObject, Hashable]) -> dict[NengoObject, int]:
     """Number objects from 1 by their keys, in order of appearance."""
     numbers: dict[Hashable, int] = {}
     return {obj: numbers.setdefault(key, 1 + len(numbers)) for obj, key in keys.items()}

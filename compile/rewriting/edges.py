@@ -7,14 +7,14 @@ Passthrough nodes between them are multiplied out.
 
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import nengo
 import numpy as np
 import scipy.sparse as sparse
 from nengo.ensemble import Neurons
 
-from spikeport.compile.ground.names import base
+from spikeport.compile.ground.names import End, base
 from spikeport.compile.ground.settings import Settings
 from spikeport.compile.loihi.solver import Matrix, ParameterSolver, full, transformed
 from spikeport.compile.rewriting.partition import Partition, Place
@@ -30,7 +30,7 @@ class Source(NamedTuple):
     """
 
     group: int
-    obj: Any = None
+    obj: End = None
     connection: nengo.Connection | None = None
 
     @property
@@ -44,7 +44,7 @@ class Target(NamedTuple):
 
     kind: str
     group: int
-    obj: Any = None
+    obj: End = None
 
     @property
     def in_group(self) -> bool:
@@ -81,8 +81,8 @@ class _Destination(NamedTuple):
 
     target: Target
     rows: np.ndarray
-    values: Any = slice(None)
-    factor: Any = 1.0
+    values: np.ndarray | slice = slice(None)
+    factor: np.ndarray | float = 1.0
 
 
 class _Block(NamedTuple):
@@ -194,8 +194,8 @@ class EdgeMatrices:
     ) -> None:
         """Add a matrix from columns of an origin, wherever a connection's values go."""
         for to in self._destinations(connection):
-            values = matrix[to.values]
-            product = to.factor @ values if np.ndim(to.factor) else to.factor * values
+            factor, values = to.factor, matrix[to.values]
+            product = factor @ values if isinstance(factor, np.ndarray) else factor * values
             key = EdgeKey(origin.source, to.target, origin.synapse, origin.path)
             self._blocks[key].append(_Block(to.rows, column, product))
 

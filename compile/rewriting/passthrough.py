@@ -9,23 +9,24 @@ passthrough nodes.
 from collections import defaultdict
 from collections.abc import Callable
 from graphlib import CycleError, TopologicalSorter
-from typing import Any
 
 import nengo
 import numpy as np
 import scipy.sparse as sparse
 from scipy.sparse.csgraph import connected_components
 
+from spikeport.compile.ground.names import End
+
 PLAIN = (nengo.Dense, nengo.transforms.NoTransform)
 Connections = list[nengo.Connection]
 
 
-def is_passthrough(obj: Any) -> bool:
+def is_passthrough(obj: object) -> bool:
     """Return whether an object is a node that puts out its input."""
     return isinstance(obj, nengo.Node) and obj.output is None
 
 
-def foldable(network: nengo.Network, on_chip: Callable[[Any], bool]) -> list[nengo.Node]:
+def foldable(network: nengo.Network, on_chip: Callable[[End], bool]) -> list[nengo.Node]:
     """Return the passthrough nodes that matrices can replace, sources first.
 
     Parameters
@@ -83,7 +84,7 @@ def _order(cluster: dict[nengo.Node, None], connections: Connections) -> list[ne
     except CycleError:
         return []
     # The most synapses on any path to each object: a second filter cannot be merged with a first.
-    synapses: dict[Any, int] = {}
+    synapses: dict[End, int] = {}
     for obj in [*order, *(end for end in into if end not in cluster)]:
         paths = [synapses.get(c.pre_obj, 0) + (c.synapse is not None) for c in into[obj]]
         synapses[obj] = max(paths, default=0)

@@ -1,15 +1,15 @@
 """Rewrite a network such that given groups of neurons are one ensemble each."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import nengo
 import numpy as np
+from nengo.base import NengoObject
 from nengo.ensemble import Neurons
 from nengo.solvers import NoSolver
 
 from spikeport.compile.ground.names import base
-from spikeport.compile.ground.rewrite import Piece, Rewrite
+from spikeport.compile.ground.rewrite import Built, Piece, Rewrite
 from spikeport.compile.loihi.solver import Builder, ParameterSolver
 from spikeport.compile.rewriting.assembly import Assembly
 from spikeport.compile.rewriting.edges import EdgeMatrices
@@ -69,7 +69,9 @@ def regroup(
     return rewrite.then(flat.network, probes.replacements(assembly), built, flat.seeds, pieces)
 
 
-def _built(matrices: EdgeMatrices, partition: Partition, solver: ParameterSolver) -> dict[Any, Any]:
+def _built(
+    matrices: EdgeMatrices, partition: Partition, solver: ParameterSolver
+) -> dict[NengoObject, Built]:
     """Return what was built of the ensembles and connections that are gone."""
     built = {ensemble: solver.ensemble(ensemble) for ensemble in partition.places}
     for connection in matrices.replaced:
@@ -144,7 +146,7 @@ class ProbeMap:
         return connection
 
     def _replacement(self, probe: nengo.Probe, assembly: Assembly) -> nengo.Probe:
-        options: dict[str, Any] = {
+        options: dict[str, object] = {
             "label": probe.label,
             "synapse": probe.synapse,
             "sample_every": probe.sample_every,
@@ -165,7 +167,7 @@ class ProbeMap:
         probe: nengo.Probe,
         place: Place,
         ensemble: nengo.Ensemble,
-        options: Mapping[str, Any],
+        options: Mapping[str, object],
     ) -> nengo.Probe:
         """Make a probe of an ensemble's value that reads the neurons of one part alone."""
         decoders = np.zeros((ensemble.n_neurons, probe.size_in))

@@ -1,7 +1,6 @@
 """Wire single decoded connections another way; everything else stays."""
 
 from collections.abc import Mapping
-from typing import Any
 
 import nengo
 import numpy as np
@@ -67,7 +66,7 @@ def _connect_directly(
 
 def _connect_over_host(connection: nengo.Connection, flat: FlatNetwork) -> None:
     """Connect to a node on the host, and from there on."""
-    decoded: dict[str, Any] = {}
+    decoded: dict[str, object] = {}
     if isinstance(connection.pre_obj, nengo.Ensemble):
         decoded = {name: getattr(connection, name) for name in DECODING}
     with flat.network:
