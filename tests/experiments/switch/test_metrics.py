@@ -2,9 +2,25 @@
 
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
-from spikeport.experiments.switch.metrics import metrics, phase_metrics
+from spikeport.experiments.switch.metrics import metrics, phase_metrics, switched_after_s
+from spikeport.experiments.switch.schedule import Phase
+
+WALK, DRAW = {"walk": 0.8, "draw": 0.4}, {"walk": 0.4, "draw": 0.8}
+
+
+def phase(begin_s, end_s, utilities, **goal):
+    return Phase(name="one", begin_s=begin_s, end_s=end_s, utilities=utilities, **goal)
+
+
+def test_a_switch_is_over_when_the_gate_stays_open():
+    gates = np.tile([0.9, 0.1], (1000, 1))
+    gates[500:] = 0.1, 0.9
+    gates[520:530] = 0.6, 0.9
+    assert switched_after_s(gates, phase(0.5, 1.0, DRAW, arm="reach")) == pytest.approx(0.03)
+    assert switched_after_s(gates, phase(0.0, 0.5, WALK, path="line")) == 0
 
 
 @pytest.mark.parametrize(

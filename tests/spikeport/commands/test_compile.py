@@ -1,115 +1,194 @@
-"""What ``spikeport compile`` says of rules, cost and loss; ``spikeport diff`` of two compiles."""
+"""``spikeport compile`` as a user types it: verdict, files, boards, budgets and loss."""
 
+import errno
 import json
+import os
 
 import pytest
 
-from spikeport.compile.check import rules
+from spikeport import compile_network
+from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.report.schema import ReportData
+from spikeport.find_network import find_network
 from spikeport.hardware_models import chip as chips
 
 
-@pytest.fixture
-def report(tmp_path):
-    """Where a compile writes its report, and how to read it."""
-    path = tmp_path / "report.json"
-
-    class Report:
-        option = ("--json", path)
-
-        def read(self):
-            return json.loads(path.read_text())
-
-    return Report()
+def names(folder):
+    return sorted(path.name for path in folder.iterdir())
 
 
-# rules
-
-
-def test_explain_says_what_there_is_to_know(spikeport):
-    done = spikeport("compile", "--explain", "sp101")
-    assert (done.code, done.err) == (0, "")
-    rule = rules.get("SP101")
-    assert done.out.startswith("SP101 out-axons (limits of one core)\n")
-    for text in (rule.meaning, rule.reason, rule.source, *rule.more):
-        assert text in done.out
-    assert "split the source ensemble into n, or give it fewer connections" in done.out
-
-
-def test_explain_lists_all_rules_where_there_is_none(spikeport):
-    done = spikeport("compile", "--explain", "SP9")
-    assert (done.code, done.out) == (2, "")
-    assert done.err == f"error: unknown rule 'SP9'; there is: {', '.join(rules.RULES)}\n"
-
-
-# cost before any run
-
-
-def test_stated_rates_give_energy_and_time(spikeport, net_py, report):
-    rates = ("--rate-hz", "100", "--rate-hz", "neurons=50")
-    done = spikeport("compile", f"{net_py}:make", *rates, *report.option)
-    assert (done.code, done.err) == (0, "")
-    assert "energy and time, expected at 100 Hz, neurons 50 Hz" in done.out
-    assert "within dt = 1 ms (core 0)" in done.out
-    assert "static: Frady 2020 [transcribed]" in done.out
-    written = report.read()
-    assert written["basis"]["rates_hz"] == {"all": 100, "neurons": 50}
-    assert written["energy"]["nahuku-fit"]["dynamic"]["power"]["value"] > 0
-    assert len(written["energy"]["nahuku-fit"]["cores"]) == len(written["cores"])
-
-
-def test_modules_cost_what_their_neurons_do(spikeport, net_py, report):
-    options = ("--rate-hz", "100", "--cores", *report.option)
-    done = spikeport("compile", f"{net_py}:make", *options)
+def test_compile_prints_the_cores_and_the_digest(spikeport, net_py):
+    image = compile_network(find_network(f"{net_py}:make", [])).image
+    done = spikeport("compile", f"{net_py}:make")
     assert done.code == 0
-    assert "modules, without messages" in done.out
-    written = ReportData.model_validate(report.read())
-    names = [one.module for one in written.modules["nahuku-fit"]]
-    assert names == list(dict.fromkeys(name for core in written.placed for name in core))
-    assert all(one.energy_step.value > 0 for one in written.modules["nahuku-fit"])
+    assert f"Intel Loihi: {image.n_cores} core" in done.out
+    assert f"fits chip 'loihi' on {image.n_cores} core" in done.out
+    assert f"; image {image.digest[:16]}\n" in done.out
+    assert done.err == ""
 
 
-def test_faster_neurons_cost_more(spikeport, net_py, report):
-    powers = []
-    for rate in (10, 200):
-        spikeport("compile", f"{net_py}:make", "--rate-hz", rate, *report.option)
-        powers.append(report.read()["energy"]["davies2018"]["dynamic"]["power"]["value"])
-    assert powers[0] < powers[1]
+def test_compile_writes_image_and_report(spikeport, net_py, tmp_path):
+    out, report = tmp_path / "build" / "net", tmp_path / "report.json"
+    assert spikeport("compile", f"{net_py}:make", "--out", out, "--json", report).code == 0
+    assert names(out) == ["image.npz", "report.json"]
+    assert (out / "report.json").read_text() == report.read_text()
+    image, written = ChipImage.load(out / "image.npz"), json.loads(report.read_text())
+    assert written["image_digest"] == image.digest
+    assert written["chip"] == image.manifest.chip == "loihi"
+    cores = {"used": image.n_cores, "limit": 128, "lower_bound": image.n_cores}
+    assert written["resources"]["cores"] == cores
+    assert written["resources"]["compartments"]["used"] == image.n_compartments
+    assert len(written["cores"]) == image.n_cores
+
+
+def test_compile_passes_settings_to_the_network(spikeport, net_py, tmp_path):
+    report = tmp_path / "report.json"
+    settings = ("--set", "n_neurons=33", "--set", "label=many")
+    assert spikeport("compile", f"{net_py}:make", *settings, "--json", report).code == 0
+    written = json.loads(report.read_text())
+    assert "many" in {error["label"] for error in written["quantisation"]}
+    assert written["resources"]["compartments"]["used"] >= 33
+
+
+def test_two_processes_compile_the_same_image(start, net_py, tmp_path):
+    digests = set()
+    for name in ("a", "b"):
+        process = start("compile", f"{net_py}:make", "--out", tmp_path / name)
+        assert process.communicate(timeout=120)[1] == ""
+        assert process.returncode == 0
+        digests.add(ChipImage.load(tmp_path / name / "image.npz").digest)
+    assert digests == {compile_network(find_network(f"{net_py}:make", [])).image.digest}
+
+
+def test_labels_in_brackets_are_printed_as_they_are(spikeport, net_py):
+    done = spikeport("compile", f"{net_py}:make", "--set", "label=[/bold] [red]x", "--cores")
+    assert done.code == 0
+    assert "[/bold] [red]x" in done.out
+
+
+def test_every_violation_is_printed_and_nothing_written(spikeport, net_py, tmp_path):
+    out, report = tmp_path / "out", tmp_path / "report.json"
+    done = spikeport("compile", f"{net_py}:does_not_fit", "--out", out, "--json", report)
+    assert done.code == 1
+    assert done.err == (
+        "error: the network does not fit chip 'loihi':\n"
+        "  wrong neurons: SP002 neuron type: Tanh, limit LIF, SpikingRectifiedLinear or "
+        "RegularSpiking of LIFRate or RectifiedLinear; cure: choose one of these, or keep it on "
+        "the host with net.config[ensemble].on_chip = False\n"
+        "  a -> b: SP005 synapse: Alpha, limit Lowpass or None; cure: use nengo.Lowpass(tau) with "
+        "the same group delay\n"
+        "more: spikeport compile --explain SP002\n"
+    )
+    assert done.out == ""
+    assert names(tmp_path) == ["net.py"]
+
+
+def test_exceeded_limits_are_printed_with_use_and_limit(spikeport, net_py, tmp_path):
+    done = spikeport("compile", f"{net_py}:too_large", "--out", tmp_path / "out")
+    assert done.code == 1
+    assert done.err == (
+        "error: the network does not fit chip 'loihi':\n"
+        "  loihi: SP201 cores: 196, limit 128; cure: use fewer or smaller ensembles or fewer "
+        "decoded connections, or 2 such boards\n"
+        "more: spikeport compile --explain SP201\n"
+    )
+    assert names(tmp_path) == ["net.py"]
+
+
+def test_a_network_without_ensembles_does_not_fit(spikeport, net_py):
+    done = spikeport("compile", f"{net_py}:empty")
+    assert done.code == 1
+    assert "network: SP001 on-chip ensembles: 0, limit at least 1; cure: " in done.err
 
 
 @pytest.mark.parametrize(
-    ("rates", "message"),
+    ("function", "reason"),
     [
-        (["fast"], "--rate-hz fast: expected a rate in Hz, or NAME=RATE for an ensemble"),
-        (["neurons="], "--rate-hz neurons=: expected a rate in Hz, or NAME=RATE for an ensemble"),
-        (["1", "2"], "--rate-hz 2: the rate of all is stated twice"),
-        (["a=1", "a=2"], "--rate-hz a=2: the rate of a is stated twice"),
-        (["nan"], "rate of all: nan Hz; a neuron spikes from 0 to 1000 times a second"),
-        (["-5"], "rate of all: -5 Hz; a neuron spikes from 0 to 1000 times a second"),
+        ("raises_value_error", "raised ValueError: the sizes do not match"),
+        ("divides_by_zero", "raised ZeroDivisionError: division by zero"),
+        ("returns_text", "returned str, expected nengo.Network"),
     ],
 )
-def test_rates_that_make_no_sense_are_refused(spikeport, net_py, rates, message):
-    options = [f"--rate-hz={rate}" for rate in rates]
-    assert spikeport("compile", f"{net_py}:make", *options) == (2, "", f"error: {message}\n")
+def test_a_network_function_that_fails_is_wrong_use(spikeport, net_py, function, reason):
+    spec = f"{net_py}:{function}"
+    assert spikeport("compile", spec) == (2, "", f"error: {spec}: {reason}\n")
 
 
-def test_a_rate_of_an_unknown_ensemble_lists_those_there_are(spikeport, net_py):
-    done = spikeport("compile", f"{net_py}:make", "--rate-hz", "neuron=5")
+def test_unknown_names_of_compile_list_what_there_is(spikeport, net_py):
+    def error(*arguments):
+        done = spikeport("compile", *arguments)
+        assert (done.code, done.out) == (2, "")
+        return done.err
+
+    assert error("leg") == (
+        "error: unknown network 'leg'; there is: arm, humanoid, module:function, "
+        "path/to/file.py:function, walk\n"
+    )
+    assert error("arm", "--set", "preset=fat") == (
+        "error: unknown preset 'fat'; there is: lean, paper\n"
+    )
+    assert error(f"{net_py}:make", "--chip", "lohi") == (
+        f"error: unknown chip 'lohi'; there is: {', '.join(chips.names())}\n"
+    )
+    assert error(f"{net_py}:make", "--set", "n=1") == (
+        f"error: unknown key of network '{net_py}:make' 'n'; there is: label, n_neurons, tau\n"
+    )
+
+
+def test_a_wrong_chip_file_is_refused_with_path_and_reason(spikeport, net_py, tmp_path):
+    text = (chips.BUILT_IN / "loihi.toml").read_text()
+    assert 'value = 128\nunit = "1"\n' in text
+    path = tmp_path / "mine.toml"
+    path.write_text(text.replace('value = 128\nunit = "1"\n', "value = -128\n", 1))
+    done = spikeport("compile", f"{net_py}:make", "--chip", path)
     assert done.code == 2
-    assert done.err.startswith("error: unknown ensemble 'neuron'; there is: host, neurons, ")
+    assert done.err == (
+        f"error: {path}: not a chip:\n"
+        "  limits.cores.value: Input should be greater than or equal to 0\n"
+        "  limits.cores.unit: is missing\n"
+    )
 
 
-def test_where_nothing_is_public_the_report_says_so(spikeport, net_py, report):
-    options = ("--rate-hz", "100", *report.option)
-    done = spikeport("compile", f"{net_py}:make", "--chip", "loihi2", *options)
-    assert done.code == 0
-    assert "no public figure" in done.out
-    assert "not public, not checked: in axons, out axons, " in done.out
-    assert "the fit is one of resources" in done.out
-    written = report.read()
-    assert written["energy"]["intel-relative"]["dynamic"] is None
-    assert written["resources"]["in_axons"]["limit"] is None
-    assert ReportData.model_validate(written).chip == "loihi2"
+def test_a_missing_chip_file_is_named(spikeport, net_py, tmp_path):
+    path = tmp_path / "no.toml"
+    done = spikeport("compile", f"{net_py}:make", "--chip", path)
+    assert done == (2, "", f"error: {path}: no such file\n")
+
+
+def test_compile_does_not_write_to_a_place_of_another_kind(spikeport, net_py, tmp_path):
+    spec = f"{net_py}:make"
+    assert spikeport("compile", spec, "--out", net_py) == (
+        2,
+        "",
+        f"error: --out {net_py}: is a file; choose a folder\n",
+    )
+    for place in (tmp_path, "/dev/null"):
+        assert spikeport("compile", spec, "--json", place) == (
+            2,
+            "",
+            f"error: --json {place}: is not a file that can be replaced; choose another\n",
+        )
+    assert not os.path.isfile("/dev/null")
+
+
+def test_a_full_disk_leaves_no_image(spikeport, net_py, tmp_path, monkeypatch):
+    def full(_):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, "fsync", full)
+    out = tmp_path / "out"
+    done = spikeport("compile", f"{net_py}:make", "--out", out)
+    assert done == (1, "", f"error: {out}/image.npz: No space left on device\n")
+    assert names(out) == []
+
+
+def test_the_report_is_written_even_if_nobody_reads_the_table(start, net_py, tmp_path):
+    process = start("compile", f"{net_py}:make", "--json", tmp_path / "report.json")
+    process.stdout.close()
+    assert process.stderr.read() == ""
+    process.stderr.close()
+    process.wait(timeout=60)
+    assert json.loads((tmp_path / "report.json").read_text())["chip"] == "loihi"
 
 
 # boards of several chips
@@ -198,49 +277,3 @@ def test_loss_is_printed_and_written(spikeport, net_py, report):
     assert "energy and time, from the counts of 100 steps" in done.out
     loss = ReportData.model_validate(report.read()).loss
     assert sum(part.share for part in loss.parts) == pytest.approx(1)
-
-
-# diff
-
-
-@pytest.fixture
-def two(spikeport, net_py, tmp_path):
-    """Folders of two compiles of different sizes."""
-    folders = [tmp_path / name for name in "ab"]
-    for folder, size in zip(folders, (20, 30), strict=True):
-        options = ("--set", f"n_neurons={size}", "--rate-hz", "100", "--out", folder)
-        assert spikeport("compile", f"{net_py}:make", *options).code == 0
-    return folders
-
-
-def test_a_report_does_not_differ_from_itself(spikeport, two):
-    assert spikeport("diff", two[0], two[0] / "report.json") == (0, "no difference\n", "")
-
-
-def test_what_differs_is_listed_with_its_change(spikeport, two):
-    done = spikeport("diff", *two)
-    assert (done.code, done.err) == (1, "")
-    rows = {line.split("  ")[1].strip(): line for line in done.out.splitlines() if "  " in line}
-    assert rows["compartments used"].split()[-4:] == ["22", "32", "+45.5", "%"]
-    assert {"image", "synapse_bits used", "dynamic power, davies2018 (W)"} < set(rows)
-    assert "cores limit" not in rows
-
-
-def test_files_that_are_no_reports_are_refused(spikeport, two, tmp_path):
-    def error(path):
-        done = spikeport("diff", two[0], path)
-        assert (done.code, done.out) == (2, "")
-        return done.err.removeprefix("error: ").rstrip("\n")
-
-    file = tmp_path / "x.json"
-    assert error(file) == f"{file}: no such file or folder"
-    file.write_text("{")
-    assert error(file).startswith(f"{file}: not a report: ")
-    file.write_text("[]")
-    assert error(file) == f"{file}: not a report of a compile, nor of a run"
-    report = json.loads((two[1] / "report.json").read_text())
-    file.write_text(json.dumps(report | {"schema": 99}))
-    assert error(file) == f"{file}: report schema 99, this spikeport reads 1; write it again"
-    file.write_text(json.dumps(report | {"experiment": "reach", "resources": None}))
-    assert error(file) == f"{file}: the run was on no chip: it has no resources to compare"
-    assert error(tmp_path) == f"{tmp_path}: has neither report.json nor result.json"

@@ -9,41 +9,13 @@ from spikeport.errors import UsageError
 from spikeport.networks.activations import ACTIVATIONS
 from spikeport.networks.policy import (
     Calibrated,
-    Layer,
     PolicyOptions,
     Ranges,
     exact,
     policy,
-    record_ranges,
 )
-from spikeport.networks.policy_solving import by_halves, refit
-
-STEPS = 40
-"""Of an observation that is held; the actions of its second half are averaged."""
-SIZES = ((6, 10), (10, 10), (10, 4))
-RNG = np.random.RandomState(0)
-LAYERS = [Layer(RNG.randn(n, m) * 1.2 / np.sqrt(m), 0.2 * RNG.randn(n)) for m, n in SIZES]
-OBSERVATIONS = RNG.randn(600, 6)
-
-
-def built(options, **more):
-    ranges = record_ranges(LAYERS, OBSERVATIONS, activation_name=options.activation)
-    return policy(LAYERS, ranges, options, seed=3, **more)
-
-
-def float_error(options, **more):
-    """Of mean actions in float, relative to how the exact ones vary."""
-    shown = OBSERVATIONS[:30]
-    with nengo.Network(seed=1) as network:
-        net = built(options, **more)
-        held = nengo.Node(nengo.processes.PresentInput(shown, STEPS * 1e-3))
-        nengo.Connection(held, net.observation, synapse=None)
-        probe = nengo.Probe(net.action)
-    with nengo.Simulator(network, progress_bar=False) as sim:
-        sim.run_steps(STEPS * len(shown), progress_bar=False)
-        found = sim.data[probe].reshape(len(shown), STEPS, -1)[:, STEPS // 2 :].mean(axis=1)
-    wanted = exact(LAYERS, shown, options.activation)[-1]
-    return np.sqrt(np.mean((found - wanted) ** 2) / np.var(wanted))
+from spikeport.networks.policy_solving import by_halves
+from tests.helpers.policies import LAYERS, OBSERVATIONS, built, float_error
 
 
 def kinds(options):
@@ -103,64 +75,11 @@ def test_float_neurons_compute_each_activation(activation, units, most):
     assert float_error(PolicyOptions(activation=activation, units=units)) < most
 
 
-def test_layers_solved_for_jointly_are_nearer():
-    unit = float_error(PolicyOptions(units="lif"))
-    layer = float_error(PolicyOptions(units="lif", solve="layer"), observations=OBSERVATIONS)
-    assert layer < 0.7 * unit
-
-
-def test_solving_layers_leaves_neurons_and_decoders_of_units():
-    unit, layer = (
-        built(PolicyOptions(solve=solve), observations=OBSERVATIONS) for solve in ("unit", "layer")
-    )
-    with (
-        nengo.Simulator(unit, progress_bar=False) as a,
-        nengo.Simulator(layer, progress_bar=False) as b,
-    ):
-        for one, other in zip(unit.layers[1].halves, layer.layers[1].halves, strict=True):
-            assert (a.data[one.ensemble].gain == b.data[other.ensemble].gain).all()
-            assert (a.data[one.decoded].weights == b.data[other.decoded].weights).all()
-
-
-def test_a_readout_by_halves_is_the_same_layer():
-    options = PolicyOptions()
-    actions = []
-    last = by_halves(LAYERS[-1], options)
-    for calibrated in (None, Calibrated(last.weights, last.bias)):
-        with nengo.Network(seed=1) as network:
-            net = built(options, calibrated=calibrated)
-            held = nengo.Node(OBSERVATIONS[0])
-            nengo.Connection(held, net.observation, synapse=None)
-            probe = nengo.Probe(net.action)
-        with nengo.Simulator(network, progress_bar=False) as sim:
-            sim.run_steps(50, progress_bar=False)
-            actions.append(sim.data[probe])
-    np.testing.assert_allclose(*actions, atol=1e-12)
-
-
 def test_a_trim_is_told_to_the_first_layer():
-    trim = RNG.randn(6)
+    trim = np.random.RandomState(1).randn(6)
     last = by_halves(LAYERS[-1], PolicyOptions())
     told, *_ = exact(Calibrated(last.weights, last.bias, trim).of(LAYERS)[:1], OBSERVATIONS)
     np.testing.assert_allclose(told, exact(LAYERS, OBSERVATIONS + trim)[0], atol=1e-12)
-
-
-def test_a_refit_finds_the_weights_that_values_were_made_with():
-    rng = np.random.RandomState(2)
-    halves, weights, bias = rng.rand(4000, 6), rng.randn(2, 6), rng.randn(2)
-    nominal = by_halves(Layer(np.zeros((2, 3)), np.zeros(2)), PolicyOptions())
-    found = refit(nominal, halves, halves @ weights.T + bias)
-    np.testing.assert_allclose(found.weights, weights, rtol=0.01, atol=0.01)
-    np.testing.assert_allclose(found.bias, bias, atol=0.01)
-
-
-def test_a_refit_keeps_the_weights_of_halves_that_never_speak():
-    halves = np.random.RandomState(2).rand(100, 6)
-    halves[:, 4] = 0.0
-    nominal = by_halves(Layer(np.array([[1.0, 2.0, 3.0]]), np.zeros(1)), PolicyOptions())
-    found = refit(nominal, halves, halves.sum(axis=1, keepdims=True))
-    assert found.weights[0, 4] == 2.0
-    assert abs(found.weights[0, 3] - 1.0) < 0.05
 
 
 def refusal(call):

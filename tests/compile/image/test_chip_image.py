@@ -1,0 +1,76 @@
+"""A chip image as a value: tables, digest and the names of its cores."""
+
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.tables import LAYOUT
+from spikeport.errors import ImageError
+
+
+def altered(array: np.ndarray) -> np.ndarray:
+    if not array.size:
+        return np.zeros((1, *array.shape[1:]), array.dtype)
+    array = array.copy()
+    array.flat[-1] += 1
+    return array
+
+
+@pytest.mark.parametrize("name", LAYOUT)
+def test_the_digest_changes_with_every_array(name: str, image: ChipImage) -> None:
+    other = ChipImage.from_arrays(
+        image.manifest, {**image.arrays, name: altered(image.arrays[name])}
+    )
+    assert other.digest != image.digest
+    assert other != image
+
+
+def test_the_digest_changes_with_every_entry_of_the_manifest(image: ChipImage) -> None:
+    for key in [one.name for one in fields(image.manifest)]:
+        other = replace(image, manifest=replace(image.manifest, **{key: "another"}))
+        assert other.digest != image.digest, key
+
+
+def test_equal_images_are_one_in_a_set(image: ChipImage) -> None:
+    twin = ChipImage.from_arrays(replace(image.manifest), image.arrays)
+    other = replace(image, manifest=replace(image.manifest, dt_s=0.002))
+    assert len({image, twin, other}) == 2
+    assert image != "image"
+
+
+def test_arrays_cannot_be_written(image: ChipImage) -> None:
+    for array in image.arrays.values():
+        with pytest.raises(ValueError, match="read-only"):
+            array[...] = 0
+
+
+def test_an_image_keeps_its_own_copy(image: ChipImage) -> None:
+    bias = image.compartments.bias.copy()
+    copied = ChipImage.from_arrays(image.manifest, {**image.arrays, "bias": bias})
+    bias[:] = 7
+    assert np.array_equal(copied.compartments.bias, image.compartments.bias)
+
+
+def test_missing_and_odd_arrays_are_refused(image: ChipImage) -> None:
+    arrays = {**image.arrays, "taste": np.zeros(1)}
+    del arrays["bias"]
+    with pytest.raises(ImageError) as raised:
+        ChipImage.from_arrays(image.manifest, arrays)
+    assert str(raised.value) == "image arrays do not follow schema 2: bias, taste"
+
+
+def test_values_out_of_range_are_refused(image: ChipImage) -> None:
+    with pytest.raises(ImageError) as raised:
+        ChipImage.from_arrays(image.manifest, {**image.arrays, "indices": np.array([40_000])})
+    assert str(raised.value) == "synapses.index: values of int64 do not fit into <i2"
+
+
+def test_cores_are_called_after_the_blocks_on_them(image: ChipImage) -> None:
+    together = ChipImage.from_arrays(
+        image.manifest, {**image.arrays, "block_core": np.array([0, 1, 0, 1])}
+    )
+    assert image.cores == ("first", "second", "first -> second", "second -> decoded")
+    assert together.cores == ("first + first -> second", "second + second -> decoded")
+    assert list(together.compartment_core) == [0] * 12 + [1] * 10 + [0] * 40 + [1] * 4

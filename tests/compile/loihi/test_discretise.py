@@ -1,0 +1,109 @@
+"""Integer blocks: the bits of nengo-loihi, of copies of the float blocks."""
+
+import warnings
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import nengo
+import nengo_loihi
+import nengo_loihi.block
+import nengo_loihi.builder.discretize
+import nengo_loihi.neurons
+import numpy as np
+import pytest
+
+from spikeport.compile.ground.names import Names
+from spikeport.compile.ground.rewrite import Rewrite
+from spikeport.compile.loihi.build import build
+from spikeport.compile.loihi.discretise import discretise
+from spikeport.compile.loihi.numpy1 import numpy1_semantics
+from spikeport.errors import CompileError
+from tests.helpers.chip_networks import integer_blocks, recurrent
+
+COMPARTMENT = ("bias", "vth", "decay_u", "decay_v", "refract_delay", "enable_noise")
+
+
+SETTINGS = ("vmin", "vmax", "noise_offset", "noise_exp", "noise_at_membrane")
+
+
+LEARNING = ("_lr_int", "_lr_exp", "tracing_tau", "tracing_mag", "train_epoch", "learn_epoch")
+
+
+def learning() -> nengo.Network:
+    with nengo.Network(seed=9) as network:
+        a = nengo.Ensemble(30, 1, label="a")
+        out = nengo.Node(size_in=1, label="out")
+        learned = nengo.Connection(
+            a, out, function=lambda _x: 0, learning_rule_type=nengo.PES(1e-3)
+        )
+        nengo.Connection(out, learned.learning_rule)
+    return network
+
+
+def theirs(network: nengo.Network) -> Any:
+    with warnings.catch_warnings(), numpy1_semantics():
+        warnings.simplefilter("ignore")
+        with nengo_loihi.Simulator(network, precompute=False, target="sim") as simulator:
+            return simulator.model
+
+
+def numbers(model: Any) -> Iterator[tuple[str, Any]]:
+    """Yield the numbers of nengo-loihi's model, or of `IntegerBlocks`."""
+    for b, block in enumerate(model.blocks):
+        for name in COMPARTMENT + SETTINGS:
+            yield f"{b} {name}", getattr(block.compartment, name)
+        for s, synapse in enumerate(block.synapses):
+            yield f"{b} {s} format", list(vars(synapse.synapse_cfg).values())
+            for name in ("axon_to_weight_map", "axon_compartment_bases"):
+                yield f"{b} {s} {name}", getattr(synapse, name)
+            for name in LEARNING if synapse.learning else ():
+                yield f"{b} {s} {name}", getattr(synapse, name)
+            for r, (weights, indices) in enumerate(
+                zip(synapse.weights, synapse.indices, strict=True)
+            ):
+                yield f"{b} {s} {r} weights", weights
+                yield f"{b} {s} {r} indices", indices
+    for p, probe in enumerate(model.probes):
+        yield f"probe {p}", np.hstack([np.ravel(w) for w in probe.weights if w is not None] or [0])
+
+
+@pytest.mark.parametrize("name", ["chain", "convolution", "recurrent", "learning"])
+def test_blocks_are_nengo_loihis_bit_for_bit(
+    name: str, chain: Callable[..., nengo.Network], convolution: Callable[..., nengo.Network]
+) -> None:
+    makers = {
+        "chain": chain,
+        "convolution": convolution,
+        "recurrent": recurrent,
+        "learning": learning,
+    }
+    network = makers[name]()
+    expected, found = dict(numbers(theirs(network))), dict(numbers(integer_blocks(network)))
+    assert list(found) == list(expected)
+    assert [key for key in found if not np.array_equal(found[key], expected[key])] == []
+
+
+def test_discretising_leaves_the_float_blocks_as_they_were() -> None:
+    floats = build(Rewrite(network := recurrent(), Names(network)), dt_s=0.001)
+    before = [(b.compartment.vth.copy(), b.compartment.scale_u) for b in floats.blocks]
+    discretise(floats)
+    for block, (vth, scale_u) in zip(floats.blocks, before, strict=True):
+        assert block.compartment.vth.dtype == np.float32
+        assert np.array_equal(block.compartment.vth, vth)
+        assert block.compartment.scale_u == scale_u
+        assert block.discretize_info is None
+
+
+HOST = "or keep its ensembles on the host with net.config[ensemble].on_chip = False"
+
+
+def test_a_scale_that_does_not_exist_names_the_block() -> None:
+    with nengo.Network(seed=1) as network:
+        a = nengo.Ensemble(2, 1, label="a", gain=np.ones(2), bias=np.full(2, 1e9))
+        nengo.Connection(a.neurons, a.neurons, transform=1e-6)
+    with pytest.raises(CompileError) as raised:
+        integer_blocks(network)
+    assert str(raised.value) == (
+        "a: nengo-loihi refuses it: Compartment(<Ensemble 'a'>): Could not find appropriate weight "
+        f"exponent; cure: bring its weights, gains and biases closer together, {HOST}"
+    )

@@ -1,0 +1,50 @@
+"""Figures of a sweep: means over the seeds."""
+
+import pytest
+
+from spikeport.experiments.sweep import figure as sweep_figure
+from spikeport.experiments.sweep.folder import open_folder
+from spikeport.experiments.sweep.table import table
+from spikeport.experiments.walk import sweep_figure as walk_sweep_figure
+from tests.helpers.sweeps import finish
+
+
+def test_the_figure_shows_means_over_the_seeds(finished):
+    sweep, folder, made = finished
+    drawn = walk_sweep_figure.figure(sweep, folder, made)
+    assert [axes.get_ylabel() for axes in drawn.axes] == [
+        "path_mse_m2",
+        "cross_track_rms_m",
+        "falls",
+    ]
+    assert drawn.axes[-1].get_xlabel() == "n_neurons"
+    first, second = drawn.axes[0].lines
+    assert first.get_xydata().tolist() == [[2, pytest.approx(2.35)], [20, pytest.approx(20.35)]]
+    assert second.get_ydata()[1] == pytest.approx(20.3)  # of the seed that finished
+    assert [text.get_text() for text in drawn.axes[0].get_legend().get_texts()] == [
+        "reference",
+        "native",
+    ]
+    drawn.savefig(folder.path / "figure.png")
+
+
+def test_further_settings_are_columns_and_texts_are_named(sweep_of, tmp_path):
+    varied = {"policy": ("mlp", "spiking"), "speed": (0.4, 0.5), "backend": ("reference", "native")}
+    sweep = sweep_of(varied=varied)
+    folder = open_folder(tmp_path, sweep)
+    for point in sweep.points():
+        finish(folder, point, falls=0)
+    drawn = sweep_figure.figure(sweep, folder, table(sweep, folder))
+    assert [axes.get_title() for axes in drawn.axes] == ["backend=reference", "backend=native"]
+    assert [label.get_text() for label in drawn.axes[0].get_xticklabels()] == ["mlp", "spiking"]
+    assert [line.get_label() for line in drawn.axes[1].lines] == ["0.4", "0.5"]
+
+
+def test_a_sweep_over_seeds_alone_is_drawn_over_them(sweep_of, tmp_path):
+    sweep = sweep_of(varied={}, seeds=(0, 1))
+    folder = open_folder(tmp_path, sweep)
+    for point, error in zip(sweep.points(), (0.1, 30.0), strict=True):
+        finish(folder, point, path_mse_m2=error)
+    (axes,) = sweep_figure.figure(sweep, folder, table(sweep, folder)).axes
+    assert axes.lines[0].get_xydata().tolist() == [[0, 0.1], [1, 30.0]]
+    assert axes.get_yscale() == "log"

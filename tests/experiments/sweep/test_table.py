@@ -1,0 +1,42 @@
+"""The table of a sweep: every metric over what varies."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from spikeport.errors import UsageError
+from spikeport.experiments.sweep.folder import open_folder
+from spikeport.experiments.sweep.table import table, write_table
+from tests.helpers.sweeps import finish
+
+
+def test_a_damaged_result_is_named(sweep_of, tmp_path):
+    sweep = sweep_of()
+    folder = open_folder(tmp_path, sweep)
+    finish(folder, sweep.points()[0], falls=0)
+    path = folder.result_path(sweep.points()[0])
+    path.write_text("{")
+    with pytest.raises(UsageError) as caught:
+        table(sweep, folder)
+    assert str(caught.value) == f"{path}: holds no result; remove it to run its point again"
+
+
+def test_the_table_has_every_number_where_it_belongs(finished):
+    _sweep, folder, made = finished
+    write_table(folder, made)
+    with xr.open_dataset(folder.path / "table.nc", engine="h5netcdf") as read:
+        assert dict(read.sizes) == {"n_neurons": 2, "backend": 2, "seed": 2}
+        assert set(read.data_vars) == {"path_mse_m2", "cross_track_rms_m", "falls", "fallen_at_s"}
+        at = read.path_mse_m2.sel(n_neurons=20)
+        assert at.sel(backend="reference").values.tolist() == pytest.approx([20.3, 20.4])
+        assert np.isnan(at.sel(backend="native", seed=4))
+        assert np.isnan(read.fallen_at_s).all()
+        assert read.attrs == {"experiment": "walk", "backend": "native", "seconds": 2.0}
+
+
+def test_values_of_which_no_point_finished_are_in_the_table(sweep_of, tmp_path):
+    sweep = sweep_of(varied={"calibrated": (False, True)})
+    folder = open_folder(tmp_path, sweep)
+    finish(folder, sweep.points()[0], falls=1)
+    assert table(sweep, folder).falls.sel(calibrated="False", seed=0) == 1
+    assert np.isnan(table(sweep, folder).falls.sel(calibrated="True", seed=0))

@@ -1,0 +1,35 @@
+"""Trajectories of a sweep of the walk, over the ideal path."""
+
+import xarray as xr
+
+from spikeport.experiments.sweep.folder import open_folder
+from spikeport.experiments.sweep.table import table
+from spikeport.experiments.walk import trajectories as walk_trajectories
+from tests.helpers.sweeps import finish
+
+
+def test_trajectories_are_drawn_over_the_ideal_path(sweep_of, tmp_path):
+    sweep = sweep_of(varied={"policy": ("mlp", "spiking")}, seeds=(0, 1), probes=True)
+    folder = open_folder(tmp_path / "sweep", sweep)
+    for point in sweep.points():
+        finish(
+            folder, point, _probes(tmp_path, point), cross_track_rms_m=0.02, falls=point[1]["seed"]
+        )
+    drawn = walk_trajectories.figure(sweep, folder, table(sweep, folder))
+    (axes,) = drawn.axes
+    labels = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert labels == ["ideal path", "reference policy", "spiking policy", "fell"]
+    traces = [line.get_xydata()[-1].tolist() for line in axes.lines if len(line.get_xdata()) == 2]
+    assert traces == [[1, 0], [1, 0], [1, 1], [1, 1]]
+    assert drawn.get_suptitle() == (
+        "walk on native, 2 s, seeds: 2\n"
+        "median distance from the path (rms): reference policy 2.0 cm, spiking policy 2.0 cm"
+    )
+
+
+def _probes(folder, point):
+    """Two steps ahead, as the recording of a walk has them."""
+    state = ("time", "turned"), [[0.0, 0.0], [1.0, point.place["seed"]]]
+    probes = xr.Dataset({"state": state}, {"turned": ["x", "y"]})
+    probes.to_netcdf(folder / "probes.nc", engine="h5netcdf")
+    return (folder / "probes.nc").read_bytes()

@@ -1,0 +1,48 @@
+"""``spikeport diff`` of two compiles."""
+
+import json
+
+import pytest
+
+
+@pytest.fixture
+def two(spikeport, net_py, tmp_path):
+    """Folders of two compiles of different sizes."""
+    folders = [tmp_path / name for name in "ab"]
+    for folder, size in zip(folders, (20, 30), strict=True):
+        options = ("--set", f"n_neurons={size}", "--rate-hz", "100", "--out", folder)
+        assert spikeport("compile", f"{net_py}:make", *options).code == 0
+    return folders
+
+
+def test_a_report_does_not_differ_from_itself(spikeport, two):
+    assert spikeport("diff", two[0], two[0] / "report.json") == (0, "no difference\n", "")
+
+
+def test_what_differs_is_listed_with_its_change(spikeport, two):
+    done = spikeport("diff", *two)
+    assert (done.code, done.err) == (1, "")
+    rows = {line.split("  ")[1].strip(): line for line in done.out.splitlines() if "  " in line}
+    assert rows["compartments used"].split()[-4:] == ["22", "32", "+45.5", "%"]
+    assert {"image", "synapse_bits used", "dynamic power, davies2018 (W)"} < set(rows)
+    assert "cores limit" not in rows
+
+
+def test_files_that_are_no_reports_are_refused(spikeport, two, tmp_path):
+    def error(path):
+        done = spikeport("diff", two[0], path)
+        assert (done.code, done.out) == (2, "")
+        return done.err.removeprefix("error: ").rstrip("\n")
+
+    file = tmp_path / "x.json"
+    assert error(file) == f"{file}: no such file or folder"
+    file.write_text("{")
+    assert error(file).startswith(f"{file}: not a report: ")
+    file.write_text("[]")
+    assert error(file) == f"{file}: not a report of a compile, nor of a run"
+    report = json.loads((two[1] / "report.json").read_text())
+    file.write_text(json.dumps(report | {"schema": 99}))
+    assert error(file) == f"{file}: report schema 99, this spikeport reads 1; write it again"
+    file.write_text(json.dumps(report | {"experiment": "reach", "resources": None}))
+    assert error(file) == f"{file}: the run was on no chip: it has no resources to compare"
+    assert error(tmp_path) == f"{tmp_path}: has neither report.json nor result.json"

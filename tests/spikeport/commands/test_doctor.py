@@ -1,0 +1,26 @@
+"""``spikeport doctor``: what is installed, and how to get what is not."""
+
+
+def test_doctor_finds_what_is_installed(spikeport):
+    done = spikeport("doctor")
+    assert (done.code, done.err) == (0, "")
+    assert "nengo-loihi" in done.out
+    assert "1.1.0" in done.out
+
+
+def test_doctor_says_how_to_get_what_is_missing(spikeport, monkeypatch):
+    from spikeport.commands import doctor
+
+    found = doctor._version
+    monkeypatch.setattr(doctor, "_version", lambda name: "" if name == "xarray" else found(name))
+    done = spikeport("doctor")
+    assert done.code == 0
+    (row,) = (line for line in done.out.splitlines() if "xarray" in line)
+    assert row.split() == ["xarray", "missing", "pip", "install", "'spikeport[robot]'"]
+
+
+def test_doctor_fails_if_something_required_is_missing(spikeport, monkeypatch):
+    from spikeport.commands import doctor
+
+    monkeypatch.setattr(doctor, "_version", lambda name: "" if name == "numpy" else "1")
+    assert spikeport("doctor").code == 1

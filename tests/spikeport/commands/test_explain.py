@@ -1,0 +1,19 @@
+"""``spikeport compile --explain``."""
+
+from spikeport.compile.check import rules
+
+
+def test_explain_says_what_there_is_to_know(spikeport):
+    done = spikeport("compile", "--explain", "sp101")
+    assert (done.code, done.err) == (0, "")
+    rule = rules.get("SP101")
+    assert done.out.startswith("SP101 out-axons (limits of one core)\n")
+    for text in (rule.meaning, rule.reason, rule.source, *rule.more):
+        assert text in done.out
+    assert "split the source ensemble into n, or give it fewer connections" in done.out
+
+
+def test_explain_lists_all_rules_where_there_is_none(spikeport):
+    done = spikeport("compile", "--explain", "SP9")
+    assert (done.code, done.out) == (2, "")
+    assert done.err == f"error: unknown rule 'SP9'; there is: {', '.join(rules.RULES)}\n"

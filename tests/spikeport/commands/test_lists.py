@@ -1,0 +1,42 @@
+"""``spikeport chips`` and ``spikeport backends``: what there is."""
+
+from spikeport.backends.registry import BACKENDS
+from spikeport.experiments import registry
+from spikeport.hardware_models import chip as chips
+
+ANALYTIC = ("run", "reach", "--backend", "analytic", "--seconds", "0.05")
+
+
+def test_chips_lists_every_chip_with_its_limits(spikeport):
+    done = spikeport("chips")
+    assert done.code == 0
+    for name in chips.names():
+        assert f"{name}: {chips.get(name).title}" in done.out
+    assert "Davies 2018" in done.out
+
+
+def test_sources_are_printed_whole_where_columns_are_narrow(monkeypatch, spikeport):
+    wide = spikeport("chips").out
+    assert "nengo-loihi 1.1.0, hardware/nxsdk_objects.py" in wide
+    assert "…" not in wide
+
+
+def test_backends_lists_every_backend(spikeport):
+    done = spikeport("backends")
+    assert (done.code, done.err) == (0, "")
+    assert [name for name in (*BACKENDS, "analytic") if f"  {name} " not in done.out] == []
+
+
+def test_backends_says_how_to_get_a_missing_experiment(spikeport, monkeypatch):
+    def absent(name):
+        raise ModuleNotFoundError(f"No module named '{name}'", name="xarray")
+
+    monkeypatch.setattr(registry, "import_module", absent)
+    done = spikeport("backends")
+    assert done.code == 0
+    reason = (
+        "experiment 'reach' needs the package xarray, which is absent; "
+        "install it with: pip install 'spikeport[robot]'"
+    )
+    assert reason in done.out
+    assert spikeport(*ANALYTIC) == (2, "", f"error: {reason}\n")

@@ -1,0 +1,177 @@
+"""``spikeport run`` as a user types it; what a run computes is tested in tests/experiments."""
+
+import errno
+import json
+import os
+import signal
+import time
+
+import pytest
+
+from spikeport.commands.run import show
+from spikeport.experiments import registry
+from spikeport.experiments.options import Outcome
+from spikeport.hardware_models import chip as chips
+
+ANALYTIC = ("run", "reach", "--backend", "analytic", "--seconds", "0.05")
+REACH_BACKENDS = ", ".join(sorted(registry.get("reach").backends))
+
+
+def names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def test_run_writes_its_folder_and_prints_the_metrics(spikeport, tmp_path):
+    out = tmp_path / "a" / "run"
+    done = spikeport(*ANALYTIC, "--out", out)
+    assert (done.code, done.err) == (0, "")
+    assert names(out) == ["figure.png", "probes.nc", "result.json"]
+    result = json.loads((out / "result.json").read_text())
+    assert [name for name in result["metrics"] if name not in done.out] == []
+    assert f"written: {out}/ (figure.png, probes.nc, result.json)\n" in done.out
+    assert result["command"] == ["spikeport", *ANALYTIC, "--out", str(out)]
+
+
+def test_a_run_without_out_goes_into_a_folder_of_its_own(spikeport, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert spikeport(*ANALYTIC).code == 0
+    (folder,) = (tmp_path / "runs").iterdir()
+    assert folder.name.startswith("reach-")
+    assert (folder / "result.json").is_file()
+
+
+def test_unknown_names_of_run_list_what_there_is(spikeport, tmp_path):
+    def error(*arguments):
+        done = spikeport("run", *arguments, "--out", tmp_path / "run")
+        assert (done.code, done.out) == (2, "")
+        return done.err
+
+    assert error("dance") == (
+        f"error: unknown experiment 'dance'; there is: {', '.join(sorted(registry.EXPERIMENTS))}\n"
+    )
+    assert error("reach", "--backend", "board") == (
+        f"error: unknown backend of reach 'board'; there is: {REACH_BACKENDS}\n"
+    )
+    assert error("reach", "--chip", "lohi") == (
+        f"error: unknown chip 'lohi'; there is: {', '.join(chips.names())}\n"
+    )
+    assert error("reach", "--set", "box=huge") == (
+        "error: unknown box 'huge'; there is: large, small, x0:x1,y0:y1,z0:z1 (m)\n"
+    )
+    assert error("reach", "--set", "preset=fat") == (
+        "error: unknown preset 'fat'; there is: lean, paper\n"
+    )
+    assert error("reach", "--set", "n=1") == (
+        "error: unknown key of experiment 'reach' 'n'; "
+        "there is: appearance, box, calibrated, cb, m1, network_seed, preset, s1\n"
+    )
+    assert error("reach", "--set", "m1=0") == (
+        "error: m1=0: the number of neurons must be at least 1\n"
+    )
+    assert error("reach", "--set", "network_seed=-1") == (
+        "error: network_seed=-1: a seed must be from 0 to 4294967295\n"
+    )
+    assert names(tmp_path) == []
+
+
+@pytest.mark.parametrize("seconds", ["0", "-1", "nan", "inf", "0.004"])
+def test_a_time_that_cannot_be_simulated_is_refused(spikeport, tmp_path, seconds):
+    done = spikeport(*ANALYTIC[:4], "--seconds", seconds, "--out", tmp_path / "run")
+    assert done == (2, "", f"error: --seconds {seconds}: reach simulates at least 0.005 s\n")
+    assert names(tmp_path) == []
+
+
+def test_out_that_is_a_file_is_refused(spikeport, tmp_path):
+    out = tmp_path / "file"
+    out.write_text("mine")
+    done = spikeport(*ANALYTIC, "--out", out, "--overwrite")
+    assert done == (2, "", f"error: {out}: cannot be made (File exists)\n")
+    below = out / "run"
+    done = spikeport(*ANALYTIC, "--out", below)
+    assert done == (2, "", f"error: {below}: cannot be made (Not a directory)\n")
+    assert out.read_text() == "mine"
+
+
+def test_out_that_cannot_be_written_to_is_refused_before_the_run(spikeport, tmp_path, monkeypatch):
+    # not by chmod: root may write anywhere
+    monkeypatch.setattr(os, "access", lambda _, mode, **__: not mode & os.W_OK)
+    done = spikeport(*ANALYTIC, "--out", tmp_path)
+    assert done == (2, "", f"error: {tmp_path}: cannot be written to; choose another --out\n")
+
+
+def test_overwrite_replaces_a_run(spikeport, tmp_path):
+    first, second = (*ANALYTIC, "--out", tmp_path), (*ANALYTIC, "--seed", "1", "--out", tmp_path)
+    assert spikeport(*first).code == 0
+    before = (tmp_path / "result.json").read_text()
+    assert spikeport(*second) == (
+        2,
+        "",
+        f"error: {tmp_path}: holds a run; choose another --out, or give --overwrite\n",
+    )
+    assert (tmp_path / "result.json").read_text() == before
+    assert spikeport(*second, "--overwrite").code == 0
+    assert json.loads((tmp_path / "result.json").read_text())["seeds"]["run"] == 1
+
+
+def test_overwrite_replaces_nothing_but_runs(spikeport, tmp_path):
+    (tmp_path / "thesis.tex").write_text("mine")
+    (tmp_path / "result.json").write_text("{}")
+    done = spikeport(*ANALYTIC, "--out", tmp_path, "--overwrite")
+    assert done == (2, "", f"error: {tmp_path}: holds more than a run; choose another --out\n")
+    assert names(tmp_path) == ["result.json", "thesis.tex"]
+
+
+def test_an_earlier_run_outlives_one_that_does_not_fit(spikeport, tmp_path):
+    out = tmp_path / "run"
+    assert spikeport(*ANALYTIC, "--out", out).code == 0
+    before = (out / "result.json").read_text()
+    text = (chips.BUILT_IN / "loihi.toml").read_text()
+    small = tmp_path / "small.toml"
+    small.write_text(text.replace("value = 128", "value = 1", 1).replace('"loihi"', '"small"', 1))
+    sizes = ("--set", "m1=1", "--set", "cb=1", "--set", "s1=1")
+    done = spikeport("run", "reach", *sizes, "--chip", small, "--out", out, "--overwrite")
+    assert done.code == 1
+    assert done.err.startswith(
+        "error: the network does not fit chip 'small':\n  small: SP201 cores: "
+    )
+    assert (out / "result.json").read_text() == before
+
+
+def test_a_full_disk_leaves_no_result(spikeport, tmp_path, monkeypatch):
+    def full(_):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, "fsync", full)
+    out = tmp_path / "run"
+    done = spikeport(*ANALYTIC, "--out", out)
+    assert done == (1, "", f"error: {out}/probes.nc: No space left on device\n")
+    assert names(tmp_path) == []
+
+
+def test_an_interrupted_run_says_so_and_leaves_no_result(start, tmp_path):
+    out = tmp_path / "run"
+    process = start(
+        *("run", "reach", "--backend", "analytic", "--seconds", "3600", "--out", out),
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )
+    deadline = time.monotonic() + 60
+    while not out.exists() and process.poll() is None and time.monotonic() < deadline:
+        time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+    stdout, stderr = process.communicate(timeout=60)
+    assert (process.returncode, stdout) == (130, "")
+    assert stderr == "error: interrupted; nothing that was under way is complete\n"
+    assert not out.exists()
+
+
+def test_metrics_of_parts_are_named_line_by_line(tmp_path, capsys):
+    phases = [
+        {"name": "walk", "success": True, "behind_m": 0.1},
+        {"name": "draw", "success": False},
+    ]
+    result = {"experiment": "switch", "backend": "native", "metrics": {"phases": phases}}
+    show(Outcome(result, report=None, activity=None), tmp_path)
+    printed = [line.strip() for line in capsys.readouterr().out.splitlines()]
+    first = next(i for i, line in enumerate(printed) if line.startswith("phases"))
+    assert printed[first].split(maxsplit=1)[1] == "walk: success yes, behind_m 0.1"
+    assert printed[first + 1] == "draw: success no"

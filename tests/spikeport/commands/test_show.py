@@ -1,0 +1,22 @@
+"""``spikeport show``: an image by itself, in words."""
+
+
+def test_show_prints_chip_digest_blocks_inputs_and_outputs(spikeport, image, image_file):
+    done = spikeport("show", image_file)
+    assert (done.code, done.err) == (0, "")
+    lines = done.out.splitlines()
+    assert lines[0] == f"image {image.digest}"
+    assert lines[1] == "for chip loihi, computes as nengo-loihi 1.1, schema 2"
+    assert lines[2].startswith(f"{image.n_compartments} compartments in 2 blocks on 1 cores, ")
+    rows = [" ".join(line.split()) for line in lines]
+    assert "0 0 a [bold]b ensemble 0 40" in rows
+    assert any(row.startswith("0 stimulus -> a [bold]b 0 4 on/off, 500 ± 500 x Hz") for row in rows)
+    assert "0 decoded voltage 4 2 Lowpass, 10 ms" in rows
+    assert "1 spikes spiked 40 40 none" in rows
+
+
+def test_what_is_no_image_is_refused_in_a_line(spikeport, tmp_path):
+    path = tmp_path / "notes.txt"
+    path.write_text("text")
+    message = f"error: {path}: not a chip image, or truncated or altered\n"
+    assert spikeport("show", path) == (2, "", message)
