@@ -1,7 +1,9 @@
 """Network -> passes -> blocks -> passes -> image -> passes -> verified, with a report."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from numbers import Real
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +15,7 @@ from spikeport.compile.check.lint import lint
 from spikeport.compile.check.verify import verify, verify_settings
 from spikeport.compile.check.violation import DoesNotFitError
 from spikeport.compile.ground.names import Names
-from spikeport.compile.ground.refusal import collected_warnings, without_addresses
+from spikeport.compile.ground.refusal import ArgumentError, collected_warnings, without_addresses
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.usage import core_uses
@@ -81,8 +83,9 @@ def compile_network(
     CompileError
         If nengo-loihi's builder refuses it for another reason.
     UsageError, ChipFileError
-        If chip or passes are not known, or the chip's file is wrong.
+        If an argument is not valid, chip or passes are not known, or the chip's file is wrong.
     """
+    check_arguments(network, chip, dt, pipeline)
     target = chips.get(str(chip))
     passes = target.pipeline if pipeline is None else pipeline
     run = PassRun(parse(passes) if isinstance(passes, str) else passes, target, dt, observer)
@@ -106,6 +109,18 @@ def compile_network(
         hints=(*network_hints(network, names), *image_hints(unplaced, blocks.errors)),
     )
     return Compilation(image, report, blocks, rewrite.stand_ins, rewrite.built)
+
+
+def check_arguments(network: object, chip: object, dt: object, pipeline: object) -> None:
+    """Raise `ArgumentError` if an argument of `compile_network` is not valid."""
+    if not isinstance(network, nengo.Network):
+        raise ArgumentError("network", network, "a nengo.Network")
+    if not isinstance(chip, str | Path):
+        raise ArgumentError("chip", chip, "the name of a chip, or the path of its TOML file")
+    if not isinstance(dt, Real) or not 0 < float(dt) < math.inf:
+        raise ArgumentError("dt", dt, "a time step in seconds, above 0 and finite")
+    if pipeline is not None and not isinstance(pipeline, str | Pipeline):
+        raise ArgumentError("pipeline", pipeline, "a Pipeline, its text, or None for the chip's")
 
 
 def _rewritten(

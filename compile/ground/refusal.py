@@ -3,21 +3,26 @@
     CompileError
     └── RefusedError (nengo's BuildError)        the builder or discretiser refuses the network
         └── InvalidError (nengo's ValidationError)   ... since a parameter is not valid
+    UsageError
+    └── ArgumentError (nengo's ValidationError)  an argument of a compile or simulator is not valid
 
 Each is Nengo's error of that kind too, so that code written for Nengo catches it.
 """
 
 import contextlib
 import re
+import threading
 import traceback
 import warnings
 from collections.abc import Iterator
 
 from nengo.exceptions import BuildError, NengoException, ValidationError
 
-from spikeport.errors import CompileError
+from spikeport.errors import CompileError, UsageError
 
 ADDRESS = re.compile(r" at 0x[0-9a-f]+")
+TURN = threading.RLock()
+"""Held while a compile changes what all threads share: warning filters, nengo-loihi's modules."""
 
 
 class RefusedError(CompileError, BuildError):
@@ -28,6 +33,15 @@ class InvalidError(RefusedError, ValidationError):
     """The error of a parameter that is not valid: ``attr`` of the object ``obj``."""
 
     __str__ = Exception.__str__  # the message names both already
+
+
+class ArgumentError(UsageError, ValidationError):
+    """The error of an argument that is not valid; nengo's ValidationError too."""
+
+    __str__ = Exception.__str__
+
+    def __init__(self, name: str, value: object, expected: str) -> None:
+        super().__init__(f"{name}={value!r}: expected {expected}", name)
 
 
 def refused(name: str, error: Exception, cure: str) -> RefusedError:
@@ -58,8 +72,11 @@ def without_addresses(said: Exception | Warning | str) -> str:
 
 @contextlib.contextmanager
 def collected_warnings() -> Iterator[list[warnings.WarningMessage]]:
-    """Collect all warnings; at the end pass on each once, from module ``spikeport.compile``."""
-    with warnings.catch_warnings(record=True) as collected:
+    """Collect all warnings; at the end pass on each once, from module ``spikeport.compile``.
+
+    Threads take turns: warnings of one compile do not reach another.
+    """
+    with TURN, warnings.catch_warnings(record=True) as collected:
         warnings.simplefilter("always")
         yield collected
     for one in {without_addresses(one.message): one for one in collected}.values():

@@ -7,7 +7,7 @@ Two of its habits changed meaning:
   NumPy 1 computed in float64 with them, NumPy 2 stays in float32 (NEP 50), and the scales derived
   from them differ in their last bits, so that a chip would be programmed differently.
 
-Inside `numpy1_semantics` both mean what they meant; outside nothing is changed.
+Inside `numpy1_semantics` both mean what they meant; outside nothing is changed. Threads take turns.
 """
 
 import contextlib
@@ -19,6 +19,8 @@ import nengo_loihi.builder.discretize
 import nengo_loihi.neurons
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike
+
+from spikeport.compile.ground.refusal import TURN
 
 _discretize_compartment = nengo_loihi.builder.discretize.discretize_compartment
 _NUMPY_2 = int(np.__version__.split(".")[0]) >= 2
@@ -74,11 +76,12 @@ def numpy1_semantics() -> Iterator[None]:
     ]
     if _NUMPY_2:
         patches += [(m, "np", _CopyIfNeeded()) for m in (nengo_loihi.block, nengo_loihi.neurons)]
-    saved = [(owner, name, getattr(owner, name)) for owner, name, _ in patches]
-    try:
-        for owner, name, value in patches:
-            setattr(owner, name, value)
-        yield
-    finally:
-        for owner, name, value in saved:
-            setattr(owner, name, value)
+    with TURN:
+        saved = [(owner, name, getattr(owner, name)) for owner, name, _ in patches]
+        try:
+            for owner, name, value in patches:
+                setattr(owner, name, value)
+            yield
+        finally:
+            for owner, name, value in saved:
+                setattr(owner, name, value)

@@ -1,35 +1,37 @@
 """`Simulator`: a Nengo network on a chip, with the conventions of Nengo's own simulators."""
 
+import contextlib
 import functools
+import signal
+import threading
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from numbers import Integral, Real
 from pathlib import Path
-from typing import Any
+from types import FrameType
+from typing import Any, NoReturn
 
 import nengo
 import numpy as np
 from nengo.base import NengoObject
-from nengo.exceptions import SimulatorClosed, ValidationError
+from nengo.exceptions import SimulatorClosed
 from nengo.utils.progress import Progress, ProgressBar, ProgressTracker
 
 from spikeport.backends import registry
 from spikeport.backends.execution import Execution
 from spikeport.backends.sampling import sampled
 from spikeport.backends.step_log import counts_files
+from spikeport.compile.ground.refusal import ArgumentError
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.passes.pipeline import Pipeline
-from spikeport.compile.pipeline import Compilation
-from spikeport.errors import UsageError
+from spikeport.compile.pipeline import Compilation, check_arguments
+from spikeport.errors import BackendError, UsageError
 from spikeport.hardware_models.activity import Activity
 
-
-class DurationError(UsageError, ValidationError):
-    """A simulation was asked to run backwards; Nengo's `ValidationError` too."""
-
-    __str__ = Exception.__str__  # Nengo's puts the parameter's name in front
-
-    def __init__(self, duration: str, parameter: str) -> None:
-        super().__init__(f"a simulation runs forwards: {duration} were asked for", parameter)
+LONGEST_RUN = 10**9
+"""Steps of the longest run: at 1 ms and in real time it takes eleven days."""
+LARGEST_SEED = 2**32 - 1
+"""The largest seed of NumPy's random states."""
 
 
 class Simulator:
@@ -70,7 +72,7 @@ class Simulator:
     DoesNotFitError, CompileError
         If the network cannot be put on the chip.
     UsageError
-        If chip or backend is not known.
+        If an argument is not valid, or chip or backend is not known.
     """
 
     closed = True  # until it is built
@@ -86,6 +88,9 @@ class Simulator:
         pipeline: Pipeline | str | None = None,
         counts: str | Path | None = None,
     ) -> None:
+        check_arguments(network, chip, dt, pipeline)
+        if not (seed is None or (isinstance(seed, Integral) and 0 <= seed <= LARGEST_SEED)):
+            raise ArgumentError("seed", seed, f"None, or an integer from 0 to {LARGEST_SEED}")
         source = registry.Source(network, chip, dt, pipeline, _counts_folder(counts))
         self._open = functools.partial(registry.get(backend).open, source)
         self._probes = network.all_probes
@@ -97,6 +102,7 @@ class Simulator:
 
     def _start(self, compilation: Compilation | None) -> None:
         self.n_steps = 0
+        self._stepping = threading.Lock()
         self._execution = self._open(self.seed, compilation)
         self.compilation = self._execution.compilation
         self.data = _Data(self._probes, self._execution)
@@ -106,6 +112,13 @@ class Simulator:
         if not self.closed:
             message = "Simulator was deallocated while open; close it, or use it in a with block"
             warnings.warn(message, ResourceWarning, stacklevel=2, source=self)
+
+    def __reduce__(self) -> NoReturn:
+        """Refuse to be pickled: kernels and host functions have no form on disk."""
+        raise TypeError(
+            "a Simulator cannot be pickled; save its image with sim.image.save(), or build the "
+            "simulator in the process that runs it"
+        )
 
     def __enter__(self) -> "Simulator":
         if self.closed:
@@ -137,28 +150,53 @@ class Simulator:
         return self.compilation.report.to_dict(self.activity if self.n_steps else None)
 
     def step(self) -> None:
-        """Advance by one step."""
+        """Advance by one step.
+
+        Raises
+        ------
+        SimulatorClosed
+            If the simulator is closed.
+        BackendError
+            If an earlier step was broken off by an error or an interrupt, or another thread is in
+            one: host and chip are not at the same step. `reset` starts over.
+        """
         if self.closed:
             raise SimulatorClosed("Simulator cannot run because it is closed.")
+        if not self._stepping.acquire(blocking=False):
+            raise BackendError(
+                f"step {self.n_steps + 1} was broken off, or another thread is in it, so that host "
+                "and chip are not at the same step; reset() the simulator, or keep to one thread"
+            )
         self._execution.step()
         self.n_steps += 1
+        self._stepping.release()  # not after an error: a step that was broken off is not repeated
 
     def run_steps(self, steps: int, progress_bar: bool | ProgressBar | None = None) -> None:
-        """Advance by a number of steps; ``progress_bar`` replaces the simulator's."""
-        if steps < 0:
-            raise DurationError(f"{steps} steps", "steps")
+        """Advance by a number of steps; ``progress_bar`` replaces the simulator's.
+
+        Ctrl-C ends the run after the step under way, so that another run can go on from there. The
+        second one ends it at once.
+        """
+        if not isinstance(steps, Integral) or not 0 <= steps <= LONGEST_RUN:
+            raise ArgumentError("steps", steps, f"an integer from 0 to {LONGEST_RUN:,}")
         if steps == 0:
             return
         shown = self.progress_bar if progress_bar is None else progress_bar
-        with ProgressTracker(shown, Progress("Simulating", "Simulation", steps)) as tracker:
+        with (
+            interrupts_deferred() as check_interrupt,
+            ProgressTracker(shown, Progress("Simulating", "Simulation", steps)) as tracker,
+        ):
             for _ in range(steps):
                 self.step()
                 tracker.total_progress.step()
+                check_interrupt()
 
     def run(self, time_in_seconds: float, progress_bar: bool | ProgressBar | None = None) -> None:
-        """Advance by a time, rounded to whole steps; see `run_steps`."""
-        if time_in_seconds < 0:
-            raise DurationError(f"{time_in_seconds:g} s", "time_in_seconds")
+        """Advance by a time in seconds, rounded to whole steps; see `run_steps`."""
+        longest_s = LONGEST_RUN * self.dt
+        if not isinstance(time_in_seconds, Real) or not 0 <= time_in_seconds <= longest_s:
+            expected = f"a time in seconds from 0 to {longest_s:g}"
+            raise ArgumentError("time_in_seconds", time_in_seconds, expected)
         steps = round(time_in_seconds / self.dt)
         if steps == 0:
             warnings.warn(f"{time_in_seconds:g} s is no step of {self.dt:g} s", stacklevel=2)
@@ -197,6 +235,34 @@ class Simulator:
             self.data.freeze()
             self._execution.close()
             self.closed = True
+
+
+@contextlib.contextmanager
+def interrupts_deferred() -> Iterator[Callable[[], None]]:
+    """Hold the first Ctrl-C back; the callable raises it, between steps.
+
+    Only Python's own handler in the main thread is replaced: others have a purpose of their own.
+    """
+    ours = threading.current_thread() is threading.main_thread()
+    if not ours or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
+        yield lambda: None
+        return
+    held: list[int] = []
+
+    def hold(number: int, frame: FrameType | None) -> None:
+        if held:
+            signal.default_int_handler(number, frame)
+        held.append(number)
+
+    def check() -> None:
+        if held:
+            raise KeyboardInterrupt
+
+    signal.signal(signal.SIGINT, hold)
+    try:
+        yield check
+    finally:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def _counts_folder(folder: str | Path | None) -> Path | None:

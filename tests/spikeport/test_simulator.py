@@ -1,4 +1,6 @@
 import gc
+import pickle
+import threading
 import warnings
 from importlib import metadata
 
@@ -11,7 +13,7 @@ from nengo.utils.progress import ProgressBar
 from spikeport import Simulator, compile_network
 from spikeport.backends.registry import BACKENDS
 from spikeport.compile.check.violation import DoesNotFitError
-from spikeport.errors import UsageError
+from spikeport.errors import BackendError, UsageError
 
 
 def network(seed=1):
@@ -93,21 +95,109 @@ def test_a_closed_simulator_does_not_run(sim):
             advance()
 
 
+STEPS = "an integer from 0 to 1,000,000,000"
+SECONDS = "a time in seconds from 0 to 1e+06"
+
+
 @pytest.mark.parametrize(
-    ("advance", "asked"),
+    ("advance", "message"),
     [
-        (lambda sim: sim.run(-1), "-1 s"),
-        (lambda sim: sim.run(-0.0001), "-0.0001 s"),
-        (lambda sim: sim.run_steps(-1), "-1 steps"),
+        (lambda sim: sim.run(-1), f"time_in_seconds=-1: expected {SECONDS}"),
+        (lambda sim: sim.run(-0.0001), f"time_in_seconds=-0.0001: expected {SECONDS}"),
+        (lambda sim: sim.run(float("nan")), f"time_in_seconds=nan: expected {SECONDS}"),
+        (lambda sim: sim.run(float("inf")), f"time_in_seconds=inf: expected {SECONDS}"),
+        (lambda sim: sim.run(1e300), f"time_in_seconds=1e+300: expected {SECONDS}"),
+        (lambda sim: sim.run("1"), f"time_in_seconds='1': expected {SECONDS}"),
+        (lambda sim: sim.run_steps(-1), f"steps=-1: expected {STEPS}"),
+        (lambda sim: sim.run_steps(2.5), f"steps=2.5: expected {STEPS}"),
+        (lambda sim: sim.run_steps(10**9 + 1), f"steps=1000000001: expected {STEPS}"),
     ],
-    ids=["seconds", "less than a step", "steps"],
 )
-def test_time_does_not_run_backwards(sim, advance, asked):
+def test_a_run_of_no_possible_length_is_refused(sim, advance, message):
     with pytest.raises(UsageError) as caught:
         advance(sim)
-    assert str(caught.value) == f"a simulation runs forwards: {asked} were asked for"
+    assert str(caught.value) == message
     assert isinstance(caught.value, ValidationError)
     assert sim.n_steps == 0
+
+
+DT = "a time step in seconds, above 0 and finite"
+SEED = "None, or an integer from 0 to 4294967295"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"network": None}, "network=None: expected a nengo.Network"),
+        ({"chip": 5}, "chip=5: expected the name of a chip, or the path of its TOML file"),
+        ({"dt": 0}, f"dt=0: expected {DT}"),
+        ({"dt": -0.001}, f"dt=-0.001: expected {DT}"),
+        ({"dt": float("nan")}, f"dt=nan: expected {DT}"),
+        ({"dt": "0.001"}, f"dt='0.001': expected {DT}"),
+        ({"pipeline": 5}, "pipeline=5: expected a Pipeline, its text, or None for the chip's"),
+        ({"seed": -1}, f"seed=-1: expected {SEED}"),
+        ({"seed": 2**32}, f"seed=4294967296: expected {SEED}"),
+        ({"seed": 1.5}, f"seed=1.5: expected {SEED}"),
+    ],
+)
+def test_an_argument_that_is_not_valid_is_refused(backend, arguments, message):
+    with pytest.raises(UsageError) as caught:
+        Simulator(**{"network": network(), "backend": backend, **arguments})
+    assert str(caught.value) == message
+    assert isinstance(caught.value, ValidationError)
+
+
+def test_seeds_and_steps_may_be_numpys(backend):
+    with Simulator(network(), backend=backend, seed=np.int64(3), dt=np.float32(0.001)) as sim:
+        sim.run_steps(np.int32(4))
+        assert sim.n_steps == 4
+
+
+def test_a_step_that_fails_is_not_repeated(backend):
+    with nengo.Network(seed=0) as net:
+        nengo.Connection(nengo.Node(lambda t: 1 / (t < 0.0025)), nengo.Ensemble(10, 1))
+    with Simulator(net, backend=backend) as sim:
+        with pytest.raises(ZeroDivisionError):
+            sim.run_steps(10)
+        with pytest.raises(BackendError, match=r"^step 3 was broken off, or another thread is"):
+            sim.step()
+        sim.reset()
+        sim.run_steps(2)
+        assert sim.n_steps == 2
+
+
+def test_a_thread_does_not_step_into_the_step_of_another(backend):
+    inside, go_on = threading.Event(), threading.Event()
+
+    def slow(t):
+        inside.set()
+        go_on.wait(20)
+        return t
+
+    with nengo.Network(seed=0) as net:
+        nengo.Connection(nengo.Node(slow), nengo.Ensemble(10, 1))
+    go_on.set()  # Nengo calls a node while it is made
+    with Simulator(net, backend=backend) as sim:
+        inside.clear()
+        go_on.clear()
+        other = threading.Thread(target=sim.step)
+        other.start()
+        assert inside.wait(20)
+        with pytest.raises(BackendError, match="another thread is in it"):
+            sim.step()
+        go_on.set()
+        other.join()
+        sim.step()  # in turn, any thread may
+        assert sim.n_steps == 2
+
+
+def test_it_is_not_pickled(sim):
+    with pytest.raises(TypeError) as caught:
+        pickle.dumps(sim)
+    assert str(caught.value) == (
+        "a Simulator cannot be pickled; save its image with sim.image.save(), or build the "
+        "simulator in the process that runs it"
+    )
 
 
 def test_a_time_of_no_step_is_warned_of(sim):

@@ -1,0 +1,61 @@
+"""Compiles in several threads: they take turns where they change what all threads share."""
+
+import threading
+import warnings
+from concurrent.futures import ThreadPoolExecutor
+
+import nengo
+import nengo_loihi.block
+import nengo_loihi.builder.discretize
+import numpy as np
+import pytest
+
+from spikeport.compile.ground.refusal import collected_warnings
+from spikeport.compile.loihi.numpy1 import numpy1_semantics
+from spikeport.compile.pipeline import compile_network
+
+N_NETWORKS = 12
+
+
+def network(seed):
+    with nengo.Network(seed=seed) as net:
+        source = nengo.Node(np.sin)
+        a, b = nengo.Ensemble(20 + seed, 1), nengo.Ensemble(30, 2)
+        nengo.Connection(source, a)
+        nengo.Connection(a, b, function=lambda x: [x, -x])
+        nengo.Probe(b)
+    return net
+
+
+def shared():
+    """What a compile changes, and restores."""
+    block, discretize = nengo_loihi.block, nengo_loihi.builder.discretize
+    patched = (block.np, block.Synapse.max_abs_weight, discretize.discretize_compartment)
+    return (*patched, warnings.showwarning, list(warnings.filters))
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_images_are_those_of_one_compile_after_the_other_and_nothing_stays_patched():
+    before = shared()
+    alone = [compile_network(network(seed)).image.digest for seed in range(N_NETWORKS)]
+    with ThreadPoolExecutor(4) as pool:
+        together = pool.map(lambda seed: compile_network(network(seed)).image.digest, range(12))
+        assert list(together) == alone
+    assert shared() == before
+
+
+@pytest.mark.parametrize("section", [numpy1_semantics, collected_warnings])
+def test_a_section_that_changes_what_is_shared_waits_for_its_turn(section):
+    entered, before = threading.Event(), shared()
+
+    def enter():
+        with section():
+            entered.set()
+
+    other = threading.Thread(target=enter)
+    with section():
+        other.start()
+        assert not entered.wait(0.1)
+    assert entered.wait(20)
+    other.join()
+    assert shared() == before
