@@ -10,12 +10,13 @@ multiply-add, so that the results are Nengo's, bit for bit.
 """
 
 import numpy as np
-from numba import njit
+
+from spikeport.backends.compiled import compiled
 
 FILL, COPY, ADD, SCALE_ADD, GATHER_ADD, RELU, LOWPASS, LOWPASS_ADD, GAIN = range(9)
 
 
-@njit(cache=True)
+@compiled
 def run_tape(memory: np.ndarray, code: np.ndarray, scalars: np.ndarray, tables: np.ndarray) -> None:
     """Run all operations of a tape."""
     for k in range(len(code)):
@@ -50,7 +51,7 @@ def run_tape(memory: np.ndarray, code: np.ndarray, scalars: np.ndarray, tables: 
             _lowpass(memory, code[k], a, b)
 
 
-@njit(cache=True)
+@compiled
 def _lowpass(memory: np.ndarray, row: np.ndarray, a: float, b: float) -> None:
     what, n, y, dy, x, dx, _, state = row
     for i in range(n):
@@ -60,7 +61,7 @@ def _lowpass(memory: np.ndarray, row: np.ndarray, a: float, b: float) -> None:
         memory[y + i * dy] = kept if what == LOWPASS else memory[y + i * dy] + kept
 
 
-@njit(cache=True)
+@compiled
 def decode(
     held: np.ndarray,
     start: np.ndarray,

@@ -21,8 +21,8 @@ Source: nengo-loihi 1.1.0, emulator/interface.py and builder/discretize.py.
 """
 
 import numpy as np
-from numba import njit
 
+from spikeport.backends.compiled import compiled, inlined
 from spikeport.backends.native.loaded import Loaded, Neurons, State
 from spikeport.backends.native.wiring import Wiring
 
@@ -33,7 +33,7 @@ SPIKES, OPERATIONS, ACTIVE, INACTIVE, MESSAGES_IN, LEARNING = range(6)
 """Rows of the counts of a step, in the order of `activity.PER_STEP`."""
 
 
-@njit(cache=True)
+@compiled
 def step(
     loaded: Loaded, n_arriving: int, sources: np.ndarray, noise: np.ndarray, counts: np.ndarray
 ) -> int:
@@ -48,7 +48,7 @@ def step(
     return update(loaded, n_pending, noise, counts)
 
 
-@njit(cache=True)
+@compiled
 def accept(loaded: Loaded, sources: np.ndarray) -> int:
     """Put the host's spikes into ``pending``; return their number, or -1 if one is of no source."""
     first, pending = len(loaded.state.q), loaded.state.pending
@@ -62,7 +62,7 @@ def accept(loaded: Loaded, sources: np.ndarray) -> int:
     return len(sources)
 
 
-@njit(cache=True)
+@compiled
 def deliver(loaded: Loaded, n_arriving: int, counts: np.ndarray) -> int:
     """Add up the weights of all arriving spikes; return the number of deliveries touched.
 
@@ -80,7 +80,7 @@ def deliver(loaded: Loaded, n_arriving: int, counts: np.ndarray) -> int:
     return n
 
 
-@njit(cache=True)
+@compiled
 def _sort(wiring: Wiring, state: State, n_arriving: int) -> int:
     """Count the arriving spikes by delivery and by fan; return the number of deliveries.
 
@@ -98,7 +98,7 @@ def _sort(wiring: Wiring, state: State, n_arriving: int) -> int:
     return n
 
 
-@njit(cache=True, inline="always")
+@inlined
 def _add(sums: np.ndarray, first: int, weights: np.ndarray, begin: int, n: int, times: int) -> None:
     # Unsigned indices: numba then needs no check for negative ones, and LLVM makes vectors.
     at, start, factor = np.uintp(first), np.uintp(begin), sums.dtype.type(times)
@@ -106,7 +106,7 @@ def _add(sums: np.ndarray, first: int, weights: np.ndarray, begin: int, n: int, 
         sums[at + j] += sums.dtype.type(factor * weights[start + j])
 
 
-@njit(cache=True)
+@compiled
 def _count(wiring: Wiring, sent: np.ndarray, counts: np.ndarray) -> None:
     for fan in range(sent.shape[1]):
         n = sent[0, fan]
@@ -119,7 +119,7 @@ def _count(wiring: Wiring, sent: np.ndarray, counts: np.ndarray) -> None:
                 counts[OPERATIONS, core] += n * wiring.cost[k, 1]
 
 
-@njit(cache=True)
+@compiled
 def update(loaded: Loaded, n_pending: int, noise: np.ndarray, counts: np.ndarray) -> int:
     """Update all compartments, and fill ``held``; return the number of spikes under way.
 
@@ -142,13 +142,13 @@ def update(loaded: Loaded, n_pending: int, noise: np.ndarray, counts: np.ndarray
     return n + n_pending
 
 
-@njit(cache=True, inline="always")
+@inlined
 def _wrap(x: np.int32, size: int) -> np.int32:
     shift = 32 - size
     return I32(I32(x << shift) >> shift)
 
 
-@njit(cache=True, inline="always")
+@inlined
 def _decay(x: np.int32, keep: np.int32) -> np.int32:
     # |x| keep >> 12 without 64 bits: the high part of |x| times keep needs no rounding.
     sign = I32(x >> 31)
@@ -158,7 +158,7 @@ def _decay(x: np.int32, keep: np.int32) -> np.int32:
     return I32(I32(kept ^ sign) - sign)
 
 
-@njit(cache=True)
+@compiled
 def _receive(q: np.ndarray, sums: np.ndarray, shift: int, noise: np.ndarray) -> None:
     """Set q to the sums that arrived, and begin to add up anew."""
     for i in range(len(q)):
@@ -168,14 +168,14 @@ def _receive(q: np.ndarray, sums: np.ndarray, shift: int, noise: np.ndarray) -> 
         q[i] = I32(q[i] + noise[i])
 
 
-@njit(cache=True)
+@compiled
 def _integrate(q: np.ndarray, u: np.ndarray, keep_u: np.ndarray) -> None:
     for i in range(len(q)):
         q[i] = _wrap(q[i], Q_SIZE)
         u[i] = _wrap(I32(_decay(u[i], keep_u[i]) + q[i]), U_SIZE)
 
 
-@njit(cache=True)
+@compiled
 def _leak(
     v: np.ndarray, u: np.ndarray, bias: np.ndarray, keep_v: np.ndarray, noise: np.ndarray
 ) -> None:
@@ -189,7 +189,7 @@ def _leak(
             v[i] = I32(_decay(v[i], keep_v[i]) + total)
 
 
-@njit(cache=True)
+@compiled
 def _fire(
     v: np.ndarray,
     refractory: np.ndarray,
@@ -206,7 +206,7 @@ def _fire(
         v[i] = I32(0) if fires else x
 
 
-@njit(cache=True)
+@compiled
 def _rest(refractory: np.ndarray, refract: np.ndarray, spiked: np.ndarray) -> None:
     # With masks instead of branches, which LLVM would not turn into vector instructions here.
     for i in range(len(refractory)):
@@ -216,7 +216,7 @@ def _rest(refractory: np.ndarray, refract: np.ndarray, spiked: np.ndarray) -> No
         refractory[i] = I32(left & ~I32(left >> 31))
 
 
-@njit(cache=True)
+@compiled
 def _hold(neurons: Neurons, state: State) -> None:
     """Copy the values that outputs read: the voltage, current or spike of each compartment."""
     for k in range(len(state.held)):
@@ -224,7 +224,7 @@ def _hold(neurons: Neurons, state: State) -> None:
         state.held[k] = state.v[i] if key == 0 else state.u[i] if key == 1 else state.spiked[i]
 
 
-@njit(cache=True)
+@compiled
 def _list_spikes(neurons: Neurons, state: State, counts: np.ndarray) -> int:
     """List the compartments that spiked, without branches, which spikes would make mispredicted."""
     n = 0
@@ -243,7 +243,7 @@ def _list_spikes(neurons: Neurons, state: State, counts: np.ndarray) -> int:
     return n
 
 
-@njit(cache=True)
+@compiled
 def _count_active(neurons: Neurons, state: State, begin: int, end: int) -> int:
     active = 0
     for i in range(np.uintp(begin), np.uintp(end)):

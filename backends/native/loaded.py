@@ -3,9 +3,10 @@
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit, types
+from numba import types
 from numba.experimental import structref
 
+from spikeport.backends.compiled import compiled, make_ready
 from spikeport.backends.native.wiring import Wiring
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.tables import part
@@ -75,13 +76,14 @@ class Loaded(structref.StructRefProxy):
 
     def __new__(cls, wiring: Wiring, neurons: Neurons, state: State) -> Any:
         """Return the wiring, constants and state as one object."""
+        make_ready(_load, wiring, neurons, state)
         return _load(wiring, neurons, state)
 
 
 structref.define_proxy(Loaded, _LoadedType, ["wiring", "neurons", "state"])
 
 
-@njit(cache=True)
+@compiled
 def _load(wiring: Wiring, neurons: Neurons, state: State) -> Loaded:
     result: Loaded = Loaded(wiring, neurons, state)
     return result
