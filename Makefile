@@ -4,8 +4,11 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 
+# Tests of a file stay together: they share fixtures that take seconds.
+PARALLEL := -n auto --dist loadfile --no-loadscope-reorder
+
 .DEFAULT_GOAL := help
-.PHONY: help demo test shadow nengo-suite check bench bless format clean
+.PHONY: help demo test test-fast shadow nengo-suite check bench bless format clean
 
 help:  ## what can be made
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-11s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -23,7 +26,10 @@ demo: $(STAMP)  ## the humanoid on the emulated chip walks, draws and walks on; 
 	$(BIN)/spikeport run switch --out runs/demo --overwrite
 
 test: check  ## lint, types and all tests, on all cores
-	$(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder
+	$(BIN)/python -m pytest $(PARALLEL)
+
+test-fast: $(STAMP)  ## the tests that take no seconds each, for the inner loop (3 minutes)
+	$(BIN)/python -m pytest $(PARALLEL) -m "not slow"
 
 shadow: $(STAMP)  ## nengo-loihi's own tests, native backend beside its emulator (4 minutes)
 	$(BIN)/python -m pytest tests/shadow

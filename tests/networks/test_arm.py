@@ -233,6 +233,7 @@ def states_inside(law, region, n):
     return found
 
 
+@pytest.mark.slow
 def test_static_torques_are_those_of_the_exact_law(law, region):
     """Within 1.5 % of full scale (rms over states), and 4 % at every state.
 

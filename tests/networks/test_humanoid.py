@@ -79,6 +79,7 @@ def run(network: nengo.Network) -> tuple[dict[str, np.ndarray], dict[str, np.nda
     )
 
 
+@pytest.mark.slow
 def test_one_action_silences_the_other(law, region):
     outputs, spikes = run(shown(parts(law, region, SMALL, small_layers()), law, region))
     for part, closed in (("arm", (0, 2)), ("follower", (1,)), ("policy", (1,))):
@@ -93,6 +94,7 @@ def test_one_action_silences_the_other(law, region):
                 assert np.abs(value).max() > 0.1
 
 
+@pytest.mark.slow
 def test_an_open_policy_does_what_it_does_alone(law, region):
     """Within 0.02: its bias comes from neurons, and its weights share their steps with the gate."""
     layers = small_layers()
@@ -107,6 +109,7 @@ def test_an_open_policy_does_what_it_does_alone(law, region):
     assert outputs["policy"][0, -100:].mean(axis=0) == pytest.approx(expected, abs=0.02)
 
 
+@pytest.mark.slow
 def test_a_policy_that_balances_is_never_silent(law, region):
     options = HumanoidOptions(balances=True)
     outputs, spikes = run(shown(parts(law, region, SMALL, small_layers(), options), law, region))

@@ -79,6 +79,7 @@ def test_neurons_see_errors_within_the_unit_disc():
     assert far == pytest.approx([0.6, 0.8, 0, 1, 0, -0.4])
 
 
+@pytest.mark.slow
 def test_commands_in_float_are_those_of_the_law():
     """Within 0.03 m/s and 0.07 rad/s rms; 0.015 and 0.036 when written."""
     assert (rms(errors("reference", 24)) < (0.03, 0.07)).all()
@@ -89,6 +90,7 @@ def test_commands_on_the_chip_are_those_of_the_law():
     assert (rms(errors("native", 60)) < (0.03, 0.13)).all()
 
 
+@pytest.mark.slow
 def test_straight_ahead_the_chip_does_not_turn():
     """Within 0.01 rad/s in the mean of six seconds."""
     ahead = np.tile([0.4, 0, 0, 0], (24, 1)), np.zeros((24, 5))
@@ -101,6 +103,7 @@ def test_straight_ahead_the_chip_does_not_turn():
     assert yaw_rate == pytest.approx(0, abs=0.01)
 
 
+@pytest.mark.slow
 def test_a_unicycle_joins_a_circle():
     """Radius 1.5 m at 0.5 m/s, from 0.3 m outside it: within 0.05 m of it after 6 s."""
     pose = np.array([np.pi / 2, 1.8, 0.0])
@@ -129,6 +132,7 @@ def test_a_unicycle_joins_a_circle():
     assert np.abs(np.hypot(x, y) - 1.5).max() < 0.05
 
 
+@pytest.mark.slow
 def test_its_command_can_enter_a_policy_on_the_same_chip():
     """Two units that stay above zero pass the command on.
 

@@ -2,6 +2,7 @@
 
 import nengo
 import numpy as np
+import pytest
 
 from spikeport.networks.policy import (
     Calibrated,
@@ -12,6 +13,7 @@ from spikeport.networks.policy_solving import by_halves, refit
 from tests.helpers.policies import LAYERS, OBSERVATIONS, built, float_error
 
 
+@pytest.mark.slow
 def test_layers_solved_for_jointly_are_nearer():
     unit = float_error(PolicyOptions(units="lif"))
     layer = float_error(PolicyOptions(units="lif", solve="layer"), observations=OBSERVATIONS)

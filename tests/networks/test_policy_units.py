@@ -66,9 +66,9 @@ def test_all_variants_become_few_ensembles_on_the_chip(activation, units):
     [
         ("elu", "hybrid", 0.06),
         ("relu", "hybrid", 0.04),
-        ("tanh", "lif", 0.2),
-        ("silu", "hybrid", 0.3),
-        ("gelu", "hybrid", 0.3),
+        pytest.param("tanh", "lif", 0.2, marks=pytest.mark.slow),
+        pytest.param("silu", "hybrid", 0.3, marks=pytest.mark.slow),
+        pytest.param("gelu", "hybrid", 0.3, marks=pytest.mark.slow),
     ],
 )
 def test_float_neurons_compute_each_activation(activation, units, most):

@@ -11,6 +11,7 @@ def refusal(spec, *pairs):
     return str(caught.value)
 
 
+@pytest.mark.slow
 def test_the_arm_is_built_in():
     network = find_network("arm", ["m1=60"])
     assert {e.label for e in network.all_ensembles} >= {"S1", "M1 x", "CB gravity"}

@@ -324,6 +324,7 @@ def test_outputs_hold_what_their_compartments_hold() -> None:
     assert spiked.tolist() == [1, 0, 1]
 
 
+@pytest.mark.slow
 def test_blocks_of_a_thousand_compartments_are_equal_too() -> None:
     """Vector instructions take over, and rows break into runs of all lengths."""
     rng = np.random.RandomState(4)

@@ -103,6 +103,7 @@ def test_a_cure_names_the_number_of_parts_that_helps() -> None:
     assert violation.cure.startswith("split the source ensemble into 3 that decode")
 
 
+@pytest.mark.slow
 def test_several_violations_of_a_network_are_reported_at_once() -> None:
     with nengo.Network(seed=1) as network:
         big = nengo.Ensemble(8000, 1, n_eval_points=100)

@@ -214,6 +214,7 @@ for make in (arrays, product, basal_ganglia):
 """
 
 
+@pytest.mark.slow
 def test_networks_with_passthrough_nodes_give_the_same_image_in_every_process() -> None:
     runs = [
         subprocess.Popen(

@@ -49,6 +49,7 @@ def test_states_hold_all_terms_of_the_torque_at_once(law, region):
     assert held.target == pytest.approx(region.x.clip(held.target))
 
 
+@pytest.mark.slow
 def test_refitted_decoders_bring_the_torque_nearer_to_the_exact_law(law, region):
     held = draw_states(law, region, 120)
     decoders = refit(arm(law, region, SMALL), held, Options(1.0), 0.001).decoders
@@ -64,6 +65,7 @@ def test_refitted_decoders_bring_the_torque_nearer_to_the_exact_law(law, region)
     assert refitted < 0.95 * solved
 
 
+@pytest.mark.slow
 def test_a_rig_gives_the_same_run_again_whatever_it_did_before():
     settings = ReachSettings(m1=40, cb=30, s1=10)
     trials = [ReachTrial(settings, Options(0.2, seed=seed)) for seed in (0, 1, 0)]
@@ -80,6 +82,7 @@ def few_states(monkeypatch):
     monkeypatch.setattr(arm_trial, "draw_states", functools.partial(draw_states, n=30))
 
 
+@pytest.mark.slow
 def test_a_file_gives_the_controller_that_a_refit_in_place_gives(few_states, tmp_path):
     settings, options = ReachSettings(m1=40, cb=30, s1=10), Options(0.1)
     path = tmp_path / "decoders.npz"
@@ -94,6 +97,7 @@ def test_a_file_gives_the_controller_that_a_refit_in_place_gives(few_states, tmp
     assert calibration.image_digest not in digests  # it has no relays of decoded torques
 
 
+@pytest.mark.slow
 def test_a_file_made_for_another_network_is_refused(few_states, tmp_path):
     settings, options = ReachSettings(m1=40, cb=30, s1=10), Options(0.1)
     path = tmp_path / "decoders.npz"

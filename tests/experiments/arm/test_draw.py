@@ -1,6 +1,5 @@
 import json
 
-import numpy as np
 import pytest
 import xarray as xr
 from PIL import Image
@@ -8,9 +7,6 @@ from PIL import Image
 from spikeport.errors import MissingExtraError, UsageError
 from spikeport.experiments import driver
 from spikeport.experiments.arm import digit_reader, draw
-from spikeport.experiments.arm.draw_task import DrawTask
-from spikeport.experiments.arm.metrics import drawing, lag, shape_error
-from spikeport.experiments.arm.recording import ArmRecording
 from spikeport.experiments.options import Options
 
 FILES = ["figure.png", "probes.nc", "result.json"]
@@ -27,11 +23,6 @@ def five(tmp_path_factory):
     folder = tmp_path_factory.mktemp("five")
     run(folder, 6.0)
     return folder
-
-
-def recorded(time_s, hand, target):
-    zero = np.zeros((len(time_s), 4))
-    return ArmRecording(time_s, zero, zero, hand, target, zero)
 
 
 # how well it draws
@@ -65,6 +56,7 @@ def test_float_neurons_draw(tmp_path):
 # what it writes
 
 
+@pytest.mark.slow
 def test_a_hasty_drawing_by_the_exact_law_is_legible(five):
     metrics = json.loads((five / "result.json").read_text())["metrics"]
     assert metrics["shape_error_rms_m"] < 0.005
@@ -74,6 +66,7 @@ def test_a_hasty_drawing_by_the_exact_law_is_legible(five):
     assert metrics["torque_error_rms_nm"] == pytest.approx([0.0] * 4, abs=1e-12)
 
 
+@pytest.mark.slow
 def test_the_result_has_settings_and_metrics(five):
     result = json.loads((five / "result.json").read_text())
     assert (result["experiment"], result["settings"]["digit"]) == ("draw", 5)
@@ -84,6 +77,7 @@ def test_the_result_has_settings_and_metrics(five):
     ]
 
 
+@pytest.mark.slow
 def test_the_folder_has_a_figure_and_the_whole_path(five):
     assert sorted(path.name for path in five.iterdir()) == FILES
     with Image.open(five / "figure.png") as figure:
@@ -93,35 +87,10 @@ def test_the_folder_has_a_figure_and_the_whole_path(five):
         assert float(probes.target.sel(axis="x")[-1]) == 0.35
 
 
+@pytest.mark.slow
 def test_a_drawing_without_a_reader_has_no_reading(tmp_path, monkeypatch):
     monkeypatch.setattr(digit_reader, "find_spec", lambda name: None)
     assert run(tmp_path, 4.0)["metrics"]["recognised_as"] is None
-
-
-# metrics
-
-
-def test_only_the_drawing_counts():
-    times = np.arange(0, 4, 0.5)
-    position = np.zeros((8, 3))
-    assert drawing(recorded(times, position, position)).time_s.tolist() == [2.0, 2.5, 3.0, 3.5]
-    assert DrawTask.begin_s == 2.0
-
-
-def test_the_shape_error_is_the_distance_to_the_nearest_point():
-    stroke = np.stack([np.linspace(0, 1, 1001), np.zeros(1001), np.zeros(1001)], axis=1)
-    trace = np.array([[0.5, 0.03, 0.04], [-0.3, 0.0, 0.4], [0.2, 0.0, 0.0]])
-    assert shape_error(stroke, trace) == pytest.approx([0.05, 0.5, 0.0])
-
-
-def test_the_lag_is_the_time_by_which_the_hand_follows():
-    times = np.arange(0, 5, 0.005)
-
-    def pen(t):
-        return np.stack([np.cos(2 * t), np.sin(3 * t), t], axis=1)
-
-    assert lag(recorded(times, pen(times - 0.12), pen(times))) == pytest.approx(0.12)
-    assert lag(recorded(times, pen(times), pen(times))) == 0.0
 
 
 # what it refuses

@@ -1,34 +1,22 @@
 import errno
 import os
-from types import SimpleNamespace
 
 import nengo
 import numpy as np
 import pytest
-import xarray as xr
 from PIL import Image
 
 from spikeport.compile.pipeline import compile_network
 from spikeport.errors import DivergedError, UsageError
 from spikeport.experiments import driver
 from spikeport.experiments.arm import reach, trial
-from spikeport.experiments.arm.metrics import reach_metrics
 from spikeport.experiments.arm.reach import ReachSettings, ReachTrial
-from spikeport.experiments.arm.recording import ArmRecording, ArmRun
 from spikeport.experiments.options import Options
 from spikeport.find_network import find_network
 from spikeport.networks.arm import PRESETS, ArmNetwork, ArmSizes, analytic_arm
 from spikeport.robot.plant import Plant
 
 ANALYTIC = ("run", "reach", "--backend", "analytic", "--seconds", "0.2")
-SERIES = {
-    "q": ("joint", "rad"),
-    "dq": ("joint", "rad/s"),
-    "hand": ("axis", "m"),
-    "target": ("axis", "m"),
-    "torque": ("joint", "N m"),
-    "exact_torque": ("joint", "N m"),
-}
 FILES = ["figure.png", "probes.nc", "result.json"]
 
 
@@ -44,6 +32,7 @@ def names(folder):
 # how well it reaches
 
 
+@pytest.mark.slow
 def test_the_exact_law_reaches_in_the_small_box(run):
     result = run(15.0, backend="analytic").result
     assert result["metrics"]["reaches"] >= 42
@@ -77,6 +66,7 @@ def test_the_lean_controller_reaches_on_the_emulated_chip(run):
     assert result["metrics"]["readout_spikes"] == 0
 
 
+@pytest.mark.slow
 def test_a_small_controller_reaches_at_the_pace_on_the_emulated_chip(loihi):
     figures = loihi.result["metrics"]
     assert figures["reaches"] >= 3
@@ -88,6 +78,7 @@ def test_a_small_controller_reaches_at_the_pace_on_the_emulated_chip(loihi):
 # what it runs
 
 
+@pytest.mark.slow
 def test_the_built_in_network_gives_the_runs_image(loihi):
     image = compile_network(find_network("arm", ["m1=200"])).image
     assert loihi.result["image_digest"] == image.digest
@@ -120,6 +111,7 @@ def test_a_wrong_setting_says_what_is_allowed(wrong, message):
 # what it writes
 
 
+@pytest.mark.slow
 def test_the_result_has_every_field(loihi):
     result = loihi.result
     assert list(result) == [
@@ -134,10 +126,12 @@ def test_the_result_has_every_field(loihi):
     assert result["energy"].keys() == result["timing"].keys() > set()
 
 
+@pytest.mark.slow
 def test_the_result_reads_back_as_it_was_returned(loihi):
     assert {**loihi.outcome.result, "command": ["spikeport", "run"]}.items() <= loihi.result.items()
 
 
+@pytest.mark.slow
 def test_the_resources_are_those_of_the_compiler(loihi):
     report = loihi.outcome.report.to_dict()
     assert loihi.result["resources"] == report["resources"]
@@ -145,53 +139,12 @@ def test_the_resources_are_those_of_the_compiler(loihi):
     assert loihi.result["resources"]["cores"]["used"] == len(report["cores"])
 
 
+@pytest.mark.slow
 def test_the_folder_holds_three_files(loihi):
     assert names(loihi.folder) == FILES
 
 
-def test_the_probes_have_names_and_units(loihi):
-    with xr.open_dataset(loihi.folder / "probes.nc", engine="h5netcdf") as probes:
-        for name, (dimension, unit) in SERIES.items():
-            assert probes[name].dims == ("time", dimension)
-            assert probes[name].attrs["units"] == unit
-            assert probes[name].attrs["long_name"]
-            assert np.isfinite(probes[name]).all()
-        assert probes.time.attrs["units"] == "s"
-        assert probes.time.values == pytest.approx(np.arange(200) * 0.005)
-        assert probes.axis.values.tolist() == ["x", "y", "z"]
-        assert probes.joint.values.tolist() == [
-            *("right_shoulder_pitch", "right_shoulder_roll", "right_shoulder_yaw", "right_elbow")
-        ]
-
-
-def test_the_probes_have_every_spike_of_the_raster(loihi):
-    with xr.open_dataset(loihi.folder / "probes.nc", engine="h5netcdf") as probes:
-        assert probes.spike_time.attrs["units"] == "s"
-        times = probes.spike_time.values
-        assert 0.001 <= times.min() < times.max() <= 1.0
-        assert times * 1000 == pytest.approx(np.round(times * 1000))
-        assert set(probes.spike_axis.values) == {0, 1, 2}
-        assert set(probes.spike_neuron.values) <= set(range(60))
-        per_neuron_hz = len(times) / (3 * 60)
-        assert 20 < per_neuron_hz < 400
-
-
-def test_the_probes_agree_with_the_metrics(loihi):
-    with xr.open_dataset(loihi.folder / "probes.nc", engine="h5netcdf") as probes:
-        distance = np.linalg.norm(probes.target - probes.hand, axis=1)
-        error = probes.torque - probes.exact_torque
-    figures = loihi.result["metrics"]
-    assert figures["distance_rms_m"] == pytest.approx(np.sqrt(np.mean(distance**2)))
-    assert figures["torque_error_rms_nm"] == pytest.approx(np.sqrt((error**2).mean(axis=0)).values)
-
-
-def test_a_controller_without_neurons_has_no_spikes(run):
-    folder = run(0.05, backend="analytic").folder
-    with xr.open_dataset(folder / "probes.nc", engine="h5netcdf") as probes:
-        assert probes.sizes["spike"] == 0
-        assert probes.sizes["time"] == 10
-
-
+@pytest.mark.slow
 def test_the_figure_is_a_picture_of_sensible_size(loihi):
     with Image.open(loihi.folder / "figure.png") as figure:
         assert figure.format == "PNG"
@@ -199,44 +152,12 @@ def test_the_figure_is_a_picture_of_sensible_size(loihi):
         assert len(figure.convert("RGB").getcolors(10**6)) > 50
 
 
+@pytest.mark.slow
 def test_two_runs_differ_in_wall_clock_time_only(tmp_path):
     from_seed = [reached(tmp_path / name, 0.2, seed=3).result for name in ("a", "b")]
     for result in from_seed:
         del result["metrics"]["real_time_factor"]
     assert from_seed[0] == from_seed[1]
-
-
-# metrics
-
-
-def finished(distances, torques=(0.0,), at_limit=(False,), wall_s=1.0):
-    """A run of 4 s whose exact torques are zero."""
-    n = len(distances)
-    target, torque = np.outer(distances, [1, 0, 0]), np.outer(torques, np.ones(4))
-    zero = np.zeros((n, 4))
-    recording = ArmRecording(0.005 * np.arange(n), zero, zero, np.zeros((n, 3)), target, torque)
-    sim = SimpleNamespace(time=4.0, image=None)
-    return ArmRun(recording, None, zero, np.array(at_limit), {}, sim, wall_s)
-
-
-def test_metrics_of_a_run_with_reaches():
-    run = finished([0.3, 0.4], [1.0, -1.0], [False, True], wall_s=2.0)
-    figures = reach_metrics(run, [0.5, 1.5])
-    assert figures["reaches"] == 2
-    assert figures["seconds_per_reach_mean"] == 0.75
-    assert figures["seconds_per_reach_max"] == 2.5
-    assert figures["distance_rms_m"] == pytest.approx(0.125**0.5)
-    assert figures["torque_error_rms_nm"] == [1.0] * 4
-    assert figures["joint_limit_steps"] == 1
-    assert figures["readout_spikes"] is None
-    assert figures["real_time_factor"] == 2.0
-
-
-def test_metrics_of_a_run_without_reaches():
-    figures = reach_metrics(finished([0.3]), [])
-    assert figures["reaches"] == 0
-    assert figures["seconds_per_reach_mean"] is None
-    assert figures["seconds_per_reach_max"] == 4.0
 
 
 # divergence
@@ -335,6 +256,7 @@ def test_divergence_replaces_an_earlier_run(tmp_path, monkeypatch):
     assert names(tmp_path) == ["last_states.npz"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("module", "failing"), [(reach, "reach_figure"), (trial, "dataset")])
 def test_a_failure_while_writing_leaves_no_result(tmp_path, monkeypatch, module, failing):
     def full(*_):
@@ -362,24 +284,6 @@ def test_a_box_out_of_reach_is_refused_before_the_run(tmp_path, spikeport):
         "it there, or make it smaller\n"
     )
     assert not out.exists()
-
-
-def test_a_joint_at_its_limit_is_marked_in_the_figure():
-    def marks(at_limit):
-        run = finished([0.3, 0.4], [0.0, 0.0], at_limit)
-        result = {
-            "settings": {"box": "small"},
-            "metrics": {"reaches": 0},
-            "seeds": {"run": 0},
-            "seconds": 0.01,
-            "backend": "analytic",
-            "resources": None,
-        }
-        legend = reach.reach_figure(run, (), result).axes[0].get_legend()
-        return [text.get_text() for text in legend.get_texts()]
-
-    assert marks([False, False]) == ["reached below 4 cm"]
-    assert marks([False, True]) == ["reached below 4 cm", "joint at its limit (1 steps)"]
 
 
 # what a machine may lack

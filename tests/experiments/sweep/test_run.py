@@ -64,6 +64,7 @@ def cluster(n_workers, threads):
         yield started
 
 
+@pytest.mark.slow
 def test_a_worker_that_dies_costs_only_points_that_kill_it_again_and_again(run, faked):
     folder, failures = run("deadly", "dies once", "diverges", "walks")
     assert failures == {
@@ -77,6 +78,7 @@ def test_a_worker_that_dies_costs_only_points_that_kill_it_again_and_again(run, 
     assert faked().count("speed=walks") == 1
 
 
+@pytest.mark.slow
 def test_what_is_finished_is_not_run_again(run, faked):
     def interrupt(what, _share):
         if what == "1 of 2 points":

@@ -42,6 +42,7 @@ def result(folder):
     return found
 
 
+@pytest.mark.slow
 def test_a_calibration_is_made_once_and_used_again(small, tmp_path):
     file = tmp_path / "c.npz"
     code, printed, _ = small("calibrate", "c.npz")

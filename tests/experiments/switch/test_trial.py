@@ -24,7 +24,13 @@ def switched(folder, schedule="switch", seconds=60.0, backend="analytic", seed=0
     return json.loads((folder / "result.json").read_text())
 
 
-@pytest.fixture(scope="module", params=[True, False], ids=["anchored", "free"])
+@pytest.fixture(
+    scope="module",
+    params=[
+        pytest.param(True, id="anchored"),
+        pytest.param(False, id="free", marks=pytest.mark.slow),
+    ],
+)
 def exact(request, tmp_path_factory, brief):
     """Six seconds of the exact controllers."""
     folder = tmp_path_factory.mktemp("exact")
@@ -126,6 +132,7 @@ def test_what_is_wrong_is_told_before_the_run(tmp_path, spikeport, settings, mes
     assert not out.exists()
 
 
+@pytest.mark.slow
 def test_a_video_shows_path_and_hand(tmp_path, drawn, monkeypatch):
     asked = []
     monkeypatch.setattr(driver, "write_video", lambda *arguments: asked.append(arguments))

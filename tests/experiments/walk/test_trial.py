@@ -157,6 +157,7 @@ def test_the_folder_holds_three_files(exact):
         assert len(figure.convert("RGB").getcolors(10**6)) > 50
 
 
+@pytest.mark.slow
 def test_two_runs_differ_in_wall_clock_time_only(tmp_path):
     a, b = (walked(tmp_path / name, 0.2, seed=3) for name in "ab")
     for result in (a, b):

@@ -50,6 +50,7 @@ def test_compile_passes_settings_to_the_network(spikeport, net_py, tmp_path):
     assert written["resources"]["compartments"]["used"] >= 33
 
 
+@pytest.mark.slow
 def test_two_processes_compile_the_same_image(start, net_py, tmp_path):
     digests = set()
     for name in ("a", "b"):
@@ -83,6 +84,7 @@ def test_every_violation_is_printed_and_nothing_written(spikeport, net_py, tmp_p
     assert names(tmp_path) == ["net.py"]
 
 
+@pytest.mark.slow
 def test_exceeded_limits_are_printed_with_use_and_limit(spikeport, net_py, tmp_path):
     done = spikeport("compile", f"{net_py}:too_large", "--out", tmp_path / "out")
     assert done.code == 1
@@ -182,6 +184,7 @@ def test_a_full_disk_leaves_no_image(spikeport, net_py, tmp_path, monkeypatch):
     assert names(out) == []
 
 
+@pytest.mark.slow
 def test_the_report_is_written_even_if_nobody_reads_the_table(start, net_py, tmp_path):
     process = start("compile", f"{net_py}:make", "--json", tmp_path / "report.json")
     process.stdout.close()

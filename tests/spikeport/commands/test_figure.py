@@ -47,6 +47,7 @@ def test_what_is_asked_for_replaces_the_papers_settings(spikeport, asked, tmp_pa
     assert (request.out, request.overwrite, request.video) == (Path(tmp_path), True, True)
 
 
+@pytest.mark.slow
 def test_a_figure_leaves_the_folder_of_its_run(spikeport, tmp_path):
     out = tmp_path / "figure"
     options = ("--backend", "analytic", "--seconds", "0.05", "--out", out)

@@ -32,6 +32,7 @@ def test_run_writes_its_folder_and_prints_the_metrics(spikeport, tmp_path):
     assert result["command"] == ["spikeport", *ANALYTIC, "--out", str(out)]
 
 
+@pytest.mark.slow
 def test_a_run_without_out_goes_into_a_folder_of_its_own(spikeport, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert spikeport(*ANALYTIC).code == 0
@@ -99,6 +100,7 @@ def test_out_that_cannot_be_written_to_is_refused_before_the_run(spikeport, tmp_
     assert done == (2, "", f"error: {tmp_path}: cannot be written to; choose another --out\n")
 
 
+@pytest.mark.slow
 def test_overwrite_replaces_a_run(spikeport, tmp_path):
     first, second = (*ANALYTIC, "--out", tmp_path), (*ANALYTIC, "--seed", "1", "--out", tmp_path)
     assert spikeport(*first).code == 0
@@ -121,6 +123,7 @@ def test_overwrite_replaces_nothing_but_runs(spikeport, tmp_path):
     assert names(tmp_path) == ["result.json", "thesis.tex"]
 
 
+@pytest.mark.slow
 def test_an_earlier_run_outlives_one_that_does_not_fit(spikeport, tmp_path):
     out = tmp_path / "run"
     assert spikeport(*ANALYTIC, "--out", out).code == 0
@@ -148,6 +151,7 @@ def test_a_full_disk_leaves_no_result(spikeport, tmp_path, monkeypatch):
     assert names(tmp_path) == []
 
 
+@pytest.mark.slow
 def test_an_interrupted_run_says_so_and_leaves_no_result(start, tmp_path):
     out = tmp_path / "run"
     process = start(

@@ -1,0 +1,36 @@
+"""Noise of compartments, drawn as nengo-loihi draws it."""
+
+import numpy as np
+
+from spikeport.backends.native.noise import Noise
+from tests.helpers.images import Block, Parts
+
+
+def drawn(n: int) -> np.ndarray:
+    return np.random.RandomState(3).randint(-127, 128, size=n, dtype=np.int32)
+
+
+def test_exponent_and_offset_scale_what_is_drawn() -> None:
+    blocks = [
+        Block(2, enable_noise=1, noise_exp=9, noise_offset=2),
+        Block(1, enable_noise=1, noise_exp=7, noise_at_membrane=1),
+        Block(1, noise_exp=9),
+    ]
+    noise = Noise(Parts(blocks).image(), np.random.RandomState(3), drawn_anyway=False)
+    uniform = drawn(4)
+    on_q, on_u = noise.draw()
+    assert on_q.tolist() == [4 * (uniform[0] + 128), 4 * (uniform[1] + 128), 0, 0]
+    assert on_u.tolist() == [0, 0, uniform[2], 0]
+
+
+def test_without_noisy_compartments_the_stream_stands_still() -> None:
+    rng = np.random.RandomState(3)
+    assert Noise(Parts([Block(4)]).image(), rng, drawn_anyway=False).draw().shape == (2, 0)
+    assert rng.randint(-127, 128, size=4, dtype=np.int32).tolist() == drawn(4).tolist()
+
+
+def test_the_stream_advances_where_others_need_it_to() -> None:
+    rng = np.random.RandomState(3)
+    noise = Noise(Parts([Block(4)]).image(), rng, drawn_anyway=True)
+    assert noise.draw().tolist() == [[0] * 4] * 2
+    assert rng.randint(-127, 128, size=2, dtype=np.int32).tolist() == drawn(6)[4:].tolist()

@@ -1,0 +1,80 @@
+"""Flat arrays that spikes are delivered along."""
+
+import numpy as np
+import pytest
+
+from spikeport.backends.native import wiring
+from spikeport.backends.native.wiring import number_alike, wire
+from spikeport.errors import ImageError
+from tests.helpers.images import Block, Group, Parts, Route
+from tests.helpers.two_blocks import two_blocks
+
+
+def test_equal_parts_have_equal_numbers() -> None:
+    values = np.array([1, 2, 1, 2, 1, 3])
+    assert number_alike(values, np.array([0, 2, 4, 5, 6])).tolist() == [0, 0, 1, 2]
+    assert number_alike(values, np.array([0, 0, 0])).tolist() == [0, 0]
+
+
+def test_each_source_has_its_deliveries() -> None:
+    wired = wire(two_blocks())
+    # sources: two compartments that send, three that do not, one on the host
+    assert wired.delivery_start.tolist() == [0, 1, 2, 2, 2, 2, 3]
+    first, second, host = wired.delivery.tolist()
+    assert first != second == host
+    runs = {
+        delivery: wired.run[wired.run_start[delivery] : wired.run_start[delivery + 1]].tolist()
+        for delivery in (first, second)
+    }
+    # first target, first weight, number of weights, shift beyond the common one
+    ((target, place, size, shift),) = runs[first]
+    assert (target, size, shift) == (2, 3, 0)
+    weights = (wired.weights.astype(int) << wired.shift).tolist()
+    assert weights[place : place + size] == [64, 128, 192]
+    ((target, place, size, shift),) = runs[second]
+    assert (target, size, shift) == (4, 1, 0)
+    assert weights[place : place + size] == [320]
+    assert (wired.shift, wired.weights.dtype) == (6, np.int8)
+
+
+def test_contacts_that_the_same_sources_reach_are_one_delivery() -> None:
+    groups = [Group([[64, 128]]), Group([[192, 256]], block=1)]
+    routes = [Route([0], group=0, input=0), Route([0], group=1, input=0)]
+    wired = wire(Parts([Block(2), Block(2)], groups, [1], routes).image())
+    assert wired.delivery.tolist() == [0]
+    # the rows follow each other in targets and weights: one run of four
+    assert wired.run.tolist() == [[0, 0, 4, 0]]
+    assert wired.weights.tolist() == [1, 2, 3, 4]
+
+
+@pytest.mark.parametrize(("largest", "dtype"), [(127, np.int8), (128, np.int16), (2**15, np.int32)])
+def test_weights_are_as_narrow_as_they_fit(largest: int, dtype: type) -> None:
+    image = Parts([Block(2)], [Group([[1, largest]])], [1], [Route([0], input=0)]).image()
+    assert wire(image).weights.dtype == dtype
+
+
+def test_spikes_cost_what_they_read_on_each_core() -> None:
+    wired = wire(two_blocks())
+    costs = [
+        wired.cost[wired.fan_start[fan] : wired.fan_start[fan + 1]].tolist() for fan in wired.fan
+    ]
+    # core, synapses read there, core of the source: the host has none
+    assert costs == [[[1, 3, 0]], [[1, 1, 0]], [], [], [], [[1, 1, -1]]]
+
+
+def test_an_axon_without_a_base_is_a_message_and_no_delivery() -> None:
+    group = Group([[64, 64]], axon_base=[-1])
+    wired = wire(Parts([Block(2)], [group], [1], [Route([0], input=0)]).image())
+    assert wired.delivery.tolist() == []
+    assert wired.cost.tolist() == [[0, 0, -1]]
+
+
+def test_rows_that_are_shared_out_of_all_proportion_are_refused(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(wiring, "MOST_PARTS", 3)
+    monkeypatch.setattr(wiring, "MOST_SHARED", 0)
+    group = Group([[64]], axon_row=[0, 0])
+    with pytest.raises(ImageError) as caught:
+        wire(Parts([Block()], [group]).image())  # a run and an atom for each of two axons
+    assert str(caught.value).startswith("its axons read 4 runs of weights, limit 3 for an image of")

@@ -1,0 +1,60 @@
+"""Runs of an image on recorded spikes, and how far outputs differ."""
+
+import numpy as np
+import pytest
+
+from spikeport.backends.rerun import TAU_S, Rerun, error
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.errors import BackendError
+from tests.helpers.images import Block, Group, Output, Parts
+
+SILENT = [np.zeros(0, dtype=int)] * 3
+
+
+def integrator(**settings: object) -> ChipImage:
+    """A compartment that adds 5 to its voltage in every step, and is read out."""
+    return Parts([Block(1, bias=5, **settings)], outputs=[Output("voltage", [0])]).image()
+
+
+def test_outputs_of_the_image_are_filtered() -> None:
+    keep, filtered = np.exp(-0.001 / TAU_S), [0.0]
+    for voltage in (5, 10, 15):
+        filtered.append(keep * filtered[-1] + (1 - keep) * voltage)
+    found = Rerun(integrator(), SILENT).integers()
+    np.testing.assert_allclose(found[:, 0], filtered[1:], rtol=1e-12)
+
+
+def test_errors_are_relative_to_the_reference() -> None:
+    reference = np.array([[3.0, 0.0], [0.0, 4.0]])
+    assert error(reference, reference) == 0
+    assert error(np.array([[3.0, 1.0], [0.0, 4.0]]), reference) == pytest.approx(0.2)
+    assert error(reference, 0 * reference) == 0
+
+
+@pytest.mark.parametrize(
+    ("image", "message"),
+    [
+        (
+            integrator(enable_noise=1),
+            "loss is not measured of a network that learns or has noise on the chip: "
+            "each of its runs differs; compile it without --loss",
+        ),
+        (
+            Parts(
+                [Block(1)],
+                [Group([[0]], learning=(1, 4, -7, 10, 8.5, 2, 4))],
+                outputs=[Output("voltage", [0])],
+            ).image(),
+            "loss is not measured of a network that learns or has noise on the chip: "
+            "each of its runs differs; compile it without --loss",
+        ),
+        (
+            Parts([Block(1)], outputs=[Output("current", [0])]).image(),
+            "loss is measured at what is read out, and nothing is; add a probe",
+        ),
+    ],
+)
+def test_what_cannot_be_compared_is_refused(image: ChipImage, message: str) -> None:
+    with pytest.raises(BackendError) as caught:
+        Rerun(image, SILENT)
+    assert str(caught.value) == message

@@ -1,0 +1,70 @@
+"""Operations of a tape on one array of floats, by hand."""
+
+import numpy as np
+import pytest
+
+from spikeport.backends import tape_kernel as kernel
+from spikeport.backends.tape_kernel import decode, run_tape
+
+MEMORY = [1.0, 2.0, -3.0, 10.0, 20.0, 30.0]
+
+
+def after(
+    what: int, *row: int, a: float = 0.0, b: float = 0.0, tables: tuple[float, ...] = ()
+) -> list[float]:
+    """The array after one operation: n, target, stride, source, stride, table, state."""
+    memory = np.array(MEMORY)
+    code = np.array([[what, *row]], dtype=np.int64)
+    run_tape(memory, code, np.array([[a, b]]), np.array(tables, dtype=float))
+    return memory.tolist()
+
+
+@pytest.mark.parametrize(
+    ("found", "expected"),
+    [
+        (after(kernel.FILL, 2, 1, 2, 1, 2, 0, 0, a=7.0), [1, 7, -3, 7, 20, 30]),
+        (after(kernel.COPY, 3, 3, 1, 0, 1, 0, 0), [1, 2, -3, 1, 2, -3]),
+        (after(kernel.COPY, 3, 3, 1, 0, 0, 0, 0), [1, 2, -3, 1, 1, 1]),
+        (after(kernel.ADD, 3, 3, 1, 0, 1, 0, 0), [1, 2, -3, 11, 22, 27]),
+        (
+            after(kernel.SCALE_ADD, 2, 3, 1, 1, 1, 1, 0, tables=(9, 10, 100)),
+            [1, 2, -3, 10 + 20, 20 - 300, 30],
+        ),
+        (
+            # weights 2 and 4 of sources 2 and 0
+            after(kernel.GATHER_ADD, 2, 3, 1, 0, 1, 0, 0, tables=(2, 4, 2, 0)),
+            [1, 2, -3, 10 - 6, 20 + 4, 30],
+        ),
+        (after(kernel.GAIN, 2, 4, 1, 0, 1, 0, 0, a=0.5), [1, 2, -3, 10, 0.5, 1]),
+        # state 10 is kept by 0.1, the input counts twice
+        (after(kernel.LOWPASS, 1, 5, 1, 1, 1, 0, 3, a=0.1, b=2.0), [1, 2, -3, 5, 20, 5]),
+        (after(kernel.LOWPASS_ADD, 1, 5, 1, 1, 1, 0, 3, a=0.1, b=2.0), [1, 2, -3, 5, 20, 35]),
+        # voltage 10 + 2 * 0.25 = 10.5: ten spikes of 100 each
+        (after(kernel.RELU, 1, 5, 1, 1, 1, 0, 3, a=100.0, b=0.25), [1, 2, -3, 0.5, 20, 1000]),
+        # a negative input adds nothing
+        (after(kernel.RELU, 1, 5, 1, 2, 1, 0, 0, a=100.0, b=0.25), [0, 2, -3, 10, 20, 100]),
+    ],
+)
+def test_an_operation_computes_what_it_is_called(found: list[float], expected: list[float]) -> None:
+    assert found == expected
+
+
+def test_operations_run_in_turn() -> None:
+    memory = np.array([1.0, 0.0, 0.0])
+    copy = [kernel.COPY, 1, 1, 1, 0, 1, 0, 0]
+    add = [kernel.ADD, 1, 2, 1, 1, 1, 0, 0]
+    run_tape(memory, np.array([copy, add, add]), np.zeros((3, 2)), np.zeros(0))
+    assert memory.tolist() == [1, 1, 2]
+
+
+@pytest.mark.parametrize(
+    ("held", "values", "exact"),
+    [([3, 0, 0], [3, 1.5], True), ([3, 4, 0], [3, 9.5], False), ([0, 0, 5], [-5, 0], True)],
+)
+def test_a_sum_of_several_terms_is_not_exact(
+    held: list[int], values: list[float], exact: bool
+) -> None:
+    found = np.zeros(2)
+    tables = np.array([0, 2, 4]), np.array([0, 2, 0, 1]), np.array([1.0, -1.0, 0.5, 2.0])
+    assert decode(np.array(held, dtype=np.int32), *tables, found) == exact
+    assert found.tolist() == values

@@ -1,0 +1,38 @@
+"""Spikes between blocks and cores, where every source spikes once."""
+
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.traffic import block_traffic, core_messages, reached_blocks
+from tests.helpers.images import Block, Group, Parts, Route
+
+
+def network() -> ChipImage:
+    """Two compartments that reach two blocks, one of them by two routes, and a source for both."""
+    groups = [Group([[64], [64]], block=1), Group([[64]], block=2), Group([[64]], block=1)]
+    routes = [
+        Route([0, 1], group=0, block=0),
+        Route([0, -1], group=1, block=0),
+        Route([0, -1], group=2, block=0),
+        Route([0], group=0, input=0),
+        Route([0], group=1, input=0),
+    ]
+    blocks = [Block(2), Block(1, core=1), Block(1, core=1)]
+    return Parts(blocks, groups, [1], routes).image()
+
+
+def test_a_block_that_is_reached_twice_counts_once() -> None:
+    assert reached_blocks(network()).toarray().tolist() == [
+        [0, 1, 1],
+        [0, 1, 0],
+        [0, 0, 0],
+        [0, 0, 0],
+        [0, 1, 1],
+    ]
+
+
+def test_traffic_of_two_blocks_is_what_they_send_and_what_both_are_sent() -> None:
+    # block 0 sends two spikes to block 1, one to block 2; two sources reach both of these
+    assert block_traffic(network()).tolist() == [[0, 2, 1], [2, 0, 2], [1, 2, 0]]
+
+
+def test_a_spike_is_one_message_to_a_core_whatever_it_reaches_there() -> None:
+    assert core_messages(network()).tolist() == [[0, 2], [0, 0]]

@@ -1,0 +1,44 @@
+"""The search for cuts: pieces as long as there is room for."""
+
+import math
+
+import pytest
+
+from spikeport.compile.placing.load import Capacity
+from spikeport.compile.placing.search import Search
+from spikeport.hardware_models import chip as chips
+from tests.helpers.images import Block, Group, Parts
+from tests.helpers.two_blocks import two_blocks
+
+LOIHI = chips.get("loihi")
+INF = math.inf
+
+
+def room(compartments: float = INF, in_axons: float = INF, out_axons: float = INF) -> Capacity:
+    return Capacity((compartments, in_axons, out_axons, INF), (INF,) * 6)
+
+
+@pytest.mark.parametrize(
+    ("capacity", "bounds"),
+    [
+        (room(), {}),
+        (room(compartments=3), {}),
+        (room(compartments=2), {1: [0, 2, 3]}),
+        (room(compartments=1), {0: [0, 1, 2], 1: [0, 1, 2, 3]}),
+        # the last compartment alone needs both axons
+        (room(in_axons=1), {}),
+        # The target in two pieces takes two output axons of compartment 0: it needs a core of its
+        # own.
+        (room(compartments=2, out_axons=2), {0: [0, 1, 2], 1: [0, 2, 3]}),
+    ],
+)
+def test_pieces_are_as_long_as_there_is_room_for(
+    capacity: Capacity, bounds: dict[int, list[int]]
+) -> None:
+    assert Search(two_blocks(), LOIHI).bounds(capacity) == bounds
+
+
+def test_a_block_that_cannot_be_cut_is_left_out() -> None:
+    group = Group([[64] * 8], pop_type=32)
+    image = Parts([Block(8), Block(8)], [group]).image()
+    assert Search(image, LOIHI).bounds(room(compartments=4)) == {1: [0, 4, 8]}

@@ -1,0 +1,60 @@
+"""Recordings of the arm, as a run writes them."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+SERIES = {
+    "q": ("joint", "rad"),
+    "dq": ("joint", "rad/s"),
+    "hand": ("axis", "m"),
+    "target": ("axis", "m"),
+    "torque": ("joint", "N m"),
+    "exact_torque": ("joint", "N m"),
+}
+
+
+@pytest.mark.slow
+def test_the_probes_have_names_and_units(loihi):
+    with xr.open_dataset(loihi.folder / "probes.nc", engine="h5netcdf") as probes:
+        for name, (dimension, unit) in SERIES.items():
+            assert probes[name].dims == ("time", dimension)
+            assert probes[name].attrs["units"] == unit
+            assert probes[name].attrs["long_name"]
+            assert np.isfinite(probes[name]).all()
+        assert probes.time.attrs["units"] == "s"
+        assert probes.time.values == pytest.approx(np.arange(200) * 0.005)
+        assert probes.axis.values.tolist() == ["x", "y", "z"]
+        assert probes.joint.values.tolist() == [
+            *("right_shoulder_pitch", "right_shoulder_roll", "right_shoulder_yaw", "right_elbow")
+        ]
+
+
+@pytest.mark.slow
+def test_the_probes_have_every_spike_of_the_raster(loihi):
+    with xr.open_dataset(loihi.folder / "probes.nc", engine="h5netcdf") as probes:
+        assert probes.spike_time.attrs["units"] == "s"
+        times = probes.spike_time.values
+        assert 0.001 <= times.min() < times.max() <= 1.0
+        assert times * 1000 == pytest.approx(np.round(times * 1000))
+        assert set(probes.spike_axis.values) == {0, 1, 2}
+        assert set(probes.spike_neuron.values) <= set(range(60))
+        per_neuron_hz = len(times) / (3 * 60)
+        assert 20 < per_neuron_hz < 400
+
+
+@pytest.mark.slow
+def test_the_probes_agree_with_the_metrics(loihi):
+    with xr.open_dataset(loihi.folder / "probes.nc", engine="h5netcdf") as probes:
+        distance = np.linalg.norm(probes.target - probes.hand, axis=1)
+        error = probes.torque - probes.exact_torque
+    figures = loihi.result["metrics"]
+    assert figures["distance_rms_m"] == pytest.approx(np.sqrt(np.mean(distance**2)))
+    assert figures["torque_error_rms_nm"] == pytest.approx(np.sqrt((error**2).mean(axis=0)).values)
+
+
+def test_a_controller_without_neurons_has_no_spikes(run):
+    folder = run(0.05, backend="analytic").folder
+    with xr.open_dataset(folder / "probes.nc", engine="h5netcdf") as probes:
+        assert probes.sizes["spike"] == 0
+        assert probes.sizes["time"] == 10
