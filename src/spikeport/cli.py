@@ -1,6 +1,7 @@
 """The command line.
 
-Exit codes: 0 done, 1 the network does not fit or a run failed, 2 wrong use, 130 interrupted.
+Exit codes: 0 done, 1 the network does not fit or a run failed, 2 wrong use, 130 interrupted. Which
+of 1 and 2 it is belongs to the class of the error: `SpikeportError.exit_code`.
 """
 
 import os
@@ -13,7 +14,7 @@ import typer
 import typer.core
 
 from spikeport import __version__
-from spikeport.errors import CompileError, DivergedError, RenderError, SpikeportError
+from spikeport.errors import SpikeportError
 
 
 class Commands(typer.core.TyperGroup):
@@ -34,7 +35,6 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-FAILURES = (CompileError, DivergedError, RenderError)
 LARGEST_SEED = 2**32 - 1
 """Of NumPy's random states."""
 
@@ -392,7 +392,7 @@ def main() -> None:
     try:
         app(prog_name="spikeport")
     except SpikeportError as error:
-        fail(str(error), 1 if isinstance(error, FAILURES) else 2)
+        fail(str(error), error.exit_code)
     except OSError as error:
         reason = error.strerror or ", ".join(map(str, error.args))
         fail(f"{error.filename or 'system'}: {reason}", 1)
