@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-EVERYONE = {"errors", "atomic", "arrays", "constants"}
+EVERYONE = {"errors", "atomic", "arrays", "constants", "key_values"}
 FOLDERS: dict[str, set[str]] = {
     "networks": set(),
     "hardware_models": set(),

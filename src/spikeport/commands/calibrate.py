@@ -5,7 +5,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from spikeport import settings
+from spikeport import key_values
 from spikeport.commands.options import Target
 from spikeport.commands.progress import progress_bar
 from spikeport.commands.run import check, seconds_of
@@ -32,7 +32,7 @@ def run(request: CalibrateRequest) -> None:
     experiment, target = registry.get(request.experiment), request.target
     _check(request, experiment)
     owner = f"experiment '{experiment.name}'"
-    chosen = experiment.settings(**settings.parse(request.settings, experiment.settings, owner))
+    chosen = experiment.settings(**key_values.parse(request.settings, experiment.settings, owner))
     with progress_bar() as progress:
         options = Options(
             seconds=seconds_of(request.seconds, experiment),

@@ -9,7 +9,7 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from spikeport import settings
+from spikeport import key_values
 from spikeport.commands.options import RunOptions, Target
 from spikeport.commands.progress import progress_bar
 from spikeport.commands.tables import cost_notes, cost_table, resource_table
@@ -35,7 +35,7 @@ def run(request: RunRequest) -> None:
     if target.backend not in experiment.backends:
         raise unknown(f"backend of {experiment.name}", target.backend, experiment.backends)
     owner = f"experiment '{experiment.name}'"
-    chosen = experiment.settings(**settings.parse(asked.settings, experiment.settings, owner))
+    chosen = experiment.settings(**key_values.parse(asked.settings, experiment.settings, owner))
     seconds = seconds_of(asked.seconds, experiment)
     check(target)
     folder = run_folder.create(asked.out, experiment.name, asked.overwrite)

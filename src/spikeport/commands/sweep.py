@@ -6,7 +6,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from spikeport import settings
+from spikeport import key_values
 from spikeport.atomic import atomic_path
 from spikeport.commands.options import Target, Workers
 from spikeport.commands.progress import progress_bar
@@ -75,7 +75,7 @@ def planned(request: SweepRequest) -> Sweep:
         chip=target.chip,
         pipeline=experiment.passes(target.passes),
         seconds=seconds_of(request.seconds, experiment),
-        settings=settings.parse(request.settings, experiment.settings, owner),
+        settings=key_values.parse(request.settings, experiment.settings, owner),
         varied=_varied(request.vary, experiment, owner),
         seeds=request.seeds,
         probes=request.probes,
@@ -86,8 +86,8 @@ def planned(request: SweepRequest) -> Sweep:
 
 def _varied(
     vary: Iterable[str], experiment: Experiment, owner: str
-) -> dict[str, tuple[settings.Value, ...]]:
-    varied: dict[str, tuple[settings.Value, ...]] = {}
+) -> dict[str, tuple[key_values.Value, ...]]:
+    varied: dict[str, tuple[key_values.Value, ...]] = {}
     for pair in vary:
         key, equals, texts = pair.partition("=")
         if not equals:
@@ -101,11 +101,11 @@ def _varied(
     return varied
 
 
-def _value(key: str, text: str, experiment: Experiment, owner: str) -> settings.Value:
+def _value(key: str, text: str, experiment: Experiment, owner: str) -> key_values.Value:
     if key == BACKEND:
         return text
     pair = [f"{key}={text}"]
-    return settings.parse(pair, experiment.settings, owner, option="--vary")[key]
+    return key_values.parse(pair, experiment.settings, owner, option="--vary")[key]
 
 
 def _check(sweep: Sweep, experiment: Experiment) -> None:
