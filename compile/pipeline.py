@@ -3,10 +3,9 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import nengo
-from nengo_loihi.builder import Model
 
 from spikeport.compile.check.hints import image_hints, network_hints
 from spikeport.compile.check.lint import lint
@@ -31,6 +30,9 @@ from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.chip import Chip
 from spikeport.hardware_models.limits import CoreUse
 
+if TYPE_CHECKING:
+    from nengo_loihi.builder import Model
+
 
 @dataclass(frozen=True)
 class Compilation:
@@ -46,7 +48,7 @@ class Compilation:
     built: Mapping[Any, Any] = field(default_factory=dict)
 
     @property
-    def model(self) -> Model:
+    def model(self) -> "Model":
         """nengo-loihi's model, which has the host's side."""
         return self.blocks.model
 
