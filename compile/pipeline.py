@@ -26,6 +26,7 @@ from spikeport.compile.placing.load import block_loads, capacity
 from spikeport.compile.placing.lower_bound import lower_bound
 from spikeport.compile.report.neurobench import neurobench
 from spikeport.compile.report.report import Report
+from spikeport.constants import DT_S
 from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.chip import Chip
 from spikeport.hardware_models.limits import CoreUse
@@ -56,7 +57,7 @@ class Compilation:
 def compile_network(
     network: nengo.Network,
     chip: str | Path = "loihi",
-    dt: float = 0.001,
+    dt: float = DT_S,
     pipeline: Pipeline | str | None = None,
     observer: Observer = silent,
 ) -> Compilation:

@@ -11,6 +11,7 @@ import nengo
 import numpy as np
 import xarray as xr
 
+from spikeport.constants import DT_S
 from spikeport.experiments.arm.calibration import draw_states, refit
 from spikeport.experiments.arm.port import ArmRig
 from spikeport.experiments.arm.reachability import check_reachable, check_sampled
@@ -18,7 +19,6 @@ from spikeport.experiments.arm.recording import ArmRecording, ArmRun, Task, data
 from spikeport.experiments.arm.region import Rehearsal, record_region
 from spikeport.experiments.arm.settings import ArmSettings
 from spikeport.experiments.calibration import Calibration, load
-from spikeport.experiments.loop import DT_S
 from spikeport.experiments.pictures import Marks, Scenes
 from spikeport.experiments.trial import Closed, Trial
 from spikeport.networks.arm import ArmNetwork, analytic_arm, arm

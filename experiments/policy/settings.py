@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
+from spikeport.constants import LARGEST_SEED
 from spikeport.errors import UsageError, unknown
-from spikeport.experiments.options import LARGEST_SEED
 from spikeport.experiments.policy.file import load_policy
 from spikeport.networks.policy import PolicyOptions
 from spikeport.networks.walking_policy import WalkingPolicy

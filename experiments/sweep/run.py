@@ -13,10 +13,10 @@ from distributed.scheduler import KilledWorker
 
 from spikeport.errors import BackendError, SpikeportError
 from spikeport.experiments import registry
-from spikeport.experiments.options import Progress
 from spikeport.experiments.sweep.folder import Kept, SweepFolder
 from spikeport.experiments.sweep.plan import Point, Sweep
 from spikeport.experiments.sweep.workers import workers
+from spikeport.progress import Progress
 
 PATIENCE_S = 60
 """How long a sweep waits without any worker: Dask starts those that died anew, most times."""

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.gridspec import GridSpec
 from matplotlib.patches import ConnectionPatch
 
-from spikeport.experiments.loop import DT_S
+from spikeport.constants import DT_S
 from spikeport.experiments.pictures import show_picture
 from spikeport.experiments.switch.goals import Goal
 from spikeport.experiments.switch.nuclei_figure import (

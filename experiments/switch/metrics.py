@@ -13,11 +13,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from spikeport.constants import DT_S
 from spikeport.experiments.arm import digit_reader
 from spikeport.experiments.arm.draw_task import DrawTask, Sheet
 from spikeport.experiments.arm.metrics import rms, shape_error
 from spikeport.experiments.arm.reach_task import MIN_JUMP_M
-from spikeport.experiments.loop import DT_S
 from spikeport.experiments.switch.gate import OPEN
 from spikeport.experiments.switch.goals import Goal, hanging_hand
 from spikeport.experiments.switch.recording import SwitchRun

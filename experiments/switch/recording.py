@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
+from spikeport.constants import DT_S
 from spikeport.experiments.arm.recording import ArmRecording
-from spikeport.experiments.loop import DT_S
 from spikeport.experiments.switch.goals import Goal
 from spikeport.experiments.walk.paths import Path
 from spikeport.experiments.walk.recording import MOVING, WalkRecording

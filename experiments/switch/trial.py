@@ -10,9 +10,9 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from spikeport.constants import DT_S
 from spikeport.errors import UsageError
 from spikeport.experiments.calibration import Calibration
-from spikeport.experiments.loop import DT_S
 from spikeport.experiments.options import BACKENDS, Experiment, Options
 from spikeport.experiments.pictures import Scenes
 from spikeport.experiments.policy.readout import (

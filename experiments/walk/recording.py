@@ -6,7 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from spikeport.experiments.loop import DT_S, Recording
+from spikeport.constants import DT_S
+from spikeport.experiments.loop import Recording
 from spikeport.experiments.walk.paths import Path
 from spikeport.networks.region import Box
 from spikeport.robot.description import JOINTS

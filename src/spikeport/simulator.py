@@ -18,6 +18,7 @@ from spikeport.backends.sampling import sampled
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.passes.pipeline import Pipeline
 from spikeport.compile.pipeline import Compilation
+from spikeport.constants import DT_S
 from spikeport.errors import UsageError
 from spikeport.hardware_models.activity import Activity
 
@@ -75,7 +76,7 @@ class Simulator:
         network: nengo.Network,
         chip: str | Path = "loihi",
         backend: str = "native",
-        dt: float = 0.001,
+        dt: float = DT_S,
         seed: int | None = None,
         progress_bar: bool | ProgressBar = False,
         pipeline: Pipeline | str | None = None,

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-from spikeport.backends.loss import Tell, measure
+from spikeport.backends.loss import measure
 from spikeport.commands import rates
 from spikeport.commands.passes import printer
 from spikeport.commands.progress import progress_bar
@@ -15,12 +15,13 @@ from spikeport.compile.pipeline import Compilation, compile_network
 from spikeport.compile.report.budget import Budget
 from spikeport.compile.report.expected import Rates, expected_activity
 from spikeport.compile.report.report import Modules
+from spikeport.constants import DT_S
 from spikeport.errors import UsageError
 from spikeport.experiments.run_folder import write_json
 from spikeport.find_network import find_network, needed_passes
 from spikeport.hardware_models import chip as chips
+from spikeport.progress import Progress
 
-DT_S = 0.001
 SEED = 0
 """Of processes on the host, where a loss is measured."""
 
@@ -82,8 +83,8 @@ def _reckoned(compilation: Compilation, stated: Rates | None) -> Findings:
     return Findings(compilation.report, expected_activity(image, stated), stated, modules=counts)
 
 
-def _measured(compilation: Compilation, seconds: float, tell: Tell) -> Findings:
-    measured = measure(compilation, seconds, SEED, tell)
+def _measured(compilation: Compilation, seconds: float, progress: Progress) -> Findings:
+    measured = measure(compilation, seconds, SEED, progress)
     counts = Modules(modules(compilation.image), measured.by_module)
     return Findings(compilation.report, measured.activity, loss=measured.loss, modules=counts)
 
