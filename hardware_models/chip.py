@@ -9,9 +9,9 @@ from typing import Annotated
 
 from pydantic import Field, ValidationInfo, field_validator
 
-from spikeport.errors import unknown
+from spikeport.errors import ChipFileError, unknown
+from spikeport.files import read_model
 from spikeport.hardware_models.calibration import Calibration
-from spikeport.hardware_models.chip_file import read
 from spikeport.hardware_models.figure import Bits, Count, Figure, Power, Strictly
 
 SCHEMA = 1
@@ -179,4 +179,4 @@ def load(path: str | Path) -> Chip:
         The file cannot be read, is not TOML, or is not a chip; the message gives the path of the
         file, and for every problem the dotted path inside it and the reason.
     """
-    return read(Path(path), Chip)
+    return read_model(Path(path), Chip, "chip", ChipFileError)

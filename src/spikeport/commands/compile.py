@@ -17,7 +17,7 @@ from spikeport.compile.report.expected import Rates, expected_activity
 from spikeport.compile.report.report import Modules
 from spikeport.constants import DT_S
 from spikeport.errors import UsageError
-from spikeport.experiments.run_folder import write_json
+from spikeport.files import write_json
 from spikeport.find_network import find_network, needed_passes
 from spikeport.hardware_models import chip as chips
 from spikeport.progress import Progress

@@ -20,7 +20,7 @@ from spikeport.experiments.policy.observations import (
     normal_observations,
     read_observations,
 )
-from spikeport.experiments.run_folder import write_json
+from spikeport.files import write_json
 from spikeport.hardware_models import chip as chips
 from spikeport.networks.loading.files import file_format, load_mlp
 from spikeport.networks.loading.mlp import Mlp
