@@ -28,7 +28,7 @@ from spikeport.compile.report.neurobench import neurobench
 from spikeport.compile.report.report import Report
 from spikeport.constants import DT_S
 from spikeport.hardware_models import chip as chips
-from spikeport.hardware_models.chip import Chip
+from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.limits import CoreUse
 
 if TYPE_CHECKING:
@@ -124,7 +124,7 @@ def _rewritten(
     return rewrite, [without_addresses(one.message) for one in said]
 
 
-def _verified(image: ChipImage, target: Chip) -> list[CoreUse]:
+def _verified(image: ChipImage, target: ChipModel) -> list[CoreUse]:
     """Return the use of every core, once all limits of the chip are found to be kept."""
     cores = core_uses(image, target)
     if exceeded := [*verify(cores, target), *verify_settings(image, target)]:

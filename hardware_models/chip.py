@@ -77,7 +77,7 @@ class Powers(Strictly):
     board_idle_w: Power | None = None
 
 
-class Chip(Strictly):
+class ChipModel(Strictly):
     """All there is to know about a chip, in SI units, every figure with its source.
 
     Parameters
@@ -153,7 +153,7 @@ def names() -> list[str]:
     return sorted(path.stem for path in BUILT_IN.glob("*.toml"))
 
 
-def get(name: str) -> Chip:
+def get(name: str) -> ChipModel:
     """The chip of that name, or in that file if the name ends in ``.toml``.
 
     Raises
@@ -170,7 +170,7 @@ def get(name: str) -> Chip:
     return load(BUILT_IN / f"{name}.toml")
 
 
-def load(path: str | Path) -> Chip:
+def load(path: str | Path) -> ChipModel:
     """The chip in a TOML file.
 
     Raises
@@ -179,4 +179,4 @@ def load(path: str | Path) -> Chip:
         The file cannot be read, is not TOML, or is not a chip; the message gives the path of the
         file, and for every problem the dotted path inside it and the reason.
     """
-    return read_model(Path(path), Chip, "chip", ChipFileError)
+    return read_model(Path(path), ChipModel, "chip", ChipFileError)

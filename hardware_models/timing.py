@@ -7,7 +7,7 @@ import numpy as np
 
 from spikeport.hardware_models.activity import Activity
 from spikeport.hardware_models.calibration import Calibration
-from spikeport.hardware_models.chip import Chip
+from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.estimate import Estimate, merge_sources
 from spikeport.hardware_models.step_time import (
     StepTimes,
@@ -75,7 +75,7 @@ class TimingReport:
         return asdict(self) | lists
 
 
-def timing(activity: Activity, chip: Chip, calibration: Calibration) -> TimingReport:
+def timing(activity: Activity, chip: ChipModel, calibration: Calibration) -> TimingReport:
     """Mean and longest step of a run; for the equations see `step_time`.
 
     Links between tiles and the host's input and output are not modelled.
