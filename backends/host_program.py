@@ -1,10 +1,12 @@
 """The part of a compiled network that stays on the host."""
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import nengo
-from nengo_loihi.builder import Model
+
+if TYPE_CHECKING:
+    from nengo_loihi.builder import Model
 
 
 class Port(NamedTuple):
@@ -35,7 +37,7 @@ class HostProgram:
     probes: dict[nengo.Probe, int]
 
 
-def host_program(model: Model) -> HostProgram:
+def host_program(model: "Model") -> HostProgram:
     """Collect the host side of a model that nengo-loihi has built."""
     outputs = {id(probe): i for i, probe in enumerate(model.probes)}
     node_of = {id(model.spike_targets[r]): s for s, r in model.host2chip_senders.items()}
@@ -60,6 +62,6 @@ def host_program(model: Model) -> HostProgram:
     )
 
 
-def _learning_synapse(model: Model, target: Any) -> Any:
+def _learning_synapse(model: "Model", target: Any) -> Any:
     connection = model.nengo_probe_conns[target.error_target]
     return model.objs[connection]["decoders"]

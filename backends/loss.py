@@ -6,7 +6,7 @@ at a time.
 """
 
 import itertools
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -26,6 +26,7 @@ from spikeport.compile.pipeline import Compilation
 from spikeport.compile.report.loss import Loss, Part
 from spikeport.errors import BackendError
 from spikeport.hardware_models.activity import Activity
+from spikeport.progress import Progress
 
 WINDOW = 100
 """Steps in a row in which a source spikes, if its input is saturated: above 0.98 of the radius."""
@@ -36,8 +37,6 @@ NEURONS = {
     "current decay": "decay_u",
     "voltage decay": "decay_v",
 }
-
-Tell = Callable[[str, float | None], None]
 
 
 class Measured(NamedTuple):
@@ -62,7 +61,7 @@ class Cause(NamedTuple):
         return error(*pair)
 
 
-def measure(compilation: Compilation, seconds: float, seed: int, tell: Tell) -> Measured:
+def measure(compilation: Compilation, seconds: float, seed: int, progress: Progress) -> Measured:
     """Run a compiled network on its image, and its blocks in floating point.
 
     Parameters
@@ -73,8 +72,8 @@ def measure(compilation: Compilation, seconds: float, seed: int, tell: Tell) -> 
         Simulated time of each run, in s.
     seed : int
         Seed of processes on the host.
-    tell : callable
-        Called with the name of the task and the share done.
+    progress : callable
+        See `spikeport.progress.Progress`.
 
     Raises
     ------
@@ -83,7 +82,7 @@ def measure(compilation: Compilation, seconds: float, seed: int, tell: Tell) -> 
     """
     blocks = compilation.blocks
     image = extract(blocks, compilation.image.manifest.chip)
-    tell("running the network", None)
+    progress("running the network", None)
     spikes, activity = _run(compilation, max(1, round(seconds / image.manifest.dt_s)), seed)
     rerun, exact = Rerun(image, spikes), wanted(blocks)
     baseline = rerun.floats(exact)
@@ -92,7 +91,7 @@ def measure(compilation: Compilation, seconds: float, seed: int, tell: Tell) -> 
         tau_s=TAU_S,
         output_error=error(rerun.integers(), baseline),
         floor=error(rerun.floats(replace(exact, bias=exact.bias * LAST_BIT)), baseline),
-        parts=_parts(rerun, exact, restored(blocks), baseline, list(causes(image)), tell),
+        parts=_parts(rerun, exact, restored(blocks), baseline, list(causes(image)), progress),
         aliasing=rate_aliasing(blocks.floats),
         readout_spikes=activity.readout_spikes,
         saturated_inputs=_saturated(image, spikes),
@@ -150,13 +149,13 @@ def _parts(
     rounded: Numbers,
     baseline: np.ndarray,
     found: Sequence[Cause],
-    tell: Tell,
+    progress: Progress,
 ) -> tuple[Part, ...]:
     """Return the output error of each cause alone, largest first."""
     errors = []
     found = [cause for cause in found if cause.rounding(exact, rounded) > 0]
     for i, cause in enumerate(found):
-        tell(f"rounding {cause.object}", i / len(found))
+        progress(f"rounding {cause.object}", i / len(found))
         mixed = exact.with_part(cause.array, rounded, cause.part)
         errors.append(error(rerun.floats(mixed), baseline))
     squares = sum(one**2 for one in errors) or 1.0

@@ -10,6 +10,10 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+
+import spikeport.compile.ground  # noqa: F401 (imports nengo-loihi in silence)
+
+# isort: split
 from nengo_loihi.block import Axon, LoihiBlock, Synapse, SynapseConfig
 from nengo_loihi.emulator import EmulatorInterface
 from nengo_loihi.inputs import SpikeInput

@@ -25,7 +25,7 @@ from spikeport.compile.passes.base import Context
 from spikeport.compile.passes.fuse import Fuse
 from spikeport.compile.passes.pipeline import Pipeline
 from spikeport.hardware_models.activity import Activity
-from spikeport.hardware_models.chip import Chip
+from spikeport.hardware_models.chip import ChipModel
 
 
 class Reference:
@@ -103,7 +103,7 @@ class Reference:
         self._sim.close()
 
 
-def fused(network: nengo.Network, chip: Chip, dt_s: float, pipeline: Pipeline) -> Rewrite:
+def fused(network: nengo.Network, chip: ChipModel, dt_s: float, pipeline: Pipeline) -> Rewrite:
     """Return a network as float Nengo runs it: rewritten by `Fuse`, if the pipeline has it."""
     rewrite = Rewrite(network, Names(network))
     context = Context(chip, dt_s, note=lambda _key, _value: None)

@@ -9,7 +9,7 @@ import numpy as np
 
 from spikeport.atomic import atomic_path
 from spikeport.hardware_models.activity import PER_STEP, Activity, Folded
-from spikeport.hardware_models.chip import Chip
+from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.step_time import fold
 
 KEPT_STEPS = 10_000
@@ -22,14 +22,14 @@ class LogOptions:
 
     Attributes
     ----------
-    chip : Chip, optional
+    chip : ChipModel, optional
         The chip for which energy and time are reckoned; without one, a run of more than
         `KEPT_STEPS` steps has none.
     folder : Path, optional
         A folder for the counts of all steps.
     """
 
-    chip: Chip | None = None
+    chip: ChipModel | None = None
     folder: Path | None = None
 
 

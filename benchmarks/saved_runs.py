@@ -19,7 +19,7 @@ class Clock:
     cpu_s: list[float] = field(default_factory=list)
 
     def __call__(self, what: str, share: float | None) -> None:
-        """See `spikeport.experiments.options.Progress`."""
+        """See `spikeport.progress.Progress`."""
         if what == "simulating" and share is not None:
             self.share.append(share)
             self.cpu_s.append(time.process_time())

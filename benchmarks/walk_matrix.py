@@ -24,7 +24,7 @@ from spikeport.experiments.walk.metrics import metrics
 from spikeport.experiments.walk.paths import SHAPES
 from spikeport.experiments.walk.settings import WalkSettings
 from spikeport.experiments.walk.trial import EXPERIMENT, WalkTrial
-from spikeport.settings import parse
+from spikeport.key_values import parse
 
 RESULTS = Path("build/walk_runs") / policy_digest(policy_layers(load_policy()))
 SIZES = (20, 10)

@@ -5,10 +5,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from numbers import Real
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import nengo
-from nengo_loihi.builder import Model
 
 from spikeport.compile.check.hints import image_hints, network_hints
 from spikeport.compile.check.lint import lint
@@ -29,9 +28,13 @@ from spikeport.compile.placing.load import block_loads, capacity
 from spikeport.compile.placing.lower_bound import lower_bound
 from spikeport.compile.report.neurobench import neurobench
 from spikeport.compile.report.report import Report
+from spikeport.constants import DT_S
 from spikeport.hardware_models import chip as chips
-from spikeport.hardware_models.chip import Chip
+from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.limits import CoreUse
+
+if TYPE_CHECKING:
+    from nengo_loihi.builder import Model
 
 
 @dataclass(frozen=True)
@@ -48,7 +51,7 @@ class Compilation:
     built: Mapping[Any, Any] = field(default_factory=dict)
 
     @property
-    def model(self) -> Model:
+    def model(self) -> "Model":
         """nengo-loihi's model, which has the host's side."""
         return self.blocks.model
 
@@ -56,7 +59,7 @@ class Compilation:
 def compile_network(
     network: nengo.Network,
     chip: str | Path = "loihi",
-    dt: float = 0.001,
+    dt: float = DT_S,
     pipeline: Pipeline | str | None = None,
     observer: Observer = silent,
 ) -> Compilation:
@@ -136,7 +139,7 @@ def _rewritten(
     return rewrite, [without_addresses(one.message) for one in said]
 
 
-def _verified(image: ChipImage, target: Chip) -> list[CoreUse]:
+def _verified(image: ChipImage, target: ChipModel) -> list[CoreUse]:
     """Return the use of every core, once all limits of the chip are found to be kept."""
     cores = core_uses(image, target)
     if exceeded := [*verify(cores, target), *verify_settings(image, target)]:

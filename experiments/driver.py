@@ -7,9 +7,9 @@ from typing import Generic, NamedTuple, TypeVar
 
 from nengo.exceptions import SimulationError
 
+from spikeport.constants import DT_S
 from spikeport.errors import DivergedError
 from spikeport.experiments import run_folder
-from spikeport.experiments.loop import DT_S
 from spikeport.experiments.options import Options, Outcome
 from spikeport.experiments.pictures import Scenes, check_video, draw_scenes, write_video
 from spikeport.experiments.run_folder import Result

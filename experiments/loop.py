@@ -17,10 +17,9 @@ from typing import Generic, Protocol, Self, TypeVar
 import nengo
 import numpy as np
 
+from spikeport.constants import DT_S
 from spikeport.errors import UsageError
 
-DT_S = 0.001
-"""Time step of controllers."""
 ROUNDING = 1e-6
 """Of a ratio of time steps."""
 

@@ -1,6 +1,5 @@
 """The options of every experiment, how it reports progress, and what it is."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -8,21 +7,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from spikeport.compile.report.report import Report
 from spikeport.experiments.run_folder import Result
 from spikeport.hardware_models.activity import Activity
+from spikeport.progress import Progress, silent
 
 if TYPE_CHECKING:
     from spikeport.experiments.trial import Settings, Trial
 
 BACKENDS = ("analytic", "reference", "native", "nengo-loihi")
 """Where experiments run: on a backend, or without neurons."""
-LARGEST_SEED = 2**32 - 1
-"""The largest seed of NumPy's random states."""
-
-Progress = Callable[[str, float | None], None]
-"""A function of what is being done, and the share that is done (None where not known)."""
-
-
-def silent(_what: str, _share: float | None) -> None:
-    """Report no progress."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +31,7 @@ class Options:
     video : bool
         Whether a video is made.
     progress : callable
-        See `Progress`.
+        See `spikeport.progress.Progress`.
     command : tuple of str
         The command line, for ``result.json``.
     """

@@ -5,8 +5,6 @@ that did not finish.
 """
 
 import contextlib
-import json
-import math
 import os
 import platform
 from collections.abc import Iterator, Mapping
@@ -17,8 +15,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from spikeport.atomic import atomic_path, is_leftover, write_text
+from spikeport.atomic import atomic_path, is_leftover
 from spikeport.errors import UsageError
+from spikeport.files import write_json
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -95,23 +94,6 @@ def write_result(folder: Path, result: Mapping[str, object]) -> None:
         "versions": {"python": platform.python_version(), **versions},
     }
     write_json(folder / "result.json", whole)
-
-
-def write_json(path: Path, value: object) -> None:
-    """Write a JSON file; numbers that are not finite become null."""
-    write_text(path, json.dumps(_plain(value), indent=2, allow_nan=False) + "\n")
-
-
-def _plain(value: object) -> object:
-    if isinstance(value, Mapping):
-        return {str(k): _plain(v) for k, v in value.items()}
-    if isinstance(value, list | tuple | np.ndarray):
-        return [_plain(v) for v in value]
-    if isinstance(value, np.generic):
-        value = value.item()
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
 
 
 def write_probes(folder: Path, dataset: "xr.Dataset") -> None:

@@ -15,7 +15,7 @@ import numpy as np
 from spikeport.errors import UsageError
 
 if TYPE_CHECKING:
-    from spikeport.hardware_models.chip import Chip
+    from spikeport.hardware_models.chip import ChipModel
     from spikeport.hardware_models.step_time import TimeSums
 
 PER_STEP = (
@@ -39,7 +39,7 @@ class Folded:
         Number of the steps.
     sums : mapping of str to (n_cores,) array
         The counts of `PER_STEP` and ``messages_host``, and ``messages`` as (n_cores, n_cores).
-    chip : Chip or None
+    chip : ChipModel or None
         The chip that their times were reckoned for; None if for no chip.
     times : mapping of str to TimeSums
         The times of the steps, by calibration of the chip.
@@ -47,7 +47,7 @@ class Folded:
 
     n_steps: int
     sums: Mapping[str, np.ndarray]
-    chip: "Chip | None"
+    chip: "ChipModel | None"
     times: Mapping[str, "TimeSums"]
 
 

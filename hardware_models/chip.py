@@ -9,9 +9,9 @@ from typing import Annotated
 
 from pydantic import Field, ValidationInfo, field_validator
 
-from spikeport.errors import unknown
-from spikeport.hardware_models.calibration import Calibration
-from spikeport.hardware_models.chip_file import read
+from spikeport.errors import ChipFileError, unknown
+from spikeport.files import read_model
+from spikeport.hardware_models.calibration import EnergyCalibration
 from spikeport.hardware_models.figure import Bits, Count, Figure, Power, Strictly
 
 SCHEMA = 1
@@ -77,7 +77,7 @@ class Powers(Strictly):
     board_idle_w: Power | None = None
 
 
-class Chip(Strictly):
+class ChipModel(Strictly):
     """All there is to know about a chip, in SI units, every figure with its source.
 
     Parameters
@@ -94,7 +94,7 @@ class Chip(Strictly):
         What holds for every network; without a public mesh no hops are counted.
     synapse_memory : SynapseMemory or None
         Without a public layout, bits of weights and indices alone are counted.
-    calibrations : tuple of Calibration
+    calibrations : tuple of EnergyCalibration
         Energies and times of events, one set for each source.
     """
 
@@ -107,7 +107,7 @@ class Chip(Strictly):
     synapse_memory: SynapseMemory | None = None
     topology: Topology | None = None
     power: Powers = Powers()
-    calibrations: tuple[Calibration, ...] = ()
+    calibrations: tuple[EnergyCalibration, ...] = ()
 
     @field_validator("schema_version")
     @classmethod
@@ -128,13 +128,15 @@ class Chip(Strictly):
 
     @field_validator("calibrations")
     @classmethod
-    def _names_differ(cls, calibrations: tuple[Calibration, ...]) -> tuple[Calibration, ...]:
+    def _names_differ(
+        cls, calibrations: tuple[EnergyCalibration, ...]
+    ) -> tuple[EnergyCalibration, ...]:
         names = [calibration.name for calibration in calibrations]
         if len(set(names)) < len(names):
             raise ValueError(f"two have the same name: {', '.join(names)}")
         return calibrations
 
-    def calibration(self, name: str) -> Calibration:
+    def calibration(self, name: str) -> EnergyCalibration:
         """The calibration of that name.
 
         Raises
@@ -153,7 +155,7 @@ def names() -> list[str]:
     return sorted(path.stem for path in BUILT_IN.glob("*.toml"))
 
 
-def get(name: str) -> Chip:
+def get(name: str) -> ChipModel:
     """The chip of that name, or in that file if the name ends in ``.toml``.
 
     Raises
@@ -170,7 +172,7 @@ def get(name: str) -> Chip:
     return load(BUILT_IN / f"{name}.toml")
 
 
-def load(path: str | Path) -> Chip:
+def load(path: str | Path) -> ChipModel:
     """The chip in a TOML file.
 
     Raises
@@ -179,4 +181,4 @@ def load(path: str | Path) -> Chip:
         The file cannot be read, is not TOML, or is not a chip; the message gives the path of the
         file, and for every problem the dotted path inside it and the reason.
     """
-    return read(Path(path), Chip)
+    return read_model(Path(path), ChipModel, "chip", ChipFileError)

@@ -7,8 +7,8 @@ import numpy as np
 
 from spikeport.hardware_models import events
 from spikeport.hardware_models.activity import Activity
-from spikeport.hardware_models.calibration import Calibration
-from spikeport.hardware_models.chip import Chip
+from spikeport.hardware_models.calibration import EnergyCalibration
+from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.estimate import Estimate, at_least_zero, zero
 from spikeport.hardware_models.step_time import time_sums
 
@@ -117,7 +117,7 @@ class EnergyReport:
         }
 
 
-def energy(activity: Activity, chip: Chip, calibration: Calibration) -> EnergyReport:
+def energy(activity: Activity, chip: ChipModel, calibration: EnergyCalibration) -> EnergyReport:
     """Energy and power of a run in real time.
 
         E_dyn  = N_syn e_syn + N_act e_act + N_inact e_inact + N_spk e_spk + N_msg e_msg
@@ -158,7 +158,7 @@ def energy(activity: Activity, chip: Chip, calibration: Calibration) -> EnergyRe
 
 
 def module_energies(
-    activity: Activity, names: Sequence[str], chip: Chip, calibration: Calibration
+    activity: Activity, names: Sequence[str], chip: ChipModel, calibration: EnergyCalibration
 ) -> list[ModuleEnergy]:
     """Energy of every module, from the activity of an image in which each has its own core."""
     on_core = [event for event in EVENTS if isinstance(event, events.OnCore)]
@@ -170,7 +170,7 @@ def module_energies(
     ]
 
 
-def _terms(counts: dict[str, np.generic], calibration: Calibration) -> tuple[Term, ...]:
+def _terms(counts: dict[str, np.generic], calibration: EnergyCalibration) -> tuple[Term, ...]:
     figures = {name: getattr(calibration.energies, name) for name in counts}
     return tuple(
         Term(name, count.item(), figures[name] and figures[name].estimate.scaled(count.item()))
@@ -186,13 +186,13 @@ def _sum(terms: tuple[Term, ...]) -> Estimate | None:
 
 
 def _core(
-    label: str, counts: dict[str, np.generic], activity: Activity, calibration: Calibration
+    label: str, counts: dict[str, np.generic], activity: Activity, calibration: EnergyCalibration
 ) -> CoreEnergy:
     return CoreEnergy(label, _per_step(counts, activity, calibration))
 
 
 def _per_step(
-    counts: dict[str, np.generic], activity: Activity, calibration: Calibration
+    counts: dict[str, np.generic], activity: Activity, calibration: EnergyCalibration
 ) -> Estimate | None:
     run = _sum(_terms(counts, calibration))
     return None if run is None else run.scaled(1 / activity.n_steps)
@@ -202,7 +202,7 @@ def _draw(energy_step: Estimate, period_s: float) -> Draw:
     return Draw(energy_step, energy_step.scaled(1 / period_s, unit="W"))
 
 
-def _static(chip: Chip, period_s: float) -> Draw | None:
+def _static(chip: ChipModel, period_s: float) -> Draw | None:
     figure = chip.power.static_chip_w
     if figure is None:
         return None
@@ -210,7 +210,7 @@ def _static(chip: Chip, period_s: float) -> Draw | None:
     return Draw(power.scaled(period_s, unit="J"), power)
 
 
-def _system(chip: Chip, dynamic: Draw | None, period_s: float) -> Draw | None:
+def _system(chip: ChipModel, dynamic: Draw | None, period_s: float) -> Draw | None:
     figure = chip.power.board_idle_w
     if figure is None:
         return None
@@ -218,7 +218,7 @@ def _system(chip: Chip, dynamic: Draw | None, period_s: float) -> Draw | None:
     return Draw(power.scaled(period_s, unit="J"), power)
 
 
-def _missing(terms: tuple[Term, ...], chip: Chip) -> tuple[str, ...]:
+def _missing(terms: tuple[Term, ...], chip: ChipModel) -> tuple[str, ...]:
     names = [term.event for term in terms if term.count and term.energy is None]
     powers = [name for name in ("static_chip_w", "board_idle_w") if not getattr(chip.power, name)]
     return tuple(names + powers)

@@ -7,7 +7,7 @@ import numpy as np
 
 from spikeport.hardware_models import topology
 from spikeport.hardware_models.activity import Activity
-from spikeport.hardware_models.chip import Chip
+from spikeport.hardware_models.chip import ChipModel
 
 
 class Event(Protocol):
@@ -17,7 +17,7 @@ class Event(Protocol):
     def name(self) -> str:
         """Key of the figure."""
 
-    def per_core(self, activity: Activity, chip: Chip) -> np.ndarray:
+    def per_core(self, activity: Activity, chip: ChipModel) -> np.ndarray:
         """How often it happened in the run on each core, or on the way from it, (n_cores,)."""
 
 
@@ -36,7 +36,7 @@ class OnCore:
     name: str
     counts: str
 
-    def per_core(self, activity: Activity, chip: Chip) -> np.ndarray:
+    def per_core(self, activity: Activity, chip: ChipModel) -> np.ndarray:
         """See `Event.per_core`."""
         return activity.over_steps(self.counts)
 
@@ -56,7 +56,7 @@ class Messages:
 
     name: str = "message"
 
-    def per_core(self, activity: Activity, chip: Chip) -> np.ndarray:
+    def per_core(self, activity: Activity, chip: ChipModel) -> np.ndarray:
         """See `Event.per_core`."""
         count: np.ndarray = activity.messages.sum(axis=1) + activity.messages_host
         return count
@@ -68,7 +68,7 @@ class HopsEastWest:
 
     name: str = "hop_east_west"
 
-    def per_core(self, activity: Activity, chip: Chip) -> np.ndarray:
+    def per_core(self, activity: Activity, chip: ChipModel) -> np.ndarray:
         """See `Event.per_core`."""
         return topology.hops(activity.messages, chip).east_west
 
@@ -79,7 +79,7 @@ class HopsNorthSouth:
 
     name: str = "hop_north_south"
 
-    def per_core(self, activity: Activity, chip: Chip) -> np.ndarray:
+    def per_core(self, activity: Activity, chip: ChipModel) -> np.ndarray:
         """See `Event.per_core`."""
         return topology.hops(activity.messages, chip).north_south
 
@@ -90,7 +90,7 @@ class MessagesBetweenChips:
 
     name: str = "message_between_chips"
 
-    def per_core(self, activity: Activity, chip: Chip) -> np.ndarray:
+    def per_core(self, activity: Activity, chip: ChipModel) -> np.ndarray:
         """See `Event.per_core`."""
         return topology.between_chips(activity.messages, chip)
 

@@ -48,7 +48,7 @@ class Figure(Strictly):
     value, low, high : float
         The figure and its bounds, in ``unit``; a bound that is not known is None.
     unit : str
-        One of ``UNITS``. Figures that belong to a `Chip` are in SI.
+        One of ``UNITS``. Figures that belong to a `ChipModel` are in SI.
     source : str
         The publication or file the figure is from.
     evidence : {"code", "transcribed", "abstract", "vendor"}

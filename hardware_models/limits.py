@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from spikeport.hardware_models.chip import Chip
+from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.topology import chips_used
 
 
@@ -46,11 +46,11 @@ class Limit(ABC):
     resource: str
 
     @abstractmethod
-    def usages(self, cores: Sequence[CoreUse], chip: Chip) -> list[Usage]:
+    def usages(self, cores: Sequence[CoreUse], chip: ChipModel) -> list[Usage]:
         """Use of the resource by every object that the limit holds for."""
 
     @abstractmethod
-    def total(self, cores: Sequence[CoreUse], chip: Chip) -> Usage:
+    def total(self, cores: Sequence[CoreUse], chip: ChipModel) -> Usage:
         """Use of the resource by all cores against what all cores of the chip have."""
 
 
@@ -60,11 +60,11 @@ class Cores(Limit):
 
     resource: str = "cores"
 
-    def usages(self, cores: Sequence[CoreUse], chip: Chip) -> list[Usage]:
+    def usages(self, cores: Sequence[CoreUse], chip: ChipModel) -> list[Usage]:
         """See `Limit.usages`."""
         return [self.total(cores, chip)]
 
-    def total(self, cores: Sequence[CoreUse], chip: Chip) -> Usage:
+    def total(self, cores: Sequence[CoreUse], chip: ChipModel) -> Usage:
         """See `Limit.total`."""
         return Usage(chip.name, self.resource, len(cores), n_cores(chip), "1")
 
@@ -75,11 +75,11 @@ class Chips(Limit):
 
     resource: str = "chips"
 
-    def usages(self, cores: Sequence[CoreUse], chip: Chip) -> list[Usage]:
+    def usages(self, cores: Sequence[CoreUse], chip: ChipModel) -> list[Usage]:
         """See `Limit.usages`."""
         return []
 
-    def total(self, cores: Sequence[CoreUse], chip: Chip) -> Usage:
+    def total(self, cores: Sequence[CoreUse], chip: ChipModel) -> Usage:
         """See `Limit.total`."""
         used = chips_used(len(cores), chip)
         return Usage(chip.name, self.resource, used, chip.limits.chips.count, "1")
@@ -100,7 +100,7 @@ class PerCore(Limit):
     resource: str
     unit: str = "1"
 
-    def usages(self, cores: Sequence[CoreUse], chip: Chip) -> list[Usage]:
+    def usages(self, cores: Sequence[CoreUse], chip: ChipModel) -> list[Usage]:
         """See `Limit.usages`."""
         limit = self._limit(chip)
         return [
@@ -108,13 +108,13 @@ class PerCore(Limit):
             for core in cores
         ]
 
-    def total(self, cores: Sequence[CoreUse], chip: Chip) -> Usage:
+    def total(self, cores: Sequence[CoreUse], chip: ChipModel) -> Usage:
         """See `Limit.total`."""
         used, limit = sum(getattr(core, self.resource) for core in cores), self._limit(chip)
         on_board = None if limit is None else limit * n_cores(chip)
         return Usage(chip.name, self.resource, used, on_board, self.unit)
 
-    def _limit(self, chip: Chip) -> int | None:
+    def _limit(self, chip: ChipModel) -> int | None:
         figure = getattr(chip.limits, self.resource)
         return None if figure is None else figure.count
 
@@ -132,16 +132,16 @@ LIMITS: tuple[Limit, ...] = (
 )
 
 
-def n_cores(chip: Chip) -> int:
+def n_cores(chip: ChipModel) -> int:
     """Cores of all chips of the board."""
     return chip.limits.cores.count * chip.limits.chips.count
 
 
-def usages(cores: Sequence[CoreUse], chip: Chip) -> list[Usage]:
+def usages(cores: Sequence[CoreUse], chip: ChipModel) -> list[Usage]:
     """Use of every resource by every object, whether within its limit or not."""
     return [usage for limit in LIMITS for usage in limit.usages(cores, chip)]
 
 
-def totals(cores: Sequence[CoreUse], chip: Chip) -> dict[str, Usage]:
+def totals(cores: Sequence[CoreUse], chip: ChipModel) -> dict[str, Usage]:
     """Use of every resource by all cores together, by resource."""
     return {limit.resource: limit.total(cores, chip) for limit in LIMITS}

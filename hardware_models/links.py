@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from spikeport.hardware_models.chip import Chip
+from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.topology import chip_of, tile_xy
 
 
@@ -30,11 +30,11 @@ class Links:
     ----------
     n_cores : int
         Cores in use.
-    chip : Chip
+    chip : ChipModel
         Whose board it is.
     """
 
-    def __init__(self, n_cores: int, chip: Chip) -> None:
+    def __init__(self, n_cores: int, chip: ChipModel) -> None:
         self._xy, self._chip = tile_xy(n_cores, chip), chip_of(n_cores, chip)
 
     def distances(self) -> np.ndarray:

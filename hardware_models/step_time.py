@@ -7,8 +7,8 @@ import numpy as np
 from spikeport.errors import UsageError
 from spikeport.hardware_models import events
 from spikeport.hardware_models.activity import PER_RUN, PER_STEP, Activity, Folded
-from spikeport.hardware_models.calibration import Calibration, Times
-from spikeport.hardware_models.chip import Chip
+from spikeport.hardware_models.calibration import EnergyCalibration, Times
+from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.estimate import Estimate, at_least_zero, merge_sources, zero
 from spikeport.hardware_models.topology import between_chips as messages_between
 from spikeport.hardware_models.topology import chip_of, tiles_used
@@ -63,7 +63,7 @@ class TimeSums(NamedTuple):
         )
 
 
-def time_sums(activity: Activity, chip: Chip, calibration: Calibration) -> TimeSums:
+def time_sums(activity: Activity, chip: ChipModel, calibration: EnergyCalibration) -> TimeSums:
     """Return sums and maxima of the times of all steps; see `step_times`.
 
     Raises
@@ -93,7 +93,7 @@ def time_sums(activity: Activity, chip: Chip, calibration: Calibration) -> TimeS
     return past.then(_kept_sums(activity.kept, chip, calibration), before.n_steps)
 
 
-def _kept_sums(activity: Activity, chip: Chip, calibration: Calibration) -> TimeSums:
+def _kept_sums(activity: Activity, chip: ChipModel, calibration: EnergyCalibration) -> TimeSums:
     times = step_times(activity, chip, calibration)
     worst = int(times.value.argmax())
     return TimeSums(
@@ -105,7 +105,7 @@ def _kept_sums(activity: Activity, chip: Chip, calibration: Calibration) -> Time
     )
 
 
-def fold(activity: Activity, chip: Chip | None) -> Folded:
+def fold(activity: Activity, chip: ChipModel | None) -> Folded:
     """Return sums over all steps of an activity, from which energy and time follow as before.
 
     They stay what they were on ``chip``, but for the last bits of sums. Messages between the chips
@@ -119,7 +119,7 @@ def fold(activity: Activity, chip: Chip | None) -> Folded:
     return Folded(activity.n_steps, sums, chip, times)
 
 
-def step_times(activity: Activity, chip: Chip, calibration: Calibration) -> StepTimes:
+def step_times(activity: Activity, chip: ChipModel, calibration: EnergyCalibration) -> StepTimes:
     """Return the time of each step that is kept: of the slowest core or chip's link, and a barrier.
 
         T_step = max(max over cores T_core, T_between) + t_barrier(tiles)
@@ -179,7 +179,9 @@ def happened(activity: Activity) -> list[events.OnCore]:
     return [event for event in EVENTS if activity.over_steps(event.counts).any()]
 
 
-def between_chips(activity: Activity, chip: Chip, calibration: Calibration) -> Estimate | None:
+def between_chips(
+    activity: Activity, chip: ChipModel, calibration: EnergyCalibration
+) -> Estimate | None:
     """Mean time per step of the messages that leave the busiest chip, in s, one after the other.
 
         T_between = max over chips N_leaving t_message / n_steps
@@ -198,7 +200,7 @@ def between_chips(activity: Activity, chip: Chip, calibration: Calibration) -> E
     return figure.estimate.scaled(float(leaving.max()) / activity.n_steps)
 
 
-def barrier(tiles: int, calibration: Calibration) -> Estimate | None:
+def barrier(tiles: int, calibration: EnergyCalibration) -> Estimate | None:
     """Time of the barrier that ends a step, in s; None where there is no public figure.
 
     Interpolated linearly between the numbers of tiles that have a figure. Below the fewest and

@@ -11,7 +11,7 @@ import numpy as np
 
 from spikeport.arrays import Flags
 from spikeport.errors import CompileError
-from spikeport.hardware_models.chip import Chip
+from spikeport.hardware_models.chip import ChipModel
 
 
 class Hops(NamedTuple):
@@ -21,17 +21,17 @@ class Hops(NamedTuple):
     north_south: np.ndarray
 
 
-def chip_of(n_cores: int, chip: Chip) -> np.ndarray:
+def chip_of(n_cores: int, chip: ChipModel) -> np.ndarray:
     """(n_cores,) number of the chip that each core lies on."""
     return np.arange(n_cores) // chip.limits.cores.count
 
 
-def chips_used(n_cores: int, chip: Chip) -> int:
+def chips_used(n_cores: int, chip: ChipModel) -> int:
     """Number of chips that hold the first ``n_cores`` cores."""
     return -(-n_cores // chip.limits.cores.count)
 
 
-def tile_xy(n_cores: int, chip: Chip) -> np.ndarray:
+def tile_xy(n_cores: int, chip: ChipModel) -> np.ndarray:
     """Position of each core's tile on the mesh of its chip.
 
         tile = core // cores_per_tile,   x = tile // tiles_y,   y = tile % tiles_y
@@ -40,7 +40,7 @@ def tile_xy(n_cores: int, chip: Chip) -> np.ndarray:
     ----------
     n_cores : int
         Cores in use: the first ones of the board.
-    chip : Chip
+    chip : ChipModel
         Whose meshes they are.
 
     Returns
@@ -68,13 +68,13 @@ def tile_xy(n_cores: int, chip: Chip) -> np.ndarray:
     return np.stack(np.divmod(tile, mesh.tiles_y.count), axis=1)
 
 
-def tiles_used(n_cores: int, chip: Chip) -> int:
+def tiles_used(n_cores: int, chip: ChipModel) -> int:
     """Number of tiles that hold the first ``n_cores`` cores."""
     places = np.column_stack([chip_of(n_cores, chip), tile_xy(n_cores, chip)])
     return len(np.unique(places, axis=0))
 
 
-def hops(messages: np.ndarray, chip: Chip) -> Hops:
+def hops(messages: np.ndarray, chip: ChipModel) -> Hops:
     """Hops that messages take between tiles of a chip with XY routing; none within a tile.
 
         H_ew,i = sum_j M_ij |x_i - x_j|,   H_ns,i = sum_j M_ij |y_i - y_j|
@@ -85,7 +85,7 @@ def hops(messages: np.ndarray, chip: Chip) -> Hops:
     ----------
     messages : (n_cores, n_cores) array
         Messages from core i to core j.
-    chip : Chip
+    chip : ChipModel
         Whose mesh it is.
     """
     xy = tile_xy(len(messages), chip)
@@ -93,13 +93,13 @@ def hops(messages: np.ndarray, chip: Chip) -> Hops:
     return Hops(*np.einsum("ij,ijd->di", messages * _same_chip(messages, chip), distance))
 
 
-def between_chips(messages: np.ndarray, chip: Chip) -> np.ndarray:
+def between_chips(messages: np.ndarray, chip: ChipModel) -> np.ndarray:
     """(n_cores,) messages, of those in a (n_cores, n_cores) array, that leave a core's chip."""
     leaving: np.ndarray = (messages * ~_same_chip(messages, chip)).sum(axis=1)
     return leaving
 
 
-def _same_chip(messages: np.ndarray, chip: Chip) -> Flags:
+def _same_chip(messages: np.ndarray, chip: ChipModel) -> Flags:
     number = chip_of(len(messages), chip)
     same: Flags = number[:, np.newaxis] == number
     return same

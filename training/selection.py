@@ -11,12 +11,12 @@ from pathlib import Path
 
 from spikeport.errors import UsageError
 from spikeport.networks.walking_policy import WalkingPolicy
+from spikeport.progress import Progress
 from spikeport.training import checkpoint
 from spikeport.training.checkpoint import Entry
 from spikeport.training.environment import Task
 from spikeport.training.evaluate import evaluate
 from spikeport.training.learner import Learner, LearnerOptions
-from spikeport.training.progress import Progress
 
 VX_GOAL_M_S, WZ_GOAL_RAD_S = 0.06, 0.10
 SHORTLIST = 3

@@ -15,13 +15,13 @@ import torch
 
 from spikeport.atomic import write_text
 from spikeport.errors import UsageError
+from spikeport.progress import Progress
 from spikeport.training import checkpoint
 from spikeport.training.checkpoint import Checkpoint, Entry
 from spikeport.training.curriculum import STAGES, Stage, stage_at
 from spikeport.training.environment import Task, WalkEnvironment
 from spikeport.training.evaluate import evaluate
 from spikeport.training.learner import Learner, LearnerOptions, mean_figures
-from spikeport.training.progress import Progress
 from spikeport.training.workers import Worker, others
 
 EVALUATION_SEED = 10_000

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 
 from spikeport.atomic import write_text
+from spikeport.progress import Progress
 from spikeport.training.card import card
 from spikeport.training.environment import Task
 from spikeport.training.evaluate import Evaluation, evaluate
-from spikeport.training.progress import Progress
 from spikeport.training.randomisation import UNDISTURBED
 from spikeport.training.selection import choose, pushed_hard
 from spikeport.training.train import TrainOptions, train

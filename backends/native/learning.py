@@ -3,6 +3,10 @@
 from collections.abc import Mapping
 
 import numpy as np
+
+import spikeport.compile.ground  # noqa: F401 (imports nengo-loihi in silence)
+
+# isort: split
 from nengo_loihi.block import Axon
 from nengo_loihi.emulator.interface import BlockInfo, SynapseState
 

@@ -1,12 +1,12 @@
 """The rules that a network must keep, as data: the entries of `rules.toml`, by id and by name."""
 
-import tomllib
 from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict
 
 from spikeport.compile.check.violation import Violation
 from spikeport.errors import unknown
+from spikeport.files import read_toml
 
 FILE = Path(__file__).with_name("rules.toml")
 GROUPS = {
@@ -39,7 +39,7 @@ class Rule(BaseModel):
 
 
 def _read() -> dict[str, Rule]:
-    rows = tomllib.loads(FILE.read_text(encoding="utf-8"))["rules"]
+    rows = read_toml(FILE)["rules"]
     return {row["id"]: Rule.model_validate(row) for row in rows}
 
 

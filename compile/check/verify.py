@@ -7,18 +7,18 @@ from spikeport.compile.check import rules
 from spikeport.compile.check.violation import Violation
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.placing.load import PROFILES, SHARED, core_loads
-from spikeport.hardware_models.chip import Chip
+from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.limits import CoreUse, Usage, usages
 
 CHECKED = ("clipping", "noise")
 
 
-def verify(cores: Sequence[CoreUse], chip: Chip) -> list[Violation]:
+def verify(cores: Sequence[CoreUse], chip: ChipModel) -> list[Violation]:
     """Return every limit that is exceeded, with the smallest change that helps."""
     return [_violation(usage) for usage in usages(cores, chip) if usage.exceeded]
 
 
-def verify_settings(image: ChipImage, chip: Chip) -> list[Violation]:
+def verify_settings(image: ChipImage, chip: ChipModel) -> list[Violation]:
     """Return every core whose blocks cannot share its settings of clipping and noise."""
     return [
         rules.get("SP108").broken(label, f"{mask.bit_count()} of {name}")

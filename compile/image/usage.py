@@ -14,7 +14,7 @@ import numpy as np
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.deliveries import deliveries
 from spikeport.compile.image.manifest import Manifest
-from spikeport.hardware_models.chip import Chip
+from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.limits import CoreUse
 
 INDEXED = 0  # the compression that stores an index with every weight
@@ -36,7 +36,7 @@ class Layout(NamedTuple):
     header_bits: int = 0
 
 
-def core_uses(image: ChipImage, chip: Chip) -> list[CoreUse]:
+def core_uses(image: ChipImage, chip: ChipModel) -> list[CoreUse]:
     """Count the resources of every core."""
     amounts = np.zeros((image.n_cores, len(AMOUNTS)), dtype=int)
     np.add.at(amounts, image.blocks.core, block_amounts(image, chip))
@@ -50,7 +50,7 @@ def core_uses(image: ChipImage, chip: Chip) -> list[CoreUse]:
     ]
 
 
-def block_amounts(image: ChipImage, chip: Chip) -> np.ndarray:
+def block_amounts(image: ChipImage, chip: ChipModel) -> np.ndarray:
     """Return the resources that each block takes, in the order of `AMOUNTS`, (n_blocks, 4)."""
     n, block = image.n_blocks, image.groups.block
     sizes = np.diff(image.blocks.start)
@@ -61,14 +61,14 @@ def block_amounts(image: ChipImage, chip: Chip) -> np.ndarray:
     return np.stack([sizes, in_axons, out_axons, bits], axis=1).astype(int)
 
 
-def axon_slots(image: ChipImage, chip: Chip) -> np.ndarray:
+def axon_slots(image: ChipImage, chip: ChipModel) -> np.ndarray:
     """Return the slots that an output axon to each synapse group takes, (n_synapse_groups,)."""
     memory = chip.synapse_memory
     population = 1 if memory is None else memory.population_32_slots.count
     return np.where(image.groups.pop_type == 32, population, 1)
 
 
-def out_slots(image: ChipImage, chip: Chip) -> np.ndarray:
+def out_slots(image: ChipImage, chip: ChipModel) -> np.ndarray:
     """Return the slots that the output axons of each compartment take, (n_compartments,)."""
     ways = deliveries(image)
     n = image.n_compartments
@@ -78,7 +78,7 @@ def out_slots(image: ChipImage, chip: Chip) -> np.ndarray:
     return np.bincount(mine.source, weights=slots, minlength=n).astype(int)
 
 
-def layout(chip: Chip) -> Layout:
+def layout(chip: ChipModel) -> Layout:
     """Return the chip's layout of lists; it counts bits alone where the layout is not public."""
     memory = chip.synapse_memory
     return Layout() if memory is None else Layout(memory.word.count, memory.list_header.count)
@@ -138,7 +138,7 @@ def _words(payload_bits: np.ndarray, layout: Layout) -> np.ndarray:
     return -(-(payload_bits + layout.header_bits) // layout.word_bits)
 
 
-def _group_bits(image: ChipImage, chip: Chip) -> list[int]:
+def _group_bits(image: ChipImage, chip: ChipModel) -> list[int]:
     sizes, rows = np.diff(image.rows.start), itertools.pairwise(image.groups.row_start)
     return [
         list_bits(sizes[first:end], form, layout(chip))

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Generic, TypeVar
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.loihi.blocks import FloatBlocks
-from spikeport.hardware_models.chip import Chip
+from spikeport.hardware_models.chip import ChipModel
 
 Value = TypeVar("Value")
 
@@ -20,7 +20,7 @@ class Context:
     ``note(key, value)`` keeps a finding, plain data ready for JSON, under the pass that made it.
     """
 
-    chip: Chip
+    chip: ChipModel
     dt_s: float
     note: Callable[[str, Any], None]
 

@@ -18,7 +18,7 @@ from spikeport.compile.placing.connectivity import (
     groups_of,
     routes_of,
 )
-from spikeport.hardware_models.chip import Chip
+from spikeport.hardware_models.chip import ChipModel
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class MergeAxons(ImagePass):
         return merged
 
 
-def _amount(image: ChipImage, name: str, chip: Chip) -> int:
+def _amount(image: ChipImage, name: str, chip: ChipModel) -> int:
     return int(block_amounts(image, chip)[:, AMOUNTS.index(name)].sum())
 
 

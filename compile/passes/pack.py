@@ -16,7 +16,7 @@ from spikeport.compile.placing.load import block_loads, capacity, core_loads
 from spikeport.compile.placing.lower_bound import lower_bound, sums
 from spikeport.compile.placing.packing import Bins, Problem, pack, settled
 from spikeport.compile.placing.search import Search
-from spikeport.hardware_models.chip import Chip
+from spikeport.hardware_models.chip import ChipModel
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Pack(ImagePass):
         return packing
 
     def _cut_and_pack(
-        self, image: ChipImage, chip: Chip, bounds: Mapping[int, list[int]], most: int
+        self, image: ChipImage, chip: ChipModel, bounds: Mapping[int, list[int]], most: int
     ) -> ChipImage | None:
         """Cut blocks, pack the pieces, and join neighbours that share a core again.
 
@@ -83,7 +83,7 @@ class Pack(ImagePass):
         return _join(image, cuts, cores, kept) if kept else joined
 
 
-def _problem(image: ChipImage, chip: Chip) -> Problem:
+def _problem(image: ChipImage, chip: ChipModel) -> Problem:
     return Problem(block_loads(image, chip), capacity(chip), block_traffic(image))
 
 
@@ -109,7 +109,7 @@ def _join(
     return cut(image, ends).on_cores(np.concatenate(core))
 
 
-def _crowded(image: ChipImage, chip: Chip) -> set[int]:
+def _crowded(image: ChipImage, chip: ChipModel) -> set[int]:
     """Return the cores that hold more than they can."""
     room = capacity(chip)
     return {core for core, load in enumerate(core_loads(image, chip)) if not room.holds(load)}

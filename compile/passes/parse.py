@@ -1,15 +1,13 @@
 """The parser of pipelines: ``fuse,pack{effort=2},place``."""
 
-import dataclasses
 import re
-from typing import Any, get_type_hints
-
-from pydantic import TypeAdapter, ValidationError
+from typing import Any
 
 from spikeport.compile.passes import registry
 from spikeport.compile.passes.base import Pass
 from spikeport.compile.passes.pipeline import Pipeline
-from spikeport.errors import UsageError, unknown
+from spikeport.errors import UsageError
+from spikeport.key_values import converted, parameters
 
 ONE_PASS = re.compile(r"""\s*(?P<name>\w+)\s*(?:\{(?P<options>(?:"[^"]*"|[^{}"])*)\})?\s*(?:,|$)""")
 ONE_OPTION = re.compile(
@@ -53,36 +51,14 @@ def _matches(pattern: re.Pattern[str], text: str) -> list[re.Match[str]]:
 
 def _pass(name: str, text: str | None) -> Pass[Any]:
     cls = registry.get(name)
-    kinds = options(cls)
-    values: dict[str, Any] = {}
+    pairs = []
     for match in _matches(ONE_OPTION, text or ""):
         key, quoted, bare = match.group("key", "quoted", "bare")
-        if key not in kinds:
-            raise _unknown_option(name, key, kinds)
-        if key in values:
-            raise UsageError(f"pass {name}: option {key} is given twice")
-        values[key] = _convert(
-            f"pass {name}: {key}", bare if quoted is None else quoted, kinds[key]
-        )
-    return cls(**values)
+        pairs.append((key, bare if quoted is None else quoted))
+    owner = f"pass {name}"
+    return cls(**converted(pairs, options(cls), f"option of {owner}", f"{owner}:"))
 
 
 def options(cls: type[Pass[Any]]) -> dict[str, Any]:
     """Return the options of a pass, by name: the types of its fields."""
-    hints = get_type_hints(cls, include_extras=True)
-    fields = dataclasses.fields(cls)
-    return {field.name: hints[field.name] for field in fields}
-
-
-def _unknown_option(name: str, key: str, known: dict[str, Any]) -> UsageError:
-    if known:
-        return unknown(f"option of pass {name}", key, known)
-    return UsageError(f"unknown option of pass {name} '{key}'; it takes none")
-
-
-def _convert(what: str, text: str, kind: Any) -> Any:
-    try:
-        return TypeAdapter(kind).validate_python(text)
-    except ValidationError as error:
-        reason = error.errors()[0]["msg"]
-        raise UsageError(f"{what}={text}: {reason[0].lower()}{reason[1:]}") from None
+    return parameters(cls, f"pass {cls.name}")

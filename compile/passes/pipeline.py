@@ -17,7 +17,7 @@ from spikeport.compile.passes.base import (
     Value,
 )
 from spikeport.errors import UsageError
-from spikeport.hardware_models.chip import Chip
+from spikeport.hardware_models.chip import ChipModel
 
 STAGES = (NetworkPass, BlockPass, ImagePass)
 Observer = Callable[[Pass[Any], Any], None]
@@ -60,7 +60,9 @@ class Pipeline:
 class PassRun:
     """The walk of a compile through a pipeline, which applies passes and collects their notes."""
 
-    def __init__(self, pipeline: Pipeline, chip: Chip, dt_s: float, observer: Observer) -> None:
+    def __init__(
+        self, pipeline: Pipeline, chip: ChipModel, dt_s: float, observer: Observer
+    ) -> None:
         self._pipeline = pipeline
         self._chip = chip
         self._dt_s = dt_s

@@ -10,7 +10,7 @@ from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.tables import flat, part
 from spikeport.compile.image.usage import ListFormat, layout, list_bits
 from spikeport.compile.placing.load import Capacity, Load, ProfileMasks
-from spikeport.hardware_models.chip import Chip
+from spikeport.hardware_models.chip import ChipModel
 
 
 class _Synapses(NamedTuple):
@@ -34,7 +34,7 @@ class Demand:
     ----------
     image : ChipImage
         The image.
-    chip : Chip
+    chip : ChipModel
         The chip whose memory layout counts.
     block : int
         Number of the block.
@@ -42,7 +42,7 @@ class Demand:
         The image's profiles.
     """
 
-    def __init__(self, image: ChipImage, chip: Chip, block: int, masks: ProfileMasks) -> None:
+    def __init__(self, image: ChipImage, chip: ChipModel, block: int, masks: ProfileMasks) -> None:
         start, end = image.blocks.start[block : block + 2]
         self.start, self.n = int(start), int(end - start)
         self._block, self._masks, self._layout = block, masks, layout(chip)

@@ -11,7 +11,7 @@ import numpy as np
 
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.usage import AMOUNTS, PROFILE, block_amounts, list_formats
-from spikeport.hardware_models.chip import Chip
+from spikeport.hardware_models.chip import ChipModel
 
 PROFILES = ("compartment_profiles", "threshold_profiles", "synapse_profiles")
 SHARED = ("clipping", "noise", "learning")
@@ -60,14 +60,14 @@ class Capacity(NamedTuple):
         return max(*shares, *(mask.bit_count() / n for mask, n in kinds))
 
 
-def capacity(chip: Chip) -> Capacity:
+def capacity(chip: ChipModel) -> Capacity:
     """Return the capacity of a core of a chip."""
     amounts = tuple(chip.limits.most(name) for name in AMOUNTS)
     profiles = tuple(chip.limits.most(name) for name in PROFILES)
     return Capacity(amounts, profiles + (1,) * len(SHARED))
 
 
-def block_loads(image: ChipImage, chip: Chip) -> list[Load]:
+def block_loads(image: ChipImage, chip: ChipModel) -> list[Load]:
     """Return the load of each block."""
     masks = ProfileMasks(image)
     return [
@@ -76,7 +76,7 @@ def block_loads(image: ChipImage, chip: Chip) -> list[Load]:
     ]
 
 
-def core_loads(image: ChipImage, chip: Chip) -> list[Load]:
+def core_loads(image: ChipImage, chip: ChipModel) -> list[Load]:
     """Return the load of the blocks of each core together."""
     blocks: list[list[Load]] = [[] for _ in range(image.n_cores)]
     for core, load in zip(image.blocks.core, block_loads(image, chip), strict=True):

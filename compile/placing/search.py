@@ -11,13 +11,13 @@ from spikeport.compile.image.usage import axon_slots, out_slots
 from spikeport.compile.placing.cut import can_cut
 from spikeport.compile.placing.demand import Demand
 from spikeport.compile.placing.load import Capacity, Load, ProfileMasks, block_loads
-from spikeport.hardware_models.chip import Chip
+from spikeport.hardware_models.chip import ChipModel
 
 
 class Search:
     """A search for cuts of an image's blocks."""
 
-    def __init__(self, image: ChipImage, chip: Chip) -> None:
+    def __init__(self, image: ChipImage, chip: ChipModel) -> None:
         self._image, self._chip = image, chip
         self._loads = block_loads(image, chip)
         self._masks, self._cuttable = ProfileMasks(image), can_cut(image)

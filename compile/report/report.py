@@ -9,7 +9,7 @@ from spikeport.compile.ground.quantisation import BlockError
 from spikeport.compile.report.expected import Rates
 from spikeport.compile.report.neurobench import NeuroBench, workload
 from spikeport.hardware_models.activity import Activity
-from spikeport.hardware_models.chip import Chip
+from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.energy import ModuleEnergy, energy, module_energies
 from spikeport.hardware_models.limits import CoreUse, Usage, totals, usages
 from spikeport.hardware_models.timing import timing
@@ -25,13 +25,13 @@ class Modules:
     names: tuple[str, ...]
     activity: Activity
 
-    def energies(self, chip: Chip) -> dict[str, list[ModuleEnergy]]:
+    def energies(self, chip: ChipModel) -> dict[str, list[ModuleEnergy]]:
         """Return the energy of a step of each module, by calibration."""
         return {
             c.name: module_energies(self.activity, self.names, chip, c) for c in chip.calibrations
         }
 
-    def to_dict(self, chip: Chip) -> dict[str, Any]:
+    def to_dict(self, chip: ChipModel) -> dict[str, Any]:
         """Return plain data, ready for JSON."""
         return {name: [asdict(one) for one in found] for name, found in self.energies(chip).items()}
 
@@ -47,7 +47,7 @@ class Report:
     compiles but is lost or left out.
     """
 
-    chip: Chip
+    chip: ChipModel
     digest: str
     cores: tuple[CoreUse, ...]
     errors: tuple[BlockError, ...]
@@ -129,7 +129,7 @@ def _basis(activity: Activity | None, rates: Rates | None) -> dict[str, Any] | N
     return {"n_steps": activity.n_steps, "dt_s": activity.dt_s, "rates_hz": stated}
 
 
-def costs(chip: Chip, activity: Activity | None) -> dict[str, Any]:
+def costs(chip: ChipModel, activity: Activity | None) -> dict[str, Any]:
     """Return energy and timing of a run in every calibration of a chip; None for both without one.
 
     The timing of a calibration without any time is None.

@@ -6,7 +6,8 @@ from typing import NamedTuple, Protocol
 import numpy as np
 import xarray as xr
 
-from spikeport.experiments.loop import DT_S, Recording
+from spikeport.constants import DT_S
+from spikeport.experiments.loop import Recording
 from spikeport.networks.arm import AXES
 from spikeport.networks.operational_space import OperationalSpaceLaw
 from spikeport.robot.description import ARM_JOINTS

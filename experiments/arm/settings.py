@@ -3,8 +3,8 @@
 import dataclasses
 from dataclasses import dataclass
 
+from spikeport.constants import LARGEST_SEED
 from spikeport.errors import UsageError, unknown
-from spikeport.experiments.options import LARGEST_SEED
 from spikeport.networks.arm import PRESETS, ArmSizes
 
 

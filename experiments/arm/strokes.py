@@ -8,13 +8,14 @@ so that a pen which moves evenly along ``s`` draws it at an even speed. The poin
 (``strokes.toml``); x runs from left to right and y from bottom to top.
 """
 
-import tomllib
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from scipy.interpolate import CubicSpline
+
+from spikeport.files import read_toml
 
 DIGITS = tuple(range(10))
 POINTS = 4000
@@ -23,7 +24,7 @@ POINTS = 4000
 
 @cache
 def _strokes() -> dict[str, dict[str, Any]]:
-    return tomllib.loads(Path(__file__).with_name("strokes.toml").read_text(encoding="utf-8"))
+    return read_toml(Path(__file__).with_name("strokes.toml"))
 
 
 def unit_stroke(digit: int) -> np.ndarray:

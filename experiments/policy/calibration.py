@@ -19,8 +19,8 @@ what it observes is added, since a gait of spikes sways otherwise than the exact
 to a side by as much as it did: the trim.
 
 `experiments.policy.readout` refits with this where ``calibrated`` asks for it: the policy is built
-with ``Calibrated(**calibrated_policy(...).decoders)``. Decoders, and what they are made for, are an
-`experiments.calibration.Calibration`: `Trial.calibrate` returns one for `spikeport calibrate`, and
+with ``Calibrated(**calibrated_policy(...).decoders)``. Decoders, and what they are made for, are a
+`DecoderCalibration`: `Trial.calibrate` returns one for `spikeport calibrate`, and
 `calibration.load` reads it for ``calibrated=FILE``.
 """
 
@@ -33,6 +33,7 @@ import nengo
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
+from spikeport.constants import DT_S
 from spikeport.experiments.calibration import Refitted, digest_of
 from spikeport.experiments.options import Options
 from spikeport.networks.policy import (
@@ -58,7 +59,6 @@ LAG = 1
 """Observations from the one an action is for to the one at whose end it is given. The filters of
 spikes delay by more, and a read-out that looks ahead errs more: by an eighth for each observation.
 But a robot whose policy is late turns less than it is told: by 5 % for 10 ms."""
-DT_S = 0.001
 
 STRIDE = 100
 """Observations over which an error is slow, 0.5 s: two steps of a gait."""

@@ -5,7 +5,7 @@ layer are compared with exact ones: in float spikes, where all layers can be rea
 on the chip too.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -14,6 +14,7 @@ import nengo
 import numpy as np
 
 from spikeport.compile.pipeline import Compilation
+from spikeport.constants import DT_S
 from spikeport.experiments.calibration import hold
 from spikeport.experiments.policy.lint import ConversionLint, LayerLint
 from spikeport.hardware_models.activity import Activity
@@ -26,15 +27,13 @@ from spikeport.networks.policy import (
     policy,
     record_ranges,
 )
+from spikeport.progress import Progress
 from spikeport.simulator import Simulator
 
 HOLD_S = 0.05
 """For how long an observation is shown: on the chip, three layers settle in 40 ms."""
 SHOWN = 20
 """Observations that are shown: evenly spaced ones of all that ranges are taken from."""
-DT_S = 0.001
-
-Tell = Callable[[str, float | None], None]
 
 
 class Converted(NamedTuple):
@@ -109,7 +108,7 @@ class Conversion:
         return net
 
 
-def convert(conversion: Conversion, chip: str, passes: str, tell: Tell) -> Converted:
+def convert(conversion: Conversion, chip: str, passes: str, progress: Progress) -> Converted:
     """Compile a perceptron, and measure each layer.
 
     Parameters
@@ -118,7 +117,7 @@ def convert(conversion: Conversion, chip: str, passes: str, tell: Tell) -> Conve
         What is converted, and how.
     chip, passes : str
         As `spikeport.compile_network` takes them.
-    tell : callable
+    progress : callable
         Called with what is being done and the share done.
 
     Raises
@@ -127,26 +126,26 @@ def convert(conversion: Conversion, chip: str, passes: str, tell: Tell) -> Conve
         The network cannot be put on the chip.
     """
     exact_action = conversion.exact(conversion.shown)[-1]
-    tell("compiling", None)
+    progress("compiling", None)
     net = conversion.network(probed=False)
     with Simulator(net, chip=chip, dt=DT_S, pipeline=passes) as sim:
         assert sim.compilation is not None
-        _run(sim, len(conversion.shown), "running on the chip", tell)
+        _run(sim, len(conversion.shown), "running on the chip", progress)
         chip_error = _error(sim.data[net.action], exact_action)
         compilation, activity = sim.compilation, sim.activity
-    tell("running in float", None)
+    progress("running in float", None)
     net = conversion.network(probed=True)
     with Simulator(net, backend="reference", dt=DT_S) as sim:
-        _run(sim, len(conversion.shown), "running in float", tell)
+        _run(sim, len(conversion.shown), "running in float", progress)
         layers = tuple(_layers(conversion, net, sim))
         action_error = _error(sim.data[net.action], exact_action)
     lint = ConversionLint(layers, action_error, chip_error, sum(conversion.taus_s))
     return Converted(compilation, activity, lint)
 
 
-def _run(sim: Simulator, n_shown: int, what: str, tell: Tell) -> None:
+def _run(sim: Simulator, n_shown: int, what: str, progress: Progress) -> None:
     for number in range(n_shown):
-        tell(what, number / n_shown)
+        progress(what, number / n_shown)
         sim.run_steps(round(HOLD_S / DT_S))
 
 

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
+from spikeport.constants import LARGEST_SEED
 from spikeport.errors import UsageError, unknown
-from spikeport.experiments.options import LARGEST_SEED
 from spikeport.networks.loading.description import Description
 from spikeport.networks.loading.walking import load_walking
 from spikeport.networks.policy import PolicyOptions

@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 
 from spikeport.atomic import atomic_path, is_leftover
 from spikeport.errors import UsageError
-from spikeport.experiments.run_folder import write_json
 from spikeport.experiments.sweep.plan import Point, Sweep
+from spikeport.files import read_json, write_json
 
 
 class Kept(NamedTuple):
@@ -63,8 +63,8 @@ class SweepFolder:
         """
         path = self.result_path(point)
         try:
-            result: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-        except ValueError:
+            result: dict[str, Any] = read_json(path)
+        except UsageError:
             raise UsageError(f"{path}: holds no result; remove it to run its point again") from None
         return result
 
@@ -94,8 +94,8 @@ def open_folder(out: Path | None, sweep: Sweep) -> SweepFolder:
 
 def _check_same(folder: SweepFolder, sweep: Sweep) -> None:
     try:
-        held = json.loads(folder.plan.read_text(encoding="utf-8"))
-    except ValueError:
+        held = read_json(folder.plan)
+    except UsageError:
         raise UsageError(f"{folder.plan}: is not JSON; choose another --out") from None
     for key, value in json.loads(json.dumps(dataclasses.asdict(sweep))).items():
         if held.get(key) != value:

@@ -1,7 +1,6 @@
 """Runs the points of a sweep that are not finished yet, on Dask's workers."""
 
 import itertools
-import json
 import tempfile
 import warnings
 from collections.abc import Iterable, Iterator, Sequence
@@ -13,10 +12,11 @@ from distributed.scheduler import KilledWorker
 
 from spikeport.errors import BackendError, SpikeportError
 from spikeport.experiments import registry
-from spikeport.experiments.options import Progress
 from spikeport.experiments.sweep.folder import Kept, SweepFolder
 from spikeport.experiments.sweep.plan import Point, Sweep
 from spikeport.experiments.sweep.workers import workers
+from spikeport.files import read_json
+from spikeport.progress import Progress
 
 PATIENCE_S = 60
 """How long a sweep waits without any worker: Dask starts those that died anew, most times."""
@@ -116,6 +116,6 @@ def run_point(point: Point) -> Kept:
     with scratch as name, warnings.catch_warnings(action="ignore"):
         folder = Path(name)
         experiment.run(experiment.settings(**point.settings), point.options, folder)
-        result = json.loads((folder / "result.json").read_text(encoding="utf-8"))
+        result = read_json(folder / "result.json")
         probes = (folder / "probes.nc").read_bytes() if point.sweep.probes else None
     return Kept(result, probes)

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.gridspec import GridSpec
 from matplotlib.patches import ConnectionPatch
 
-from spikeport.experiments.loop import DT_S
+from spikeport.constants import DT_S
 from spikeport.experiments.pictures import show_picture
 from spikeport.experiments.run_folder import Result
 from spikeport.experiments.switch.goals import Goal

@@ -12,7 +12,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.patheffects import Normal, Stroke
 from matplotlib.ticker import MaxNLocator
 
-from spikeport.experiments.loop import DT_S
+from spikeport.constants import DT_S
 from spikeport.experiments.switch.picture import COLOURS
 from spikeport.experiments.switch.recording import SwitchRun
 from spikeport.networks.humanoid import ACTIONS

@@ -4,7 +4,7 @@ from bisect import bisect
 
 import numpy as np
 
-from spikeport.experiments.loop import DT_S
+from spikeport.constants import DT_S
 from spikeport.experiments.pictures import Caption, Captions, Marks
 from spikeport.experiments.switch.metrics import pen_down, within
 from spikeport.experiments.switch.recording import SwitchRun

@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator, model_valida
 from spikeport.errors import UsageError
 from spikeport.experiments.arm.draw_task import SHORTEST_S
 from spikeport.experiments.walk.path_file import FASTEST_M_S
-from spikeport.hardware_models.chip_file import read
+from spikeport.files import read_model
 from spikeport.networks.humanoid import ACTIONS
 
 SHIPPED = {file.stem: file for file in sorted(Path(__file__).parent.glob("*.toml"))}
@@ -141,7 +141,7 @@ def load(path: Path, seconds: float) -> Schedule:
     UsageError
         The file cannot be read, is no schedule, or a phase is longer than the run.
     """
-    schedule = read(path, Schedule, "schedule", UsageError)
+    schedule = read_model(path, Schedule, "schedule")
     for phase in schedule.phases:
         if phase.end_s > seconds:
             raise UsageError(

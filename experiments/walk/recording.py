@@ -6,8 +6,9 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from spikeport.experiments.loop import DT_S, Recording
-from spikeport.experiments.walk.paths import Path
+from spikeport.constants import DT_S
+from spikeport.experiments.loop import Recording
+from spikeport.experiments.walk.paths import WalkPath
 from spikeport.networks.region import Box
 from spikeport.robot.description import JOINTS
 from spikeport.robot.feet import SIDES
@@ -90,7 +91,7 @@ class WalkRun(NamedTuple):
 
     Attributes
     ----------
-    path : Path
+    path : WalkPath
         The path to walk.
     seconds : float
         Simulated time that was asked for.
@@ -108,7 +109,7 @@ class WalkRun(NamedTuple):
         Spikes of some neurons of the policy; None where none are kept.
     """
 
-    path: Path
+    path: WalkPath
     seconds: float
     recording: WalkRecording
     fallen_at_s: float | None

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from spikeport.experiments.loop import DT_S
+from spikeport.constants import DT_S
 from spikeport.experiments.run_folder import Result
 from spikeport.experiments.walk.recording import WalkRecording, WalkRun
 from spikeport.robot.walk_interface import PARTS

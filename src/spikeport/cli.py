@@ -1,9 +1,9 @@
 """The command line.
 
-Exit codes: 0 done, 1 the network does not fit or a run failed, 2 wrong use, 130 interrupted.
+Exit codes: 0 done, 1 the network does not fit or a run failed, 2 wrong use, 130 interrupted. Which
+of 1 and 2 it is belongs to the class of the error: `SpikeportError.exit_code`.
 """
 
-import os
 import sys
 import warnings
 from pathlib import Path
@@ -13,7 +13,18 @@ import typer
 import typer.core
 
 from spikeport import __version__
-from spikeport.errors import CompileError, DivergedError, RenderError, SpikeportError
+from spikeport.commands.options import (
+    ChipOption,
+    PassesOption,
+    RunOptions,
+    SecondsOption,
+    SeedOption,
+    SettingsOption,
+    Target,
+    Workers,
+    flat,
+)
+from spikeport.errors import SpikeportError
 
 
 class Commands(typer.core.TyperGroup):
@@ -34,30 +45,6 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-FAILURES = (CompileError, DivergedError, RenderError)
-LARGEST_SEED = 2**32 - 1
-"""Of NumPy's random states."""
-
-Chip = Annotated[str, typer.Option(help="A chip's name, or the path of its TOML file.")]
-Settings = Annotated[
-    list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="A setting; repeatable.")
-]
-
-
-Backend = Annotated[
-    str, typer.Option(help="analytic, reference, native or nengo-loihi; see `backends`.")
-]
-Seed = Annotated[int, typer.Option(help="Seed of the run.", min=0, max=LARGEST_SEED)]
-Seconds = Annotated[float | None, typer.Option(help="Simulated time.")]
-Out = Annotated[Path | None, typer.Option(help="Folder of the run.")]
-Overwrite = Annotated[bool, typer.Option(help="Replace an earlier run in --out.")]
-Video = Annotated[bool, typer.Option("--video", help="Write video.mp4 too.")]
-NWorkers = Annotated[int | None, typer.Option("--workers", help="Processes; all cores.", min=1)]
-Scheduler = Annotated[
-    str | None, typer.Option(metavar="tcp://...", help="Of a Dask cluster, in place of processes.")
-]
-
-
 RateHz = Annotated[
     list[str] | None,
     typer.Option(
@@ -66,20 +53,13 @@ RateHz = Annotated[
         help="Reckon energy and time at firing rates: of all, of an ensemble or of `host`.",
     ),
 ]
-
-
-Passes = Annotated[
-    str | None,
-    typer.Option(
-        "--passes",
-        "-p",
-        metavar="PASSES",
-        help="as_written, compact, or name,name{key=value}; by default the chip's; see `passes`.",
-    ),
-]
 PrintAfter = Annotated[
     str | None, typer.Option(metavar="PASS", help="Print what a pass, or each of `all`, leaves.")
 ]
+Experiment = Annotated[str, typer.Argument(help="The experiment, e.g. reach.")]
+Image = Annotated[Path, typer.Argument(help="The image.npz that a compile wrote.")]
+ImageFolder = Annotated[Path | None, typer.Option(help="Folder to write image and report to.")]
+ReportFile = Annotated[Path | None, typer.Option(help="File to write the report to.")]
 
 
 def explained(rule: str | None) -> None:
@@ -106,11 +86,12 @@ def compile_command(
     network: Annotated[
         str, typer.Argument(help="A built-in name, path/to/file.py:function or module:function.")
     ],
-    chip: Chip = "loihi",
-    settings: Settings = None,
-    out: Annotated[Path | None, typer.Option(help="Folder to write image and report to.")] = None,
-    json: Annotated[Path | None, typer.Option(help="File to write the report to.")] = None,
-    passes: Passes = None,
+    chip: ChipOption = "loihi",
+    *,
+    settings: SettingsOption,
+    out: ImageFolder = None,
+    json: ReportFile = None,
+    passes: PassesOption = None,
     print_after: PrintAfter = None,
     rate_hz: RateHz = None,
     loss: Annotated[
@@ -130,30 +111,29 @@ def compile_command(
     ] = None,
 ) -> None:
     """Compile a network: say whether it fits, what it costs and what it loses."""
-    from spikeport.commands.compile import Request, run
+    from spikeport.commands.compile import CompileRequest, run
     from spikeport.compile.report.budget import Budget
 
-    budget = Budget(max_cores, max_power, max_step_us)
     run(
-        Request(
-            network,
-            chip,
-            settings or [],
-            out,
-            json,
-            rate_hz or [],
-            loss,
-            budget,
-            cores,
-            passes,
-            print_after,
+        CompileRequest(
+            network=network,
+            chip=chip,
+            settings=settings,
+            out=out,
+            json=json,
+            rates=rate_hz or [],
+            loss_s=loss,
+            budget=Budget(cores=max_cores, power_w=max_power, step_us=max_step_us),
+            cores=cores,
+            passes=passes,
+            print_after=print_after,
         )
     )
 
 
 @app.command("show")
 def show_command(
-    image: Annotated[Path, typer.Argument(help="The image.npz that a compile wrote.")],
+    image: Image,
 ) -> None:
     """Print what is in a chip image: chip, digest, blocks, cores, inputs and outputs."""
     from spikeport.commands.show import run
@@ -163,19 +143,19 @@ def show_command(
 
 @app.command("step")
 def step_command(
-    image: Annotated[Path, typer.Argument(help="The image.npz that a compile wrote.")],
+    image: Image,
     steps: Annotated[int, typer.Option(help="Number of steps.", min=1, max=10**9)],
     out: Annotated[Path, typer.Option(help="npz to write outputs and activity to.")],
     spikes: Annotated[
         Path | None,
         typer.Option(help="npz of input spikes, with arrays `steps` and `sources`."),
     ] = None,
-    seed: Seed = 0,
+    seed: SeedOption = 0,
 ) -> None:
     """Step a chip image on the native backend, without the network it was made of."""
     from spikeport.commands.step import run
 
-    run(image, spikes, steps, out, seed)
+    run(image, spikes=spikes, n_steps=steps, out=out, seed=seed)
 
 
 @app.command("convert")
@@ -194,28 +174,28 @@ def convert_command(
     ] = "elu",
     neurons: Annotated[int, typer.Option("--neurons", "-n", help="Neurons of a unit.")] = 20,
     tau_fwd: Annotated[float, typer.Option(help="Filter between layers, in s.")] = 0.002,
-    chip: Chip = "loihi",
+    chip: ChipOption = "loihi",
     passes: Annotated[str, typer.Option("--passes", "-p", help="See `passes`.")] = "compact",
-    seed: Seed = 0,
-    out: Annotated[Path | None, typer.Option(help="Folder to write image and report to.")] = None,
-    json: Annotated[Path | None, typer.Option(help="File to write the report to.")] = None,
+    seed: SeedOption = 0,
+    out: ImageFolder = None,
+    json: ReportFile = None,
 ) -> None:
     """Convert a perceptron into spikes: what it takes on the chip, and the error of each layer."""
-    from spikeport.commands.convert import Request, run
+    from spikeport.commands.convert import ConvertRequest, run
 
     run(
-        Request(
-            file,
-            description,
-            observations,
-            activation,
-            neurons,
-            tau_fwd,
-            chip,
-            passes,
-            seed,
-            out,
-            json,
+        ConvertRequest(
+            file=file,
+            description=description,
+            observations=observations,
+            activation=activation,
+            n_neurons=neurons,
+            tau_fwd=tau_fwd,
+            chip=chip,
+            passes=passes,
+            seed=seed,
+            out=out,
+            json=json,
         )
     )
 
@@ -232,39 +212,32 @@ def diff_command(
 
 
 @app.command("run")
-def run_command(
-    experiment: Annotated[str, typer.Argument(help="The experiment, e.g. reach.")],
-    backend: Backend = "native",
-    chip: Chip = "loihi",
-    passes: Passes = None,
-    seed: Seed = 0,
-    seconds: Seconds = None,
-    settings: Settings = None,
-    out: Out = None,
-    overwrite: Overwrite = False,
-    video: Video = False,
-) -> None:
+@flat
+def run_command(experiment: Experiment, target: Target, options: RunOptions) -> None:
     """Run an experiment of the paper in closed loop, and write its folder."""
-    from spikeport.commands.run import Request, run
+    from spikeport.commands.run import RunRequest, run
 
-    chosen = settings or []
-    run(Request(experiment, backend, chip, passes, seed, seconds, chosen, out, overwrite, video))
+    run(RunRequest(experiment=experiment, target=target, options=options))
 
 
 @app.command("calibrate")
+@flat
 def calibrate_command(
-    experiment: Annotated[str, typer.Argument(help="The experiment, e.g. reach.")],
+    experiment: Experiment,
+    *,
     out: Annotated[Path, typer.Option(help="File to write, for `run --set calibrated=FILE`.")],
-    backend: Backend = "native",
-    chip: Chip = "loihi",
-    passes: Passes = None,
-    seconds: Seconds = None,
-    settings: Settings = None,
+    target: Target,
+    seconds: SecondsOption = None,
+    settings: SettingsOption,
 ) -> None:
     """Refit an experiment's decoders to what its neurons do on a backend, and write them."""
-    from spikeport.commands.calibrate import Request, run
+    from spikeport.commands.calibrate import CalibrateRequest, run
 
-    run(Request(experiment, backend, chip, passes, seconds, settings or [], out))
+    run(
+        CalibrateRequest(
+            experiment=experiment, target=target, seconds=seconds, settings=settings, out=out
+        )
+    )
 
 
 @app.command("train")
@@ -273,17 +246,18 @@ def train_command(
     out: Annotated[Path, typer.Option(help="Folder of the run; one that is there goes on.")] = Path(
         "runs/train-walk"
     ),
-    seed: Annotated[int, typer.Option(help="Seed of the run.", min=0, max=LARGEST_SEED)] = 0,
+    seed: SeedOption = 0,
     steps: Annotated[int, typer.Option(help="Control steps of all robots.", min=1)] = 23_300_000,
     threads: Annotated[int | None, typer.Option(help="Threads; all cores.", min=1)] = None,
 ) -> None:
     """Train a policy from scratch; a run that was interrupted goes on where it was."""
     from spikeport.commands.train import run
 
-    run(policy, out, seed, steps, threads)
+    run(policy, out=out, seed=seed, steps=steps, threads=threads)
 
 
 @app.command("figure")
+@flat
 def figure_command(
     figure: Annotated[
         str,
@@ -292,66 +266,49 @@ def figure_command(
             "walk-silenced (6c)."
         ),
     ],
-    backend: Backend = "native",
-    chip: Chip = "loihi",
-    passes: Passes = None,
-    seed: Seed = 0,
-    seconds: Seconds = None,
-    settings: Settings = None,
-    out: Out = None,
-    overwrite: Overwrite = False,
-    video: Video = False,
-    workers: NWorkers = None,
-    scheduler: Scheduler = None,
+    target: Target,
+    options: RunOptions,
+    workers: Workers,
 ) -> None:
     """Make a figure of the paper: a run or a sweep with its settings, and its folder."""
-    from spikeport.commands import figure as command
-    from spikeport.commands.run import Request
+    from spikeport.commands.figure import FigureRequest, make
 
-    chosen = settings or []
-    request = Request(figure, backend, chip, passes, seed, seconds, chosen, out, overwrite, video)
-    raise typer.Exit(command.figure(request, command.Workers(workers, scheduler)))
+    request = FigureRequest(figure=figure, target=target, options=options, workers=workers)
+    raise typer.Exit(make(request))
 
 
 @app.command("sweep")
+@flat
 def sweep_command(
-    experiment: Annotated[str, typer.Argument(help="The experiment, e.g. walk.")],
+    experiment: Experiment,
+    *,
     vary: Annotated[
         list[str] | None,
         typer.Option(metavar="KEY=VALUE,...", help="Values of a setting or `backend`; repeatable."),
     ] = None,
     seeds: Annotated[int, typer.Option(help="How many, from 0 on.", min=1)] = 1,
-    backend: Backend = "native",
-    chip: Chip = "loihi",
-    passes: Passes = None,
-    seconds: Seconds = None,
-    settings: Settings = None,
+    target: Target,
+    seconds: SecondsOption = None,
+    settings: SettingsOption,
     probes: Annotated[bool, typer.Option("--probes", help="Keep the time series too.")] = False,
     out: Annotated[Path | None, typer.Option(help="Folder; a sweep that is there goes on.")] = None,
-    workers: NWorkers = None,
-    scheduler: Scheduler = None,
+    workers: Workers,
 ) -> None:
     """Run an experiment at many settings, each from several seeds; resumes where it was."""
-    from spikeport.commands.sweep import Request, run
+    from spikeport.commands.sweep import SweepRequest, run
 
-    raise typer.Exit(
-        run(
-            Request(
-                experiment,
-                vary or [],
-                tuple(range(seeds)),
-                backend,
-                chip,
-                passes,
-                seconds,
-                settings or [],
-                out,
-                workers or os.cpu_count() or 1,
-                scheduler,
-                probes,
-            )
-        )
+    request = SweepRequest(
+        experiment=experiment,
+        target=target,
+        vary=vary or [],
+        seeds=tuple(range(seeds)),
+        seconds=seconds,
+        settings=settings,
+        out=out,
+        workers=workers,
+        probes=probes,
     )
+    raise typer.Exit(run(request))
 
 
 @app.command()
@@ -392,7 +349,7 @@ def main() -> None:
     try:
         app(prog_name="spikeport")
     except SpikeportError as error:
-        fail(str(error), 1 if isinstance(error, FAILURES) else 2)
+        fail(str(error), error.exit_code)
     except OSError as error:
         reason = error.strerror or ", ".join(map(str, error.args))
         fail(f"{error.filename or 'system'}: {reason}", 1)

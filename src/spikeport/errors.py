@@ -14,26 +14,80 @@
     ├── RenderError (RuntimeError)         no picture can be made on this machine
     └── DivergedError (ArithmeticError)    a simulation left the numbers it can work with
 
-A message names the object, the rule, what was used against the limit, and the cure.
+A message names the object, the rule, what was used against the limit, and the cure. The command
+line exits with the ``exit_code`` of an error's class: 1 where a network or a run failed, 2 where
+the request itself cannot be met.
+
+All of them can be imported from here. `RefusedError` and those below it are Nengo's errors too, and
+are imported when they are first asked for: Nengo takes a second, which an error need not wait for.
 """
 
 from collections.abc import Iterable
+from typing import TYPE_CHECKING, ClassVar
+
+if TYPE_CHECKING:
+    from spikeport.compile.check.violation import DoesNotFitError, OverBudgetError
+    from spikeport.compile.ground.refusal import InvalidError, RefusedError
+
+__all__ = [
+    "BackendError",
+    "ChipFileError",
+    "CompileError",
+    "DivergedError",
+    "DoesNotFitError",
+    "ImageError",
+    "InvalidError",
+    "MissingExtraError",
+    "OverBudgetError",
+    "RefusedError",
+    "RenderError",
+    "SpikeportError",
+    "UsageError",
+]
+
+_HOMES = {
+    "DoesNotFitError": "spikeport.compile.check.violation",
+    "InvalidError": "spikeport.compile.ground.refusal",
+    "OverBudgetError": "spikeport.compile.check.violation",
+    "RefusedError": "spikeport.compile.ground.refusal",
+}
+
+
+def __getattr__(name: str) -> object:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'spikeport.errors' has no attribute '{name}'")
+    from importlib import import_module
+
+    return getattr(import_module(_HOMES[name]), name)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})
 
 
 class SpikeportError(Exception):
     """Root of all errors that spikeport raises on purpose."""
 
+    exit_code: ClassVar[int] = 1
+    """The code that the command line exits with."""
+
 
 class UsageError(SpikeportError, ValueError):
     """A name, key or value is not known; the message lists what is."""
+
+    exit_code = 2
 
 
 class MissingExtraError(SpikeportError, ImportError):
     """An optional package is absent; the message names the extra that brings it."""
 
+    exit_code = 2
+
 
 class ChipFileError(SpikeportError, ValueError):
     """A chip's TOML file is wrong; the message gives path and reason."""
+
+    exit_code = 2
 
 
 class CompileError(SpikeportError, ValueError):
@@ -42,6 +96,8 @@ class CompileError(SpikeportError, ValueError):
 
 class ImageError(SpikeportError, ValueError):
     """An image file is foreign, truncated or altered."""
+
+    exit_code = 2
 
 
 class BackendError(SpikeportError, RuntimeError):
@@ -57,7 +113,7 @@ class DivergedError(SpikeportError, ArithmeticError):
 
 
 def unknown(kind: str, name: str, known: Iterable[str]) -> UsageError:
-    """The error for a name that is not known, listing the known ones.
+    """Return the error for a name that is not known, listing the known ones.
 
     Parameters
     ----------

@@ -10,7 +10,7 @@ from types import ModuleType
 
 import nengo
 
-from spikeport import settings
+from spikeport import key_values
 from spikeport.errors import SpikeportError, UsageError, unknown
 from spikeport.experiments import registry
 from spikeport.experiments.options import Experiment, Options
@@ -49,7 +49,7 @@ def find_network(
     if not (where and name):
         raise unknown("network", spec, [*BUILT_IN, "path/to/file.py:function", "module:function"])
     function = _function(where, name)
-    arguments = settings.parse(pairs, function, f"network '{spec}'")
+    arguments = key_values.parse(pairs, function, f"network '{spec}'")
     try:
         inspect.signature(function).bind(**arguments)
     except TypeError as error:
@@ -67,7 +67,9 @@ def find_network(
 
 def _built_in(spec: str, pairs: list[str], chip: str, passes: str | None) -> nengo.Network:
     experiment = _experiment(spec)
-    chosen = experiment.settings(**settings.parse(pairs, experiment.settings, f"network '{spec}'"))
+    chosen = experiment.settings(
+        **key_values.parse(pairs, experiment.settings, f"network '{spec}'")
+    )
     options = Options(experiment.seconds, chip=chip, pipeline=experiment.passes(passes))
     return experiment.trial(chosen, options).network()
 

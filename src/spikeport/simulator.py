@@ -25,13 +25,12 @@ from spikeport.compile.ground.refusal import ArgumentError
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.passes.pipeline import Pipeline
 from spikeport.compile.pipeline import Compilation, check_arguments
+from spikeport.constants import DT_S, LARGEST_SEED
 from spikeport.errors import BackendError, UsageError
 from spikeport.hardware_models.activity import Activity
 
 LONGEST_RUN = 10**9
 """Steps of the longest run: at 1 ms and in real time it takes eleven days."""
-LARGEST_SEED = 2**32 - 1
-"""The largest seed of NumPy's random states."""
 
 
 class Simulator:
@@ -82,7 +81,7 @@ class Simulator:
         network: nengo.Network,
         chip: str | Path = "loihi",
         backend: str = "native",
-        dt: float = 0.001,
+        dt: float = DT_S,
         seed: int | None = None,
         progress_bar: bool | ProgressBar = False,
         pipeline: Pipeline | str | None = None,

@@ -91,7 +91,7 @@ def test_restored_numbers_are_near_those_wanted() -> None:
 
 @pytest.fixture(scope="module")
 def measured() -> Measured:
-    return measure(compile_network(feedforward()), seconds=0.3, seed=0, tell=quiet)
+    return measure(compile_network(feedforward()), seconds=0.3, seed=0, progress=quiet)
 
 
 def test_shares_sum_to_one_in_falling_order(measured: Measured) -> None:

@@ -37,18 +37,6 @@ def test_numbers_that_are_not_finite_become_null(tmp_path):
     assert read(tmp_path)["odd"] == [None, None, [1.5, None], {"deep": [None, 2]}]
 
 
-def test_numpys_values_become_plain(tmp_path):
-    values = {"a": np.int64(3), "b": np.bool_(True), "c": np.float32(0.5), 4: np.arange(2)}
-    run_folder.write_json(tmp_path / "result.json", values)
-    assert read(tmp_path) == {"a": 3, "b": True, "c": 0.5, "4": [0, 1]}
-
-
-def test_what_is_not_plain_is_an_error_and_leaves_nothing(tmp_path):
-    with pytest.raises(TypeError):
-        run_folder.write_json(tmp_path / "result.json", {"a": object()})
-    assert names(tmp_path) == []
-
-
 def test_a_folder_is_made_with_its_parents(tmp_path):
     folder = run_folder.create(tmp_path / "a" / "b", "reach")
     assert folder.is_dir()

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from spikeport.hardware_models.activity import PER_STEP, Activity
-from spikeport.hardware_models.chip import Chip
+from spikeport.hardware_models.chip import ChipModel
 
 
 def figure(value: float, unit: str, low: float | None = None, high: float | None = None) -> dict:
@@ -86,8 +86,8 @@ def data() -> dict[str, Any]:
 
 
 @pytest.fixture
-def chip(data: dict[str, Any]) -> Chip:
-    return Chip.model_validate(data)
+def chip(data: dict[str, Any]) -> ChipModel:
+    return ChipModel.model_validate(data)
 
 
 @pytest.fixture

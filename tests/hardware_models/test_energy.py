@@ -6,7 +6,7 @@ import pytest
 from spikeport.errors import UsageError
 from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.activity import Activity
-from spikeport.hardware_models.chip import Chip
+from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.energy import energy
 
 
@@ -105,7 +105,7 @@ def test_what_has_no_public_figure_is_named_and_leaves_no_upper_bound(chip, make
 
 
 def test_powers_without_public_figure(data, make_activity):
-    chip = Chip.model_validate(data | {"power": {}})
+    chip = ChipModel.model_validate(data | {"power": {}})
     report = energy(make_activity(), chip, chip.calibration("bench"))
     assert report.static is None
     assert report.system is None

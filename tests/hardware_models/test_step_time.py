@@ -25,7 +25,7 @@ def whole(make_activity):
     )
 
 
-def folded_at(activity: Activity, *ends: int, chip: chips.Chip | None) -> Activity:
+def folded_at(activity: Activity, *ends: int, chip: chips.ChipModel | None) -> Activity:
     """Fold steps up to each of some ends, in turn; messages come evenly with the steps."""
     found = dataclasses.replace(activity, folded=None)
     for end in ends:

@@ -3,7 +3,7 @@ import json
 import pytest
 
 from spikeport.errors import UsageError
-from spikeport.hardware_models.chip import Chip
+from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.estimate import Estimate
 from spikeport.hardware_models.step_time import barrier
 from spikeport.hardware_models.timing import timing
@@ -82,7 +82,7 @@ def two_chips(data):
     bench["times"] = {**bench["times"], "message_between_chips": between}
     for name, value in (("cores", 1), ("chips", 2)):
         data["limits"][name] = {**data["limits"][name], "value": value}
-    return Chip.model_validate(data)
+    return ChipModel.model_validate(data)
 
 
 def test_messages_between_chips_take_the_time_of_the_busiest_chip(two_chips, make_activity):
@@ -100,7 +100,7 @@ def test_messages_between_chips_take_the_time_of_the_busiest_chip(two_chips, mak
 def test_messages_between_chips_without_a_figure_leave_no_upper_bound(data, make_activity):
     for name, value in (("cores", 1), ("chips", 2)):
         data["limits"][name] = {**data["limits"][name], "value": value}
-    chip = Chip.model_validate(data)
+    chip = ChipModel.model_validate(data)
     activity = make_activity(messages=[[0, 4], [2, 0]])
     report = timing(activity, chip, chip.calibration("bench"))
     assert report.missing == ("message_between_chips",)

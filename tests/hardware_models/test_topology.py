@@ -3,7 +3,7 @@ import pytest
 
 from spikeport.errors import CompileError
 from spikeport.hardware_models import chip as chips
-from spikeport.hardware_models.chip import Chip
+from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.topology import (
     Hops,
     between_chips,
@@ -40,7 +40,7 @@ def test_hops(chip):
 
 
 def test_a_mesh_that_is_not_public_has_no_hops(data):
-    chip = Chip.model_validate({**data, "topology": None})
+    chip = ChipModel.model_validate({**data, "topology": None})
     assert not np.any(hops(np.ones((9, 9), dtype=int), chip))
     assert tiles_used(5, chip) == 1
 

@@ -8,13 +8,13 @@ from spikeport.backends.native.chip import NativeChip
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.passes.base import Context
 from spikeport.hardware_models import chip as chips
-from spikeport.hardware_models.chip import Chip
+from spikeport.hardware_models.chip import ChipModel
 from tests.helpers.side_by_side import random_spikes, snapshot
 
 STATE = ("v", "u", "q", "spiked", "refractory", "spike_count")
 
 
-def small_chip(**limits: int) -> Chip:
+def small_chip(**limits: int) -> ChipModel:
     """Loihi with other limits of a core."""
     loihi = chips.get("loihi")
     figures = {
@@ -24,7 +24,7 @@ def small_chip(**limits: int) -> Chip:
     return loihi.model_copy(update={"limits": loihi.limits.model_copy(update=figures)})
 
 
-def context(chip: Chip | None = None, note: dict[str, Any] | None = None) -> Context:
+def context(chip: ChipModel | None = None, note: dict[str, Any] | None = None) -> Context:
     """What a pass is given; its notes go into a dictionary."""
     notes = {} if note is None else note
     return Context(chip or chips.get("loihi"), 0.001, notes.__setitem__)

@@ -74,6 +74,15 @@ def divides_by_zero():
     return 1 / 0
 
 
+def raises_in_a_node():
+    with nengo.Network(seed=1) as net:
+        stimulus = nengo.Node(lambda t: 1 / (t < 0.005), size_out=1)
+        ensemble = nengo.Ensemble(20, 1)
+        nengo.Connection(stimulus, ensemble)
+        nengo.Probe(ensemble, synapse=0.01)
+    return net
+
+
 def returns_text():
     return "network"
 """

@@ -1,4 +1,5 @@
 import inspect
+import re
 import subprocess
 import sys
 
@@ -44,12 +45,43 @@ def test_a_refused_network_is_a_compile_error_and_nengos_error():
     assert DoesNotFitError.__bases__ == (RefusedError,)
 
 
+def test_the_exit_code_belongs_to_the_class():
+    wrong_use = {"UsageError", "MissingExtraError", "ChipFileError", "ImageError"}
+    codes = {name: getattr(errors, name).exit_code for name in errors.__all__}
+    assert codes == {name: 2 if name in wrong_use else 1 for name in errors.__all__}
+
+
+def test_every_error_of_the_tree_can_be_imported_from_here():
+    tree = errors.__doc__.split("\n\n")[1]
+    assert sorted(re.findall(r"^\W*(\w+)", tree, re.MULTILINE)) == errors.__all__
+    assert set(errors.__all__) <= set(dir(errors))
+    for name in errors.__all__:
+        assert issubclass(getattr(errors, name), errors.SpikeportError)
+    assert errors.DoesNotFitError is DoesNotFitError
+
+
+def test_a_name_that_is_no_error_of_ours_is_not_there():
+    with pytest.raises(AttributeError) as caught:
+        _ = errors.ValueError
+    assert str(caught.value) == "module 'spikeport.errors' has no attribute 'ValueError'"
+
+
 def test_an_unknown_name_lists_the_known_ones_in_order():
     error = errors.unknown("chip", "lohi", ["b", "a"])
     assert type(error) is errors.UsageError
     assert str(error) == "unknown chip 'lohi'; there is: a, b"
 
 
-def test_errors_are_imported_without_nengo():
-    code = "import sys, spikeport.errors; sys.exit('nengo' in sys.modules)"
-    assert subprocess.run([sys.executable, "-c", code]).returncode == 0
+def test_nengo_is_imported_only_for_errors_that_are_nengos_too():
+    code = (
+        "import sys, spikeport.errors\n"
+        "from spikeport.errors import CompileError\n"
+        "assert 'nengo' not in sys.modules\n"
+        "from spikeport.errors import DoesNotFitError, OverBudgetError\n"
+        "from spikeport.errors import InvalidError, RefusedError\n"
+        "assert 'nengo' in sys.modules\n"
+        "from nengo.exceptions import BuildError\n"
+        "assert issubclass(DoesNotFitError, BuildError)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")

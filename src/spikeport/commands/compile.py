@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-from spikeport.backends.loss import Tell, measure
+from spikeport.backends.loss import measure
 from spikeport.commands import rates
 from spikeport.commands.passes import printer
 from spikeport.commands.progress import progress_bar
@@ -15,19 +15,20 @@ from spikeport.compile.pipeline import Compilation, compile_network
 from spikeport.compile.report.budget import Budget
 from spikeport.compile.report.expected import Rates, expected_activity
 from spikeport.compile.report.report import Modules
+from spikeport.constants import DT_S
 from spikeport.errors import UsageError
-from spikeport.experiments.run_folder import write_json
+from spikeport.files import write_json
 from spikeport.find_network import find_network, needed_passes
 from spikeport.hardware_models import chip as chips
+from spikeport.progress import Progress
 
-DT_S = 0.001
 SEED = 0
 """Of processes on the host, where a loss is measured."""
 
 
-@dataclass(frozen=True)
-class Request:
-    """What the user asked for."""
+@dataclass(frozen=True, kw_only=True)
+class CompileRequest:
+    """A compile of a network, as the user asked for it."""
 
     network: str
     chip: str
@@ -42,14 +43,14 @@ class Request:
     print_after: str | None = None
 
 
-def run(request: Request) -> None:
+def run(request: CompileRequest) -> None:
     """Compile, write what was asked for, print the report, and hold it against the budget."""
     stated = rates.parse(request.rates)
     if stated is not None and request.loss_s is not None:
         raise UsageError("--rate-hz and --loss: the run of --loss has rates of its own; give one")
     _check_run(request.loss_s)
     request.budget.check_basis(stated is not None or request.loss_s is not None)
-    check_places(request.out, request.json)
+    check_places(out=request.out, json=request.json)
     chip = chips.get(request.chip)
     passes = request.passes if request.passes is not None else needed_passes(request.network)
     passes = chip.pipeline if passes is None else passes
@@ -62,7 +63,7 @@ def run(request: Request) -> None:
         findings = _reckoned(compilation, stated)
         if request.loss_s is not None:
             findings = _measured(compilation, request.loss_s, progress)
-    write(request.out, request.json, compilation, findings)
+    write(compilation, findings, out=request.out, json=request.json)
     show(findings, request.cores)
     if exceeded := request.budget.exceeded(findings.report, findings.activity):
         raise OverBudgetError(exceeded)
@@ -82,14 +83,14 @@ def _reckoned(compilation: Compilation, stated: Rates | None) -> Findings:
     return Findings(compilation.report, expected_activity(image, stated), stated, modules=counts)
 
 
-def _measured(compilation: Compilation, seconds: float, tell: Tell) -> Findings:
-    measured = measure(compilation, seconds, SEED, tell)
+def _measured(compilation: Compilation, seconds: float, progress: Progress) -> Findings:
+    measured = measure(compilation, seconds, SEED, progress)
     counts = Modules(modules(compilation.image), measured.by_module)
     return Findings(compilation.report, measured.activity, loss=measured.loss, modules=counts)
 
 
 def write(
-    out: Path | None, json: Path | None, compilation: Compilation, findings: Findings
+    compilation: Compilation, findings: Findings, *, out: Path | None, json: Path | None
 ) -> None:
     """Write image and report to a folder, and the report to a file, where they are given."""
     report = findings.to_dict()
@@ -100,7 +101,7 @@ def write(
         write_json(json, report)
 
 
-def check_places(out: Path | None, json: Path | None) -> None:
+def check_places(*, out: Path | None, json: Path | None) -> None:
     """Say what cannot be written before the work, not after it."""
     if out is not None and out.exists() and not out.is_dir():
         raise UsageError(f"--out {out}: is a file; choose a folder")

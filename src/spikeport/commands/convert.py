@@ -20,7 +20,7 @@ from spikeport.experiments.policy.observations import (
     normal_observations,
     read_observations,
 )
-from spikeport.experiments.run_folder import write_json
+from spikeport.files import write_json
 from spikeport.hardware_models import chip as chips
 from spikeport.networks.loading.files import file_format, load_mlp
 from spikeport.networks.loading.mlp import Mlp
@@ -28,9 +28,9 @@ from spikeport.networks.policy import Layer, PolicyOptions
 from spikeport.networks.walking_policy import WalkingPolicy
 
 
-@dataclass(frozen=True)
-class Request:
-    """What the user asked for."""
+@dataclass(frozen=True, kw_only=True)
+class ConvertRequest:
+    """A conversion of a policy, as the user asked for it."""
 
     file: Path
     description: Path | None
@@ -45,7 +45,7 @@ class Request:
     json: Path | None
 
 
-def run(request: Request) -> None:
+def run(request: ConvertRequest) -> None:
     """Convert, write what was asked for, and print lint and report."""
     _check(request)
     with progress_bar() as progress:
@@ -56,7 +56,7 @@ def run(request: Request) -> None:
         conversion = Conversion(mlp, options, observations.values, request.seed)
         converted = convert(conversion, request.chip, request.passes, progress)
     findings = Findings(converted.compilation.report, converted.activity)
-    write(request.out, request.json, converted.compilation, findings)
+    write(converted.compilation, findings, out=request.out, json=request.json)
     if request.out is not None:
         write_json(request.out / "conversion.json", asdict(converted.lint))
         if walker is not None:
@@ -70,7 +70,7 @@ def run(request: Request) -> None:
     show(findings, cores=False)
 
 
-def _check(request: Request) -> None:
+def _check(request: ConvertRequest) -> None:
     if request.n_neurons < 2 or request.n_neurons % 2:
         raise UsageError(
             f"--neurons {request.n_neurons}: a unit has as many neurons for each sign; give an "
@@ -78,12 +78,12 @@ def _check(request: Request) -> None:
         )
     if not 0 < request.tau_fwd < 1:
         raise UsageError(f"--tau-fwd {request.tau_fwd:g}: a filter must be from 0 to 1 s")
-    check_places(request.out, request.json)
+    check_places(out=request.out, json=request.json)
     chips.get(request.chip)
     parse(request.passes)
 
 
-def _read(request: Request) -> tuple[WalkingPolicy | None, Mlp]:
+def _read(request: ConvertRequest) -> tuple[WalkingPolicy | None, Mlp]:
     """A walking policy where the file says so, and the layers."""
     if request.description is None and file_format(request.file) != "npz":
         return None, load_mlp(request.file, request.activation)
@@ -93,7 +93,7 @@ def _read(request: Request) -> tuple[WalkingPolicy | None, Mlp]:
     return walker, Mlp(tuple(map(Layer, walker.weights, walker.biases)), "elu")
 
 
-def _observations(request: Request, walker: WalkingPolicy | None, mlp: Mlp) -> Observations:
+def _observations(request: ConvertRequest, walker: WalkingPolicy | None, mlp: Mlp) -> Observations:
     if request.observations is not None:
         return read_observations(request.observations, mlp.sizes[0])
     if walker is None:

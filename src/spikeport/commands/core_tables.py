@@ -7,7 +7,7 @@ from rich.table import Table
 from spikeport.commands.tables import BITS_PER_KIB, NO_FIGURE
 from spikeport.compile.report.report import Modules, Report
 from spikeport.hardware_models.activity import Activity
-from spikeport.hardware_models.chip import Chip
+from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.energy import energy
 
 
@@ -33,7 +33,7 @@ def core_table(report: Report, activity: Activity | None) -> Table:
     return table
 
 
-def _core_costs(chip: Chip, activity: Activity) -> dict[str, list[str]]:
+def _core_costs(chip: ChipModel, activity: Activity) -> dict[str, list[str]]:
     """What a step costs on each core, by calibration."""
     return {
         c.name: [
@@ -44,7 +44,7 @@ def _core_costs(chip: Chip, activity: Activity) -> dict[str, list[str]]:
     }
 
 
-def module_table(chip: Chip, modules: Modules) -> Table:
+def module_table(chip: ChipModel, modules: Modules) -> Table:
     """What a step of every module costs in energy, messages apart."""
     table = Table("module", title="modules, without messages", box=SIMPLE_HEAD)
     spent = modules.energies(chip)

@@ -1,19 +1,21 @@
 """``spikeport figure``: a figure of the paper, from runs with the paper's settings."""
 
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from spikeport.commands import run, sweep
+from spikeport.commands.options import RunOptions, Target, Workers
 from spikeport.errors import UsageError, unknown
 
 
-@dataclass(frozen=True)
-class Workers:
-    """Where a sweep runs, if the user says so: processes of this machine, or a Dask scheduler."""
+@dataclass(frozen=True, kw_only=True)
+class FigureRequest:
+    """A figure of the paper, as the user asked for it."""
 
-    n: int | None = None
-    scheduler: str | None = None
+    figure: str
+    target: Target
+    options: RunOptions
+    workers: Workers
 
 
 @dataclass(frozen=True)
@@ -25,16 +27,16 @@ class PaperFigure:
     seconds: float
     settings: Mapping[str, str]
 
-    def make(self, request: run.Request, workers: Workers) -> int:
+    def make(self, request: FigureRequest) -> int:
         """Run the experiment; 0, or UsageError for options that only a sweep has."""
-        if workers != Workers():
+        if request.workers != Workers():
             raise UsageError(
-                f"figure '{request.experiment}' is a single run; leave out --workers and "
-                "--scheduler"
+                f"figure '{request.figure}' is a single run; leave out --workers and --scheduler"
             )
-        seconds = self.seconds if request.seconds is None else request.seconds
-        settings = _replaced(self.settings, request.settings)
-        run.run(replace(request, experiment=self.experiment, seconds=seconds, settings=settings))
+        asked = request.options
+        seconds = self.seconds if asked.seconds is None else asked.seconds
+        options = replace(asked, seconds=seconds, settings=_replaced(self.settings, asked.settings))
+        run.run(run.RunRequest(experiment=self.experiment, target=request.target, options=options))
         return 0
 
 
@@ -51,29 +53,27 @@ class PaperSweep:
     figure: str
     probes: bool = False
 
-    def make(self, request: run.Request, workers: Workers) -> int:
+    def make(self, request: FigureRequest) -> int:
         """Run what is missing of the sweep, from the seed of the request on, and draw it.
 
         1 if a point failed, else 0; UsageError for options that only a single run has.
         """
-        if request.video or request.overwrite:
+        asked = request.options
+        if asked.video or asked.overwrite:
             raise UsageError(
-                f"figure '{request.experiment}' is a sweep, which goes on with what is in --out; "
+                f"figure '{request.figure}' is a sweep, which goes on with what is in --out; "
                 "leave out --video and --overwrite"
             )
         return sweep.run(
-            sweep.Request(
+            sweep.SweepRequest(
                 experiment=self.experiment,
+                target=request.target,
                 vary=list(self.vary),
-                seeds=tuple(range(request.seed, request.seed + self.n_seeds)),
-                backend=request.backend,
-                chip=request.chip,
-                passes=request.passes,
-                seconds=self.seconds if request.seconds is None else request.seconds,
-                settings=_replaced(self.settings, request.settings),
-                out=request.out,
-                workers=workers.n or os.cpu_count() or 1,
-                scheduler=workers.scheduler,
+                seeds=tuple(range(asked.seed, asked.seed + self.n_seeds)),
+                seconds=self.seconds if asked.seconds is None else asked.seconds,
+                settings=_replaced(self.settings, asked.settings),
+                out=asked.out,
+                workers=request.workers,
                 probes=self.probes,
                 figure=self.figure,
             )
@@ -121,7 +121,7 @@ FIGURES: dict[str, PaperFigure | PaperSweep] = {
 }
 
 
-def figure(request: run.Request, workers: Workers) -> int:
+def make(request: FigureRequest) -> int:
     """Make a figure as the paper does, but for what the request says otherwise.
 
     1 if a point of a sweep failed, else 0.
@@ -131,6 +131,6 @@ def figure(request: run.Request, workers: Workers) -> int:
     UsageError
         If the paper has no figure of that name, or as `spikeport.commands.run.run`.
     """
-    if request.experiment not in FIGURES:
-        raise unknown("figure", request.experiment, FIGURES)
-    return FIGURES[request.experiment].make(request, workers)
+    if request.figure not in FIGURES:
+        raise unknown("figure", request.figure, FIGURES)
+    return FIGURES[request.figure].make(request)

@@ -13,7 +13,7 @@ from spikeport.errors import MissingExtraError
 from spikeport.experiments import registry
 from spikeport.experiments.options import Experiment
 from spikeport.hardware_models import chip as chips
-from spikeport.hardware_models.chip import Chip
+from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.figure import Figure
 
 
@@ -25,7 +25,7 @@ def print_chips() -> None:
     console.print("any other chip: --chip path/to/chip.toml")
 
 
-def _chip_table(chip: Chip) -> Table:
+def _chip_table(chip: ChipModel) -> Table:
     columns = ("figure", "value", "evidence", Column("source", overflow="fold"))
     title, caveat = escape(f"{chip.name}: {chip.title}"), escape(chip.caveat)
     table = Table(*columns, box=SIMPLE_HEAD, title=title, caption=caveat)
@@ -35,7 +35,7 @@ def _chip_table(chip: Chip) -> Table:
     return table
 
 
-def _figures(chip: Chip) -> Iterator[tuple[str, Figure]]:
+def _figures(chip: ChipModel) -> Iterator[tuple[str, Figure]]:
     """Every figure of a chip that is known, with what it is a figure of."""
     groups: list[tuple[str, BaseModel]] = [("", chip.limits), ("", chip.power)]
     for calibration in chip.calibrations:

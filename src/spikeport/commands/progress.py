@@ -2,22 +2,25 @@
 
 import contextlib
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+from rich.progress import BarColumn, SpinnerColumn, TextColumn, TimeElapsedColumn
+from rich.progress import Progress as ProgressBar
+
+from spikeport.progress import Progress
 
 
 @contextlib.contextmanager
-def progress_bar() -> Iterator[Callable[[str, float | None], None]]:
-    """A function to call with what is being done and the share done (None: not known).
+def progress_bar() -> Iterator[Progress]:
+    """Yield the function that work calls to say how far it is.
 
     The bar is drawn on the error stream, and vanishes when the block ends.
     """
     columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
     console = Console(file=sys.stderr)
     quiet = not console.is_terminal
-    with Progress(*columns, console=console, transient=True, disable=quiet) as bar:
+    with ProgressBar(*columns, console=console, transient=True, disable=quiet) as bar:
         task = bar.add_task("starting", total=None)
 
         def update(what: str, share: float | None) -> None:

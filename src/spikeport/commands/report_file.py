@@ -1,12 +1,12 @@
 """Reads the report of a compile or run, wherever it lies."""
 
-import json
 from pathlib import Path
 from typing import Any
 
 from spikeport.compile.report.report import SCHEMA
 from spikeport.errors import UsageError
 from spikeport.experiments.run_folder import RESULT_SCHEMA
+from spikeport.files import read_json
 
 IN_FOLDERS = ("report.json", "result.json")
 NEEDED = ("image_digest", "resources", "energy", "timing")
@@ -25,17 +25,14 @@ def read(path: Path) -> Json:
         There is none, or it is of another schema.
     """
     file = _file(path)
-    try:
-        report: Json = json.loads(file.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise UsageError(f"{path}: no such file or folder") from None
-    except (OSError, ValueError) as error:
-        raise UsageError(f"{file}: not a report: {error}") from None
+    report: Json = read_json(file)
     _check(file, report)
     return report
 
 
 def _file(path: Path) -> Path:
+    if not path.exists():
+        raise UsageError(f"{path}: no such file or folder")
     if not path.is_dir():
         return path
     found = [path / name for name in IN_FOLDERS if (path / name).is_file()]

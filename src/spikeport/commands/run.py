@@ -9,7 +9,8 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from spikeport import settings
+from spikeport import key_values
+from spikeport.commands.options import RunOptions, Target
 from spikeport.commands.progress import progress_bar
 from spikeport.commands.tables import cost_notes, cost_table, resource_table
 from spikeport.compile.passes.parse import parse
@@ -19,47 +20,45 @@ from spikeport.experiments.options import Experiment, Options, Outcome
 from spikeport.hardware_models import chip as chips
 
 
-@dataclass(frozen=True)
-class Request:
-    """What the user asked for."""
+@dataclass(frozen=True, kw_only=True)
+class RunRequest:
+    """A run of an experiment, as the user asked for it."""
 
     experiment: str
-    backend: str
-    chip: str
-    passes: str | None
-    seed: int
-    seconds: float | None
-    settings: list[str]
-    out: Path | None
-    overwrite: bool
-    video: bool
+    target: Target
+    options: RunOptions
 
 
-def run(request: Request) -> None:
+def run(request: RunRequest) -> None:
     """Check the request, run the experiment, print its figures."""
-    experiment = registry.get(request.experiment)
-    if request.backend not in experiment.backends:
-        raise unknown(f"backend of {experiment.name}", request.backend, experiment.backends)
+    experiment, target, asked = registry.get(request.experiment), request.target, request.options
+    if target.backend not in experiment.backends:
+        raise unknown(f"backend of {experiment.name}", target.backend, experiment.backends)
     owner = f"experiment '{experiment.name}'"
-    chosen = experiment.settings(**settings.parse(request.settings, experiment.settings, owner))
-    seconds = seconds_of(request.seconds, experiment)
-    chips.get(request.chip)
-    if request.passes is not None:
-        parse(request.passes)
-    folder = run_folder.create(request.out, experiment.name, request.overwrite)
+    chosen = experiment.settings(**key_values.parse(asked.settings, experiment.settings, owner))
+    seconds = seconds_of(asked.seconds, experiment)
+    check(target)
+    folder = run_folder.create(asked.out, experiment.name, asked.overwrite)
     with run_folder.removed_if_empty(folder), progress_bar() as progress:
         options = Options(
             seconds=seconds,
-            backend=request.backend,
-            chip=request.chip,
-            pipeline=experiment.passes(request.passes),
-            seed=request.seed,
-            video=request.video,
+            backend=target.backend,
+            chip=target.chip,
+            pipeline=experiment.passes(target.passes),
+            seed=asked.seed,
+            video=asked.video,
             progress=progress,
             command=("spikeport", *sys.argv[1:]),
         )
         outcome = experiment.run(chosen, options, folder)
     show(outcome, folder)
+
+
+def check(target: Target) -> None:
+    """Raise UsageError for a chip or passes that there are not."""
+    chips.get(target.chip)
+    if target.passes is not None:
+        parse(target.passes)
 
 
 def seconds_of(asked: float | None, experiment: Experiment) -> float:

@@ -20,7 +20,7 @@ FORMAT = (
 )
 
 
-def run(image: Path, spikes: Path | None, n_steps: int, out: Path, seed: int) -> None:
+def run(image: Path, *, spikes: Path | None, n_steps: int, out: Path, seed: int) -> None:
     """Step an image, and write its outputs and activity."""
     loaded = ChipImage.load(image)
     sent = by_step(loaded, spikes, n_steps)

@@ -6,43 +6,39 @@ from pathlib import Path
 
 from rich.console import Console
 
-from spikeport import settings
+from spikeport import key_values
 from spikeport.atomic import atomic_path
+from spikeport.commands.options import Target, Workers
 from spikeport.commands.progress import progress_bar
-from spikeport.commands.run import seconds_of
-from spikeport.compile.passes.parse import parse
+from spikeport.commands.run import check, seconds_of
 from spikeport.errors import UsageError, unknown
 from spikeport.experiments import registry
 from spikeport.experiments.options import Experiment
 from spikeport.experiments.sweep.folder import open_folder
 from spikeport.experiments.sweep.plan import BACKEND, Point, Sweep
-from spikeport.hardware_models import chip as chips
 
 RUN, TABLE = "spikeport.experiments.sweep.run", "spikeport.experiments.sweep.table"
 ALL_METRICS = "spikeport.experiments.sweep.figure"
 """The modules that need the extra; they are imported when they are asked for."""
 
 
-@dataclass(frozen=True)
-class Request:
-    """What the user asked for; ``figure`` is the module that draws what comes out."""
+@dataclass(frozen=True, kw_only=True)
+class SweepRequest:
+    """A sweep, as the user asked for it; ``figure`` is the module that draws what comes out."""
 
     experiment: str
+    target: Target
     vary: list[str]
     seeds: tuple[int, ...]
-    backend: str
-    chip: str
-    passes: str | None
     seconds: float | None
     settings: list[str]
     out: Path | None
-    workers: int
-    scheduler: str | None
+    workers: Workers
     probes: bool = False
     figure: str = ALL_METRICS
 
 
-def run(request: Request) -> int:
+def run(request: SweepRequest) -> int:
     """Run what is missing of a sweep, and draw it; 1 if a point failed, else 0."""
     sweep = planned(request)
     execute, tables, drawing = (
@@ -50,8 +46,9 @@ def run(request: Request) -> int:
         for module in (RUN, TABLE, request.figure)
     )
     folder = open_folder(request.out, sweep)
+    workers = request.workers
     with progress_bar() as progress:
-        failures = execute.run(sweep, folder, request.scheduler, request.workers, progress)
+        failures = execute.run(sweep, folder, workers.scheduler, workers.n_processes, progress)
     if any(folder.holds(point) for point in sweep.points()):
         table = tables.table(sweep, folder)
         tables.write_table(folder, table)
@@ -61,7 +58,7 @@ def run(request: Request) -> int:
     return int(bool(failures))
 
 
-def planned(request: Request) -> Sweep:
+def planned(request: SweepRequest) -> Sweep:
     """The sweep, with every value of every point checked.
 
     Raises
@@ -69,18 +66,16 @@ def planned(request: Request) -> Sweep:
     UsageError
         If a setting or value is not one of the experiment's.
     """
-    experiment = registry.get(request.experiment)
+    experiment, target = registry.get(request.experiment), request.target
     owner = f"experiment '{experiment.name}'"
-    chips.get(request.chip)
-    if request.passes is not None:
-        parse(request.passes)
+    check(target)
     sweep = Sweep(
         experiment=experiment.name,
-        backend=request.backend,
-        chip=request.chip,
-        pipeline=experiment.passes(request.passes),
+        backend=target.backend,
+        chip=target.chip,
+        pipeline=experiment.passes(target.passes),
         seconds=seconds_of(request.seconds, experiment),
-        settings=settings.parse(request.settings, experiment.settings, owner),
+        settings=key_values.parse(request.settings, experiment.settings, owner),
         varied=_varied(request.vary, experiment, owner),
         seeds=request.seeds,
         probes=request.probes,
@@ -91,8 +86,8 @@ def planned(request: Request) -> Sweep:
 
 def _varied(
     vary: Iterable[str], experiment: Experiment, owner: str
-) -> dict[str, tuple[settings.Value, ...]]:
-    varied: dict[str, tuple[settings.Value, ...]] = {}
+) -> dict[str, tuple[key_values.Value, ...]]:
+    varied: dict[str, tuple[key_values.Value, ...]] = {}
     for pair in vary:
         key, equals, texts = pair.partition("=")
         if not equals:
@@ -106,11 +101,11 @@ def _varied(
     return varied
 
 
-def _value(key: str, text: str, experiment: Experiment, owner: str) -> settings.Value:
+def _value(key: str, text: str, experiment: Experiment, owner: str) -> key_values.Value:
     if key == BACKEND:
         return text
     pair = [f"{key}={text}"]
-    return settings.parse(pair, experiment.settings, owner, option="--vary")[key]
+    return key_values.parse(pair, experiment.settings, owner, option="--vary")[key]
 
 
 def _check(sweep: Sweep, experiment: Experiment) -> None:

@@ -10,8 +10,8 @@ from spikeport.compile.report.expected import Rates
 from spikeport.compile.report.loss import Loss
 from spikeport.compile.report.report import Report
 from spikeport.hardware_models.activity import Activity
-from spikeport.hardware_models.calibration import Calibration
-from spikeport.hardware_models.chip import Chip
+from spikeport.hardware_models.calibration import EnergyCalibration
+from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.energy import Draw, EnergyReport, energy
 from spikeport.hardware_models.limits import Usage
 from spikeport.hardware_models.timing import timing
@@ -60,7 +60,7 @@ def _share(usage: Usage) -> tuple[str, str]:
     return amounts, f"{100 * usage.used / usage.limit:.1f}"
 
 
-def cost_table(chip: Chip, activity: Activity, rates: Rates | None = None) -> Table:
+def cost_table(chip: ChipModel, activity: Activity, rates: Rates | None = None) -> Table:
     """Energy and time of a run, or expected at stated rates, in every calibration of the chip."""
     table = Table("", box=SIMPLE_HEAD, title=f"energy and time, {_basis(activity, rates)}")
     rows: dict[str, list[str]] = {}
@@ -81,7 +81,7 @@ def _basis(activity: Activity, rates: Rates | None) -> str:
 
 
 def _cost_rows(
-    chip: Chip, activity: Activity, calibration: Calibration
+    chip: ChipModel, activity: Activity, calibration: EnergyCalibration
 ) -> Iterator[tuple[str, str]]:
     spent = energy(activity, chip, calibration)
     draws: list[tuple[str, Draw | None]]
@@ -120,7 +120,7 @@ def _where_it_goes(spent: EnergyReport) -> str:
     return ", ".join(f"{name} {100 * value / whole:.0f} %" for value, name in largest)
 
 
-def cost_notes(chip: Chip, activity: Activity) -> Iterator[str]:
+def cost_notes(chip: ChipModel, activity: Activity) -> Iterator[str]:
     """Where the figures of a table of costs are from."""
     for calibration in chip.calibrations:
         missing = energy(activity, chip, calibration).missing

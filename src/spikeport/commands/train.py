@@ -14,7 +14,7 @@ from spikeport.errors import MissingExtraError, UsageError, unknown
 POLICIES = ("walk",)
 
 
-def run(policy: str, out: Path, seed: int, steps: int, threads: int | None) -> None:
+def run(policy: str, *, out: Path, seed: int, steps: int, threads: int | None) -> None:
     """Train a policy, or go on training it, and print how it walks."""
     if policy not in POLICIES:
         raise unknown("policy", policy, POLICIES)

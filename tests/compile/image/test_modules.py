@@ -50,7 +50,7 @@ def test_what_is_expected_of_modules_adds_up(compilation: Compilation) -> None:
 
 
 def test_what_modules_did_in_a_run_adds_up(compilation: Compilation) -> None:
-    measured = measure(compilation, seconds=0.05, seed=0, tell=lambda _what, _share: None)
+    measured = measure(compilation, seconds=0.05, seed=0, progress=lambda _what, _share: None)
     assert measured.activity.totals()["spikes"] > 0
     assert_adds_up(compilation, measured.activity, measured.by_module)
 

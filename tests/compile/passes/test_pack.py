@@ -9,7 +9,7 @@ from spikeport.compile.passes.pack import Pack
 from spikeport.compile.placing.load import block_loads, capacity, core_loads
 from spikeport.compile.placing.lower_bound import lower_bound
 from spikeport.errors import MissingExtraError
-from spikeport.hardware_models.chip import Chip
+from spikeport.hardware_models.chip import ChipModel
 from tests.helpers.images import Block, Group, Parts, Route
 from tests.helpers.same_run import assert_same_run, context, small_chip
 
@@ -20,7 +20,7 @@ def blocks(*sizes: int, **settings: Any) -> ChipImage:
     return Parts(parts).image()
 
 
-def packed(image: ChipImage, chip: Chip, **options: Any) -> ChipImage:
+def packed(image: ChipImage, chip: ChipModel, **options: Any) -> ChipImage:
     after = Pack(**options).apply(image, context(chip))
     assert all(capacity(chip).holds(load) for load in core_loads(after, chip))
     assert_same_run(image, after)

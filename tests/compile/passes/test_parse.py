@@ -36,14 +36,30 @@ def test_several_options() -> None:
         ("split{effort=2}", "unknown option of pass split 'effort'; it takes none"),
         (
             "pack{effort=two}",
-            "pass pack: effort=two: input should be a valid integer, unable to parse string as an "
-            "integer",
+            "pass pack: effort=two: expected a whole number",
         ),
         (
             "pack{effort=-1}",
             "pass pack: effort=-1: input should be greater than or equal to 0",
         ),
-        ("pack{effort=1,effort=2}", "pass pack: option effort is given twice"),
+        (
+            "pack{exact=perhaps}",
+            "pass pack: exact=perhaps: expected true or false",
+        ),
+        (
+            "decode_path{slack_cores=few}",
+            "pass decode_path: slack_cores=few: expected a number",
+        ),
+        (
+            "decode_path{default=moon}",
+            "pass decode_path: default=moon: expected 'auto', 'direct', 'onoff', 'preset10' or "
+            "'host'",
+        ),
+        (
+            "fuse{max_neurons=0}",
+            "pass fuse: max_neurons=0: input should be greater than or equal to 1",
+        ),
+        ("pack{effort=1,effort=2}", "pass pack: effort: given twice"),
         (
             "split,pack{effort=2",
             "passes 'split,pack{effort=2': cannot be read from 'pack{effort=2' on; write them as "

@@ -12,7 +12,7 @@ from spikeport.compile.placing.cut import cut
 from spikeport.compile.placing.demand import Demand
 from spikeport.compile.placing.load import ProfileMasks, block_loads, capacity
 from spikeport.hardware_models import chip as chips
-from spikeport.hardware_models.chip import Chip
+from spikeport.hardware_models.chip import ChipModel
 from tests.helpers.images import Block, Group, Parts, Route
 from tests.helpers.same_run import assert_same_run, context, small_chip
 
@@ -25,7 +25,7 @@ def dense(n_pre: int = 6, n_post: int = 8) -> ChipImage:
     return Parts(blocks, [Group(list(weights), block=1)], routes=routes).image()
 
 
-def split(image: ChipImage, chip: Chip) -> ChipImage:
+def split(image: ChipImage, chip: ChipModel) -> ChipImage:
     after = Split().apply(image, context(chip))
     assert assert_same_run(image, after) > 0
     return after

@@ -12,10 +12,10 @@ import pytest
 from distributed import LocalCluster
 
 from spikeport.errors import BackendError, DivergedError, UsageError
-from spikeport.experiments.options import silent
 from spikeport.experiments.sweep import run as sweep_run
 from spikeport.experiments.sweep import workers as sweep_workers
 from spikeport.experiments.sweep.folder import Kept, open_folder
+from spikeport.progress import silent
 
 
 @pytest.fixture

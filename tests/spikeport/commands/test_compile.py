@@ -280,3 +280,14 @@ def test_loss_is_printed_and_written(spikeport, net_py, report):
     assert "energy and time, from the counts of 100 steps" in done.out
     loss = ReportData.model_validate(report.read()).loss
     assert sum(part.share for part in loss.parts) == pytest.approx(1)
+
+
+def test_a_node_that_raises_is_a_failure_of_the_run(spikeport, net_py):
+    spec = f"{net_py}:raises_in_a_node"
+    assert spikeport("compile", spec).code == 0
+    done = spikeport("compile", spec, "--loss", "0.01")
+    assert done == (
+        1,
+        "",
+        "error: step 5: the network raised ZeroDivisionError: division by zero\n",
+    )

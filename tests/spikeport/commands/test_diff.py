@@ -37,7 +37,7 @@ def test_files_that_are_no_reports_are_refused(spikeport, two, tmp_path):
     file = tmp_path / "x.json"
     assert error(file) == f"{file}: no such file or folder"
     file.write_text("{")
-    assert error(file).startswith(f"{file}: not a report: ")
+    assert error(file).startswith(f"{file}: not JSON: ")
     file.write_text("[]")
     assert error(file) == f"{file}: not a report of a compile, nor of a run"
     report = json.loads((two[1] / "report.json").read_text())

@@ -1,12 +1,12 @@
 """``spikeport figure``: which run it asks for; the runs are tested in tests/experiments."""
 
-import os
 from pathlib import Path
 
 import pytest
 
 from spikeport.commands import figure, sweep
-from spikeport.commands.run import Request
+from spikeport.commands.options import RunOptions, Target, Workers
+from spikeport.commands.run import RunRequest
 
 
 @pytest.fixture
@@ -21,18 +21,15 @@ def asked(monkeypatch):
 def test_the_figures_have_the_papers_settings(spikeport, asked):
     assert spikeport("figure", "reach").code == spikeport("figure", "draw").code == 0
     assert asked == [
-        Request("reach", "native", "loihi", None, 0, 15.0, ["preset=paper"], None, False, False),
-        Request(
-            "draw",
-            "native",
-            "loihi",
-            None,
-            0,
-            12.0,
-            ["preset=paper", "digit=5"],
-            None,
-            False,
-            False,
+        RunRequest(
+            experiment="reach",
+            target=Target(backend="native", chip="loihi", passes=None),
+            options=RunOptions(seed=0, seconds=15.0, settings=["preset=paper"]),
+        ),
+        RunRequest(
+            experiment="draw",
+            target=Target(),
+            options=RunOptions(seconds=12.0, settings=["preset=paper", "digit=5"]),
         ),
     ]
 
@@ -42,9 +39,15 @@ def test_what_is_asked_for_replaces_the_papers_settings(spikeport, asked, tmp_pa
     rest = ("--seconds", "6", "--seed", "3", "--backend", "reference", "--video", "--overwrite")
     assert spikeport("figure", "draw", *settings, *rest, "--out", tmp_path).code == 0
     (request,) = asked
-    assert request.settings == ["preset=paper", "digit=8", "m1=50"]
-    assert (request.seconds, request.seed, request.backend) == (6.0, 3, "reference")
-    assert (request.out, request.overwrite, request.video) == (Path(tmp_path), True, True)
+    assert request.target == Target(backend="reference")
+    assert request.options == RunOptions(
+        seed=3,
+        seconds=6.0,
+        settings=["preset=paper", "digit=8", "m1=50"],
+        out=Path(tmp_path),
+        overwrite=True,
+        video=True,
+    )
 
 
 @pytest.mark.slow
@@ -59,18 +62,15 @@ def test_a_figure_leaves_the_folder_of_its_run(spikeport, tmp_path):
 def test_the_walks_figures_are_sweeps(spikeport, asked, tmp_path):
     assert spikeport("figure", "walk", "--seed", "3", "--out", tmp_path).code == 0
     (request,) = asked
-    assert request == sweep.Request(
+    assert request == sweep.SweepRequest(
         experiment="walk",
+        target=Target(),
         vary=["policy=mlp,spiking"],
         seeds=(3, 4, 5, 6, 7),
-        backend="native",
-        chip="loihi",
-        passes=None,
         seconds=40.0,
         settings=["path=paper"],
         out=Path(tmp_path),
-        workers=os.cpu_count(),
-        scheduler=None,
+        workers=Workers(),
         probes=True,
         figure="spikeport.experiments.walk.trajectories",
     )
@@ -81,7 +81,7 @@ def test_the_sweep_of_the_walk_goes_to_a_scheduler(spikeport, asked):
     options = ("--seconds", "20", "--set", "path=line")
     assert spikeport("figure", "walk-sweep", *where, *options).code == 0
     (request,) = asked
-    assert (request.scheduler, request.workers) == ("tcp://127.0.0.1:8786", 3)
+    assert request.workers == Workers(n=3, scheduler="tcp://127.0.0.1:8786")
     assert (request.seconds, request.probes) == (20.0, False)
     assert request.settings == ["calibrated=false", "path=line"]
     assert len(sweep.planned(request).points()) == 4 * 4 * 2 * 5

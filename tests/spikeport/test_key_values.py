@@ -1,11 +1,12 @@
 from dataclasses import dataclass
 from functools import partial
-from typing import Optional
+from typing import Annotated, Literal, Optional
 
 import pytest
+from pydantic import Field
 
 from spikeport.errors import UsageError
-from spikeport.settings import parse
+from spikeport.key_values import parse
 
 
 def target(
@@ -23,6 +24,11 @@ def target(
     plain_text="a",
     nothing=None,
     switch_or_text: bool | str = False,
+    whole_or_number: int | float = 0,
+    bounded: Annotated[int, Field(ge=1)] | None = None,
+    choice: Literal["red", "blue"] = "red",
+    numbered: Literal[1, 2] = 1,
+    several: "list[int] | None" = None,
     *,
     keyword: int = 0,
     **rest: int,
@@ -56,6 +62,12 @@ def refusal(pairs, function=target):
         ("nothing=2", "2"),
         ("switch_or_text=yes", True),
         ("switch_or_text=file.npz", "file.npz"),
+        ("whole_or_number=2", 2),
+        ("whole_or_number=2.5", 2.5),
+        ("bounded=1", 1),
+        ("choice=blue", "blue"),
+        ("numbered=2", 2),
+        ("several=1,2", "1,2"),
         ("keyword=5", 5),
     ],
 )
@@ -126,10 +138,40 @@ def test_a_key_given_twice_is_named():
         ("maybe=none", "a whole number"),
         ("number=fast", "a number"),
         ("yes=maybe", "true or false"),
+        ("whole_or_number=few", "a number"),
+        ("choice=green", "'red' or 'blue'"),
     ],
 )
 def test_a_value_that_does_not_convert_says_what_is_expected(pair, expected):
     assert refusal([pair]) == f"--set {pair}: expected {expected}"
+
+
+def test_a_value_out_of_bounds_says_which():
+    assert refusal(["bounded=0"]) == ("--set bounded=0: input should be greater than or equal to 1")
+
+
+def test_a_class_is_parsed_by_what_makes_it():
+    class Sizes:
+        m1: str
+
+        def __init__(self, m1: "int") -> None:
+            pass
+
+    assert parse(["m1=7"], Sizes, "it") == {"m1": 7}
+
+
+def test_types_of_a_partial_function_in_quotes_are_known():
+    def scaled(by: "float | None", size: "int | None" = None):
+        pass
+
+    assert parse(["size=7"], partial(scaled, 2.0), "it") == {"size": 7}
+
+
+def test_annotations_that_cannot_be_evaluated_leave_the_defaults():
+    def odd(first: "1 / 0", size=7):
+        pass
+
+    assert parse(["first=a", "size=3"], odd, "it") == {"first": "a", "size": 3}
 
 
 def test_a_callable_without_a_signature_is_refused():

@@ -1,0 +1,120 @@
+"""Options that commands share, and the decorator that gives them to a command.
+
+A group of options is a frozen dataclass whose fields are annotated for typer. `flat` makes one
+option of each field, so that a group is declared once, reaches its command as one value, and names
+every value it holds. Imports no Nengo: help does not wait for it.
+"""
+
+import functools
+import inspect
+import os
+from collections.abc import Callable
+from dataclasses import MISSING, dataclass, fields, is_dataclass
+from pathlib import Path
+from typing import Annotated, Any, TypeVar, get_type_hints
+
+import typer
+
+from spikeport.constants import LARGEST_SEED
+
+Result = TypeVar("Result")
+
+ChipOption = Annotated[str, typer.Option(help="A chip's name, or the path of its TOML file.")]
+PassesOption = Annotated[
+    str | None,
+    typer.Option(
+        "--passes",
+        "-p",
+        metavar="PASSES",
+        help="as_written, compact, or name,name{key=value}; by default the chip's; see `passes`.",
+    ),
+]
+SecondsOption = Annotated[float | None, typer.Option(help="Simulated time.")]
+SeedOption = Annotated[int, typer.Option(help="Seed of the run.", min=0, max=LARGEST_SEED)]
+SettingsOption = Annotated[
+    list[str],
+    typer.Option(
+        "--set",
+        metavar="KEY=VALUE",
+        help="A setting; repeatable.",
+        default_factory=list,
+        show_default=False,
+    ),
+]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Target:
+    """The backend and chip that an experiment runs on, and the passes of its compile."""
+
+    backend: Annotated[
+        str, typer.Option(help="analytic, reference, native or nengo-loihi; see `backends`.")
+    ] = "native"
+    chip: ChipOption = "loihi"
+    passes: PassesOption = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Workers:
+    """The workers of a sweep: processes of this machine, or those of a Dask scheduler."""
+
+    n: Annotated[int | None, typer.Option("--workers", help="Processes; all cores.", min=1)] = None
+    scheduler: Annotated[
+        str | None,
+        typer.Option(metavar="tcp://...", help="Of a Dask cluster, in place of processes."),
+    ] = None
+
+    @property
+    def n_processes(self) -> int:
+        """The number of processes: as many as asked for, or one for each core."""
+        return self.n or os.cpu_count() or 1
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunOptions:
+    """The options of a run: seed, time, settings of the experiment, and what is written where."""
+
+    seed: SeedOption = 0
+    seconds: SecondsOption = None
+    settings: SettingsOption
+    out: Annotated[Path | None, typer.Option(help="Folder of the run.")] = None
+    overwrite: Annotated[bool, typer.Option(help="Replace an earlier run in --out.")] = False
+    video: Annotated[bool, typer.Option("--video", help="Write video.mp4 too.")] = False
+
+
+def flat(command: Callable[..., Result]) -> Callable[..., Result]:
+    """Return a command with an option for each field of the groups among its parameters."""
+    hints = get_type_hints(command)
+    groups: dict[str, Any] = {name: hint for name, hint in hints.items() if is_dataclass(hint)}
+
+    @functools.wraps(command)
+    def flattened(**values: Any) -> Result:
+        made = {
+            name: group(**{one.name: values.pop(one.name) for one in fields(group)})
+            for name, group in groups.items()
+        }
+        return command(**values, **made)
+
+    parameters = [
+        one
+        for name, parameter in inspect.signature(command).parameters.items()
+        for one in (_options(groups[name]) if name in groups else [parameter])
+    ]
+    flattened.__signature__ = inspect.Signature(  # type: ignore[attr-defined]
+        [one.replace(kind=inspect.Parameter.KEYWORD_ONLY) for one in parameters]
+    )
+    return flattened
+
+
+def _options(group: Any) -> list[inspect.Parameter]:
+    """Return a parameter for each field of a group, with its annotation and default."""
+    hints = get_type_hints(group, include_extras=True)
+    return [
+        inspect.Parameter(
+            one.name,
+            inspect.Parameter.KEYWORD_ONLY,
+            default=inspect.Parameter.empty if one.default is MISSING else one.default,
+            annotation=hints[one.name],
+        )
+        for one in fields(group)
+    ]

@@ -1,0 +1,7 @@
+"""Numbers that every part of spikeport agrees on."""
+
+DT_S = 0.001
+"""Time step of a simulation where none is asked for, in s: nengo-loihi's and the paper's."""
+
+LARGEST_SEED = 2**32 - 1
+"""The largest seed of NumPy's random states."""

@@ -1,0 +1,107 @@
+"""TOML and JSON files: read with path and reason where that fails, written whole or not at all."""
+
+import json
+import math
+import tomllib
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
+
+from spikeport.atomic import write_text
+from spikeport.errors import SpikeportError, UsageError
+
+M = TypeVar("M", bound=BaseModel)
+Refusal = type[SpikeportError]
+
+REASONS = {"missing": "is missing", "extra_forbidden": "is not a known key"}
+
+
+def read_toml(path: Path, refusal: Refusal = UsageError) -> dict[str, Any]:
+    """Return the content of a TOML file.
+
+    Raises
+    ------
+    UsageError, or another ``refusal``
+        The file cannot be read, or is not TOML; the message gives path and reason.
+    """
+    content: dict[str, Any] = _read(path, tomllib.loads, "TOML", refusal)
+    return content
+
+
+def read_json(path: Path, refusal: Refusal = UsageError) -> Any:
+    """Return the content of a JSON file.
+
+    Raises
+    ------
+    UsageError, or another ``refusal``
+        The file cannot be read, or is not JSON; the message gives path and reason.
+    """
+    return _read(path, json.loads, "JSON", refusal)
+
+
+def read_model(path: Path, model: type[M], what: str, refusal: Refusal = UsageError) -> M:
+    """Return the model that a TOML file holds, and say all that is wrong with it at once.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    model : type of pydantic's BaseModel
+        The model.
+    what : str
+        What the file is to be, for messages, e.g. ``"chip"``.
+    refusal : type of SpikeportError
+        The error for a file that is wrong.
+
+    Raises
+    ------
+    UsageError, or another ``refusal``
+        The file cannot be read, is not TOML, or does not fit the model.
+    """
+    try:
+        return model.model_validate(read_toml(path, refusal))
+    except ValidationError as error:
+        rows = "\n".join(f"  {_dotted(e)}: {_reason(e)}" for e in error.errors())
+        raise refusal(f"{path}: not a {what}:\n{rows}") from None
+
+
+def write_json(path: Path, value: Any) -> None:
+    """Write a JSON file, whole or not at all; numbers that are not finite become null."""
+    write_text(path, json.dumps(_plain(value), indent=2, allow_nan=False) + "\n")
+
+
+def _read(path: Path, parse: Callable[[str], Any], kind: str, refusal: Refusal) -> Any:
+    try:
+        return parse(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise refusal(f"{path}: no such file") from None
+    except OSError as error:
+        raise refusal(f"{path}: cannot be read: {error.strerror}") from error
+    except ValueError as error:  # of either parser, or bytes that are no text
+        raise refusal(f"{path}: not {kind}: {error}") from error
+
+
+def _dotted(error: ErrorDetails) -> str:
+    return ".".join(str(key) for key in error["loc"])
+
+
+def _reason(error: ErrorDetails) -> str:
+    if error["type"] == "value_error":
+        return str(error["ctx"]["error"])
+    return REASONS.get(error["type"], error["msg"])
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {str(k): _plain(v) for k, v in value.items()}
+    if isinstance(value, list | tuple | np.ndarray):
+        return [_plain(v) for v in value]
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

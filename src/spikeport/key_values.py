@@ -1,0 +1,164 @@
+"""``KEY=VALUE`` texts, checked against the parameters of a function or dataclass."""
+
+import functools
+import inspect
+import operator
+import types
+from collections.abc import Callable, Iterable
+from dataclasses import is_dataclass
+from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
+
+from pydantic import Field, TypeAdapter, ValidationError
+
+from spikeport.errors import UsageError, unknown
+
+PLAIN = (int, float, bool, str)
+UNIONS = (Union, types.UnionType)
+EXPECTED = {
+    "int_parsing": "a whole number",
+    "int_from_float": "a whole number",
+    "float_parsing": "a number",
+    "bool_parsing": "true or false",
+    "literal_error": "{expected}",
+}
+"""The value expected, by pydantic's name of the error; other errors keep pydantic's message."""
+
+Value = bool | int | float | str
+Target = Callable[..., object]
+
+
+def parse(
+    pairs: Iterable[str], target: Target, owner: str, option: str = "--set"
+) -> dict[str, Value]:
+    """Return keyword arguments for ``target`` from ``KEY=VALUE`` texts.
+
+    Parameters
+    ----------
+    pairs : iterable of str
+        The texts.
+    target : callable
+        What takes the arguments; see `parameters`.
+    owner : str
+        What it is called in messages.
+    option : str
+        Where the texts come from, for messages.
+
+    Raises
+    ------
+    UsageError
+        For a text without ``=``, a key that is not a parameter (lists those there are), a key given
+        twice, or a value that does not convert.
+    """
+    split = []
+    for pair in pairs:
+        key, equals, text = pair.partition("=")
+        if not equals:
+            raise UsageError(f"{option} {pair}: expected KEY=VALUE")
+        split.append((key, text))
+    return converted(split, parameters(target, owner), f"key of {owner}", option)
+
+
+def parameters(target: Target, owner: str) -> dict[str, Any]:
+    """Return the parameters that can be given by name, each with the type of its values.
+
+    That is the type it is annotated with, if that is bool, int, float, str, a choice of texts or
+    one of several of these, with bounds or without; else the type of its default; else str.
+    """
+    try:
+        found = inspect.signature(target).parameters
+    except (TypeError, ValueError) as error:
+        raise UsageError(f"{owner}: its parameters cannot be read: {error}") from None
+    hints = _hints(target)
+    return {
+        name: _type(hints.get(name), parameter.default)
+        for name, parameter in found.items()
+        if parameter.kind in (parameter.POSITIONAL_OR_KEYWORD, parameter.KEYWORD_ONLY)
+    }
+
+
+def converted(
+    pairs: Iterable[tuple[str, str]], kinds: dict[str, Any], kind: str, where: str
+) -> dict[str, Value]:
+    """Return the values that texts stand for, by key.
+
+    Parameters
+    ----------
+    pairs : iterable of (str, str)
+        Keys and texts.
+    kinds : dict
+        The types of the values, by key, as of `parameters`.
+    kind : str
+        What a key is of, for messages, e.g. ``"key of network 'arm'"``.
+    where : str
+        Where the pairs come from, for messages, e.g. ``"--set"``.
+    """
+    values: dict[str, Value] = {}
+    for key, text in pairs:
+        if key not in kinds:
+            raise (
+                unknown(kind, key, kinds)
+                if kinds
+                else UsageError(f"unknown {kind} '{key}'; it takes none")
+            )
+        if key in values:
+            raise UsageError(f"{where} {key}: given twice")
+        values[key] = _convert(text, kinds[key], f"{where} {key}")
+    return values
+
+
+def _convert(text: str, kind: Any, what: str) -> Value:
+    try:
+        value: Value = TypeAdapter(_in_order(kind)).validate_python(text)
+    except ValidationError as error:
+        (*_, last) = error.errors()  # of several types, the last one takes most
+        reason = last["msg"][0].lower() + last["msg"][1:]
+        if last["type"] in EXPECTED:
+            reason = "expected " + EXPECTED[last["type"]].format(**last.get("ctx", {}))
+        raise UsageError(f"{what}={text}: {reason}") from None
+    return value
+
+
+def _in_order(kind: Any) -> Any:
+    """Return a type whose members are tried from left to right; None has no text."""
+    if get_origin(kind) not in UNIONS:
+        return kind
+    members = tuple(one for one in get_args(kind) if one is not types.NoneType)
+    if len(members) == 1:
+        return members[0]
+    return Annotated[functools.reduce(operator.or_, members), Field(union_mode="left_to_right")]
+
+
+def _hints(target: Target) -> dict[str, Any]:
+    """Return the types that parameters are annotated with, of those that can be known."""
+    while isinstance(target, functools.partial):
+        target = target.func
+    holder: Any = target
+    if inspect.isclass(holder) and not is_dataclass(holder):
+        holder = holder.__init__
+    absent: dict[str, Any] = {}
+    while True:
+        try:
+            return get_type_hints(holder, localns=absent, include_extras=True)
+        except NameError as error:  # a name that only type checkers import
+            if error.name is None or error.name in absent:
+                return {}
+            absent[error.name] = object
+        except Exception:  # whatever a user's annotation in quotes may raise
+            return {}
+
+
+def _type(hint: Any, default: object) -> Any:
+    if _is_known(hint):
+        return hint
+    return type(default) if type(default) in PLAIN else str
+
+
+def _is_known(hint: Any) -> bool:
+    origin, arguments = get_origin(hint), get_args(hint)
+    if origin is Annotated:
+        return _is_known(arguments[0])
+    if origin is Literal:
+        return all(isinstance(one, str) for one in arguments)
+    if origin in UNIONS:
+        return all(one is types.NoneType or _is_known(one) for one in arguments)
+    return hint in PLAIN

@@ -1,0 +1,72 @@
+import json
+
+import numpy as np
+import pytest
+from pydantic import BaseModel
+
+from spikeport.errors import ChipFileError, UsageError
+from spikeport.files import read_json, read_model, read_toml, write_json
+
+READERS = [(read_toml, "TOML", "a = 1\n"), (read_json, "JSON", '{"a": 1}\n')]
+
+
+class Size(BaseModel):
+    width: int
+    height: int
+
+
+@pytest.mark.parametrize(("read", "kind", "text"), READERS)
+def test_what_was_written_is_read(tmp_path, read, kind, text):
+    path = tmp_path / "file"
+    path.write_text(text, encoding="utf-8")
+    assert read(path) == {"a": 1}
+
+
+@pytest.mark.parametrize(("read", "kind", "text"), READERS)
+def test_a_file_that_cannot_be_read_is_refused_with_path_and_reason(tmp_path, read, kind, text):
+    def refusal(path):
+        with pytest.raises(UsageError) as caught:
+            read(path)
+        return str(caught.value)
+
+    path = tmp_path / "file"
+    assert refusal(path) == f"{path}: no such file"
+    assert refusal(tmp_path) == f"{tmp_path}: cannot be read: Is a directory"
+    path.write_text("{", encoding="utf-8")
+    assert refusal(path).startswith(f"{path}: not {kind}: ")
+    path.write_bytes(b"\xff\xfe")
+    assert refusal(path).startswith(f"{path}: not {kind}: 'utf-8' codec can't decode byte 0xff")
+
+
+@pytest.mark.parametrize(("read", "kind", "text"), READERS)
+def test_the_error_is_of_the_class_asked_for(tmp_path, read, kind, text):
+    with pytest.raises(ChipFileError):
+        read(tmp_path / "file", ChipFileError)
+
+
+def test_all_that_does_not_fit_a_model_is_listed(tmp_path):
+    path = tmp_path / "size.toml"
+    path.write_text("width = 3\nheight = 4\n", encoding="utf-8")
+    assert read_model(path, Size, "size") == Size(width=3, height=4)
+    path.write_text('width = "wide"\n', encoding="utf-8")
+    with pytest.raises(UsageError) as caught:
+        read_model(path, Size, "size")
+    assert str(caught.value) == (
+        f"{path}: not a size:\n"
+        "  width: Input should be a valid integer, unable to parse string as an integer\n"
+        "  height: is missing"
+    )
+
+
+def test_numpys_values_become_plain(tmp_path):
+    path = tmp_path / "file.json"
+    write_json(path, {"a": np.int64(3), "b": np.bool_(True), "c": np.float32(0.5), 4: np.arange(2)})
+    assert read_json(path) == {"a": 3, "b": True, "c": 0.5, "4": [0, 1]}
+    write_json(path, {"odd": [float("nan"), np.float32("inf"), np.array([1.5, -np.inf])]})
+    assert json.loads(path.read_text()) == {"odd": [None, None, [1.5, None]]}
+
+
+def test_what_is_not_plain_is_an_error_and_leaves_nothing(tmp_path):
+    with pytest.raises(TypeError):
+        write_json(tmp_path / "file.json", {"a": object()})
+    assert list(tmp_path.iterdir()) == []
