@@ -23,14 +23,17 @@ DECODERS = "decoders/"
 
 
 class Refitted(NamedTuple):
-    """Decoders by name, and the digest of the image they were measured on, see `Calibration`."""
+    """Decoders by name, and the digest of the image they were measured on.
+
+    See `DecoderCalibration`.
+    """
 
     decoders: dict[str, np.ndarray]
     image_digest: str
 
 
 @dataclass(frozen=True)
-class Calibration:
+class DecoderCalibration:
     """Refitted decoders.
 
     Attributes
@@ -56,8 +59,8 @@ class Calibration:
             np.savez_compressed(file, **arrays)
 
 
-def load(path: Path, wanted: Mapping[str, Any]) -> Calibration:
-    """Read a calibration that `Calibration.save` wrote.
+def load(path: Path, wanted: Mapping[str, Any]) -> DecoderCalibration:
+    """Read a calibration that `DecoderCalibration.save` wrote.
 
     Raises
     ------
@@ -74,7 +77,7 @@ def load(path: Path, wanted: Mapping[str, Any]) -> Calibration:
     decoders = {k.removeprefix(DECODERS): D for k, D in arrays.items() if k.startswith(DECODERS)}
     if not all(np.isfinite(D).all() for D in decoders.values()):
         raise _refusal(path, "NaN or infinity in it")
-    found = Calibration(json.loads(str(arrays[MADE_FOR])), str(arrays[DIGEST]), decoders)
+    found = DecoderCalibration(json.loads(str(arrays[MADE_FOR])), str(arrays[DIGEST]), decoders)
     other = [key for key in wanted if found.made_for.get(key) != wanted[key]]
     if other:
         raise _refusal(

@@ -11,7 +11,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from spikeport.errors import UsageError
-from spikeport.experiments.calibration import Calibration
+from spikeport.experiments.calibration import DecoderCalibration
 from spikeport.experiments.options import Options
 from spikeport.experiments.pictures import Scenes
 from spikeport.experiments.rig import Rig
@@ -78,7 +78,7 @@ class Trial(ABC, Generic[K, R]):
     def check(self) -> None:
         """Refuse what a run would refuse, without one; raises UsageError."""
 
-    def calibrate(self) -> Calibration:
+    def calibrate(self) -> DecoderCalibration:
         """Refit decoders to what the neurons do where they run; raises UsageError if it cannot."""
         raise UsageError(f"experiment '{self.name}' has no decoders to calibrate")
 

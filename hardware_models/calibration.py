@@ -47,7 +47,7 @@ class BarrierPoint(Figure):
     tiles: Annotated[StrictInt, Field(ge=1)]
 
 
-class Calibration(Strictly):
+class EnergyCalibration(Strictly):
     """Energies and times of one source, which belong together.
 
     Parameters

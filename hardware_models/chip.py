@@ -11,7 +11,7 @@ from pydantic import Field, ValidationInfo, field_validator
 
 from spikeport.errors import ChipFileError, unknown
 from spikeport.files import read_model
-from spikeport.hardware_models.calibration import Calibration
+from spikeport.hardware_models.calibration import EnergyCalibration
 from spikeport.hardware_models.figure import Bits, Count, Figure, Power, Strictly
 
 SCHEMA = 1
@@ -94,7 +94,7 @@ class ChipModel(Strictly):
         What holds for every network; without a public mesh no hops are counted.
     synapse_memory : SynapseMemory or None
         Without a public layout, bits of weights and indices alone are counted.
-    calibrations : tuple of Calibration
+    calibrations : tuple of EnergyCalibration
         Energies and times of events, one set for each source.
     """
 
@@ -107,7 +107,7 @@ class ChipModel(Strictly):
     synapse_memory: SynapseMemory | None = None
     topology: Topology | None = None
     power: Powers = Powers()
-    calibrations: tuple[Calibration, ...] = ()
+    calibrations: tuple[EnergyCalibration, ...] = ()
 
     @field_validator("schema_version")
     @classmethod
@@ -128,13 +128,15 @@ class ChipModel(Strictly):
 
     @field_validator("calibrations")
     @classmethod
-    def _names_differ(cls, calibrations: tuple[Calibration, ...]) -> tuple[Calibration, ...]:
+    def _names_differ(
+        cls, calibrations: tuple[EnergyCalibration, ...]
+    ) -> tuple[EnergyCalibration, ...]:
         names = [calibration.name for calibration in calibrations]
         if len(set(names)) < len(names):
             raise ValueError(f"two have the same name: {', '.join(names)}")
         return calibrations
 
-    def calibration(self, name: str) -> Calibration:
+    def calibration(self, name: str) -> EnergyCalibration:
         """The calibration of that name.
 
         Raises

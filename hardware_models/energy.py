@@ -7,7 +7,7 @@ import numpy as np
 
 from spikeport.hardware_models import events
 from spikeport.hardware_models.activity import Activity
-from spikeport.hardware_models.calibration import Calibration
+from spikeport.hardware_models.calibration import EnergyCalibration
 from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.estimate import Estimate, at_least_zero, zero
 from spikeport.hardware_models.step_time import step_times
@@ -117,7 +117,7 @@ class EnergyReport:
         }
 
 
-def energy(activity: Activity, chip: ChipModel, calibration: Calibration) -> EnergyReport:
+def energy(activity: Activity, chip: ChipModel, calibration: EnergyCalibration) -> EnergyReport:
     """Energy and power of a run in real time.
 
         E_dyn  = N_syn e_syn + N_act e_act + N_inact e_inact + N_spk e_spk + N_msg e_msg
@@ -159,7 +159,7 @@ def energy(activity: Activity, chip: ChipModel, calibration: Calibration) -> Ene
 
 
 def module_energies(
-    activity: Activity, names: Sequence[str], chip: ChipModel, calibration: Calibration
+    activity: Activity, names: Sequence[str], chip: ChipModel, calibration: EnergyCalibration
 ) -> list[ModuleEnergy]:
     """Energy of every module, from the activity of an image in which each has its own core."""
     on_core = [event for event in EVENTS if isinstance(event, events.OnCore)]
@@ -171,7 +171,7 @@ def module_energies(
     ]
 
 
-def _terms(counts: dict[str, np.generic], calibration: Calibration) -> tuple[Term, ...]:
+def _terms(counts: dict[str, np.generic], calibration: EnergyCalibration) -> tuple[Term, ...]:
     figures = {name: getattr(calibration.energies, name) for name in counts}
     return tuple(
         Term(name, count.item(), figures[name] and figures[name].estimate.scaled(count.item()))
@@ -187,13 +187,13 @@ def _sum(terms: tuple[Term, ...]) -> Estimate | None:
 
 
 def _core(
-    label: str, counts: dict[str, np.generic], activity: Activity, calibration: Calibration
+    label: str, counts: dict[str, np.generic], activity: Activity, calibration: EnergyCalibration
 ) -> CoreEnergy:
     return CoreEnergy(label, _per_step(counts, activity, calibration))
 
 
 def _per_step(
-    counts: dict[str, np.generic], activity: Activity, calibration: Calibration
+    counts: dict[str, np.generic], activity: Activity, calibration: EnergyCalibration
 ) -> Estimate | None:
     run = _sum(_terms(counts, calibration))
     return None if run is None else run.scaled(1 / activity.n_steps)

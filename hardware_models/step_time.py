@@ -7,7 +7,7 @@ import numpy as np
 from spikeport.errors import UsageError
 from spikeport.hardware_models import events
 from spikeport.hardware_models.activity import Activity
-from spikeport.hardware_models.calibration import Calibration, Times
+from spikeport.hardware_models.calibration import EnergyCalibration, Times
 from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.estimate import Estimate, at_least_zero, merge_sources, zero
 from spikeport.hardware_models.topology import between_chips as messages_between
@@ -32,7 +32,7 @@ class StepTimes(NamedTuple):
     high: np.ndarray
 
 
-def step_times(activity: Activity, chip: ChipModel, calibration: Calibration) -> StepTimes:
+def step_times(activity: Activity, chip: ChipModel, calibration: EnergyCalibration) -> StepTimes:
     """Time of each step: of the slowest core or chip's link, and the barrier after it.
 
         T_step = max(max over cores T_core, T_between) + t_barrier(tiles)
@@ -99,7 +99,9 @@ def happened(activity: Activity) -> list[events.OnCore]:
     return [event for event in EVENTS if event.per_step(activity).any()]
 
 
-def between_chips(activity: Activity, chip: ChipModel, calibration: Calibration) -> Estimate | None:
+def between_chips(
+    activity: Activity, chip: ChipModel, calibration: EnergyCalibration
+) -> Estimate | None:
     """Mean time per step of the messages that leave the busiest chip, in s, one after the other.
 
         T_between = max over chips N_leaving t_message / n_steps
@@ -118,7 +120,7 @@ def between_chips(activity: Activity, chip: ChipModel, calibration: Calibration)
     return figure.estimate.scaled(float(leaving.max()) / activity.n_steps)
 
 
-def barrier(tiles: int, calibration: Calibration) -> Estimate | None:
+def barrier(tiles: int, calibration: EnergyCalibration) -> Estimate | None:
     """Time of the barrier that ends a step, in s; None where there is no public figure.
 
     Interpolated linearly between the numbers of tiles that have a figure. Below the fewest and

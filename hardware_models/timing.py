@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from spikeport.hardware_models.activity import Activity
-from spikeport.hardware_models.calibration import Calibration
+from spikeport.hardware_models.calibration import EnergyCalibration
 from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.estimate import Estimate, merge_sources
 from spikeport.hardware_models.step_time import (
@@ -75,7 +75,7 @@ class TimingReport:
         return asdict(self) | lists
 
 
-def timing(activity: Activity, chip: ChipModel, calibration: Calibration) -> TimingReport:
+def timing(activity: Activity, chip: ChipModel, calibration: EnergyCalibration) -> TimingReport:
     """Mean and longest step of a run; for the equations see `step_time`.
 
     Links between tiles and the host's input and output are not modelled.
@@ -117,14 +117,16 @@ def _over_run(
     return Estimate(value, known(low), known(high), "s", source)
 
 
-def _source(activity: Activity, calibration: Calibration, others: Iterable[Estimate | None]) -> str:
+def _source(
+    activity: Activity, calibration: EnergyCalibration, others: Iterable[Estimate | None]
+) -> str:
     figures = [getattr(calibration.times, event.name) for event in happened(activity)]
     estimates = [figure.estimate for figure in figures if figure is not None]
     return merge_sources(e.source for e in [*estimates, *others] if e is not None)
 
 
 def _missing(
-    activity: Activity, calibration: Calibration, links: Estimate | None
+    activity: Activity, calibration: EnergyCalibration, links: Estimate | None
 ) -> tuple[str, ...]:
     names = [event.name for event in happened(activity)]
     missing = [name for name in names if getattr(calibration.times, name) is None]

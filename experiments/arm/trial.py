@@ -18,7 +18,7 @@ from spikeport.experiments.arm.reachability import check_reachable, check_sample
 from spikeport.experiments.arm.recording import ArmRecording, ArmRun, Task, dataset
 from spikeport.experiments.arm.region import Rehearsal, record_region
 from spikeport.experiments.arm.settings import ArmSettings
-from spikeport.experiments.calibration import Calibration, load
+from spikeport.experiments.calibration import DecoderCalibration, load
 from spikeport.experiments.pictures import Marks, Scenes
 from spikeport.experiments.trial import Closed, Trial
 from spikeport.networks.arm import ArmNetwork, analytic_arm, arm
@@ -95,7 +95,7 @@ class ArmTrial(Trial[ArmRig, ArmRun]):
         self.options.progress("building the controller", None)
         return self._arm(region, None if calibration is None else calibration.decoders)
 
-    def calibrate(self) -> Calibration:
+    def calibrate(self) -> DecoderCalibration:
         """Refit the controller's decoders to what its neurons do where they run."""
         return self._calibrated(self._rehearsed())
 
@@ -105,10 +105,10 @@ class ArmTrial(Trial[ArmRig, ArmRun]):
         check_sampled(self.goal, self.goal_points(), region)
         return region
 
-    def _calibrated(self, region: ArmRegion) -> Calibration:
+    def _calibrated(self, region: ArmRegion) -> DecoderCalibration:
         held = draw_states(self.law, region)
         refitted = refit(self._arm(region), held, self.options, DT_S)
-        return Calibration(self._made_for, refitted.image_digest, refitted.decoders)
+        return DecoderCalibration(self._made_for, refitted.image_digest, refitted.decoders)
 
     def _arm(
         self, region: ArmRegion, decoders: Mapping[str, np.ndarray] | None = None

@@ -20,8 +20,8 @@ to a side by as much as it did: the trim.
 
 `experiments.policy.readout` refits with this where ``calibrated`` asks for it: the policy is built
 with ``Calibrated(**calibrated_policy(...).decoders)``. Decoders, and what they are made for, are an
-`experiments.calibration.Calibration`: `Trial.calibrate` returns one for `spikeport calibrate`, and
-`calibration.load` reads it for ``calibrated=FILE``.
+`experiments.calibration.DecoderCalibration`: `Trial.calibrate` returns one for `spikeport
+calibrate`, and `calibration.load` reads it for ``calibrated=FILE``.
 """
 
 import functools

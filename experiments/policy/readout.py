@@ -7,7 +7,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from spikeport.experiments.calibration import Calibration, load
+from spikeport.experiments.calibration import DecoderCalibration, load
 from spikeport.experiments.options import Options
 from spikeport.experiments.policy.calibration import METHOD, Walks, calibrated_policy
 from spikeport.experiments.policy.settings import AUTO, PolicySettings
@@ -93,13 +93,13 @@ def refitted(
     ranges: Sequence[Ranges],
     gait: np.ndarray,
     walks: Walks,
-) -> Calibration:
+) -> DecoderCalibration:
     """Return the calibration of a trial's policy, found on the trial's backend."""
     settings, options = trial.settings, trial.options
     found = calibrated_policy(
         layers, ranges, settings.policy_options, gait, walks, options, settings.network_seed
     )
-    return Calibration(_made_for(trial, layers), found.image_digest, found.decoders)
+    return DecoderCalibration(_made_for(trial, layers), found.image_digest, found.decoders)
 
 
 def _made_for(trial: PolicyTrial, layers: Sequence[Layer]) -> dict[str, Any]:

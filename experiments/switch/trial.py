@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from spikeport.constants import DT_S
 from spikeport.errors import UsageError
-from spikeport.experiments.calibration import Calibration
+from spikeport.experiments.calibration import DecoderCalibration
 from spikeport.experiments.options import BACKENDS, Experiment, Options
 from spikeport.experiments.pictures import Scenes
 from spikeport.experiments.policy.readout import (
@@ -96,7 +96,7 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
         settings = self.settings
         return Rehearsals(exact, settings.anchor, self.goals, settings.schedule_file)
 
-    def calibrate(self) -> Calibration:
+    def calibrate(self) -> DecoderCalibration:
         """Fit the policy's read-out to what its neurons do where they run."""
         exact = self.exact()
         layers, rehearsals = policy_layers(exact.policy), self.rehearsals(exact)

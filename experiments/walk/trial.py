@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from spikeport.constants import DT_S
 from spikeport.errors import UsageError
-from spikeport.experiments.calibration import Calibration
+from spikeport.experiments.calibration import DecoderCalibration
 from spikeport.experiments.options import BACKENDS, Experiment
 from spikeport.experiments.pictures import Scenes
 from spikeport.experiments.policy.readout import (
@@ -75,7 +75,7 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
         self.path()
         self.settings.walking_policy()
 
-    def calibrate(self) -> Calibration:
+    def calibrate(self) -> DecoderCalibration:
         """Fit the policy to what its neurons do where they run."""
         weights = self.settings.walking_policy()
         gait = self._gait(weights)

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from spikeport.errors import UsageError
-from spikeport.experiments.calibration import Calibration, hold, load
+from spikeport.experiments.calibration import DecoderCalibration, hold, load
 from spikeport.experiments.options import Options
 
 MADE_FOR = {"experiment": "reach", "m1": 40, "chip": "loihi", "passes": "by default"}
@@ -15,7 +15,7 @@ CURE = "; make it with `spikeport calibrate`, the settings of the run, and --out
 @pytest.fixture
 def path(tmp_path):
     decoders = {"M1 x": np.arange(6.0).reshape(3, 2), "bias": np.ones(2)}
-    Calibration(MADE_FOR, "abc", decoders).save(tmp_path / "c.npz")
+    DecoderCalibration(MADE_FOR, "abc", decoders).save(tmp_path / "c.npz")
     return tmp_path / "c.npz"
 
 
@@ -41,7 +41,7 @@ def test_decoders_of_another_network_are_refused_and_all_differences_named(path)
 
 
 def test_numbers_that_are_not_finite_are_refused(path):
-    Calibration(MADE_FOR, "", {"D": np.array([1.0, np.nan])}).save(path)
+    DecoderCalibration(MADE_FOR, "", {"D": np.array([1.0, np.nan])}).save(path)
     assert refusal(path) == "NaN or infinity in it"
 
 

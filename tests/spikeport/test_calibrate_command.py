@@ -7,10 +7,12 @@ import pytest
 
 from spikeport.experiments import registry
 from spikeport.experiments.arm.reach import ReachTrial
-from spikeport.experiments.calibration import Calibration, load
+from spikeport.experiments.calibration import DecoderCalibration, load
 from spikeport.experiments.trial import Trial
 
-FOUND = Calibration({"experiment": "reach"}, "0123456789abcdef" * 4, {"M1 x": np.ones((300, 4))})
+FOUND = DecoderCalibration(
+    {"experiment": "reach"}, "0123456789abcdef" * 4, {"M1 x": np.ones((300, 4))}
+)
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ from spikeport.compile.report.expected import Rates
 from spikeport.compile.report.loss import Loss
 from spikeport.compile.report.report import Report
 from spikeport.hardware_models.activity import Activity
-from spikeport.hardware_models.calibration import Calibration
+from spikeport.hardware_models.calibration import EnergyCalibration
 from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.energy import Draw, EnergyReport, energy
 from spikeport.hardware_models.limits import Usage
@@ -81,7 +81,7 @@ def _basis(activity: Activity, rates: Rates | None) -> str:
 
 
 def _cost_rows(
-    chip: ChipModel, activity: Activity, calibration: Calibration
+    chip: ChipModel, activity: Activity, calibration: EnergyCalibration
 ) -> Iterator[tuple[str, str]]:
     spent = energy(activity, chip, calibration)
     draws: list[tuple[str, Draw | None]]
