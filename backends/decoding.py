@@ -115,7 +115,7 @@ class Decoder:
             values[place] = output.decode(one)
 
 
-class Recording:
+class OutputRecording:
     """The recording of an output by a probe, decoded and filtered when it is asked for.
 
     Parameters

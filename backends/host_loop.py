@@ -11,7 +11,7 @@ import nengo
 import numpy as np
 
 from spikeport.backends.chip import Chip
-from spikeport.backends.decoding import Decoder, Recording
+from spikeport.backends.decoding import Decoder, OutputRecording
 from spikeport.backends.host_program import HostProgram, host_program
 from spikeport.backends.tape import Flattener, PooledSignals
 from spikeport.compile.pipeline import Compilation
@@ -47,7 +47,7 @@ class HostLoop:
         )
         self._decoder = Decoder(image, [output for output, _ in program.receivers])
         self._recordings = {
-            probe: Recording(image, output, probe) for probe, output in program.probes.items()
+            probe: OutputRecording(image, output, probe) for probe, output in program.probes.items()
         }
         self._flatten(program)
 
