@@ -29,7 +29,7 @@ from spikeport.compile.rewriting.decode_paths import (
 from spikeport.compile.rewriting.passthrough import PLAIN
 from spikeport.compile.rewriting.rewire import rewire
 
-Path = Literal["auto", "direct", "onoff", "preset10", "host"]
+PathChoice = Literal["auto", "direct", "onoff", "preset10", "host"]
 LINEAR = (*PLAIN, nengo.Sparse)
 
 
@@ -56,7 +56,7 @@ class DecodePath(NetworkPass):
     """
 
     name: ClassVar[str] = "decode_path"
-    default: Path = "auto"
+    default: PathChoice = "auto"
     slack_cores: Annotated[float, Field(ge=0)] = 2.0
     slack_delay_s: Annotated[float, Field(ge=0)] = 0.0
     rate_hz: Annotated[float, Field(ge=0, allow_inf_nan=False)] = 100.0

@@ -21,7 +21,7 @@ from spikeport.experiments.switch.anchor import Anchor
 from spikeport.experiments.switch.frames import Frame
 from spikeport.experiments.switch.goals import Goal
 from spikeport.experiments.switch.schedule import ROUNDING_S
-from spikeport.experiments.walk.paths import Path
+from spikeport.experiments.walk.paths import WalkPath
 from spikeport.experiments.walk.port import NOWHERE, WalkPort
 from spikeport.networks.humanoid import ACTIONS
 from spikeport.networks.region import Box
@@ -131,7 +131,7 @@ class ScheduleGate(Port):
         The schedule's.
     utilities : (2,) array
         Those of the present phase.
-    paths : list of Path or None
+    paths : list of WalkPath or None
         The path of every phase so far, where it was laid down; None where the arm worked.
     """
 
@@ -145,7 +145,7 @@ class ScheduleGate(Port):
         self.utilities = np.zeros(len(ACTIONS))
         self._rows: list[tuple[object, ...]] = []
         self.goals: Sequence[Goal] = ()
-        self.paths: list[Path | None] = []
+        self.paths: list[WalkPath | None] = []
 
     def begin(self) -> None:
         """Begin the schedule, the robot standing."""

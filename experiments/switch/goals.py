@@ -19,7 +19,7 @@ from spikeport.experiments.arm.draw_task import DrawTask, Sheet, minimum_jerk
 from spikeport.experiments.arm.reach_task import BOXES, ReachTask
 from spikeport.experiments.arm.recording import Task
 from spikeport.experiments.switch.schedule import Phase, Schedule
-from spikeport.experiments.walk.paths import Path, find_path
+from spikeport.experiments.walk.paths import WalkPath, find_path
 from spikeport.experiments.walk.port import LEAD_S
 from spikeport.robot.arm import ArmDynamics
 from spikeport.robot.description import ARM_JOINTS, DEFAULT_POSE
@@ -41,7 +41,7 @@ class Goal:
     """
 
     phase: Phase
-    path: Path | None
+    path: WalkPath | None
     digit: int
     seed: int
 
@@ -72,7 +72,7 @@ def find_goals(schedule: Schedule, digit: int, seed: int) -> list[Goal]:
     return [Goal(phase, _path(phase), digit, seed) for phase in schedule.phases]
 
 
-def _path(phase: Phase) -> Path | None:
+def _path(phase: Phase) -> WalkPath | None:
     if phase.path is None:
         return None
     seconds = phase.seconds + LEAD_S
@@ -86,13 +86,13 @@ def _path(phase: Phase) -> Path | None:
     return from_stand_to_stand(whole, seconds)
 
 
-def from_stand_to_stand(path: Path, seconds: float) -> Path:
+def from_stand_to_stand(path: WalkPath, seconds: float) -> WalkPath:
     """Cut a path to what is walked in a time, with its speed reached and left in ramps."""
     times = np.linspace(0, seconds, 1 + round(seconds / PATH_DT_S))
     ramp_s = min(RAMP_S, seconds / 2)
     speed = np.clip(np.minimum(times, seconds - times) / ramp_s, 0, 1)
     walked_s = cumulative_trapezoid(speed, times, initial=0)
-    return Path(times, np.array([path.at(t)[:2] for t in walked_s]))
+    return WalkPath(times, np.array([path.at(t)[:2] for t in walked_s]))
 
 
 def hanging_hand() -> np.ndarray:

@@ -22,7 +22,7 @@ from spikeport.experiments.switch.gate import OPEN
 from spikeport.experiments.switch.goals import Goal, hanging_hand
 from spikeport.experiments.switch.recording import SwitchRun
 from spikeport.experiments.switch.schedule import ROUNDING_S, Phase
-from spikeport.experiments.walk.paths import Path
+from spikeport.experiments.walk.paths import WalkPath
 from spikeport.experiments.walk.recording import WalkRecording
 from spikeport.networks.humanoid import ACTIONS
 
@@ -132,7 +132,7 @@ def switched_after_s(gates: np.ndarray, phase: Phase) -> float:
     return float(wrong[-1] + 1) * DT_S if len(wrong) else 0.0
 
 
-def _walked(path: Path, recording: WalkRecording, now: np.ndarray) -> Measured:
+def _walked(path: WalkPath, recording: WalkRecording, now: np.ndarray) -> Measured:
     place_m, reference_m = recording.position_m[now], recording.reference[now, :2]
     error_m = float(rms(path.distances_m(place_m)))
     behind_m = float(np.linalg.norm(reference_m[-1] - place_m[-1]))

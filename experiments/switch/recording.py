@@ -9,7 +9,7 @@ import xarray as xr
 from spikeport.constants import DT_S
 from spikeport.experiments.arm.recording import ArmRecording
 from spikeport.experiments.switch.goals import Goal
-from spikeport.experiments.walk.paths import Path
+from spikeport.experiments.walk.paths import WalkPath
 from spikeport.experiments.walk.recording import MOVING, WalkRecording
 from spikeport.networks.arm import AXES
 from spikeport.networks.humanoid import ACTIONS
@@ -24,7 +24,7 @@ class SwitchRun(NamedTuple):
     ----------
     goals : sequence of Goal
         The goals of all phases.
-    paths : list of Path or None
+    paths : list of WalkPath or None
         The path of each phase that began, where it was laid down; None where the arm worked.
     recording, arm : WalkRecording, ArmRecording
         Legs and arm at all physics steps.
@@ -47,7 +47,7 @@ class SwitchRun(NamedTuple):
     """
 
     goals: Sequence[Goal]
-    paths: list[Path | None]
+    paths: list[WalkPath | None]
     recording: WalkRecording
     arm: ArmRecording
     seen_m: np.ndarray

@@ -8,7 +8,7 @@ walked at constant speed; a user's own path has its own times.
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from pathlib import Path as File
+from pathlib import Path
 
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
@@ -24,7 +24,7 @@ ROUNDING = 0.01
 
 
 @dataclass(frozen=True)
-class Path:
+class WalkPath:
     """A path, as points (n, 2) in m at times (n,) in s; ``closed`` if it starts over at the end."""
 
     time_s: np.ndarray
@@ -43,7 +43,7 @@ class Path:
         vx, vy = (next_x - x) / span, (next_y - y) / span
         return np.array((x + since * vx, y + since * vy, vx, vy))
 
-    def laid(self, place: np.ndarray, heading_rad: float) -> "Path":
+    def laid(self, place: np.ndarray, heading_rad: float) -> "WalkPath":
         """Return the path for a robot that starts at a place (2,) in m with a heading."""
         c, s = np.cos(heading_rad), np.sin(heading_rad)
         return replace(self, points=place + self.points @ np.array([[c, s], [-s, c]]))
@@ -103,7 +103,7 @@ SHAPES: dict[str, tuple[Callable[[float], np.ndarray], bool]] = {
 """Points of at least a length, for each built-in path, and whether it is closed."""
 
 
-def find_path(name: str, speed_m_s: float, seconds: float) -> Path:
+def find_path(name: str, speed_m_s: float, seconds: float) -> WalkPath:
     """Return a built-in path at a speed, long enough for a time; or that of a file.
 
     Raises
@@ -113,13 +113,13 @@ def find_path(name: str, speed_m_s: float, seconds: float) -> Path:
         can follow so long.
     """
     if name.endswith(".csv"):
-        return Path(*read_path(File(name), seconds))
+        return WalkPath(*read_path(Path(name), seconds))
     if name not in SHAPES:
         raise unknown("path", name, [*SHAPES, "FILE.csv"])
     shape, closed = SHAPES[name]
     points = _from_the_robot(shape(speed_m_s * seconds))
     _check_turns(name, points, speed_m_s)
-    return Path(_arc_m(points) / speed_m_s, points, closed)
+    return WalkPath(_arc_m(points) / speed_m_s, points, closed)
 
 
 def _check_turns(name: str, points: np.ndarray, speed_m_s: float) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 from spikeport.errors import DivergedError
 from spikeport.experiments.loop import Port
 from spikeport.experiments.rig import Rig
-from spikeport.experiments.walk.paths import Path
+from spikeport.experiments.walk.paths import WalkPath
 from spikeport.experiments.walk.recording import WalkRecording, fallen
 from spikeport.networks.path_following import COMMAND_SIZE, REFERENCE_SIZE, STATE_SIZE
 from spikeport.networks.region import Box
@@ -32,7 +32,7 @@ be that of the gait's sway."""
 OBSERVATION_DT_S = 0.005
 """Time from one observation of a spiking policy to the next."""
 
-NOWHERE = Path(np.array([0.0, 1.0]), np.zeros((2, 2)))
+NOWHERE = WalkPath(np.array([0.0, 1.0]), np.zeros((2, 2)))
 """The path of a robot that is not to walk."""
 
 BODY_JOINTS = tuple(joint for joint in JOINTS if joint not in ARM_JOINTS)
@@ -53,7 +53,7 @@ class WalkPort(Port):
 
     Attributes
     ----------
-    path : Path
+    path : WalkPath
         The path that is followed.
     lends_arm : bool
         Whether another port drives the right arm; the action then drives all other joints.
@@ -81,7 +81,7 @@ class WalkPort(Port):
         self._observed, self._clipped = np.zeros(OBSERVATION_SIZE), np.zeros(OBSERVATION_SIZE)
         self._answer, self._command = np.zeros(ACTION_SIZE), np.zeros(COMMAND_SIZE)
 
-    def follow(self, path: Path) -> None:
+    def follow(self, path: WalkPath) -> None:
         """Begin a path now."""
         self.path, self._path_begun_s = path, self._plant.time_s
 
@@ -205,7 +205,7 @@ class WalkRig(Rig):
         self.walk = WalkPort(plant, encoding, observe_every_s)
         super().__init__(plant, [self.walk], dt_s)
 
-    def begin(self, seed: int, path: Path) -> None:
+    def begin(self, seed: int, path: WalkPath) -> None:
         """Put the robot at the start of a path, standing as a seed varies it."""
         self.plant.reset(seed)
         self.walk.follow(path)

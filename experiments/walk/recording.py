@@ -8,7 +8,7 @@ import xarray as xr
 
 from spikeport.constants import DT_S
 from spikeport.experiments.loop import Recording
-from spikeport.experiments.walk.paths import Path
+from spikeport.experiments.walk.paths import WalkPath
 from spikeport.networks.region import Box
 from spikeport.robot.description import JOINTS
 from spikeport.robot.feet import SIDES
@@ -91,7 +91,7 @@ class WalkRun(NamedTuple):
 
     Attributes
     ----------
-    path : Path
+    path : WalkPath
         The path to walk.
     seconds : float
         Simulated time that was asked for.
@@ -109,7 +109,7 @@ class WalkRun(NamedTuple):
         Spikes of some neurons of the policy; None where none are kept.
     """
 
-    path: Path
+    path: WalkPath
     seconds: float
     recording: WalkRecording
     fallen_at_s: float | None

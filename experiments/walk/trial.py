@@ -24,7 +24,7 @@ from spikeport.experiments.walk.controller import analytic_policy, silenced, wal
 from spikeport.experiments.walk.figure import walk_figure, walk_marks
 from spikeport.experiments.walk.gait import WALKS, encoding, record_gait
 from spikeport.experiments.walk.metrics import metrics
-from spikeport.experiments.walk.paths import Path, find_path
+from spikeport.experiments.walk.paths import WalkPath, find_path
 from spikeport.experiments.walk.port import LEAD_S, OBSERVATION_DT_S, WalkRig
 from spikeport.experiments.walk.recording import WalkRun, dataset
 from spikeport.experiments.walk.settings import WalkSettings
@@ -59,7 +59,7 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
         """Whether the path follower is computed without neurons."""
         return self.options.backend == "analytic" or self.settings.follower == "exact"
 
-    def path(self) -> Path:
+    def path(self) -> WalkPath:
         """Return the path, for as long as the run takes.
 
         Raises
