@@ -16,7 +16,7 @@ ROUNDED = ("vth", "decay_u", "decay_v")
 """Constants of neurons that the discretiser rounds, beside the bias."""
 
 
-class Neurons(NamedTuple):
+class BlockNeurons(NamedTuple):
     """Constants of the compartments of a block, each array (n,)."""
 
     decay_u: np.ndarray
@@ -35,7 +35,7 @@ class BlockValues(NamedTuple):
     bias: np.ndarray
     weights: list[np.ndarray]
     indices: list[np.ndarray]
-    neurons: Neurons
+    neurons: BlockNeurons
 
 
 class BlockError(NamedTuple):
@@ -56,7 +56,9 @@ def block_values(block: LoihiBlock) -> BlockValues:
     weights = [w.ravel() for synapse in block.synapses for w in synapse.weights]
     indices = [i.ravel() for synapse in block.synapses for i in synapse.indices]
     comp, n = block.compartment, block.n_neurons
-    neurons = Neurons(*(np.broadcast_to(getattr(comp, name), n) for name in Neurons._fields))
+    neurons = BlockNeurons(
+        *(np.broadcast_to(getattr(comp, name), n) for name in BlockNeurons._fields)
+    )
     return BlockValues(comp.bias, weights, indices, neurons)
 
 

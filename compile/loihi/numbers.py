@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from spikeport.compile.ground import quantisation
-from spikeport.compile.ground.quantisation import BlockValues, Neurons, block_values
+from spikeport.compile.ground.quantisation import BlockNeurons, BlockValues, block_values
 from spikeport.compile.image.tables import flat
 from spikeport.compile.loihi.blocks import IntegerBlocks
 
@@ -58,7 +58,7 @@ def restored(blocks: IntegerBlocks) -> Numbers:
 def _numbers(blocks: IntegerBlocks, values: Sequence[BlockValues]) -> Numbers:
     scales = [np.full(b.n_neurons, b.discretize_info["v_scale"]) for b in blocks.blocks]
     constants = {
-        name: _joined(getattr(one.neurons, name) for one in values) for name in Neurons._fields
+        name: _joined(getattr(one.neurons, name) for one in values) for name in BlockNeurons._fields
     }
     return Numbers(
         weights=_joined(weights for one in values for weights in one.weights),
