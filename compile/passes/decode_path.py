@@ -11,7 +11,7 @@ from pydantic import Field
 from spikeport.compile.ground.names import base
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.ground.scope import Scope
-from spikeport.compile.ground.settings import Settings
+from spikeport.compile.ground.settings import NetworkSettings
 from spikeport.compile.loihi.solver import ParameterSolver
 from spikeport.compile.passes.base import Context, NetworkPass
 from spikeport.compile.rewriting.decode_paths import (
@@ -70,7 +70,7 @@ class DecodePath(NetworkPass):
             c: path_costs(link(c, solver), context.chip.limits, context.dt_s, self.rate_hz)
             for c in links
         }
-        settings = Settings(rewrite.network)
+        settings = NetworkSettings(rewrite.network)
         wanted = {c: settings.get(c, "decode_path") or "auto" for c in links}
         wanted = {c: self.default if path == "auto" else path for c, path in wanted.items()}
         reasons = {c: self._rejected(costs[c], wanted[c], slowed=False) for c in links}

@@ -12,7 +12,7 @@ from spikeport.compile.passes.base import Context, ImagePass
 from spikeport.compile.placing.connectivity import (
     Group,
     Route,
-    Row,
+    SpikeRow,
     assemble,
     division_of,
     groups_of,
@@ -98,7 +98,7 @@ class _Bundle:
 
     def __init__(self, first: Group) -> None:
         self._like, self._block = first.like, first.block
-        self._rows: dict[Any, tuple[int, Row]] = {}
+        self._rows: dict[Any, tuple[int, SpikeRow]] = {}
         self._axons: dict[tuple[int, int], int] = {}
 
     def add(self, group: Group, used: np.ndarray) -> np.ndarray:

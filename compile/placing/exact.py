@@ -19,14 +19,14 @@ SEARCH = 30.0
 """CP-SAT's deterministic time: of the order of a second each."""
 
 
-class Exact(NamedTuple):
+class ExactPacking(NamedTuple):
     """The best packing that was found, and a number of cores that none goes below."""
 
     bins: Bins
     at_least: int
 
 
-def pack_exactly(problem: Problem, known: Bins) -> Exact:
+def pack_exactly(problem: Problem, known: Bins) -> ExactPacking:
     """Pack blocks on as few cores as possible, starting from a packing that is known.
 
     Parameters
@@ -45,7 +45,7 @@ def pack_exactly(problem: Problem, known: Bins) -> Exact:
     at_least = lower_bound(problem.loads, problem.room)["cores"]
     fits = all(problem.fits([block]) for block in range(len(problem.loads)))
     if len(known) == at_least or not fits:  # what fits no core, verification refuses
-        return Exact(known, at_least)
+        return ExactPacking(known, at_least)
     cp_model = _ortools()
     model = cp_model.CpModel()
     on = _placements(model, problem, known, at_least)
@@ -58,10 +58,10 @@ def pack_exactly(problem: Problem, known: Bins) -> Exact:
     status = solver.solve(model)
     at_least = round(solver.best_objective_bound)
     if status not in (cp_model.OPTIMAL, cp_model.FEASIBLE):
-        return Exact(known, at_least)
+        return ExactPacking(known, at_least)
     cores = range(len(known))
     bins = [[b for b, where in enumerate(on) if solver.boolean_value(where[k])] for k in cores]
-    return Exact([blocks for blocks in bins if blocks], at_least)
+    return ExactPacking([blocks for blocks in bins if blocks], at_least)
 
 
 def _ortools() -> Any:

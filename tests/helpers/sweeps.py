@@ -1,6 +1,6 @@
 """Sweeps whose points are finished by hand."""
 
-from spikeport.experiments.sweep.folder import Kept, SweepFolder
+from spikeport.experiments.sweep.folder import PointFiles, SweepFolder
 from spikeport.experiments.sweep.plan import Point
 
 VARIED = {"n_neurons": (2, 20), "backend": ("reference", "native")}
@@ -10,4 +10,4 @@ def finish(
     folder: SweepFolder, point: Point, probes: bytes | None = None, **metrics: object
 ) -> None:
     """Write what a point measured, as a worker does."""
-    folder.write(point, Kept({"metrics": metrics}, probes))
+    folder.write(point, PointFiles({"metrics": metrics}, probes))

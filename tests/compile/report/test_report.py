@@ -6,7 +6,7 @@ from pydantic import ValidationError
 
 from spikeport.compile.pipeline import Compilation
 from spikeport.compile.report.expected import Rates, expected_activity
-from spikeport.compile.report.loss import Loss, Part
+from spikeport.compile.report.loss import Loss, LossPart
 from spikeport.compile.report.schema import ReportData, schema
 
 LOSS = Loss(
@@ -14,7 +14,7 @@ LOSS = Loss(
     tau_s=0.02,
     output_error=0.5,
     floor=0.0,
-    parts=(Part("a", "bias", 0.1, 0.5, 1.0),),
+    parts=(LossPart("a", "bias", 0.1, 0.5, 1.0),),
     aliasing={"a": 0.5, "b": 0.25},
     readout_spikes=3,
     saturated_inputs={"input 0": 0.5},
