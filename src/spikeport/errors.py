@@ -112,6 +112,21 @@ class DivergedError(SpikeportError, ArithmeticError):
     """A simulation left the range of numbers it can work with."""
 
 
+def printable(text: str, kept: str = "") -> str:
+    r"""Return a text with ``\n``, ``\x07`` and the like in place of what cannot be printed.
+
+    Parameters
+    ----------
+    text : str
+        The text, as of a label or a file.
+    kept : str
+        Characters that stay as they are, e.g. ``"\n"``.
+    """
+    return "".join(
+        c if c.isprintable() or c in kept else c.encode("unicode_escape").decode() for c in text
+    )
+
+
 def unknown(kind: str, name: str, known: Iterable[str]) -> UsageError:
     """Return the error for a name that is not known, listing the known ones.
 

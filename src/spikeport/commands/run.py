@@ -38,8 +38,10 @@ def run(request: RunRequest) -> None:
     chosen = experiment.settings(**key_values.parse(asked.settings, experiment.settings, owner))
     seconds = seconds_of(asked.seconds, experiment)
     check_target(target)
-    folder = run_folder.create(asked.out, experiment.name, asked.overwrite)
-    with run_folder.removed_if_empty(folder), progress_bar() as progress:
+    with (
+        run_folder.opened(asked.out, experiment.name, asked.overwrite) as folder,
+        progress_bar() as progress,
+    ):
         options = Options(
             seconds=seconds,
             backend=target.backend,
