@@ -23,7 +23,7 @@ Source: nengo-loihi 1.1.0, emulator/interface.py and builder/discretize.py.
 import numpy as np
 
 from spikeport.backends.compiled import compiled, inlined
-from spikeport.backends.native.loaded import ChipState, Loaded, NeuronConstants
+from spikeport.backends.native.loaded import Loaded, Neurons, State
 from spikeport.backends.native.wiring import Wiring
 
 Q_SIZE, U_SIZE = 22, 24
@@ -81,7 +81,7 @@ def deliver(loaded: Loaded, n_arriving: int, counts: np.ndarray) -> int:
 
 
 @compiled
-def _sort(wiring: Wiring, state: ChipState, n_arriving: int) -> int:
+def _sort(wiring: Wiring, state: State, n_arriving: int) -> int:
     """Count the arriving spikes by delivery and by fan; return the number of deliveries.
 
     Without branches where spikes would make them mispredicted.
@@ -217,7 +217,7 @@ def _rest(refractory: np.ndarray, refract: np.ndarray, spiked: np.ndarray) -> No
 
 
 @compiled
-def _hold(neurons: NeuronConstants, state: ChipState) -> None:
+def _hold(neurons: Neurons, state: State) -> None:
     """Copy the values that outputs read: the voltage, current or spike of each compartment."""
     for k in range(len(state.held)):
         i, key = neurons.read[k]
@@ -225,7 +225,7 @@ def _hold(neurons: NeuronConstants, state: ChipState) -> None:
 
 
 @compiled
-def _list_spikes(neurons: NeuronConstants, state: ChipState, counts: np.ndarray) -> int:
+def _list_spikes(neurons: Neurons, state: State, counts: np.ndarray) -> int:
     """List the compartments that spiked, without branches, which spikes would make mispredicted."""
     n = 0
     for block in range(len(neurons.block)):
@@ -244,7 +244,7 @@ def _list_spikes(neurons: NeuronConstants, state: ChipState, counts: np.ndarray)
 
 
 @compiled
-def _count_active(neurons: NeuronConstants, state: ChipState, begin: int, end: int) -> int:
+def _count_active(neurons: Neurons, state: State, begin: int, end: int) -> int:
     active = 0
     for i in range(np.uintp(begin), np.uintp(end)):
         moving = state.q[i] | state.u[i] | state.v[i] | state.spiked[i] | neurons.bias[i]

@@ -20,7 +20,7 @@ STRETCH = 1024
 """Number of compartments updated at once: their state stays in the nearest cache."""
 
 
-class NeuronConstants(NamedTuple):
+class Neurons(NamedTuple):
     """Constants of neurons: per compartment, unless the field states another shape."""
 
     block: np.ndarray
@@ -37,7 +37,7 @@ class NeuronConstants(NamedTuple):
     """Compartments that outputs read, and their places in `KEYS`, (.., 2)."""
 
 
-class ChipState(NamedTuple):
+class State(NamedTuple):
     """State of the chip: per compartment, unless the field states another shape."""
 
     sums: np.ndarray
@@ -71,10 +71,10 @@ class Loaded(structref.StructRefProxy):
     """Wiring, constants and state. numba unpacks this much faster than their arrays, one by one."""
 
     wiring: Wiring
-    neurons: NeuronConstants
-    state: ChipState
+    neurons: Neurons
+    state: State
 
-    def __new__(cls, wiring: Wiring, neurons: NeuronConstants, state: ChipState) -> Any:
+    def __new__(cls, wiring: Wiring, neurons: Neurons, state: State) -> Any:
         """Return the wiring, constants and state as one object."""
         make_ready(_load, wiring, neurons, state)
         return _load(wiring, neurons, state)
@@ -84,18 +84,18 @@ structref.define_proxy(Loaded, _LoadedType, ["wiring", "neurons", "state"])
 
 
 @compiled
-def _load(wiring: Wiring, neurons: NeuronConstants, state: ChipState) -> Loaded:
+def _load(wiring: Wiring, neurons: Neurons, state: State) -> Loaded:
     result: Loaded = Loaded(wiring, neurons, state)
     return result
 
 
-def neurons_of(image: ChipImage) -> NeuronConstants:
+def neurons_of(image: ChipImage) -> Neurons:
     """Return the constants of an image's compartments."""
     starts, biased = image.blocks.start, image.compartments.bias != 0
     always = [biased[part(image.blocks.start, b)].all() for b in range(image.n_blocks)]
     reads = np.diff(image.outputs.start)
     keys = np.repeat([KEYS.index(o.key) for o in image.manifest.outputs], reads)
-    return NeuronConstants(
+    return Neurons(
         block=np.stack([starts[:-1], starts[1:], image.blocks.core, always], axis=1),
         stretch=_stretches(image),
         bias=image.compartments.bias,
@@ -129,12 +129,12 @@ def _aligned_sums(wiring: Wiring, n: int, dtype: type) -> np.ndarray:
     return room[skipped : skipped + n]
 
 
-def resting_state(image: ChipImage, wiring: Wiring) -> ChipState:
+def resting_state(image: ChipImage, wiring: Wiring) -> State:
     """Return the state at rest: zero throughout."""
     n, n_deliveries = image.n_compartments, len(wiring.run_start) - 1
     q, u, v, refractory, spiked, spike_count = np.zeros((6, n), dtype=np.int32)
     narrow = wiring.shift >= NARROW_SHIFT
-    return ChipState(
+    return State(
         sums=_aligned_sums(wiring, n, np.int16 if narrow else np.int32),
         q=q,
         u=u,
