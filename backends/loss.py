@@ -39,7 +39,7 @@ NEURONS = {
 }
 
 
-class Measured(NamedTuple):
+class MeasuredLoss(NamedTuple):
     """A loss, and the counts of the run it was measured in, by core and by module."""
 
     loss: Loss
@@ -61,7 +61,9 @@ class Cause(NamedTuple):
         return error(*pair)
 
 
-def measure(compilation: Compilation, seconds: float, seed: int, progress: Progress) -> Measured:
+def measure(
+    compilation: Compilation, seconds: float, seed: int, progress: Progress
+) -> MeasuredLoss:
     """Run a compiled network on its image, and its blocks in floating point.
 
     Parameters
@@ -96,7 +98,7 @@ def measure(compilation: Compilation, seconds: float, seed: int, progress: Progr
         readout_spikes=activity.readout_spikes,
         saturated_inputs=_saturated(image, spikes),
     )
-    return Measured(loss, activity, _counts(by_module(compilation.image), spikes))
+    return MeasuredLoss(loss, activity, _counts(by_module(compilation.image), spikes))
 
 
 def _counts(image: ChipImage, spikes: Sequence[np.ndarray]) -> Activity:
