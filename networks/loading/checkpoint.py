@@ -27,7 +27,7 @@ NORMALIZER_APART = "obs_norm_state_dict"
 """Where rsl-rl 2 kept the normalisation."""
 
 
-class Layout(NamedTuple):
+class CheckpointLayout(NamedTuple):
     """Where versions of rsl-rl keep their actor: names, prefixes, and patterns of names."""
 
     state: str
@@ -40,8 +40,10 @@ class Layout(NamedTuple):
 
 
 LAYOUTS = (
-    Layout("actor_state_dict", "mlp.", "obs_normalizer.", r"distribution\.(log_)?std_param", ""),
-    Layout(
+    CheckpointLayout(
+        "actor_state_dict", "mlp.", "obs_normalizer.", r"distribution\.(log_)?std_param", ""
+    ),
+    CheckpointLayout(
         "model_state_dict",
         "actor.",
         "actor_obs_normalizer.",
@@ -79,7 +81,7 @@ def _content(path: Path) -> Mapping[str, Any]:
     return content
 
 
-def _layout(content: Mapping[str, object]) -> Layout:
+def _layout(content: Mapping[str, object]) -> CheckpointLayout:
     for layout in LAYOUTS:
         if layout.state in content:
             return layout
@@ -94,7 +96,7 @@ def _arrays(name: str, state: Mapping[str, "torch.Tensor"]) -> dict[str, np.ndar
         raise MismatchError(f"tensors in {name}", "other values") from None
 
 
-def _dense(layout: Layout, state: Mapping[str, np.ndarray]) -> Iterator[list[np.ndarray]]:
+def _dense(layout: CheckpointLayout, state: Mapping[str, np.ndarray]) -> Iterator[list[np.ndarray]]:
     """Weights and bias of every layer, in the order of their numbers."""
     pattern = re.compile(rf"{re.escape(layout.actor)}(\d+)\.(weight|bias)")
     for number in sorted({int(m[1]) for m in map(pattern.fullmatch, state) if m}):
@@ -104,7 +106,7 @@ def _dense(layout: Layout, state: Mapping[str, np.ndarray]) -> Iterator[list[np.
         yield [state[name] for name in names]
 
 
-def _refuse_others(layout: Layout, state: Mapping[str, np.ndarray]) -> None:
+def _refuse_others(layout: CheckpointLayout, state: Mapping[str, np.ndarray]) -> None:
     """Recurrent or convolutional parts, or layers of another kind, would be left out."""
     layers = rf"{re.escape(layout.actor)}\d+\.(weight|bias)|{re.escape(layout.normalizer)}.*"
     known = re.compile("|".join((layers, layout.deviation, layout.others)))
@@ -115,7 +117,7 @@ def _refuse_others(layout: Layout, state: Mapping[str, np.ndarray]) -> None:
         raise MismatchError("a Gaussian action with one standard deviation", "another")
 
 
-def _normalised(layout: Layout, state: Mapping[str, np.ndarray]) -> Chain:
+def _normalised(layout: CheckpointLayout, state: Mapping[str, np.ndarray]) -> Chain:
     mean, std = (state.get(f"{layout.normalizer}{name}") for name in ("_mean", "_std"))
     if mean is None or std is None:
         return Chain()

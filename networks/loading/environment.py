@@ -61,7 +61,7 @@ class Action(BaseModel):
     use_default_offset: Literal[True]
 
 
-class Term(BaseModel):
+class ObservationTerm(BaseModel):
     """A part of the observation."""
 
     func: str
@@ -70,15 +70,15 @@ class Term(BaseModel):
     history_length: Literal[0, None] = None
 
 
-class Observations(BaseModel):
+class ObservationOptions(BaseModel):
     """Options of the observation, and its terms in their order."""
 
     policy: dict[str, object]
 
-    def terms(self) -> dict[str, Term]:
+    def terms(self) -> dict[str, ObservationTerm]:
         """The terms that are not switched off."""
         found = {name: value for name, value in self.policy.items() if isinstance(value, dict)}
-        return {name: Term.model_validate(value) for name, value in found.items()}
+        return {name: ObservationTerm.model_validate(value) for name, value in found.items()}
 
 
 class Environment(BaseModel):
@@ -87,11 +87,11 @@ class Environment(BaseModel):
     decimation: int
     sim: Physics
     scene: Scene
-    observations: Observations
+    observations: ObservationOptions
     actions: dict[str, Action]
 
 
-def read(path: Path) -> tuple[Environment, dict[str, Term]]:
+def read(path: Path) -> tuple[Environment, dict[str, ObservationTerm]]:
     """The description, and the terms of its observation.
 
     Raises
