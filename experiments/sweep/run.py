@@ -12,7 +12,7 @@ from distributed.scheduler import KilledWorker
 
 from spikeport.errors import BackendError, SpikeportError
 from spikeport.experiments import registry
-from spikeport.experiments.sweep.folder import Kept, SweepFolder
+from spikeport.experiments.sweep.folder import PointFiles, SweepFolder
 from spikeport.experiments.sweep.plan import Point, Sweep
 from spikeport.experiments.sweep.workers import workers
 from spikeport.files import read_json
@@ -53,7 +53,7 @@ def run(
         while ended < len(points):
             progress(f"{ended} of {len(points)} points", ended / len(points))
             point, outcome = next(outcomes)
-            if isinstance(outcome, Kept):
+            if isinstance(outcome, PointFiles):
                 folder.write(point, outcome)
             else:
                 failures.append(Failure(point, outcome))
@@ -61,7 +61,7 @@ def run(
     return failures
 
 
-def _outcomes(client: Client, points: Sequence[Point]) -> Iterator[tuple[Point, Kept | str]]:
+def _outcomes(client: Client, points: Sequence[Point]) -> Iterator[tuple[Point, PointFiles | str]]:
     """Every point as it ends, with what is kept of it, or why it failed.
 
     No more are under way than there are workers, lest the next one to kill its worker takes with it
@@ -98,10 +98,10 @@ def _ended(client: Client, running: Iterable[Future]) -> Iterable[Future]:
     return done
 
 
-def _outcome(future: Future) -> Kept | str:
+def _outcome(future: Future) -> PointFiles | str:
     error = future.exception()
     if error is None:
-        kept: Kept = future.result()
+        kept: PointFiles = future.result()
         return kept
     if isinstance(error, KilledWorker):
         times = error.allowed_failures + 1
@@ -109,7 +109,7 @@ def _outcome(future: Future) -> Kept | str:
     return str(error) if isinstance(error, SpikeportError) else repr(error)
 
 
-def run_point(point: Point) -> Kept:
+def run_point(point: Point) -> PointFiles:
     """Run a point on a worker, in a folder that is removed after it, or with the worker's own."""
     experiment = registry.get(point.sweep.experiment)
     scratch = tempfile.TemporaryDirectory(dir=get_worker().local_directory)
@@ -118,4 +118,4 @@ def run_point(point: Point) -> Kept:
         experiment.run(experiment.settings(**point.settings), point.options, folder)
         result = read_json(folder / "result.json")
         probes = (folder / "probes.nc").read_bytes() if point.sweep.probes else None
-    return Kept(result, probes)
+    return PointFiles(result, probes)

@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 from spikeport.experiments.sweep import run as sweep_run
-from spikeport.experiments.sweep.folder import Kept
+from spikeport.experiments.sweep.folder import PointFiles
 from spikeport.experiments.sweep.run import Failure
 
 REACH = ("sweep", "reach", "--backend", "analytic", "--seconds", "0.02")
@@ -26,7 +26,7 @@ def counted(monkeypatch):
     def run(asked, folder, _scheduler, _n_workers, _progress):
         for point in asked.points():
             if point.place["m1"] != 30:
-                folder.write(point, Kept({"metrics": {"reaches": point.place["m1"]}}, None))
+                folder.write(point, PointFiles({"metrics": {"reaches": point.place["m1"]}}, None))
         missing = [point for point in asked.points() if not folder.holds(point)]
         return [Failure(point, "too small") for point in missing]
 

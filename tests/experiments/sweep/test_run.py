@@ -14,7 +14,7 @@ from distributed import LocalCluster
 from spikeport.errors import BackendError, DivergedError, UsageError
 from spikeport.experiments.sweep import run as sweep_run
 from spikeport.experiments.sweep import workers as sweep_workers
-from spikeport.experiments.sweep.folder import Kept, open_folder
+from spikeport.experiments.sweep.folder import PointFiles, open_folder
 from spikeport.progress import silent
 
 
@@ -33,7 +33,7 @@ def faked(monkeypatch, tmp_path):
             os.kill(os.getpid(), signal.SIGKILL)
         if what == "diverges":
             raise DivergedError("an action is not finite")
-        return Kept({"metrics": {"threads": int(os.environ["OMP_NUM_THREADS"])}}, None)
+        return PointFiles({"metrics": {"threads": int(os.environ["OMP_NUM_THREADS"])}}, None)
 
     monkeypatch.setattr(sweep_run, "run_point", run_point)
     return lambda: sorted(path.name.split(",")[0] for path in (tmp_path / "marks").iterdir())

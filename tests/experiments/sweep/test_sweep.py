@@ -8,7 +8,7 @@ import xarray as xr
 
 from spikeport.errors import UsageError
 from spikeport.experiments.sweep import figure as sweep_figure
-from spikeport.experiments.sweep.folder import Kept, open_folder
+from spikeport.experiments.sweep.folder import PointFiles, open_folder
 from spikeport.experiments.sweep.table import table, write_table
 from spikeport.experiments.walk import sweep_figure as walk_sweep_figure
 from spikeport.experiments.walk import trajectories as walk_trajectories
@@ -17,7 +17,7 @@ VARIED = {"n_neurons": (2, 20), "backend": ("reference", "native")}
 
 
 def finish(folder, point, probes=None, **metrics):
-    folder.write(point, Kept({"metrics": metrics}, probes))
+    folder.write(point, PointFiles({"metrics": metrics}, probes))
 
 
 # what it runs
