@@ -22,12 +22,12 @@ from spikeport.commands.options import (
     SettingsOption,
     Target,
     Workers,
-    flat,
+    with_options,
 )
 from spikeport.errors import SpikeportError
 
 
-class Commands(typer.core.TyperGroup):
+class CommandGroup(typer.core.TyperGroup):
     """The commands; one that is interrupted says so, where typer would exit in silence."""
 
     def invoke(self, ctx: Any) -> object:
@@ -39,7 +39,7 @@ class Commands(typer.core.TyperGroup):
 
 
 app = typer.Typer(
-    cls=Commands,
+    cls=CommandGroup,
     help="Nengo networks on Loihi-style neuromorphic chips, in closed loop with a robot.",
     no_args_is_help=True,
     add_completion=False,
@@ -56,8 +56,8 @@ RateHz = Annotated[
 PrintAfter = Annotated[
     str | None, typer.Option(metavar="PASS", help="Print what a pass, or each of `all`, leaves.")
 ]
-Experiment = Annotated[str, typer.Argument(help="The experiment, e.g. reach.")]
-Image = Annotated[Path, typer.Argument(help="The image.npz that a compile wrote.")]
+ExperimentName = Annotated[str, typer.Argument(help="The experiment, e.g. reach.")]
+ImageFile = Annotated[Path, typer.Argument(help="The image.npz that a compile wrote.")]
 ImageFolder = Annotated[Path | None, typer.Option(help="Folder to write image and report to.")]
 ReportFile = Annotated[Path | None, typer.Option(help="File to write the report to.")]
 
@@ -133,7 +133,7 @@ def compile_command(
 
 @app.command("show")
 def show_command(
-    image: Image,
+    image: ImageFile,
 ) -> None:
     """Print what is in a chip image: chip, digest, blocks, cores, inputs and outputs."""
     from spikeport.commands.show import run
@@ -143,7 +143,7 @@ def show_command(
 
 @app.command("step")
 def step_command(
-    image: Image,
+    image: ImageFile,
     steps: Annotated[int, typer.Option(help="Number of steps.", min=1, max=10**9)],
     out: Annotated[Path, typer.Option(help="npz to write outputs and activity to.")],
     spikes: Annotated[
@@ -212,8 +212,8 @@ def diff_command(
 
 
 @app.command("run")
-@flat
-def run_command(experiment: Experiment, target: Target, options: RunOptions) -> None:
+@with_options
+def run_command(experiment: ExperimentName, target: Target, options: RunOptions) -> None:
     """Run an experiment of the paper in closed loop, and write its folder."""
     from spikeport.commands.run import RunRequest, run
 
@@ -221,9 +221,9 @@ def run_command(experiment: Experiment, target: Target, options: RunOptions) -> 
 
 
 @app.command("calibrate")
-@flat
+@with_options
 def calibrate_command(
-    experiment: Experiment,
+    experiment: ExperimentName,
     *,
     out: Annotated[Path, typer.Option(help="File to write, for `run --set calibrated=FILE`.")],
     target: Target,
@@ -257,7 +257,7 @@ def train_command(
 
 
 @app.command("figure")
-@flat
+@with_options
 def figure_command(
     figure: Annotated[
         str,
@@ -278,9 +278,9 @@ def figure_command(
 
 
 @app.command("sweep")
-@flat
+@with_options
 def sweep_command(
-    experiment: Experiment,
+    experiment: ExperimentName,
     *,
     vary: Annotated[
         list[str] | None,

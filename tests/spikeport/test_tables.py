@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 from rich.console import Console
 
-from spikeport.commands.run import show
+from spikeport.commands.run import show_outcome
 from spikeport.commands.tables import resource_table
 from spikeport.experiments.options import Outcome
 from spikeport.hardware_models.chip import get
@@ -39,7 +39,7 @@ def test_metrics_of_parts_are_named_line_by_line(tmp_path, capsys):
         {"name": "draw", "success": False},
     ]
     result = {"experiment": "switch", "backend": "native", "metrics": {"phases": phases}}
-    show(Outcome(result, report=None, activity=None), tmp_path)
+    show_outcome(Outcome(result, report=None, activity=None), tmp_path)
     printed = [line.strip() for line in capsys.readouterr().out.splitlines()]
     first = next(i for i, line in enumerate(printed) if line.startswith("phases"))
     assert printed[first].split(maxsplit=1)[1] == "walk: success yes, behind_m 0.1"

@@ -8,7 +8,7 @@ from spikeport.backends.loss import measure
 from spikeport.commands import rates
 from spikeport.commands.passes import printer
 from spikeport.commands.progress import progress_bar
-from spikeport.commands.screen import Findings, show
+from spikeport.commands.screen import Findings, show_findings
 from spikeport.compile.check.violation import OverBudgetError
 from spikeport.compile.image.modules import by_module, modules
 from spikeport.compile.pipeline import Compilation, compile_network
@@ -63,8 +63,8 @@ def run(request: CompileRequest) -> None:
         findings = _reckoned(compilation, stated)
         if request.loss_s is not None:
             findings = _measured(compilation, request.loss_s, progress)
-    write(compilation, findings, out=request.out, json=request.json)
-    show(findings, request.cores)
+    write_findings(compilation, findings, out=request.out, json=request.json)
+    show_findings(findings, request.cores)
     if exceeded := request.budget.exceeded(findings.report, findings.activity):
         raise OverBudgetError(exceeded)
 
@@ -89,7 +89,7 @@ def _measured(compilation: Compilation, seconds: float, progress: Progress) -> F
     return Findings(compilation.report, measured.activity, loss=measured.loss, modules=counts)
 
 
-def write(
+def write_findings(
     compilation: Compilation, findings: Findings, *, out: Path | None, json: Path | None
 ) -> None:
     """Write image and report to a folder, and the report to a file, where they are given."""

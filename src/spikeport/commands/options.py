@@ -1,8 +1,8 @@
 """Options that commands share, and the decorator that gives them to a command.
 
-A group of options is a frozen dataclass whose fields are annotated for typer. `flat` makes one
-option of each field, so that a group is declared once, reaches its command as one value, and names
-every value it holds. Imports no Nengo: help does not wait for it.
+A group of options is a frozen dataclass whose fields are annotated for typer. `with_options` makes
+one option of each field, so that a group is declared once, reaches its command as one value, and
+names every value it holds. Imports no Nengo: help does not wait for it.
 """
 
 import functools
@@ -82,7 +82,7 @@ class RunOptions:
     video: Annotated[bool, typer.Option("--video", help="Write video.mp4 too.")] = False
 
 
-def flat(command: Callable[..., Result]) -> Callable[..., Result]:
+def with_options(command: Callable[..., Result]) -> Callable[..., Result]:
     """Return a command with an option for each field of the groups among its parameters."""
     hints = get_type_hints(command)
     groups: dict[str, Any] = {name: hint for name, hint in hints.items() if is_dataclass(hint)}

@@ -37,7 +37,7 @@ def run(request: RunRequest) -> None:
     owner = f"experiment '{experiment.name}'"
     chosen = experiment.settings(**key_values.parse(asked.settings, experiment.settings, owner))
     seconds = seconds_of(asked.seconds, experiment)
-    check(target)
+    check_target(target)
     folder = run_folder.create(asked.out, experiment.name, asked.overwrite)
     with run_folder.removed_if_empty(folder), progress_bar() as progress:
         options = Options(
@@ -51,10 +51,10 @@ def run(request: RunRequest) -> None:
             command=("spikeport", *sys.argv[1:]),
         )
         outcome = experiment.run(chosen, options, folder)
-    show(outcome, folder)
+    show_outcome(outcome, folder)
 
 
-def check(target: Target) -> None:
+def check_target(target: Target) -> None:
     """Raise UsageError for a chip or passes that there are not."""
     chips.get(target.chip)
     if target.passes is not None:
@@ -70,7 +70,7 @@ def seconds_of(asked: float | None, experiment: Experiment) -> float:
     return seconds
 
 
-def show(outcome: Outcome, folder: Path) -> None:
+def show_outcome(outcome: Outcome, folder: Path) -> None:
     """Print what came out of a run."""
     console = Console()
     result = outcome.result
