@@ -21,7 +21,7 @@ from spikeport.compile.loihi.build import build
 from spikeport.compile.loihi.discretise import discretise
 from spikeport.compile.loihi.extract import extract
 from spikeport.compile.passes.parse import parse
-from spikeport.compile.passes.pipeline import Observer, PassRun, Pipeline, silent
+from spikeport.compile.passes.pipeline import Observer, PassRun, Pipeline, observe_nothing
 from spikeport.compile.placing.load import block_loads, capacity
 from spikeport.compile.placing.lower_bound import lower_bound
 from spikeport.compile.report.neurobench import neurobench
@@ -59,7 +59,7 @@ def compile_network(
     chip: str | Path = "loihi",
     dt: float = DT_S,
     pipeline: Pipeline | str | None = None,
-    observer: Observer = silent,
+    observer: Observer = observe_nothing,
 ) -> Compilation:
     """Compile a network for a chip.
 

@@ -62,7 +62,7 @@ def block_values(block: LoihiBlock) -> BlockValues:
     return BlockValues(comp.bias, weights, indices, neurons)
 
 
-def restored(wanted: BlockValues, block: LoihiBlock) -> BlockValues:
+def restored_block(wanted: BlockValues, block: LoihiBlock) -> BlockValues:
     """Return the integers of a discretised block, divided by the scales they were made with."""
     info, comp = block.discretize_info, block.compartment
     scale = np.broadcast_to(
@@ -79,7 +79,7 @@ def restored(wanted: BlockValues, block: LoihiBlock) -> BlockValues:
 
 def block_error(label: str, wanted: BlockValues, block: LoihiBlock) -> BlockError:
     """Compare a discretised block with its floating-point values."""
-    found = restored(wanted, block)
+    found = restored_block(wanted, block)
     pairs = [(getattr(found.neurons, name), getattr(wanted.neurons, name)) for name in ROUNDED]
     nonzero = _flat(wanted.weights) != 0
     lost = np.mean(_flat(_integers(block))[nonzero] == 0) if nonzero.any() else 0.0

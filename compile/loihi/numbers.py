@@ -51,7 +51,7 @@ def wanted(blocks: IntegerBlocks) -> Numbers:
 def restored(blocks: IntegerBlocks) -> Numbers:
     """Return the integers in floating point: divided by the scales they were made with."""
     pairs = zip(blocks.floats.blocks, blocks.blocks, strict=True)
-    found = [quantisation.restored(block_values(before), after) for before, after in pairs]
+    found = [quantisation.restored_block(block_values(before), after) for before, after in pairs]
     return _numbers(blocks, found)
 
 

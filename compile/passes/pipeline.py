@@ -117,5 +117,5 @@ def kind(one: Pass[Any] | type[Pass[Any]]) -> str:
     return ("networks", "blocks", "images")[_stage(one)]
 
 
-def silent(_one: Pass[Any], _value: Any) -> None:
+def observe_nothing(_one: Pass[Any], _value: Any) -> None:
     """Observe nothing."""

@@ -14,7 +14,7 @@ from spikeport.compile.passes import registry
 from spikeport.compile.passes.base import Pass
 from spikeport.compile.passes.dump import dump
 from spikeport.compile.passes.parse import options, parse
-from spikeport.compile.passes.pipeline import Observer, kind, silent
+from spikeport.compile.passes.pipeline import Observer, kind, observe_nothing
 from spikeport.compile.report.report import Report
 from spikeport.errors import unknown
 from spikeport.hardware_models import chip as chips
@@ -60,7 +60,7 @@ def printer(chosen: str | None, passes: str) -> Observer:
         The pipeline has no such pass.
     """
     if chosen is None:
-        return silent
+        return observe_nothing
     names = [one.name for one in parse(passes).passes]
     if chosen not in (ALL, *names):
         raise unknown("pass of this compile", chosen, [ALL, *names])
