@@ -3,9 +3,9 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import nengo
+from nengo.base import NengoObject
 from nengo_loihi.builder import Model
 
 from spikeport.compile.check.hints import image_hints, network_hints
@@ -14,7 +14,7 @@ from spikeport.compile.check.verify import verify, verify_settings
 from spikeport.compile.check.violation import DoesNotFitError
 from spikeport.compile.ground.names import Names
 from spikeport.compile.ground.refusal import collected_warnings, without_addresses
-from spikeport.compile.ground.rewrite import Rewrite
+from spikeport.compile.ground.rewrite import Built, Rewrite
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.usage import core_uses
 from spikeport.compile.loihi.blocks import IntegerBlocks
@@ -43,7 +43,7 @@ class Compilation:
     report: Report
     blocks: IntegerBlocks
     stand_ins: Mapping[nengo.Probe, nengo.Probe] = field(default_factory=dict)
-    built: Mapping[Any, Any] = field(default_factory=dict)
+    built: Mapping[NengoObject, Built] = field(default_factory=dict)
 
     @property
     def model(self) -> Model:

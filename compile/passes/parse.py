@@ -7,7 +7,7 @@ from typing import Any, get_type_hints
 from pydantic import TypeAdapter, ValidationError
 
 from spikeport.compile.passes import registry
-from spikeport.compile.passes.base import Pass
+from spikeport.compile.passes.base import AnyPass
 from spikeport.compile.passes.pipeline import Pipeline
 from spikeport.errors import UsageError, unknown
 
@@ -51,10 +51,10 @@ def _matches(pattern: re.Pattern[str], text: str) -> list[re.Match[str]]:
     return matches
 
 
-def _pass(name: str, text: str | None) -> Pass[Any]:
+def _pass(name: str, text: str | None) -> AnyPass:
     cls = registry.get(name)
     kinds = options(cls)
-    values: dict[str, Any] = {}
+    values: dict[str, object] = {}
     for match in _matches(ONE_OPTION, text or ""):
         key, quoted, bare = match.group("key", "quoted", "bare")
         if key not in kinds:
@@ -67,20 +67,20 @@ def _pass(name: str, text: str | None) -> Pass[Any]:
     return cls(**values)
 
 
-def options(cls: type[Pass[Any]]) -> dict[str, Any]:
+def options(cls: type[AnyPass]) -> dict[str, object]:
     """Return the options of a pass, by name: the types of its fields."""
     hints = get_type_hints(cls, include_extras=True)
     fields = dataclasses.fields(cls)
     return {field.name: hints[field.name] for field in fields}
 
 
-def _unknown_option(name: str, key: str, known: dict[str, Any]) -> UsageError:
+def _unknown_option(name: str, key: str, known: dict[str, object]) -> UsageError:
     if known:
         return unknown(f"option of pass {name}", key, known)
     return UsageError(f"unknown option of pass {name} '{key}'; it takes none")
 
 
-def _convert(what: str, text: str, kind: Any) -> Any:
+def _convert(what: str, text: str, kind: Any) -> object:
     try:
         return TypeAdapter(kind).validate_python(text)
     except ValidationError as error:
