@@ -1,10 +1,12 @@
 """The part of a compiled network that stays on the host."""
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import nengo
+from nengo_loihi.block import Synapse
 from nengo_loihi.builder import Model
+from nengo_loihi.builder.inputs import PESModulatoryTarget
 
 
 class Port(NamedTuple):
@@ -60,6 +62,6 @@ def host_program(model: Model) -> HostProgram:
     )
 
 
-def _learning_synapse(model: Model, target: Any) -> Any:
+def _learning_synapse(model: Model, target: PESModulatoryTarget) -> Synapse:
     connection = model.nengo_probe_conns[target.error_target]
     return model.objs[connection]["decoders"]
