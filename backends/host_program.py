@@ -1,12 +1,14 @@
 """The part of a compiled network that stays on the host."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import nengo
 
 if TYPE_CHECKING:
+    from nengo_loihi.block import Synapse
     from nengo_loihi.builder import Model
+    from nengo_loihi.builder.inputs import PESModulatoryTarget
 
 
 class HostPort(NamedTuple):
@@ -62,6 +64,6 @@ def host_program(model: "Model") -> HostProgram:
     )
 
 
-def _learning_synapse(model: "Model", target: Any) -> Any:
+def _learning_synapse(model: "Model", target: "PESModulatoryTarget") -> "Synapse":
     connection = model.nengo_probe_conns[target.error_target]
     return model.objs[connection]["decoders"]

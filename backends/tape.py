@@ -9,7 +9,6 @@ operator that is not keeps Nengo's own closure, in its place in the order.
 import inspect
 import itertools
 from collections.abc import Callable
-from typing import Any
 
 import nengo
 import numpy as np
@@ -135,7 +134,9 @@ class Flattener:
         # The reset makes Nengo build its closures anew, over the arrays of the pool.
         sim.reset(sim.seed)
         self._closures = dict(zip(sim._step_order, sim._steps, strict=True))
-        self._compilers: dict[type, Callable[[Any], tuple[TapeRow, np.ndarray | None] | None]] = {
+        self._compilers: dict[
+            type, Callable[[Operator], tuple[TapeRow, np.ndarray | None] | None]
+        ] = {
             Reset: self._reset,
             Copy: self._copy,
             ElementwiseInc: self._elementwise,
@@ -259,6 +260,6 @@ class Flattener:
         return self._with_state(row, step.X)
 
 
-def process_step(closure: Callable[[], None]) -> Any:
+def process_step(closure: Callable[[], None]) -> LinearFilter.Step:
     """Return the step function of a process, which Nengo keeps in its operator's closure."""
     return inspect.getclosurevars(closure).nonlocals["step_f"]

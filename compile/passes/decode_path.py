@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 import nengo
 from nengo.ensemble import Neurons
@@ -111,7 +111,7 @@ def _slowed(
 
     An ensemble has one filter, the longest of all its inputs.
     """
-    filters: dict[Any, float] = {}
+    filters: dict[nengo.Ensemble, float] = {}
     for c in connections:
         if scope.on_chip(c.post_obj):
             post = base(c.post_obj)
@@ -129,7 +129,7 @@ def _filter_s(connection: nengo.Connection, path: str | None, scope: Scope) -> f
     return getattr(connection.synapse, "tau", 0.0)  # lint refuses other filters than low-pass
 
 
-def _note(costs: list[PathCost], reasons: dict[str, str]) -> dict[str, Any]:
+def _note(costs: list[PathCost], reasons: dict[str, str]) -> dict[str, object]:
     front = {one.path for one in pareto(costs)}
     return {
         "chosen": chosen(costs, reasons),

@@ -7,7 +7,6 @@ share is its error squared against the sum of all. `spikeport.backends.loss` mea
 """
 
 from dataclasses import asdict, dataclass
-from typing import Any
 
 from spikeport.compile.check import rules
 from spikeport.compile.check.violation import Violation
@@ -86,6 +85,6 @@ class Loss:
         ]
         return tuple(found)
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """Return plain data, ready for JSON."""
         return asdict(self) | {"parts": [asdict(part) for part in self.parts]}

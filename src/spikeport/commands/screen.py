@@ -7,7 +7,6 @@ from rich.console import Console
 
 from spikeport.commands.core_tables import core_table, module_table
 from spikeport.commands.passes import pass_lines
-from spikeport.commands.report_file import Json
 from spikeport.commands.tables import (
     cores_in_words,
     cost_notes,
@@ -19,7 +18,7 @@ from spikeport.compile.check.violation import Violation
 from spikeport.compile.report.expected import Rates
 from spikeport.compile.report.loss import Loss
 from spikeport.compile.report.neurobench import NeuroBench, workload
-from spikeport.compile.report.report import Modules, Report
+from spikeport.compile.report.report import Json, Modules, Report
 from spikeport.hardware_models.activity import Activity
 
 MOST_NAMED = 3
