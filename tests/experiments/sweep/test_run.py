@@ -96,6 +96,7 @@ def test_what_is_finished_is_not_run_again(run, faked):
     assert shown == []
 
 
+@pytest.mark.slow
 def test_a_point_has_one_thread(run, faked, sweep_of):
     folder, _ = run("walks")
     (point,) = sweep_of(varied={"speed": ("walks",)}).points()
