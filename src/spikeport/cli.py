@@ -7,7 +7,7 @@ of 1 and 2 it is belongs to the class of the error: `SpikeportError.exit_code`.
 import sys
 import warnings
 from pathlib import Path
-from typing import Annotated, Any, NoReturn
+from typing import Annotated, Any, NoReturn, TextIO
 
 import typer
 import typer.core
@@ -23,8 +23,9 @@ from spikeport.commands.options import (
     Target,
     Workers,
     with_options,
+    written,
 )
-from spikeport.errors import SpikeportError
+from spikeport.errors import SpikeportError, printable
 
 
 class CommandGroup(typer.core.TyperGroup):
@@ -58,8 +59,8 @@ PrintAfter = Annotated[
 ]
 ExperimentName = Annotated[str, typer.Argument(help="The experiment, e.g. reach.")]
 ImageFile = Annotated[Path, typer.Argument(help="The image.npz that a compile wrote.")]
-ImageFolder = Annotated[Path | None, typer.Option(help="Folder to write image and report to.")]
-ReportFile = Annotated[Path | None, typer.Option(help="File to write the report to.")]
+ImageFolder = Annotated[Path | None, written("Folder to write image and report to.")]
+ReportFile = Annotated[Path | None, written("File to write the report to.")]
 
 
 def explained(rule: str | None) -> None:
@@ -103,6 +104,10 @@ def compile_command(
     cores: Annotated[
         bool, typer.Option("--cores", help="Print the tables of all cores and modules.")
     ] = False,
+    build_timeout: Annotated[
+        float | None,
+        typer.Option(metavar="SECONDS", min=0.001, help="End the building of the network then."),
+    ] = None,
     explain: Annotated[
         str | None,
         typer.Option(
@@ -127,6 +132,7 @@ def compile_command(
             cores=cores,
             passes=passes,
             print_after=print_after,
+            build_timeout_s=build_timeout,
         )
     )
 
@@ -145,7 +151,7 @@ def show_command(
 def step_command(
     image: ImageFile,
     steps: Annotated[int, typer.Option(help="Number of steps.", min=1, max=10**9)],
-    out: Annotated[Path, typer.Option(help="npz to write outputs and activity to.")],
+    out: Annotated[Path, written("npz to write outputs and activity to.")],
     spikes: Annotated[
         Path | None,
         typer.Option(help="npz of input spikes, with arrays `steps` and `sources`."),
@@ -225,7 +231,7 @@ def run_command(experiment: ExperimentName, target: Target, options: RunOptions)
 def calibrate_command(
     experiment: ExperimentName,
     *,
-    out: Annotated[Path, typer.Option(help="File to write, for `run --set calibrated=FILE`.")],
+    out: Annotated[Path, written("File to write, for `run --set calibrated=FILE`.")],
     target: Target,
     seconds: SecondsOption = None,
     settings: SettingsOption,
@@ -243,7 +249,7 @@ def calibrate_command(
 @app.command("train")
 def train_command(
     policy: Annotated[str, typer.Argument(help="The policy to train: walk.")],
-    out: Annotated[Path, typer.Option(help="Folder of the run; one that is there goes on.")] = Path(
+    out: Annotated[Path, written("Folder of the run; one that is there goes on.")] = Path(
         "runs/train-walk"
     ),
     seed: SeedOption = 0,
@@ -291,7 +297,7 @@ def sweep_command(
     seconds: SecondsOption = None,
     settings: SettingsOption,
     probes: Annotated[bool, typer.Option("--probes", help="Keep the time series too.")] = False,
-    out: Annotated[Path | None, typer.Option(help="Folder; a sweep that is there goes on.")] = None,
+    out: Annotated[Path | None, written("Folder; a sweep that is there goes on.")] = None,
     workers: Workers,
 ) -> None:
     """Run an experiment at many settings, each from several seeds; resumes where it was."""
@@ -346,6 +352,7 @@ def doctor() -> None:
 def main() -> None:
     """Run the command line; a user's mistake gives a message, never a traceback."""
     warnings.filterwarnings("ignore", module="spikeport.compile")  # they stand in the report
+    warnings.showwarning = warn
     try:
         app(prog_name="spikeport")
     except SpikeportError as error:
@@ -355,7 +362,20 @@ def main() -> None:
         fail(f"{error.filename or 'system'}: {reason}", 1)
 
 
+def warn(
+    message: Warning | str,
+    category: type[Warning],
+    filename: str,
+    lineno: int,
+    file: TextIO | None = None,
+    line: str | None = None,
+) -> None:
+    """Print a warning in one line, without the line of code that it comes from."""
+    typer.echo(f"warning: {printable(str(message))}", err=True)
+
+
 def fail(message: str, code: int) -> NoReturn:
-    """Print an error and exit."""
-    typer.echo(f"error: {message}", err=True)
+    """Print an error, without control characters that its texts may hold, and exit."""
+    text = printable(message, kept="\n")
+    typer.echo(f"error: {text}", err=True)
     sys.exit(code)

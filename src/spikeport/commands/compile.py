@@ -1,6 +1,5 @@
 """``spikeport compile``."""
 
-import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,7 +14,7 @@ from spikeport.compile.pipeline import Compilation, compile_network
 from spikeport.compile.report.budget import Budget
 from spikeport.compile.report.expected import Rates, expected_activity
 from spikeport.compile.report.report import Modules
-from spikeport.constants import DT_S
+from spikeport.constants import DT_S, LONGEST_RUN
 from spikeport.errors import UsageError
 from spikeport.files import write_json
 from spikeport.find_network import find_network, needed_passes
@@ -41,6 +40,7 @@ class CompileRequest:
     cores: bool
     passes: str | None = None
     print_after: str | None = None
+    build_timeout_s: float | None = None
 
 
 def run(request: CompileRequest) -> None:
@@ -57,7 +57,13 @@ def run(request: CompileRequest) -> None:
     observer = printer(request.print_after, passes)
     with progress_bar() as progress:
         progress("building the network", None)
-        network = find_network(request.network, request.settings, request.chip, request.passes)
+        network = find_network(
+            request.network,
+            request.settings,
+            request.chip,
+            request.passes,
+            request.build_timeout_s,
+        )
         progress("compiling", None)
         compilation = compile_network(network, request.chip, DT_S, passes, observer)
         findings = _reckoned(compilation, stated)
@@ -70,8 +76,11 @@ def run(request: CompileRequest) -> None:
 
 
 def _check_run(seconds: float | None) -> None:
-    if seconds is not None and not (math.isfinite(seconds) and seconds >= DT_S):
-        raise UsageError(f"--loss {seconds:g}: a run is at least one step of {DT_S:g} s")
+    if seconds is not None and not DT_S <= seconds <= LONGEST_RUN * DT_S:
+        raise UsageError(
+            f"--loss {seconds:g}: a run is at least one step of {DT_S:g} s, and at most "
+            f"{LONGEST_RUN:,} steps"
+        )
 
 
 def _reckoned(compilation: Compilation, stated: Rates | None) -> Findings:

@@ -19,6 +19,19 @@ from spikeport.constants import LARGEST_SEED
 
 Result = TypeVar("Result")
 
+
+def path_of(text: str) -> Path:
+    """Return the path that an option names; an empty one would be the current folder."""
+    if not str(text):
+        raise typer.BadParameter("the path is empty, as of a shell variable that is not set")
+    return Path(text)
+
+
+def written(help_text: str) -> Any:
+    """Return the option of a file or folder that is written."""
+    return typer.Option(help=help_text, parser=path_of, metavar="PATH")
+
+
 ChipOption = Annotated[str, typer.Option(help="A chip's name, or the path of its TOML file.")]
 PassesOption = Annotated[
     str | None,
@@ -77,7 +90,7 @@ class RunOptions:
     seed: SeedOption = 0
     seconds: SecondsOption = None
     settings: SettingsOption
-    out: Annotated[Path | None, typer.Option(help="Folder of the run.")] = None
+    out: Annotated[Path | None, written("Folder of the run.")] = None
     overwrite: Annotated[bool, typer.Option(help="Replace an earlier run in --out.")] = False
     video: Annotated[bool, typer.Option("--video", help="Write video.mp4 too.")] = False
 

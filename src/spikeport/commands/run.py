@@ -1,6 +1,5 @@
 """``spikeport run``."""
 
-import math
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +13,7 @@ from spikeport.commands.options import RunOptions, Target
 from spikeport.commands.progress import progress_bar
 from spikeport.commands.tables import cost_notes, cost_table, resource_table
 from spikeport.compile.passes.parse import parse
+from spikeport.constants import DT_S, LONGEST_RUN
 from spikeport.errors import UsageError, unknown
 from spikeport.experiments import registry, run_folder
 from spikeport.experiments.options import Experiment, Options, Outcome
@@ -66,9 +66,11 @@ def check_target(target: Target) -> None:
 def seconds_of(asked: float | None, experiment: Experiment) -> float:
     """The time to simulate; UsageError if it is too short, or no time at all."""
     seconds = experiment.seconds if asked is None else asked
-    if not (math.isfinite(seconds) and seconds >= experiment.shortest_s):
-        least = f"{experiment.name} simulates at least {experiment.shortest_s:g} s"
-        raise UsageError(f"--seconds {seconds:g}: {least}")
+    if not experiment.shortest_s <= seconds <= LONGEST_RUN * DT_S:
+        raise UsageError(
+            f"--seconds {seconds:g}: {experiment.name} simulates at least "
+            f"{experiment.shortest_s:g} s, and at most {LONGEST_RUN:,} steps of {DT_S:g} s"
+        )
     return seconds
 
 

@@ -54,5 +54,5 @@ def test_what_is_no_json_and_what_is_not_there_are_refused(tmp_path):
     path = tmp_path / "x.json"
     assert refusal(path) == f"{path}: no such file or folder"
     path.write_text("{")
-    assert refusal(path).startswith(f"{path}: not a report: ")
+    assert refusal(path).startswith(f"{path}: not JSON: ")
     assert refusal(tmp_path) == f"{tmp_path}: has neither report.json nor result.json"

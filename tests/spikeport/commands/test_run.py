@@ -75,10 +75,15 @@ def test_unknown_names_of_run_list_what_there_is(spikeport, tmp_path):
     assert names(tmp_path) == []
 
 
-@pytest.mark.parametrize("seconds", ["0", "-1", "nan", "inf", "0.004"])
+@pytest.mark.parametrize("seconds", ["0", "-1", "nan", "inf", "0.004", "1e+300", "1e+10"])
 def test_a_time_that_cannot_be_simulated_is_refused(spikeport, tmp_path, seconds):
     done = spikeport(*ANALYTIC[:4], "--seconds", seconds, "--out", tmp_path / "run")
-    assert done == (2, "", f"error: --seconds {seconds}: reach simulates at least 0.005 s\n")
+    assert done == (
+        2,
+        "",
+        f"error: --seconds {seconds}: reach simulates at least 0.005 s, and at most 1,000,000,000 "
+        "steps of 0.001 s\n",
+    )
     assert names(tmp_path) == []
 
 
