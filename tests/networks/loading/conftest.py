@@ -1,14 +1,18 @@
 """Files of policies, written by the libraries that write them elsewhere."""
 
 import copy
+import resource
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import onnx
 import pytest
 import torch
 import yaml
+from onnx import TensorProto, helper, numpy_helper
 from rsl_rl.models import MLPModel
 from tensordict import TensorDict
 from torch import nn
@@ -17,6 +21,8 @@ from spikeport.errors import UsageError
 from spikeport.networks.loading.files import load_mlp
 from spikeport.networks.loading.mlp import Mlp
 from spikeport.networks.policy_values import exact
+from tests.helpers.foreign import Policy, members
+from tests.helpers.watch import harm_of
 
 SIZES = (5, 7, 6, 3)
 CURE = "; what can be read: spikeport convert --help"
@@ -182,5 +188,80 @@ def environment(tmp_path) -> Callable[..., Path]:
         path = tmp_path / "env.yaml"
         path.write_text(yaml.dump(content, default_flow_style=False, sort_keys=False))
         return path
+
+    return write
+
+
+SECONDS, BYTES = 10, 2**30
+"""What reading a file may take at most."""
+
+
+@pytest.fixture
+def watched(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[[], object]], None]:
+    """Calls a function and asserts that it does no harm: torch, Python's audit, time and memory."""
+
+    def never(*_: object, **__: object) -> None:
+        raise AssertionError("torch reads the file")
+
+    def call(function: Callable[[], object]) -> None:
+        with monkeypatch.context() as without:
+            without.setattr(torch.jit, "load", never)
+            without.setattr(torch, "load", never)
+            before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+            start = time.monotonic()
+            assert harm_of(function) == []
+        assert time.monotonic() - start < SECONDS
+        assert 1024 * (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) < BYTES
+
+    return call
+
+
+@pytest.fixture
+def refused(watched: Callable[..., None]) -> Callable[..., str]:
+    """Returns the complaint of a file that is refused, without its name."""
+
+    def message(path: Path, load: Callable[[Path], object] = load_mlp) -> str:
+        with pytest.raises(UsageError) as error:
+            watched(lambda: load(path))
+        start, _, text = str(error.value).partition("': ")
+        assert start == f"policy file '{path}"
+        assert str(error.value).isprintable()
+        return text
+
+    return message
+
+
+@pytest.fixture
+def scripted(path) -> dict[str, bytes]:
+    """The members of a policy's file."""
+    torch.jit.script(Policy()).save(path)
+    return members(path)
+
+
+@pytest.fixture
+def model(tmp_path) -> Callable[..., Path]:
+    """Writes a model of two layers, changed by a function before it is written."""
+
+    def write(change: Callable[[onnx.ModelProto], object] = lambda model: None) -> Path:
+        rng = np.random.default_rng(0)
+        weights = {"W": (4, 5), "b": (4,), "V": (3, 4)}
+        graph = helper.make_graph(
+            [
+                helper.make_node("Gemm", ["x", "W", "b"], ["z"], transB=1),
+                helper.make_node("Elu", ["z"], ["h"]),
+                helper.make_node("Gemm", ["h", "V"], ["y"], transB=1),
+            ],
+            "policy",
+            [helper.make_tensor_value_info("x", TensorProto.FLOAT, ["n", 5])],
+            [helper.make_tensor_value_info("y", TensorProto.FLOAT, ["n", 3])],
+            [
+                numpy_helper.from_array(rng.standard_normal(shape).astype(np.float32), name)
+                for name, shape in weights.items()
+            ],
+        )
+        made = helper.make_model(graph)
+        change(made)
+        (tmp_path / "policy.onnx").write_bytes(made.SerializeToString())
+        return tmp_path / "policy.onnx"
 
     return write
