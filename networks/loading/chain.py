@@ -180,7 +180,7 @@ class Evaluation:
 def _work(shapes: list[tuple[int, ...]]) -> int:
     """Return how many multiplications an operation of such arrays takes at most."""
     if _matrices(shapes) > 1:  # a product of them, perhaps
-        return max(map(math.prod, shapes)) * max(map(max, shapes))
+        return max(map(math.prod, shapes)) * max(n for shape in shapes for n in shape)
     return _size(shapes)
 
 

@@ -8,8 +8,6 @@
 | ONNX | a graph of dense layers |
 """
 
-import io
-import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
@@ -23,6 +21,7 @@ from spikeport.networks.policy_values import Layer
 ACTIVATION = "elu"
 """Of checkpoints, which do not name theirs, unless it is given."""
 
+ZIP = b"PK"
 ZIPS = {".npy": "npz", "constants.pkl": "TorchScript", "data.pkl": "checkpoint"}
 """What the members of an archive tell; a TorchScript file has a data.pkl too."""
 
@@ -52,7 +51,7 @@ def file_format(path: Path) -> str:
     """Return which of the formats a file has; raises UsageError if it has none."""
     with refusing(path):
         content = read_bytes(path)
-        if zipfile.is_zipfile(io.BytesIO(content)):
+        if content.startswith(ZIP):
             return _of_zip(Archive(content))
         if content.startswith(checkpoint.PICKLE):
             return "checkpoint"

@@ -2,6 +2,7 @@
 
 import io
 import math
+import sys
 import tokenize
 import warnings
 from pathlib import Path
@@ -61,7 +62,15 @@ def _array(archive: Archive, name: str) -> np.ndarray:
     values = content[stream.tell() :]
     if not kind.itemsize or math.prod(shape) * kind.itemsize != len(values):
         raise MismatchError(f"{math.prod(shape):,} values of {kind} in {name}", "another size")
+    if kind.kind == "U" and not _is_text(np.frombuffer(values, f"{kind.byteorder}u4")):
+        raise MismatchError(f"letters in {name}", "numbers that are none")
     return np.frombuffer(values, kind).reshape(shape, order="F" if columns else "C")
+
+
+def _is_text(letters: np.ndarray) -> bool:
+    """Return whether numbers are letters of Unicode, and no halves of such."""
+    halves = (letters >= 0xD800) & (letters < 0xE000)
+    return not (halves | (letters > sys.maxunicode)).any()
 
 
 def _header(stream: io.BytesIO) -> tuple[tuple[int, ...], bool, np.dtype[np.generic]]:

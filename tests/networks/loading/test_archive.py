@@ -108,6 +108,12 @@ def test_a_list_of_members_without_end_is_refused(path, refused, long):
     )
 
 
+def test_an_archive_on_several_disks_is_refused(path, refused):
+    locator = struct.pack("<4sLQL", b"PK\6\7", 0, 0, 2)
+    path.write_bytes(b"PK" + bytes(54) + locator + b"PK\5\6" + bytes(18))
+    assert "multiple disks" in refused(path)
+
+
 def changed(path: Path, place: int, value: int) -> None:
     """Set two bytes of the largest member's header and of its entry in the list of members."""
     written, info = bytearray(path.read_bytes()), largest(path)

@@ -163,6 +163,7 @@ DOUBLING += "def f60(x: Tensor) -> Tensor:\n  return x\n"
         (HEAD + "    W = torch.ones([-1, -1])\n", "operation aten::ones of other values"),
         (HEAD + "    n = torch.mul('ab', 1000000000)\n", "operation aten::mul of other values"),
         (HEAD + "    n = torch.mul(10, 10)\n" + "    n = torch.mul(n, n)\n" * 99, "one output"),
+        (HEAD + "    W = torch.ones([3, 3])\n    y = torch.addmm(1., W, W)\n", "one output"),
         (HEAD + "    return __import__('os')\n", "a call of __import__"),
         (HEAD + "    return x.__class__\n", "__class__ of Chain"),
         (HEAD + "    return [y for y in x]\n", "ListComp in line 4"),
