@@ -2,7 +2,7 @@
 
 import pytest
 
-from spikeport.experiments.sweep.folder import open_folder
+from spikeport.experiments.sweep.folder import SweepFolder
 from spikeport.experiments.sweep.table import table
 from tests.helpers.sweeps import VARIED, finish
 
@@ -11,7 +11,7 @@ from tests.helpers.sweeps import VARIED, finish
 def finished(sweep_of, tmp_path):
     """A sweep of which one point of eight failed, its folder and its table."""
     sweep = sweep_of(varied=VARIED, seeds=(3, 4))
-    folder = open_folder(tmp_path, sweep)
+    folder = SweepFolder(tmp_path)
     for point in sweep.points()[:-1]:
         error = point.place["n_neurons"] + 0.1 * point.place["seed"]
         metrics = {"path_mse_m2": error, "cross_track_rms_m": 0.1, "falls": 0}
