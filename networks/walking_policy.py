@@ -4,7 +4,6 @@ h_0 = observation,    h_i = elu(W_i h_{i-1} + b_i),    action = W_n h_{n-1} + b_
 elu(x) = x for x > 0, exp(x) - 1 otherwise
 """
 
-import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,11 +13,26 @@ from numpy.typing import ArrayLike
 
 from spikeport.atomic import atomic_path
 from spikeport.errors import UsageError
+from spikeport.networks.loading import npz
+from spikeport.networks.loading.refusal import MismatchError
 
 SHIPPED = Path(__file__).with_name("policies") / "h1_walk.npz"
 """The policy that comes with this package; its model card lies beside it."""
 
-_FIELDS = ("joints", "pose_rad", "action_scale_rad", "activation")
+NUMBERS, TEXTS = "iuf", "U"
+"""Types of arrays, by NumPy's letters."""
+
+_FIELDS = {
+    "joints": (TEXTS, 1),
+    "pose_rad": (NUMBERS, 1),
+    "action_scale_rad": (NUMBERS, 0),
+    "activation": (TEXTS, 0),
+}
+"""The arrays of a file besides layers: their types and numbers of axes."""
+
+_AXES = {"weights": 2, "biases": 1}
+
+CURE = "make one with: spikeport train walk"
 
 
 @dataclass(frozen=True)
@@ -55,7 +69,7 @@ class WalkingPolicy:
         """Write the policy, whole or not at all."""
         arrays: dict[str, Any] = {f"weights_{i}": W for i, W in enumerate(self.weights)}
         arrays |= {f"biases_{i}": b for i, b in enumerate(self.biases)}
-        arrays |= {name: getattr(self, name) for name in _FIELDS[:-1]}
+        arrays |= {name: getattr(self, name) for name in _FIELDS if name != "activation"}
         with atomic_path(path) as temporary, open(temporary, "wb") as file:
             np.savez_compressed(file, activation="elu", **arrays)
 
@@ -75,10 +89,12 @@ def load(path: Path = SHIPPED) -> WalkingPolicy:
     """
     arrays = _read(path)
     layers = sum(name.startswith("weights_") for name in arrays)
-    weights, biases = (_numbered(path, arrays, kind, layers) for kind in ("weights", "biases"))
     missing = [name for name in _FIELDS if name not in arrays]
     if missing or not layers:
         raise _refusal(path, "weights, biases and " + ", ".join(_FIELDS), "arrays missing")
+    for name, (kinds, axes) in _FIELDS.items():
+        _check_array(path, name, arrays[name], kinds, axes)
+    weights, biases = (_numbered(path, arrays, kind, layers) for kind in ("weights", "biases"))
     joints = tuple(str(joint) for joint in arrays["joints"])
     pose, scale = arrays["pose_rad"], float(arrays["action_scale_rad"])
     policy = WalkingPolicy(weights, biases, joints, pose, scale)
@@ -88,10 +104,9 @@ def load(path: Path = SHIPPED) -> WalkingPolicy:
 
 def _read(path: Path) -> dict[str, np.ndarray]:
     try:
-        with np.load(path, allow_pickle=False) as file:
-            return dict(file)
-    except (zipfile.BadZipFile, ValueError, EOFError) as error:
-        raise _refusal(path, "an npz file", str(error)) from error
+        return npz.read(path)
+    except MismatchError as error:
+        raise _refused(path, error) from error
 
 
 def _numbered(
@@ -101,7 +116,14 @@ def _numbered(
     for name in names:
         if name not in arrays:
             raise _refusal(path, f"{kind} of {layers} layers", f"no {name}")
+        _check_array(path, name, arrays[name], NUMBERS, _AXES[kind])
     return tuple(arrays[name].astype(float) for name in names)
+
+
+def _check_array(path: Path, name: str, array: np.ndarray, kinds: str, axes: int) -> None:
+    if array.dtype.kind not in kinds or array.ndim != axes:
+        wanted = f"{'texts' if kinds == TEXTS else 'numbers'} in {axes} axes as {name}"
+        raise _refusal(path, wanted, f"{array.dtype} in {array.ndim}")
 
 
 def _check(path: Path, policy: WalkingPolicy, activation: str) -> None:
@@ -120,7 +142,8 @@ def _check(path: Path, policy: WalkingPolicy, activation: str) -> None:
 
 
 def _refusal(path: Path, expected: str, found: str) -> UsageError:
-    return UsageError(
-        f"policy file '{path}': expected {expected}, found {found}; "
-        "make one with: spikeport train walk"
-    )
+    return _refused(path, MismatchError(expected, found))
+
+
+def _refused(path: Path, error: MismatchError) -> UsageError:
+    return UsageError(f"policy file '{path}': {error}; {CURE}")

@@ -4,13 +4,16 @@
 ``points/NAME.json`` is written last of all it leaves: what has one is finished.
 """
 
+import contextlib
 import dataclasses
 import json
+import os
+from collections.abc import Iterator
 from datetime import datetime
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from spikeport.atomic import atomic_path, is_leftover
+from spikeport.atomic import atomic_path, is_leftover, locked
 from spikeport.errors import UsageError
 from spikeport.experiments.sweep.plan import Point, Sweep
 from spikeport.files import read_json, write_json
@@ -25,7 +28,7 @@ class PointFiles(NamedTuple):
 
 @dataclasses.dataclass(frozen=True)
 class SweepFolder:
-    """The folder of a sweep, see `open_folder`."""
+    """The folder of a sweep, see `opened`."""
 
     path: Path
 
@@ -59,23 +62,64 @@ class SweepFolder:
         Raises
         ------
         UsageError
-            If the file was altered to what is no longer JSON.
+            If the file was altered to what is no result, or is of a run that this point is not.
         """
         path = self.result_path(point)
+        cure = "remove it to run its point again"
         try:
-            result: dict[str, Any] = read_json(path)
+            result = read_json(path)
         except UsageError:
-            raise UsageError(f"{path}: holds no result; remove it to run its point again") from None
+            result = None
+        if not isinstance(result, dict) or not _is_metrics(result.get("metrics")):
+            raise UsageError(f"{path}: holds no result; {cure}")
+        for key, asked in _asked(point).items():
+            if (found := _part(result, key)) != asked:
+                raise UsageError(
+                    f"{path}: is of a run with {key}={json.dumps(found)}, but this sweep's has "
+                    f"{json.dumps(asked)}; {cure}"
+                )
         return result
 
 
-def open_folder(out: Path | None, sweep: Sweep) -> SweepFolder:
+def _is_metrics(value: object) -> bool:
+    return isinstance(value, dict) and any(isinstance(v, int | float) for v in value.values())
+
+
+def _asked(point: Point) -> dict[str, Any]:
+    """Return what a point's result says of its run, by place."""
+    options = point.options
+    asked: dict[str, Any] = {
+        "experiment": point.sweep.experiment,
+        "backend": options.backend,
+        "seconds": options.seconds,
+        "seeds.run": options.seed,
+        **{f"settings.{key}": value for key, value in point.settings.items()},
+    }
+    return _as_json(asked)
+
+
+def _part(result: object, place: str) -> object:
+    for key in place.split("."):
+        result = result.get(key) if isinstance(result, dict) else None
+    return result
+
+
+def _as_json(value: dict[str, Any]) -> dict[str, Any]:
+    """Return a value as it is once it was written and read."""
+    read: dict[str, Any] = json.loads(json.dumps(value))
+    return read
+
+
+@contextlib.contextmanager
+def opened(out: Path | None, sweep: Sweep) -> Iterator[SweepFolder]:
     """Make the folder of a sweep, or go on with what is there; ``runs/sweep-...`` by default.
+
+    It is locked until the block ends: two sweeps in it would mix their points.
 
     Raises
     ------
     UsageError
-        If the folder cannot be made, or holds another sweep or anything else.
+        If the folder cannot be made or locked, or holds another sweep or anything else.
     """
     stamp = datetime.now().strftime("%Y%m%d-%H%M%S")
     folder = SweepFolder(out or Path("runs") / f"sweep-{sweep.experiment}-{stamp}")
@@ -83,23 +127,35 @@ def open_folder(out: Path | None, sweep: Sweep) -> SweepFolder:
         folder.path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise UsageError(f"{folder.path}: cannot be made ({error.strerror})") from None
+    if not os.access(folder.path, os.W_OK | os.X_OK):
+        raise UsageError(f"{folder.path}: cannot be written to; choose another --out")
     others = [path for path in folder.path.iterdir() if not is_leftover(path)]
     if others and not folder.plan.is_file():
         raise UsageError(f"{folder.path}: holds something else than a sweep; choose another --out")
-    if any(folder.path.glob("points/*.json")):
-        _check_same(folder, sweep)
-    write_json(folder.plan, dataclasses.asdict(sweep))
-    return folder
+    with locked(folder.path):
+        if folder.plan.is_file():
+            _check_same(folder, sweep)
+        write_json(folder.plan, dataclasses.asdict(sweep))
+        yield folder
 
 
 def _check_same(folder: SweepFolder, sweep: Sweep) -> None:
+    """Refuse a folder whose plan is another, naming all that differs."""
     try:
         held = read_json(folder.plan)
     except UsageError:
-        raise UsageError(f"{folder.plan}: is not JSON; choose another --out") from None
-    for key, value in json.loads(json.dumps(dataclasses.asdict(sweep))).items():
-        if held.get(key) != value:
-            raise UsageError(
-                f"{folder.path}: holds a sweep with {key}={json.dumps(held.get(key))}, but this "
-                f"one has {json.dumps(value)}; ask for the same, or choose another --out"
-            )
+        held = None
+    if not isinstance(held, dict):
+        raise UsageError(f"{folder.plan}: is no plan of a sweep; choose another --out")
+    asked = _as_json(dataclasses.asdict(sweep))
+    differing = sorted(key for key in held.keys() | asked if held.get(key) != asked.get(key))
+    if differing:
+        there, here = (_pairs(plan, differing) for plan in (held, asked))
+        raise UsageError(
+            f"{folder.path}: holds a sweep with {there}, but this one has {here}; "
+            "ask for the same, or choose another --out"
+        )
+
+
+def _pairs(plan: dict[str, Any], keys: list[str]) -> str:
+    return ", ".join(f"{key}={json.dumps(plan.get(key))}" for key in keys)

@@ -1,111 +1,200 @@
-"""Dask's workers: processes on this machine, or those of a cluster."""
+"""Points in processes of this machine, which are reached through private pipes alone.
+
+No port is opened: whoever can connect to a worker has it run code as its owner, and on a machine
+of many users these are all who can reach the loopback. A process runs one point after the other,
+in one thread; one that dies costs its point an attempt, and is replaced.
+"""
 
 import contextlib
-import logging
+import multiprocessing
+import os
 import signal
-import tempfile
-from collections.abc import Iterator
+import threading
+from collections import Counter, deque
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from multiprocessing import resource_tracker
+from multiprocessing.connection import Connection, wait
+from typing import NamedTuple
 
-import dask
-from distributed import Client, LocalCluster
+from spikeport.errors import SpikeportError
+from spikeport.experiments.sweep.folder import PointFiles
+from spikeport.experiments.sweep.plan import Point
+from spikeport.experiments.sweep.scratch import scratch_folder
 
-from spikeport.errors import UsageError
+Outcome = PointFiles | str
+"""What is kept of a point, or why it failed."""
 
-LOCAL = "127.0.0.1"
-ANSWER_S = 5
-"""How long a scheduler may take to answer, and a cluster to show a worker."""
+Run = Callable[[Point, str], PointFiles]
+"""What runs a point, in a folder where it may leave what it likes."""
 
 ALLOWED_DEATHS = 2
 """How often the worker of a point may die before the point is given up at the next time."""
 
-CONFIG = {
-    "distributed.scheduler.allowed-failures": ALLOWED_DEATHS,
-    "distributed.scheduler.worker-saturation": 1.0,  # a point that waits is not blamed for a death
-    "distributed.comm.timeouts.connect": f"{ANSWER_S}s",
-    "scheduler": None,  # taken back at the end: a closed client may leave it, and xarray looks here
-}
+END_S = 5
+"""How long a worker may take to end when it is asked to; then it is killed."""
+
+ONE_THREAD = dict.fromkeys(
+    ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
+)
+"""The environment of a worker: points side by side share the cores."""
+
+SPAWN = multiprocessing.get_context("spawn")
+"""Processes that begin anew: a fork of one with threads may hang, and would share its pipes."""
+
+
+def died(times: int, how: str = "") -> str:
+    """Return why a point is given up."""
+    by = f" ({how})" if how else ""
+    return f"its worker died {times} times{by}; cure: fewer --workers, if memory ran out"
 
 
 @contextlib.contextmanager
-def workers(scheduler: str | None, n_local: int) -> Iterator[Client]:
-    """Open a client of a cluster's scheduler, or of processes that end with it.
+def outcomes(
+    n_workers: int, points: Sequence[Point], run: Run
+) -> Iterator[Iterator[tuple[Point, Outcome]]]:
+    """Start workers, and yield every point as it ends, with what is kept of it or why it failed.
 
-    Each worker runs one point at a time, in one thread.
-
-    Raises
-    ------
-    UsageError
-        If the scheduler does not answer, or its workers are none or run several points at a time.
+    Workers end with the block, whatever is under way.
     """
-    opened = _local(n_local) if scheduler is None else _remote(scheduler)
-    with dask.config.set(CONFIG), _silent(), opened as client:
-        yield client
+    with scratch_folder() as scratch, contextlib.closing(_Pool(n_workers, run, scratch)) as pool:
+        yield pool.outcomes(points)
+
+
+class _Worker(NamedTuple):
+    """A process and our end of its pipe."""
+
+    process: multiprocessing.process.BaseProcess
+    pipe: Connection
+
+    def end(self) -> str:
+        """End the process, and return how it ended."""
+        self.pipe.close()
+        self.process.terminate()
+        self.process.join(END_S)
+        self.process.kill()
+        self.process.join()
+        code = self.process.exitcode or 0
+        return f"exit code {code}" if code >= 0 else signal.Signals(-code).name
+
+
+class _Pool:
+    """Workers, and the points they run."""
+
+    def __init__(self, n_workers: int, run: Run, scratch: str) -> None:
+        self._run, self._scratch = run, scratch
+        self._idle: list[_Worker] = []
+        self._running: dict[_Worker, Point] = {}
+        try:
+            for _ in range(n_workers):
+                self._idle.append(self._started())
+        except BaseException:
+            self.close()
+            raise
+
+    def close(self) -> None:
+        """End all workers."""
+        for worker in (*self._idle, *self._running):
+            worker.process.terminate()
+        for worker in (*self._idle, *self._running):
+            worker.end()
+
+    def outcomes(self, points: Sequence[Point]) -> Iterator[tuple[Point, Outcome]]:
+        """Yield every point as it ends."""
+        waiting, deaths = deque(points), Counter[str]()
+        while waiting or self._running:
+            while waiting and self._idle:
+                self._submit(waiting.popleft())
+            for worker in self._ended():
+                point = self._running.pop(worker)
+                outcome, how = self._outcome(worker)
+                if outcome is None:
+                    deaths[point.name] += 1
+                    if deaths[point.name] <= ALLOWED_DEATHS:
+                        waiting.append(point)
+                        continue
+                    outcome = died(deaths[point.name], how)
+                yield point, outcome
+
+    def _submit(self, point: Point) -> None:
+        worker = self._idle.pop()
+        with contextlib.suppress(OSError):  # it died while it was idle: told by its pipe's end
+            worker.pipe.send(point)
+        self._running[worker] = point
+
+    def _ended(self) -> list[_Worker]:
+        """Wait until workers have ended a point, or have died, and return these."""
+        ready = wait([worker.pipe for worker in self._running])
+        return [worker for worker in self._running if worker.pipe in ready]
+
+    def _outcome(self, worker: _Worker) -> tuple[Outcome | None, str]:
+        """Return what a worker made of its point; nothing if it died, and how."""
+        try:
+            outcome: Outcome = worker.pipe.recv()
+        except (EOFError, OSError):
+            how = worker.end()
+            self._idle.append(self._started())
+            return None, how
+        self._idle.append(worker)
+        return outcome, ""
+
+    def _started(self) -> _Worker:
+        ours, theirs = SPAWN.Pipe()
+        arguments = (theirs, self._run, self._scratch)
+        process = SPAWN.Process(target=_serve, args=arguments, daemon=True)
+        with _uninterruptible(), _environment(ONE_THREAD):
+            process.start()
+        theirs.close()
+        return _Worker(process, ours)
+
+
+def _serve(pipe: Connection, run: Run, scratch: str) -> None:
+    """Run points, one after the other, until the pipe ends or the parent does."""
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    with contextlib.suppress(EOFError, OSError):
+        while True:
+            pipe.send(_attempt(run, pipe.recv(), scratch))
+
+
+def _attempt(run: Run, point: Point, scratch: str) -> Outcome:
+    try:
+        return run(point, scratch)
+    except SpikeportError as error:
+        return str(error)
+    except BaseException as error:  # an exit, too, is one of the point and not of the worker
+        return repr(error)
+
+
+def _end_with_parent() -> None:
+    """End this process when its parent was killed, also in the middle of a point."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        wait([parent.sentinel])
+        os._exit(1)
 
 
 @contextlib.contextmanager
-def _local(n: int) -> Iterator[Client]:
-    with tempfile.TemporaryDirectory(prefix="spikeport-sweep-") as scratch:
-        with _uninterruptible():
-            cluster = LocalCluster(
-                n_workers=n,
-                threads_per_worker=1,
-                host=LOCAL,
-                dashboard_address=f"{LOCAL}:0",  # by default 8787, and a warning where it is taken
-                silence_logs=logging.CRITICAL,
-                local_directory=scratch,
-            )
-        with cluster, Client(cluster) as client:
-            yield client
+def _environment(changed: Mapping[str, str]) -> Iterator[None]:
+    before = {name: os.environ.get(name) for name in changed}
+    os.environ.update(changed)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
 
 
 @contextlib.contextmanager
 def _uninterruptible() -> Iterator[None]:
-    """Block SIGINT; threads begun meanwhile, and processes of theirs, keep it so.
+    """Block SIGINT; processes begun meanwhile keep it so.
 
     A terminal interrupts workers too, which would say so at length; this process ends them.
     """
     resource_tracker.ensure_running()  # starting it later would unblock the signal
-    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
     finally:
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
-
-
-@contextlib.contextmanager
-def _remote(scheduler: str) -> Iterator[Client]:
-    try:
-        client = Client(scheduler, timeout=ANSWER_S)
-    except Exception:  # what answers but is no scheduler confuses Dask in many ways
-        raise UsageError(
-            f"--scheduler {scheduler}: no Dask scheduler answers within {ANSWER_S} s; start one "
-            "with `dask scheduler`, or leave --scheduler out for processes on this machine"
-        ) from None
-    with client:
-        _check(client, scheduler)
-        yield client
-
-
-def _check(client: Client, scheduler: str) -> None:
-    with contextlib.suppress(TimeoutError):
-        client.wait_for_workers(1, timeout=ANSWER_S)
-    threads = client.nthreads().values()
-    if set(threads) != {1}:
-        found = "has no worker" if not threads else f"has a worker of {max(threads)} threads"
-        raise UsageError(
-            f"--scheduler {scheduler}: {found}, but each point needs a process of its own; start "
-            f"workers with `dask worker {scheduler} --nthreads 1`"
-        )
-
-
-@contextlib.contextmanager
-def _silent() -> Iterator[None]:
-    """Silence Dask's log of workers that come and go: failed points are reported by us."""
-    logger = logging.getLogger("distributed")
-    before = logger.level
-    logger.setLevel(logging.CRITICAL)
-    try:
-        yield
-    finally:
-        logger.setLevel(before)
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)

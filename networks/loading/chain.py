@@ -6,17 +6,25 @@ h are the values after the last activation, at first the observation. Normalisat
 products of matrices all change M and c alone; an activation ends a layer.
 """
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from spikeport.networks.loading.archive import NUMBERS
 from spikeport.networks.loading.mlp import Mlp, checked
 from spikeport.networks.loading.refusal import MismatchError
 from spikeport.networks.policy_values import Layer
 
 CHAIN = "a chain of dense layers and activations"
+
+WORK = 2 * 10**9
+"""Multiplications while constants are folded, a second: those of two 1,200 x 1,200 matrices."""
+
+MADE = 4 * NUMBERS
+"""Numbers in all constants of a file together: each operation of a layer makes its weights anew."""
 
 Operations = Mapping[str, Callable[..., object]]
 """What the operations of a format do to chains, arrays and plain values, by name."""
@@ -70,6 +78,11 @@ class Chain:
         return checked((*self.layers, self._layer()), self.activations)
 
     @property
+    def shape(self) -> tuple[int, ...]:
+        """That of its matrix."""
+        return self.matrix.shape
+
+    @property
     def _is_matrix(self) -> bool:
         return self.matrix.ndim == 2
 
@@ -115,20 +128,74 @@ def _vector(value: ArrayLike) -> np.ndarray:
     return array.reshape(array.shape[-1:])
 
 
-def applied(operations: Operations, kind: str, *inputs: object, **options: object) -> object:
-    """The value of an operation of a file.
+class Evaluation:
+    """Operations of a file, applied one by one as long as they are little work.
 
-    Raises
-    ------
-    MismatchError
-        It is not known, or joins what is no chain.
+    Constants are folded while a file is read, and a short one may ask for endless products.
     """
-    if kind not in operations:
-        raise MismatchError(CHAIN, f"operation {kind}")
+
+    def __init__(self, operations: Operations) -> None:
+        self._operations, self._work, self._made = operations, 0, 0
+
+    def apply(self, kind: str, *inputs: object, **options: object) -> object:
+        """Return the value of an operation.
+
+        Raises
+        ------
+        MismatchError
+            It is not known, joins what is no chain, or is too much work.
+        """
+        if kind not in self._operations:
+            raise MismatchError(CHAIN, f"operation {kind}")
+        self._spend([x.shape for x in inputs if isinstance(x, np.ndarray | Chain)])
+        try:
+            with np.errstate(all="ignore"):  # what is not finite is refused in the end
+                made = self._operations[kind](*inputs, **options)
+        except (TypeError, ValueError, AttributeError, OverflowError):
+            raise MismatchError(CHAIN, f"operation {kind} of other values") from None
+        return self.keep(made)
+
+    def keep(self, made: object) -> object:
+        """Return what is a value from now on, with its numbers counted."""
+        if isinstance(made, np.ndarray):
+            self._count(made.size)
+        if isinstance(made, Chain):
+            self._count(made.matrix.size)
+        return made
+
+    def _spend(self, shapes: list[tuple[int, ...]]) -> None:
+        if any(len(shape) > 2 for shape in shapes):
+            raise MismatchError("vectors and matrices", "an array of more axes")
+        self._work += _work(shapes)
+        if self._work > WORK:
+            raise MismatchError(f"at most {WORK:,} multiplications of constants", "more")
+        self._count(_size(shapes), kept=False)
+
+    def _count(self, numbers: int, kept: bool = True) -> None:
+        if self._made + numbers > MADE:
+            raise MismatchError(f"at most {MADE:,} numbers in all constants", "more")
+        self._made += numbers if kept else 0
+
+
+def _work(shapes: list[tuple[int, ...]]) -> int:
+    """Return how many multiplications an operation of such arrays takes at most."""
+    if _matrices(shapes) > 1:  # a product of them, perhaps
+        return max(map(math.prod, shapes)) * max(n for shape in shapes for n in shape)
+    return _size(shapes)
+
+
+def _size(shapes: list[tuple[int, ...]]) -> int:
+    """Return how many numbers an operation of such arrays makes at most."""
     try:
-        return operations[kind](*inputs, **options)
-    except (TypeError, ValueError, AttributeError):
-        raise MismatchError(CHAIN, f"operation {kind} of other values") from None
+        return math.prod(np.broadcast_shapes(*shapes))
+    except ValueError:  # then it is a product, if anything
+        lengths = sorted((n for shape in shapes for n in shape), reverse=True)
+        largest = max(map(math.prod, shapes))
+        return math.prod(lengths[:2]) if _matrices(shapes) > 1 else largest
+
+
+def _matrices(shapes: list[tuple[int, ...]]) -> int:
+    return sum(len(shape) == 2 and min(shape) > 1 for shape in shapes)
 
 
 def only(outputs: list[object]) -> Chain:

@@ -5,23 +5,27 @@
 A checkpoint does not say which activation its actor has.
 """
 
-import pickle
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import NamedTuple
 
-import numpy as np
-
-from spikeport.networks.loading.chain import Chain
+from spikeport.arrays import Floats
+from spikeport.networks.loading.archive import Archive, read_bytes
+from spikeport.networks.loading.chain import Chain, Evaluation, Operations, only
 from spikeport.networks.loading.mlp import Mlp
-from spikeport.networks.loading.refusal import MismatchError, extra
-
-if TYPE_CHECKING:
-    import torch
+from spikeport.networks.loading.refusal import MismatchError
+from spikeport.networks.loading.tensors import Tensor
+from spikeport.networks.loading.torch_file import folder_of, pickled, pickled_in_a_row
 
 EPSILON = 0.01
 """rsl-rl's, added to the standard deviation."""
+
+NUMBER = "(?:0|[1-9][0-9]{0,3})"
+"""Of a layer, as torch writes it."""
+
+PICKLE = b"\x80"
+"""What a file from before zip archives begins with."""
 
 NORMALIZER_APART = "obs_norm_state_dict"
 """Where rsl-rl 2 kept the normalisation."""
@@ -53,32 +57,48 @@ LAYOUTS = (
 )
 
 
+def _normalised(x: Chain, mean: Floats, std: Floats) -> Chain:
+    return (x - mean) / (std + EPSILON)
+
+
+OPERATIONS: Operations = {"normalisation": _normalised, "dense": Chain.dense}
+
+
 def read(path: Path, activation: str) -> Mlp:
-    """The actor of a checkpoint, with this activation."""
-    content = _content(path)
+    """Return the actor of a checkpoint, with this activation."""
+    content = _content(read_bytes(path))
     layout = _layout(content)
-    state = _arrays(layout.state, content[layout.state])
+    state = _tensors(layout.state, content[layout.state])
     _refuse_others(layout, state)
-    apart = _arrays(NORMALIZER_APART, content.get(NORMALIZER_APART, {}))
+    apart = _tensors(NORMALIZER_APART, content.get(NORMALIZER_APART, {}))
     state |= {layout.normalizer + name: value for name, value in apart.items()}
-    chain = _normalised(layout, state)
-    for number, (weights, bias) in enumerate(_dense(layout, state)):
-        chain = (chain.activated(activation) if number else chain).dense(weights, bias)
-    return chain.mlp()
+    return _chain(layout, state, activation).mlp()
 
 
-def _content(path: Path) -> Mapping[str, Any]:
-    torch = extra("torch")
-    try:
-        content = torch.load(path, map_location="cpu", weights_only=True)
-    except pickle.UnpicklingError:
-        found = "other objects, which may run code"
-        raise MismatchError("tensors and plain values", found) from None
-    except (RuntimeError, EOFError) as error:
-        raise MismatchError("a checkpoint of rsl-rl", str(error).splitlines()[0]) from error
-    if not isinstance(content, Mapping):
+def _chain(layout: CheckpointLayout, state: Mapping[str, Tensor], activation: str) -> Chain:
+    evaluation = Evaluation(OPERATIONS)
+
+    def applied(kind: str, chain: Chain, names: Sequence[str]) -> Chain:
+        arrays = [evaluation.keep(state[name].array()) for name in names]
+        return only([evaluation.apply(kind, chain, *arrays)])
+
+    chain, normalizer = Chain(), [f"{layout.normalizer}{name}" for name in ("_mean", "_std")]
+    if state.keys() >= set(normalizer):
+        chain = applied("normalisation", chain, normalizer)
+    for number, names in enumerate(_dense(layout, state)):
+        chain = applied("dense", chain.activated(activation) if number else chain, names)
+    return chain
+
+
+def _content(written: bytes) -> Mapping[str, object]:
+    if written.startswith(PICKLE):
+        content = pickled_in_a_row(written)
+    else:
+        archive = Archive(written)
+        content = pickled(archive, folder_of(archive, "a checkpoint of rsl-rl"), "data")
+    if not isinstance(content, dict):
         raise MismatchError("a checkpoint of rsl-rl", type(content).__name__)
-    return content
+    return {str(name): value for name, value in content.items()}
 
 
 def _layout(content: Mapping[str, object]) -> CheckpointLayout:
@@ -89,36 +109,31 @@ def _layout(content: Mapping[str, object]) -> CheckpointLayout:
     raise MismatchError(f"a checkpoint of rsl-rl with {states}", ", ".join(map(str, content)))
 
 
-def _arrays(name: str, state: Mapping[str, "torch.Tensor"]) -> dict[str, np.ndarray]:
-    try:
-        return {key: value.double().numpy() for key, value in state.items()}
-    except AttributeError:
-        raise MismatchError(f"tensors in {name}", "other values") from None
+def _tensors(name: str, state: object) -> dict[str, Tensor]:
+    if not isinstance(state, dict):
+        raise MismatchError(f"tensors in {name}", type(state).__name__)
+    tensors = {str(key): value for key, value in state.items() if isinstance(value, Tensor)}
+    if len(tensors) != len(state):
+        raise MismatchError(f"tensors in {name}", "other values")
+    return tensors
 
 
-def _dense(layout: CheckpointLayout, state: Mapping[str, np.ndarray]) -> Iterator[list[np.ndarray]]:
-    """Weights and bias of every layer, in the order of their numbers."""
-    pattern = re.compile(rf"{re.escape(layout.actor)}(\d+)\.(weight|bias)")
+def _dense(layout: CheckpointLayout, state: Mapping[str, Tensor]) -> Iterator[list[str]]:
+    """Yield the names of weights and bias of every layer, in the order of their numbers."""
+    pattern = re.compile(rf"{re.escape(layout.actor)}({NUMBER})\.(weight|bias)")
     for number in sorted({int(m[1]) for m in map(pattern.fullmatch, state) if m}):
         names = [f"{layout.actor}{number}.{kind}" for kind in ("weight", "bias")]
         if missing := [name for name in names if name not in state]:
             raise MismatchError(missing[0], "none")
-        yield [state[name] for name in names]
+        yield names
 
 
-def _refuse_others(layout: CheckpointLayout, state: Mapping[str, np.ndarray]) -> None:
-    """Recurrent or convolutional parts, or layers of another kind, would be left out."""
-    layers = rf"{re.escape(layout.actor)}\d+\.(weight|bias)|{re.escape(layout.normalizer)}.*"
+def _refuse_others(layout: CheckpointLayout, state: Mapping[str, Tensor]) -> None:
+    """Refuse recurrent or convolutional parts and other layers: they would be left out."""
+    layers = rf"{re.escape(layout.actor)}{NUMBER}\.(weight|bias)|{re.escape(layout.normalizer)}.*"
     known = re.compile("|".join((layers, layout.deviation, layout.others)))
     for name in state:
         if not known.fullmatch(name):
             raise MismatchError(f"an actor of dense layers, {layout.actor}N.weight", name)
     if not any(re.fullmatch(layout.deviation, name) for name in state):
         raise MismatchError("a Gaussian action with one standard deviation", "another")
-
-
-def _normalised(layout: CheckpointLayout, state: Mapping[str, np.ndarray]) -> Chain:
-    mean, std = (state.get(f"{layout.normalizer}{name}") for name in ("_mean", "_std"))
-    if mean is None or std is None:
-        return Chain()
-    return (Chain() - mean) / (std + EPSILON)

@@ -4,15 +4,25 @@ Values for joints stand in tables from regular expressions of names to numbers, 
 """
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from types import ModuleType
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, Field, ValidationError
 from pydantic_core import ErrorDetails
 
+from spikeport.networks.loading.archive import read_bytes
 from spikeport.networks.loading.refusal import MismatchError, extra
 
 if TYPE_CHECKING:
-    from yaml import Node, SafeLoader
+    from yaml import MappingNode, Node, SafeLoader
+
+TEXT_BYTES = 2**18
+"""Of a description: Isaac Lab's have some 50,000, and PyYAML reads as many in a second."""
+
+DEPTH = 50
+"""Levels of a description: Isaac Lab's have ten."""
+
+MERGE = "tag:yaml.org,2002:merge"
 
 ByName = float | dict[str, float]
 
@@ -84,7 +94,7 @@ class ObservationOptions(BaseModel):
 class Environment(BaseModel):
     """An environment description."""
 
-    decimation: int
+    decimation: Annotated[int, Field(ge=1, le=10_000)]
     sim: Physics
     scene: Scene
     observations: ObservationOptions
@@ -92,34 +102,63 @@ class Environment(BaseModel):
 
 
 def read(path: Path) -> tuple[Environment, dict[str, ObservationTerm]]:
-    """The description, and the terms of its observation.
+    """Return the description, and the terms of its observation.
 
     Raises
     ------
     MismatchError
-        It is no YAML, or lacks a part.
+        It is no YAML, lacks a part, or is too long or too deep.
     MissingExtraError
         The package that reads YAML is absent.
     """
     yaml = extra("yaml")
-
-    # Python's tuples, slices and functions become plain values, and never objects.
-    Loader: type[SafeLoader] = type("Loader", (yaml.SafeLoader,), {})
-    Loader.add_multi_constructor("", _plain)
+    written = read_bytes(path, TEXT_BYTES)
     try:
-        content = yaml.load(path.read_text(encoding="utf-8"), Loader)
+        content = yaml.load(written.decode("utf-8"), _loader(yaml))
         environment = Environment.model_validate(content)
         return environment, environment.observations.terms()
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise MismatchError("YAML", str(error).splitlines()[0]) from error
     except ValidationError as error:
-        raise _mismatch(error.errors()[0]) from None
+        raise _mismatch(error.errors(include_url=False, include_context=False)[0]) from None
+    except (yaml.YAMLError, ValueError, OverflowError, RecursionError) as error:
+        # a number or a date that is none is a ValueError of Python's
+        reason = (str(error) or type(error).__name__).splitlines()[0]
+        raise MismatchError("YAML", reason) from error
+
+
+def _loader(yaml: ModuleType) -> "type[SafeLoader]":
+    """Return a loader that makes plain values alone, and of nothing more than lies in the text."""
+    Safe: Any = yaml.SafeLoader
+
+    class Loader(Safe):
+        depth = 0
+
+        def compose_node(self, parent: "Node | None", index: object) -> "Node":
+            self.depth += 1
+            if self.depth > DEPTH:
+                raise MismatchError(f"YAML of at most {DEPTH} levels", "more")
+            node = super().compose_node(parent, index)
+            self.depth -= 1
+            return node
+
+        def flatten_mapping(self, node: "MappingNode") -> None:
+            """Refuse merge keys: merges of merges may make of a line a thousand million items."""
+            if any(key.tag == MERGE for key, _ in node.value):
+                raise MismatchError("YAML without merge keys", "<<")
+
+    # Python's tuples, slices and functions become plain values, and never objects.
+    Loader.add_multi_constructor("", _plain)
+    return Loader
 
 
 def _mismatch(first: ErrorDetails) -> MismatchError:
     where = ".".join(map(str, first["loc"])) or "all"
-    found = "none" if first["type"] == "missing" else repr(first["input"])
+    found = "none" if first["type"] == "missing" else _short(first["input"])
     return MismatchError(f"a description of Isaac Lab ({where}: {first['msg']})", found)
+
+
+def _short(value: object) -> str:
+    """Return a value in words; a list may hold itself, or more than can be printed."""
+    return type(value).__name__ if isinstance(value, dict | list | tuple | set) else repr(value)
 
 
 def _plain(loader: "SafeLoader", _tag: str, node: "Node") -> object:

@@ -8,12 +8,12 @@
 | ONNX | a graph of dense layers |
 """
 
-import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
 from spikeport.networks import walking_policy
 from spikeport.networks.loading import checkpoint, onnx_file, torchscript
+from spikeport.networks.loading.archive import Archive, read_bytes
 from spikeport.networks.loading.mlp import Mlp
 from spikeport.networks.loading.refusal import MismatchError, refusing
 from spikeport.networks.policy_values import Layer
@@ -21,7 +21,7 @@ from spikeport.networks.policy_values import Layer
 ACTIVATION = "elu"
 """Of checkpoints, which do not name theirs, unless it is given."""
 
-PICKLE = b"\x80"
+ZIP = b"PK"
 ZIPS = {".npy": "npz", "constants.pkl": "TorchScript", "data.pkl": "checkpoint"}
 """What the members of an archive tell; a TorchScript file has a data.pkl too."""
 
@@ -48,23 +48,21 @@ def load_mlp(path: Path, activation: str = ACTIVATION) -> Mlp:
 
 
 def file_format(path: Path) -> str:
-    """Which of the formats a file has; raises UsageError if it has none."""
-    with refusing(path), open(path, "rb") as file:
-        if zipfile.is_zipfile(file):
-            return _of_zip(path)
-        file.seek(0)
-        if file.read(1) == PICKLE:
+    """Return which of the formats a file has; raises UsageError if it has none."""
+    with refusing(path):
+        content = read_bytes(path)
+        if content.startswith(ZIP):
+            return _of_zip(Archive(content))
+        if content.startswith(checkpoint.PICKLE):
             return "checkpoint"
         if path.suffix == ".onnx":
             return "ONNX"
         raise MismatchError(" or ".join(READERS), "none of them")
 
 
-def _of_zip(path: Path) -> str:
-    with zipfile.ZipFile(path) as archive:
-        names = archive.namelist()
+def _of_zip(archive: Archive) -> str:
     for end, kind in ZIPS.items():
-        if any(name.endswith(end) for name in names):
+        if any(name.endswith(end) for name in archive.names):
             return kind
     raise MismatchError(" or ".join(READERS), "another zip archive")
 

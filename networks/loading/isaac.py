@@ -5,7 +5,7 @@ there: breadth-first, level by level away from the pelvis.
 """
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sized
 from pathlib import Path
 
 import numpy as np
@@ -45,6 +45,15 @@ TERMS = {
 """Functions of the observation's terms in their order, and the sizes of these."""
 
 ACTION = "JointPositionAction"
+
+MAX_ITEMS = 100
+"""Of a table or a list of expressions, and of groups: there are 19 joints."""
+
+MOST = {"*+?": 2, "(": 2, "|": 10}
+"""How many of these letters an expression may have: the ways to match it are multiplied by each."""
+
+SIMPLE = re.compile(r"(?:[\w.|(\[\]^$-]|\\[.wd]|\)(?![*+?])|(?<!\()[*+?]){1,100}")
+"""Expressions of names as Isaac Lab has them; repeats of repeated groups could take for ever."""
 
 
 def described(path: Path) -> Description:
@@ -87,6 +96,7 @@ def _scales(terms: Mapping[str, ObservationTerm]) -> np.ndarray:
 
 def _gains(actuators: Mapping[str, Actuator]) -> dict[str, tuple[float, float]]:
     gains = {}
+    _few("actuators", actuators)
     for name, group in actuators.items():
         where = f"actuators.{name}"
         for joint in _matching(f"{where}.joint_names_expr", group.joint_names_expr):
@@ -110,15 +120,33 @@ def _value(where: str, joint: str, table: ByName, default: float) -> float:
     """A joint's value in a table; at most one expression may match."""
     if not isinstance(table, dict):
         return table
-    found = [value for expression, value in table.items() if re.fullmatch(expression, joint)]
+    _few(where, table)
+    found = [value for expression, value in table.items() if _matches(expression, joint)]
     if len(found) > 1:
         raise MismatchError(f"one value of {joint} in {where}", f"{len(found)}")
     return found[0] if found else default
 
 
 def _matching(where: str, expressions: list[str]) -> list[str]:
-    """The joints that expressions match; each has to match one."""
+    """Return the joints that expressions match; each has to match one."""
+    _few(where, expressions)
     for expression in expressions:
-        if not any(re.fullmatch(expression, joint) for joint in JOINTS):
+        if not any(_matches(expression, joint) for joint in JOINTS):
             raise MismatchError(f"joints of the H1 in {where}", expression)
-    return [j for j in JOINTS if any(re.fullmatch(e, j) for e in expressions)]
+    return [j for j in JOINTS if any(_matches(e, j) for e in expressions)]
+
+
+def _matches(expression: str, joint: str) -> bool:
+    """Return whether a joint's name matches; MismatchError if that may take for ever."""
+    many = any(sum(map(expression.count, letters)) > most for letters, most in MOST.items())
+    if many or not SIMPLE.fullmatch(expression):
+        raise MismatchError("names of joints as simple expressions", expression)
+    try:
+        return re.fullmatch(expression, joint) is not None
+    except re.error as error:
+        raise MismatchError("a regular expression", f"{expression} ({error})") from None
+
+
+def _few(where: str, items: Sized) -> None:
+    if len(items) > MAX_ITEMS:
+        raise MismatchError(f"at most {MAX_ITEMS} items in {where}", f"{len(items):,}")

@@ -36,7 +36,7 @@ def checked(layers: tuple[Layer, ...], activations: tuple[str, ...]) -> Mlp:
     Raises
     ------
     MismatchError
-        It has no hidden layer, mixes activations, does not fit together, or is not finite.
+        It has no hidden layer, mixes activations, does not fit together, is empty, or not finite.
     """
     if not activations:
         raise MismatchError("at least one hidden layer", "none")
@@ -51,5 +51,7 @@ def checked(layers: tuple[Layer, ...], activations: tuple[str, ...]) -> Mlp:
             raise MismatchError(wanted, f"{weights.shape}")
         if not (np.isfinite(weights).all() and np.isfinite(bias).all()):
             raise MismatchError("finite numbers", f"NaN or infinity in layer {number}")
+        if not size or not len(bias):
+            raise MismatchError(f"units in layer {number}", "none")
         size = len(bias)
     return Mlp(layers, activations[0])

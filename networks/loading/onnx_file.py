@@ -1,24 +1,42 @@
-"""ONNX files of dense layers: Gemm, MatMul, arithmetic with constants, and activations."""
+"""ONNX files of dense layers: Gemm, MatMul, arithmetic with constants, and activations.
+
+Their fields are read here, so that a file is data all the way: onnx and protobuf make an object of
+each message before one can be refused.
+"""
 
 import operator
 from pathlib import Path
-from types import ModuleType
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from spikeport.networks.loading.chain import Chain, Operations, applied, gelu, only
+from spikeport.networks.loading import onnx_tensor
+from spikeport.networks.loading.archive import read_bytes
+from spikeport.networks.loading.chain import Chain, Evaluation, Operations, gelu, only
 from spikeport.networks.loading.mlp import Mlp
-from spikeport.networks.loading.refusal import MismatchError, extra
+from spikeport.networks.loading.refusal import MismatchError
+from spikeport.networks.loading.wire import Message, WireError
 
-if TYPE_CHECKING:
-    from onnx import GraphProto
+GRAPH, FUNCTION = 7, 25
+"""Fields of a model."""
+
+NODE, INITIALIZER, INPUT, OUTPUT = 1, 5, 11, 12
+"""Fields of a graph."""
+
+OF, MADE, KIND, OPTION, DOMAIN = 1, 2, 4, 5, 7
+"""Fields of a node: names of inputs and outputs, operation, attributes, the operation's domain."""
+
+NAME, REAL, WHOLE, TEXT, TENSOR, TYPE, REFERENCE = 1, 2, 3, 4, 5, 20, 21
+"""Fields of an attribute; others have a name in the same place."""
+
+FUNCTION_DOMAIN = 10
+STANDARD = ("", "ai.onnx")
+"""Names of the domain of ONNX's own operations."""
 
 
 def _gemm(
     A: Chain,
     B: np.ndarray,
-    C: np.ndarray | float = 0.0,
+    C: np.ndarray | None = None,
     alpha: float = 1.0,
     beta: float = 1.0,
     transA: int = 0,
@@ -26,7 +44,8 @@ def _gemm(
 ) -> Chain:
     if transA:
         raise MismatchError("observations in rows", "Gemm with transA")
-    return alpha * (A @ (B.T if transB else B)) + beta * C
+    product = alpha * (A @ (B.T if transB else B))
+    return product if C is None else product + beta * C
 
 
 def _elu(x: Chain, alpha: float = 1.0) -> Chain:
@@ -53,31 +72,87 @@ OPERATIONS: Operations = {
 
 
 def read(path: Path) -> Mlp:
-    """The layers of a model's graph."""
-    onnx = extra("onnx")
-    message = extra("google.protobuf.message")
+    """Return the layers of a model's graph."""
     try:
-        model = onnx.load(path)
-        onnx.checker.check_model(model)
-    except (message.DecodeError, onnx.checker.ValidationError) as error:
-        raise MismatchError("an ONNX model", str(error).strip().splitlines()[0]) from error
-    return _chain(onnx, model.graph).mlp()
+        model = Message(read_bytes(path))
+        graphs = list(model.messages(GRAPH))
+        if len(graphs) != 1:
+            raise WireError(f"{len(graphs)} graphs")
+        own = {_kind(function, FUNCTION_DOMAIN, NAME) for function in model.messages(FUNCTION)}
+        return _Graph(path, own).chain(graphs[0]).mlp()
+    except WireError as error:
+        raise MismatchError("an ONNX model", f"a damaged one ({error})") from error
 
 
-def _chain(onnx: ModuleType, graph: "GraphProto") -> Chain:
-    to_array = onnx.numpy_helper.to_array
-    values: dict[str, object] = {t.name: to_array(t).astype(float) for t in graph.initializer}
-    inputs = [x.name for x in graph.input if x.name not in values]
-    if (len(inputs), len(graph.output)) != (1, 1):
-        found = f"{len(inputs)} inputs, {len(graph.output)} outputs"
-        raise MismatchError("one input and one output", found)
-    values[inputs[0]] = Chain()
-    for node in graph.node:
-        options = {a.name: onnx.helper.get_attribute_value(a) for a in node.attribute}
-        if node.op_type == "Constant" and "value" in options:
-            values[node.output[0]] = to_array(options["value"]).astype(float)
-            continue
-        kind = ".".join(filter(None, (node.domain, node.op_type)))
-        arguments = [values[name] for name in node.input]
-        values[node.output[0]] = applied(OPERATIONS, kind, *arguments, **options)
-    return only([values[graph.output[0].name]])
+def _kind(message: Message, domain: int, name: int) -> str:
+    space = message.text(domain)
+    return ".".join([space] * (space not in STANDARD) + [message.text(name)])
+
+
+class _Graph:
+    """The values of a graph by name, as far as they are made."""
+
+    def __init__(self, path: Path, own: set[str]) -> None:
+        self._path, self._own = path, own
+        self._evaluation = Evaluation(OPERATIONS)
+        self._values: dict[str, object] = {}
+        self._stored: dict[str, Message] = {}
+
+    def chain(self, graph: Message) -> Chain:
+        """Return what its nodes make of the observation."""
+        self._stored = {t.text(onnx_tensor.NAME): t for t in graph.messages(INITIALIZER)}
+        named = [x.text(NAME) for x in graph.messages(INPUT)]
+        inputs = [name for name in named if name not in self._stored]
+        outputs = [y.text(NAME) for y in graph.messages(OUTPUT)]
+        if (len(inputs), len(outputs)) != (1, 1):
+            found = f"{len(inputs)} inputs, {len(outputs)} outputs"
+            raise MismatchError("one input and one output", found)
+        self._values[inputs[0]] = Chain()
+        for node in graph.messages(NODE):
+            self._make(node)
+        return only([self._value(outputs[0])])
+
+    def _make(self, node: Message) -> None:
+        made = [name for name in node.texts(MADE) if name]
+        if len(made) != 1 or made[0] in self._values or made[0] in self._stored:
+            raise MismatchError("operations that make one new value", ", ".join(made) or "none")
+        self._values[made[0]] = self._result(node)
+
+    def _result(self, node: Message) -> object:
+        options = dict(map(self._option, node.messages(OPTION)))
+        kind = _kind(node, DOMAIN, KIND)
+        if kind in self._own:
+            raise MismatchError("operations of ONNX", f"a function {kind} of the file")
+        if kind == "Constant" and isinstance(options.get("value"), np.ndarray):
+            return self._evaluation.keep(options["value"])
+        names = node.texts(OF)
+        while names and not names[-1]:  # an optional input that is left out
+            names.pop()
+        return self._evaluation.apply(kind, *map(self._value, names), **options)
+
+    def _value(self, name: str) -> object:
+        if name in self._values:
+            return self._values[name]
+        if not name:
+            return None
+        if name not in self._stored:
+            raise MismatchError("values that are made before they are used", f"'{name}'")
+        stored = onnx_tensor.array(self._stored[name], self._path)
+        self._values[name] = self._evaluation.keep(stored)
+        return self._values[name]
+
+    def _option(self, option: Message) -> tuple[str, object]:
+        name, kind = option.text(NAME), option.number(TYPE)
+        if REFERENCE in option:
+            raise MismatchError(f"a value of {name}", "a reference")
+        match kind:
+            case 1:
+                return name, option.real(REAL)
+            case 2:
+                return name, option.number(WHOLE)
+            case 3:
+                return name, bytes(option.content(TEXT))
+            case 4:
+                (tensor, *_) = [*option.messages(TENSOR)] or [Message(b"")]
+                return name, onnx_tensor.array(tensor, self._path)
+        raise MismatchError(f"a number, a text or a tensor as {name}", f"a value of type {kind}")

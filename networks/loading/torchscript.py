@@ -1,15 +1,51 @@
-"""TorchScript files, as Isaac Lab and rsl-rl export them: the graph is read, and never run."""
+"""TorchScript files, as Isaac Lab and rsl-rl export them: read as text, and without torch.
+
+NAME/data.pkl        the module, its submodules, their numbers and tensors
+NAME/constants.pkl   constants of the text
+NAME/code/...        the text, a file for each package of the modules' classes
+"""
 
 import operator
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
-from spikeport.networks.loading.chain import Chain, Operations, applied, gelu, only
+import numpy as np
+
+from spikeport.networks.loading.archive import Archive, read_bytes
+from spikeport.networks.loading.chain import Chain, Evaluation, Operations, gelu, only
 from spikeport.networks.loading.mlp import Mlp
-from spikeport.networks.loading.refusal import MismatchError, extra
+from spikeport.networks.loading.pickles import Known, Module, ModuleClass
+from spikeport.networks.loading.refusal import MismatchError
+from spikeport.networks.loading.script import Interpreter, Program
+from spikeport.networks.loading.tensors import plain_name
+from spikeport.networks.loading.torch_file import folder_of, pickled
 
-if TYPE_CHECKING:
-    import torch
+TEXT_BYTES = 2**18
+"""Of all text that is parsed: that of a policy takes some ten thousand."""
+
+LISTS = "torch.jit._pickle.build_"
+TAGGED = "torch.jit._pickle.restore_type_tag"
+
+
+def _number(value: object) -> Any:
+    """Return a chain or an array; a text, or a whole number of any length, is no operand."""
+    match value:
+        case Chain():
+            return value
+        case float() | int() | np.ndarray():
+            return np.asarray(value, dtype=float)
+    raise TypeError(type(value).__name__)
+
+
+def _arithmetic(operation: Callable[..., object]) -> Callable[..., object]:
+    return lambda a, b: operation(_number(a), _number(b))
+
+
+def _scaled(operation: Callable[..., object]) -> Callable[..., object]:
+    """Return an operation that multiplies what it adds by ``alpha``."""
+    return lambda a, b, alpha=1: operation(_number(a), _number(alpha) * _number(b))
 
 
 def _elu(x: Chain, *parameters: float) -> Chain:
@@ -18,44 +54,91 @@ def _elu(x: Chain, *parameters: float) -> Chain:
     return x.activated("elu")
 
 
+def _addmm(bias: object, x: object, W: object, beta: object = 1.0, alpha: object = 1.0) -> object:
+    return _number(beta) * _number(bias) + _number(alpha) * (_number(x) @ _number(W))
+
+
+def _ones(sizes: list[int], **_: object) -> np.ndarray:
+    if (
+        any(type(size) is not int or size < 0 for size in sizes)
+        or np.prod(sizes, dtype=float) > 1e6
+    ):
+        raise ValueError(sizes)
+    return np.ones(sizes)
+
+
+def _array(value: object) -> np.ndarray:
+    if not isinstance(value, np.ndarray):
+        raise TypeError(type(value).__name__)
+    return value
+
+
 OPERATIONS: Operations = {
     "aten::linear": Chain.dense,
-    "aten::matmul": operator.matmul,
-    "aten::addmm": lambda b, x, W, beta, alpha: beta * b + alpha * (x @ W),
-    "aten::add": lambda a, b, alpha=1: a + alpha * b,
-    "aten::sub": lambda a, b, alpha=1: a - alpha * b,
-    "aten::rsub": lambda a, b, alpha=1: b - alpha * a,
-    "aten::neg": lambda x: -1.0 * x,
-    "aten::mul": operator.mul,
-    "aten::div": operator.truediv,
+    "aten::matmul": _arithmetic(operator.matmul),
+    "aten::mm": _arithmetic(operator.matmul),
+    "aten::addmm": _addmm,
+    "aten::add": _scaled(operator.add),
+    "aten::sub": _scaled(operator.sub),
+    "aten::rsub": lambda a, b, alpha=1: _number(b) - _number(alpha) * _number(a),
+    "aten::neg": lambda x: -1.0 * _number(x),
+    "aten::mul": _arithmetic(operator.mul),
+    "aten::div": _arithmetic(operator.truediv),
     "aten::elu": _elu,
     "aten::relu": lambda x: x.activated("relu"),
     "aten::tanh": lambda x: x.activated("tanh"),
     "aten::silu": lambda x: x.activated("silu"),
-    "aten::gelu": gelu,
+    "aten::gelu": lambda x, approximate="none": gelu(x, approximate),
+    "aten::t": lambda W: _array(W).T,
+    "aten::sqrt": lambda x: np.sqrt(_array(x)),
+    "aten::ones": _ones,
+    "aten::zeros": lambda sizes, **options: 0.0 * _ones(sizes, **options),
+    "aten::detach": lambda x: x,
+    "aten::clone": lambda x: replace(x) if isinstance(x, Chain) else x,
+    "aten::device": lambda _: None,
 }
 
 
 def read(path: Path) -> Mlp:
-    """The layers of a module's ``forward``."""
-    torch = extra("torch")
+    """Return the layers of a module's ``forward``."""
+    archive = Archive(read_bytes(path))
+    folder = folder_of(archive, "a TorchScript module")
+    module, constants = (pickled(archive, folder, name, _name) for name in ("data", "constants"))
+    if not isinstance(module, Module) or not isinstance(constants, tuple):
+        raise MismatchError("a TorchScript module", type(module).__name__)
+    program = Program(_Texts(archive, f"{folder}code/").text)
     try:
-        module = torch.jit.load(path, map_location="cpu").eval()
-        graph = torch.jit.freeze(module).graph
-    except (RuntimeError, AttributeError) as error:
-        raise MismatchError("a TorchScript module", str(error).splitlines()[0]) from error
-    observation, *others = list(graph.inputs())[1:]
-    if others:
-        raise MismatchError("a module of the observation alone", f"{1 + len(others)} inputs")
-    values: dict[str, object] = {observation.debugName(): Chain()}
-    for node in graph.nodes():
-        value = _value(node, [values[x.debugName()] for x in node.inputs()])
-        values[node.output().debugName()] = value
-    return only([values[x.debugName()] for x in graph.outputs()]).mlp()
+        made = Interpreter(program, constants, Evaluation(OPERATIONS)).forward(module)
+    except RecursionError:
+        raise MismatchError("a TorchScript module", "calls within calls without end") from None
+    return only([made]).mlp()
 
 
-def _value(node: "torch.Node", inputs: list[object]) -> object:
-    if node.kind() != "prim::Constant":
-        return applied(OPERATIONS, node.kind().removesuffix("_"), *inputs)
-    constant = node.output().toIValue()
-    return constant.double().numpy() if hasattr(constant, "numpy") else constant
+def _name(name: str) -> object:
+    """Return what a name of such a pickle stands for."""
+    if name.startswith("__torch__."):
+        return ModuleClass(name)
+    if name.startswith(LISTS):
+        return Known(_plain)
+    return Known(_plain) if name == TAGGED else plain_name(name)
+
+
+def _plain(values: object, *_: object) -> object:
+    """Return a list or dictionary without the types of its values."""
+    return values
+
+
+class _Texts:
+    """The text of an archive's files, as long as it is little."""
+
+    def __init__(self, archive: Archive, folder: str) -> None:
+        self._archive, self._folder, self._left = archive, folder, TEXT_BYTES
+
+    def text(self, name: str) -> str:
+        """Return that of a file, by the dotted name of its package."""
+        content = self._archive.read(f"{self._folder}{name.replace('.', '/')}.py", self._left)
+        self._left -= len(content)
+        try:
+            return content.decode()
+        except UnicodeDecodeError:
+            raise MismatchError(f"text in {name}", "bytes") from None

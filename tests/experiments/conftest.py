@@ -13,7 +13,7 @@ from spikeport.cli import main
 from spikeport.experiments import driver
 from spikeport.experiments.arm.reach import ReachSettings, ReachTrial
 from spikeport.experiments.options import Options, Outcome
-from spikeport.experiments.sweep.folder import SweepFolder, open_folder
+from spikeport.experiments.sweep.folder import SweepFolder
 from spikeport.experiments.sweep.plan import Sweep
 from spikeport.experiments.sweep.table import table
 from spikeport.networks.operational_space import OperationalSpaceLaw
@@ -96,7 +96,7 @@ def finished(
 ) -> tuple[Sweep, SweepFolder, xr.Dataset]:
     """A sweep of which one point of eight failed, its folder and its table."""
     sweep = sweep_of(varied=VARIED, seeds=(3, 4))
-    folder = open_folder(tmp_path, sweep)
+    folder = SweepFolder(tmp_path)
     for point in sweep.points()[:-1]:
         error = point.place["n_neurons"] + 0.1 * point.place["seed"]
         metrics = {"path_mse_m2": error, "cross_track_rms_m": 0.1, "falls": 0}

@@ -87,5 +87,5 @@ def test_another_file_is_refused(tmp_path):
 def test_a_text_is_refused(tmp_path):
     path = tmp_path / "policy.npz"
     path.write_text("not a policy")
-    with pytest.raises(UsageError, match="expected an npz file"):
+    with pytest.raises(UsageError, match="expected a whole zip archive"):
         load(path)

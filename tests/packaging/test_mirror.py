@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-OTHERS = {"benchmarks", "examples", "helpers", "nengo_suite", "packaging", "shadow"}
-"""Folders of tests that mirror none of the package: scripts, other people's suites, the whole."""
+OTHERS = {"benchmarks", "examples", "fuzz", "helpers", "nengo_suite", "packaging", "shadow"}
+"""Folders of tests that mirror none of the package: scripts, other people's suites, all of it."""
 
 TYPES = {
     "backends/chip.py",
@@ -43,7 +43,6 @@ IN_RUNS = {
 `test_draw`."""
 
 ELSEWHERE = {
-    "experiments/sweep/workers.py": "experiments/sweep/test_run.py",
     "networks/spa_selection.py": "networks/test_action_selection.py",
     "training/export.py": "training/test_networks.py",
 }

@@ -26,7 +26,6 @@ PACKAGES = {
     "mujoco-menagerie": "menagerie",
     "torch": "train",
     "rsl-rl-lib": "train",
-    "onnx": "convert",
     "pyyaml": "convert",
     "dask": "sweep",
     "distributed": "sweep",

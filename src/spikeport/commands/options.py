@@ -74,7 +74,7 @@ class Workers:
     n: Annotated[int | None, typer.Option("--workers", help="Processes; all cores.", min=1)] = None
     scheduler: Annotated[
         str | None,
-        typer.Option(metavar="tcp://...", help="Of a Dask cluster, in place of processes."),
+        typer.Option(metavar="tls://...", help="Of a Dask cluster; tcp:// trusts its network."),
     ] = None
 
     @property

@@ -14,12 +14,12 @@ from spikeport.commands.run import check_target, seconds_of
 from spikeport.errors import UsageError, unknown
 from spikeport.experiments import registry
 from spikeport.experiments.options import Experiment
-from spikeport.experiments.sweep.folder import open_folder
+from spikeport.experiments.sweep.folder import opened
 from spikeport.experiments.sweep.plan import BACKEND, Point, Sweep
 
 RUN, TABLE = "spikeport.experiments.sweep.run", "spikeport.experiments.sweep.table"
 ALL_METRICS = "spikeport.experiments.sweep.figure"
-"""The modules that need the extra; they are imported when they are asked for."""
+"""The modules that need the extra `robot`; they are imported when they are asked for."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,20 +42,29 @@ def run(request: SweepRequest) -> int:
     """Run what is missing of a sweep, and draw it; 1 if a point failed, else 0."""
     sweep = planned(request)
     execute, tables, drawing = (
-        registry.imported("a sweep", module, extra="sweep")
-        for module in (RUN, TABLE, request.figure)
+        registry.imported("a sweep", module) for module in (RUN, TABLE, request.figure)
     )
-    folder = open_folder(request.out, sweep)
     workers = request.workers
-    with progress_bar() as progress:
-        failures = execute.run(sweep, folder, workers.scheduler, workers.n_processes, progress)
-    if any(folder.holds(point) for point in sweep.points()):
-        table = tables.table(sweep, folder)
-        tables.write_table(folder, table)
-        with atomic_path(folder.path / "figure.png") as temporary:
-            drawing.figure(sweep, folder, table).savefig(temporary, dpi=110, format="png")
+    _note_trust(workers.scheduler)
+    with opened(request.out, sweep) as folder:
+        with progress_bar() as progress:
+            failures = execute.run(sweep, folder, workers.scheduler, workers.n_processes, progress)
+        if any(folder.holds(point) for point in sweep.points()):
+            table = tables.table(sweep, folder)
+            tables.write_table(folder, table)
+            with atomic_path(folder.path / "figure.png") as temporary:
+                drawing.figure(sweep, folder, table).savefig(temporary, dpi=110, format="png")
     _show(folder.path, len(sweep.points()), failures)
     return int(bool(failures))
+
+
+def _note_trust(scheduler: str | None) -> None:
+    if scheduler is not None and not scheduler.startswith("tls://"):
+        Console(stderr=True, soft_wrap=True, highlight=False).print(
+            f"note: --scheduler {scheduler}: whoever reaches this cluster runs code on it and as "
+            "you; its own security is all there is. tls://... asks both sides for certificates.",
+            markup=False,
+        )
 
 
 def planned(request: SweepRequest) -> Sweep:
@@ -124,6 +133,6 @@ def _show(folder: Path, n_points: int, failures: list[tuple[Point, str]]) -> Non
     console = Console(soft_wrap=True, highlight=False)
     for point, reason in failures:
         console.print(f"failed: {point.name}: {reason}", markup=False)
-    names = ", ".join(sorted(p.name for p in folder.iterdir()))
+    names = ", ".join(sorted(p.name for p in folder.iterdir() if not p.name.startswith(".")))
     console.print(f"{n_points - len(failures)} of {n_points} points finished", markup=False)
     console.print(f"written: {folder}/ ({names})", markup=False)

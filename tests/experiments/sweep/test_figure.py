@@ -1,7 +1,7 @@
 """Figures of a sweep: means over the seeds."""
 
 from spikeport.experiments.sweep import figure as sweep_figure
-from spikeport.experiments.sweep.folder import open_folder
+from spikeport.experiments.sweep.folder import SweepFolder
 from spikeport.experiments.sweep.table import table
 from tests.helpers.sweeps import finish
 
@@ -9,7 +9,7 @@ from tests.helpers.sweeps import finish
 def test_further_settings_are_columns_and_texts_are_named(sweep_of, tmp_path):
     varied = {"policy": ("mlp", "spiking"), "speed": (0.4, 0.5), "backend": ("reference", "native")}
     sweep = sweep_of(varied=varied)
-    folder = open_folder(tmp_path, sweep)
+    folder = SweepFolder(tmp_path)
     for point in sweep.points():
         finish(folder, point, falls=0)
     drawn = sweep_figure.figure(sweep, folder, table(sweep, folder))
@@ -20,7 +20,7 @@ def test_further_settings_are_columns_and_texts_are_named(sweep_of, tmp_path):
 
 def test_a_sweep_over_seeds_alone_is_drawn_over_them(sweep_of, tmp_path):
     sweep = sweep_of(varied={}, seeds=(0, 1))
-    folder = open_folder(tmp_path, sweep)
+    folder = SweepFolder(tmp_path)
     for point, error in zip(sweep.points(), (0.1, 30.0), strict=True):
         finish(folder, point, path_mse_m2=error)
     (axes,) = sweep_figure.figure(sweep, folder, table(sweep, folder)).axes

@@ -5,63 +5,121 @@ import json
 import pytest
 
 from spikeport.errors import UsageError
-from spikeport.experiments.sweep.folder import open_folder
+from spikeport.experiments.sweep.folder import PointFiles, SweepFolder, opened
 from spikeport.experiments.sweep.table import table
-from tests.helpers.sweeps import VARIED, finish
+from tests.helpers.sweeps import finish, result
+
+
+def begin(path, sweep):
+    """Open a folder, and close it."""
+    with opened(path, sweep) as folder:
+        return folder
+
+
+def refused(path, sweep):
+    with pytest.raises(UsageError) as caught:
+        begin(path, sweep)
+    return str(caught.value)
 
 
 def test_a_point_is_finished_once_its_result_is_there(sweep_of, tmp_path):
     sweep = sweep_of(probes=True)
-    folder = open_folder(tmp_path / "sweep", sweep)
+    folder = begin(tmp_path / "sweep", sweep)
     first, second = sweep.points()
     finish(folder, first, b"series", falls=0)
-    folder = open_folder(tmp_path / "sweep", sweep)
+    folder = begin(tmp_path / "sweep", sweep)
     assert (folder.holds(first), folder.holds(second)) == (True, False)
-    assert folder.read(first) == {"metrics": {"falls": 0}}
+    assert folder.read(first)["metrics"] == {"falls": 0}
     assert folder.probes_path(first).read_bytes() == b"series"
     assert json.loads(folder.plan.read_text())["varied"] == {"n_neurons": [2, 20]}
 
 
-def test_a_folder_with_points_of_another_sweep_is_refused(sweep_of, tmp_path):
-    folder = open_folder(tmp_path, sweep_of())
-    finish(folder, sweep_of().points()[0], falls=0)
-    with pytest.raises(UsageError) as caught:
-        open_folder(tmp_path, sweep_of(varied={"n_neurons": (2, 10)}))
-    assert str(caught.value) == (
-        f'{tmp_path}: holds a sweep with varied={{"n_neurons": [2, 20]}}, but this one has '
-        '{"n_neurons": [2, 10]}; ask for the same, or choose another --out'
+@pytest.mark.parametrize("finished", [False, True])
+def test_a_folder_of_another_sweep_is_refused_and_all_that_differs_is_named(
+    sweep_of, tmp_path, finished
+):
+    folder = begin(tmp_path, sweep_of())
+    if finished:
+        finish(folder, sweep_of().points()[0], falls=0)
+    assert refused(tmp_path, sweep_of(seconds=3.0, varied={"n_neurons": (2, 10)})) == (
+        f'{tmp_path}: holds a sweep with seconds=2.0, varied={{"n_neurons": [2, 20]}}, but this '
+        'one has seconds=3.0, varied={"n_neurons": [2, 10]}; '
+        "ask for the same, or choose another --out"
+    )
+    assert json.loads(folder.plan.read_text())["seconds"] == 2.0
+
+
+def test_a_plan_with_more_in_it_is_another(sweep_of, tmp_path):
+    folder = begin(tmp_path, sweep_of())
+    plan = json.loads(folder.plan.read_text())
+    folder.plan.write_text(json.dumps({**plan, "more": 1}))
+    assert "holds a sweep with more=1, but this one has more=null" in refused(tmp_path, sweep_of())
+
+
+@pytest.mark.parametrize("content", ["[]", "5", "null", "{", "", "\xff"])
+def test_a_plan_that_is_none_is_refused(sweep_of, tmp_path, content):
+    (tmp_path / "sweep.json").write_text(content, encoding="latin-1")
+    assert refused(tmp_path, sweep_of()) == (
+        f"{tmp_path}/sweep.json: is no plan of a sweep; choose another --out"
     )
 
 
-def test_a_folder_without_points_takes_any_sweep(sweep_of, tmp_path):
-    open_folder(tmp_path, sweep_of())
-    folder = open_folder(tmp_path, sweep_of(seconds=3.0))
-    assert json.loads(folder.plan.read_text())["seconds"] == 3.0
+def test_a_folder_in_which_a_sweep_runs_is_refused(sweep_of, tmp_path):
+    with opened(tmp_path, sweep_of()):
+        assert refused(tmp_path, sweep_of()) == (
+            f"{tmp_path}: another process writes into it; wait until it ends, or choose another "
+            "--out"
+        )
+    begin(tmp_path, sweep_of())
 
 
-def test_a_folder_with_anything_else_is_refused(sweep_of, tmp_path):
+def test_a_folder_with_anything_else_is_refused_and_left_as_it_is(sweep_of, tmp_path):
     (tmp_path / "thesis.tex").touch()
-    with pytest.raises(UsageError) as caught:
-        open_folder(tmp_path, sweep_of())
-    assert str(caught.value) == (
+    assert refused(tmp_path, sweep_of()) == (
         f"{tmp_path}: holds something else than a sweep; choose another --out"
     )
+    assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
 
 
 def test_a_folder_that_cannot_be_made_is_refused(sweep_of, tmp_path):
     (tmp_path / "file").touch()
+    assert refused(tmp_path / "file", sweep_of()) == (
+        f"{tmp_path}/file: cannot be made (File exists)"
+    )
+
+
+@pytest.mark.parametrize(
+    "content",
+    ["{", "[]", "5", '{"x": 1}', '{"metrics": []}', '{"metrics": {}}', '{"metrics": {"a": "b"}}'],
+)
+def test_a_damaged_result_is_named(sweep_of, tmp_path, content):
+    sweep, folder = sweep_of(), SweepFolder(tmp_path)
+    finish(folder, sweep.points()[0], falls=0)
+    path = folder.result_path(sweep.points()[0])
+    path.write_text(content)
     with pytest.raises(UsageError) as caught:
-        open_folder(tmp_path / "file", sweep_of())
-    assert str(caught.value) == f"{tmp_path}/file: cannot be made (File exists)"
+        table(sweep, folder)
+    assert str(caught.value) == f"{path}: holds no result; remove it to run its point again"
 
 
-@pytest.fixture
-def finished(sweep_of, tmp_path):
-    """A sweep of which one point of eight failed, its folder and its table."""
-    sweep = sweep_of(varied=VARIED, seeds=(3, 4))
-    folder = open_folder(tmp_path, sweep)
-    for point in sweep.points()[:-1]:
-        error = point.place["n_neurons"] + 0.1 * point.place["seed"]
-        metrics = {"path_mse_m2": error, "cross_track_rms_m": 0.1, "falls": 0}
-        finish(folder, point, **metrics, fallen_at_s=None, rates=[1.0])
-    return sweep, folder, table(sweep, folder)
+@pytest.mark.parametrize(
+    ("change", "complaint"),
+    [
+        ({"seconds": 1.0}, "seconds=1.0, but this sweep's has 2.0"),
+        ({"backend": "reference"}, 'backend="reference", but this sweep\'s has "native"'),
+        ({"seeds": {"run": 7}}, "seeds.run=7, but this sweep's has 0"),
+        ({"seeds": 7}, "seeds.run=null, but this sweep's has 0"),
+        ({"settings": {"path": "paper"}}, "settings.network_seed=null, but this sweep's has 0"),
+        ({"experiment": "reach"}, 'experiment="reach", but this sweep\'s has "walk"'),
+    ],
+)
+def test_a_result_of_another_run_is_named(sweep_of, tmp_path, change, complaint):
+    sweep, folder = sweep_of(), SweepFolder(tmp_path)
+    point = sweep.points()[0]
+    folder.write(point, PointFiles({**result(point, falls=0), **change}, None))
+    with pytest.raises(UsageError) as caught:
+        folder.read(point)
+    assert str(caught.value) == (
+        f"{folder.result_path(point)}: is of a run with {complaint}; "
+        "remove it to run its point again"
+    )

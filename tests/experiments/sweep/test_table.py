@@ -5,14 +5,14 @@ import pytest
 import xarray as xr
 
 from spikeport.errors import UsageError
-from spikeport.experiments.sweep.folder import open_folder
+from spikeport.experiments.sweep.folder import SweepFolder
 from spikeport.experiments.sweep.table import table, write_table
 from tests.helpers.sweeps import finish
 
 
 def test_a_damaged_result_is_named(sweep_of, tmp_path):
     sweep = sweep_of()
-    folder = open_folder(tmp_path, sweep)
+    folder = SweepFolder(tmp_path)
     finish(folder, sweep.points()[0], falls=0)
     path = folder.result_path(sweep.points()[0])
     path.write_text("{")
@@ -36,7 +36,7 @@ def test_the_table_has_every_number_where_it_belongs(finished):
 
 def test_values_of_which_no_point_finished_are_in_the_table(sweep_of, tmp_path):
     sweep = sweep_of(varied={"calibrated": (False, True)})
-    folder = open_folder(tmp_path, sweep)
+    folder = SweepFolder(tmp_path)
     finish(folder, sweep.points()[0], falls=1)
     assert table(sweep, folder).falls.sel(calibrated="False", seed=0) == 1
     assert np.isnan(table(sweep, folder).falls.sel(calibrated="True", seed=0))

@@ -2,7 +2,7 @@
 
 import xarray as xr
 
-from spikeport.experiments.sweep.folder import open_folder
+from spikeport.experiments.sweep.folder import SweepFolder
 from spikeport.experiments.sweep.table import table
 from spikeport.experiments.walk import trajectories as walk_trajectories
 from tests.helpers.sweeps import finish
@@ -10,7 +10,7 @@ from tests.helpers.sweeps import finish
 
 def test_trajectories_are_drawn_over_the_ideal_path(sweep_of, tmp_path):
     sweep = sweep_of(varied={"policy": ("mlp", "spiking")}, seeds=(0, 1), probes=True)
-    folder = open_folder(tmp_path / "sweep", sweep)
+    folder = SweepFolder(tmp_path / "sweep")
     for point in sweep.points():
         finish(
             folder, point, _probes(tmp_path, point), cross_track_rms_m=0.02, falls=point[1]["seed"]

@@ -1,14 +1,18 @@
 """Files of policies, written by the libraries that write them elsewhere."""
 
 import copy
+import resource
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import onnx
 import pytest
 import torch
 import yaml
+from onnx import TensorProto, helper, numpy_helper
 from rsl_rl.models import MLPModel
 from tensordict import TensorDict
 from torch import nn
@@ -17,87 +21,11 @@ from spikeport.errors import UsageError
 from spikeport.networks.loading.files import load_mlp
 from spikeport.networks.loading.mlp import Mlp
 from spikeport.networks.policy_values import exact
+from tests.helpers.foreign import ENVIRONMENT, Policy, members
+from tests.helpers.watch import harm_of
 
 SIZES = (5, 7, 6, 3)
 CURE = "; what can be read: spikeport convert --help"
-
-
-TERMS = {
-    "base_lin_vel": "base_lin_vel",
-    "base_ang_vel": "base_ang_vel",
-    "projected_gravity": "projected_gravity",
-    "velocity_commands": "generated_commands",
-    "joint_pos": "joint_pos_rel",
-    "joint_vel": "joint_vel_rel",
-    "actions": "last_action",
-}
-LEGS = {".*_hip_yaw": 150.0, ".*_hip_roll": 150.0, ".*_hip_pitch": 200.0, ".*_knee": 200.0}
-ENVIRONMENT: dict[str, Any] = {
-    "sim": {"dt": 0.005, "gravity": (0.0, 0.0, -9.81), "device": "cuda:0"},
-    "decimation": 4,
-    "scene": {
-        "num_envs": 4096,
-        "robot": {
-            "init_state": {
-                "pos": (0.0, 0.0, 1.05),
-                "joint_pos": {
-                    ".*_hip_pitch": -0.28,
-                    ".*_knee": 0.79,
-                    ".*_ankle": -0.52,
-                    "torso": 0.0,
-                    ".*_shoulder_pitch": 0.28,
-                    ".*_elbow": 0.52,
-                },
-            },
-            "actuators": {
-                "legs": {
-                    "joint_names_expr": [*LEGS, "torso"],
-                    "stiffness": {**LEGS, "torso": 200.0},
-                    "damping": {**dict.fromkeys(LEGS, 5.0), "torso": 5.0},
-                },
-                "feet": {
-                    "joint_names_expr": [".*_ankle"],
-                    "stiffness": {".*_ankle": 20.0},
-                    "damping": 4.0,
-                },
-                "arms": {
-                    "joint_names_expr": [".*_shoulder_.*", ".*_elbow"],
-                    "stiffness": 40.0,
-                    "damping": 10.0,
-                },
-            },
-        },
-    },
-    "observations": {
-        "policy": {
-            "concatenate_terms": True,
-            "history_length": None,
-            "height_scan": None,
-            **{
-                name: {
-                    "func": f"isaaclab.envs.mdp.observations:{function}",
-                    "params": {"asset_cfg": {"joint_ids": slice(None)}},
-                    "noise": {"n_min": -0.1, "n_max": 0.1},
-                    "clip": None,
-                    "scale": None,
-                    "history_length": 0,
-                }
-                for name, function in TERMS.items()
-            },
-        }
-    },
-    "actions": {
-        "joint_pos": {
-            "class_type": "isaaclab.envs.mdp.actions.joint_actions:JointPositionAction",
-            "joint_names": [".*"],
-            "scale": 0.5,
-            "offset": 0.0,
-            "clip": None,
-            "preserve_order": False,
-            "use_default_offset": True,
-        }
-    },
-}
 
 
 @pytest.fixture
@@ -199,3 +127,78 @@ def path(tmp_path, module) -> Path:
     """The file of that policy."""
     torch.jit.script(module).save(tmp_path / "policy.pt")
     return tmp_path / "policy.pt"
+
+
+SECONDS, BYTES = 10, 2**30
+"""What reading a file may take at most."""
+
+
+@pytest.fixture
+def watched(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[[], object]], None]:
+    """Calls a function and asserts that it does no harm: torch, Python's audit, time and memory."""
+
+    def never(*_: object, **__: object) -> None:
+        raise AssertionError("torch reads the file")
+
+    def call(function: Callable[[], object]) -> None:
+        with monkeypatch.context() as without:
+            without.setattr(torch.jit, "load", never)
+            without.setattr(torch, "load", never)
+            before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+            start = time.monotonic()
+            assert harm_of(function) == []
+        assert time.monotonic() - start < SECONDS
+        assert 1024 * (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) < BYTES
+
+    return call
+
+
+@pytest.fixture
+def refused(watched: Callable[..., None]) -> Callable[..., str]:
+    """Returns the complaint of a file that is refused, without its name."""
+
+    def message(path: Path, load: Callable[[Path], object] = load_mlp) -> str:
+        with pytest.raises(UsageError) as error:
+            watched(lambda: load(path))
+        start, _, text = str(error.value).partition("': ")
+        assert start == f"policy file '{path}"
+        assert str(error.value).isprintable()
+        return text
+
+    return message
+
+
+@pytest.fixture
+def scripted(path) -> dict[str, bytes]:
+    """The members of a policy's file."""
+    torch.jit.script(Policy()).save(path)
+    return members(path)
+
+
+@pytest.fixture
+def model(tmp_path) -> Callable[..., Path]:
+    """Writes a model of two layers, changed by a function before it is written."""
+
+    def write(change: Callable[[onnx.ModelProto], object] = lambda model: None) -> Path:
+        rng = np.random.default_rng(0)
+        weights = {"W": (4, 5), "b": (4,), "V": (3, 4)}
+        graph = helper.make_graph(
+            [
+                helper.make_node("Gemm", ["x", "W", "b"], ["z"], transB=1),
+                helper.make_node("Elu", ["z"], ["h"]),
+                helper.make_node("Gemm", ["h", "V"], ["y"], transB=1),
+            ],
+            "policy",
+            [helper.make_tensor_value_info("x", TensorProto.FLOAT, ["n", 5])],
+            [helper.make_tensor_value_info("y", TensorProto.FLOAT, ["n", 3])],
+            [
+                numpy_helper.from_array(rng.standard_normal(shape).astype(np.float32), name)
+                for name, shape in weights.items()
+            ],
+        )
+        made = helper.make_model(graph)
+        change(made)
+        (tmp_path / "policy.onnx").write_bytes(made.SerializeToString())
+        return tmp_path / "policy.onnx"
+
+    return write

@@ -1,11 +1,14 @@
+import numpy as np
 import pytest
 import torch
 from rsl_rl.algorithms import PPO
 from rsl_rl.models import MLPModel, RNNModel
 from rsl_rl.storage import RolloutStorage
 from tensordict import TensorDict
+from torch import nn
 
 from spikeport.networks.loading.files import load_mlp
+from tests.helpers.foreign import state
 
 
 @pytest.fixture
@@ -114,9 +117,8 @@ def test_a_missing_bias_is_refused(path, checkpoint, refusal):
 
 def test_objects_that_may_run_code_are_refused(path, refusal):
     torch.save({"actor_state_dict": {}, "infos": Unsafe()}, path)
-    assert (
-        refusal(path)
-        == "expected tensors and plain values, found other objects, which may run code"
+    assert refusal(path) == (
+        f"expected tensors and plain values, found {__name__}.Unsafe, which may run code"
     )
     assert not Unsafe.made
 
@@ -153,3 +155,36 @@ STATES = "with actor_state_dict or model_state_dict"
 def test_another_content_is_refused(path, refusal, content, complaint):
     torch.save(content, path)
     assert refusal(path) == complaint
+
+
+@pytest.mark.parametrize(
+    ("changed", "complaint"),
+    [
+        ({"mlp.0.weight": torch.ones(4, 5).to_sparse()}, "_rebuild_sparse_tensor, which may run"),
+        ({"mlp.0.weight": torch.ones(4, 5, device="meta")}, "_rebuild_meta_tensor_no_storage, wh"),
+        ({"mlp.0.weight": torch.ones(4, 5, dtype=torch.complex64)}, "ComplexFloatStorage, which"),
+        ({"mlp.0.weight": torch.ones(4, 5, dtype=torch.float8_e4m3fn)}, "which may run code"),
+        ({"mlp.0.weight": np.ones((4, 5))}, "which may run code"),
+        ({"mlp.00.weight": torch.ones(4, 5)}, "found mlp.00.weight"),
+        ({"mlp.\x1b[2J": torch.ones(4, 5)}, "found mlp.?[2J"),
+        ({"mlp.0.weight": torch.ones(4, 5, 6)}, "vectors and matrices"),
+        ({"mlp.0.weight": torch.ones(0, 5), "mlp.0.bias": torch.ones(0)}, ""),
+        ({"obs_normalizer._mean": torch.ones(3), "obs_normalizer._std": torch.ones(5)}, "normalis"),
+        ({7: torch.ones(1)}, "found 7"),
+    ],
+)
+def test_other_tensors_of_a_checkpoint_are_refused(path, refused, changed, complaint):
+    torch.save({"actor_state_dict": {**state(), **changed}}, path)
+    assert complaint in refused(path)
+
+
+def test_checkpoints_may_hold_parameters_and_numbers_of_half_precision(path, watched):
+    halves = {
+        "mlp.0.weight": torch.ones(4, 5, dtype=torch.bfloat16),
+        "mlp.0.bias": torch.ones(4).half(),
+    }
+    parameters = {"mlp.2.weight": nn.Parameter(torch.ones(4, 3)).T, 1: nn.Parameter(torch.ones(1))}
+    extra = {1: parameters.pop(1), "device": torch.device("cpu"), "size": torch.Size([1])}
+    torch.save({"actor_state_dict": {**state(), **halves, **parameters}, "infos": extra}, path)
+    watched(lambda: load_mlp(path))
+    assert (load_mlp(path).layers[0].weights == 1).all()

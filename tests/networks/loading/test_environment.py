@@ -1,17 +1,74 @@
-"""Environment descriptions, read as plain data."""
+"""Environment descriptions: YAML that makes values of what lies in it alone."""
+
+import os
 
 import pytest
 
 from spikeport.errors import UsageError
 from spikeport.experiments.policy.settings import load_policy
-
-pytestmark = pytest.mark.filterwarnings("ignore:.torch.jit:DeprecationWarning")
-
+from tests.helpers.foreign import described
 
 WITH = "; what can be read: spikeport convert --help"
 
 
-def refused(path, description=None):
+def laughing(levels: int, merged: bool) -> str:
+    """Lists of the list before, ten times; or mappings that merge the one before, twice."""
+    lines = ["a0: &a0 {x: 1}" if merged else "a0: &a0 [1]"]
+    for n in range(1, levels):
+        again = (
+            f"<<: [{', '.join([f'*a{n - 1}'] * 2)}]" if merged else ", ".join([f"*a{n - 1}"] * 10)
+        )
+        lines.append(f"a{n}: &a{n} {{{again}, y{n}: 1}}" if merged else f"a{n}: &a{n} [{again}]")
+    return "\n".join([*lines, f"scene: *a{levels - 1}", ""])
+
+
+@pytest.mark.parametrize(
+    ("text", "complaint"),
+    [
+        ("!!python/object/apply:os.system ['touch harm']", "a description of Isaac Lab"),
+        ("a: !!python/name:os.system", "a description of Isaac Lab"),
+        ("a: !!python/module:os", "a description of Isaac Lab"),
+        ("a: !!python/object/new:subprocess.Popen [[touch, harm]]", "a description of Isaac Lab"),
+        (laughing(60, merged=False), "a description of Isaac Lab (decimation: Field required)"),
+        (f"decimation: &a [1]\n{laughing(60, merged=False)}", "(decimation: Input should be a va"),
+        (laughing(60, merged=True), "YAML without merge keys, found <<"),
+        ("[" * 3000, "YAML of at most 50 levels"),
+        ("{a: " * 3000, "YAML of at most 50 levels"),
+        ("\n".join("  " * n + "a:" for n in range(3000)), "a file of at most 262,144 bytes"),
+        ("\n".join(" " * n + "a:" for n in range(700)), "YAML of at most 50 levels"),
+        ("- " * 3000, "YAML of at most 50 levels"),
+        ("&a [*a]", "expected a description of Isaac Lab (all: "),
+        ("&a {*a : 1}", "expected YAML, found "),
+        ("a: " + "9" * 5000, "expected YAML, found Exceeds the limit"),
+        ("a: 2001-99-99", "expected YAML, found month must be in 1..12"),
+        ("a: !!binary 'ä'", "expected YAML, found "),
+        ("a: !!float x", "expected YAML, found "),
+        ("a: " + "x" * 300_000, "a file of at most 262,144 bytes"),
+        ("? [a]\n: 1", "expected YAML, found "),
+        ("a: \x07", "expected YAML, found "),
+        ("%YAML 9.9\n--- a", "expected YAML, found "),
+        ("*missing", "expected YAML, found "),
+        ("decimation: 1.0e+400", "a description of Isaac Lab"),
+        ("", "a description of Isaac Lab"),
+    ],
+)
+def test_yaml_makes_values_of_what_lies_in_it_alone(
+    tmp_path, monkeypatch, refused, text, complaint
+):
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "env.yaml"
+    path.write_text(text)
+    assert complaint in refused(path, described)
+    assert os.listdir() == [path.name]
+
+
+def test_bytes_that_are_no_text_are_no_yaml(tmp_path, refused):
+    path = tmp_path / "env.yaml"
+    path.write_bytes(b"a: \xff\xfe")
+    assert refused(path, described).startswith("expected YAML, found 'utf-8' codec")
+
+
+def complaint_of(path, description=None):
     with pytest.raises(UsageError) as error:
         load_policy(path, description)
     return str(error.value)
@@ -31,7 +88,7 @@ def refused(path, description=None):
 def test_another_text_is_no_description(path, tmp_path, text, complaint):
     description = tmp_path / "env.yaml"
     description.write_text(text)
-    assert refused(path, description) == f"policy file '{description}': {complaint}{WITH}"
+    assert complaint_of(path, description) == f"policy file '{description}': {complaint}{WITH}"
 
 
 def test_tags_of_a_description_make_no_objects(path, environment, tmp_path):

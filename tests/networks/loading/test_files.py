@@ -7,6 +7,7 @@ import torch
 
 from spikeport.errors import MissingExtraError, UsageError
 from spikeport.networks import walking_policy
+from spikeport.networks.loading import isaac
 from spikeport.networks.loading.files import load_mlp
 from spikeport.networks.policy_values import exact
 
@@ -40,14 +41,28 @@ def test_an_npz_of_other_arrays_is_refused(tmp_path):
         load_mlp(path)
 
 
-@pytest.mark.parametrize(("module", "name"), [("torch", "policy.pt"), ("onnx", "policy.onnx")])
-def test_without_the_reader_its_extra_is_named(tmp_path, monkeypatch, module, name):
-    torch.save({}, tmp_path / "policy.pt")
-    (tmp_path / "policy.onnx").touch()
-    monkeypatch.setitem(sys.modules, module, None)
+def test_policies_are_read_without_the_packages_that_wrote_them(
+    tmp_path, monkeypatch, sequential, agrees
+):
+    module = sequential()
+    torch.jit.script(module).save(tmp_path / "policy.pt")
+    state = {f"actor.{name}": value for name, value in module.state_dict().items()}
+    torch.save({"model_state_dict": {**state, "std": torch.zeros(3)}}, tmp_path / "model.pt")
+    torch.onnx.export(module, (torch.zeros(1, 5),), tmp_path / "policy.onnx")
+    with monkeypatch.context() as without:
+        for package in ("torch", "onnx"):
+            without.setitem(sys.modules, package, None)
+        read = [load_mlp(tmp_path / name) for name in ("policy.pt", "model.pt", "policy.onnx")]
+    for mlp in read:
+        agrees(mlp, module)
+
+
+def test_without_the_reader_of_yaml_its_extra_is_named(tmp_path, monkeypatch):
+    (tmp_path / "env.yaml").touch()
+    monkeypatch.setitem(sys.modules, "yaml", None)
     with pytest.raises(MissingExtraError) as error:
-        load_mlp(tmp_path / name)
+        isaac.described(tmp_path / "env.yaml")
     assert str(error.value) == (
-        f"reading this file needs the package {module}, which is not installed; "
+        "reading this file needs the package yaml, which is not installed; "
         "install it with: pip install 'spikeport[convert]'"
     )

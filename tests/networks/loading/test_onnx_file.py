@@ -1,3 +1,6 @@
+from collections.abc import Callable
+from itertools import pairwise
+
 import numpy as np
 import onnx
 import pytest
@@ -128,3 +131,74 @@ def test_two_inputs_are_refused(write, path, refusal):
 def test_another_file_is_refused(path, refusal):
     path.write_text("no model")
     assert refusal(path).startswith("expected an ONNX model, found ")
+
+
+def node(number: int, **fields: object) -> Callable[[onnx.ModelProto], None]:
+    def change(made: onnx.ModelProto) -> None:
+        for name, value in fields.items():
+            if isinstance(value, list):
+                made.graph.node[number].ClearField(name)
+                getattr(made.graph.node[number], name).extend(value)
+            else:
+                setattr(made.graph.node[number], name, value)
+
+    return change
+
+
+def attribute(**fields: object) -> Callable[[onnx.ModelProto], None]:
+    def change(made: onnx.ModelProto) -> None:
+        for name, value in fields.items():
+            setattr(made.graph.node[0].attribute[0], name, value)
+
+    return change
+
+
+def products(made: onnx.ModelProto) -> None:
+    square = numpy_helper.from_array(np.ones((1500, 1500), dtype=np.float32), "S")
+    made.graph.initializer.append(square)
+    names = ["S", *(f"s{n}" for n in range(50))]
+    nodes = [helper.make_node("MatMul", [a, "S"], [b]) for a, b in pairwise(names)]
+    for one in reversed(nodes):
+        made.graph.node.insert(0, one)
+
+
+@pytest.mark.parametrize("name", ["", None])
+def test_gemm_may_leave_its_last_input_out(model, watched, name):
+    path = model(node(0, input=["x", "W", *([name] if name is not None else [])]))
+    watched(lambda: load_mlp(path))
+    assert not load_mlp(path).layers[0].bias.any()
+
+
+@pytest.mark.parametrize(
+    ("change", "complaint"),
+    [
+        (node(0, input=["", "W", "b"]), "operation Gemm of other values"),
+        (node(0, input=["x", "", "b"]), "operation Gemm of other values"),
+        (node(0, input=["x", "W", "b", "b", "b", "b", "b", "b"]), "Gemm of other values"),
+        (node(0, input=["missing", "W"]), "found 'missing'"),
+        (node(0, input=["y", "W"]), "found 'y'"),
+        (node(0, output=["W"]), "operations that make one new value, found W"),
+        (node(0, output=["x"]), "operations that make one new value, found x"),
+        (node(0, output=[]), "operations that make one new value, found none"),
+        (node(0, output=["z", "zz"]), "operations that make one new value, found z, zz"),
+        (node(0, op_type="Loop"), "operation Loop"),
+        (node(0, domain="com.evil"), "operation com.evil.Gemm"),
+        (node(0, op_type=""), "found operation "),
+        (attribute(type=onnx.AttributeProto.GRAPH), "a value of type 5"),
+        (attribute(ref_attr_name="a"), "found a reference"),
+        (attribute(name="alphabet"), "operation Gemm of other values"),
+        (attribute(type=onnx.AttributeProto.TENSOR), "values of type 0"),
+        (lambda made: setattr(made.graph.output[0], "name", "W"), "one output that depends on"),
+        (
+            lambda made: setattr(made.graph.output[0], "name", "x"),
+            "a linear last layer, found none",
+        ),
+        (lambda made: setattr(made.graph.output[0], "name", ""), "one output that depends on"),
+        (lambda made: made.graph.ClearField("output"), "1 inputs, 0 outputs"),
+        (lambda made: made.ClearField("graph"), "found a damaged one (0 graphs)"),
+        (lambda made: made.functions.add(name="Gemm"), "a function Gemm of the file"),
+        (products, "2,000,000,000 multiplications of constants"),
+    ],
+)
+def test_models_without_sense_are_refused(model, refused, change, complaint):
+    assert complaint in refused(model(change))

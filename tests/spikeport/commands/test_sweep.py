@@ -10,8 +10,8 @@ import pytest
 import xarray as xr
 
 from spikeport.experiments.sweep import run as sweep_run
-from spikeport.experiments.sweep.folder import PointFiles
 from spikeport.experiments.sweep.run import Failure
+from tests.helpers.sweeps import finish
 
 REACH = ("sweep", "reach", "--backend", "analytic", "--seconds", "0.02")
 FILES = "figure.png, points, sweep.json, table.nc"
@@ -26,7 +26,7 @@ def counted(monkeypatch):
     def run(asked, folder, _scheduler, _n_workers, _progress):
         for point in asked.points():
             if point.place["m1"] != 30:
-                folder.write(point, PointFiles({"metrics": {"reaches": point.place["m1"]}}, None))
+                finish(folder, point, reaches=point.place["m1"])
         missing = [point for point in asked.points() if not folder.holds(point)]
         return [Failure(point, "too small") for point in missing]
 
@@ -68,15 +68,26 @@ def test_without_a_finished_point_there_is_nothing_to_draw(spikeport, counted, t
 
 
 def test_a_missing_package_names_the_extra(spikeport, monkeypatch, tmp_path):
-    monkeypatch.setitem(sys.modules, "distributed", None)
-    monkeypatch.delitem(sys.modules, "spikeport.experiments.sweep.run", raising=False)
+    monkeypatch.setitem(sys.modules, "xarray", None)
+    monkeypatch.delitem(sys.modules, "spikeport.experiments.sweep.table", raising=False)
     done = spikeport(*REACH, "--vary", "m1=10", "--out", tmp_path / "out")
     assert done == (
         2,
         "",
-        "error: a sweep needs the package distributed, which is absent; "
-        "install it with: pip install 'spikeport[sweep]'\n",
+        "error: a sweep needs the package xarray, which is absent; "
+        "install it with: pip install 'spikeport[robot]'\n",
     )
+
+
+def test_a_cluster_without_certificates_is_told_what_it_trusts(spikeport, counted, tmp_path):
+    where = ("--out", tmp_path, "--vary", "m1=10", "--scheduler")
+    done = spikeport(*REACH, *where, "tcp://10.0.0.1:8786")
+    assert (done.code, done.err) == (
+        0,
+        "note: --scheduler tcp://10.0.0.1:8786: whoever reaches this cluster runs code on it and "
+        "as you; its own security is all there is. tls://... asks both sides for certificates.\n",
+    )
+    assert spikeport(*REACH, *where, "tls://10.0.0.1:8786").err == ""
 
 
 KEYS = "appearance, box, calibrated, cb, m1, network_seed, preset, s1"

@@ -1,0 +1,145 @@
+"""Points on a Dask cluster. Whoever reaches its scheduler runs code as its owner, and as us.
+
+``tls://`` asks both sides for certificates, which Dask's configuration names; over ``tcp://`` the
+cluster's own security is all there is.
+"""
+
+import contextlib
+import itertools
+import logging
+from collections.abc import Callable, Iterable, Iterator, Sequence
+
+import dask
+from distributed import Client, Future, get_worker, wait
+from distributed.scheduler import KilledWorker
+
+from spikeport.errors import BackendError, SpikeportError, UsageError
+from spikeport.experiments.sweep.folder import PointFiles
+from spikeport.experiments.sweep.plan import Point
+from spikeport.experiments.sweep.workers import Outcome, Run, died
+
+ANSWER_S = 5
+"""How long a scheduler may take to answer, and a cluster to show a worker."""
+
+PATIENCE_S = 60
+"""How long a sweep waits without any worker: Dask starts those that died anew, most times."""
+
+TLS = "tls://"
+
+CONFIG = {
+    "distributed.comm.timeouts.connect": f"{ANSWER_S}s",
+    "scheduler": None,  # taken back at the end: a closed client may leave it, and xarray looks here
+}
+
+
+@contextlib.contextmanager
+def outcomes(
+    scheduler: str, points: Sequence[Point], run: Run
+) -> Iterator[Iterator[tuple[Point, Outcome]]]:
+    """Open a cluster, and yield every point as it ends, with what is kept of it or why it failed.
+
+    Raises
+    ------
+    UsageError
+        The scheduler does not answer, or its workers are none or run several points at a time.
+    BackendError
+        While points are run: no worker is left.
+    """
+    with dask.config.set(CONFIG), _silent(), _opened(scheduler) as client:
+        _check(client, scheduler)
+        yield _outcomes(client, points, run)
+
+
+@contextlib.contextmanager
+def _opened(scheduler: str) -> Iterator[Client]:
+    try:
+        client = Client(scheduler, timeout=ANSWER_S)
+    except Exception:  # what answers but is no scheduler confuses Dask in many ways
+        keys = " with the certificates that Dask's configuration names (distributed.comm.tls)"
+        raise UsageError(
+            f"--scheduler {scheduler}: no Dask scheduler answers within {ANSWER_S} s"
+            f"{keys if scheduler.startswith(TLS) else ''}; start one with `dask scheduler`, or "
+            "leave --scheduler out for processes on this machine"
+        ) from None
+    with client:
+        yield client
+
+
+def _check(client: Client, scheduler: str) -> None:
+    with contextlib.suppress(TimeoutError):
+        client.wait_for_workers(1, timeout=ANSWER_S)
+    threads = client.nthreads().values()
+    if set(threads) != {1}:
+        found = "has no worker" if not threads else f"has a worker of {max(threads)} threads"
+        raise UsageError(
+            f"--scheduler {scheduler}: {found}, but each point needs a process of its own; start "
+            f"workers with `dask worker {scheduler} --nthreads 1`"
+        )
+
+
+def _outcomes(client: Client, points: Sequence[Point], run: Run) -> Iterator[tuple[Point, Outcome]]:
+    """Yield outcomes; no more points are under way than there are workers.
+
+    Else the next one to kill its worker would take with it what that worker has not handed over.
+    """
+    waiting, running = iter(points), dict[Future, Point]()
+    on_worker = _in_its_folder(run)
+
+    def submit() -> None:
+        free = len(client.nthreads()) - len(running)
+        for point in itertools.islice(waiting, max(1, free)):
+            # not pure: Dask must not take another sweep's outcome for that of an equal point
+            running[client.submit(on_worker, point, pure=False)] = point
+
+    submit()
+    while running:
+        for future in _ended(client, running):
+            yield running.pop(future), _outcome(future)
+        submit()
+
+
+def _in_its_folder(run: Run) -> Callable[[Point], PointFiles]:
+    """Return a function that runs a point in the folder of the worker it is on."""
+
+    def on_worker(point: Point) -> PointFiles:
+        return run(point, get_worker().local_directory)
+
+    return on_worker
+
+
+def _ended(client: Client, running: Iterable[Future]) -> Iterable[Future]:
+    """Wait some time for one to end, and return those that did; BackendError without workers."""
+    try:
+        done: Iterable[Future] = wait(
+            list(running), timeout=PATIENCE_S, return_when="FIRST_COMPLETED"
+        ).done
+    except TimeoutError:
+        if not client.nthreads():
+            raise BackendError(
+                "no worker is left, and none came back; cure: run the same command again, it goes "
+                "on with what is not finished"
+            ) from None
+        return ()
+    return done
+
+
+def _outcome(future: Future) -> Outcome:
+    error = future.exception()
+    if error is None:
+        kept: PointFiles = future.result()
+        return kept
+    if isinstance(error, KilledWorker):
+        return died(error.allowed_failures + 1)
+    return str(error) if isinstance(error, SpikeportError) else repr(error)
+
+
+@contextlib.contextmanager
+def _silent() -> Iterator[None]:
+    """Silence Dask's log of workers that come and go: failed points are reported by us."""
+    logger = logging.getLogger("distributed")
+    before = logger.level
+    logger.setLevel(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        logger.setLevel(before)

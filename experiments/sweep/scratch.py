@@ -1,0 +1,50 @@
+"""Temporary folders of sweeps; one that a killed sweep left is removed by the next."""
+
+import contextlib
+import fcntl
+import os
+import shutil
+import stat
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+PREFIX = "spikeport-sweep-"
+
+
+@contextlib.contextmanager
+def scratch_folder() -> Iterator[str]:
+    """Make a temporary folder that is locked while it is used, and remove it with what is in it."""
+    remove_leftovers()
+    path, lock = _locked()
+    try:
+        yield path
+    finally:
+        shutil.rmtree(path, ignore_errors=True)
+        os.close(lock)
+
+
+def remove_leftovers() -> None:
+    """Remove the folders of sweeps that were killed: those of ours that nobody has locked."""
+    for path in Path(tempfile.gettempdir()).glob(f"{PREFIX}*"):
+        with contextlib.suppress(OSError):
+            status = path.lstat()
+            if status.st_uid != os.getuid() or not stat.S_ISDIR(status.st_mode):
+                continue
+            lock = os.open(path, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                shutil.rmtree(path)
+            finally:
+                os.close(lock)
+
+
+def _locked() -> tuple[str, int]:
+    """Return a new folder and its lock; the system gives that back when this process ends."""
+    while True:
+        path = tempfile.mkdtemp(prefix=PREFIX)
+        lock = os.open(path, os.O_RDONLY | os.O_DIRECTORY)
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if os.path.isdir(path):
+            return path, lock
+        os.close(lock)  # another sweep took it for a leftover before it was locked

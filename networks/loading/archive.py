@@ -1,0 +1,135 @@
+"""Zip archives of others: nothing is extracted, and no member inflates beyond a limit."""
+
+import io
+import os
+import stat
+import struct
+import zipfile
+import zlib
+from collections import Counter
+from pathlib import Path, PurePosixPath
+
+from spikeport.networks.loading.refusal import MismatchError
+
+NUMBERS = 2**23
+"""In an array of a policy: forty times all of a large walking policy (512, 256, 128 units)."""
+
+FILE_BYTES = 4 * 8 * NUMBERS
+"""Of a file that is read, 256 MiB: so many weights, as float64, and their optimizer's three."""
+
+DIRECTORY_BYTES = 2**20
+"""Of the list of members, some 10,000: zipfile makes an object of each before one is refused."""
+
+COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+"""What torch and NumPy write."""
+
+DAMAGES = (
+    zipfile.BadZipFile,
+    zlib.error,
+    struct.error,
+    EOFError,
+    NotImplementedError,  # a version or a flag that zipfile does not know
+    OSError,  # a seek to where nothing can be, in memory
+    RuntimeError,  # a password is asked for
+    ValueError,
+)
+"""What zipfile raises of a damaged archive that lies in memory."""
+
+
+def read_bytes(path: Path, limit: int = FILE_BYTES) -> bytes:
+    """Return what is in a file.
+
+    Raises
+    ------
+    MismatchError
+        It is no file (a pipe may never end), or larger than the limit.
+    """
+    with open(path, "rb", opener=_without_waiting) as file:
+        status = os.fstat(file.fileno())
+        if not stat.S_ISREG(status.st_mode):
+            raise MismatchError("a file", "a pipe or a device")
+        if status.st_size > limit:
+            raise MismatchError(f"a file of at most {limit:,} bytes", f"{status.st_size:,}")
+        return file.read(limit)
+
+
+def _without_waiting(path: str, flags: int) -> int:
+    """Open a pipe at once, too, and not when someone writes into it."""
+    return os.open(path, flags | os.O_NONBLOCK)
+
+
+class Archive:
+    """A zip archive in memory.
+
+    Raises
+    ------
+    MismatchError
+        It is damaged or too large, or names of members are doubled or lead out of it.
+    """
+
+    def __init__(self, content: bytes) -> None:
+        _check_directory(content)
+        try:
+            self._zip = zipfile.ZipFile(io.BytesIO(content))
+        except DAMAGES as error:
+            raise _damaged(error) from error
+        self._inflated = 0
+        self._members = {info.filename: info for info in self._zip.infolist()}
+        _check_names([info.filename for info in self._zip.infolist()])
+
+    @property
+    def names(self) -> list[str]:
+        """The names of all members."""
+        return list(self._members)
+
+    def read(self, name: str, limit: int) -> bytes:
+        """Return a member of at most so many bytes; MismatchError if it is none, or damaged."""
+        if name not in self._members:
+            raise MismatchError(f"a member {name}", "none")
+        info = self._members[name]
+        if info.compress_type not in COMPRESSIONS:
+            raise MismatchError(f"{name} stored or deflated", f"compression {info.compress_type}")
+        if info.file_size > limit:
+            raise MismatchError(f"at most {limit:,} bytes in {name}", f"{info.file_size:,}")
+        self._inflated += info.file_size
+        if self._inflated > FILE_BYTES:
+            raise MismatchError(f"at most {FILE_BYTES:,} bytes in all that is read of it", "more")
+        try:
+            # with a size, since without one zipfile inflates all there is before it cuts it off
+            with self._zip.open(info) as member:
+                content = member.read(info.file_size + 1)
+        except DAMAGES as error:
+            raise _damaged(error) from error
+        if len(content) != info.file_size:
+            raise MismatchError(f"{info.file_size:,} bytes in {name}", f"{len(content):,}")
+        return content
+
+
+def _damaged(error: Exception) -> MismatchError:
+    return MismatchError("a whole zip archive", str(error) or type(error).__name__)
+
+
+def _check_names(names: list[str]) -> None:
+    (name, count), *_ = Counter(names).most_common(1) or [("", 1)]
+    if count > 1:
+        raise MismatchError("members of different names", f"{count} of {name}")
+    for name in names:
+        if name.startswith("/") or "\\" in name or ".." in PurePosixPath(name).parts:
+            raise MismatchError("members inside the archive", name)
+
+
+def _check_directory(content: bytes) -> None:
+    """Refuse a list of members that is too long, before zipfile reads it."""
+    end = len(content) - 22
+    if content[end : end + 4] != b"PK\5\6" or content[-2:] != b"\0\0":
+        end = content.rfind(b"PK\5\6", max(0, end - 2**16))
+    if end < 0:
+        raise MismatchError("a whole zip archive", "one without a list of members")
+    size = int.from_bytes(content[end + 12 : end + 16], "little")
+    long = content[
+        max(0, end - 76) : end
+    ]  # of a long archive: sizes of 64 bits, and where they are
+    if len(long) == 76 and long.startswith(b"PK\6\6") and long[56:60] == b"PK\6\7":
+        size = int.from_bytes(long[40:48], "little")
+    if size > DIRECTORY_BYTES:
+        raise MismatchError(f"a list of members of {DIRECTORY_BYTES:,} bytes", f"{size:,}")

@@ -1,0 +1,81 @@
+"""NumPy's archives of arrays, read within limits: numbers and texts, and never objects."""
+
+import io
+import math
+import sys
+import tokenize
+import warnings
+from pathlib import Path
+
+import numpy as np
+from numpy.lib import format as npy
+
+from spikeport.networks.loading.archive import NUMBERS, Archive, read_bytes
+from spikeport.networks.loading.refusal import MismatchError
+from spikeport.networks.loading.tensors import MAX_AXES
+
+SUFFIX = ".npy"
+HEADER_BYTES = 10_000
+"""Of an array: NumPy's own limit, above which reading its type might take long."""
+
+DAMAGES = (
+    ValueError,
+    TypeError,
+    KeyError,
+    IndexError,
+    SyntaxError,
+    tokenize.TokenError,
+    RecursionError,
+    MemoryError,
+)
+"""What becomes of a damaged header: NumPy gives it to Python's own parser."""
+
+KINDS = "biufU"
+"""Types of arrays: truth values, numbers and texts, by NumPy's letters."""
+
+
+def read(path: Path) -> dict[str, np.ndarray]:
+    """Return the arrays of a file by name.
+
+    Raises
+    ------
+    MismatchError
+        It is no such archive, damaged, too large, or holds anything but numbers and texts.
+    """
+    archive = Archive(read_bytes(path))
+    return {name.removesuffix(SUFFIX): _array(archive, name) for name in archive.names}
+
+
+def _array(archive: Archive, name: str) -> np.ndarray:
+    content = archive.read(name, HEADER_BYTES + 8 * NUMBERS)
+    stream = io.BytesIO(content)
+    try:
+        with warnings.catch_warnings(action="ignore"):  # of headers of old versions
+            shape, columns, kind = _header(stream)
+    except DAMAGES as error:
+        reason = (str(error) or type(error).__name__).splitlines()[0]
+        raise MismatchError(f"an array {name}", f"none ({reason})") from error
+    if kind.kind not in KINDS:
+        raise MismatchError(f"numbers or texts in {name}", f"type {kind}")
+    if len(shape) > MAX_AXES or not all(0 <= n <= NUMBERS for n in shape):
+        raise MismatchError(f"an array of at most {MAX_AXES} axes in {name}", "another shape")
+    values = content[stream.tell() :]
+    if not kind.itemsize or math.prod(shape) * kind.itemsize != len(values):
+        raise MismatchError(f"{math.prod(shape):,} values of {kind} in {name}", "another size")
+    if kind.kind == "U" and not _is_text(np.frombuffer(values, f"{kind.byteorder}u4")):
+        raise MismatchError(f"letters in {name}", "numbers that are none")
+    return np.frombuffer(values, kind).reshape(shape, order="F" if columns else "C")
+
+
+def _is_text(letters: np.ndarray) -> bool:
+    """Return whether numbers are letters of Unicode, and no halves of such."""
+    halves = (letters >= 0xD800) & (letters < 0xE000)
+    return not (halves | (letters > sys.maxunicode)).any()
+
+
+def _header(stream: io.BytesIO) -> tuple[tuple[int, ...], bool, np.dtype[np.generic]]:
+    """Return shape, whether columns come first, and type."""
+    version = npy.read_magic(stream)
+    if version == (1, 0):
+        return npy.read_array_header_1_0(stream, HEADER_BYTES)
+    return npy.read_array_header_2_0(stream, HEADER_BYTES)

@@ -1,0 +1,116 @@
+"""Tensors of ONNX files as arrays, from bytes in the model or in a file beside it."""
+
+import math
+import os
+import re
+import stat
+from pathlib import Path
+
+import numpy as np
+
+from spikeport.arrays import Floats
+from spikeport.networks.loading.archive import NUMBERS
+from spikeport.networks.loading.refusal import MismatchError
+from spikeport.networks.loading.tensors import MAX_AXES
+from spikeport.networks.loading.wire import Message
+
+DIMS, TYPE, SEGMENT, FLOATS, INTS, LONGS = 1, 2, 3, 4, 5, 7
+NAME, RAW, DOUBLES, EXTERNAL, LOCATION = 8, 9, 10, 13, 14
+KEY, VALUE = 1, 2
+
+FLOAT, DOUBLE, INT64, BFLOAT16 = 1, 11, 7, 16
+TYPES = {
+    FLOAT: "<f4",
+    2: "u1",
+    3: "i1",
+    4: "<u2",
+    5: "<i2",
+    6: "<i4",
+    INT64: "<i8",
+    9: "?",
+    10: "<f2",
+    DOUBLE: "<f8",
+    12: "<u4",
+    13: "<u8",
+    BFLOAT16: "<u2",
+}
+"""ONNX's numbers of types in NumPy's words; those of bfloat16 are halves of float32."""
+
+INTEGERS = (2, 3, 4, 5, 6, 9)
+"""Types whose numbers may lie in a field for integers of 32 bits."""
+
+
+def array(tensor: Message, path: Path) -> Floats:
+    """Return the values of a tensor of the model at a path.
+
+    Raises
+    ------
+    MismatchError
+        They are no numbers, not as many as its shape says, or lie elsewhere than beside the model.
+    """
+    name, kind = tensor.text(NAME), tensor.number(TYPE)
+    shape = tensor.numbers(DIMS)
+    if kind not in TYPES:
+        raise MismatchError(f"numbers in {name}", f"values of type {kind}")
+    if len(shape) > MAX_AXES or any(not 0 <= n <= NUMBERS for n in shape):
+        raise MismatchError(f"sizes in {name}", "others")
+    count = math.prod(shape)
+    if count > NUMBERS:
+        raise MismatchError(f"at most {NUMBERS:,} numbers in {name}", f"{count:,}")
+    values = _values(tensor, kind, path, count)
+    if len(values) != count:
+        raise MismatchError(f"{count:,} numbers in {name}", f"{len(values):,}")
+    return values.astype(float).reshape(shape)
+
+
+def _values(tensor: Message, kind: int, path: Path, count: int) -> np.ndarray:
+    if SEGMENT in tensor:
+        raise MismatchError("a whole tensor", f"a segment of {tensor.text(NAME)}")
+    if tensor.number(LOCATION) or EXTERNAL in tensor:
+        size = count * np.dtype(TYPES[kind]).itemsize
+        return _numbers(_beside(tensor, path, size), kind)
+    if kind == FLOAT and FLOATS in tensor:
+        return _numbers(b"".join(tensor.contents(FLOATS)), kind)
+    if kind == DOUBLE and DOUBLES in tensor:
+        return _numbers(b"".join(tensor.contents(DOUBLES)), kind)
+    if kind == INT64 and LONGS in tensor:
+        return np.array(tensor.numbers(LONGS))
+    if kind in INTEGERS and INTS in tensor:
+        return np.array(tensor.numbers(INTS))
+    return _numbers(tensor.content(RAW), kind)
+
+
+def _numbers(content: bytes | memoryview, kind: int) -> np.ndarray:
+    if len(content) % np.dtype(TYPES[kind]).itemsize:
+        raise MismatchError("whole numbers of bytes", f"{len(content):,} of them")
+    numbers = np.frombuffer(content, TYPES[kind])
+    if kind == BFLOAT16:
+        return (numbers.astype(np.uint32) << 16).view(np.float32)
+    return numbers
+
+
+def _beside(tensor: Message, path: Path, size: int) -> bytes:
+    """Return the bytes of a tensor that lie in another file, which may only be a neighbour."""
+    entries = {entry.text(KEY): entry.text(VALUE) for entry in tensor.messages(EXTERNAL)}
+    location, start = entries.get("location", ""), entries.get("offset", "0")
+    if not location or location in (".", "..") or re.search(r"[/\\\0]", location):
+        raise MismatchError("numbers in a file beside the model", f"'{location}'")
+    if not re.fullmatch("[0-9]{1,15}", start):
+        raise MismatchError(f"a place in {location}", start)
+    try:
+        return _read(path.with_name(location), int(start), size)
+    except OSError as error:
+        raise MismatchError(f"numbers in {location}", f"none ({error.strerror})") from error
+
+
+def _read(path: Path, start: int, size: int) -> bytes:
+    with open(path, "rb", opener=_no_link) as file:
+        if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+            raise MismatchError(f"a file {path.name}", "a pipe or a device")
+        file.seek(start)
+        return file.read(size)
+
+
+def _no_link(path: str, flags: int) -> int:
+    """Open a file that is none elsewhere, and do not wait for a pipe."""
+    return os.open(path, flags | os.O_NOFOLLOW | os.O_NONBLOCK)

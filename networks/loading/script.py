@@ -1,0 +1,298 @@
+"""The text of a TorchScript archive, carried out for one value alone: the observation as a chain.
+
+torch.jit.load runs what a file says is to be done on loading, and that may write files. Here the
+text is parsed, as it has Python's grammar, and what `forward` does is followed statement by
+statement. What a chain of layers does not take is refused; no other method matters.
+"""
+
+import ast
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
+
+from spikeport.networks.loading.chain import CHAIN, Chain, Evaluation
+from spikeport.networks.loading.pickles import Module
+from spikeport.networks.loading.refusal import EXPORT, MismatchError
+from spikeport.networks.loading.tensors import Tensor
+
+STEPS = 20_000
+"""Statements and expressions that are followed: a policy of a hundred layers takes a tenth."""
+
+ON_LOADING = "__setstate__"
+HOOKS = ("__forward_hooks__", "__forward_pre_hooks__")
+NAMESPACES = ("__torch__", "torch", "ops", "CONSTANTS")
+
+Text = Callable[[str], str]
+"""The text of a file of the archive, by its dotted name; `MismatchError` if there is none."""
+
+
+class Reference(NamedTuple):
+    """A dotted name that is no value yet: an operation, a function, a constant of the archive."""
+
+    name: str
+
+
+class _Returned(NamedTuple):
+    value: object
+
+
+class Program:
+    """The functions and classes of an archive, parsed when they are needed."""
+
+    def __init__(self, text: Text) -> None:
+        self._text = text
+        self._files: dict[str, dict[str, ast.FunctionDef | ast.ClassDef]] = {}
+
+    def function(self, name: str) -> ast.FunctionDef:
+        """Return a function by its dotted name."""
+        found = self._definition(name)
+        if not isinstance(found, ast.FunctionDef):
+            raise MismatchError(f"a function {name}", "a class")
+        return found
+
+    def method(self, module: Module, name: str) -> ast.FunctionDef:
+        """Return a method of a module's class, which has to be one whose attributes are its own."""
+        parts = self.class_of(module)
+        methods = {part.name: part for part in parts if isinstance(part, ast.FunctionDef)}
+        if name not in methods:
+            raise MismatchError(f"a method {name} of {module.kind}", "none")
+        return methods[name]
+
+    def class_of(self, module: Module) -> list[ast.stmt]:
+        """Return the statements of a module's class; MismatchError if it runs code of its own."""
+        found = self._definition(module.kind)
+        if not isinstance(found, ast.ClassDef):
+            raise MismatchError(f"a class {module.kind}", "a function")
+        for part in found.body:
+            if isinstance(part, ast.FunctionDef) and part.name == ON_LOADING:
+                wanted, where = "a module that is read as it is", f"{ON_LOADING} of {module.kind}"
+                raise MismatchError(wanted, f"{where}, code for its loading", cure=EXPORT)
+            if isinstance(part, ast.Assign) and _hooks(part):
+                raise MismatchError("a module without hooks", f"one of {module.kind}", cure=EXPORT)
+        return found.body
+
+    def _definition(self, name: str) -> ast.FunctionDef | ast.ClassDef:
+        file, _, last = name.rpartition(".")
+        if file not in self._files:
+            self._files[file] = {
+                part.name: part
+                for part in _parsed(file, self._text(file))
+                if isinstance(part, ast.FunctionDef | ast.ClassDef)
+            }
+        if last not in self._files[file]:
+            raise MismatchError(f"a definition of {name}", "none")
+        return self._files[file][last]
+
+
+def _hooks(part: ast.Assign) -> bool:
+    names = [target.id for target in part.targets if isinstance(target, ast.Name)]
+    return any(name in HOOKS for name in names) and bool(getattr(part.value, "elts", True))
+
+
+def _parsed(name: str, text: str) -> list[ast.stmt]:
+    try:
+        with warnings.catch_warnings(action="ignore"):  # Python's, of the text
+            return ast.parse(text).body
+    except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
+        reason = str(error) or type(error).__name__
+        raise MismatchError(f"TorchScript in {name}", f"another text ({reason})") from None
+
+
+class Interpreter:
+    """Follows functions of a program, with operations applied to chains and constants.
+
+    An operation that changes its operand in place leaves a value that the text may still use under
+    its old name; such a text is refused.
+    """
+
+    def __init__(
+        self, program: Program, constants: Sequence[object], evaluation: Evaluation
+    ) -> None:
+        self._program, self._evaluation = program, evaluation
+        self._constants = constants
+        self._changed: list[object] = []
+        self._steps = 0
+
+    def forward(self, module: Module) -> object:
+        """Return what the module's ``forward`` makes of an observation."""
+        function = self._program.method(module, "forward")
+        if len(function.args.args) != 2:
+            found = f"{len(function.args.args) - 1} inputs"
+            raise MismatchError("a module of the observation alone", found)
+        return self._unchanged(self._call(function, [module, Chain()], {}))
+
+    def _call(
+        self, function: ast.FunctionDef, values: list[object], named: Mapping[str, object]
+    ) -> object:
+        """Return what a function returns for these arguments."""
+        names = [argument.arg for argument in function.args.args]
+        defaults = function.args.defaults
+        variables = {
+            name: self._value(default, {})
+            for name, default in zip(names[len(names) - len(defaults) :], defaults, strict=True)
+        }
+        variables |= dict(zip(names, values, strict=False)) | dict(named)
+        if len(values) > len(names) or set(variables) != set(names):
+            raise MismatchError(f"{function.name}({', '.join(names)})", "other arguments")
+        match self._run(function.body, variables):
+            case _Returned(value):
+                return value
+        return None
+
+    def _run(self, body: Sequence[ast.stmt], variables: dict[str, object]) -> _Returned | None:
+        for statement in body:
+            self._step()
+            match statement:
+                case ast.Assign(targets=[ast.Name(name)], value=value):
+                    variables[name] = self._value(value, variables)
+                case ast.Return(value):
+                    return _Returned(None if value is None else self._value(value, variables))
+                case ast.Expr(value):
+                    self._value(value, variables)
+                case ast.If(test, then, otherwise):
+                    chosen = then if self._decided(test, variables) else otherwise
+                    if returned := self._run(chosen, variables):
+                        return returned
+                case ast.Pass():
+                    pass
+                case _:
+                    raise _foreign(statement)
+        return None
+
+    def _decided(self, test: ast.expr, variables: dict[str, object]) -> bool:
+        value = self._value(test, variables)
+        if not isinstance(value, bool):
+            raise MismatchError(CHAIN, f"a choice by {type(value).__name__}")
+        return value
+
+    def _value(self, node: ast.expr, variables: dict[str, object]) -> object:
+        self._step()
+        match node:
+            case ast.Constant(value) if value is None or isinstance(value, int | float | str):
+                return value
+            case ast.Name(name) if name in variables:
+                return variables[name]
+            case ast.Name(name) if name in NAMESPACES:
+                return Reference(name)
+            case ast.UnaryOp(ast.USub(), operand):
+                return self._negative(self._value(operand, variables))
+            case ast.Attribute(owner, name):
+                return self._attribute(self._value(owner, variables), name)
+            case ast.Tuple(parts):
+                return tuple(self._value(part, variables) for part in parts)
+            case ast.List(parts):
+                return [self._value(part, variables) for part in parts]
+            case ast.Subscript(owner, ast.Constant(int() as place)):
+                return self._item(self._value(owner, variables), place)
+            case ast.Call(function, arguments, keywords):
+                return self._called(function, arguments, keywords, variables)
+        raise _foreign(node)
+
+    def _item(self, owner: object, place: int) -> object:
+        if not isinstance(owner, list | tuple) or place >= len(owner):
+            raise MismatchError(f"a list with an item {place}", type(owner).__name__)
+        return self._stored(owner[place])
+
+    def _negative(self, value: object) -> int | float:
+        if not isinstance(value, int | float):
+            raise MismatchError("a number behind -", type(value).__name__)
+        return -value
+
+    def _attribute(self, owner: object, name: str) -> object:
+        match owner:
+            case Reference("CONSTANTS"):
+                return self._constant(name)
+            case Reference(start):
+                return Reference(f"{start}.{name}")
+            case Module() as module:
+                return self._of_module(module, name)
+        raise MismatchError("an attribute of a module", f"{name} of {type(owner).__name__}")
+
+    def _of_module(self, module: Module, name: str) -> object:
+        self._program.class_of(module)
+        if name not in module.attributes:
+            raise MismatchError(f"an attribute {name} of {module.kind}", "none")
+        if name == "training":
+            return False  # a policy that is used is not trained: as after `eval`
+        return self._stored(module.attributes[name])
+
+    def _constant(self, name: str) -> object:
+        number = name.removeprefix("c")
+        if not number.isdecimal() or len(number) > 6 or int(number) >= len(self._constants):
+            raise MismatchError(f"constants of the archive, {len(self._constants)}", name)
+        return self._stored(self._constants[int(number)])
+
+    def _stored(self, value: object) -> object:
+        return self._evaluation.keep(value.array()) if isinstance(value, Tensor) else value
+
+    def _called(
+        self,
+        function: ast.expr,
+        arguments: list[ast.expr],
+        keywords: list[ast.keyword],
+        variables: dict[str, object],
+    ) -> object:
+        if isinstance(function, ast.Name) and function.id not in variables:
+            return self._built_in(function.id, arguments, variables)
+        if isinstance(function, ast.Attribute):
+            called = self._method_or_name(function, variables)
+        else:
+            called = self._value(function, variables)
+        values = [self._value(argument, variables) for argument in arguments]
+        named = {str(word.arg): self._value(word.value, variables) for word in keywords}
+        match called:
+            case (Module() as module, str(name)):
+                method = self._program.method(module, name)
+                return self._call(method, [module, *values], named)
+            case Reference(name) if name.startswith("__torch__."):
+                return self._call(self._program.function(name), values, named)
+            case Reference(name):
+                return self._operation(name, values, named)
+        raise MismatchError(CHAIN, f"a call of {type(called).__name__}")
+
+    def _method_or_name(self, function: ast.Attribute, variables: dict[str, object]) -> object:
+        owner = self._value(function.value, variables)
+        if isinstance(owner, Module):
+            return owner, function.attr
+        return self._attribute(owner, function.attr)
+
+    def _built_in(
+        self, name: str, arguments: list[ast.expr], variables: dict[str, object]
+    ) -> object:
+        """Return an attribute whose name is no word, or a value behind the name of its type."""
+        match name, arguments:
+            case "getattr", [owner, ast.Constant(str(attribute))]:
+                return self._attribute(self._value(owner, variables), attribute)
+            case "annotate" | "unchecked_cast", [_, value]:
+                return self._value(value, variables)
+        raise MismatchError(CHAIN, f"a call of {name}")
+
+    def _operation(
+        self, reference: str, values: list[object], named: Mapping[str, object]
+    ) -> object:
+        """Return the value of an operation: aten's are printed as torch's, others as of ops."""
+        name = reference.removeprefix("torch.").removeprefix("ops.").replace(".", "::")
+        kind = f"aten::{name}" if reference.startswith("torch.") else name
+        operands = [self._unchanged(value) for value in values]
+        if not kind.endswith("_") or kind.endswith("__"):
+            return self._evaluation.apply(kind, *operands, **named)
+        if not operands or not isinstance(operands[0], Chain):
+            raise MismatchError(CHAIN, f"operation {kind} of other values")
+        made = self._evaluation.apply(kind.removesuffix("_"), *operands, **named)
+        self._changed.append(operands[0])
+        return made
+
+    def _unchanged(self, value: object) -> object:
+        if any(value is changed for changed in self._changed):
+            raise MismatchError(CHAIN, "a value that is used after it was changed in place")
+        return value
+
+    def _step(self) -> None:
+        self._steps += 1
+        if self._steps > STEPS:
+            raise MismatchError(f"a forward of at most {STEPS:,} steps", "more")
+
+
+def _foreign(node: ast.stmt | ast.expr) -> MismatchError:
+    kind = type(node).__name__
+    return MismatchError(CHAIN, f"{kind} in line {node.lineno} of its text", cure=EXPORT)

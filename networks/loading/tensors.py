@@ -1,0 +1,155 @@
+"""Tensors of torch's files as arrays: storages of numbers, and views of them that pickles describe.
+
+Numbers are read when they are asked for: an optimizer's state costs nothing.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.lib.stride_tricks import as_strided
+
+from spikeport.arrays import Floats
+from spikeport.networks.loading.archive import NUMBERS
+from spikeport.networks.loading.pickles import PLAIN, Known
+from spikeport.networks.loading.refusal import MismatchError
+
+TYPES = {
+    "DoubleStorage": "f8",
+    "FloatStorage": "f4",
+    "HalfStorage": "f2",
+    "BFloat16Storage": "u2",
+    "LongStorage": "i8",
+    "IntStorage": "i4",
+    "ShortStorage": "i2",
+    "CharStorage": "i1",
+    "ByteStorage": "u1",
+    "BoolStorage": "?",
+}
+"""What the numbers of a storage are, in NumPy's words; those of bfloat16 are halves of float32."""
+
+Order = Literal["<", ">"]
+"""Which byte of a number comes first: the low one, or the high one."""
+
+MAX_AXES = 8
+"""Of a tensor: a weight has two."""
+
+MAX_SIZE = 2**63 - 1
+"""Of an axis, as in torch."""
+
+Bytes = Callable[[str, int], bytes]
+"""The content of a storage, by its key; no longer than so many bytes."""
+
+
+@dataclass(frozen=True)
+class StorageType:
+    """The name of a storage's type, which nothing calls."""
+
+    kind: str
+
+
+@dataclass(frozen=True)
+class Storage:
+    """Numbers that lie in a file: their type, the key of their place, how many there are."""
+
+    kind: str
+    key: str
+    count: int
+    content: Bytes
+    order: Order = "<"
+
+    @property
+    def type(self) -> np.dtype[Any]:
+        """That of its numbers."""
+        return np.dtype(TYPES[self.kind]).newbyteorder(self.order)
+
+    def numbers(self) -> np.ndarray:
+        """Return the numbers, read anew."""
+        if self.count > NUMBERS:
+            most = f"at most {NUMBERS:,} numbers in storage {self.key}"
+            raise MismatchError(most, f"{self.count:,}")
+        size = self.count * self.type.itemsize
+        content = self.content(self.key, size)
+        if len(content) != size:
+            raise MismatchError(f"{size:,} bytes in storage {self.key}", f"{len(content):,}")
+        numbers = np.frombuffer(content, self.type)
+        if self.kind == "BFloat16Storage":
+            return (numbers.astype(np.uint32) << 16).view(np.float32)
+        return numbers
+
+
+@dataclass(frozen=True)
+class Tensor:
+    """A tensor that lies in a file, as a view of a storage."""
+
+    storage: Storage
+    offset: int
+    shape: tuple[int, ...]
+    strides: tuple[int, ...]
+
+    def array(self) -> Floats:
+        """Return its values; MismatchError if it is no view of its storage."""
+        sizes = (self.offset, *self.shape, *self.strides)
+        if not all(type(n) is int and 0 <= n <= MAX_SIZE for n in sizes):
+            raise MismatchError("a tensor", "sizes that are none")
+        if len(self.shape) != len(self.strides) or len(self.shape) > MAX_AXES:
+            found = f"{len(self.shape)} and {len(self.strides)}"
+            raise MismatchError(f"a tensor of as many sizes as strides, at most {MAX_AXES}", found)
+        count = math.prod(self.shape)
+        if count > min(self.storage.count, NUMBERS):
+            most = f"a tensor of at most {min(self.storage.count, NUMBERS):,} numbers"
+            raise MismatchError(most, f"shape {self.shape}")
+        steps = ((n - 1) * stride for n, stride in zip(self.shape, self.strides, strict=True))
+        if count and self.offset + sum(steps) >= self.storage.count:
+            raise MismatchError(f"a tensor inside its storage {self.storage.key}", "one beyond it")
+        if not count:
+            return np.zeros(self.shape)
+        numbers = self.storage.numbers()
+        strides = [numbers.itemsize * stride for stride in self.strides]
+        return as_strided(numbers[self.offset :], self.shape, strides).astype(float)
+
+
+def tensor(storage: object, offset: int, shape: object, strides: object, *_: object) -> Tensor:
+    """Return the tensor that torch would rebuild of these arguments."""
+    match storage, shape, strides:
+        case Storage(), tuple(), tuple():
+            return Tensor(storage, offset, shape, strides)
+    raise MismatchError("a tensor", f"one of {type(storage).__name__}")
+
+
+def storages(content: Bytes, order: Order = "<") -> Callable[[object], Storage]:
+    """Return what makes storages of a pickle's persistent identifiers."""
+
+    def storage(identifier: object) -> Storage:
+        match identifier:
+            case ("storage", StorageType(kind), str(key), str(), int(count), *_) if count >= 0:
+                return Storage(kind, key, count, content, order)
+        raise MismatchError("storages of numbers", "another identifier")
+
+    return storage
+
+
+def empty() -> dict[object, object]:
+    """Return an ordered dictionary before its items are set; one with arguments is refused."""
+    return {}
+
+
+KNOWN: Mapping[str, Known] = {
+    "torch._utils._rebuild_tensor_v2": Known(tensor),
+    "torch._utils._rebuild_parameter": Known(lambda data, *_: data),
+    "torch.Size": Known(lambda sizes: tuple(sizes)),
+    "torch.device": Known(lambda *_: None),
+    "collections.OrderedDict": Known(empty),
+}
+
+
+def plain_name(name: str) -> object:
+    """Return what a name of a checkpoint's pickle stands for."""
+    kind = name.removeprefix("torch.")
+    if kind in TYPES:
+        return StorageType(kind)
+    if name not in KNOWN:
+        raise MismatchError(PLAIN, f"{name}, which may run code")
+    return KNOWN[name]

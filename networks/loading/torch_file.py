@@ -1,0 +1,90 @@
+"""Files of torch, from the time of zip archives and from before: where pickles and numbers lie."""
+
+import io
+from collections.abc import Mapping
+
+from spikeport.networks.loading import pickles
+from spikeport.networks.loading.archive import Archive
+from spikeport.networks.loading.pickles import Names
+from spikeport.networks.loading.refusal import MismatchError
+from spikeport.networks.loading.tensors import Order, Storage, plain_name, storages
+
+PICKLE_BYTES = 2**24
+"""Of a pickle: it describes tensors in some 100 bytes each, and holds none of their numbers."""
+
+ORDERS: Mapping[bytes, Order] = {b"little": "<", b"big": ">"}
+DATA = "data.pkl"
+
+MAGIC = 0x1950A86A20F9469CFC6C
+"""What a file of torch from before zip archives begins with, as a pickle."""
+
+COUNT_BYTES = 8
+"""Before the numbers of a storage in such a file: how many there are."""
+
+
+def folder_of(archive: Archive, kind: str) -> str:
+    """Return the folder that all of an archive lies in, with a stroke at its end."""
+    found = [name.removesuffix(DATA) for name in archive.names if name.endswith(f"/{DATA}")]
+    if len(found) != 1 or found[0].count("/") != 1:
+        raise MismatchError(kind, f"an archive with {len(found)} {DATA} in a folder")
+    return found[0]
+
+
+def pickled(archive: Archive, folder: str, name: str, names: Names = plain_name) -> object:
+    """Return the value of a pickle whose storages lie in the folder of its name."""
+
+    def content(key: str, size: int) -> bytes:
+        return archive.read(f"{folder}{name}/{key}", size)
+
+    stream = io.BytesIO(archive.read(f"{folder}{name}.pkl", PICKLE_BYTES))
+    return pickles.load(stream, names, storages(content, _order(archive, folder)))
+
+
+def _order(archive: Archive, folder: str) -> Order:
+    """Return NumPy's letter for the order of bytes; files of old versions do not say theirs."""
+    name = f"{folder}byteorder"
+    written = archive.read(name, 16) if name in archive.names else b"little"
+    if written not in ORDERS:
+        raise MismatchError("the order of bytes, little or big", repr(written))
+    return ORDERS[written]
+
+
+def pickled_in_a_row(written: bytes) -> object:
+    """Return the content of a file from before zip archives.
+
+    Pickles follow each other: a magic number, a version, the writer's system, the content, and the
+    keys of its storages. Behind them these lie in the order of their keys.
+    """
+    stream, seen = io.BytesIO(written), dict[str, Storage]()
+    places: dict[str, int] = {}
+
+    def content(key: str, size: int) -> bytes:
+        if key not in places:
+            raise MismatchError(f"a storage {key}", "none")
+        return written[places[key] : places[key] + size]
+
+    make = storages(content)
+
+    def storage(identifier: object) -> Storage:
+        found = make(identifier)
+        seen[found.key] = found
+        return found
+
+    magic, _, system, value, keys = (pickles.load(stream, plain_name, storage) for _ in range(5))
+    if magic != MAGIC or not isinstance(system, dict) or not isinstance(keys, list):
+        raise MismatchError("a checkpoint of torch", "other pickles")
+    if not system.get("little_endian"):
+        raise MismatchError("numbers with their low bytes first", "others")
+    places.update(_places(keys, seen, stream.tell()))
+    return value
+
+
+def _places(keys: list[object], storages: Mapping[str, Storage], start: int) -> dict[str, int]:
+    """Return where the numbers of every storage begin."""
+    places = {}
+    for key in keys:
+        if not isinstance(key, str) or key not in storages:
+            raise MismatchError("storages of the content", "another")
+        places[key] = start + COUNT_BYTES
+        start = places[key] + storages[key].count * storages[key].type.itemsize
+    return places

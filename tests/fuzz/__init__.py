@@ -1,0 +1,1 @@
+"""Good files with bytes changed: each of them loads, or is refused in spikeport's own words."""

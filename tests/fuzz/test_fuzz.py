@@ -1,0 +1,44 @@
+"""A few hundred spoilt files for each loader; `python -m tests.fuzz` goes on for hours."""
+
+import random
+
+import pytest
+
+from spikeport.errors import UsageError
+from tests.fuzz.fuzzing import Tally, fuzz, good_files
+from tests.fuzz.loaders import LOADERS, Loader
+from tests.fuzz.mutations import mutated
+
+pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning")
+MUTATIONS = 300
+
+
+@pytest.mark.parametrize("name", LOADERS)
+def test_spoilt_files_are_read_or_refused(name, tmp_path):
+    loader, tally = LOADERS[name], Tally()
+    fuzz(loader, good_files(loader, tmp_path), MUTATIONS, seed=0, tally=tally)
+    assert tally.failures == []
+    assert tally.tried == MUTATIONS
+    assert tally.refused > MUTATIONS / 10
+
+
+def test_what_is_neither_read_nor_refused_is_kept(tmp_path):
+    def load(path):
+        if path.read_bytes() == b"good":
+            return
+        if len(path.read_bytes()) > 4:
+            raise UsageError(f"{path}: too long")
+        raise KeyError(path)
+
+    tally = Tally()
+    loader = Loader(lambda folder: (folder / "a.txt").write_bytes(b"good"), load)
+    fuzz(loader, good_files(loader, tmp_path), 50, seed=0, tally=tally)
+    assert tally.refused > 5
+    assert len(tally.failures) > 5
+    assert len(list(tmp_path.glob("*-failed.txt"))) == len(tally.failures)
+
+
+def test_a_seed_spoils_a_file_in_one_way():
+    content = bytes(range(256))
+    assert mutated(content, random.Random("a")) == mutated(content, random.Random("a"))
+    assert mutated(content, random.Random("a")) != mutated(content, random.Random("b"))

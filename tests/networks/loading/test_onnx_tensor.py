@@ -1,0 +1,97 @@
+"""Tensors of ONNX files, in the model and beside it."""
+
+import os
+from collections.abc import Callable
+
+import numpy as np
+import onnx
+import pytest
+from onnx import TensorProto
+
+from spikeport.networks.loading.files import load_mlp
+
+
+def external(location: str, **entries: object) -> Callable[[onnx.ModelProto], None]:
+    def change(made: onnx.ModelProto) -> None:
+        tensor = made.graph.initializer[0]
+        tensor.ClearField("raw_data")
+        tensor.data_location = TensorProto.EXTERNAL
+        for key, value in {"location": location, **entries}.items():
+            entry = tensor.external_data.add()
+            entry.key, entry.value = key, str(value)
+
+    return change
+
+
+def test_weights_in_a_file_beside_the_model_are_read(model, watched, tmp_path):
+    whole = load_mlp(model())
+    weights = np.arange(20, dtype=np.float32)
+    (tmp_path / "weights.bin").write_bytes(b"1234" + weights.tobytes())
+    path = model(external("weights.bin", offset=4, length=80))
+    watched(lambda: load_mlp(path))
+    np.testing.assert_array_equal(load_mlp(path).layers[0].weights, weights.reshape(4, 5))
+    np.testing.assert_array_equal(load_mlp(path).layers[1].weights, whole.layers[1].weights)
+
+
+@pytest.mark.parametrize(
+    ("location", "entries", "complaint"),
+    [
+        ("/etc/passwd", {}, "a file beside the model, found '/etc/passwd'"),
+        ("../secret", {}, "a file beside the model, found '../secret'"),
+        ("sub/../../secret", {}, "a file beside the model"),
+        ("..", {}, "a file beside the model"),
+        ("", {}, "a file beside the model"),
+        ("a\0b", {}, "a file beside the model"),
+        ("link", {}, "numbers in link, found none (Too many levels of symbolic links)"),
+        ("fifo", {}, "a file fifo, found a pipe or a device"),
+        ("none", {}, "numbers in none, found none (No such file or directory)"),
+        ("folder", {}, "found none (Is a directory)"),
+        ("weights.bin", {"offset": -4}, "a place in weights.bin, found -4"),
+        ("weights.bin", {"offset": "9" * 9999}, "a place in weights.bin, found 999"),
+        ("weights.bin", {"offset": "x"}, "a place in weights.bin, found x"),
+        ("weights.bin", {"offset": 10**9}, "20 numbers in W, found 0"),
+        ("weights.bin", {"offset": 40}, "20 numbers in W, found 10"),
+        ("n" * 5000, {}, "File name too long"),
+    ],
+)
+def test_weights_elsewhere_are_refused(model, refused, tmp_path, location, entries, complaint):
+    (tmp_path / "weights.bin").write_bytes(bytes(80))
+    (tmp_path / "secret").write_bytes(bytes(80))
+    (tmp_path / "link").symlink_to(tmp_path / "secret")
+    (tmp_path / "folder").mkdir()
+    os.mkfifo(tmp_path / "fifo")
+    assert complaint in refused(model(external(location, **entries)))
+
+
+def tensor(**fields: object) -> Callable[[onnx.ModelProto], None]:
+    def change(made: onnx.ModelProto) -> None:
+        for name, value in fields.items():
+            if isinstance(value, list):
+                made.graph.initializer[0].ClearField(name)
+                getattr(made.graph.initializer[0], name).extend(value)
+            else:
+                setattr(made.graph.initializer[0], name, value)
+
+    return change
+
+
+@pytest.mark.parametrize(
+    ("change", "complaint"),
+    [
+        (tensor(data_type=TensorProto.STRING, raw_data=b""), "values of type 8"),
+        (tensor(data_type=TensorProto.STRING, string_data=[b"a"] * 20), "values of type 8"),
+        (tensor(data_type=99), "values of type 99"),
+        (tensor(data_type=0), "values of type 0"),
+        (tensor(data_type=TensorProto.FLOAT8E4M3FN), "values of type 17"),
+        (tensor(data_type=TensorProto.COMPLEX64), "values of type 14"),
+        (tensor(dims=[4, -5]), "sizes in W"),
+        (tensor(dims=[2**62, 2**62]), "sizes in W"),
+        (tensor(dims=[2**20, 2**20]), "at most 8,388,608 numbers in W"),
+        (tensor(dims=[1] * 5000), "sizes in W"),
+        (tensor(dims=[0, 5]), "0 numbers in W, found 20"),
+        (tensor(dims=[4, 6]), "24 numbers in W, found 20"),
+        (tensor(raw_data=b"123"), "whole numbers of bytes"),
+    ],
+)
+def test_tensors_of_no_numbers_or_no_size_are_refused(model, refused, change, complaint):
+    assert complaint in refused(model(change))

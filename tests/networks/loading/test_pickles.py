@@ -1,0 +1,57 @@
+"""Pickles that were made to call something, or to take memory without end."""
+
+import os
+import pickle
+
+import pytest
+
+from tests.helpers.foreign import Reduced, by_instructions, pack
+
+pytestmark = pytest.mark.filterwarnings("ignore:.torch.jit:DeprecationWarning")
+
+
+@pytest.fixture
+def path(tmp_path):
+    return tmp_path / "policy.pt"
+
+
+LEVELS = b"\x85" * 200_000
+PICKLES = {
+    "a call of os.system": (pickle.dumps(Reduced(os.system, "touch harm"), 2), "posix.system"),
+    "the same, of protocol 5": (pickle.dumps(Reduced(os.system, "touch harm"), 5), "posix.system"),
+    "eval": (pickle.dumps(Reduced(eval, "open('harm', 'w')"), 2), "eval, which may run code"),
+    "open": (pickle.dumps(Reduced(open, "harm", "w"), 2), "open, which may run code"),
+    "an object by name": (by_instructions(b"cos\nsystem\nX\4\0\0\0trueR"), "os.system, which may"),
+    "INST": (by_instructions(b"(X\4\0\0\0trueios\nsystem\n"), "a pickle with INST"),
+    "OBJ": (by_instructions(b"(cos\nsystem\nX\4\0\0\0trueo"), "os.system, which may run code"),
+    "EXT1": (by_instructions(b"\x82\x01"), "a pickle with EXT1"),
+    "torch's own functions": (by_instructions(b"ctorch\nload\nX\4\0\0\0harm\x85R"), "torch.load"),
+    "a class of torch.jit": (by_instructions(b"ctorch.jit\nload\n)R"), "torch.jit.load, which may"),
+    "memory for one number": (by_instructions(b"Nr\xff\xff\xff\x7f0"), "a pickle with POP"),
+    "a place in memory far off": (by_instructions(b"Nj\xff\xff\xff\x7f"), "damaged"),
+    "more text than there is": (by_instructions(b"X\xff\xff\xff\x7fa"), "damaged"),
+    "long numbers of digits": (by_instructions(b"L" + b"9" * 5000 + b"L\n"), "damaged"),
+    "instructions without end": (by_instructions(b"N" * 600_000), "500,000 instructions"),
+    "a key of many levels": (by_instructions(b"})" + LEVELS + b"Ns"), "keys that are plain values"),
+    "a list that holds itself": (by_instructions(b"]q\0h\0a"), ""),
+    "a persistent number": (by_instructions(b"X\1\0\0\0aQ"), "storages of numbers"),
+    "no end": (b"\x80\x02N", "damaged"),
+    "nothing": (b"", "damaged"),
+}
+
+
+@pytest.mark.parametrize("name", PICKLES)
+@pytest.mark.parametrize("where", ["data.pkl", "constants.pkl", "checkpoint", "old checkpoint"])
+def test_pickles_make_nothing_but_values(
+    path, scripted, refused, tmp_path, monkeypatch, name, where
+):
+    monkeypatch.chdir(tmp_path)
+    content, complaint = PICKLES[name]
+    if where == "checkpoint":
+        pack(path, {"policy/data.pkl": content})
+    elif where == "old checkpoint":
+        path.write_bytes(content if content.startswith(b"\x80") else b"\x80" + content)
+    else:
+        pack(path, {**scripted, f"policy/{where}": content})
+    assert complaint in refused(path)
+    assert os.listdir() == [path.name]

@@ -1,0 +1,67 @@
+"""Tensors that do not lie where they say."""
+
+import io
+import pickle
+from collections.abc import Callable
+
+import pytest
+import torch
+
+from tests.helpers.foreign import pack
+
+
+@pytest.fixture
+def path(tmp_path):
+    return tmp_path / "policy.pt"
+
+
+def storage_pickle(**changes: object) -> bytes:
+    """A checkpoint's pickle of one tensor, with other sizes than it has."""
+    sizes = {"count": 20, "offset": 0, "shape": (4, 5), "strides": (5, 1), **changes}
+
+    class Storage:
+        pass
+
+    class Pickler(pickle.Pickler):
+        def persistent_id(self, value: object) -> object:
+            if not isinstance(value, Storage):
+                return None
+            return ("storage", torch.FloatStorage, "0", "cpu", sizes["count"])
+
+    class Rebuilt:
+        def __reduce__(self) -> tuple[Callable[..., object], tuple[object, ...]]:
+            arguments = (Storage(), sizes["offset"], sizes["shape"], sizes["strides"], False, {})
+            return torch._utils._rebuild_tensor_v2, arguments
+
+    stream = io.BytesIO()
+    state = {
+        "mlp.0.weight": Rebuilt(),
+        "mlp.0.bias": Rebuilt(),
+        "distribution.std_param": Rebuilt(),
+    }
+    Pickler(stream, 2).dump({"actor_state_dict": state})
+    return stream.getvalue()
+
+
+@pytest.mark.parametrize(
+    ("changes", "complaint"),
+    [
+        ({"count": 2**40}, "at most 8,388,608 numbers in storage 0"),
+        ({"count": -1}, "another identifier"),
+        ({"count": 21}, "84 bytes in storage 0, found 80"),
+        ({"offset": 1}, "one beyond it"),
+        ({"offset": -4}, "sizes that are none"),
+        ({"shape": (2**40, 2**40), "strides": (0, 0)}, "at most 20 numbers"),
+        ({"shape": (100, 100), "strides": (0, 0)}, "at most 20 numbers"),
+        ({"shape": (4, 5), "strides": (2**62, 1)}, "one beyond it"),
+        ({"shape": (4, 5), "strides": (-5, 1)}, "sizes that are none"),
+        ({"shape": (4.0, 5)}, "sizes that are none"),
+        ({"shape": (4, 5, 1)}, "as many sizes as strides"),
+        ({"shape": (1,) * 64, "strides": (1,) * 64}, "as many sizes as strides"),
+        ({"shape": [4, 5]}, "expected a tensor"),
+        ({"shape": (10**5000, 5)}, "sizes that are none"),
+    ],
+)
+def test_tensors_lie_within_their_storage(path, refused, changes, complaint):
+    pack(path, {"policy/data.pkl": storage_pickle(**changes), "policy/data/0": bytes(80)})
+    assert complaint in refused(path)
