@@ -68,7 +68,7 @@ def _cached(dispatcher: Any, function: F) -> F:
     return result
 
 
-def make_ready(function: Any, *arguments: Any) -> None:
+def make_ready(function: Any, *arguments: object) -> None:
     """Compile a function for arguments of these types, or load it from the cache on disk.
 
     Compiling takes seconds, the call that comes first microseconds: a measurement of steps

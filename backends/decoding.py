@@ -7,8 +7,8 @@ code; in a step where one is not, NumPy's product is taken as nengo-loihi takes 
 """
 
 import itertools
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from spikeport.compile.image.tables import flat, part
 if TYPE_CHECKING:
     import nengo
 
+Filter: TypeAlias = Callable[[float, np.ndarray], np.ndarray]
 MAX_TERMS = 2
 """Terms of a sum that is worth trying in compiled code."""
 
@@ -31,35 +32,33 @@ class Output:
     def __init__(self, image: ChipImage, i: int) -> None:
         entry = image.manifest.outputs[i]
         weights = image.decoders.weight[part(image.outputs.weight_start, i)]
-        self._weights: Any = None
-        if entry.weights != "none":
-            self._weights = weights.reshape(entry.shape) if len(entry.shape) > 1 else weights[0]
+        self._matrix = weights.reshape(entry.shape) if entry.weights == "matrix" else None
+        self._scale: float | None = weights[0] if entry.weights == "scale" else None
         self._order = None if entry.order is None else np.array(entry.order, dtype=int)
         ends = np.cumsum(entry.segments)
         self._segments = [slice(a, b) for a, b in zip([0, *ends], ends, strict=False)]
-        self._is_matrix = entry.weights == "matrix"
         # The layout decides which of BLAS's kernels multiplies, hence the rounding.
-        matrices = [self._weights[s] for s in self._segments] if self._is_matrix else []
+        matrices = [] if self._matrix is None else [self._matrix[s] for s in self._segments]
         self._parts = [np.array(matrix, order=entry.layout) for matrix in matrices]
         self.size = entry.size
 
     def decode(self, raw: np.ndarray) -> np.ndarray:
         """Return the value of the output, (size,)."""
-        if self._is_matrix:
+        if self._matrix is not None:
             # Segment by segment, as matrices of one row: nengo-loihi's calls, hence its rounding.
             rows = raw.reshape(1, -1)
             parts = zip(self._segments, self._parts, strict=True)
             result: np.ndarray = sum(rows[:, s].dot(matrix) for s, matrix in parts)[0]
             return result
-        value = raw if self._weights is None else raw.dot(self._weights)
+        value = raw if self._scale is None else raw.dot(self._scale)
         return value if self._order is None else value[self._order]
 
     def terms(self) -> list[tuple[np.ndarray, np.ndarray]]:
         """Return the entries of the output that each value weighs, and their weights."""
-        if self._is_matrix:
-            return [(np.flatnonzero(column), column[column != 0]) for column in self._weights.T]
+        if self._matrix is not None:
+            return [(np.flatnonzero(column), column[column != 0]) for column in self._matrix.T]
         order = np.arange(self.size) if self._order is None else self._order
-        weight = 1.0 if self._weights is None else self._weights
+        weight = 1.0 if self._scale is None else self._scale
         return [(np.array([entry]), np.array([weight])) for entry in order]
 
 
@@ -138,13 +137,14 @@ class OutputRecording:
         self._filter = self._make_filter(probe.synapse)
         self._cleared = 0
 
-    def _make_filter(self, synapse: Any) -> Any:
+    def _make_filter(self, synapse: "nengo.synapses.Synapse | None") -> Filter:
         # Filtered in float32, as nengo-loihi filters its probes.
         if synapse is None:
             return lambda _t, x: x
         shape = (self._output.size,)
         state = synapse.make_state(shape, shape, self._dt_s, dtype=np.float32)
-        return synapse.make_step(shape, shape, self._dt_s, rng=None, state=state)
+        step: Filter = synapse.make_step(shape, shape, self._dt_s, rng=None, state=state)
+        return step
 
     def append(self, held: Sequence[np.ndarray]) -> None:
         """Record a step, from the values that every output of the image holds."""

@@ -1,10 +1,12 @@
 """The narrow protocol of a network in progress, whatever it runs on."""
 
-from typing import Any, Protocol
+from typing import Protocol
 
 import nengo
 import numpy as np
+from nengo.base import NengoObject
 
+from spikeport.compile.ground.rewrite import Built
 from spikeport.compile.pipeline import Compilation
 from spikeport.hardware_models.activity import Activity
 
@@ -22,7 +24,7 @@ class Execution(Protocol):
     def data(self, probe: nengo.Probe) -> np.ndarray:
         """Return the values that a probe recorded so far, (n_steps, size)."""
 
-    def built(self, obj: Any) -> Any:
+    def built(self, obj: NengoObject) -> Built:
         """Return the built parameters of an ensemble or connection: gains, encoders, weights.
 
         Raises

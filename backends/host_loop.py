@@ -5,15 +5,15 @@ previous one; its on/off neurons' spikes go to the chip, arriving there one step
 steps; what its outputs hold is decoded and waits for the host's next step.
 """
 
-from typing import Any
-
 import nengo
 import numpy as np
+from nengo.base import NengoObject
 
 from spikeport.backends.chip import Chip
 from spikeport.backends.decoding import Decoder, OutputRecording
 from spikeport.backends.host_program import HostProgram, host_program
 from spikeport.backends.tape import Flattener, PooledSignals
+from spikeport.compile.ground.rewrite import Built
 from spikeport.compile.pipeline import Compilation
 from spikeport.hardware_models.activity import Activity
 
@@ -95,7 +95,7 @@ class HostLoop:
             return self._recordings[probe].data()
         return np.asarray(self._host.data[probe])
 
-    def built(self, obj: Any) -> Any:
+    def built(self, obj: NengoObject) -> Built:
         """Return the built parameters; see `spikeport.backends.execution.Execution.built`."""
         if obj in self.compilation.built:
             return self.compilation.built[obj]

@@ -1,15 +1,17 @@
 """The part of a compiled network that stays on the host."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import nengo
 
 if TYPE_CHECKING:
+    from nengo_loihi.block import Synapse
     from nengo_loihi.builder import Model
+    from nengo_loihi.builder.inputs import PESModulatoryTarget
 
 
-class Port(NamedTuple):
+class HostPort(NamedTuple):
     """A process that sends values to the chip: their number, and the input or learning group.
 
     Learning groups are counted by themselves: passes keep their order, not that of all groups.
@@ -31,8 +33,8 @@ class HostProgram:
     """
 
     model: nengo.builder.Model
-    senders: tuple[Port, ...]
-    error_senders: tuple[Port, ...]
+    senders: tuple[HostPort, ...]
+    error_senders: tuple[HostPort, ...]
     receivers: tuple[tuple[int, nengo.Process], ...]
     probes: dict[nengo.Probe, int]
 
@@ -47,11 +49,11 @@ def host_program(model: "Model") -> HostProgram:
     return HostProgram(
         model=model.host,
         senders=tuple(
-            Port(node_of[id(source)].output, source.n_neurons, i)
+            HostPort(node_of[id(source)].output, source.n_neurons, i)
             for i, source in enumerate(model.inputs)
         ),
         error_senders=tuple(
-            Port(node.output, node.size_in, groups[_learning_synapse(model, target)])
+            HostPort(node.output, node.size_in, groups[_learning_synapse(model, target)])
             for node, target in model.host2chip_pes_senders.items()
         ),
         receivers=tuple(
@@ -62,6 +64,6 @@ def host_program(model: "Model") -> HostProgram:
     )
 
 
-def _learning_synapse(model: "Model", target: Any) -> Any:
+def _learning_synapse(model: "Model", target: "PESModulatoryTarget") -> "Synapse":
     connection = model.nengo_probe_conns[target.error_target]
     return model.objs[connection]["decoders"]

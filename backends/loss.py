@@ -23,7 +23,7 @@ from spikeport.compile.loihi.aliasing import rate_aliasing
 from spikeport.compile.loihi.extract import extract
 from spikeport.compile.loihi.numbers import Numbers, restored, wanted
 from spikeport.compile.pipeline import Compilation
-from spikeport.compile.report.loss import Loss, Part
+from spikeport.compile.report.loss import Loss, LossPart
 from spikeport.errors import BackendError
 from spikeport.hardware_models.activity import Activity
 from spikeport.progress import Progress
@@ -39,7 +39,7 @@ NEURONS = {
 }
 
 
-class Measured(NamedTuple):
+class MeasuredLoss(NamedTuple):
     """A loss, and the counts of the run it was measured in, by core and by module."""
 
     loss: Loss
@@ -61,7 +61,9 @@ class Cause(NamedTuple):
         return error(*pair)
 
 
-def measure(compilation: Compilation, seconds: float, seed: int, progress: Progress) -> Measured:
+def measure(
+    compilation: Compilation, seconds: float, seed: int, progress: Progress
+) -> MeasuredLoss:
     """Run a compiled network on its image, and its blocks in floating point.
 
     Parameters
@@ -96,7 +98,7 @@ def measure(compilation: Compilation, seconds: float, seed: int, progress: Progr
         readout_spikes=activity.readout_spikes,
         saturated_inputs=_saturated(image, spikes),
     )
-    return Measured(loss, activity, _counts(by_module(compilation.image), spikes))
+    return MeasuredLoss(loss, activity, _counts(by_module(compilation.image), spikes))
 
 
 def _counts(image: ChipImage, spikes: Sequence[np.ndarray]) -> Activity:
@@ -150,7 +152,7 @@ def _parts(
     baseline: np.ndarray,
     found: Sequence[Cause],
     progress: Progress,
-) -> tuple[Part, ...]:
+) -> tuple[LossPart, ...]:
     """Return the output error of each cause alone, largest first."""
     errors = []
     found = [cause for cause in found if cause.rounding(exact, rounded) > 0]
@@ -160,7 +162,7 @@ def _parts(
         errors.append(error(rerun.floats(mixed), baseline))
     squares = sum(one**2 for one in errors) or 1.0
     parts = [
-        Part(cause.object, cause.what, cause.rounding(exact, rounded), one, one**2 / squares)
+        LossPart(cause.object, cause.what, cause.rounding(exact, rounded), one, one**2 / squares)
         for cause, one in zip(found, errors, strict=True)
     ]
     return tuple(sorted(parts, key=lambda part: -part.share))

@@ -7,7 +7,6 @@ image does not hold cannot be relied on.
 import itertools
 from collections.abc import Mapping
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 
@@ -163,7 +162,7 @@ def _learning(image: ChipImage, group: int) -> dict[str, float]:
     return dict(zip(image.manifest.learning, image.groups.learning[group], strict=True))
 
 
-def _set_learning(synapse: Any, learning: dict[str, float]) -> None:
+def _set_learning(synapse: Synapse, learning: dict[str, float]) -> None:
     synapse.learning = bool(learning["on"])
     if synapse.learning:
         synapse._lr_int, synapse._lr_exp = int(learning["lr_int"]), int(learning["lr_exp"])

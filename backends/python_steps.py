@@ -6,7 +6,6 @@ own function. These do the same with fewer, and hand everything odd to Nengo's o
 """
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 from nengo.builder.operator import DotInc, SimPyFunc, TimeUpdate
@@ -33,7 +32,7 @@ def product_step(op: DotInc, signals: SignalDict) -> Callable[[], None]:
     An observation of a plant stays the same for several steps.
     """
     matrix, vector, target = signals[op.A], signals[op.X], signals[op.Y]
-    known: tuple[bytes | None, Any] = None, None
+    known: tuple[bytes | None, np.ndarray] = None, np.zeros(0)
 
     def add() -> None:
         nonlocal known
@@ -60,7 +59,7 @@ def function_step(op: SimPyFunc, signals: SignalDict) -> Callable[[], None]:
     return call
 
 
-def _kept(value: Any, output: np.ndarray) -> bool:
+def _kept(value: object, output: np.ndarray) -> bool:
     """Return whether the value was an array of finite numbers that fits, and copy it if so."""
     if type(value) is not np.ndarray:
         return False
@@ -74,7 +73,7 @@ def _kept(value: Any, output: np.ndarray) -> bool:
     return result
 
 
-def _arguments(op: SimPyFunc, signals: SignalDict) -> Callable[[], tuple[Any, ...]]:
+def _arguments(op: SimPyFunc, signals: SignalDict) -> Callable[[], tuple[object, ...]]:
     time = None if op.t is None else signals[op.t].item
     copy = None if op.x is None else signals[op.x].copy
     if time is None:
@@ -82,10 +81,10 @@ def _arguments(op: SimPyFunc, signals: SignalDict) -> Callable[[], tuple[Any, ..
     return (lambda: (time(),)) if copy is None else (lambda: (time(), copy()))
 
 
-def _nengo_keeps(op: SimPyFunc, signals: SignalDict) -> Callable[[Any], None]:
+def _nengo_keeps(op: SimPyFunc, signals: SignalDict) -> Callable[[object], None]:
     """Return Nengo's step of an operator, with a value in place of its function's return value."""
 
-    def keep(value: Any) -> None:
+    def keep(value: object) -> None:
         stand_in = SimPyFunc(op.output, lambda: value, None, None)
         stand_in.fn.__name__ = getattr(op.fn, "__name__", type(op.fn).__name__)
         stand_in.make_step(signals, 0.0, None)()

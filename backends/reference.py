@@ -9,16 +9,15 @@ that ensemble's neurons. Relays, splits and read-outs of a chip are not in them,
 reaches an ensemble through a node.
 """
 
-from typing import Any
-
 import nengo
 import numpy as np
+from nengo.base import NengoObject
 from nengo.ensemble import Neurons
 
 from spikeport.backends.counter import Counter
 from spikeport.backends.step_log import SUMS_ONLY, LogOptions
 from spikeport.compile.ground.names import Names, base
-from spikeport.compile.ground.rewrite import Rewrite
+from spikeport.compile.ground.rewrite import Built, Rewrite
 from spikeport.compile.image.fanout import Fanout
 from spikeport.compile.loihi.solver import FLOAT
 from spikeport.compile.passes.base import Context
@@ -84,7 +83,7 @@ class Reference:
         """Return the values that a probe recorded, (n_steps, size)."""
         return np.asarray(self._sim.data[self._rewrite.stand_ins.get(probe, probe)])
 
-    def built(self, obj: Any) -> Any:
+    def built(self, obj: NengoObject) -> Built:
         """Return the built parameters; see `spikeport.backends.execution.Execution.built`."""
         built = self._rewrite.built
         return built[obj] if obj in built else self._sim.model.params[obj]

@@ -9,7 +9,6 @@ operator that is not keeps Nengo's own closure, in its place in the order.
 import inspect
 import itertools
 from collections.abc import Callable
-from typing import Any
 
 import nengo
 import numpy as np
@@ -31,7 +30,7 @@ from spikeport.backends import tape_kernel as kernel
 from spikeport.backends.compiled import make_ready
 from spikeport.backends.python_steps import clock_step, function_step, product_step
 
-Row = tuple[list[int], list[float]]
+TapeRow = tuple[list[int], list[float]]
 
 
 class PooledSignals(SignalDict):
@@ -91,10 +90,10 @@ class Tape:
 
     def __init__(self, memory: np.ndarray) -> None:
         self._memory = memory
-        self._rows: list[Row] = []
+        self._rows: list[TapeRow] = []
         self._tables: list[np.ndarray] = [np.zeros(0)]
 
-    def add(self, row: Row, table: np.ndarray | None = None) -> None:
+    def add(self, row: TapeRow, table: np.ndarray | None = None) -> None:
         """Append an operation, with its constants."""
         if table is not None:
             # Tables lie end to end in one array, and operations find theirs by offset.
@@ -135,7 +134,9 @@ class Flattener:
         # The reset makes Nengo build its closures anew, over the arrays of the pool.
         sim.reset(sim.seed)
         self._closures = dict(zip(sim._step_order, sim._steps, strict=True))
-        self._compilers: dict[type, Callable[[Any], tuple[Row, np.ndarray | None] | None]] = {
+        self._compilers: dict[
+            type, Callable[[Operator], tuple[TapeRow, np.ndarray | None] | None]
+        ] = {
             Reset: self._reset,
             Copy: self._copy,
             ElementwiseInc: self._elementwise,
@@ -170,13 +171,13 @@ class Flattener:
         result: Callable[[], None] = self._closures[op]
         return result
 
-    def _compile(self, op: Operator) -> tuple[Row, np.ndarray | None] | None:
+    def _compile(self, op: Operator) -> tuple[TapeRow, np.ndarray | None] | None:
         compiler = self._compilers.get(type(op))
         return None if compiler is None else compiler(op)
 
     def _row(
         self, what: int, target: Signal, source: Signal | np.ndarray, a: float = 0.0, b: float = 0.0
-    ) -> Row | None:
+    ) -> TapeRow | None:
         """Return a row of equally many targets and sources; None if they do not lie in the pool."""
         y_array = target if isinstance(target, np.ndarray) else self._signals[target]
         x_array = source if isinstance(source, np.ndarray) else self._signals[source]
@@ -187,17 +188,17 @@ class Flattener:
         stride = 0 if x_array.size == 1 else x[1]
         return [what, y_array.size, *y, x[0], stride, 0, 0], [a, b]
 
-    def _reset(self, op: Reset) -> tuple[Row, None] | None:
+    def _reset(self, op: Reset) -> tuple[TapeRow, None] | None:
         row = self._row(kernel.FILL, op.dst, op.dst, op.value)
         return row and (row, None)
 
-    def _copy(self, op: Copy) -> tuple[Row, None] | None:
+    def _copy(self, op: Copy) -> tuple[TapeRow, None] | None:
         if op.src_slice is not None or op.dst_slice is not None:
             return None
         row = self._row(kernel.ADD if op.inc else kernel.COPY, op.dst, op.src)
         return row and (row, None)
 
-    def _elementwise(self, op: ElementwiseInc) -> tuple[Row, np.ndarray] | None:
+    def _elementwise(self, op: ElementwiseInc) -> tuple[TapeRow, np.ndarray] | None:
         factor = self._signals[op.A]
         row = self._row(kernel.SCALE_ADD, op.Y, op.X)
         target, source = self._signals[op.Y], self._signals[op.X]
@@ -207,7 +208,7 @@ class Flattener:
             return None
         return row, np.broadcast_to(factor.reshape(-1), (target.size,)).astype(float)
 
-    def _dot(self, op: DotInc) -> tuple[Row, np.ndarray] | None:
+    def _dot(self, op: DotInc) -> tuple[TapeRow, np.ndarray] | None:
         """Return a product whose sums have one term at most: the order of more would matter."""
         if not _constant_matrix(op):
             return None
@@ -221,7 +222,7 @@ class Flattener:
         (y, dy), (x, dx) = places  # type: ignore[misc]
         return ([kernel.GATHER_ADD, target.size, y, dy, x, dx, 0, 0], [0.0, 0.0]), table
 
-    def _neurons(self, op: SimNeurons) -> tuple[Row, None] | None:
+    def _neurons(self, op: SimNeurons) -> tuple[TapeRow, None] | None:
         neurons, dt = op.neurons, self._sim.dt
         # Subclasses and other types have equations that the tape lacks.
         if type(neurons) is not nengo.SpikingRectifiedLinear:
@@ -229,14 +230,14 @@ class Flattener:
         row = self._row(kernel.RELU, op.output, op.J, neurons.amplitude / dt, dt)
         return self._with_state(row, self._signals[op.state["voltage"]])
 
-    def _with_state(self, row: Row | None, state: np.ndarray) -> tuple[Row, None] | None:
+    def _with_state(self, row: TapeRow | None, state: np.ndarray) -> tuple[TapeRow, None] | None:
         place = self._signals.place(state)
         if row is None or place is None or place[1] != 1:
             return None
         row[0][7] = place[0]
         return row, None
 
-    def _process(self, op: SimProcess) -> tuple[Row, None] | None:
+    def _process(self, op: SimProcess) -> tuple[TapeRow, None] | None:
         port = self._ports.get(id(op.process))
         if port is not None:
             target, source = (op.output, port) if op.input is None else (port, op.input)
@@ -246,7 +247,7 @@ class Flattener:
             return None
         return self._filter(op)
 
-    def _filter(self, op: SimProcess) -> tuple[Row, None] | None:
+    def _filter(self, op: SimProcess) -> tuple[TapeRow, None] | None:
         step = process_step(self._closures[op])
         adds = op.mode == "inc"
         if type(step) is LinearFilter.NoX and not adds:
@@ -259,6 +260,6 @@ class Flattener:
         return self._with_state(row, step.X)
 
 
-def process_step(closure: Callable[[], None]) -> Any:
+def process_step(closure: Callable[[], None]) -> LinearFilter.Step:
     """Return the step function of a process, which Nengo keeps in its operator's closure."""
     return inspect.getclosurevars(closure).nonlocals["step_f"]

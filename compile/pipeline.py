@@ -5,9 +5,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from numbers import Real
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import nengo
+from nengo.base import NengoObject
 
 from spikeport.compile.check.hints import image_hints, network_hints
 from spikeport.compile.check.lint import lint
@@ -15,7 +16,7 @@ from spikeport.compile.check.verify import verify, verify_settings
 from spikeport.compile.check.violation import DoesNotFitError
 from spikeport.compile.ground.names import Names
 from spikeport.compile.ground.refusal import ArgumentError, collected_warnings, without_addresses
-from spikeport.compile.ground.rewrite import Rewrite
+from spikeport.compile.ground.rewrite import Built, Rewrite
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.usage import core_uses
 from spikeport.compile.loihi.blocks import IntegerBlocks
@@ -23,7 +24,7 @@ from spikeport.compile.loihi.build import build
 from spikeport.compile.loihi.discretise import discretise
 from spikeport.compile.loihi.extract import extract
 from spikeport.compile.passes.parse import parse
-from spikeport.compile.passes.pipeline import Observer, PassRun, Pipeline, silent
+from spikeport.compile.passes.pipeline import Observer, PassRun, Pipeline, observe_nothing
 from spikeport.compile.placing.load import block_loads, capacity
 from spikeport.compile.placing.lower_bound import lower_bound
 from spikeport.compile.report.neurobench import neurobench
@@ -48,7 +49,7 @@ class Compilation:
     report: Report
     blocks: IntegerBlocks
     stand_ins: Mapping[nengo.Probe, nengo.Probe] = field(default_factory=dict)
-    built: Mapping[Any, Any] = field(default_factory=dict)
+    built: Mapping[NengoObject, Built] = field(default_factory=dict)
 
     @property
     def model(self) -> "Model":
@@ -61,7 +62,7 @@ def compile_network(
     chip: str | Path = "loihi",
     dt: float = DT_S,
     pipeline: Pipeline | str | None = None,
-    observer: Observer = silent,
+    observer: Observer = observe_nothing,
 ) -> Compilation:
     """Compile a network for a chip.
 

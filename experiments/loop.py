@@ -24,7 +24,7 @@ ROUNDING = 1e-6
 """Of a ratio of time steps."""
 
 
-class Plant(Protocol):
+class SteppedPlant(Protocol):
     """A robot that advances in steps of ``dt_s`` and holds its commands between them."""
 
     @property
@@ -39,7 +39,7 @@ class Plant(Protocol):
         """Advance by one step."""
 
 
-P = TypeVar("P", bound=Plant)
+P = TypeVar("P", bound=SteppedPlant)
 
 
 class Port(ABC):
@@ -87,7 +87,7 @@ class Loop(Generic[P]):
 
     Parameters
     ----------
-    plant : Plant
+    plant : SteppedPlant
         The robot, already where a run begins.
     ports : sequence of Port
         Its ports. Their values lie one after the other, in this order.

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from spikeport.atomic import atomic_path, is_leftover
+from spikeport.atomic import atomic_path, is_leftover, locked
 from spikeport.errors import UsageError
 from spikeport.files import write_json
 
@@ -30,15 +30,18 @@ FILES = ("result.json", "probes.nc", "figure.png", "video.mp4", "last_states.npz
 PACKAGES = ("spikeport", "numpy", "scipy", "nengo", "nengo-loihi", "mujoco")
 
 
-def create(out: Path | None, experiment: str, overwrite: bool = False) -> Path:
+@contextlib.contextmanager
+def opened(out: Path | None, experiment: str, overwrite: bool = False) -> Iterator[Path]:
     """Make a folder for a run; by default ``runs/<experiment>-<date>-<time>``.
 
-    An earlier run in it is kept until `clear` makes room for the new one.
+    An earlier run in it is kept until `clear` makes room for the new one. No other process writes
+    into it meanwhile; if nothing was written at the end, it is taken away again.
 
     Raises
     ------
     UsageError
-        If the folder cannot be made, or holds anything but an earlier run that may be overwritten.
+        If the folder cannot be made, is in use, or holds anything but an earlier run that may be
+        overwritten.
     """
     stamp = datetime.now().strftime("%Y%m%d-%H%M%S")
     folder = out or Path("runs") / f"{experiment}-{stamp}"
@@ -47,12 +50,12 @@ def create(out: Path | None, experiment: str, overwrite: bool = False) -> Path:
         folder.mkdir(parents=True, exist_ok=out is not None)
     except OSError as error:
         raise UsageError(f"{folder}: cannot be made ({error.strerror})") from None
-    try:
-        _check_free(folder, overwrite)
-    except BaseException:  # an interrupt, too
-        _remove_if_empty(folder)
-        raise
-    return folder
+    with locked(folder):
+        try:
+            _check_free(folder, overwrite)
+            yield folder
+        finally:
+            _remove_if_empty(folder)
 
 
 def _check_free(folder: Path, overwrite: bool) -> None:
@@ -69,15 +72,6 @@ def clear(folder: Path) -> None:
     """Remove an earlier run, its result first: what is half removed does not read as whole."""
     for path in [*(folder / name for name in FILES), *filter(is_leftover, folder.glob("*"))]:
         path.unlink(missing_ok=True)
-
-
-@contextlib.contextmanager
-def removed_if_empty(folder: Path) -> Iterator[None]:
-    """Take a run's folder away again if nothing was written into it."""
-    try:
-        yield
-    finally:
-        _remove_if_empty(folder)
 
 
 def _remove_if_empty(folder: Path) -> None:

@@ -30,7 +30,7 @@ NOT_MODELLED = (
 
 
 @dataclass(frozen=True)
-class Term:
+class EnergyTerm:
     """One term of the dynamic energy: count * figure, in J; None: no public figure."""
 
     event: str
@@ -79,7 +79,7 @@ class EnergyReport:
         Whose energies and times these are.
     n_steps, period_s : int, float
         Number of steps of the run, and the mean time from one to the next in real time, in s.
-    terms : tuple of Term
+    terms : tuple of EnergyTerm
         The dynamic energy of the run, event by event.
     dynamic_run : Estimate or None
         Their sum, in J; None: nothing of what happened has a public figure.
@@ -98,7 +98,7 @@ class EnergyReport:
     calibration: str
     n_steps: int
     period_s: float
-    terms: tuple[Term, ...]
+    terms: tuple[EnergyTerm, ...]
     dynamic_run: Estimate | None
     dynamic: Draw | None
     static: Draw | None
@@ -170,15 +170,17 @@ def module_energies(
     ]
 
 
-def _terms(counts: dict[str, np.generic], calibration: EnergyCalibration) -> tuple[Term, ...]:
+def _terms(counts: dict[str, np.generic], calibration: EnergyCalibration) -> tuple[EnergyTerm, ...]:
     figures = {name: getattr(calibration.energies, name) for name in counts}
     return tuple(
-        Term(name, count.item(), figures[name] and figures[name].estimate.scaled(count.item()))
+        EnergyTerm(
+            name, count.item(), figures[name] and figures[name].estimate.scaled(count.item())
+        )
         for name, count in counts.items()
     )
 
 
-def _sum(terms: tuple[Term, ...]) -> Estimate | None:
+def _sum(terms: tuple[EnergyTerm, ...]) -> Estimate | None:
     happened = [term.energy for term in terms if term.count]
     if happened and not any(happened):
         return None
@@ -218,7 +220,7 @@ def _system(chip: ChipModel, dynamic: Draw | None, period_s: float) -> Draw | No
     return Draw(power.scaled(period_s, unit="J"), power)
 
 
-def _missing(terms: tuple[Term, ...], chip: ChipModel) -> tuple[str, ...]:
+def _missing(terms: tuple[EnergyTerm, ...], chip: ChipModel) -> tuple[str, ...]:
     names = [term.event for term in terms if term.count and term.energy is None]
     powers = [name for name in ("static_chip_w", "board_idle_w") if not getattr(chip.power, name)]
     return tuple(names + powers)

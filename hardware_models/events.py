@@ -86,13 +86,13 @@ class HopsNorthSouth:
 
 @dataclass(frozen=True)
 class MessagesBetweenChips:
-    """The messages of `topology.between_chips`; no hops are counted for them."""
+    """The messages of `topology.messages_between_chips`; no hops are counted for them."""
 
     name: str = "message_between_chips"
 
     def per_core(self, activity: Activity, chip: ChipModel) -> np.ndarray:
         """See `Event.per_core`."""
-        return topology.between_chips(activity.messages, chip)
+        return topology.messages_between_chips(activity.messages, chip)
 
 
 SYNAPTIC_OPERATION = OnCore("synaptic_operation", "synaptic_operations")

@@ -37,7 +37,7 @@ def _known_unit(unit: str) -> str:
     return unit
 
 
-Number = Annotated[float, Strict(), Field(ge=0)]
+NonNegative = Annotated[float, Strict(), Field(ge=0)]
 
 
 class Figure(Strictly):
@@ -57,12 +57,12 @@ class Figure(Strictly):
         What else one must know to use the figure.
     """
 
-    value: Number
+    value: NonNegative
     unit: Annotated[str, AfterValidator(_known_unit)]
     source: Annotated[str, Field(min_length=1)]
     evidence: Literal["code", "transcribed", "abstract", "vendor"]
-    low: Number | None = None
-    high: Number | None = None
+    low: NonNegative | None = None
+    high: NonNegative | None = None
     note: str = ""
 
     @model_validator(mode="after")

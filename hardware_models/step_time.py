@@ -10,8 +10,7 @@ from spikeport.hardware_models.activity import PER_RUN, PER_STEP, Activity, Fold
 from spikeport.hardware_models.calibration import EnergyCalibration, Times
 from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.estimate import Estimate, at_least_zero, merge_sources, zero
-from spikeport.hardware_models.topology import between_chips as messages_between
-from spikeport.hardware_models.topology import chip_of, tiles_used
+from spikeport.hardware_models.topology import chip_of, messages_between_chips, tiles_used
 
 EVENTS = (
     events.UPDATE_ACTIVE,
@@ -190,7 +189,7 @@ def between_chips(
     messages and no public figure.
     """
     leaving = np.bincount(
-        chip_of(len(activity.cores), chip), weights=messages_between(activity.messages, chip)
+        chip_of(len(activity.cores), chip), weights=messages_between_chips(activity.messages, chip)
     )
     figure = calibration.times.message_between_chips
     if not leaving.any():

@@ -93,7 +93,7 @@ def hops(messages: np.ndarray, chip: ChipModel) -> Hops:
     return Hops(*np.einsum("ij,ijd->di", messages * _same_chip(messages, chip), distance))
 
 
-def between_chips(messages: np.ndarray, chip: ChipModel) -> np.ndarray:
+def messages_between_chips(messages: np.ndarray, chip: ChipModel) -> np.ndarray:
     """(n_cores,) messages, of those in a (n_cores, n_cores) array, that leave a core's chip."""
     leaving: np.ndarray = (messages * ~_same_chip(messages, chip)).sum(axis=1)
     return leaving

@@ -52,7 +52,7 @@ PRESETS = {"paper": ArmSizes(m1=8000), "lean": ArmSizes(m1=1000)}
 
 
 @dataclass(frozen=True)
-class Synapses:
+class ArmSynapses:
     """Low-pass time constants in seconds: from S1 to M1 and CB, and of the torque."""
 
     relay_s: float = 0.005
@@ -94,7 +94,7 @@ def arm(
     law: OperationalSpaceLaw,
     region: ArmRegion,
     sizes: ArmSizes | None = None,
-    synapses: Synapses | None = None,
+    synapses: ArmSynapses | None = None,
     seed: int = 0,
     decoders: Mapping[str, np.ndarray] | None = None,
 ) -> ArmNetwork:
@@ -116,7 +116,7 @@ def arm(
     """
     net = ArmNetwork(label="arm", seed=seed)
     build = _Builder(
-        net, law, region, sizes or ArmSizes(), synapses or Synapses(), seed, decoders or {}
+        net, law, region, sizes or ArmSizes(), synapses or ArmSynapses(), seed, decoders or {}
     )
     with net:
         net.config[nengo.Ensemble].max_rates = nengo.dists.Uniform(200, 400)
@@ -141,7 +141,7 @@ class _Builder:
         law: OperationalSpaceLaw,
         region: ArmRegion,
         sizes: ArmSizes,
-        synapses: Synapses,
+        synapses: ArmSynapses,
         seed: int,
         decoders: Mapping[str, np.ndarray],
     ) -> None:

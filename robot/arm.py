@@ -22,7 +22,7 @@ TASK_DAMPING = 0.02
 """Share of the largest singular value of J M^-1 J^T at which its inverse is damped."""
 
 
-class ArmTerms(NamedTuple):
+class H1ArmTerms(NamedTuple):
     """What a controller of the arm needs; ``...`` is nothing or the number of poses.
 
     Attributes
@@ -69,12 +69,12 @@ class ArmDynamics:
         """Largest torque of each joint, ``(4,)``."""
         return np.array([self._model.actuator(j).forcerange[1] for j in ARM_JOINTS])
 
-    def at(self, q: ArrayLike) -> ArmTerms:
+    def at(self, q: ArrayLike) -> H1ArmTerms:
         """The terms at one posture ``q (4,)`` in rad; raises `UsageError` for another shape."""
         posture = _shaped(q, (4,))
-        return ArmTerms(*(term[0] for term in self.batch(posture[None])))
+        return H1ArmTerms(*(term[0] for term in self.batch(posture[None])))
 
-    def batch(self, q: ArrayLike) -> ArmTerms:
+    def batch(self, q: ArrayLike) -> H1ArmTerms:
         """The terms at postures ``q (n, 4)`` in rad, stacked; raises `UsageError` otherwise."""
         postures = _shaped(q, (-1, 4))
         n, nv = len(postures), self._model.nv
@@ -87,7 +87,7 @@ class ArmDynamics:
             mujoco.mj_fullM(self._model, self._data, inertia[i])
             mujoco.mj_rne(self._model, self._data, 0, bias[i])
         J, M = jacobian[..., self._dof], inertia[:, self._dof[:, None], self._dof]
-        return ArmTerms(position, J, M, _task_inertia(J, M), bias[:, self._dof])
+        return H1ArmTerms(position, J, M, _task_inertia(J, M), bias[:, self._dof])
 
     def _place(self, posture: np.ndarray) -> None:
         """Bring everything that depends on the posture alone up to date; velocities stay 0."""

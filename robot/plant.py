@@ -12,7 +12,7 @@ from spikeport.robot.description import DEFAULT_POSE, GAINS, JOINTS, load
 from spikeport.robot.divergence import Watch
 from spikeport.robot.engine import mujoco
 from spikeport.robot.history import History
-from spikeport.robot.state import State, read
+from spikeport.robot.state import RobotState, read
 
 _FEET = ("left_heel", "left_toe", "right_heel", "right_toe")
 
@@ -61,7 +61,7 @@ class Plant:
         return float(self.data.time)
 
     @property
-    def state(self) -> State:
+    def state(self) -> RobotState:
         """The present motion of the robot."""
         return read(self.data)
 

@@ -10,7 +10,7 @@ PELVIS = 1
 """MuJoCo's number of the pelvis: the world is 0, and the robot's tree begins with it."""
 
 
-class State(NamedTuple):
+class RobotState(NamedTuple):
     """The motion of the robot at one moment; every array is a copy.
 
     Attributes
@@ -35,7 +35,7 @@ class State(NamedTuple):
     dq: np.ndarray
 
 
-def read(data: mujoco.MjData) -> State:
+def read(data: mujoco.MjData) -> RobotState:
     """The state held in data whose kinematics are up to date.
 
     MuJoCo's free joint keeps the linear velocity in the world frame and the angular velocity in
@@ -43,7 +43,7 @@ def read(data: mujoco.MjData) -> State:
     """
     rotation = data.xmat[PELVIS].reshape(3, 3)
     qpos, qvel = data.qpos.copy(), data.qvel.copy()
-    return State(
+    return RobotState(
         base_position=qpos[:3],
         base_quaternion=qpos[3:7],
         base_linear_velocity=rotation.T.dot(qvel[:3]),

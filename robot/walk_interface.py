@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from spikeport.robot.description import DEFAULT_POSE, JOINTS
-from spikeport.robot.state import State
+from spikeport.robot.state import RobotState
 
 CONTROL_DT_S = 0.02
 """Time from one action to the next."""
@@ -57,12 +57,12 @@ def _down(w: Number, x: Number, y: Number, z: Number) -> tuple[Number, Number, N
     return -2 * (x * z - w * y), -2 * (y * z + w * x), -(1 - 2 * (x * x + y * y))
 
 
-def observation(state: State, command: ArrayLike, last_action: ArrayLike) -> np.ndarray:
+def observation(state: RobotState, command: ArrayLike, last_action: ArrayLike) -> np.ndarray:
     """What the policy is told, ``(69,)``.
 
     Parameters
     ----------
-    state : State
+    state : RobotState
         The motion of the robot.
     command : array_like, (3,)
         Wanted vx, vy (m/s) and wz (rad/s) in the pelvis frame.

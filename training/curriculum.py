@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, replace
 
 from spikeport.robot.description import JOINTS
 from spikeport.training.commands import CommandRange
-from spikeport.training.environment import Task
+from spikeport.training.environment import TrainingTask
 from spikeport.training.hidden_noise import HiddenNoise
 from spikeport.training.randomisation import Randomisation
 from spikeport.training.rewards import RewardSettings, Weights
@@ -19,13 +19,13 @@ class Stage:
 
     name: str
     first_step: int
-    task: Task = field(default_factory=Task)
+    task: TrainingTask = field(default_factory=TrainingTask)
     entropy: float = 0.0
     hidden_noise: HiddenNoise = field(default_factory=HiddenNoise)
     held: tuple[str, ...] = ()
 
 
-_STEP = Task(
+_STEP = TrainingTask(
     commands=CommandRange(vx_m_s=(0.4, 1.0), wz_rad_s=0.6),
     randomisation=Randomisation(push_m_s=0.2),
     weights=Weights(lift=4.0, late_lift=-2.0),

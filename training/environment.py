@@ -24,7 +24,7 @@ from spikeport.training import observation
 from spikeport.training.busy_arms import BusyArms
 from spikeport.training.commands import CommandRange, Commands
 from spikeport.training.gait import Gait
-from spikeport.training.motion import Feet, Motion
+from spikeport.training.motion import FeetMotion, Motion
 from spikeport.training.randomisation import SUBSTEPS, Bodies, Randomisation
 from spikeport.training.rewards import RewardSettings, Step, Weights, reward
 
@@ -36,7 +36,7 @@ VELOCITY_SMOOTHING, YAW_RATE_SMOOTHING, DRIFT_SMOOTHING = 0.3, 0.1, 0.04
 
 
 @dataclass(frozen=True)
-class Task:
+class TrainingTask:
     """What is asked of the robots and what happens to them."""
 
     commands: CommandRange = field(default_factory=CommandRange)
@@ -45,7 +45,7 @@ class Task:
     scales: RewardSettings = field(default_factory=RewardSettings)
 
 
-class Outcome(NamedTuple):
+class StepOutcome(NamedTuple):
     """Of one control step of n robots: ``(n,)`` each, and every term of the reward."""
 
     reward: Floats
@@ -61,7 +61,7 @@ class WalkEnvironment:
     ----------
     n : int
         Number of robots.
-    task : Task
+    task : TrainingTask
         What they do.
     seed : int
         Seed of all that is random.
@@ -69,10 +69,10 @@ class WalkEnvironment:
         Threads of the physics.
     """
 
-    def __init__(self, n: int, task: Task, seed: int, threads: int = 2) -> None:
+    def __init__(self, n: int, task: TrainingTask, seed: int, threads: int = 2) -> None:
         self.n, self.task = n, task
         self._rng = np.random.default_rng(seed)
-        nominal = models.build()
+        nominal = models.build_model()
         self._bodies = Bodies(nominal)
         self._models = [copy.copy(nominal) for _ in range(n)]
         self._data = [mujoco.MjData(nominal) for _ in range(threads)]
@@ -94,7 +94,7 @@ class WalkEnvironment:
         self._arms = BusyArms(n, task.randomisation.busy_arms, self._rng)
         self._reset(np.ones(n, bool))
         still = (np.zeros(size) for size in ((n, 2), (n, 2), (n, 2, 3)))
-        self.feet = Feet(np.zeros((n, 2), bool), *still)
+        self.feet = FeetMotion(np.zeros((n, 2), bool), *still)
         self.motion = Motion.from_states(*self._split())
 
     def close(self) -> None:
@@ -113,7 +113,7 @@ class WalkEnvironment:
         """What the critic is told."""
         return observation.privileged(self)
 
-    def step(self, action: np.ndarray) -> Outcome:
+    def step(self, action: np.ndarray) -> StepOutcome:
         """Act for one control step, ``action (n, 19)``."""
         before = self.motion.dq
         diverged = self._advance(np.array(action, dtype=float))
@@ -126,7 +126,7 @@ class WalkEnvironment:
         terms = reward(self._reward_step(before, fallen), self.task.weights)
         timed_out = ~fallen & (self.age >= EPISODE_STEPS)
         self._begin_next(fallen | timed_out)
-        return Outcome(np.sum(list(terms.values()), axis=0), fallen, timed_out, terms)
+        return StepOutcome(np.sum(list(terms.values()), axis=0), fallen, timed_out, terms)
 
     def _advance(self, action: Floats) -> Flags:
         """Physics of one control step; returns who left the range of finite numbers, ``(n,)``."""
@@ -148,7 +148,7 @@ class WalkEnvironment:
         )
         diverged: Flags = ~np.isfinite(states[:, -1]).all(axis=1)
         self.states = np.where(diverged[:, None], self._start, states[:, -1])
-        self.feet = Feet.from_sensors(np.nan_to_num(sensors[:, -1]))
+        self.feet = FeetMotion.from_sensors(np.nan_to_num(sensors[:, -1]))
         self._targets = targets
         return diverged
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from spikeport.robot.walk_interface import CONTROL_DT_S
-from spikeport.training.environment import EPISODE_STEPS, Task, WalkEnvironment
+from spikeport.training.environment import EPISODE_STEPS, TrainingTask, WalkEnvironment
 
-Policy = Callable[[np.ndarray], np.ndarray]
+BatchPolicy = Callable[[np.ndarray], np.ndarray]
 """Actions ``(n, 19)`` for observations ``(n, 69)``."""
 
 SETTLING_S = 1.0
@@ -37,7 +37,9 @@ class Evaluation:
     standing_steps_per_s: float
 
 
-def evaluate(policy: Policy, task: Task, *, episodes: int = 100, seed: int = 0) -> Evaluation:
+def evaluate(
+    policy: BatchPolicy, task: TrainingTask, *, episodes: int = 100, seed: int = 0
+) -> Evaluation:
     """Let a policy walk ``episodes`` robots for 20 s, as many at once."""
     env = WalkEnvironment(episodes, task, seed)
     tally = Tally(episodes)

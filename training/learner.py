@@ -47,7 +47,7 @@ SCALES = {
 AVERAGING = 0.96
 """Share of the average actor that is kept in an update."""
 
-Figures = dict[str, float]
+TrainingFigures = dict[str, float]
 
 
 @dataclass(frozen=True)
@@ -119,7 +119,7 @@ class Learner:
         self.ppo.entropy_coef = stage.entropy
         self.ppo.storage = self._storage(self._sample(NOISE_SIZE if self._noisy else 0))
 
-    def collect(self, env: WalkEnvironment) -> Figures:
+    def collect(self, env: WalkEnvironment) -> TrainingFigures:
         """Let the robots act for one horizon; returns falls and rewards per second."""
         log: list[dict[str, np.ndarray]] = []
         with torch.inference_mode():
@@ -137,7 +137,7 @@ class Learner:
             self.ppo.compute_returns(seen)
         return {name: mean / CONTROL_DT_S for name, mean in mean_figures(log).items()}
 
-    def update(self) -> Figures:
+    def update(self) -> TrainingFigures:
         """Learn from what was collected; returns the losses and the pace."""
         losses = self.ppo.update()
         self.average.update_parameters(self.actor)
@@ -171,7 +171,7 @@ class Learner:
         return RolloutStorage("rl", self.robots, self.options.horizon, sample, [ACTION_SIZE])
 
 
-def mean_figures(log: Sequence[Mapping[str, ArrayLike]]) -> Figures:
+def mean_figures(log: Sequence[Mapping[str, ArrayLike]]) -> TrainingFigures:
     """Mean of every figure over the entries of a log, and over the robots."""
     return {key: float(np.mean([entry[key] for entry in log])) for key in log[0]}
 

@@ -17,7 +17,7 @@ SENSORS = {"heel": 3, "toe": 3, "velocity": 3, "contact": 4}
 """Sensors of each foot in their order, left foot first, and their sizes."""
 
 
-def build() -> mujoco.MjModel:
+def build_model() -> mujoco.MjModel:
     """The compiled model.
 
     Shapes that only look, equality constraints and the sensors of ``h1.xml`` are left out. Each

@@ -13,7 +13,7 @@ CONTACT_FORCE_N = 1.0
 
 
 @dataclass(frozen=True)
-class Feet:
+class FeetMotion:
     """The feet of n robots, left one first; world frame.
 
     Attributes
@@ -34,7 +34,7 @@ class Feet:
     velocity: Floats
 
     @classmethod
-    def from_sensors(cls, sensors: Floats) -> "Feet":
+    def from_sensors(cls, sensors: Floats) -> "FeetMotion":
         """The feet, from the sensors ``(n, 26)`` of `training.model`."""
         each = sensors.reshape(len(sensors), 2, -1)
         force = np.linalg.norm(each[..., 10:13], axis=-1)

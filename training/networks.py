@@ -28,7 +28,7 @@ SYMMETRY_BREAKING_SD = 0.15
 HELD_STD = 1e-3
 """Standard deviation of an action that is not explored: next to none, but a divisor."""
 
-Layer = tuple[torch.Tensor, torch.Tensor]
+TorchLayer = tuple[torch.Tensor, torch.Tensor]
 
 
 def _uniform(rows: int, columns: int, fan_in: int) -> nn.Parameter:
@@ -77,7 +77,7 @@ class MirrorNetwork(nn.Module):
         k = symmetry_breaking_sd * torch.randn(half)
         self.k = nn.Parameter(k, requires_grad=symmetry_breaking_sd > 0)
 
-    def layers(self) -> list[Layer]:
+    def layers(self) -> list[TorchLayer]:
         """Weights ``(outputs, inputs)`` and bias of every layer, as an ordinary network's."""
         A = self.A * self.scale
         mirrored = A[:, self.in_index] * self.in_sign

@@ -27,7 +27,7 @@ PRIVILEGED = mirror.joined(
 """Mirror of what `privileged` gives."""
 
 
-def exact(env: "WalkEnvironment") -> np.ndarray:
+def exact_observation(env: "WalkEnvironment") -> np.ndarray:
     """What the policy is told, without noise, ``(n, 69)``."""
     m = env.motion
     parts = (m.velocity, m.turn_rate, m.gravity, env.commands.value, m.q - POSE_RAD, m.dq)
@@ -36,7 +36,7 @@ def exact(env: "WalkEnvironment") -> np.ndarray:
 
 def noisy(env: "WalkEnvironment", rng: np.random.Generator) -> np.ndarray:
     """What the policy is told, ``(n, 69)``."""
-    seen = exact(env)
+    seen = exact_observation(env)
     scale = env.task.randomisation.observation_noise
     return seen + scale * _NOISE * rng.uniform(-1, 1, seen.shape) if scale else seen
 
@@ -49,7 +49,7 @@ def privileged(env: "WalkEnvironment") -> np.ndarray:
     """
     feet, gait = env.feet, env.gait
     parts = (
-        exact(env),
+        exact_observation(env),
         env.motion.level_velocity,
         (env.motion.height_m - 0.9)[:, None] * 5,
         env.delay[:, None] / 4.0,

@@ -15,7 +15,7 @@ from spikeport.arrays import Flags, Floats
 from spikeport.robot.description import JOINTS
 from spikeport.robot.walk_interface import CONTROL_DT_S, POSE_RAD
 from spikeport.training.gait import Gait
-from spikeport.training.motion import Feet, Motion
+from spikeport.training.motion import FeetMotion, Motion
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class Step:
     """
 
     motion: Motion
-    feet: Feet
+    feet: FeetMotion
     gait: Gait
     command: Floats
     moving: Flags

@@ -14,7 +14,7 @@ from spikeport.networks.walking_policy import WalkingPolicy
 from spikeport.progress import Progress
 from spikeport.training import checkpoint
 from spikeport.training.checkpoint import Entry
-from spikeport.training.environment import Task
+from spikeport.training.environment import TrainingTask
 from spikeport.training.evaluate import evaluate
 from spikeport.training.learner import Learner, LearnerOptions
 
@@ -25,7 +25,7 @@ EPISODES, SEED = 200, 20_000
 
 
 @dataclass(frozen=True)
-class Choice:
+class BestCheckpoint:
     """The checkpoint that walks best: its segment and step, its policy, and its rank."""
 
     segment: int
@@ -34,7 +34,7 @@ class Choice:
     rank: tuple[int, float]
 
 
-def pushed_hard(task: Task) -> Task:
+def pushed_hard(task: TrainingTask) -> TrainingTask:
     """A task with pushes of 0.4 m/s."""
     return replace(task, randomisation=replace(task.randomisation, push_m_s=HARD_PUSH_M_S))
 
@@ -45,8 +45,8 @@ def rank(falls: int, vx_error_m_s: float, wz_error_rad_s: float) -> tuple[int, f
 
 
 def choose(
-    folder: Path, log: list[Entry], task: Task, learner: LearnerOptions, progress: Progress
-) -> Choice:
+    folder: Path, log: list[Entry], task: TrainingTask, learner: LearnerOptions, progress: Progress
+) -> BestCheckpoint:
     """The best under hard pushes of the checkpoints that walked best in training.
 
     Raises
@@ -59,7 +59,9 @@ def choose(
         progress(f"evaluating checkpoint {entry['segment']}", place / SHORTLIST)
         policy = _policy(folder, entry["segment"], learner)
         result = evaluate(policy, pushed_hard(task), episodes=EPISODES, seed=SEED)
-        choices.append(Choice(entry["segment"], entry["step"], policy, _rank_of(vars(result))))
+        choices.append(
+            BestCheckpoint(entry["segment"], entry["step"], policy, _rank_of(vars(result)))
+        )
     return min(choices, key=lambda choice: choice.rank)
 
 

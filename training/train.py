@@ -19,7 +19,7 @@ from spikeport.progress import Progress
 from spikeport.training import checkpoint
 from spikeport.training.checkpoint import Checkpoint, Entry
 from spikeport.training.curriculum import STAGES, Stage, stage_at
-from spikeport.training.environment import Task, WalkEnvironment
+from spikeport.training.environment import TrainingTask, WalkEnvironment
 from spikeport.training.evaluate import evaluate
 from spikeport.training.learner import Learner, LearnerOptions, mean_figures
 from spikeport.training.workers import Worker, others
@@ -47,7 +47,7 @@ class TrainOptions:
     workers: int = 2
 
     @property
-    def goal(self) -> Task:
+    def goal(self) -> TrainingTask:
         """What checkpoints are judged by: the task of the last stage."""
         return self.stages[-1].task
 

@@ -7,7 +7,7 @@ import numpy as np
 from spikeport.atomic import write_text
 from spikeport.progress import Progress
 from spikeport.training.card import card
-from spikeport.training.environment import Task
+from spikeport.training.environment import TrainingTask
 from spikeport.training.evaluate import Evaluation, evaluate
 from spikeport.training.randomisation import UNDISTURBED
 from spikeport.training.selection import choose, pushed_hard
@@ -46,7 +46,7 @@ def train_walk(options: TrainOptions, command: str, progress: Progress) -> dict[
     return evaluations
 
 
-def _variants(task: Task) -> dict[str, Task]:
+def _variants(task: TrainingTask) -> dict[str, TrainingTask]:
     jumps = replace(task.commands, change_per_s=(np.inf,) * 3)
     exact = replace(task.randomisation, joint_offset_sd_rad=0.0, action_noise_sd=0.0)
     return {

@@ -1,6 +1,6 @@
 """The kernels' view of an image: constants and state, loaded once, passed as one object."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numba import types
@@ -74,7 +74,7 @@ class Loaded(structref.StructRefProxy):
     neurons: Neurons
     state: State
 
-    def __new__(cls, wiring: Wiring, neurons: Neurons, state: State) -> Any:
+    def __new__(cls, wiring: Wiring, neurons: Neurons, state: State) -> "Loaded":
         """Return the wiring, constants and state as one object."""
         make_ready(_load, wiring, neurons, state)
         return _load(wiring, neurons, state)

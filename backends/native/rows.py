@@ -12,7 +12,7 @@ MOST_SHIFT = 31
 """Largest shift of 32 bits: only the sign is left, and of zeros nothing is lost."""
 
 
-class Rows(NamedTuple):
+class KernelRows(NamedTuple):
     """Rows of synapses by ascending target, without hidden ones."""
 
     start: np.ndarray
@@ -32,13 +32,13 @@ class Rows(NamedTuple):
         return int(self.shift.min(initial=MOST_SHIFT))
 
 
-def rows_of(image: ChipImage) -> Rows:
+def rows_of(image: ChipImage) -> KernelRows:
     """Return all rows of an image, split by atom."""
     atoms = image.rows.atoms
     sizes = np.diff(image.rows.start) // np.maximum(atoms, 1)
     start, kept = kept_synapses(image)
     shift = np.repeat(_shifts(image), np.diff(image.groups.row_start))
-    return Rows(
+    return KernelRows(
         start,
         image.synapses.index[kept],
         image.synapses.weight[kept],
@@ -98,7 +98,7 @@ class Runs(NamedTuple):
     """First target from the axon's base, number of the first synapse, and size, (n_runs, 3)."""
 
 
-def runs_of(rows: Rows) -> Runs:
+def runs_of(rows: KernelRows) -> Runs:
     """Return the stretches of consecutive targets."""
     begins = np.ones(len(rows.indices), dtype=bool)
     begins[1:] = np.diff(rows.indices) != 1

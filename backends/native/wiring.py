@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from spikeport.backends.native.contacts import Contacts, Pairs, contacts_of, pairs_of
-from spikeport.backends.native.rows import Rows, Runs, rows_of, runs_of
+from spikeport.backends.native.rows import KernelRows, Runs, rows_of, runs_of
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.tables import offsets
 from spikeport.errors import ImageError
@@ -131,7 +131,7 @@ def _first_of_each(delivery: np.ndarray) -> np.ndarray:
     return first
 
 
-def _reading_order(delivery: np.ndarray, rows: Rows, contacts: Contacts) -> np.ndarray:
+def _reading_order(delivery: np.ndarray, rows: KernelRows, contacts: Contacts) -> np.ndarray:
     """Return the contacts that spikes reach, delivery by delivery, by ascending target."""
     filled = (np.diff(rows.start) > 0)[contacts.row]
     read = np.flatnonzero((delivery >= 0) & contacts.used & filled)
@@ -139,7 +139,7 @@ def _reading_order(delivery: np.ndarray, rows: Rows, contacts: Contacts) -> np.n
     return read[np.lexsort((lowest, delivery[read]))]
 
 
-def _places(rows: Rows, read: np.ndarray) -> np.ndarray:
+def _places(rows: KernelRows, read: np.ndarray) -> np.ndarray:
     """Return the beginning of each row's weights, stored in the order they are read, (n_rows,)."""
     sizes = np.diff(rows.start)
     turn = np.full(len(sizes), len(read))
@@ -154,7 +154,7 @@ def _runs(
     order: np.ndarray,
     delivery: np.ndarray,
     place: np.ndarray,
-    rows: Rows,
+    rows: KernelRows,
     runs: Runs,
     contacts: Contacts,
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -183,7 +183,7 @@ def _expand(begin: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, np.ndarray]
     return of, np.arange(len(of)) + np.repeat(begin - offsets(sizes)[:-1], sizes)
 
 
-def _placed(rows: Rows, place: np.ndarray, widths: Sequence[type]) -> np.ndarray:
+def _placed(rows: KernelRows, place: np.ndarray, widths: Sequence[type]) -> np.ndarray:
     """Return the weights, each row in its place, in the narrowest type that they fit."""
     order = np.argsort(place, kind="stable")
     _, synapse = _expand(rows.start[:-1][order], rows.start[1:][order])
@@ -194,7 +194,9 @@ def _placed(rows: Rows, place: np.ndarray, widths: Sequence[type]) -> np.ndarray
     return result
 
 
-def _fans(image: ChipImage, pairs: Pairs, rows: Rows, contacts: Contacts) -> dict[str, np.ndarray]:
+def _fans(
+    image: ChipImage, pairs: Pairs, rows: KernelRows, contacts: Contacts
+) -> dict[str, np.ndarray]:
     """Return the costs of spikes where they arrive: messages and synaptic operations."""
     operations = np.where(contacts.used, rows.operations[contacts.row], 0)[pairs.contact]
     keys, of = np.unique(

@@ -7,7 +7,6 @@ builder and confirmed by the tests of this module. What each rule says and why s
 """
 
 from collections.abc import Callable, Iterator
-from typing import Any
 
 import nengo
 import numpy as np
@@ -136,7 +135,7 @@ def finite(scope: Scope) -> Iterator[Violation]:
             yield rules.get("SP011").broken(scope.names[obj], f"NaN or infinity in {odd[0]}")
 
 
-def _arrays(obj: Any) -> Iterator[tuple[str, np.ndarray]]:
+def _arrays(obj: nengo.Ensemble | nengo.Connection) -> Iterator[tuple[str, np.ndarray]]:
     """Yield the arrays of an ensemble or connection, by name."""
     if isinstance(obj, nengo.Connection):
         yield from _numbers("transform", getattr(obj.transform, "init", None))
@@ -144,7 +143,7 @@ def _arrays(obj: Any) -> Iterator[tuple[str, np.ndarray]]:
         yield from _numbers(name, getattr(obj, name, None))
 
 
-def _numbers(name: str, value: Any) -> Iterator[tuple[str, np.ndarray]]:
+def _numbers(name: str, value: object) -> Iterator[tuple[str, np.ndarray]]:
     if isinstance(value, Distribution):
         for param in iter_params(value):
             yield from _numbers(name, getattr(value, param))

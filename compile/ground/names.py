@@ -1,6 +1,7 @@
 """Names for Nengo objects that are the same in every process.
 
-Nengo's own ``str`` falls back to memory addresses for objects without a label; these do not.
+Nengo's own ``str`` falls back to memory addresses for objects without a label; these do not. They
+can be printed anywhere: control characters of labels are escaped.
 """
 
 from collections import Counter
@@ -11,6 +12,8 @@ import nengo
 from nengo.base import NengoObject, ObjView
 from nengo.connection import LearningRule
 from nengo.ensemble import Neurons
+
+from spikeport.errors import printable
 
 Named: TypeAlias = NengoObject | nengo.Network
 """An ensemble, node, connection or probe, or a network of them."""
@@ -77,6 +80,7 @@ class Names:
         return self._names.get(obj, "read-out")
 
     def _unique(self, name: str) -> str:
+        name = printable(name)
         self._taken[name] += 1
         # A label may itself look like a numbered one.
         return name if self._taken[name] == 1 else self._unique(f"{name}#{self._taken[name]}")

@@ -16,7 +16,7 @@ ROUNDED = ("vth", "decay_u", "decay_v")
 """Constants of neurons that the discretiser rounds, beside the bias."""
 
 
-class Neurons(NamedTuple):
+class BlockNeurons(NamedTuple):
     """Constants of the compartments of a block, each array (n,)."""
 
     decay_u: np.ndarray
@@ -35,7 +35,7 @@ class BlockValues(NamedTuple):
     bias: np.ndarray
     weights: list[np.ndarray]
     indices: list[np.ndarray]
-    neurons: Neurons
+    neurons: BlockNeurons
 
 
 class BlockError(NamedTuple):
@@ -56,11 +56,13 @@ def block_values(block: LoihiBlock) -> BlockValues:
     weights = [w.ravel() for synapse in block.synapses for w in synapse.weights]
     indices = [i.ravel() for synapse in block.synapses for i in synapse.indices]
     comp, n = block.compartment, block.n_neurons
-    neurons = Neurons(*(np.broadcast_to(getattr(comp, name), n) for name in Neurons._fields))
+    neurons = BlockNeurons(
+        *(np.broadcast_to(getattr(comp, name), n) for name in BlockNeurons._fields)
+    )
     return BlockValues(comp.bias, weights, indices, neurons)
 
 
-def restored(wanted: BlockValues, block: LoihiBlock) -> BlockValues:
+def restored_block(wanted: BlockValues, block: LoihiBlock) -> BlockValues:
     """Return the integers of a discretised block, divided by the scales they were made with."""
     info, comp = block.discretize_info, block.compartment
     scale = np.broadcast_to(
@@ -77,7 +79,7 @@ def restored(wanted: BlockValues, block: LoihiBlock) -> BlockValues:
 
 def block_error(label: str, wanted: BlockValues, block: LoihiBlock) -> BlockError:
     """Compare a discretised block with its floating-point values."""
-    found = restored(wanted, block)
+    found = restored_block(wanted, block)
     pairs = [(getattr(found.neurons, name), getattr(wanted.neurons, name)) for name in ROUNDED]
     nonzero = _flat(wanted.weights) != 0
     lost = np.mean(_flat(_integers(block))[nonzero] == 0) if nonzero.any() else 0.0

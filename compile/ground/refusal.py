@@ -18,7 +18,7 @@ from collections.abc import Iterator
 
 from nengo.exceptions import BuildError, NengoException, ValidationError
 
-from spikeport.errors import CompileError, UsageError
+from spikeport.errors import CompileError, UsageError, printable
 
 ADDRESS = re.compile(r" at 0x[0-9a-f]+")
 TURN = threading.RLock()
@@ -56,7 +56,7 @@ def refused(name: str, error: Exception, cure: str) -> RefusedError:
 
 
 def _reason(error: Exception) -> str:
-    reason = without_addresses(error)
+    reason = printable(without_addresses(error))
     if not reason:
         where = traceback.extract_tb(error.__traceback__)[-1]
         return f"{type(error).__name__} at {where.name}: {where.line}"

@@ -33,7 +33,7 @@ def add_params(network: nengo.Network) -> None:
         connections.set_param("decode_path", param)
 
 
-class Settings:
+class NetworkSettings:
     """The settings of a network's objects.
 
     Parameters

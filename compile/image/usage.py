@@ -29,7 +29,7 @@ class ListFormat(NamedTuple):
     per_list: int
 
 
-class Layout(NamedTuple):
+class SynapseLayout(NamedTuple):
     """The memory layout of a chip's lists of synapses: bits of a word and of a list's header."""
 
     word_bits: int = 1
@@ -78,10 +78,14 @@ def out_slots(image: ChipImage, chip: ChipModel) -> np.ndarray:
     return np.bincount(mine.source, weights=slots, minlength=n).astype(int)
 
 
-def layout(chip: ChipModel) -> Layout:
+def layout(chip: ChipModel) -> SynapseLayout:
     """Return the chip's layout of lists; it counts bits alone where the layout is not public."""
     memory = chip.synapse_memory
-    return Layout() if memory is None else Layout(memory.word.count, memory.list_header.count)
+    return (
+        SynapseLayout()
+        if memory is None
+        else SynapseLayout(memory.word.count, memory.list_header.count)
+    )
 
 
 def list_formats(image: ChipImage) -> list[ListFormat]:
@@ -125,7 +129,7 @@ def _atom_starts(image: ChipImage) -> np.ndarray:
     return result
 
 
-def list_bits(sizes: np.ndarray, form: ListFormat, layout: Layout) -> int:
+def list_bits(sizes: np.ndarray, form: ListFormat, layout: SynapseLayout) -> int:
     """Return the bits of rows of these sizes: lists of at most so many synapses, in whole words."""
     full, rest = np.divmod(sizes, form.per_list)
     # Every list begins a word of its own and repeats the header, so both are rounded per list.
@@ -134,7 +138,7 @@ def list_bits(sizes: np.ndarray, form: ListFormat, layout: Layout) -> int:
     return int(words.sum()) * layout.word_bits
 
 
-def _words(payload_bits: np.ndarray, layout: Layout) -> np.ndarray:
+def _words(payload_bits: np.ndarray, layout: SynapseLayout) -> np.ndarray:
     return -(-(payload_bits + layout.header_bits) // layout.word_bits)
 
 

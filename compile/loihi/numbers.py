@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from spikeport.compile.ground import quantisation
-from spikeport.compile.ground.quantisation import BlockValues, Neurons, block_values
+from spikeport.compile.ground.quantisation import BlockNeurons, BlockValues, block_values
 from spikeport.compile.image.tables import flat
 from spikeport.compile.loihi.blocks import IntegerBlocks
 
@@ -51,14 +51,14 @@ def wanted(blocks: IntegerBlocks) -> Numbers:
 def restored(blocks: IntegerBlocks) -> Numbers:
     """Return the integers in floating point: divided by the scales they were made with."""
     pairs = zip(blocks.floats.blocks, blocks.blocks, strict=True)
-    found = [quantisation.restored(block_values(before), after) for before, after in pairs]
+    found = [quantisation.restored_block(block_values(before), after) for before, after in pairs]
     return _numbers(blocks, found)
 
 
 def _numbers(blocks: IntegerBlocks, values: Sequence[BlockValues]) -> Numbers:
     scales = [np.full(b.n_neurons, b.discretize_info["v_scale"]) for b in blocks.blocks]
     constants = {
-        name: _joined(getattr(one.neurons, name) for one in values) for name in Neurons._fields
+        name: _joined(getattr(one.neurons, name) for one in values) for name in BlockNeurons._fields
     }
     return Numbers(
         weights=_joined(weights for one in values for weights in one.weights),

@@ -3,14 +3,14 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, ClassVar, Generic, TypeVar
+from typing import ClassVar, Generic, TypeAlias, TypeVar
 
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.loihi.blocks import FloatBlocks
 from spikeport.hardware_models.chip import ChipModel
 
-Value = TypeVar("Value")
+Value = TypeVar("Value", Rewrite, FloatBlocks, ChipImage)
 
 
 @dataclass(frozen=True)
@@ -22,7 +22,7 @@ class Context:
 
     chip: ChipModel
     dt_s: float
-    note: Callable[[str, Any], None]
+    note: Callable[[str, object], None]
 
 
 @dataclass(frozen=True)
@@ -58,3 +58,6 @@ class BlockPass(Pass[FloatBlocks]):
 @dataclass(frozen=True)
 class ImagePass(Pass[ChipImage]):
     """Turns an image into one that computes the same integers, placed or wired differently."""
+
+
+AnyPass: TypeAlias = Pass[Rewrite] | Pass[FloatBlocks] | Pass[ChipImage]

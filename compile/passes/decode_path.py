@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 import nengo
 from nengo.ensemble import Neurons
@@ -11,7 +11,7 @@ from pydantic import Field
 from spikeport.compile.ground.names import base
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.ground.scope import Scope
-from spikeport.compile.ground.settings import Settings
+from spikeport.compile.ground.settings import NetworkSettings
 from spikeport.compile.loihi.solver import ParameterSolver
 from spikeport.compile.passes.base import Context, NetworkPass
 from spikeport.compile.rewriting.decode_paths import (
@@ -70,7 +70,7 @@ class DecodePath(NetworkPass):
             c: path_costs(link(c, solver), context.chip.limits, context.dt_s, self.rate_hz)
             for c in links
         }
-        settings = Settings(rewrite.network)
+        settings = NetworkSettings(rewrite.network)
         wanted = {c: settings.get(c, "decode_path") or "auto" for c in links}
         wanted = {c: self.default if path == "auto" else path for c, path in wanted.items()}
         reasons = {c: self._rejected(costs[c], wanted[c], slowed=False) for c in links}
@@ -111,7 +111,7 @@ def _slowed(
 
     An ensemble has one filter, the longest of all its inputs.
     """
-    filters: dict[Any, float] = {}
+    filters: dict[nengo.Ensemble, float] = {}
     for c in connections:
         if scope.on_chip(c.post_obj):
             post = base(c.post_obj)
@@ -129,7 +129,7 @@ def _filter_s(connection: nengo.Connection, path: str | None, scope: Scope) -> f
     return getattr(connection.synapse, "tau", 0.0)  # lint refuses other filters than low-pass
 
 
-def _note(costs: list[PathCost], reasons: dict[str, str]) -> dict[str, Any]:
+def _note(costs: list[PathCost], reasons: dict[str, str]) -> dict[str, object]:
     front = {one.path for one in pareto(costs)}
     return {
         "chosen": chosen(costs, reasons),

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from functools import singledispatch
-from typing import Any
 
 import nengo
 import numpy as np
@@ -16,7 +15,7 @@ from spikeport.compile.loihi.blocks import FloatBlocks
 
 
 @singledispatch
-def dump(value: Any) -> list[str]:
+def dump(value: object) -> list[str]:
     """Return the lines that describe a network, nengo-loihi's blocks or an image."""
     raise TypeError(f"there is no text for a {type(value).__name__}")
 

@@ -1,8 +1,8 @@
 """`MergeAxons`: sources with equal weights share one input axon."""
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from spikeport.compile.passes.base import Context, ImagePass
 from spikeport.compile.placing.connectivity import (
     Group,
     Route,
-    Row,
+    SpikeRow,
     assemble,
     division_of,
     groups_of,
@@ -48,7 +48,7 @@ def _amount(image: ChipImage, name: str, chip: ChipModel) -> int:
 
 def _merged(image: ChipImage) -> ChipImage:
     groups, routes = groups_of(image), routes_of(image)
-    bundles: dict[Any, _Bundle | _Whole] = {}
+    bundles: dict[Hashable, _Bundle | _Whole] = {}
     keys, new = _keys(image), []
     for group, key, used in zip(groups, keys, _used(groups, routes), strict=True):
         bundle = _Whole(group) if key == group.like else _Bundle(group)
@@ -71,7 +71,7 @@ def _mapped(axons: np.ndarray, axon: np.ndarray) -> np.ndarray:
     return new
 
 
-def _keys(image: ChipImage) -> list[Any]:
+def _keys(image: ChipImage) -> list[Hashable]:
     """Return a key for each group: groups of equal keys can be joined."""
     # The number of a group that learns is a key of its own, so that nothing joins it.
     near, block, learns = is_consecutive(image), image.groups.block, image.learns
@@ -98,7 +98,7 @@ class _Bundle:
 
     def __init__(self, first: Group) -> None:
         self._like, self._block = first.like, first.block
-        self._rows: dict[Any, tuple[int, Row]] = {}
+        self._rows: dict[Hashable, tuple[int, SpikeRow]] = {}
         self._axons: dict[tuple[int, int], int] = {}
 
     def add(self, group: Group, used: np.ndarray) -> np.ndarray:

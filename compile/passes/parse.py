@@ -1,10 +1,9 @@
 """The parser of pipelines: ``fuse,pack{effort=2},place``."""
 
 import re
-from typing import Any
 
 from spikeport.compile.passes import registry
-from spikeport.compile.passes.base import Pass
+from spikeport.compile.passes.base import AnyPass
 from spikeport.compile.passes.pipeline import Pipeline
 from spikeport.errors import UsageError
 from spikeport.key_values import converted, parameters
@@ -49,7 +48,7 @@ def _matches(pattern: re.Pattern[str], text: str) -> list[re.Match[str]]:
     return matches
 
 
-def _pass(name: str, text: str | None) -> Pass[Any]:
+def _pass(name: str, text: str | None) -> AnyPass:
     cls = registry.get(name)
     pairs = []
     for match in _matches(ONE_OPTION, text or ""):
@@ -59,6 +58,6 @@ def _pass(name: str, text: str | None) -> Pass[Any]:
     return cls(**converted(pairs, options(cls), f"option of {owner}", f"{owner}:"))
 
 
-def options(cls: type[Pass[Any]]) -> dict[str, Any]:
+def options(cls: type[AnyPass]) -> dict[str, object]:
     """Return the options of a pass, by name: the types of its fields."""
     return parameters(cls, f"pass {cls.name}")

@@ -3,12 +3,13 @@
 import itertools
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import TypeAlias
 
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.loihi.blocks import FloatBlocks
 from spikeport.compile.passes.base import (
+    AnyPass,
     BlockPass,
     Context,
     ImagePass,
@@ -20,7 +21,7 @@ from spikeport.errors import UsageError
 from spikeport.hardware_models.chip import ChipModel
 
 STAGES = (NetworkPass, BlockPass, ImagePass)
-Observer = Callable[[Pass[Any], Any], None]
+Observer: TypeAlias = Callable[[AnyPass, Rewrite | FloatBlocks | ChipImage], None]
 """An observer, called after every pass with the pass and the value it left."""
 
 
@@ -34,7 +35,7 @@ class Pipeline:
         If passes are not in that order, one would undo another, or one is there twice.
     """
 
-    passes: tuple[Pass[Any], ...]
+    passes: tuple[AnyPass, ...]
 
     def __post_init__(self) -> None:
         """Check the order."""
@@ -67,7 +68,7 @@ class PassRun:
         self._chip = chip
         self._dt_s = dt_s
         self._observe = observer
-        self.record: list[dict[str, Any]] = []
+        self.record: list[dict[str, object]] = []
 
     @property
     def rewrites(self) -> bool:
@@ -88,14 +89,14 @@ class PassRun:
 
     def _apply(self, passes: tuple[Pass[Value], ...], value: Value) -> Value:
         for one in passes:
-            notes: dict[str, Any] = {}
+            notes: dict[str, object] = {}
             value = one.apply(value, Context(self._chip, self._dt_s, notes.__setitem__))
             self.record.append({"name": one.name, "options": asdict(one), "notes": notes})
             self._observe(one, value)
         return value
 
 
-def _check_order(before: Pass[Any], after: Pass[Any]) -> None:
+def _check_order(before: AnyPass, after: AnyPass) -> None:
     if after.name == before.name:
         raise UsageError(f"pass {after.name} is there twice; give it once, with all its options")
     if _stage(after) < _stage(before):
@@ -107,15 +108,15 @@ def _check_order(before: Pass[Any], after: Pass[Any]) -> None:
         raise UsageError(f"pass {after.name} cannot follow {before.name}; put it before")
 
 
-def _stage(one: Pass[Any] | type[Pass[Any]]) -> int:
+def _stage(one: AnyPass | type[AnyPass]) -> int:
     cls = one if isinstance(one, type) else type(one)
     return next(i for i, stage in enumerate(STAGES) if issubclass(cls, stage))
 
 
-def kind(one: Pass[Any] | type[Pass[Any]]) -> str:
+def kind(one: AnyPass | type[AnyPass]) -> str:
     """Return the kind of value that a pass works on."""
     return ("networks", "blocks", "images")[_stage(one)]
 
 
-def silent(_one: Pass[Any], _value: Any) -> None:
+def observe_nothing(_one: AnyPass, _value: object) -> None:
     """Observe nothing."""

@@ -1,9 +1,8 @@
 """The passes, by name; each is imported when it is first asked for."""
 
 from importlib import import_module
-from typing import Any
 
-from spikeport.compile.passes.base import Pass
+from spikeport.compile.passes.base import AnyPass
 from spikeport.errors import unknown
 
 PASSES: dict[str, str] = {
@@ -26,7 +25,7 @@ PIPELINES = {
 is rewritten first, equal in float, on fewer still."""
 
 
-def get(name: str) -> type[Pass[Any]]:
+def get(name: str) -> type[AnyPass]:
     """Return the pass of a name.
 
     Raises
@@ -37,5 +36,5 @@ def get(name: str) -> type[Pass[Any]]:
     if name not in PASSES:
         raise unknown("pass", name, PASSES)
     module, _, cls = PASSES[name].partition(":")
-    result: type[Pass[Any]] = getattr(import_module(module), cls)
+    result: type[AnyPass] = getattr(import_module(module), cls)
     return result

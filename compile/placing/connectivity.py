@@ -23,7 +23,7 @@ from spikeport.compile.image.tables import (
 )
 
 
-class Row(NamedTuple):
+class SpikeRow(NamedTuple):
     """Weights and targets of one spike, each (n_atoms, n)."""
 
     weights: np.ndarray
@@ -39,7 +39,7 @@ class Group(NamedTuple):
 
     like: int
     block: int
-    rows: Sequence[Row]
+    rows: Sequence[SpikeRow]
     axon_row: np.ndarray
     axon_base: np.ndarray
 
@@ -140,10 +140,10 @@ def _group(image: ChipImage, number: int) -> Group:
     )
 
 
-def _row(image: ChipImage, number: int) -> Row:
+def _row(image: ChipImage, number: int) -> SpikeRow:
     mine, shape = part(image.rows.start, number), (image.rows.atoms[number], -1)
     synapses = image.synapses
-    return Row(synapses.weight[mine].reshape(shape), synapses.index[mine].reshape(shape))
+    return SpikeRow(synapses.weight[mine].reshape(shape), synapses.index[mine].reshape(shape))
 
 
 def _blocks(image: ChipImage, division: Division) -> Blocks:
@@ -168,7 +168,7 @@ def _groups(image: ChipImage, groups: Sequence[Group]) -> Groups:
     )
 
 
-def _rows(rows: Sequence[Row]) -> RowTables:
+def _rows(rows: Sequence[SpikeRow]) -> RowTables:
     return {
         "rows": Rows(
             atoms=np.array([len(row.weights) for row in rows], dtype=int),

@@ -17,14 +17,14 @@ from spikeport.compile.placing.connectivity import (
     Division,
     Group,
     Route,
-    Row,
+    SpikeRow,
     assemble,
     groups_of,
     routes_of,
 )
 
 
-class Kept(NamedTuple):
+class KeptPiece(NamedTuple):
     """A piece of a group: its number, and its axon for each of the group's axons, or -1."""
 
     group: int
@@ -59,10 +59,10 @@ def cut(image: ChipImage, cuts: Mapping[int, Sequence[int]]) -> ChipImage:
     # `like` ascends, so that the first place of a block's number is that of its first piece.
     first_piece = np.searchsorted(division.like, np.arange(image.n_blocks))
     groups: list[Group] = []
-    kept: list[list[Kept]] = []
+    kept: list[list[KeptPiece]] = []
     for group in groups_of(image):
         parts = _cut_group(group, bounds[group.block], int(first_piece[group.block]))
-        kept.append([Kept(len(groups) + i, axon) for i, (_, axon) in enumerate(parts)])
+        kept.append([KeptPiece(len(groups) + i, axon) for i, (_, axon) in enumerate(parts)])
         groups += [part for part, _ in parts]
     routes = [
         part
@@ -118,17 +118,17 @@ def _part(group: Group, first: int, end: int, piece: int) -> tuple[Group, np.nda
     return Group(group.like, piece, [rows[key] for key in number], row, base), axon
 
 
-def _stretch(row: Row, base: int, first: int, end: int) -> Row:
+def _stretch(row: SpikeRow, base: int, first: int, end: int) -> SpikeRow:
     """Return the synapses of a row of one atom, read from a base, with targets in a stretch."""
     # An axon without a base delivers nothing: no stretch holds -1, so it gets no synapses.
     target = base + row.indices[0] if base >= 0 else np.full(row.indices.shape[1], -1)
     inside = (target >= first) & (target < end)
     indices = target[inside] - first - max(base - first, 0)
-    return Row(row.weights[:, inside], indices[np.newaxis])
+    return SpikeRow(row.weights[:, inside], indices[np.newaxis])
 
 
 def _cut_route(
-    route: Route, to: Kept, bounds: list[list[int]], first_piece: np.ndarray
+    route: Route, to: KeptPiece, bounds: list[list[int]], first_piece: np.ndarray
 ) -> Iterator[Route]:
     """Yield the routes to one piece of a group that reach it, from each piece of the source."""
     axon = np.where(route.axon >= 0, to.axon[route.axon], -1)

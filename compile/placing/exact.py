@@ -9,24 +9,28 @@ every machine.
 """
 
 import itertools
-from typing import Any, NamedTuple
+from types import ModuleType
+from typing import TYPE_CHECKING, NamedTuple
 
 from spikeport.compile.placing.lower_bound import lower_bound
 from spikeport.compile.placing.packing import Bins, Problem
 from spikeport.errors import MissingExtraError
 
+if TYPE_CHECKING:
+    from ortools.sat.python.cp_model import CpModel, IntVar
+
 SEARCH = 30.0
 """CP-SAT's deterministic time: of the order of a second each."""
 
 
-class Exact(NamedTuple):
+class ExactPacking(NamedTuple):
     """The best packing that was found, and a number of cores that none goes below."""
 
     bins: Bins
     at_least: int
 
 
-def pack_exactly(problem: Problem, known: Bins) -> Exact:
+def pack_exactly(problem: Problem, known: Bins) -> ExactPacking:
     """Pack blocks on as few cores as possible, starting from a packing that is known.
 
     Parameters
@@ -45,7 +49,7 @@ def pack_exactly(problem: Problem, known: Bins) -> Exact:
     at_least = lower_bound(problem.loads, problem.room)["cores"]
     fits = all(problem.fits([block]) for block in range(len(problem.loads)))
     if len(known) == at_least or not fits:  # what fits no core, verification refuses
-        return Exact(known, at_least)
+        return ExactPacking(known, at_least)
     cp_model = _ortools()
     model = cp_model.CpModel()
     on = _placements(model, problem, known, at_least)
@@ -58,13 +62,13 @@ def pack_exactly(problem: Problem, known: Bins) -> Exact:
     status = solver.solve(model)
     at_least = round(solver.best_objective_bound)
     if status not in (cp_model.OPTIMAL, cp_model.FEASIBLE):
-        return Exact(known, at_least)
+        return ExactPacking(known, at_least)
     cores = range(len(known))
     bins = [[b for b, where in enumerate(on) if solver.boolean_value(where[k])] for k in cores]
-    return Exact([blocks for blocks in bins if blocks], at_least)
+    return ExactPacking([blocks for blocks in bins if blocks], at_least)
 
 
-def _ortools() -> Any:
+def _ortools() -> ModuleType:
     try:
         from ortools.sat.python import cp_model
     except ImportError as error:
@@ -72,10 +76,13 @@ def _ortools() -> Any:
             "pack{exact=true} needs the package ortools, which is absent; "
             "install it with: pip install 'spikeport[optimal]'"
         ) from error
-    return cp_model
+    module: ModuleType = cp_model
+    return module
 
 
-def _placements(model: Any, problem: Problem, known: Bins, at_least: int) -> list[list[Any]]:
+def _placements(
+    model: "CpModel", problem: Problem, known: Bins, at_least: int
+) -> list[list["IntVar"]]:
     """Return x_bk, with all that holds whatever the loads: one core a block, as few as possible."""
     used = [model.new_bool_var(f"y{k}") for k in range(len(known))]
     on = [
@@ -98,7 +105,7 @@ def _placements(model: Any, problem: Problem, known: Bins, at_least: int) -> lis
     return on
 
 
-def _limit_amounts(model: Any, problem: Problem, on: list[list[Any]]) -> None:
+def _limit_amounts(model: "CpModel", problem: Problem, on: list[list["IntVar"]]) -> None:
     """Limit the sum of each amount on each core."""
     for kind, room in enumerate(problem.room.amounts):
         if room < float("inf"):
@@ -107,7 +114,7 @@ def _limit_amounts(model: Any, problem: Problem, on: list[list[Any]]) -> None:
                 model.add(total <= int(room))
 
 
-def _limit_profiles(model: Any, problem: Problem, on: list[list[Any]]) -> None:
+def _limit_profiles(model: "CpModel", problem: Problem, on: list[list["IntVar"]]) -> None:
     """Limit the number of distinct profiles of each kind on each core."""
     for kind, room in enumerate(problem.room.profiles):
         masks = [load.profiles[kind] for load in problem.loads]

@@ -106,7 +106,7 @@ class Candidate(NamedTuple):
 
 
 Rank = tuple[float, ...]
-Choice = Callable[[Problem, Candidate], Rank]
+CoreChoice = Callable[[Problem, Candidate], Rank]
 """A rule; of the cores that have room for a block, the first with the smallest rank takes it."""
 
 
@@ -133,7 +133,7 @@ def most_traffic(problem: Problem, core: Candidate) -> Rank:
     return -traffic, -problem.room.fill(core.after)
 
 
-CHOICES: tuple[Choice, ...] = (first, fullest, most_alike, most_traffic)
+CHOICES: tuple[CoreChoice, ...] = (first, fullest, most_alike, most_traffic)
 
 
 class _Cores:
@@ -192,7 +192,7 @@ class _Cores:
         )
 
 
-def filled(problem: Problem, order: Sequence[int], choice: Choice) -> Bins:
+def filled(problem: Problem, order: Sequence[int], choice: CoreChoice) -> Bins:
     """Place blocks in an order, each on a core that has room, or else on a new one."""
     cores = _Cores(problem, [])
     for block in order:

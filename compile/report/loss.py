@@ -7,7 +7,6 @@ share is its error squared against the sum of all. `spikeport.backends.loss` mea
 """
 
 from dataclasses import asdict, dataclass
-from typing import Any
 
 from spikeport.compile.check import rules
 from spikeport.compile.check.violation import Violation
@@ -18,7 +17,7 @@ SATURATED = 0.01
 
 
 @dataclass(frozen=True)
-class Part:
+class LossPart:
     """One cause of loss: ``what`` of an ensemble or relay is rounded, and how far that is felt.
 
     ``rounding`` is the relative rms error of the rounded numbers, ``output_error`` that of the
@@ -47,7 +46,7 @@ class Loss:
     floor : float
         Error that a change in the last bit of the float blocks makes: spikes that come a step
         earlier. Errors near it say nothing of their cause.
-    parts : tuple of Part
+    parts : tuple of LossPart
         The causes, largest share first.
     aliasing : mapping of str to float
         Relative rms difference of an ensemble's rates on the chip, whose intervals are whole steps,
@@ -62,7 +61,7 @@ class Loss:
     tau_s: float
     output_error: float
     floor: float
-    parts: tuple[Part, ...]
+    parts: tuple[LossPart, ...]
     aliasing: dict[str, float]
     readout_spikes: int
     saturated_inputs: dict[str, float]
@@ -86,6 +85,6 @@ class Loss:
         ]
         return tuple(found)
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """Return plain data, ready for JSON."""
         return asdict(self) | {"parts": [asdict(part) for part in self.parts]}

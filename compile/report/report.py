@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
-from typing import Any
+from typing import Any, TypeAlias
 
 from spikeport.compile.check.violation import Violation
 from spikeport.compile.ground.quantisation import BlockError
@@ -14,6 +14,8 @@ from spikeport.hardware_models.energy import ModuleEnergy, energy, module_energi
 from spikeport.hardware_models.limits import CoreUse, Usage, totals, usages
 from spikeport.hardware_models.timing import timing
 
+Json: TypeAlias = dict[str, Any]
+"""Plain data, ready for JSON: a report or a part of it, as ``docs/report.schema.json`` has it."""
 SCHEMA = 1
 """Version of the report as plain data; `spikeport.compile.report.schema` is its schema."""
 
@@ -31,7 +33,7 @@ class Modules:
             c.name: module_energies(self.activity, self.names, chip, c) for c in chip.calibrations
         }
 
-    def to_dict(self, chip: ChipModel) -> dict[str, Any]:
+    def to_dict(self, chip: ChipModel) -> Json:
         """Return plain data, ready for JSON."""
         return {name: [asdict(one) for one in found] for name, found in self.energies(chip).items()}
 
@@ -53,7 +55,7 @@ class Report:
     errors: tuple[BlockError, ...]
     warnings: tuple[str, ...]
     placed: tuple[tuple[str, ...], ...] = ()
-    passes: tuple[Mapping[str, Any], ...] = ()
+    passes: tuple[Json, ...] = ()
     lower_bound: Mapping[str, int] = field(default_factory=dict)
     neurobench: NeuroBench | None = None
     hints: tuple[Violation, ...] = ()
@@ -74,9 +76,9 @@ class Report:
         self,
         activity: Activity | None = None,
         rates: Rates | None = None,
-        loss: Mapping[str, Any] | None = None,
+        loss: Mapping[str, object] | None = None,
         modules: Modules | None = None,
-    ) -> dict[str, Any]:
+    ) -> Json:
         """Return the report as plain data.
 
         Parameters
@@ -115,13 +117,13 @@ class Report:
         rows["cores"]["lower_bound"] = self.lower_bound.get("cores")
         return rows
 
-    def _neurobench(self, activity: Activity | None) -> dict[str, Any] | None:
+    def _neurobench(self, activity: Activity | None) -> Json | None:
         if self.neurobench is None:
             return None
         return asdict(self.neurobench) | ({} if activity is None else workload(activity))
 
 
-def _basis(activity: Activity | None, rates: Rates | None) -> dict[str, Any] | None:
+def _basis(activity: Activity | None, rates: Rates | None) -> Json | None:
     """Return the activity that energy and timing are reckoned from."""
     if activity is None:
         return None
@@ -129,7 +131,7 @@ def _basis(activity: Activity | None, rates: Rates | None) -> dict[str, Any] | N
     return {"n_steps": activity.n_steps, "dt_s": activity.dt_s, "rates_hz": stated}
 
 
-def costs(chip: ChipModel, activity: Activity | None) -> dict[str, Any]:
+def costs(chip: ChipModel, activity: Activity | None) -> Json:
     """Return energy and timing of a run in every calibration of a chip; None for both without one.
 
     The timing of a calibration without any time is None.

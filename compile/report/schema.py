@@ -11,7 +11,7 @@ from spikeport.compile.check.violation import Violation
 from spikeport.compile.ground.quantisation import BlockError
 from spikeport.compile.report.loss import Loss
 from spikeport.compile.report.neurobench import NeuroBench
-from spikeport.compile.report.report import SCHEMA
+from spikeport.compile.report.report import SCHEMA, Json
 from spikeport.hardware_models.energy import EnergyReport, ModuleEnergy
 from spikeport.hardware_models.limits import CoreUse
 from spikeport.hardware_models.timing import TimingReport
@@ -19,7 +19,7 @@ from spikeport.hardware_models.timing import TimingReport
 STRICT = ConfigDict(extra="forbid")
 
 
-def _row(named_tuple: Any) -> type[BaseModel]:
+def _row(named_tuple: type[tuple[object, ...]]) -> type[BaseModel]:
     """Return a model of the mapping that a named tuple's ``_asdict`` returns."""
     fields: dict[str, Any] = {
         name: (kind, ...) for name, kind in named_tuple.__annotations__.items()
@@ -45,8 +45,8 @@ class PassRecord(BaseModel):
     model_config = STRICT
 
     name: str
-    options: dict[str, Any]
-    notes: dict[str, Any]
+    options: dict[str, object]
+    notes: dict[str, object]
 
 
 class Basis(BaseModel):
@@ -84,6 +84,6 @@ class ReportData(BaseModel):
     loss: Loss | None
 
 
-def schema() -> dict[str, Any]:
+def schema() -> Json:
     """Return the JSON Schema of a report."""
     return ReportData.model_json_schema(by_alias=True)

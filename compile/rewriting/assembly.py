@@ -11,10 +11,10 @@ from nengo.solvers import NoSolver
 from spikeport.compile.ground.names import End, Named
 from spikeport.compile.ground.rewrite import Rewrite, Seeds
 from spikeport.compile.ground.scope import Scope
-from spikeport.compile.ground.settings import Settings, add_params
+from spikeport.compile.ground.settings import NetworkSettings, add_params
 from spikeport.compile.loihi.readout import readout_scale
 from spikeport.compile.loihi.solver import ParameterSolver, nengo_transform
-from spikeport.compile.rewriting.edges import EdgeKey, Edges, Source, Target, without_zeros
+from spikeport.compile.rewriting.edges import EdgeKey, Edges, EdgeSource, EdgeTarget, without_zeros
 from spikeport.compile.rewriting.partition import Partition
 
 DECODING = ("function", "eval_points", "scale_eval_points", "solver")
@@ -43,7 +43,7 @@ class FlatNetwork:
 
     def __init__(self, before: nengo.Network, seeds: Seeds) -> None:
         self._all_seeds = seeds
-        self._settings = Settings(before)
+        self._settings = NetworkSettings(before)
         self.network = nengo.Network(label=before.label, seed=seeds[before])
         self.seeds: dict[Named, int] = {self.network: seeds[before]}
         add_params(self.network)
@@ -178,21 +178,21 @@ class Assembly:
         if key.path is not None or key.target.kind == "neurons":
             self.flat.network.config[connection].decode_path = key.path or "direct"
 
-    def _start(self, source: Source) -> End:
+    def _start(self, source: EdgeSource) -> End:
         if source.in_group:
             return self.ensembles[source.group].neurons
         return source.obj if source.connection is None else source.connection.pre
 
-    def _end(self, target: Target) -> End:
+    def _end(self, target: EdgeTarget) -> End:
         if not target.in_group:
             return target.obj
         ensemble = self.ensembles[target.group]
         return ensemble.neurons if target.kind == "neurons" else ensemble
 
-    def _from_chip(self, source: Source) -> bool:
+    def _from_chip(self, source: EdgeSource) -> bool:
         return source.in_group or self._scope.on_chip(source.obj)
 
-    def _to_chip(self, target: Target) -> bool:
+    def _to_chip(self, target: EdgeTarget) -> bool:
         return target.in_group or self._scope.on_chip(target.obj)
 
 

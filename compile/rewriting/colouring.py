@@ -9,7 +9,7 @@ from nengo.base import NengoObject
 
 from spikeport.compile.ground.names import base
 from spikeport.compile.ground.scope import NEURON_TYPES, PROBEABLE, REGULAR_BASES, Scope
-from spikeport.compile.ground.settings import Settings
+from spikeport.compile.ground.settings import NetworkSettings
 from spikeport.compile.rewriting.passthrough import PLAIN, is_passthrough
 
 
@@ -27,7 +27,7 @@ def regroupable(scope: Scope, folded: Sequence[nengo.Node]) -> list[nengo.Ensemb
     folded : sequence of nengo.Node
         The passthrough nodes that will be multiplied out.
     """
-    settings = Settings(scope.network)
+    settings = NetworkSettings(scope.network)
     special = set(_special(scope, folded))
     return [
         ensemble

@@ -15,14 +15,14 @@ import scipy.sparse as sparse
 from nengo.ensemble import Neurons
 
 from spikeport.compile.ground.names import End, base
-from spikeport.compile.ground.settings import Settings
+from spikeport.compile.ground.settings import NetworkSettings
 from spikeport.compile.loihi.solver import Matrix, ParameterSolver, full, transformed
-from spikeport.compile.rewriting.partition import Partition, Place
+from spikeport.compile.rewriting.partition import Partition, Position
 
 NO_GROUP = -1
 
 
-class Source(NamedTuple):
+class EdgeSource(NamedTuple):
     """The start of an edge.
 
     Either the neurons of a group, or the whole output of an object that stays, or, where this is a
@@ -39,7 +39,7 @@ class Source(NamedTuple):
         return self.group != NO_GROUP
 
 
-class Target(NamedTuple):
+class EdgeTarget(NamedTuple):
     """The end of an edge: the neurons or the dimensions of a group, or an object that stays."""
 
     kind: str
@@ -58,8 +58,8 @@ class EdgeKey(NamedTuple):
     ``path`` is the setting ``decode_path`` of the connections, None where it is free.
     """
 
-    source: Source
-    target: Target
+    source: EdgeSource
+    target: EdgeTarget
     synapse: nengo.synapses.Synapse | None
     path: str | None
 
@@ -71,7 +71,7 @@ Edges = dict[EdgeKey, sparse.csr_array]
 class _Origin(NamedTuple):
     """An `EdgeKey` whose target is still open."""
 
-    source: Source
+    source: EdgeSource
     synapse: nengo.synapses.Synapse | None
     path: str | None
 
@@ -79,7 +79,7 @@ class _Origin(NamedTuple):
 class _Destination(NamedTuple):
     """The rows of a target that some of a connection's values go to, multiplied by a factor."""
 
-    target: Target
+    target: EdgeTarget
     rows: np.ndarray
     values: np.ndarray | slice = slice(None)
     factor: np.ndarray | float = 1.0
@@ -134,7 +134,7 @@ class EdgeMatrices:
     ) -> None:
         self._solver = solver
         self._partition = partition
-        self._settings = Settings(network)
+        self._settings = NetworkSettings(network)
         self._blocks: dict[EdgeKey, list[_Block]] = defaultdict(list)
         self.into_nodes: dict[nengo.Node, Edges] = {node: {} for node in folded}
         connections = [*network.all_connections, *reads]
@@ -160,16 +160,16 @@ class EdgeMatrices:
     def _start(self, connection: nengo.Connection) -> None:
         """Add a connection from the neurons of a group, or from an object that stays."""
         pre, places = connection.pre_obj, self._partition.places.get(base(connection.pre_obj))
-        origin = _Origin(Source(NO_GROUP, pre), connection.synapse, self._path(connection))
+        origin = _Origin(EdgeSource(NO_GROUP, pre), connection.synapse, self._path(connection))
         if places is not None:
             weights = self._solver.weights(connection)
             for place in places:
                 mine = weights[:, place.part.start : place.part.stop]
-                started = origin._replace(source=Source(place.group))
+                started = origin._replace(source=EdgeSource(place.group))
                 self._add(connection, started, mine, place.neuron)
         elif isinstance(pre, nengo.Ensemble) or connection.function is not None:
             # Only its own connection computes a function, so its result is the source.
-            origin = origin._replace(source=Source(NO_GROUP, pre, connection))
+            origin = origin._replace(source=EdgeSource(NO_GROUP, pre, connection))
             transform = self._solver.transform(connection)
             self._add(connection, origin, full(transform, connection.size_mid))
         else:
@@ -203,7 +203,7 @@ class EdgeMatrices:
         post = connection.post_obj
         rows = np.arange(post.size_in)[connection.post_slice]
         if post in self.into_nodes or base(post) not in self._partition:
-            yield _Destination(Target("object", NO_GROUP, post), rows)
+            yield _Destination(EdgeTarget("object", NO_GROUP, post), rows)
             return
         for place in self._partition.places[base(post)]:
             if isinstance(post, Neurons):
@@ -213,15 +213,15 @@ class EdgeMatrices:
             else:
                 # Inputs of a group are in units of its radius, the largest of its members'.
                 factor = self._partition.radius(place.group) / post.radius
-                target = Target("dimensions", place.group)
+                target = EdgeTarget("dimensions", place.group)
                 yield _Destination(target, rows + place.dimension, factor=factor)
 
-    def _to_encoded(self, place: Place, rows: np.ndarray) -> _Destination:
+    def _to_encoded(self, place: Position, rows: np.ndarray) -> _Destination:
         """Return the neurons of a part, for a solver that gives weights between neurons."""
         part, post = place.part, place.part.ensemble
         encoders = self._solver.ensemble(post).encoders[part.start : part.stop, rows]
         neurons = np.arange(part.size) + place.neuron
-        target = Target("neurons", place.group)
+        target = EdgeTarget("neurons", place.group)
         return _Destination(target, neurons, factor=encoders / post.radius)
 
     def _edges_into(self, node: nengo.Node | None) -> Edges:
@@ -232,24 +232,24 @@ class EdgeMatrices:
             if (key.target.obj is node if node else key.target.obj not in self.into_nodes)
         }
 
-    def _size_in(self, target: Target) -> int:
+    def _size_in(self, target: EdgeTarget) -> int:
         if target.kind == "neurons":
             return self._partition.n_neurons(target.group)
         if target.kind == "dimensions":
             return self._partition.dimensions(target.group)
         return int(target.obj.size_in)
 
-    def _size_out(self, source: Source) -> int:
+    def _size_out(self, source: EdgeSource) -> int:
         if source.in_group:
             return self._partition.n_neurons(source.group)
         return int(source.obj.size_out if source.connection is None else source.connection.size_mid)
 
 
-def _to_neurons(place: Place, rows: np.ndarray) -> _Destination:
+def _to_neurons(place: Position, rows: np.ndarray) -> _Destination:
     """Return the neurons of a part among some neurons of its ensemble."""
     part = place.part
     mine = (rows >= part.start) & (rows < part.stop)
-    target = Target("neurons", place.group)
+    target = EdgeTarget("neurons", place.group)
     return _Destination(target, rows[mine] - part.start + place.neuron, mine)
 
 

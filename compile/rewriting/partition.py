@@ -21,7 +21,7 @@ class Part(NamedTuple):
         return self.stop - self.start
 
 
-class Place(NamedTuple):
+class Position(NamedTuple):
     """The position of a part: its group, and its first neuron and dimension in that group."""
 
     part: Part
@@ -45,17 +45,17 @@ class Partition:
     ----------
     groups : list of tuples of Part
         The same.
-    places : dict of nengo.Ensemble to list of Place
+    places : dict of nengo.Ensemble to list of Position
         The places of the parts of each ensemble, in the order of the groups.
     """
 
     def __init__(self, groups: Iterable[Sequence[Part]]) -> None:
         self.groups = [tuple(group) for group in groups]
-        self.places: dict[nengo.Ensemble, list[Place]] = {}
+        self.places: dict[nengo.Ensemble, list[Position]] = {}
         for number, group in enumerate(self.groups):
             neuron = dimension = 0
             for part in group:
-                place = Place(part, number, neuron, dimension)
+                place = Position(part, number, neuron, dimension)
                 self.places.setdefault(part.ensemble, []).append(place)
                 neuron += part.size
                 dimension += part.ensemble.dimensions

@@ -13,7 +13,7 @@ from spikeport.compile.ground.rewrite import Built, Piece, Rewrite
 from spikeport.compile.loihi.solver import Builder, ParameterSolver
 from spikeport.compile.rewriting.assembly import Assembly
 from spikeport.compile.rewriting.edges import EdgeMatrices
-from spikeport.compile.rewriting.partition import Partition, Place
+from spikeport.compile.rewriting.partition import Partition, Position
 
 
 def regroup(
@@ -165,7 +165,7 @@ class ProbeMap:
     def _decoded(
         self,
         probe: nengo.Probe,
-        place: Place,
+        place: Position,
         ensemble: nengo.Ensemble,
         options: Mapping[str, object],
     ) -> nengo.Probe:

@@ -47,7 +47,7 @@ def draw_states(law: OperationalSpaceLaw, region: ArmRegion, n: int = STATES) ->
     return HeldStates(np.hstack([q, dq, x]), target, term_torques(law.terms(q), dq, target - x))
 
 
-def refit(built: ArmNetwork, held: HeldStates, options: Options, dt_s: float) -> Refitted:
+def refit_arm(built: ArmNetwork, held: HeldStates, options: Options, dt_s: float) -> Refitted:
     """Refit decoders (n, 4) in N m per Hz for each group of a controller on a backend."""
     steps = SETTLING_STEPS + COUNTED_STEPS
     with nengo.Network(label="calibration", seed=built.seed) as network:

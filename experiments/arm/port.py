@@ -6,7 +6,7 @@ from typing import Protocol
 import numpy as np
 
 from spikeport.errors import DivergedError
-from spikeport.experiments.arm.recording import ArmRecording, Task
+from spikeport.experiments.arm.recording import ArmRecording, ArmTask
 from spikeport.experiments.loop import Port
 from spikeport.experiments.trial import Rig
 from spikeport.networks.arm import STATE_SIZE
@@ -32,13 +32,13 @@ class TaskAim:
 
     Attributes
     ----------
-    task : Task or None
+    task : ArmTask or None
         What its arm does; None for a hand that is to stay where it is.
     """
 
     def __init__(self, plant: Plant) -> None:
         self._plant = plant
-        self.task: Task | None = None
+        self.task: ArmTask | None = None
 
     def look(self) -> tuple[np.ndarray, np.ndarray]:
         """Return hand and target (3,) in the world, in m."""
@@ -127,7 +127,7 @@ class ArmRig(Rig):
         self.port = ArmPort(plant, self.aim)
         super().__init__(plant, [self.port], dt_s or plant.dt_s)
 
-    def begin(self, seed: int, task: Callable[[np.ndarray], Task]) -> None:
+    def begin(self, seed: int, task: Callable[[np.ndarray], ArmTask]) -> None:
         """Begin a run at rest, as a seed varies it, with a task for the hand's place (3,) in m."""
         plant = self.plant
         rest = zip(ARM_JOINTS, self.law.gains.rest_rad, strict=True)

@@ -23,7 +23,7 @@ SERIES = {
 }
 
 
-class Task(Protocol):
+class ArmTask(Protocol):
     """Something for the arm to do: a target (3,) in m that moves."""
 
     target: np.ndarray
@@ -74,7 +74,7 @@ class ArmRun(NamedTuple):
     ----------
     recording : ArmRecording
         All physics steps.
-    task : Task or None
+    task : ArmTask or None
         What the arm did.
     exact : (n, 4) array
         Torques of the exact law at the recorded states, in N m.
@@ -89,7 +89,7 @@ class ArmRun(NamedTuple):
     """
 
     recording: ArmRecording
-    task: Task | None
+    task: ArmTask | None
     exact: np.ndarray
     at_limit: np.ndarray
     rasters: dict[str, np.ndarray]

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from spikeport.experiments.arm.port import ArmRig
-from spikeport.experiments.arm.recording import ArmRecording, Task
+from spikeport.experiments.arm.recording import ArmRecording, ArmTask
 from spikeport.networks.operational_space import OperationalSpaceLaw
 from spikeport.networks.region import ArmRegion
 from spikeport.robot.plant import Plant
@@ -18,7 +18,7 @@ class Rehearsal(NamedTuple):
     ``task`` makes it from the hand's place (3,) at the start; ``seed`` draws the posture there.
     """
 
-    task: Callable[[np.ndarray], Task]
+    task: Callable[[np.ndarray], ArmTask]
     seconds: float
     seed: int
 

@@ -11,10 +11,10 @@ import numpy as np
 import xarray as xr
 
 from spikeport.constants import DT_S
-from spikeport.experiments.arm.calibration import draw_states, refit
+from spikeport.experiments.arm.calibration import draw_states, refit_arm
 from spikeport.experiments.arm.port import ArmRig
 from spikeport.experiments.arm.reachability import check_reachable, check_sampled
-from spikeport.experiments.arm.recording import ArmRecording, ArmRun, Task, dataset
+from spikeport.experiments.arm.recording import ArmRecording, ArmRun, ArmTask, dataset
 from spikeport.experiments.arm.region import Rehearsal, record_region
 from spikeport.experiments.arm.settings import ArmSettings
 from spikeport.experiments.calibration import DecoderCalibration, load
@@ -39,7 +39,7 @@ class ArmTrial(Trial[ArmRig, ArmRun]):
     settings: ArmSettings
 
     @abstractmethod
-    def task(self, hand: np.ndarray) -> Task:
+    def task(self, hand: np.ndarray) -> ArmTask:
         """Return what the arm does, its hand being at (3,) in m."""
 
     @abstractmethod
@@ -106,7 +106,7 @@ class ArmTrial(Trial[ArmRig, ArmRun]):
 
     def _calibrated(self, region: ArmRegion) -> DecoderCalibration:
         held = draw_states(self.law, region)
-        refitted = refit(self._arm(region), held, self.options, DT_S)
+        refitted = refit_arm(self._arm(region), held, self.options, DT_S)
         return DecoderCalibration(self._made_for, refitted.image_digest, refitted.decoders)
 
     def _arm(

@@ -14,9 +14,9 @@ from distributed import Client, Future, get_worker, wait
 from distributed.scheduler import KilledWorker
 
 from spikeport.errors import BackendError, SpikeportError, UsageError
-from spikeport.experiments.sweep.folder import Kept
+from spikeport.experiments.sweep.folder import PointFiles
 from spikeport.experiments.sweep.plan import Point
-from spikeport.experiments.sweep.workers import Outcome, Run, died
+from spikeport.experiments.sweep.workers import PointOutcome, Run, died
 
 ANSWER_S = 5
 """How long a scheduler may take to answer, and a cluster to show a worker."""
@@ -35,7 +35,7 @@ CONFIG = {
 @contextlib.contextmanager
 def outcomes(
     scheduler: str, points: Sequence[Point], run: Run
-) -> Iterator[Iterator[tuple[Point, Outcome]]]:
+) -> Iterator[Iterator[tuple[Point, PointOutcome]]]:
     """Open a cluster, and yield every point as it ends, with what is kept of it or why it failed.
 
     Raises
@@ -77,7 +77,9 @@ def _check(client: Client, scheduler: str) -> None:
         )
 
 
-def _outcomes(client: Client, points: Sequence[Point], run: Run) -> Iterator[tuple[Point, Outcome]]:
+def _outcomes(
+    client: Client, points: Sequence[Point], run: Run
+) -> Iterator[tuple[Point, PointOutcome]]:
     """Yield outcomes; no more points are under way than there are workers.
 
     Else the next one to kill its worker would take with it what that worker has not handed over.
@@ -98,10 +100,10 @@ def _outcomes(client: Client, points: Sequence[Point], run: Run) -> Iterator[tup
         submit()
 
 
-def _in_its_folder(run: Run) -> Callable[[Point], Kept]:
+def _in_its_folder(run: Run) -> Callable[[Point], PointFiles]:
     """Return a function that runs a point in the folder of the worker it is on."""
 
-    def on_worker(point: Point) -> Kept:
+    def on_worker(point: Point) -> PointFiles:
         return run(point, get_worker().local_directory)
 
     return on_worker
@@ -123,10 +125,10 @@ def _ended(client: Client, running: Iterable[Future]) -> Iterable[Future]:
     return done
 
 
-def _outcome(future: Future) -> Outcome:
+def _outcome(future: Future) -> PointOutcome:
     error = future.exception()
     if error is None:
-        kept: Kept = future.result()
+        kept: PointFiles = future.result()
         return kept
     if isinstance(error, KilledWorker):
         return died(error.allowed_failures + 1)

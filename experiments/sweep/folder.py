@@ -23,7 +23,7 @@ LOCK = ".sweep.lock"
 """What is locked while a sweep runs; it stays, and says nothing."""
 
 
-class Kept(NamedTuple):
+class PointFiles(NamedTuple):
     """The files kept of a point: its ``result.json``, and ``probes.nc`` if that is asked for."""
 
     result: dict[str, Any]
@@ -53,7 +53,7 @@ class SweepFolder:
         """Return whether a point is finished."""
         return self.result_path(point).is_file()
 
-    def write(self, point: Point, kept: Kept) -> None:
+    def write(self, point: Point, kept: PointFiles) -> None:
         """Keep a finished point."""
         if kept.probes is not None:
             with atomic_path(self.probes_path(point)) as temporary:

@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 from spikeport.experiments import registry
 from spikeport.experiments.sweep import workers
-from spikeport.experiments.sweep.folder import Kept, SweepFolder
+from spikeport.experiments.sweep.folder import PointFiles, SweepFolder
 from spikeport.experiments.sweep.plan import Point, Sweep
-from spikeport.experiments.sweep.workers import Outcome
+from spikeport.experiments.sweep.workers import PointOutcome
 from spikeport.files import read_json
 from spikeport.progress import Progress
 
@@ -49,7 +49,7 @@ def run(
         while ended < len(points):
             progress(f"{ended} of {len(points)} points", ended / len(points))
             point, outcome = next(outcomes)
-            if isinstance(outcome, Kept):
+            if isinstance(outcome, PointFiles):
                 folder.write(point, outcome)
             else:
                 failures.append(Failure(point, outcome))
@@ -59,16 +59,16 @@ def run(
 
 def _outcomes(
     scheduler: str | None, n_workers: int, points: Sequence[Point]
-) -> contextlib.AbstractContextManager[Iterator[tuple[Point, Outcome]]]:
+) -> contextlib.AbstractContextManager[Iterator[tuple[Point, PointOutcome]]]:
     if scheduler is None:
         return workers.outcomes(n_workers, points, run_point)
     cluster = registry.imported("--scheduler", CLUSTER, extra="sweep")
-    opened: contextlib.AbstractContextManager[Iterator[tuple[Point, Outcome]]]
+    opened: contextlib.AbstractContextManager[Iterator[tuple[Point, PointOutcome]]]
     opened = cluster.outcomes(scheduler, points, run_point)
     return opened
 
 
-def run_point(point: Point, scratch: str) -> Kept:
+def run_point(point: Point, scratch: str) -> PointFiles:
     """Run a point in a folder of its own, which is removed after it."""
     experiment = registry.get(point.sweep.experiment)
     temporary = tempfile.TemporaryDirectory(dir=scratch)
@@ -77,4 +77,4 @@ def run_point(point: Point, scratch: str) -> Kept:
         experiment.run(experiment.settings(**point.settings), point.options, folder)
         result = read_json(folder / "result.json")
         probes = (folder / "probes.nc").read_bytes() if point.sweep.probes else None
-    return Kept(result, probes)
+    return PointFiles(result, probes)

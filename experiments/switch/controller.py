@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import nengo
 import numpy as np
 
-from spikeport.experiments.switch.rehearsal import Exact
+from spikeport.experiments.switch.rehearsal import ExactControllers
 from spikeport.experiments.switch.settings import SwitchSettings
 from spikeport.experiments.walk.controller import analytic_policy
 from spikeport.networks.action_selection import SelectionNetwork
@@ -25,7 +25,7 @@ from spikeport.networks.region import ArmRegion
 
 def spiking_humanoid(
     settings: SwitchSettings,
-    exact: Exact,
+    exact: ExactControllers,
     region: ArmRegion,
     layers: Sequence[Layer],
     ranges: Sequence[Ranges],
@@ -36,7 +36,7 @@ def spiking_humanoid(
     ----------
     settings : SwitchSettings
         Sizes, filters and seed.
-    exact : Exact
+    exact : ExactControllers
         The exact controllers.
     region : ArmRegion
         States of the arm.
@@ -56,7 +56,7 @@ def spiking_humanoid(
     )
 
 
-def analytic_humanoid(exact: Exact, balances: bool) -> HumanoidNetwork:
+def analytic_humanoid(exact: ExactControllers, balances: bool) -> HumanoidNetwork:
     """Build the humanoid without neurons: the exact controllers, and a selection at once."""
     net = HumanoidNetwork(label="analytic humanoid")
     with net:

@@ -14,7 +14,7 @@ import numpy as np
 
 from spikeport.experiments.arm.draw_task import DrawTask
 from spikeport.experiments.arm.port import ArmPort
-from spikeport.experiments.arm.recording import Task
+from spikeport.experiments.arm.recording import ArmTask
 from spikeport.experiments.loop import Port, Recording
 from spikeport.experiments.switch.anchor import Anchor
 from spikeport.experiments.switch.frames import Frame
@@ -42,7 +42,7 @@ class Workplace:
 
     Attributes
     ----------
-    task : Task or None
+    task : ArmTask or None
         What the arm does; None while the robot walks.
     sheet : Frame
         The frame of the sheet to draw on.
@@ -56,7 +56,7 @@ class Workplace:
         self._plant = plant
         self._torso = plant.model.body("torso_link").id
         self._draws, self._begin_s = False, 0.0
-        self.task: Task | None = None
+        self.task: ArmTask | None = None
         self.sheet = self._torso_frame()
         self.hand = self.seen = plant.hand_position()
 

@@ -17,7 +17,7 @@ from scipy.integrate import cumulative_trapezoid
 from spikeport.errors import UsageError
 from spikeport.experiments.arm.draw_task import DrawTask, Sheet, minimum_jerk
 from spikeport.experiments.arm.reach_task import BOXES, ReachTask
-from spikeport.experiments.arm.recording import Task
+from spikeport.experiments.arm.recording import ArmTask
 from spikeport.experiments.switch.schedule import Phase, Schedule
 from spikeport.experiments.walk.paths import WalkPath, find_path
 from spikeport.experiments.walk.port import LEAD_S
@@ -45,7 +45,7 @@ class Goal:
     digit: int
     seed: int
 
-    def task(self, hand: np.ndarray) -> Task | None:
+    def task(self, hand: np.ndarray) -> ArmTask | None:
         """Return what the arm does, its hand being at (3,) in m; None while the robot walks."""
         if self.phase.arm == "digit":
             return DrawTask(self.stroke, hand, self.phase.seconds)

@@ -35,7 +35,7 @@ LARGEST_SHAPE_ERROR_M = {True: 0.008, False: 0.012}
 LARGEST_HAND_ERROR_M = 0.04
 
 
-class Measured(NamedTuple):
+class PhaseJudgement(NamedTuple):
     """The judgement of a phase, and the figures that it rests on."""
 
     good: bool
@@ -133,39 +133,39 @@ def switched_after_s(gates: np.ndarray, phase: Phase) -> float:
     return float(wrong[-1] + 1) * DT_S if len(wrong) else 0.0
 
 
-def _walked(path: WalkPath, recording: WalkRecording, now: np.ndarray) -> Measured:
+def _walked(path: WalkPath, recording: WalkRecording, now: np.ndarray) -> PhaseJudgement:
     place_m, reference_m = recording.position_m[now], recording.reference[now, :2]
     error_m = float(rms(path.distances_m(place_m)))
     behind_m = float(np.linalg.norm(reference_m[-1] - place_m[-1]))
     good = error_m <= LARGEST_PATH_ERROR_M and behind_m <= FARTHEST_BEHIND_M
-    return Measured(good, {"path_error_rms_m": error_m, "behind_m": behind_m})
+    return PhaseJudgement(good, {"path_error_rms_m": error_m, "behind_m": behind_m})
 
 
-def _worked(run: SwitchRun, number: int, now: np.ndarray) -> Measured:
+def _worked(run: SwitchRun, number: int, now: np.ndarray) -> PhaseJudgement:
     measure = {"digit": _drawn, "retract": _retracted, "reach": _reached}
     good, figures = measure[run.goals[number].phase.arm or ""](run, number, now)
     place_m = run.recording.position_m[now]
     moved_m = np.linalg.norm(place_m - place_m[0], axis=1).max()
-    return Measured(good, {**figures, "pelvis_moved_m": float(moved_m)})
+    return PhaseJudgement(good, {**figures, "pelvis_moved_m": float(moved_m)})
 
 
-def _drawn(run: SwitchRun, number: int, _now: np.ndarray) -> Measured:
+def _drawn(run: SwitchRun, number: int, _now: np.ndarray) -> PhaseJudgement:
     goal = run.goals[number]
     trace = drawn(run, goal)
     if not len(trace):
-        return Measured(False, {"shape_error_rms_m": None, "recognised_as": None})
+        return PhaseJudgement(False, {"shape_error_rms_m": None, "recognised_as": None})
     error_m = float(rms(_shape_errors(run, goal)))
     digit = digit_reader.read_digit(Sheet().read(trace)) if digit_reader.can_read() else None
     good = error_m <= LARGEST_SHAPE_ERROR_M[run.anchored] and digit in (goal.digit, None)
-    return Measured(good, {"shape_error_rms_m": error_m, "recognised_as": digit})
+    return PhaseJudgement(good, {"shape_error_rms_m": error_m, "recognised_as": digit})
 
 
-def _retracted(run: SwitchRun, _number: int, now: np.ndarray) -> Measured:
+def _retracted(run: SwitchRun, _number: int, now: np.ndarray) -> PhaseJudgement:
     error_m = float(np.linalg.norm(run.arm.hand[now][-1] - hanging_hand()))
-    return Measured(error_m <= LARGEST_HAND_ERROR_M, {"hand_error_m": error_m})
+    return PhaseJudgement(error_m <= LARGEST_HAND_ERROR_M, {"hand_error_m": error_m})
 
 
-def _reached(run: SwitchRun, _number: int, now: np.ndarray) -> Measured:
+def _reached(run: SwitchRun, _number: int, now: np.ndarray) -> PhaseJudgement:
     moved_m = np.linalg.norm(np.diff(run.arm.target[now], axis=0), axis=1)
     targets = int(np.count_nonzero(moved_m > MIN_JUMP_M / 2))
-    return Measured(targets > 0, {"targets_reached": targets})
+    return PhaseJudgement(targets > 0, {"targets_reached": targets})

@@ -28,7 +28,7 @@ SEEDS = (1000, 1001, 1002)
 """No evaluation uses them."""
 
 
-class Exact(NamedTuple):
+class ExactControllers(NamedTuple):
     """The exact controllers: the arm's law, the policy, the path follower's gains."""
 
     law: OperationalSpaceLaw
@@ -62,7 +62,7 @@ class Rehearsals:
 
     Attributes
     ----------
-    exact : Exact
+    exact : ExactControllers
         The controllers.
     anchors : bool
         Whether the pelvis is held while the arm works. Where it is not, the policy balances, and
@@ -73,7 +73,7 @@ class Rehearsals:
         The schedule, for messages.
     """
 
-    exact: Exact
+    exact: ExactControllers
     anchors: bool
     goals: Callable[[int], Sequence[Goal]]
     file: Path

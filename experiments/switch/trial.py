@@ -28,7 +28,7 @@ from spikeport.experiments.switch.goals import Goal, find_goals
 from spikeport.experiments.switch.metrics import metrics
 from spikeport.experiments.switch.picture import middles, switch_captions, switch_marks
 from spikeport.experiments.switch.recording import SwitchRun, dataset
-from spikeport.experiments.switch.rehearsal import Exact, Rehearsals, Rehearsed
+from spikeport.experiments.switch.rehearsal import ExactControllers, Rehearsals, Rehearsed
 from spikeport.experiments.switch.settings import SwitchSettings
 from spikeport.experiments.trial import Closed, Trial
 from spikeport.experiments.walk.gait import encoding
@@ -86,12 +86,12 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
 
     # the controller
 
-    def exact(self) -> Exact:
+    def exact(self) -> ExactControllers:
         """Return the exact controllers; raises UsageError if the policy is for another robot."""
         law = OperationalSpaceLaw(ArmDynamics())
-        return Exact(law, self.settings.walking_policy(), FollowerGains())
+        return ExactControllers(law, self.settings.walking_policy(), FollowerGains())
 
-    def rehearsals(self, exact: Exact) -> Rehearsals:
+    def rehearsals(self, exact: ExactControllers) -> Rehearsals:
         """Return runs of the schedule by the exact controllers, still to be done."""
         settings = self.settings
         return Rehearsals(exact, settings.anchor, self.goals, settings.schedule_file)
@@ -107,7 +107,7 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
         self.options.progress("rehearsing with the exact controllers", None)
         return rehearsals.record()
 
-    def _spiking(self, exact: Exact) -> tuple[HumanoidNetwork, Box]:
+    def _spiking(self, exact: ExactControllers) -> tuple[HumanoidNetwork, Box]:
         """Build the humanoid for states that the exact controllers pass, and its encoding."""
         settings, rehearsals = self.settings, self.rehearsals(exact)
         rehearsed = self._rehearsed(rehearsals)

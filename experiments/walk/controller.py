@@ -41,7 +41,7 @@ def walk_controller(follower: FollowerNetwork, walker: PolicyNetwork, seed: int)
     return net
 
 
-def silenced(
+def silence_ensembles(
     controller: WalkController, walker: PolicyNetwork, settings: WalkSettings
 ) -> Sequence[nengo.Probe]:
     """Silence a share of the policy's ensembles, and probe a neuron of every eighth or so."""

@@ -15,7 +15,7 @@ from spikeport.networks.region import Box
 from spikeport.robot.description import ARM_JOINTS, JOINTS
 from spikeport.robot.feet import Feet
 from spikeport.robot.plant import Plant
-from spikeport.robot.state import PELVIS, State
+from spikeport.robot.state import PELVIS, RobotState
 from spikeport.robot.walk_interface import (
     ACTION_SIZE,
     COMMAND_CHANGE_PER_S,
@@ -167,12 +167,12 @@ class PolicyView:
         self._change: Sequence[float] = (COMMAND_CHANGE_PER_S * every_s).tolist()
         self._command = [0.0] * len(COMMAND_CHANGE_PER_S)
 
-    def look(self, state: State, command: np.ndarray, action: np.ndarray) -> np.ndarray:
+    def look(self, state: RobotState, command: np.ndarray, action: np.ndarray) -> np.ndarray:
         """Return the observation (69,).
 
         Parameters
         ----------
-        state : State
+        state : RobotState
             The motion of the robot.
         command : (2,) array
             Forward speed in m/s and yaw rate in rad/s that are wanted.

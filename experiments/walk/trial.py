@@ -20,7 +20,11 @@ from spikeport.experiments.policy.readout import (
 )
 from spikeport.experiments.run_folder import Result
 from spikeport.experiments.trial import Closed, Trial
-from spikeport.experiments.walk.controller import analytic_policy, silenced, walk_controller
+from spikeport.experiments.walk.controller import (
+    analytic_policy,
+    silence_ensembles,
+    walk_controller,
+)
 from spikeport.experiments.walk.figure import walk_figure, walk_marks
 from spikeport.experiments.walk.gait import WALKS, encoding, record_gait
 from spikeport.experiments.walk.metrics import metrics
@@ -103,7 +107,7 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
             rig = WalkRig(plant, encoding(gait), OBSERVATION_DT_S, DT_S)
             walker = self._spiking_policy(weights, gait)
         controller = walk_controller(self._follower(), walker, settings.network_seed)
-        spikes = silenced(controller, walker, settings) if settings.silence else ()
+        spikes = silence_ensembles(controller, walker, settings) if settings.silence else ()
         with nengo.Network(label=self.name, seed=settings.network_seed) as network:
             network.add(controller)
             rig.loop.connect(

@@ -31,7 +31,7 @@ NORMALIZER_APART = "obs_norm_state_dict"
 """Where rsl-rl 2 kept the normalisation."""
 
 
-class Layout(NamedTuple):
+class CheckpointLayout(NamedTuple):
     """Where versions of rsl-rl keep their actor: names, prefixes, and patterns of names."""
 
     state: str
@@ -44,8 +44,10 @@ class Layout(NamedTuple):
 
 
 LAYOUTS = (
-    Layout("actor_state_dict", "mlp.", "obs_normalizer.", r"distribution\.(log_)?std_param", ""),
-    Layout(
+    CheckpointLayout(
+        "actor_state_dict", "mlp.", "obs_normalizer.", r"distribution\.(log_)?std_param", ""
+    ),
+    CheckpointLayout(
         "model_state_dict",
         "actor.",
         "actor_obs_normalizer.",
@@ -73,7 +75,7 @@ def read(path: Path, activation: str) -> Mlp:
     return _chain(layout, state, activation).mlp()
 
 
-def _chain(layout: Layout, state: Mapping[str, Tensor], activation: str) -> Chain:
+def _chain(layout: CheckpointLayout, state: Mapping[str, Tensor], activation: str) -> Chain:
     evaluation = Evaluation(OPERATIONS)
 
     def applied(kind: str, chain: Chain, names: Sequence[str]) -> Chain:
@@ -99,7 +101,7 @@ def _content(written: bytes) -> Mapping[str, object]:
     return {str(name): value for name, value in content.items()}
 
 
-def _layout(content: Mapping[str, object]) -> Layout:
+def _layout(content: Mapping[str, object]) -> CheckpointLayout:
     for layout in LAYOUTS:
         if layout.state in content:
             return layout
@@ -116,7 +118,7 @@ def _tensors(name: str, state: object) -> dict[str, Tensor]:
     return tensors
 
 
-def _dense(layout: Layout, state: Mapping[str, Tensor]) -> Iterator[list[str]]:
+def _dense(layout: CheckpointLayout, state: Mapping[str, Tensor]) -> Iterator[list[str]]:
     """Yield the names of weights and bias of every layer, in the order of their numbers."""
     pattern = re.compile(rf"{re.escape(layout.actor)}({NUMBER})\.(weight|bias)")
     for number in sorted({int(m[1]) for m in map(pattern.fullmatch, state) if m}):
@@ -126,7 +128,7 @@ def _dense(layout: Layout, state: Mapping[str, Tensor]) -> Iterator[list[str]]:
         yield names
 
 
-def _refuse_others(layout: Layout, state: Mapping[str, Tensor]) -> None:
+def _refuse_others(layout: CheckpointLayout, state: Mapping[str, Tensor]) -> None:
     """Refuse recurrent or convolutional parts and other layers: they would be left out."""
     layers = rf"{re.escape(layout.actor)}{NUMBER}\.(weight|bias)|{re.escape(layout.normalizer)}.*"
     known = re.compile("|".join((layers, layout.deviation, layout.others)))

@@ -71,7 +71,7 @@ class Action(BaseModel):
     use_default_offset: Literal[True]
 
 
-class Term(BaseModel):
+class ObservationTerm(BaseModel):
     """A part of the observation."""
 
     func: str
@@ -80,15 +80,15 @@ class Term(BaseModel):
     history_length: Literal[0, None] = None
 
 
-class Observations(BaseModel):
+class ObservationOptions(BaseModel):
     """Options of the observation, and its terms in their order."""
 
     policy: dict[str, object]
 
-    def terms(self) -> dict[str, Term]:
+    def terms(self) -> dict[str, ObservationTerm]:
         """The terms that are not switched off."""
         found = {name: value for name, value in self.policy.items() if isinstance(value, dict)}
-        return {name: Term.model_validate(value) for name, value in found.items()}
+        return {name: ObservationTerm.model_validate(value) for name, value in found.items()}
 
 
 class Environment(BaseModel):
@@ -97,11 +97,11 @@ class Environment(BaseModel):
     decimation: Annotated[int, Field(ge=1, le=10_000)]
     sim: Physics
     scene: Scene
-    observations: Observations
+    observations: ObservationOptions
     actions: dict[str, Action]
 
 
-def read(path: Path) -> tuple[Environment, dict[str, Term]]:
+def read(path: Path) -> tuple[Environment, dict[str, ObservationTerm]]:
     """Return the description, and the terms of its observation.
 
     Raises

@@ -12,7 +12,7 @@ import numpy as np
 
 from spikeport.networks.loading import environment
 from spikeport.networks.loading.description import Description
-from spikeport.networks.loading.environment import Action, Actuator, ByName, Term
+from spikeport.networks.loading.environment import Action, Actuator, ByName, ObservationTerm
 from spikeport.networks.loading.refusal import MismatchError
 
 _LEVELS = (
@@ -86,7 +86,7 @@ def _action(actions: Mapping[str, Action]) -> Action:
     return action
 
 
-def _scales(terms: Mapping[str, Term]) -> np.ndarray:
+def _scales(terms: Mapping[str, ObservationTerm]) -> np.ndarray:
     functions = [term.func.rpartition(":")[2] for term in terms.values()]
     if functions != list(TERMS):
         raise MismatchError(f"the observation {', '.join(TERMS)}", ", ".join(functions) or "none")

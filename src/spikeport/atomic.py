@@ -1,9 +1,13 @@
-"""Files that are there whole or not at all."""
+"""Files that are there whole or not at all, and folders that one process writes at a time."""
 
 import contextlib
+import fcntl
 import os
+import secrets
 from collections.abc import Iterator
 from pathlib import Path
+
+from spikeport.errors import UsageError
 
 PART = ".part"
 """How a file that is not yet whole ends; only an interrupted program leaves one behind."""
@@ -16,13 +20,13 @@ def is_leftover(path: Path) -> bool:
 
 @contextlib.contextmanager
 def atomic_path(path: Path) -> Iterator[Path]:
-    """A temporary path beside ``path`` that takes its place when the block ends well.
+    """Yield a temporary path beside ``path`` that takes its place when the block ends well.
 
     The file is flushed to disk before it is renamed; on an error it is removed, and what was at
-    ``path`` before stays as it was.
+    ``path`` before stays as it was. Several threads may write one path: the last one stays.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}{PART}")
+    temporary = _made_anew(path)
     try:
         yield temporary
         with open(temporary, "rb") as file:
@@ -33,6 +37,40 @@ def atomic_path(path: Path) -> Iterator[Path]:
         raise
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def _made_anew(path: Path) -> Path:
+    """Return an empty file beside a path that nobody else has: no link that others put there."""
+    while True:
+        temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}{PART}")
+        with contextlib.suppress(FileExistsError):
+            os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
+            return temporary
+
+
+@contextlib.contextmanager
+def locked(folder: Path) -> Iterator[None]:
+    """Hold the lock of a folder, which ends with the process at the latest.
+
+    Raises
+    ------
+    UsageError
+        If another process, or another thread, holds it.
+    """
+    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        # Some network file systems have no locks for folders: there, nobody is refused.
+        with contextlib.suppress(OSError):
+            try:
+                fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                raise UsageError(
+                    f"{folder}: another process writes into it; wait until it ends, or choose "
+                    "another --out"
+                ) from None
+        yield
+    finally:
+        os.close(descriptor)
 
 
 def write_text(path: Path, text: str) -> None:

@@ -7,7 +7,7 @@ of 1 and 2 it is belongs to the class of the error: `SpikeportError.exit_code`.
 import sys
 import warnings
 from pathlib import Path
-from typing import Annotated, Any, NoReturn
+from typing import Annotated, Any, NoReturn, TextIO
 
 import typer
 import typer.core
@@ -22,12 +22,13 @@ from spikeport.commands.options import (
     SettingsOption,
     Target,
     Workers,
-    flat,
+    with_options,
+    written,
 )
-from spikeport.errors import SpikeportError
+from spikeport.errors import SpikeportError, printable
 
 
-class Commands(typer.core.TyperGroup):
+class CommandGroup(typer.core.TyperGroup):
     """The commands; one that is interrupted says so, where typer would exit in silence."""
 
     def invoke(self, ctx: Any) -> object:
@@ -39,7 +40,7 @@ class Commands(typer.core.TyperGroup):
 
 
 app = typer.Typer(
-    cls=Commands,
+    cls=CommandGroup,
     help="Nengo networks on Loihi-style neuromorphic chips, in closed loop with a robot.",
     no_args_is_help=True,
     add_completion=False,
@@ -56,10 +57,10 @@ RateHz = Annotated[
 PrintAfter = Annotated[
     str | None, typer.Option(metavar="PASS", help="Print what a pass, or each of `all`, leaves.")
 ]
-Experiment = Annotated[str, typer.Argument(help="The experiment, e.g. reach.")]
-Image = Annotated[Path, typer.Argument(help="The image.npz that a compile wrote.")]
-ImageFolder = Annotated[Path | None, typer.Option(help="Folder to write image and report to.")]
-ReportFile = Annotated[Path | None, typer.Option(help="File to write the report to.")]
+ExperimentName = Annotated[str, typer.Argument(help="The experiment, e.g. reach.")]
+ImageFile = Annotated[Path, typer.Argument(help="The image.npz that a compile wrote.")]
+ImageFolder = Annotated[Path | None, written("Folder to write image and report to.")]
+ReportFile = Annotated[Path | None, written("File to write the report to.")]
 
 
 def explained(rule: str | None) -> None:
@@ -103,6 +104,10 @@ def compile_command(
     cores: Annotated[
         bool, typer.Option("--cores", help="Print the tables of all cores and modules.")
     ] = False,
+    build_timeout: Annotated[
+        float | None,
+        typer.Option(metavar="SECONDS", min=0.001, help="End the building of the network then."),
+    ] = None,
     explain: Annotated[
         str | None,
         typer.Option(
@@ -127,13 +132,14 @@ def compile_command(
             cores=cores,
             passes=passes,
             print_after=print_after,
+            build_timeout_s=build_timeout,
         )
     )
 
 
 @app.command("show")
 def show_command(
-    image: Image,
+    image: ImageFile,
 ) -> None:
     """Print what is in a chip image: chip, digest, blocks, cores, inputs and outputs."""
     from spikeport.commands.show import run
@@ -143,9 +149,9 @@ def show_command(
 
 @app.command("step")
 def step_command(
-    image: Image,
+    image: ImageFile,
     steps: Annotated[int, typer.Option(help="Number of steps.", min=1, max=10**9)],
-    out: Annotated[Path, typer.Option(help="npz to write outputs and activity to.")],
+    out: Annotated[Path, written("npz to write outputs and activity to.")],
     spikes: Annotated[
         Path | None,
         typer.Option(help="npz of input spikes, with arrays `steps` and `sources`."),
@@ -212,8 +218,8 @@ def diff_command(
 
 
 @app.command("run")
-@flat
-def run_command(experiment: Experiment, target: Target, options: RunOptions) -> None:
+@with_options
+def run_command(experiment: ExperimentName, target: Target, options: RunOptions) -> None:
     """Run an experiment of the paper in closed loop, and write its folder."""
     from spikeport.commands.run import RunRequest, run
 
@@ -221,11 +227,11 @@ def run_command(experiment: Experiment, target: Target, options: RunOptions) -> 
 
 
 @app.command("calibrate")
-@flat
+@with_options
 def calibrate_command(
-    experiment: Experiment,
+    experiment: ExperimentName,
     *,
-    out: Annotated[Path, typer.Option(help="File to write, for `run --set calibrated=FILE`.")],
+    out: Annotated[Path, written("File to write, for `run --set calibrated=FILE`.")],
     target: Target,
     seconds: SecondsOption = None,
     settings: SettingsOption,
@@ -243,7 +249,7 @@ def calibrate_command(
 @app.command("train")
 def train_command(
     policy: Annotated[str, typer.Argument(help="The policy to train: walk.")],
-    out: Annotated[Path, typer.Option(help="Folder of the run; one that is there goes on.")] = Path(
+    out: Annotated[Path, written("Folder of the run; one that is there goes on.")] = Path(
         "runs/train-walk"
     ),
     seed: SeedOption = 0,
@@ -257,7 +263,7 @@ def train_command(
 
 
 @app.command("figure")
-@flat
+@with_options
 def figure_command(
     figure: Annotated[
         str,
@@ -278,9 +284,9 @@ def figure_command(
 
 
 @app.command("sweep")
-@flat
+@with_options
 def sweep_command(
-    experiment: Experiment,
+    experiment: ExperimentName,
     *,
     vary: Annotated[
         list[str] | None,
@@ -291,7 +297,7 @@ def sweep_command(
     seconds: SecondsOption = None,
     settings: SettingsOption,
     probes: Annotated[bool, typer.Option("--probes", help="Keep the time series too.")] = False,
-    out: Annotated[Path | None, typer.Option(help="Folder; a sweep that is there goes on.")] = None,
+    out: Annotated[Path | None, written("Folder; a sweep that is there goes on.")] = None,
     workers: Workers,
 ) -> None:
     """Run an experiment at many settings, each from several seeds; resumes where it was."""
@@ -346,6 +352,7 @@ def doctor() -> None:
 def main() -> None:
     """Run the command line; a user's mistake gives a message, never a traceback."""
     warnings.filterwarnings("ignore", module="spikeport.compile")  # they stand in the report
+    warnings.showwarning = warn
     try:
         app(prog_name="spikeport")
     except SpikeportError as error:
@@ -355,7 +362,20 @@ def main() -> None:
         fail(f"{error.filename or 'system'}: {reason}", 1)
 
 
+def warn(
+    message: Warning | str,
+    category: type[Warning],
+    filename: str,
+    lineno: int,
+    file: TextIO | None = None,
+    line: str | None = None,
+) -> None:
+    """Print a warning in one line, without the line of code that it comes from."""
+    typer.echo(f"warning: {printable(str(message))}", err=True)
+
+
 def fail(message: str, code: int) -> NoReturn:
-    """Print an error and exit."""
-    typer.echo(f"error: {message}", err=True)
+    """Print an error, without control characters that its texts may hold, and exit."""
+    text = printable(message, kept="\n")
+    typer.echo(f"error: {text}", err=True)
     sys.exit(code)

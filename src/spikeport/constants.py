@@ -3,5 +3,8 @@
 DT_S = 0.001
 """Time step of a simulation where none is asked for, in s: nengo-loihi's and the paper's."""
 
+LONGEST_RUN = 10**9
+"""Steps of the longest run: at 1 ms and in real time it takes eleven days."""
+
 LARGEST_SEED = 2**32 - 1
 """The largest seed of NumPy's random states."""

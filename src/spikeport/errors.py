@@ -2,8 +2,10 @@
 
     SpikeportError
     ├── UsageError (ValueError)            a name, key or value that is not known: lists what is
+    │   └── ArgumentError                  ... or an argument; nengo's ValidationError too
     ├── MissingExtraError (ImportError)    an optional package is absent: names the extra
     ├── ChipFileError (ValueError)         a chip's TOML is wrong: path and reason
+    ├── NetworkError (RuntimeError)        a user's function makes no network: it raises, or hangs
     ├── CompileError (ValueError)          a network cannot be put on the chip
     │   ├── RefusedError                   ... says its builder; nengo's BuildError too
     │   │   ├── InvalidError               ... of a parameter; nengo's ValidationError too
@@ -27,9 +29,10 @@ from typing import TYPE_CHECKING, ClassVar
 
 if TYPE_CHECKING:
     from spikeport.compile.check.violation import DoesNotFitError, OverBudgetError
-    from spikeport.compile.ground.refusal import InvalidError, RefusedError
+    from spikeport.compile.ground.refusal import ArgumentError, InvalidError, RefusedError
 
 __all__ = [
+    "ArgumentError",
     "BackendError",
     "ChipFileError",
     "CompileError",
@@ -38,6 +41,7 @@ __all__ = [
     "ImageError",
     "InvalidError",
     "MissingExtraError",
+    "NetworkError",
     "OverBudgetError",
     "RefusedError",
     "RenderError",
@@ -46,6 +50,7 @@ __all__ = [
 ]
 
 _HOMES = {
+    "ArgumentError": "spikeport.compile.ground.refusal",
     "DoesNotFitError": "spikeport.compile.check.violation",
     "InvalidError": "spikeport.compile.ground.refusal",
     "OverBudgetError": "spikeport.compile.check.violation",
@@ -90,6 +95,10 @@ class ChipFileError(SpikeportError, ValueError):
     exit_code = 2
 
 
+class NetworkError(SpikeportError, RuntimeError):
+    """A user's function that makes a network raised an error, or took too long."""
+
+
 class CompileError(SpikeportError, ValueError):
     """A network cannot be put on the chip."""
 
@@ -110,6 +119,21 @@ class RenderError(SpikeportError, RuntimeError):
 
 class DivergedError(SpikeportError, ArithmeticError):
     """A simulation left the range of numbers it can work with."""
+
+
+def printable(text: str, kept: str = "") -> str:
+    r"""Return a text with ``\n``, ``\x07`` and the like in place of what cannot be printed.
+
+    Parameters
+    ----------
+    text : str
+        The text, as of a label or a file.
+    kept : str
+        Characters that stay as they are, e.g. ``"\n"``.
+    """
+    return "".join(
+        c if c.isprintable() or c in kept else c.encode("unicode_escape").decode() for c in text
+    )
 
 
 def unknown(kind: str, name: str, known: Iterable[str]) -> UsageError:

@@ -11,7 +11,8 @@ from types import ModuleType
 import nengo
 
 from spikeport import key_values
-from spikeport.errors import SpikeportError, UsageError, unknown
+from spikeport.build_timer import OutOfTime, watched
+from spikeport.errors import NetworkError, SpikeportError, UsageError, unknown
 from spikeport.experiments import registry
 from spikeport.experiments.options import Experiment, Options
 
@@ -25,7 +26,11 @@ def needed_passes(spec: str) -> str | None:
 
 
 def find_network(
-    spec: str, pairs: list[str], chip: str = "loihi", passes: str | None = None
+    spec: str,
+    pairs: list[str],
+    chip: str = "loihi",
+    passes: str | None = None,
+    timeout_s: float | None = None,
 ) -> nengo.Network:
     """Build the network that ``spec`` names.
 
@@ -36,15 +41,24 @@ def find_network(
     pairs : list of str
         ``KEY=VALUE`` arguments of the function; of a built-in network, its experiment's settings.
     chip, passes : str
-        What it is to be compiled with: read-outs of built-in networks can be calibrated for these.
+        Chip and passes of its compile, for which read-outs of built-in networks are calibrated.
+    timeout_s : float, optional
+        Longest time that the user's code may take; by default as long as it likes.
 
     Raises
     ------
     UsageError
-        If it is not found, cannot be imported, raises an error, or does not return a network.
+        If it is not found, cannot be imported, or is no function that returns a network.
+    NetworkError
+        If the function raises an error, exits, or takes too long.
     """
     if spec in BUILT_IN:
         return _built_in(spec, pairs, chip, passes)
+    with watched(spec, timeout_s):
+        return _users(spec, pairs)
+
+
+def _users(spec: str, pairs: list[str]) -> nengo.Network:
     where, _, name = spec.rpartition(":")
     if not (where and name):
         raise unknown("network", spec, [*BUILT_IN, "path/to/file.py:function", "module:function"])
@@ -56,10 +70,10 @@ def find_network(
         raise UsageError(f"{spec}: {error}; give its arguments with --set KEY=VALUE") from None
     try:
         network = function(**arguments)
-    except SpikeportError:
+    except (SpikeportError, KeyboardInterrupt, OutOfTime):
         raise
-    except Exception as error:
-        raise UsageError(f"{spec}: raised {type(error).__name__}: {error}") from error
+    except BaseException as error:  # a user's code may exit, too, which must not look like success
+        raise NetworkError(f"{spec}: raised {type(error).__name__}: {error}") from error
     if not isinstance(network, nengo.Network):
         raise UsageError(f"{spec}: returned {type(network).__name__}, expected nengo.Network")
     return network

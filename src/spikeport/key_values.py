@@ -23,13 +23,12 @@ EXPECTED = {
 }
 """The value expected, by pydantic's name of the error; other errors keep pydantic's message."""
 
-Value = bool | int | float | str
-Target = Callable[..., object]
+SettingValue = bool | int | float | str
 
 
 def parse(
-    pairs: Iterable[str], target: Target, owner: str, option: str = "--set"
-) -> dict[str, Value]:
+    pairs: Iterable[str], target: Callable[..., object], owner: str, option: str = "--set"
+) -> dict[str, SettingValue]:
     """Return keyword arguments for ``target`` from ``KEY=VALUE`` texts.
 
     Parameters
@@ -58,7 +57,7 @@ def parse(
     return converted(split, parameters(target, owner), f"key of {owner}", option)
 
 
-def parameters(target: Target, owner: str) -> dict[str, Any]:
+def parameters(target: Callable[..., object], owner: str) -> dict[str, Any]:
     """Return the parameters that can be given by name, each with the type of its values.
 
     That is the type it is annotated with, if that is bool, int, float, str, a choice of texts or
@@ -78,7 +77,7 @@ def parameters(target: Target, owner: str) -> dict[str, Any]:
 
 def converted(
     pairs: Iterable[tuple[str, str]], kinds: dict[str, Any], kind: str, where: str
-) -> dict[str, Value]:
+) -> dict[str, SettingValue]:
     """Return the values that texts stand for, by key.
 
     Parameters
@@ -92,7 +91,7 @@ def converted(
     where : str
         Where the pairs come from, for messages, e.g. ``"--set"``.
     """
-    values: dict[str, Value] = {}
+    values: dict[str, SettingValue] = {}
     for key, text in pairs:
         if key not in kinds:
             raise (
@@ -106,9 +105,9 @@ def converted(
     return values
 
 
-def _convert(text: str, kind: Any, what: str) -> Value:
+def _convert(text: str, kind: Any, what: str) -> SettingValue:
     try:
-        value: Value = TypeAdapter(_in_order(kind)).validate_python(text)
+        value: SettingValue = TypeAdapter(_in_order(kind)).validate_python(text)
     except ValidationError as error:
         (*_, last) = error.errors()  # of several types, the last one takes most
         reason = last["msg"][0].lower() + last["msg"][1:]
@@ -128,7 +127,7 @@ def _in_order(kind: Any) -> Any:
     return Annotated[functools.reduce(operator.or_, members), Field(union_mode="left_to_right")]
 
 
-def _hints(target: Target) -> dict[str, Any]:
+def _hints(target: Callable[..., object]) -> dict[str, Any]:
     """Return the types that parameters are annotated with, of those that can be known."""
     while isinstance(target, functools.partial):
         target = target.func

@@ -25,12 +25,9 @@ from spikeport.compile.ground.refusal import ArgumentError
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.passes.pipeline import Pipeline
 from spikeport.compile.pipeline import Compilation, check_arguments
-from spikeport.constants import DT_S, LARGEST_SEED
+from spikeport.constants import DT_S, LARGEST_SEED, LONGEST_RUN
 from spikeport.errors import BackendError, UsageError
 from spikeport.hardware_models.activity import Activity
-
-LONGEST_RUN = 10**9
-"""Steps of the longest run: at 1 ms and in real time it takes eleven days."""
 
 
 class Simulator:

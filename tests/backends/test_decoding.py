@@ -6,7 +6,7 @@ import nengo
 import numpy as np
 import pytest
 
-from spikeport.backends.decoding import Decoder, Output, Recording
+from spikeport.backends.decoding import Decoder, Output, OutputRecording
 from spikeport.compile.image import tables
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.manifest import OutputEntry
@@ -71,7 +71,7 @@ def test_a_recording_is_sampled_and_keeps_its_filter_when_it_is_cleared() -> Non
     with nengo.Network():
         probe = nengo.Probe(nengo.Node(size_in=1), synapse=nengo.Lowpass(0.001), sample_every=0.002)
     image = Parts([Block(1)], outputs=[Read("voltage", [0])]).image()
-    recording = Recording(image, 0, probe)
+    recording = OutputRecording(image, 0, probe)
     for _ in range(4):
         recording.append([np.array([1], dtype=np.int32)])
     filtered = 1 - np.exp(-np.arange(8))  # a step of the time constant each; one step of delay

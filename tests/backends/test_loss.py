@@ -7,7 +7,7 @@ from nengo_loihi.builder import Model
 from nengo_loihi.emulator import EmulatorInterface
 
 from spikeport.backends.float_chip import FloatChip
-from spikeport.backends.loss import Measured, causes, measure
+from spikeport.backends.loss import MeasuredLoss, causes, measure
 from spikeport.compile.ground.names import Names
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.loihi.blocks import IntegerBlocks
@@ -90,17 +90,17 @@ def test_restored_numbers_are_near_those_wanted() -> None:
 
 
 @pytest.fixture(scope="module")
-def measured() -> Measured:
+def measured() -> MeasuredLoss:
     return measure(compile_network(feedforward()), seconds=0.3, seed=0, progress=quiet)
 
 
-def test_shares_sum_to_one_in_falling_order(measured: Measured) -> None:
+def test_shares_sum_to_one_in_falling_order(measured: MeasuredLoss) -> None:
     shares = [part.share for part in measured.loss.parts]
     assert sum(shares) == pytest.approx(1)
     assert shares == sorted(shares, reverse=True)
 
 
-def test_outputs_are_off_by_about_as_much_as_their_causes(measured: Measured) -> None:
+def test_outputs_are_off_by_about_as_much_as_their_causes(measured: MeasuredLoss) -> None:
     loss = measured.loss
     whole = np.sqrt(sum(part.output_error**2 for part in loss.parts))
     assert 0.2 * whole < loss.output_error < 5 * whole
@@ -143,7 +143,7 @@ def test_inputs_that_spike_in_every_step_are_saturated() -> None:
     assert [hint.id for hint in loss.hints if hint.id == "SP408"] == ["SP408"]
 
 
-def test_the_loss_is_the_same_every_time(measured: Measured) -> None:
+def test_the_loss_is_the_same_every_time(measured: MeasuredLoss) -> None:
     assert measure(compile_network(feedforward()), 0.3, 0, quiet).loss == measured.loss
 
 

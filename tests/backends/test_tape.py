@@ -28,6 +28,7 @@ def chain() -> nengo.Network:
         relu = nengo.Ensemble(8, 2, neuron_type=nengo.SpikingRectifiedLinear(), label="relu")
         end = nengo.Node(size_in=3, label="end")
         nengo.Connection(source, through, synapse=0.005, label="into")
+        nengo.Connection(nengo.Node([0.1, 0.2]), through, synapse=None, label="beside")
         nengo.Connection(through, relu.neurons[:2], synapse=None, transform=200, label="on")
         nengo.Connection(relu.neurons[:3], end, synapse=0.01, label="out")
     return network

@@ -8,7 +8,7 @@ import pytest
 
 from spikeport.compile.check.violation import DoesNotFitError
 from spikeport.hardware_models import chip as chips
-from spikeport.hardware_models.topology import between_chips, chips_used
+from spikeport.hardware_models.topology import chips_used, messages_between_chips
 from spikeport.simulator import Simulator
 from tests.helpers.chip_files import chip_file
 
@@ -61,7 +61,7 @@ def test_a_network_on_three_chips_computes_what_it_does_on_one(run, tmp_path: Pa
 def test_messages_between_chips_are_those_of_the_run(run, tmp_path: Path) -> None:
     path = board(tmp_path, cores=3, n_chips=4)
     _, activity, report = run(path)
-    crossed = between_chips(activity.messages, chips.get(str(path))).sum()
+    crossed = messages_between_chips(activity.messages, chips.get(str(path))).sum()
     terms = {term["event"]: term["count"] for term in report["energy"]["nahuku-fit"]["terms"]}
     assert 0 < terms["message_between_chips"] == crossed < activity.messages.sum()
     assert "message_between_chips" in report["timing"]["nahuku-fit"]["missing"]

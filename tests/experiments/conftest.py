@@ -1,4 +1,4 @@
-"""Runs of the reach experiment, and its command line."""
+"""Runs of the reach experiment, its command line, and sweeps of the walk."""
 
 import json
 import sys
@@ -7,14 +7,18 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
+import xarray as xr
 
 from spikeport.cli import main
 from spikeport.experiments import driver
 from spikeport.experiments.arm.reach import ReachSettings, ReachTrial
 from spikeport.experiments.options import Options, Outcome
+from spikeport.experiments.sweep.folder import SweepFolder
 from spikeport.experiments.sweep.plan import Sweep
+from spikeport.experiments.sweep.table import table
 from spikeport.networks.operational_space import OperationalSpaceLaw
 from spikeport.robot.arm import ArmDynamics
+from tests.helpers.sweeps import VARIED, finish
 
 
 class Run(NamedTuple):
@@ -84,3 +88,17 @@ def spikeport(
         return (int(end.value.code or 0), *capsys.readouterr())
 
     return command
+
+
+@pytest.fixture
+def finished(
+    sweep_of: Callable[..., Sweep], tmp_path: Path
+) -> tuple[Sweep, SweepFolder, xr.Dataset]:
+    """A sweep of which one point of eight failed, its folder and its table."""
+    sweep = sweep_of(varied=VARIED, seeds=(3, 4))
+    folder = SweepFolder(tmp_path)
+    for point in sweep.points()[:-1]:
+        error = point.place["n_neurons"] + 0.1 * point.place["seed"]
+        metrics = {"path_mse_m2": error, "cross_track_rms_m": 0.1, "falls": 0}
+        finish(folder, point, **metrics, fallen_at_s=None, rates=[1.0])
+    return sweep, folder, table(sweep, folder)

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from spikeport.experiments.pictures import BAR, Caption, captioned
+from spikeport.experiments.pictures import BAR, Caption, Film, captioned
+from spikeport.robot.plant import Plant
 
 
 def test_a_caption_is_a_bar_with_text_above_the_picture():
@@ -14,3 +15,15 @@ def test_a_caption_is_a_bar_with_text_above_the_picture():
     assert (bar[:, -20:] == [0, 255, 0]).all()
     assert (bar == 255).all(axis=2).any()
     assert (captioned(frame, Caption("", "#00ff00"))[:BAR] == [0, 255, 0]).all()
+
+
+def test_a_film_keeps_a_copy_of_every_pose():
+    plant = Plant()
+    film = Film(plant)
+    for height_m in (1.0, 2.0):
+        plant.data.qpos[2] = height_m
+        film.drive(np.empty(0))
+    assert [pose[2] for pose in film.poses] == [1.0, 2.0]
+    assert film.observe().shape == (0,)
+    film.begin()
+    assert film.poses == []

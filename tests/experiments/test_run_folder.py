@@ -38,13 +38,15 @@ def test_numbers_that_are_not_finite_become_null(tmp_path):
 
 
 def test_a_folder_is_made_with_its_parents(tmp_path):
-    folder = run_folder.create(tmp_path / "a" / "b", "reach")
-    assert folder.is_dir()
+    with run_folder.opened(tmp_path / "a" / "b", "reach") as folder:
+        assert folder == tmp_path / "a" / "b"
+        assert folder.is_dir()
 
 
 def test_a_folder_of_its_own_is_never_shared(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    first = run_folder.create(None, "reach")
+    with run_folder.opened(None, "reach") as first:
+        (first / "result.json").touch()
     assert first.parent == Path("runs")
 
     class SameSecond:
@@ -57,26 +59,28 @@ def test_a_folder_of_its_own_is_never_shared(tmp_path, monkeypatch):
             return first.name.removeprefix("reach-")
 
     monkeypatch.setattr(run_folder, "datetime", SameSecond)
-    with pytest.raises(UsageError) as caught:
-        run_folder.create(None, "reach")
+    with pytest.raises(UsageError) as caught, run_folder.opened(None, "reach"):
+        pass
     assert str(caught.value) == f"{first}: cannot be made (File exists)"
 
 
 def test_a_run_is_kept_unless_it_may_be_overwritten(tmp_path):
     (tmp_path / "result.json").write_text("{}")
-    with pytest.raises(UsageError) as caught:
-        run_folder.create(tmp_path, "reach")
+    with pytest.raises(UsageError) as caught, run_folder.opened(tmp_path, "reach"):
+        pass
     assert str(caught.value) == (
         f"{tmp_path}: holds a run; choose another --out, or give --overwrite"
     )
-    assert run_folder.create(tmp_path, "reach", overwrite=True) == tmp_path
+    with run_folder.opened(tmp_path, "reach", overwrite=True):
+        assert names(tmp_path) == ["result.json"]
     assert names(tmp_path) == ["result.json"]
 
 
 def test_other_files_are_never_overwritten(tmp_path):
     (tmp_path / "notes.txt").write_text("mine")
-    with pytest.raises(UsageError) as caught:
-        run_folder.create(tmp_path, "reach", overwrite=True)
+    opened = run_folder.opened(tmp_path, "reach", overwrite=True)
+    with pytest.raises(UsageError) as caught, opened:
+        pass
     assert str(caught.value) == f"{tmp_path}: holds more than a run; choose another --out"
 
 
@@ -96,15 +100,33 @@ def test_clear_removes_a_run_its_result_first(tmp_path, monkeypatch):
     assert removed[0] == "result.json"
 
 
+def interrupt(folder, writes):
+    with run_folder.opened(folder, "reach"):
+        if writes:
+            (folder / "figure.png").touch()
+        raise KeyboardInterrupt
+
+
 def test_an_empty_folder_is_taken_away_and_a_full_one_stays(tmp_path):
-    empty, full = tmp_path / "empty", tmp_path / "full"
-    for folder in (empty, full):
-        folder.mkdir()
-    (full / "figure.png").touch()
-    for folder in (empty, full):
-        with pytest.raises(KeyboardInterrupt), run_folder.removed_if_empty(folder):
-            raise KeyboardInterrupt
+    for name in ("empty", "full"):
+        with pytest.raises(KeyboardInterrupt):
+            interrupt(tmp_path / name, writes=name == "full")
     assert names(tmp_path) == ["full"]
+
+
+def test_a_folder_that_a_run_writes_into_is_refused_and_left_alone(tmp_path):
+    folder = tmp_path / "run"
+    with run_folder.opened(folder, "reach"):
+        second = run_folder.opened(folder, "reach", overwrite=True)
+        with pytest.raises(UsageError) as caught, second:
+            pass
+        assert folder.is_dir()
+        (folder / "result.json").touch()
+    assert str(caught.value) == (
+        f"{folder}: another process writes into it; wait until it ends, or choose another --out"
+    )
+    with run_folder.opened(folder, "reach", overwrite=True):
+        pass
 
 
 def test_the_last_states_replace_an_earlier_run(tmp_path):

@@ -5,7 +5,6 @@ import pytest
 from spikeport.errors import UsageError
 from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.estimate import Estimate
-from spikeport.hardware_models.step_time import barrier
 from spikeport.hardware_models.timing import timing
 
 SOURCE = "a paper [vendor]"
@@ -48,16 +47,6 @@ def test_the_longest_core_counts_step_by_step(chip, make_activity):
 def test_fits(chip, make_activity, dt_s, fits, fits_at_high):
     report = timing(make_activity(dt_s=dt_s), chip, chip.calibration("bench"))
     assert (report.fits, report.fits_at_high) == (fits, fits_at_high)
-
-
-@pytest.mark.parametrize(("tiles", "us"), [(1, 1.0), (2, 1.5), (3, 2.0), (4, 2.0), (32, 2.0)])
-def test_barrier_is_interpolated_and_stays_at_the_ends(chip, tiles, us):
-    expected = Estimate(us * 1e-6, us * 0.5e-6, us * 2e-6, "s", SOURCE)
-    found = barrier(tiles, chip.calibration("bench"))
-    assert [found.value, found.low, found.high] == pytest.approx(
-        [expected.value, expected.low, expected.high]
-    )
-    assert (found.unit, found.source) == (expected.unit, expected.source)
 
 
 def test_barrier_is_that_of_the_tiles_in_use(chip, make_activity):

@@ -6,9 +6,9 @@ from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.topology import (
     Hops,
-    between_chips,
     chip_of,
     hops,
+    messages_between_chips,
     tile_xy,
     tiles_used,
 )
@@ -79,5 +79,5 @@ def test_messages_between_chips_are_counted_and_have_no_hops(chip):
     messages = np.zeros((16, 16), dtype=int)
     messages[0, 15], messages[9, 3], messages[1, 2] = 4, 3, 1
     two = board(chip, 2)
-    assert between_chips(messages, two).tolist() == [4] + [0] * 8 + [3] + [0] * 6
+    assert messages_between_chips(messages, two).tolist() == [4] + [0] * 8 + [3] + [0] * 6
     assert sum(int(direction.sum()) for direction in hops(messages, two)) == 1

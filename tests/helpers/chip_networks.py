@@ -1,13 +1,15 @@
-"""Networks that reach much of nengo-loihi's builder, and their integer blocks."""
+"""Small networks for the chip, their integer blocks and images."""
 
 import nengo
 import numpy as np
 
 from spikeport.compile.ground.names import Names
 from spikeport.compile.ground.rewrite import Rewrite
+from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.loihi.blocks import IntegerBlocks
 from spikeport.compile.loihi.build import build
 from spikeport.compile.loihi.discretise import discretise
+from spikeport.compile.pipeline import compile_network
 
 
 def recurrent() -> nengo.Network:
@@ -25,3 +27,17 @@ def recurrent() -> nengo.Network:
 def integer_blocks(network: nengo.Network) -> IntegerBlocks:
     """Build a network and discretise it, without lint and passes."""
     return discretise(build(Rewrite(network, Names(network)), dt_s=0.001))
+
+
+def neurons(label: str, bias: list[float]) -> nengo.Ensemble:
+    """Neurons of gain 1 and given biases."""
+    gain = np.ones(len(bias))
+    return nengo.Ensemble(len(bias), 1, label=label, gain=gain, bias=bias)
+
+
+def wired(weights: list[list[float]], bias: list[float]) -> ChipImage:
+    """Two neurons that always spike, wired to as many as there are biases."""
+    with nengo.Network(seed=1) as network:
+        pre, post = neurons("pre", [3.0, 4.0]), neurons("post", bias)
+        nengo.Connection(pre.neurons, post.neurons, transform=weights, synapse=0.005)
+    return compile_network(network, pipeline="").image

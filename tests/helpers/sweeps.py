@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from spikeport.errors import DivergedError
-from spikeport.experiments.sweep.folder import Kept, SweepFolder
+from spikeport.experiments.sweep.folder import PointFiles, SweepFolder
 from spikeport.experiments.sweep.plan import Point
 
 VARIED = {"n_neurons": (2, 20), "backend": ("reference", "native")}
@@ -34,10 +34,10 @@ def finish(
     folder: SweepFolder, point: Point, probes: bytes | None = None, **metrics: object
 ) -> None:
     """Write what a point measured, as a worker does."""
-    folder.write(point, Kept(result(point, **metrics), probes))
+    folder.write(point, PointFiles(result(point, **metrics), probes))
 
 
-def do_as_told(point: Point, _scratch: str) -> Kept:
+def do_as_told(point: Point, _scratch: str) -> PointFiles:
     """Leave a mark, and then do what the point's `speed` says."""
     marks = Path(os.environ[MARKS])
     (marks / f"{point.name}-{len(list(marks.iterdir()))}").touch()
@@ -58,4 +58,4 @@ def do_as_told(point: Point, _scratch: str) -> Kept:
             until = time.monotonic() + 60
             while not (marks / "go on").exists() and time.monotonic() < until:
                 time.sleep(0.05)
-    return Kept(result(point, threads=int(os.environ["OMP_NUM_THREADS"])), None)
+    return PointFiles(result(point, threads=int(os.environ["OMP_NUM_THREADS"])), None)

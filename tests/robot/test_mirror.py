@@ -24,7 +24,7 @@ def test_joints_change_sides_and_roll_and_yaw_their_sign():
 
 
 def test_the_robot_in_a_mirrored_posture_is_the_mirror_image():
-    robot = model.build()
+    robot = model.build_model()
     q = np.random.default_rng(1).uniform(-0.3, 0.3, 19)
     left = hand_and_heels(robot, q)
     right = hand_and_heels(robot, mirror.JOINT(q))

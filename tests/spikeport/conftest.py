@@ -74,6 +74,26 @@ def divides_by_zero():
     return 1 / 0
 
 
+class Strange(BaseException):
+    pass
+
+
+def raises_no_exception():
+    raise Strange("half \\ud83d")
+
+
+def exits():
+    raise SystemExit(0)
+
+
+def builds_for_ever():
+    while True:
+        try:
+            sum(range(1000))
+        except Exception:
+            pass
+
+
 def raises_in_a_node():
     with nengo.Network(seed=1) as net:
         stimulus = nengo.Node(lambda t: 1 / (t < 0.005), size_out=1)

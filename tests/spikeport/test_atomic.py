@@ -1,9 +1,13 @@
 import errno
 import os
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from spikeport.atomic import atomic_path, write_text
+from spikeport.atomic import atomic_path, locked, write_text
+from spikeport.errors import UsageError
 
 
 def names(folder):
@@ -79,3 +83,53 @@ def test_a_folder_is_not_replaced(tmp_path):
     with pytest.raises(IsADirectoryError):
         write_text(tmp_path / "a", "x")
     assert names(tmp_path) == ["a"]
+
+
+def test_a_planted_link_is_not_followed(tmp_path, monkeypatch):
+    victim = tmp_path / "victim"
+    victim.write_text("precious")
+    tokens = iter(["guessed", "fresh"])
+    monkeypatch.setattr("spikeport.atomic.secrets.token_hex", lambda _n: next(tokens))
+    (tmp_path / ".a.txt.guessed.part").symlink_to(victim)
+    write_text(tmp_path / "a.txt", "new")
+    assert victim.read_text() == "precious"
+    assert (tmp_path / "a.txt").read_text() == "new"
+    assert not (tmp_path / "a.txt").is_symlink()
+
+
+def test_threads_may_write_one_path(tmp_path):
+    path, texts = tmp_path / "a.txt", [str(n) * 1000 for n in range(8)]
+    with ThreadPoolExecutor(8) as pool:
+        list(pool.map(lambda n: write_text(path, texts[n % 8]), range(400)))
+    assert path.read_text() in texts
+    assert names(tmp_path) == ["a.txt"]
+
+
+@pytest.mark.parametrize("umask", [0o022, 0o077])
+def test_a_file_has_the_permissions_of_the_umask(tmp_path, umask):
+    before = os.umask(umask)
+    try:
+        write_text(tmp_path / "a.txt", "x")
+    finally:
+        os.umask(before)
+    assert (tmp_path / "a.txt").stat().st_mode & 0o777 == 0o666 & ~umask
+
+
+def test_a_locked_folder_is_refused_until_its_lock_ends(tmp_path):
+    with locked(tmp_path), pytest.raises(UsageError, match="another process"), locked(tmp_path):
+        pass
+    with locked(tmp_path):
+        assert names(tmp_path) == []
+
+
+def test_a_lock_ends_with_the_process_that_holds_it(tmp_path):
+    hold = "import os, sys, pathlib, spikeport.atomic as a\n"
+    hold += "with a.locked(pathlib.Path(sys.argv[1])): print('held', flush=True); input()"
+    command = [sys.executable, "-c", hold, str(tmp_path)]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as holder:
+        assert holder.stdout.readline() == b"held\n"
+        with pytest.raises(UsageError), locked(tmp_path):
+            pass
+        holder.kill()
+    with locked(tmp_path):
+        pass

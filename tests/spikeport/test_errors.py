@@ -8,12 +8,13 @@ from nengo.exceptions import BuildError, ValidationError
 
 from spikeport import errors
 from spikeport.compile.check.violation import DoesNotFitError
-from spikeport.compile.ground.refusal import InvalidError, RefusedError
+from spikeport.compile.ground.refusal import ArgumentError, InvalidError, RefusedError
 
 TREE = {
     "UsageError": ValueError,
     "MissingExtraError": ImportError,
     "ChipFileError": ValueError,
+    "NetworkError": RuntimeError,
     "CompileError": ValueError,
     "ImageError": ValueError,
     "BackendError": RuntimeError,
@@ -43,10 +44,12 @@ def test_a_refused_network_is_a_compile_error_and_nengos_error():
     assert RefusedError.__bases__ == (errors.CompileError, BuildError)
     assert InvalidError.__bases__ == (RefusedError, ValidationError)
     assert DoesNotFitError.__bases__ == (RefusedError,)
+    assert ArgumentError.__bases__ == (errors.UsageError, ValidationError)
 
 
 def test_the_exit_code_belongs_to_the_class():
-    wrong_use = {"UsageError", "MissingExtraError", "ChipFileError", "ImageError"}
+    usage = {"UsageError", "ArgumentError", "MissingExtraError"}
+    wrong_use = usage | {"ChipFileError", "ImageError"}
     codes = {name: getattr(errors, name).exit_code for name in errors.__all__}
     assert codes == {name: 2 if name in wrong_use else 1 for name in errors.__all__}
 
@@ -78,7 +81,7 @@ def test_nengo_is_imported_only_for_errors_that_are_nengos_too():
         "from spikeport.errors import CompileError\n"
         "assert 'nengo' not in sys.modules\n"
         "from spikeport.errors import DoesNotFitError, OverBudgetError\n"
-        "from spikeport.errors import InvalidError, RefusedError\n"
+        "from spikeport.errors import ArgumentError, InvalidError, RefusedError\n"
         "assert 'nengo' in sys.modules\n"
         "from nengo.exceptions import BuildError\n"
         "assert issubclass(DoesNotFitError, BuildError)\n"

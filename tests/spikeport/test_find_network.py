@@ -1,7 +1,7 @@
 import nengo
 import pytest
 
-from spikeport.errors import UsageError
+from spikeport.errors import NetworkError, UsageError
 from spikeport.find_network import find_network, needed_passes
 
 
@@ -117,7 +117,9 @@ def test_a_missing_argument_is_named(net_py):
 )
 def test_a_function_that_raises_is_named_with_its_error(net_py, function, reason):
     spec = f"{net_py}:{function}"
-    assert refusal(spec) == f"{spec}: raised {reason}"
+    with pytest.raises(NetworkError) as caught:
+        find_network(spec, [])
+    assert str(caught.value) == f"{spec}: raised {reason}"
 
 
 def test_an_unknown_key_lists_the_functions_parameters(net_py):

@@ -8,11 +8,11 @@ from spikeport.robot.description import JOINTS
 from spikeport.robot.walk_interface import PARTS, POSE_RAD
 from spikeport.training import randomisation
 from spikeport.training.commands import CommandRange
-from spikeport.training.environment import EPISODE_STEPS, Task, WalkEnvironment
+from spikeport.training.environment import EPISODE_STEPS, TrainingTask, WalkEnvironment
 from spikeport.training.observation import PRIVILEGED
 from spikeport.training.rewards import Weights
 
-CALM = Task(randomisation=randomisation.UNDISTURBED)
+CALM = TrainingTask(randomisation=randomisation.UNDISTURBED)
 STATE = mirror.joined(
     mirror.SCALAR,
     mirror.VECTOR,
@@ -57,11 +57,11 @@ def run(env, steps, seed=1):
 
 
 def test_the_same_seed_gives_the_same_run(environment):
-    seen, rewards = run(environment(task=Task(), seed=5), 40)
-    again, rewards_again = run(environment(task=Task(), seed=5), 40)
+    seen, rewards = run(environment(task=TrainingTask(), seed=5), 40)
+    again, rewards_again = run(environment(task=TrainingTask(), seed=5), 40)
     assert (seen == again).all()
     assert (rewards == rewards_again).all()
-    other, _ = run(environment(task=Task(), seed=6), 40)
+    other, _ = run(environment(task=TrainingTask(), seed=6), 40)
     assert (seen != other).any()
 
 
@@ -165,7 +165,7 @@ def test_a_joint_offset_is_kept_for_an_episode(environment):
 
 
 def test_bodies_differ_within_their_ranges(environment):
-    env = environment(n=30, task=Task())
+    env = environment(n=30, task=TrainingTask())
     floor = env._models[0].geom("floor").id
     friction = [m.geom_friction[floor, 0] for m in env._models]
     assert 0.5 <= min(friction) < 0.7
@@ -182,7 +182,7 @@ def test_commands_are_those_of_the_task(environment):
 
 def test_an_arm_may_be_busy_while_the_robot_stands(environment):
     randomised = replace(randomisation.UNDISTURBED, busy_arms=1.0)
-    env = environment(n=20, task=Task(CommandRange(standing=1.0), randomised))
+    env = environment(n=20, task=TrainingTask(CommandRange(standing=1.0), randomised))
     for _ in range(40):
         env.step(np.zeros((20, 19)))
     away = np.abs(env._targets - POSE_RAD) > 0

@@ -5,10 +5,10 @@ import pytest
 
 from spikeport.training import evaluate as module
 from spikeport.training import randomisation
-from spikeport.training.environment import Task
+from spikeport.training.environment import TrainingTask
 from spikeport.training.evaluate import Tally, evaluate
 
-CALM = Task(randomisation=randomisation.UNDISTURBED)
+CALM = TrainingTask(randomisation=randomisation.UNDISTURBED)
 HIPS_BACK = 1.0 * np.isin(np.arange(19), [2, 7])
 
 
@@ -70,7 +70,7 @@ def test_the_same_seed_gives_the_same_figures(monkeypatch):
     monkeypatch.setattr(module, "SETTLING_S", 0.1)
     policy = lambda x: 0.1 * x[:, :19]  # noqa: E731
     first, again, other = (
-        evaluate(policy, Task(), episodes=2, seed=seed).vx_error_m_s for seed in (3, 3, 4)
+        evaluate(policy, TrainingTask(), episodes=2, seed=seed).vx_error_m_s for seed in (3, 3, 4)
     )
     assert first == again != other
 

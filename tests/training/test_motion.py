@@ -4,7 +4,7 @@ from spikeport.robot import state
 from spikeport.robot.plant import Plant
 from spikeport.robot.walk_interface import observation
 from spikeport.training import model
-from spikeport.training.motion import Feet, Motion
+from spikeport.training.motion import FeetMotion, Motion
 
 
 def fallen_a_little():
@@ -42,7 +42,7 @@ def test_feet_from_sensors():
     sensors[0, [2, 5]] = 0.12, 0.055  # heights of left heel and toe
     sensors[0, 6:9] = 1, 2, 3
     sensors[0, 13 + 10 : 13 + 13] = 0, 30, -40
-    feet = Feet.from_sensors(sensors)
+    feet = FeetMotion.from_sensors(sensors)
     np.testing.assert_allclose(feet.height_m, [[0.04, -0.02]])
     np.testing.assert_allclose(feet.velocity[0, 0], [1, 2, 3])
     np.testing.assert_allclose(feet.force_n, [[0, 50]])

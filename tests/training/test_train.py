@@ -9,7 +9,7 @@ import torch
 
 from spikeport.errors import UsageError
 from spikeport.training import checkpoint, evaluate
-from spikeport.training.curriculum import STAGES, stage_at
+from spikeport.training.curriculum import STAGES
 from spikeport.training.learner import LearnerOptions
 from spikeport.training.train import TrainOptions, train
 
@@ -116,12 +116,3 @@ def test_a_broken_checkpoint_is_refused(options):
 def test_the_policy_is_evaluated_where_it_is_due_and_at_the_end(options):
     log = train(replace(options, evaluate_every=2), silent)
     assert [entry.get("episodes") for entry in log] == [None, 2, 2]
-
-
-def test_stages_follow_each_other():
-    firsts = [stage.first_step for stage in STAGES]
-    assert firsts == sorted(firsts)
-    assert stage_at(0) is STAGES[0]
-    assert stage_at(firsts[1] - 1) is STAGES[0]
-    assert stage_at(firsts[1]) is STAGES[1]
-    assert stage_at(10**9) is STAGES[-1]

@@ -1,5 +1,3 @@
-from dataclasses import replace
-
 import pytest
 
 pytest.importorskip("torch")
@@ -8,15 +6,10 @@ pytest.importorskip("rsl_rl")
 from spikeport.networks.walking_policy import load
 from spikeport.robot.description import JOINTS
 from spikeport.training import evaluate, selection, walk
-from spikeport.training.card import card
 from spikeport.training.curriculum import STAGES
-from spikeport.training.evaluate import Evaluation
-from spikeport.training.hidden_noise import HiddenNoise
 from spikeport.training.learner import LearnerOptions
 from spikeport.training.train import TrainOptions
 from spikeport.training.walk import train_walk
-
-WALKS = Evaluation(100, 2, 0.0512, 0.0987, 0.1043, 2.613, 0.207)
 
 
 def test_a_run_leaves_a_policy_and_its_card(tmp_path, monkeypatch):
@@ -45,15 +38,3 @@ def test_a_run_leaves_a_policy_and_its_card(tmp_path, monkeypatch):
     text = (tmp_path / "h1_walk.md").read_text()
     assert "    spikeport train walk\n" in text
     assert "| as trained | 2 |" in text
-
-
-def test_the_card_states_figures_recipe_and_what_a_stage_changes():
-    noise = HiddenNoise(white=0.5)
-    stages = (STAGES[0], replace(STAGES[0], name="harder", first_step=9, hidden_noise=noise))
-    made = {"command": "spikeport train walk", "seed": 7, "step": 1234567, "robots": 512}
-    text = card("h1_walk", made, {"as trained": WALKS}, stages)
-    assert "1,234,567 control steps of 512 robots" in text
-    assert "| as trained | 100 | 2 | 0.051 | 0.099 | 0.104 | 2.61 | 0.21 |" in text
-    assert "Seed 7.\nVersions: mujoco " in text
-    assert "- **harder**: first_step 9, hidden_noise.white 0.5\n" in text
-    assert "weights.fall -200.0" in text

@@ -8,7 +8,7 @@ from rich.console import Console
 from spikeport import key_values
 from spikeport.commands.options import Target
 from spikeport.commands.progress import progress_bar
-from spikeport.commands.run import check, seconds_of
+from spikeport.commands.run import check_target, seconds_of
 from spikeport.errors import UsageError, unknown
 from spikeport.experiments import registry
 from spikeport.experiments.options import Experiment, Options
@@ -58,4 +58,4 @@ def _check(request: CalibrateRequest, experiment: Experiment) -> None:
         raise unknown(f"backend with neurons of {experiment.name}", backend, backends)
     if request.out.is_dir():
         raise UsageError(f"--out {request.out}: this is a folder; give the file to write, *.npz")
-    check(request.target)
+    check_target(request.target)

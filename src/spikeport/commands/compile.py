@@ -1,6 +1,5 @@
 """``spikeport compile``."""
 
-import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -8,14 +7,14 @@ from spikeport.backends.loss import measure
 from spikeport.commands import rates
 from spikeport.commands.passes import printer
 from spikeport.commands.progress import progress_bar
-from spikeport.commands.screen import Findings, show
+from spikeport.commands.screen import Findings, show_findings
 from spikeport.compile.check.violation import OverBudgetError
 from spikeport.compile.image.modules import by_module, modules
 from spikeport.compile.pipeline import Compilation, compile_network
 from spikeport.compile.report.budget import Budget
 from spikeport.compile.report.expected import Rates, expected_activity
 from spikeport.compile.report.report import Modules
-from spikeport.constants import DT_S
+from spikeport.constants import DT_S, LONGEST_RUN
 from spikeport.errors import UsageError
 from spikeport.files import write_json
 from spikeport.find_network import find_network, needed_passes
@@ -41,6 +40,7 @@ class CompileRequest:
     cores: bool
     passes: str | None = None
     print_after: str | None = None
+    build_timeout_s: float | None = None
 
 
 def run(request: CompileRequest) -> None:
@@ -57,21 +57,30 @@ def run(request: CompileRequest) -> None:
     observer = printer(request.print_after, passes)
     with progress_bar() as progress:
         progress("building the network", None)
-        network = find_network(request.network, request.settings, request.chip, request.passes)
+        network = find_network(
+            request.network,
+            request.settings,
+            request.chip,
+            request.passes,
+            request.build_timeout_s,
+        )
         progress("compiling", None)
         compilation = compile_network(network, request.chip, DT_S, passes, observer)
         findings = _reckoned(compilation, stated)
         if request.loss_s is not None:
             findings = _measured(compilation, request.loss_s, progress)
-    write(compilation, findings, out=request.out, json=request.json)
-    show(findings, request.cores)
+    write_findings(compilation, findings, out=request.out, json=request.json)
+    show_findings(findings, request.cores)
     if exceeded := request.budget.exceeded(findings.report, findings.activity):
         raise OverBudgetError(exceeded)
 
 
 def _check_run(seconds: float | None) -> None:
-    if seconds is not None and not (math.isfinite(seconds) and seconds >= DT_S):
-        raise UsageError(f"--loss {seconds:g}: a run is at least one step of {DT_S:g} s")
+    if seconds is not None and not DT_S <= seconds <= LONGEST_RUN * DT_S:
+        raise UsageError(
+            f"--loss {seconds:g}: a run is at least one step of {DT_S:g} s, and at most "
+            f"{LONGEST_RUN:,} steps"
+        )
 
 
 def _reckoned(compilation: Compilation, stated: Rates | None) -> Findings:
@@ -89,7 +98,7 @@ def _measured(compilation: Compilation, seconds: float, progress: Progress) -> F
     return Findings(compilation.report, measured.activity, loss=measured.loss, modules=counts)
 
 
-def write(
+def write_findings(
     compilation: Compilation, findings: Findings, *, out: Path | None, json: Path | None
 ) -> None:
     """Write image and report to a folder, and the report to a file, where they are given."""

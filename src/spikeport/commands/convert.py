@@ -8,9 +8,9 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from spikeport.commands.compile import check_places, write
+from spikeport.commands.compile import check_places, write_findings
 from spikeport.commands.progress import progress_bar
-from spikeport.commands.screen import Findings, show
+from spikeport.commands.screen import Findings, show_findings
 from spikeport.compile.passes.parse import parse
 from spikeport.errors import UsageError
 from spikeport.experiments.policy.conversion import Conversion, convert
@@ -56,7 +56,7 @@ def run(request: ConvertRequest) -> None:
         conversion = Conversion(mlp, options, observations.values, request.seed)
         converted = convert(conversion, request.chip, request.passes, progress)
     findings = Findings(converted.compilation.report, converted.activity)
-    write(converted.compilation, findings, out=request.out, json=request.json)
+    write_findings(converted.compilation, findings, out=request.out, json=request.json)
     if request.out is not None:
         write_json(request.out / "conversion.json", asdict(converted.lint))
         if walker is not None:
@@ -67,7 +67,7 @@ def run(request: ConvertRequest) -> None:
     console.print(lint_table(converted.lint))
     for line in lint_lines(converted.lint):
         console.print(line, markup=False)
-    show(findings, cores=False)
+    show_findings(findings, cores=False)
 
 
 def _check(request: ConvertRequest) -> None:

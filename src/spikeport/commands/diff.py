@@ -9,7 +9,8 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from spikeport.commands.report_file import Json, read
+from spikeport.commands.report_file import read
+from spikeport.compile.report.report import Json
 
 SAME, DIFFERENT = 0, 1
 

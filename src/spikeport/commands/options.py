@@ -1,8 +1,8 @@
 """Options that commands share, and the decorator that gives them to a command.
 
-A group of options is a frozen dataclass whose fields are annotated for typer. `flat` makes one
-option of each field, so that a group is declared once, reaches its command as one value, and names
-every value it holds. Imports no Nengo: help does not wait for it.
+A group of options is a frozen dataclass whose fields are annotated for typer. `with_options` makes
+one option of each field, so that a group is declared once, reaches its command as one value, and
+names every value it holds. Imports no Nengo: help does not wait for it.
 """
 
 import functools
@@ -18,6 +18,19 @@ import typer
 from spikeport.constants import LARGEST_SEED
 
 Result = TypeVar("Result")
+
+
+def path_of(text: str) -> Path:
+    """Return the path that an option names; an empty one would be the current folder."""
+    if not str(text):
+        raise typer.BadParameter("the path is empty, as of a shell variable that is not set")
+    return Path(text)
+
+
+def written(help_text: str) -> Any:
+    """Return the option of a file or folder that is written."""
+    return typer.Option(help=help_text, parser=path_of, metavar="PATH")
+
 
 ChipOption = Annotated[str, typer.Option(help="A chip's name, or the path of its TOML file.")]
 PassesOption = Annotated[
@@ -77,12 +90,12 @@ class RunOptions:
     seed: SeedOption = 0
     seconds: SecondsOption = None
     settings: SettingsOption
-    out: Annotated[Path | None, typer.Option(help="Folder of the run.")] = None
+    out: Annotated[Path | None, written("Folder of the run.")] = None
     overwrite: Annotated[bool, typer.Option(help="Replace an earlier run in --out.")] = False
     video: Annotated[bool, typer.Option("--video", help="Write video.mp4 too.")] = False
 
 
-def flat(command: Callable[..., Result]) -> Callable[..., Result]:
+def with_options(command: Callable[..., Result]) -> Callable[..., Result]:
     """Return a command with an option for each field of the groups among its parameters."""
     hints = get_type_hints(command)
     groups: dict[str, Any] = {name: hint for name, hint in hints.items() if is_dataclass(hint)}

@@ -2,20 +2,19 @@
 
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from typing import Any, Literal, get_args, get_origin
+from typing import Literal, get_args, get_origin
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from spikeport.commands.report_file import Json
 from spikeport.compile.passes import registry
-from spikeport.compile.passes.base import Pass
+from spikeport.compile.passes.base import AnyPass
 from spikeport.compile.passes.dump import dump
 from spikeport.compile.passes.parse import options, parse
-from spikeport.compile.passes.pipeline import Observer, kind, silent
-from spikeport.compile.report.report import Report
+from spikeport.compile.passes.pipeline import Observer, kind, observe_nothing
+from spikeport.compile.report.report import Json, Report
 from spikeport.errors import unknown
 from spikeport.hardware_models import chip as chips
 
@@ -37,7 +36,7 @@ def print_passes() -> None:
         console.print(f"default of {name}: {chips.get(name).pipeline or 'none'}", markup=False)
 
 
-def _options(cls: type[Pass[Any]]) -> str:
+def _options(cls: type[AnyPass]) -> str:
     kinds = options(cls)
     return ", ".join(f"{key}: {_type(kind)} = {getattr(cls, key)}" for key, kind in kinds.items())
 
@@ -60,12 +59,12 @@ def printer(chosen: str | None, passes: str) -> Observer:
         The pipeline has no such pass.
     """
     if chosen is None:
-        return silent
+        return observe_nothing
     names = [one.name for one in parse(passes).passes]
     if chosen not in (ALL, *names):
         raise unknown("pass of this compile", chosen, [ALL, *names])
 
-    def show(one: Pass[Any], value: object) -> None:
+    def show(one: AnyPass, value: object) -> None:
         if chosen in (ALL, one.name):
             print("\n  ".join([f"after {one.name}:", *dump(value)]), end="\n\n")
 

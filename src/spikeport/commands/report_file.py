@@ -1,19 +1,14 @@
 """Reads the report of a compile or run, wherever it lies."""
 
 from pathlib import Path
-from typing import Any
 
-from spikeport.compile.report.report import SCHEMA
+from spikeport.compile.report.report import SCHEMA, Json
 from spikeport.errors import UsageError
 from spikeport.experiments.run_folder import RESULT_SCHEMA
 from spikeport.files import read_json
 
 IN_FOLDERS = ("report.json", "result.json")
 NEEDED = ("image_digest", "resources", "energy", "timing")
-
-
-Json = dict[str, Any]
-"""A report or a part of it, as `docs/report.schema.json` describes it."""
 
 
 def read(path: Path) -> Json:

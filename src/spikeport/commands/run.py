@@ -1,6 +1,5 @@
 """``spikeport run``."""
 
-import math
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +13,7 @@ from spikeport.commands.options import RunOptions, Target
 from spikeport.commands.progress import progress_bar
 from spikeport.commands.tables import cost_notes, cost_table, resource_table
 from spikeport.compile.passes.parse import parse
+from spikeport.constants import DT_S, LONGEST_RUN
 from spikeport.errors import UsageError, unknown
 from spikeport.experiments import registry, run_folder
 from spikeport.experiments.options import Experiment, Options, Outcome
@@ -37,9 +37,11 @@ def run(request: RunRequest) -> None:
     owner = f"experiment '{experiment.name}'"
     chosen = experiment.settings(**key_values.parse(asked.settings, experiment.settings, owner))
     seconds = seconds_of(asked.seconds, experiment)
-    check(target)
-    folder = run_folder.create(asked.out, experiment.name, asked.overwrite)
-    with run_folder.removed_if_empty(folder), progress_bar() as progress:
+    check_target(target)
+    with (
+        run_folder.opened(asked.out, experiment.name, asked.overwrite) as folder,
+        progress_bar() as progress,
+    ):
         options = Options(
             seconds=seconds,
             backend=target.backend,
@@ -51,10 +53,10 @@ def run(request: RunRequest) -> None:
             command=("spikeport", *sys.argv[1:]),
         )
         outcome = experiment.run(chosen, options, folder)
-    show(outcome, folder)
+    show_outcome(outcome, folder)
 
 
-def check(target: Target) -> None:
+def check_target(target: Target) -> None:
     """Raise UsageError for a chip or passes that there are not."""
     chips.get(target.chip)
     if target.passes is not None:
@@ -64,13 +66,15 @@ def check(target: Target) -> None:
 def seconds_of(asked: float | None, experiment: Experiment) -> float:
     """The time to simulate; UsageError if it is too short, or no time at all."""
     seconds = experiment.seconds if asked is None else asked
-    if not (math.isfinite(seconds) and seconds >= experiment.shortest_s):
-        least = f"{experiment.name} simulates at least {experiment.shortest_s:g} s"
-        raise UsageError(f"--seconds {seconds:g}: {least}")
+    if not experiment.shortest_s <= seconds <= LONGEST_RUN * DT_S:
+        raise UsageError(
+            f"--seconds {seconds:g}: {experiment.name} simulates at least "
+            f"{experiment.shortest_s:g} s, and at most {LONGEST_RUN:,} steps of {DT_S:g} s"
+        )
     return seconds
 
 
-def show(outcome: Outcome, folder: Path) -> None:
+def show_outcome(outcome: Outcome, folder: Path) -> None:
     """Print what came out of a run."""
     console = Console()
     result = outcome.result

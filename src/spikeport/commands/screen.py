@@ -7,19 +7,18 @@ from rich.console import Console
 
 from spikeport.commands.core_tables import core_table, module_table
 from spikeport.commands.passes import pass_lines
-from spikeport.commands.report_file import Json
 from spikeport.commands.tables import (
+    cores_in_words,
     cost_notes,
     cost_table,
     loss_table,
-    n_cores,
     resource_table,
 )
 from spikeport.compile.check.violation import Violation
 from spikeport.compile.report.expected import Rates
 from spikeport.compile.report.loss import Loss
 from spikeport.compile.report.neurobench import NeuroBench, workload
-from spikeport.compile.report.report import Modules, Report
+from spikeport.compile.report.report import Json, Modules, Report
 from spikeport.hardware_models.activity import Activity
 
 MOST_NAMED = 3
@@ -45,7 +44,7 @@ class Findings:
         return self.report.to_dict(self.activity, self.rates, loss, self.modules)
 
 
-def show(findings: Findings, cores: bool) -> None:
+def show_findings(findings: Findings, cores: bool) -> None:
     """Print the report; with the tables of all cores and modules where they are asked for."""
     console = Console(highlight=False)
     report = findings.report
@@ -103,7 +102,7 @@ def neurobench_line(static: NeuroBench, activity: Activity | None) -> str:
 def verdict(report: Report) -> str:
     """The last line: that it fits, on how much, and what image it is."""
     unknown = [name for name, usage in report.resources().items() if usage.limit is None]
-    parts = [f"fits chip '{report.chip.name}' on {n_cores(report)}"]
+    parts = [f"fits chip '{report.chip.name}' on {cores_in_words(report)}"]
     if "cores" in report.lower_bound:
         parts[0] += f" (lower bound {report.lower_bound['cores']})"
     if unknown:

@@ -10,7 +10,7 @@ from spikeport import key_values
 from spikeport.atomic import atomic_path
 from spikeport.commands.options import Target, Workers
 from spikeport.commands.progress import progress_bar
-from spikeport.commands.run import check, seconds_of
+from spikeport.commands.run import check_target, seconds_of
 from spikeport.errors import UsageError, unknown
 from spikeport.experiments import registry
 from spikeport.experiments.options import Experiment
@@ -77,7 +77,7 @@ def planned(request: SweepRequest) -> Sweep:
     """
     experiment, target = registry.get(request.experiment), request.target
     owner = f"experiment '{experiment.name}'"
-    check(target)
+    check_target(target)
     sweep = Sweep(
         experiment=experiment.name,
         backend=target.backend,
@@ -95,8 +95,8 @@ def planned(request: SweepRequest) -> Sweep:
 
 def _varied(
     vary: Iterable[str], experiment: Experiment, owner: str
-) -> dict[str, tuple[key_values.Value, ...]]:
-    varied: dict[str, tuple[key_values.Value, ...]] = {}
+) -> dict[str, tuple[key_values.SettingValue, ...]]:
+    varied: dict[str, tuple[key_values.SettingValue, ...]] = {}
     for pair in vary:
         key, equals, texts = pair.partition("=")
         if not equals:
@@ -110,7 +110,7 @@ def _varied(
     return varied
 
 
-def _value(key: str, text: str, experiment: Experiment, owner: str) -> key_values.Value:
+def _value(key: str, text: str, experiment: Experiment, owner: str) -> key_values.SettingValue:
     if key == BACKEND:
         return text
     pair = [f"{key}={text}"]

@@ -26,7 +26,7 @@ BITS_PER_KIB = 8 * 1024
 
 def resource_table(report: Report) -> Table:
     """Every resource: the chip's sum, and the core that uses most of it."""
-    title = escape(f"{report.chip.title}: {n_cores(report)}")
+    title = escape(f"{report.chip.title}: {cores_in_words(report)}")
     table = Table(box=SIMPLE_HEAD, title=title, pad_edge=False, collapse_padding=True)
     table.add_column("used / limit", no_wrap=True)
     whole = "whole chip" if report.chip.limits.chips.count == 1 else "whole board"
@@ -45,7 +45,7 @@ def _on_fullest(one: Usage, labels: list[str]) -> tuple[str, ...]:
     return *_share(one), str(labels.index(one.object))
 
 
-def n_cores(report: Report) -> str:
+def cores_in_words(report: Report) -> str:
     """How many cores, and chips where it takes several, in words."""
     cores = f"{len(report.cores)} core{'s' * (len(report.cores) != 1)}"
     chips = chips_used(len(report.cores), report.chip)

@@ -57,8 +57,8 @@ def test_nothing_is_shifted_where_something_learns() -> None:
 
 
 def test_runs_are_stretches_of_consecutive_targets() -> None:
-    group = Group([[64] * 5, [64] * 2, [64]], [[[0, 1, 4, 5, 7]], [[8, 3]], [[4]]])
-    runs = runs_of(rows_of(image_of(group)))
+    group = Group([[64] * 5, [64] * 2, [64]], [[[0, 1, 4, 5, 7]], [[8, 3]], [[9]]])
+    runs = runs_of(rows_of(image_of(group, n=10)))
     assert runs.start.tolist() == [0, 3, 5, 6]
     # first target, first synapse, size; targets ascend, and no run goes on into the next row
-    assert runs.run.tolist() == [[0, 0, 2], [4, 2, 2], [7, 4, 1], [3, 5, 1], [8, 6, 1], [4, 7, 1]]
+    assert runs.run.tolist() == [[0, 0, 2], [4, 2, 2], [7, 4, 1], [3, 5, 1], [8, 6, 1], [9, 7, 1]]

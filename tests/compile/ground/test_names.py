@@ -114,3 +114,16 @@ def test_no_name_holds_a_memory_address() -> None:
     ]
     assert not [names[obj] for obj in objects if " at 0x" in names[obj]]
     assert len({names[obj] for obj in objects}) == len(objects)
+
+
+def test_what_cannot_be_printed_of_a_label_is_escaped() -> None:
+    with nengo.Network() as network:
+        bell = nengo.Ensemble(2, 1, label="a\x07b\r\x1b[31m")
+        lone = nengo.Ensemble(2, 1, label="half \ud83d")
+        plain = nengo.Ensemble(2, 1, label="Größe 10 µm")
+        connection = nengo.Connection(bell, lone)
+    names = Names(network)
+    assert names[bell] == r"a\x07b\r\x1b[31m"
+    assert names[lone] == r"half \ud83d"
+    assert names[plain] == "Größe 10 µm"
+    assert names[connection] == r"a\x07b\r\x1b[31m -> half \ud83d"

@@ -5,7 +5,7 @@ from spikeport.compile.image.traffic import core_messages
 from spikeport.compile.passes.place import Place
 from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.links import Links
-from spikeport.hardware_models.topology import between_chips, hops
+from spikeport.hardware_models.topology import hops, messages_between_chips
 from tests.helpers.images import Block, Group, Parts, Route
 from tests.helpers.same_run import assert_same_run, context, small_chip
 
@@ -48,7 +48,7 @@ def test_chips_of_a_board_come_first() -> None:
     notes: dict[str, dict[str, int]] = {}
     placed = core_messages(Place().apply(pairs, context(board, notes)))
     assert notes["between_chips"] == {"before": 512, "after": 0}
-    assert between_chips(placed, board).sum() == 0
+    assert messages_between_chips(placed, board).sum() == 0
 
 
 def test_what_has_no_place_on_the_board_is_left_to_verification() -> None:

@@ -106,6 +106,7 @@ def test_demands_are_what_pieces_take() -> None:
     assert found == [piece.amounts for piece in pieces]
 
 
+@pytest.mark.slow
 def test_an_ensemble_that_feeds_many_others_compiles() -> None:
     with nengo.Network(seed=1) as network:
         pre = nengo.Ensemble(600, 1, label="pre")

@@ -11,7 +11,9 @@ from tests.helpers.random_networks import assert_equal_in_float, random_network,
 from tests.helpers.same_run import context, small_chip
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize(
+    "seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2, 3))]
+)
 def test_the_same_in_float(seed: int) -> None:
     split = assert_equal_in_float(random_network(seed), SplitEnsembles(max_neurons=11))
     sizes = {e.n_neurons for e in split.network.all_ensembles}

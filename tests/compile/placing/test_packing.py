@@ -6,7 +6,7 @@ from hypothesis import given, settings
 
 from spikeport.compile.placing.lower_bound import lower_bound
 from spikeport.compile.placing.packing import (
-    Choice,
+    CoreChoice,
     Problem,
     emptied,
     filled,
@@ -50,7 +50,7 @@ def test_blocks_fit_as_far_as_every_resource_reaches() -> None:
 
 
 @pytest.mark.parametrize(("choice", "bins"), [(first, [[0, 2], [1]]), (fullest, [[0], [1, 2]])])
-def test_the_first_core_or_the_fullest_takes_a_block(choice: Choice, bins: object) -> None:
+def test_the_first_core_or_the_fullest_takes_a_block(choice: CoreChoice, bins: object) -> None:
     assert filled(problem(5, 6, 4), [0, 1, 2], choice) == bins
 
 

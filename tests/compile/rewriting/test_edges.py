@@ -7,7 +7,7 @@ from nengo.solvers import LstsqL2
 
 import spikeport
 from spikeport.compile.loihi.solver import ParameterSolver
-from spikeport.compile.rewriting.edges import EdgeKey, Edges, Source, Target, without_zeros
+from spikeport.compile.rewriting.edges import EdgeKey, Edges, EdgeSource, EdgeTarget, without_zeros
 from spikeport.compile.rewriting.partition import Part, Partition
 from tests.helpers.small_networks import (
     DT_S,
@@ -22,7 +22,7 @@ from tests.helpers.small_networks import (
 )
 
 RNG = np.random.RandomState(1)
-NEURONS_OF_B = Target("neurons", 1)
+NEURONS_OF_B = EdgeTarget("neurons", 1)
 
 
 def two(n_a: int = 6, n_b: int = 5, **options: Any) -> nengo.Network:
@@ -50,12 +50,12 @@ def assert_edges(edges: Edges, expected: dict[EdgeKey, np.ndarray]) -> None:
 
 
 def key(
-    source: Source | int = 0,
-    target: Target = NEURONS_OF_B,
+    source: EdgeSource | int = 0,
+    target: EdgeTarget = NEURONS_OF_B,
     synapse: Any = FAST,
     path: str | None = None,
 ) -> EdgeKey:
-    return EdgeKey(Source(source) if isinstance(source, int) else source, target, synapse, path)
+    return EdgeKey(EdgeSource(source) if isinstance(source, int) else source, target, synapse, path)
 
 
 def edges_of(network: nengo.Network) -> Edges:
@@ -98,7 +98,7 @@ def test_decoded_values_are_transform_times_decoders() -> None:
     with network:
         decode(network.a, network.b[1:], values, transform=transform, synapse=FAST)
     product = placed(transform @ values.T, (3, 6), slice(1, 3), slice(None))
-    assert_edges(edges_of(network), {key(target=Target("dimensions", 1)): product})
+    assert_edges(edges_of(network), {key(target=EdgeTarget("dimensions", 1)): product})
 
 
 def test_values_are_in_units_of_the_largest_radius_of_a_group() -> None:
@@ -109,7 +109,7 @@ def test_values_are_in_units_of_the_largest_radius_of_a_group() -> None:
         decode(a, c, single := decoders(4, 1), synapse=FAST)
     edges = matrices_of(network, whole(a, (b, c))).edges
     expected = np.vstack([values.T * 2 / 0.5, single.T])
-    assert_edges(edges, {key(target=Target("dimensions", 1)): expected})
+    assert_edges(edges, {key(target=EdgeTarget("dimensions", 1)): expected})
 
 
 def test_members_of_a_group_have_their_rows_and_columns() -> None:
@@ -120,7 +120,7 @@ def test_members_of_a_group_have_their_rows_and_columns() -> None:
     edges = matrices_of(network, whole((a, b), c)).edges
     in_matrix = placed(into.transform.init, (5, 4), slice(2, 5), slice(None))
     out_matrix = placed(out.transform.init, (4, 5), slice(None), slice(2, 5))
-    assert_edges(edges, {key(1, Target("neurons", 0)): in_matrix, key(0): out_matrix})
+    assert_edges(edges, {key(1, EdgeTarget("neurons", 0)): in_matrix, key(0): out_matrix})
 
 
 def test_parts_of_an_ensemble_have_their_shares() -> None:
@@ -132,9 +132,9 @@ def test_parts_of_an_ensemble_have_their_shares() -> None:
         nengo.Connection(a.neurons, b.neurons, transform=out, synapse=FAST)
         decode(a, a, values, synapse=SLOW)
     parts = Partition([[Part(a, 0, 4)], [Part(b, 0, 5)], [Part(a, 4, 6)]])
-    first, second = Target("neurons", 0), Target("neurons", 2)
+    first, second = EdgeTarget("neurons", 0), EdgeTarget("neurons", 2)
     recurrent = {
-        key(source, Target("dimensions", target), SLOW): values.T[:, mine]
+        key(source, EdgeTarget("dimensions", target), SLOW): values.T[:, mine]
         for source, mine in ((0, slice(0, 4)), (2, slice(4, 6)))
         for target in (0, 2)
     }
@@ -259,8 +259,8 @@ def test_nodes_that_stay_are_sources_and_targets() -> None:
         nengo.Connection(source[1:], network.b.neurons, transform=into, synapse=None)
         nengo.Connection(network.a.neurons, sink[[3, 1]], transform=out, synapse=SLOW)
     expected = {
-        key(Source(-1, source), synapse=None): placed(into, (5, 3), slice(None), [1, 2]),
-        key(0, Target("object", -1, sink), SLOW): placed(out, (4, 6), [3, 1], slice(None)),
+        key(EdgeSource(-1, source), synapse=None): placed(into, (5, 3), slice(None), [1, 2]),
+        key(0, EdgeTarget("object", -1, sink), SLOW): placed(out, (4, 6), [3, 1], slice(None)),
     }
     assert_edges(edges_of(network), expected)
 
@@ -273,7 +273,7 @@ def test_functions_of_nodes_that_stay_are_computed_by_their_connection() -> None
             source[:2], node, function=np.square, transform=into, synapse=None
         )
         nengo.Connection(node, network.b.neurons, transform=out, synapse=FAST)
-    expected = {key(Source(-1, source, squares)): out @ into}
+    expected = {key(EdgeSource(-1, source, squares)): out @ into}
     assert_edges(edges_of(network), expected)
 
 
@@ -281,8 +281,8 @@ def test_ensembles_that_stay_are_decoded_by_their_connection() -> None:
     network = two(dimensions=2)
     decoded = decode_to_b(network)
     edges = matrices_of(network, whole(network.b)).edges
-    target = Target("dimensions", 0)
-    assert_edges(edges, {key(Source(-1, network.a, decoded), target): np.array([[0.0], [3.0]])})
+    target = EdgeTarget("dimensions", 0)
+    assert_edges(edges, {key(EdgeSource(-1, network.a, decoded), target): np.array([[0.0], [3.0]])})
 
 
 def decode_to_b(network: nengo.Network) -> nengo.Connection:
@@ -298,8 +298,8 @@ def test_what_enters_a_node_is_known_too() -> None:
         nengo.Connection(node, network.b, transform=np.ones((1, 2)), synapse=None)
     matrices = matrices_of(network, whole(network.a, network.b))
     assert list(matrices.into_nodes) == [node]
-    assert_edges(matrices.into_nodes[node], {key(0, Target("object", -1, node)): into})
-    assert_edges(matrices.edges, {key(target=Target("dimensions", 1)): np.ones((1, 2)) @ into})
+    assert_edges(matrices.into_nodes[node], {key(0, EdgeTarget("object", -1, node)): into})
+    assert_edges(matrices.edges, {key(target=EdgeTarget("dimensions", 1)): np.ones((1, 2)) @ into})
 
 
 def test_connections_between_what_stays_are_not_replaced() -> None:
@@ -321,7 +321,7 @@ def source_of(network: nengo.Network) -> nengo.Node:
 
 def test_settings_of_a_path_stay_apart() -> None:
     network = two()
-    dimension, decoded = Target("dimensions", 1), decoders(6, 1)
+    dimension, decoded = EdgeTarget("dimensions", 1), decoders(6, 1)
     with network:
         node = nengo.Node(size_in=1)
         free, direct, inward, outward = (

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from spikeport.compile.rewriting.partition import Part, Partition, Place, in_parts
+from spikeport.compile.rewriting.partition import Part, Partition, Position, in_parts
 from tests.helpers.small_networks import ensemble
 
 
@@ -18,9 +18,9 @@ def test_places_lay_neurons_and_dimensions_end_to_end() -> None:
     parts = [Part(a, 0, 4), Part(b, 2, 6), Part(c, 0, 5), Part(b, 0, 2)]
     partition = Partition([parts[:3], parts[3:]])
     assert partition.places == {
-        a: [Place(parts[0], 0, 0, 0)],
-        b: [Place(parts[1], 0, 4, 2), Place(parts[3], 1, 0, 0)],
-        c: [Place(parts[2], 0, 8, 5)],
+        a: [Position(parts[0], 0, 0, 0)],
+        b: [Position(parts[1], 0, 4, 2), Position(parts[3], 1, 0, 0)],
+        c: [Position(parts[2], 0, 8, 5)],
     }
     assert [partition.n_neurons(group) for group in (0, 1)] == [13, 2]
     assert [partition.dimensions(group) for group in (0, 1)] == [6, 3]

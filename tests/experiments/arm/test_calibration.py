@@ -8,7 +8,7 @@ import pytest
 from spikeport.errors import UsageError
 from spikeport.experiments.arm import draw
 from spikeport.experiments.arm import trial as arm_trial
-from spikeport.experiments.arm.calibration import draw_states, refit
+from spikeport.experiments.arm.calibration import draw_states, refit_arm
 from spikeport.experiments.arm.reach import ReachSettings, ReachTrial
 from spikeport.experiments.arm.reach_task import BOXES, rehearsals
 from spikeport.experiments.arm.region import record_region
@@ -52,7 +52,7 @@ def test_states_hold_all_terms_of_the_torque_at_once(law, region):
 @pytest.mark.slow
 def test_refitted_decoders_bring_the_torque_nearer_to_the_exact_law(law, region):
     held = draw_states(law, region, 120)
-    decoders = refit(arm(law, region, SMALL), held, Options(1.0), 0.001).decoders
+    decoders = refit_arm(arm(law, region, SMALL), held, Options(1.0), 0.001).decoders
     assert {label: found.shape for label, found in decoders.items()} == {
         **{f"M1 {axis}": (40, 4) for axis in "xyz"},
         **{f"CB {joint}": (30, 4) for joint in ("pitch", "roll", "yaw", "elbow", "gravity")},

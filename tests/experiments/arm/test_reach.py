@@ -246,6 +246,7 @@ def test_a_robot_out_of_range_ends_the_run_and_leaves_the_last_states(
         assert set(states.files) == {"time_s", "qpos", "qvel", "ctrl"}
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:overflow")
 def test_divergence_replaces_an_earlier_run(tmp_path, monkeypatch):
     reached(tmp_path, 0.1)

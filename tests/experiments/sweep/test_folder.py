@@ -5,7 +5,7 @@ import json
 import pytest
 
 from spikeport.errors import UsageError
-from spikeport.experiments.sweep.folder import Kept, SweepFolder, opened
+from spikeport.experiments.sweep.folder import PointFiles, SweepFolder, opened
 from spikeport.experiments.sweep.table import table
 from tests.helpers.sweeps import finish, result
 
@@ -122,7 +122,7 @@ def test_a_damaged_result_is_named(sweep_of, tmp_path, content):
 def test_a_result_of_another_run_is_named(sweep_of, tmp_path, change, complaint):
     sweep, folder = sweep_of(), SweepFolder(tmp_path)
     point = sweep.points()[0]
-    folder.write(point, Kept({**result(point, falls=0), **change}, None))
+    folder.write(point, PointFiles({**result(point, falls=0), **change}, None))
     with pytest.raises(UsageError) as caught:
         folder.read(point)
     assert str(caught.value) == (

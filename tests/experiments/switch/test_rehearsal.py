@@ -11,6 +11,7 @@ from spikeport.robot.description import JOINTS
 from spikeport.robot.walk_interface import PARTS
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("anchor", "told"), [(True, False), (False, True)])
 def test_a_policy_that_balances_knows_the_arm_at_work(brief, monkeypatch, anchor, told):
     monkeypatch.setattr(rehearsal, "record_gait", lambda policy: np.zeros((1, 69)))

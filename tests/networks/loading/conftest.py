@@ -187,3 +187,18 @@ def model(tmp_path) -> Callable[..., Path]:
         return tmp_path / "policy.onnx"
 
     return write
+
+
+@pytest.fixture
+def module() -> nn.Sequential:
+    """A walking policy of few units."""
+    torch.manual_seed(4)
+    layers = [nn.Linear(69, 8), nn.ELU(), nn.Linear(8, 8), nn.ELU(), nn.Linear(8, 19)]
+    return nn.Sequential(*layers).double().eval()
+
+
+@pytest.fixture
+def path(tmp_path, module) -> Path:
+    """The file of that policy."""
+    torch.jit.script(module).save(tmp_path / "policy.pt")
+    return tmp_path / "policy.pt"

@@ -1,6 +1,5 @@
 """Walking policies of others become ours, or are refused with what was found."""
 
-from collections import deque
 from dataclasses import replace
 
 import numpy as np
@@ -9,84 +8,16 @@ import torch
 from torch import nn
 
 from spikeport.errors import UsageError
-from spikeport.experiments.policy.settings import H1, load_policy
+from spikeport.experiments.policy.settings import load_policy
 from spikeport.networks import walking_policy
 from spikeport.networks.loading import isaac
 from spikeport.networks.walking_policy import WalkingPolicy
-from spikeport.robot import description as robot
 from spikeport.robot.description import DEFAULT_POSE, JOINTS
-from spikeport.robot.walk_interface import targets_rad
 
 pytestmark = pytest.mark.filterwarnings("ignore:.torch.jit:DeprecationWarning")
 N = len(JOINTS)
 POSE = np.array([DEFAULT_POSE[joint] for joint in JOINTS])
 WITH = "; what can be read: spikeport convert --help"
-
-
-@pytest.fixture
-def module():
-    torch.manual_seed(4)
-    layers = [nn.Linear(69, 8), nn.ELU(), nn.Linear(8, 8), nn.ELU(), nn.Linear(8, N)]
-    return nn.Sequential(*layers).double().eval()
-
-
-@pytest.fixture
-def path(tmp_path, module):
-    torch.jit.script(module).save(tmp_path / "policy.pt")
-    return tmp_path / "policy.pt"
-
-
-def breadth_first(model):
-    """Joints of a model, level by level away from the root."""
-    waiting, found = deque([1]), []
-    while waiting:
-        body = waiting.popleft()
-        joints = range(model.body_jntadr[body], model.body_jntadr[body] + model.body_jntnum[body])
-        found += [model.joint(joint).name for joint in joints]
-        waiting += [b for b in range(body + 1, model.nbody) if model.body_parentid[b] == body]
-    return tuple(name for name in found if name in JOINTS)
-
-
-def test_the_order_of_isaac_lab_is_breadth_first():
-    assert breadth_first(robot.load()) == isaac.JOINTS
-
-
-def both_targets(policy, module, pose, action_scale, observation_scale=1.0):
-    """Joint targets in our order: of the policy, and of the module with its own robot's values."""
-    rng = np.random.default_rng(2)
-    head, q, dq = rng.standard_normal(12), POSE + rng.standard_normal(N), rng.standard_normal(N)
-    before = rng.standard_normal(N)
-    ours = targets_rad(policy(np.concatenate((head, q - POSE, dq, before))))
-    order = [JOINTS.index(joint) for joint in isaac.JOINTS]
-    last = (targets_rad(before) - pose) / action_scale
-    parts = (head, (q - pose)[order], dq[order], last[order])
-    with torch.no_grad():
-        action = module(torch.tensor(np.concatenate(parts) * observation_scale)).numpy()
-    theirs = np.empty(N)
-    theirs[order] = action
-    return ours, pose + action_scale * theirs
-
-
-def test_an_isaac_lab_policy_moves_our_joints_as_it_moved_its_own(path, module, environment):
-    policy = load_policy(path, environment())
-    assert policy.joints == JOINTS
-    np.testing.assert_allclose(*both_targets(policy, module, POSE, 0.5), atol=1e-6)
-
-
-def test_another_pose_and_other_scales_are_folded_in(path, module, environment):
-    changes = {
-        "scene/robot/init_state/joint_pos": {".*_knee": 0.5, "left_elbow": 0.1},
-        "actions/joint_pos/scale": {".*_knee": 0.25, "torso": 0.1},
-        "observations/policy/base_ang_vel/scale": 0.2,
-        "observations/policy/joint_vel/scale": 0.05,
-    }
-    policy = load_policy(path, environment(changes))
-    pose = np.array([0.5 * j.endswith("knee") + 0.1 * (j == "left_elbow") for j in JOINTS])
-    scale = np.array([{"torso": 0.1}.get(j, 0.25 if j.endswith("knee") else 1) for j in JOINTS])
-    factor = np.repeat([1, 0.2, 1, 0.05, 1], [3, 3, 6 + N, N, N])
-    np.testing.assert_allclose(*both_targets(policy, module, pose, scale, factor), atol=1e-6)
-    np.testing.assert_allclose(policy.pose_rad, POSE)
-    assert policy.action_scale_rad == 0.5
 
 
 def test_our_own_file_is_read_with_its_joints_by_name(tmp_path):
@@ -217,36 +148,3 @@ def test_another_robot_or_task_is_refused(path, environment, changes, complaint)
     description = environment(changes)
     about = path if complaint.startswith(OF_THE_POLICY) else description
     assert refused(path, description) == f"policy file '{about}': {complaint}{WITH}"
-
-
-@pytest.mark.parametrize(
-    ("text", "complaint"),
-    [
-        ("a: [1", "expected YAML, found while parsing a flow sequence"),
-        (
-            "just words",
-            "expected a description of Isaac Lab (all: Input should be a valid dictionary or "
-            "instance of Environment), found 'just words'",
-        ),
-    ],
-)
-def test_another_text_is_no_description(path, tmp_path, text, complaint):
-    description = tmp_path / "env.yaml"
-    description.write_text(text)
-    assert refused(path, description) == f"policy file '{description}': {complaint}{WITH}"
-
-
-def test_tags_of_a_description_make_no_objects(path, environment, tmp_path):
-    description = environment()
-    harm = f"harm: !!python/object/apply:os.mkdir ['{tmp_path / 'harm'}']\n"
-    description.write_text(description.read_text() + harm)
-    load_policy(path, description)
-    assert not (tmp_path / "harm").exists()
-
-
-def test_the_h1_of_this_package_is_the_one_of_isaac_lab(environment):
-    described = isaac.described(environment())
-    assert sorted(described.joints) == sorted(H1.joints)
-    assert described.gains == {joint: tuple(gain) for joint, gain in H1.gains.items()}
-    assert described.pose_rad == H1.pose_rad
-    assert described.action_scale_rad == H1.action_scale_rad

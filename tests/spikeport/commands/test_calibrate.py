@@ -61,7 +61,11 @@ def test_an_experiment_without_decoders_says_so(spikeport, monkeypatch, tmp_path
             "unknown backend with neurons of reach 'analytic'; "
             "there is: native, nengo-loihi, reference",
         ),
-        (["--seconds", "0"], "--seconds 0: reach simulates at least 0.005 s"),
+        (
+            ["--seconds", "0"],
+            "--seconds 0: reach simulates at least 0.005 s, and at most 1,000,000,000 steps of "
+            "0.001 s",
+        ),
         (["--set", "m1=0"], "m1=0: the number of neurons must be at least 1"),
     ],
 )

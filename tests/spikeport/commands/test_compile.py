@@ -12,6 +12,8 @@ from spikeport.compile.report.schema import ReportData
 from spikeport.find_network import find_network
 from spikeport.hardware_models import chip as chips
 
+RUN = "a run is at least one step of 0.001 s, and at most 1,000,000,000 steps"
+
 
 def names(folder):
     return sorted(path.name for path in folder.iterdir())
@@ -104,16 +106,38 @@ def test_a_network_without_ensembles_does_not_fit(spikeport, net_py):
 
 
 @pytest.mark.parametrize(
-    ("function", "reason"),
+    ("function", "code", "reason"),
     [
-        ("raises_value_error", "raised ValueError: the sizes do not match"),
-        ("divides_by_zero", "raised ZeroDivisionError: division by zero"),
-        ("returns_text", "returned str, expected nengo.Network"),
+        ("raises_value_error", 1, "raised ValueError: the sizes do not match"),
+        ("divides_by_zero", 1, "raised ZeroDivisionError: division by zero"),
+        ("exits", 1, "raised SystemExit: 0"),
+        ("raises_no_exception", 1, "raised Strange: half \\ud83d"),
+        ("returns_text", 2, "returned str, expected nengo.Network"),
     ],
 )
-def test_a_network_function_that_fails_is_wrong_use(spikeport, net_py, function, reason):
+def test_a_network_function_that_fails_is_named(
+    spikeport, net_py, tmp_path, function, code, reason
+):
     spec = f"{net_py}:{function}"
-    assert spikeport("compile", spec) == (2, "", f"error: {spec}: {reason}\n")
+    done = spikeport("compile", spec, "--out", tmp_path / "out")
+    assert done == (code, "", f"error: {spec}: {reason}\n")
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_network_that_is_built_for_ever_is_ended(spikeport, net_py):
+    spec = f"{net_py}:builds_for_ever"
+    assert spikeport("compile", spec, "--build-timeout", "0.2") == (
+        1,
+        "",
+        f"error: {spec}: did not return a network in 0.2 s, as --build-timeout asks\n",
+    )
+
+
+@pytest.mark.parametrize("option", ["--out", "--json"])
+def test_an_empty_path_is_refused(spikeport, net_py, option):
+    done = spikeport("compile", f"{net_py}:make", option, "")
+    assert (done.code, done.out) == (2, "")
+    assert "the path is empty" in done.err
 
 
 def test_unknown_names_of_compile_list_what_there_is(spikeport, net_py):
@@ -260,8 +284,9 @@ def test_a_budget_that_is_kept_exits_with_0(spikeport, net_py):
             "--rate-hz and --loss: the run of --loss has rates of its own; give one",
         ),
         (["--max-cores", "0"], "--max-cores 0: a budget is a positive number"),
-        (["--loss", "0"], "--loss 0: a run is at least one step of 0.001 s"),
-        (["--loss", "nan"], "--loss nan: a run is at least one step of 0.001 s"),
+        (["--loss", "0"], f"--loss 0: {RUN}"),
+        (["--loss", "1e300"], f"--loss 1e+300: {RUN}"),
+        (["--loss", "nan"], f"--loss nan: {RUN}"),
     ],
 )
 def test_contradictory_options_are_refused(spikeport, net_py, options, message):

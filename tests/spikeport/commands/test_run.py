@@ -8,7 +8,7 @@ import time
 
 import pytest
 
-from spikeport.commands.run import show
+from spikeport.commands.run import show_outcome
 from spikeport.experiments import registry
 from spikeport.experiments.options import Outcome
 from spikeport.hardware_models import chip as chips
@@ -75,10 +75,15 @@ def test_unknown_names_of_run_list_what_there_is(spikeport, tmp_path):
     assert names(tmp_path) == []
 
 
-@pytest.mark.parametrize("seconds", ["0", "-1", "nan", "inf", "0.004"])
+@pytest.mark.parametrize("seconds", ["0", "-1", "nan", "inf", "0.004", "1e+300", "1e+10"])
 def test_a_time_that_cannot_be_simulated_is_refused(spikeport, tmp_path, seconds):
     done = spikeport(*ANALYTIC[:4], "--seconds", seconds, "--out", tmp_path / "run")
-    assert done == (2, "", f"error: --seconds {seconds}: reach simulates at least 0.005 s\n")
+    assert done == (
+        2,
+        "",
+        f"error: --seconds {seconds}: reach simulates at least 0.005 s, and at most 1,000,000,000 "
+        "steps of 0.001 s\n",
+    )
     assert names(tmp_path) == []
 
 
@@ -174,7 +179,7 @@ def test_metrics_of_parts_are_named_line_by_line(tmp_path, capsys):
         {"name": "draw", "success": False},
     ]
     result = {"experiment": "switch", "backend": "native", "metrics": {"phases": phases}}
-    show(Outcome(result, report=None, activity=None), tmp_path)
+    show_outcome(Outcome(result, report=None, activity=None), tmp_path)
     printed = [line.strip() for line in capsys.readouterr().out.splitlines()]
     first = next(i for i, line in enumerate(printed) if line.startswith("phases"))
     assert printed[first].split(maxsplit=1)[1] == "walk: success yes, behind_m 0.1"

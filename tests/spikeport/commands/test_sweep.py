@@ -110,7 +110,11 @@ BACKENDS = "analytic, native, nengo-loihi, reference"
         ),
         (("--backend", "board"), f"unknown backend of reach 'board'; there is: {BACKENDS}"),
         (("--set", "m1=x"), "--set m1=x: expected a whole number"),
-        (("--seconds", "0"), "--seconds 0: reach simulates at least 0.005 s"),
+        (
+            ("--seconds", "0"),
+            "--seconds 0: reach simulates at least 0.005 s, and at most 1,000,000,000 steps of "
+            "0.001 s",
+        ),
     ],
 )
 def test_a_wrong_value_is_refused_before_anything_starts(spikeport, tmp_path, options, message):

@@ -7,7 +7,7 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from spikeport.commands.options import Target, Workers, flat
+from spikeport.commands.options import Target, Workers, with_options
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,7 +25,7 @@ def asked():
     app = typer.Typer()
 
     @app.command()
-    @flat
+    @with_options
     def paint(what: str, *, colour: str = "red", size: Size) -> None:
         values.append((what, colour, size))
 

@@ -1,0 +1,80 @@
+"""A watch on a user's code that builds a network: it says what takes long, and can end it."""
+
+import contextlib
+import os
+import signal
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from typing import NoReturn
+
+from spikeport.errors import NetworkError
+
+NOTICE_S = 10.0
+"""Time after which a line says what is being waited for."""
+GRACE_S = 5.0
+"""Time that code has to end after its limit, before the process ends."""
+
+
+class OutOfTime(BaseException):
+    """The end of a user's code; no Exception, since that code may catch those."""
+
+
+@contextlib.contextmanager
+def watched(spec: str, limit_s: float | None = None) -> Iterator[None]:
+    """Name code on standard error that takes more than `NOTICE_S`, and end it at its limit.
+
+    The limit interrupts Python code of the main thread. Code that goes on for another `GRACE_S`,
+    as in a library that does not return, ends the process with exit code 1.
+
+    Raises
+    ------
+    NetworkError
+        At the limit.
+    """
+    cure = "--build-timeout SECONDS ends it" if limit_s is None else f"it has {limit_s:g} s"
+    with _later(NOTICE_S, lambda: _say(f"{spec}: has been building for {NOTICE_S:g} s; {cure}")):
+        if limit_s is None:
+            yield
+            return
+        reason = f"{spec}: did not return a network in {limit_s:g} s, as --build-timeout asks"
+        try:
+            with _later(limit_s + GRACE_S, lambda: _end_process(reason)), _alarm(limit_s):
+                yield
+        except OutOfTime:
+            raise NetworkError(reason) from None
+
+
+@contextlib.contextmanager
+def _later(delay_s: float, action: Callable[[], None]) -> Iterator[None]:
+    timer = threading.Timer(delay_s, action)
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
+
+
+@contextlib.contextmanager
+def _alarm(limit_s: float) -> Iterator[None]:
+    before = signal.signal(signal.SIGALRM, _interrupt)
+    signal.setitimer(signal.ITIMER_REAL, limit_s)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def _interrupt(_number: int, _frame: object) -> NoReturn:
+    raise OutOfTime
+
+
+def _say(text: str) -> None:
+    print(text, file=sys.stderr, flush=True)
+
+
+def _end_process(reason: str) -> NoReturn:
+    _say(f"error: {reason}")
+    os._exit(NetworkError.exit_code)

@@ -1,0 +1,53 @@
+"""The part of a network that is meant for the chip."""
+
+import nengo
+import nengo_loihi
+
+from spikeport.compile.ground.names import Names
+from spikeport.compile.ground.scope import Scope
+
+
+def scope_of(network: nengo.Network) -> Scope:
+    return Scope(network, Names(network))
+
+
+def test_ensembles_and_their_neurons_are_on_the_chip_and_nodes_are_not() -> None:
+    with nengo.Network() as network:
+        a, node = nengo.Ensemble(4, 2), nengo.Node(size_in=1)
+    scope = scope_of(network)
+    assert [scope.on_chip(obj) for obj in (a, a.neurons, a[0], a.neurons[:2])] == [True] * 4
+    assert not scope.on_chip(node)
+    assert scope.ensembles == [a]
+
+
+def test_direct_ensembles_stay_on_the_host() -> None:
+    with nengo.Network() as network:
+        direct = nengo.Ensemble(1, 1, neuron_type=nengo.Direct())
+        spiking = nengo.Ensemble(4, 1)
+    assert scope_of(network).ensembles == [spiking]
+    assert not scope_of(network).on_chip(direct)
+
+
+def test_a_user_can_keep_an_ensemble_on_the_host() -> None:
+    with nengo.Network() as network:
+        nengo_loihi.add_params(network)
+        host, chip = nengo.Ensemble(4, 1), nengo.Ensemble(4, 1)
+        network.config[host].on_chip = False
+        network.config[chip].on_chip = True
+    scope = scope_of(network)
+    assert scope.ensembles == [chip]
+    assert not scope.on_chip(host.neurons)
+
+
+def test_the_ends_of_learning_stay_on_the_host() -> None:
+    with nengo.Network() as network:
+        pre, post, error = (nengo.Ensemble(4, 1) for _ in range(3))
+        learned = nengo.Connection(pre, post, learning_rule_type=nengo.PES())
+        nengo.Connection(error, learned.learning_rule)
+    assert scope_of(network).ensembles == [pre]
+
+
+def test_ensembles_of_subnetworks_are_there_too() -> None:
+    with nengo.Network() as network, nengo.Network():
+        inner = nengo.Ensemble(4, 1)
+    assert scope_of(network).ensembles == [inner]

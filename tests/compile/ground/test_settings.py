@@ -1,0 +1,69 @@
+"""NetworkSettings of single objects, in the config of the network that holds them."""
+
+import nengo
+import nengo_loihi
+import pytest
+
+from spikeport.compile.ground.settings import NetworkSettings, add_params
+
+
+def pair() -> tuple[nengo.Ensemble, nengo.Ensemble, nengo.Connection]:
+    a, b = nengo.Ensemble(4, 1), nengo.Ensemble(4, 1)
+    return a, b, nengo.Connection(a, b)
+
+
+def test_the_decode_path_is_automatic_unless_it_is_set() -> None:
+    with nengo.Network() as network:
+        *_, connection = pair()
+        add_params(network)
+        add_params(network)  # twice is once
+    assert network.config[connection].decode_path == "auto"
+    network.config[connection].decode_path = "host"
+    assert NetworkSettings(network).get(connection, "decode_path") == "host"
+
+
+def test_a_path_that_there_is_not_is_refused() -> None:
+    with nengo.Network() as network:
+        *_, connection = pair()
+        add_params(network)
+    with pytest.raises(nengo.exceptions.ValidationError, match="decode_path"):
+        network.config[connection].decode_path = "tunnel"
+
+
+def test_without_options_there_are_no_settings() -> None:
+    with nengo.Network() as network:
+        a, _, connection = pair()
+    settings = NetworkSettings(network)
+    assert [settings.get(a, "on_chip"), settings.get(connection, "pop_type")] == [None, None]
+
+
+def test_on_chip_is_read_in_the_outermost_network_and_all_else_where_an_object_is() -> None:
+    with nengo.Network() as network:
+        nengo_loihi.add_params(network)
+        with nengo.Network() as inner:
+            nengo_loihi.add_params(inner)
+            a, _, connection = pair()
+    network.config[a].on_chip = False
+    inner.config[a].on_chip = True
+    network.config[connection].pop_type = 16
+    inner.config[connection].pop_type = 32
+    settings = NetworkSettings(network)
+    assert settings.get(a, "on_chip") is False
+    assert settings.get(connection, "pop_type") == 32
+
+
+def test_settings_are_copied_to_another_network() -> None:
+    with nengo.Network() as network:
+        add_params(network)
+        a, _, connection = pair()
+        network.config[a].on_chip = False
+        network.config[a].block_shape = nengo_loihi.BlockShape((2,), (4,))
+        network.config[connection].decode_path = "direct"
+    other = nengo.Network()
+    add_params(other)
+    settings = NetworkSettings(network)
+    settings.copy(a, other)
+    settings.copy(connection, other)
+    assert other.config[a].on_chip is False
+    assert other.config[a].block_shape.shape == (2,)
+    assert other.config[connection].decode_path == "direct"

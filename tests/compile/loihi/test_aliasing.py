@@ -1,0 +1,32 @@
+"""Errors of rates whose intervals are whole steps."""
+
+import nengo
+import numpy as np
+import pytest
+
+from spikeport.compile.loihi.aliasing import rate_aliasing
+from tests.helpers.chip_networks import integer_blocks
+
+
+def neuron(label: str, rate_hz: float) -> nengo.Ensemble:
+    """A neuron that fires at one rate, whatever it represents."""
+    relu = nengo.SpikingRectifiedLinear()
+    return nengo.Ensemble(1, 1, neuron_type=relu, gain=[1e-9], bias=[rate_hz], label=label)
+
+
+def test_an_interval_is_rounded_up_to_whole_steps() -> None:
+    with nengo.Network(seed=1) as network:
+        neuron("fast", 300.0)  # 3.33 steps, which the chip makes 4: 250 Hz
+        neuron("slow", 260.0)  # 3.85 steps
+        neuron("silent", 0.0)
+    found = rate_aliasing(integer_blocks(network).floats)
+    assert found == pytest.approx({"fast": 50 / 300, "slow": 10 / 260, "silent": 0}, rel=1e-6)
+
+
+def test_faster_neurons_are_farther_off() -> None:
+    with nengo.Network(seed=1) as network:
+        for rate in (20, 200):
+            nengo.Ensemble(20, 1, max_rates=nengo.dists.Choice([rate]), label=f"{rate}")
+    found = rate_aliasing(integer_blocks(network).floats)
+    assert 0 < found["20"] < found["200"]
+    assert np.isfinite(list(found.values())).all()

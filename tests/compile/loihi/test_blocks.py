@@ -1,0 +1,65 @@
+"""Copies of nengo-loihi's blocks, which can be changed."""
+
+import numpy as np
+from nengo_loihi.block import LoihiBlock, Synapse
+from nengo_loihi.probe import LoihiProbe
+
+from spikeport.compile.loihi.blocks import copied, copied_probe, first_of
+from spikeport.compile.loihi.numpy1 import numpy1_semantics
+from tests.helpers.chip_networks import integer_blocks, recurrent
+
+
+def block() -> LoihiBlock:
+    made = LoihiBlock(2, label="made")
+    made.compartment.bias[:] = [1, 2]
+    synapse = Synapse(1)
+    with numpy1_semantics():
+        synapse.set_weights(np.ones((1, 2)))
+    made.add_synapse(synapse)
+    return made
+
+
+def test_a_copy_can_be_changed_and_the_original_stays() -> None:
+    original = block()
+    copy = copied(original)
+    copy.compartment.bias[0] = 9
+    copy.compartment.vmin = -5
+    copy.synapses[0].weights[0][0, 0] = 9
+    copy.synapses[0].synapse_cfg.weight_exp = 3
+    copy.synapses.append(None)
+    fresh = block()
+    assert original.compartment.bias.tolist() == [1, 2]
+    assert original.compartment.vmin == fresh.compartment.vmin
+    assert original.synapses[0].weights[0].tolist() == [[1, 1]]
+    assert original.synapses[0].synapse_cfg.weight_exp == fresh.synapses[0].synapse_cfg.weight_exp
+    assert len(original.synapses) == 1
+
+
+def test_axons_are_those_of_the_original() -> None:
+    original = block()
+    original.axons = [object()]
+    assert copied(original).axons is original.axons
+
+
+def test_the_weights_of_a_copied_probe_are_its_own_and_as_they_lie() -> None:
+    weights = [np.asfortranarray(np.eye(2)), None]
+    original = LoihiProbe(target=[block(), block()], weights=weights, slice=[slice(None)] * 2)
+    copy = copied_probe(original)
+    copy.weights[0][0, 0] = 7
+    assert original.weights[0][0, 0] == 1
+    assert copy.weights[0].flags.f_contiguous
+    assert copy.weights[1] is None
+    assert copy.target is original.target
+
+
+def test_the_first_of_several_blocks_stands_for_an_object() -> None:
+    one, other = block(), block()
+    assert first_of(one) is first_of([one, other]) is one
+
+
+def test_float_blocks_can_be_others() -> None:
+    floats = integer_blocks(recurrent()).floats
+    other = floats.with_blocks(map(copied, floats.blocks))
+    assert other.labels == floats.labels
+    assert other.model is floats.model
+    assert all(a is not b for a, b in zip(other.blocks, floats.blocks, strict=True))

@@ -1,0 +1,101 @@
+"""A pipeline applies its passes in order, and notes what they found."""
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import pytest
+
+from spikeport.compile.passes.base import BlockPass, Context, ImagePass, NetworkPass
+from spikeport.compile.passes.pipeline import PassRun, Pipeline, kind, observe_nothing
+from spikeport.errors import UsageError
+from spikeport.hardware_models import chip as chips
+
+LOIHI = chips.get("loihi")
+
+
+class Noting:
+    """Appends its name to a text that stands for the value."""
+
+    def apply(self, value: str, /, context: Context) -> str:
+        context.note("before", value)
+        return f"{value} {self.name}".strip()
+
+
+@dataclass(frozen=True)
+class Network(Noting, NetworkPass):
+    name: ClassVar[str] = "network"
+    size: int = 3
+
+
+@dataclass(frozen=True)
+class Block(Noting, BlockPass):
+    name: ClassVar[str] = "block"
+
+
+@dataclass(frozen=True)
+class First(Noting, ImagePass):
+    name: ClassVar[str] = "first"
+    precedes: ClassVar[tuple[str, ...]] = ("second",)
+
+
+@dataclass(frozen=True)
+class Second(Noting, ImagePass):
+    name: ClassVar[str] = "second"
+
+
+def test_each_stage_has_its_passes_in_order() -> None:
+    pipeline = Pipeline((Network(), Block(), First(), Second()))
+    assert pipeline.networks == (Network(),)
+    assert pipeline.blocks == (Block(),)
+    assert pipeline.images == (First(), Second())
+
+
+def test_passes_follow_each_other_and_leave_a_record() -> None:
+    seen: list[tuple[str, Any]] = []
+    pipeline = Pipeline((Network(size=5), First(), Second()))
+    run = PassRun(pipeline, LOIHI, 0.001, lambda one, value: seen.append((one.name, value)))
+    assert run.rewrites
+    assert (run.networks("n"), run.blocks("b"), run.images("i")) == (
+        "n network",
+        "b",
+        "i first second",
+    )
+    assert seen == [("network", "n network"), ("first", "i first"), ("second", "i first second")]
+    assert run.record == [
+        {"name": "network", "options": {"size": 5}, "notes": {"before": "n"}},
+        {"name": "first", "options": {}, "notes": {"before": "i"}},
+        {"name": "second", "options": {}, "notes": {"before": "i first"}},
+    ]
+
+
+def test_without_passes_nothing_changes() -> None:
+    run = PassRun(Pipeline(()), LOIHI, 0.001, observe_nothing)
+    assert not run.rewrites
+    assert (run.images("i"), run.record) == ("i", [])
+
+
+@pytest.mark.parametrize(
+    ("passes", "message"),
+    [
+        ((Second(), First()), "pass first cannot follow second; put it before"),
+        ((First(), First()), "pass first is there twice; give it once, with all its options"),
+        (
+            (First(), Network()),
+            "pass network works on networks, and cannot follow first, which works on images; "
+            "put it before",
+        ),
+        (
+            (First(), Block()),
+            "pass block works on blocks, and cannot follow first, which works on images; "
+            "put it before",
+        ),
+    ],
+)
+def test_an_order_that_undoes_passes_is_refused(passes: tuple[Any, ...], message: str) -> None:
+    with pytest.raises(UsageError) as caught:
+        Pipeline(passes)
+    assert str(caught.value) == message
+
+
+def test_a_pass_works_on_the_values_of_its_stage() -> None:
+    assert [kind(one) for one in (Network, Block(), First)] == ["networks", "blocks", "images"]

@@ -1,0 +1,43 @@
+"""Settings of a policy that walks."""
+
+import pytest
+
+from spikeport.errors import UsageError
+from spikeport.experiments.policy.settings import CONVERSION, PolicySettings
+from spikeport.networks import walking_policy
+from spikeport.networks.policy import PolicyOptions
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"policy": "mlp"}, "unknown policy 'mlp'; there is: spiking, the path of a file"),
+        (
+            {"n_neurons": 7},
+            "n_neurons=7: a unit has as many neurons for each sign; give an even number from 2 on",
+        ),
+        ({"tau_fwd": 0.0}, "tau_fwd=0: a filter must be above 0 and below 1 s"),
+        ({"tau_out": 1.0}, "tau_out=1: a filter must be above 0 and below 1 s"),
+        ({"network_seed": -1}, "network_seed=-1: a seed must be from 0 to 4294967295"),
+        ({"units": "hh"}, "unknown units 'hh'; there is: hybrid, if, lif, relu"),
+    ],
+)
+def test_a_wrong_setting_says_what_is_allowed(wrong, message):
+    with pytest.raises(UsageError) as caught:
+        PolicySettings(**wrong)
+    assert str(caught.value) == message
+
+
+def test_the_conversion_is_that_of_the_policys_options():
+    settings = PolicySettings(n_neurons=4, tau_out=0.01)
+    assert tuple(settings.conversion) == CONVERSION
+    assert settings.policy_options == PolicyOptions(n_neurons=4, tau_out=0.01)
+    assert PolicySettings().policy_options == PolicyOptions()
+
+
+def test_a_policy_is_the_shipped_one_or_that_of_a_file(tmp_path):
+    shipped = walking_policy.load()
+    assert PolicySettings().walking_policy().joints == shipped.joints
+    shipped.save(tmp_path / "mine.npz")
+    mine = PolicySettings(policy=str(tmp_path / "mine.npz")).walking_policy()
+    assert (mine.weights[0] == shipped.weights[0]).all()

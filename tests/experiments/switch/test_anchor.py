@@ -1,0 +1,42 @@
+"""The weld that holds a robot while its arm works."""
+
+import numpy as np
+import pytest
+
+from spikeport.experiments.switch.anchor import RAISING_S, Anchor
+from spikeport.robot.plant import Plant
+
+
+def turned(yaw_rad, tilt_rad):
+    """The quaternion of a turn about the vertical, after a tilt about the robot's side."""
+    w, z = np.cos(yaw_rad / 2), np.sin(yaw_rad / 2)
+    c, s = np.cos(tilt_rad / 2), np.sin(tilt_rad / 2)
+    return w * c, -z * s, w * s, z * c
+
+
+@pytest.fixture
+def plant():
+    return Plant()
+
+
+def test_a_robot_is_brought_upright_in_place_and_heading_of_now(plant):
+    anchor = Anchor(plant)
+    height_m = plant.data.qpos[2]
+    plant.data.qpos[:7] = 3, 2, 0.8, *turned(1.0, 0.3)
+    for _ in range(round(RAISING_S / plant.dt_s) + 1):
+        anchor.update(True)
+        plant.step()
+    assert plant.anchored
+    pose = plant.data.qpos[:7]
+    assert pose[:3] == pytest.approx([3, 2, height_m], abs=0.02)
+    assert pose[3:] == pytest.approx(turned(1.0, 0.0), abs=0.02)
+
+
+def test_a_robot_that_is_let_go_is_free(plant):
+    anchor = Anchor(plant)
+    anchor.update(False)
+    assert not plant.anchored
+    anchor.update(True)
+    assert plant.anchored
+    anchor.update(False)
+    assert not plant.anchored

@@ -1,0 +1,26 @@
+"""Experiments by name."""
+
+import pytest
+
+from spikeport.errors import MissingExtraError, UsageError
+from spikeport.experiments import registry
+
+
+@pytest.mark.parametrize("name", registry.EXPERIMENTS)
+def test_an_experiment_has_the_name_it_is_found_by(name):
+    assert registry.get(name).name == name
+
+
+def test_an_unknown_name_lists_those_there_are():
+    with pytest.raises(UsageError) as caught:
+        registry.get("dance")
+    assert str(caught.value) == "unknown experiment 'dance'; there is: draw, reach, switch, walk"
+
+
+def test_a_package_that_is_absent_names_the_extra_that_brings_it():
+    with pytest.raises(MissingExtraError) as caught:
+        registry.imported("a dance", "no_such_package.steps", extra="ballet")
+    assert str(caught.value) == (
+        "a dance needs the package no_such_package, which is absent; "
+        "install it with: pip install 'spikeport[ballet]'"
+    )

@@ -1,0 +1,34 @@
+"""Refusals of policy files, with what was expected and what was found."""
+
+from pathlib import Path
+
+import pytest
+
+from spikeport.errors import MissingExtraError, UsageError
+from spikeport.networks.loading.refusal import MismatchError, extra, refusing
+
+
+def test_what_does_not_match_is_refused_with_the_files_name() -> None:
+    with pytest.raises(UsageError) as caught, refusing(Path("a/b.pt")):
+        raise MismatchError("a horse", "a cow")
+    assert str(caught.value) == (
+        "policy file 'a/b.pt': expected a horse, found a cow; "
+        "what can be read: spikeport convert --help"
+    )
+
+
+def test_a_cure_can_be_another_and_other_errors_pass() -> None:
+    with pytest.raises(UsageError, match=r"found a cow; buy a horse$"):  # noqa: SIM117
+        with refusing(Path("x"), "buy a horse"):
+            raise MismatchError("a horse", "a cow")
+    with pytest.raises(ZeroDivisionError), refusing(Path("x")):
+        raise ZeroDivisionError
+
+
+def test_a_package_that_is_absent_names_the_extra() -> None:
+    with pytest.raises(MissingExtraError) as caught:
+        extra("no_such_package")
+    assert str(caught.value) == (
+        "reading this file needs the package no_such_package, which is not installed; "
+        "install it with: pip install 'spikeport[convert]'"
+    )

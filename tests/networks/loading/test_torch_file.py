@@ -1,0 +1,79 @@
+"""Files of torch, from the time of zip archives and from before."""
+
+import io
+import pickle
+
+import numpy as np
+import pytest
+import torch
+
+from spikeport.networks.loading.archive import Archive
+from spikeport.networks.loading.refusal import MismatchError
+from spikeport.networks.loading.torch_file import MAGIC, folder_of, pickled, pickled_in_a_row
+from tests.helpers.foreign import members, pack
+
+
+@pytest.fixture
+def path(tmp_path):
+    path = tmp_path / "file.pt"
+    torch.save({"a": torch.arange(6.0).reshape(2, 3).T, "b": torch.arange(10)[3:5]}, path)
+    return path
+
+
+def read(path):
+    archive = Archive(path.read_bytes())
+    return pickled(archive, folder_of(archive, "a file"), "data")
+
+
+def check(content):
+    np.testing.assert_array_equal(content["a"].array(), [[0, 3], [1, 4], [2, 5]])
+    np.testing.assert_array_equal(content["b"].array(), [3, 4])
+
+
+def test_tensors_are_views_of_their_storages(path):
+    check(read(path))
+
+
+def test_numbers_may_have_their_high_bytes_first(path):
+    content = members(path)
+    for key, kind in (("0", "f4"), ("1", "i8")):
+        numbers = np.frombuffer(content[f"file/data/{key}"], kind)
+        content[f"file/data/{key}"] = numbers.astype(f">{kind}").tobytes()
+    pack(path, {**content, "file/byteorder": b"big"})
+    check(read(path))
+
+
+@pytest.mark.parametrize(
+    ("change", "complaint"),
+    [
+        ({"file/byteorder": b"middle"}, "the order of bytes, little or big, found b'middle'"),
+        ({"file/byteorder": b"little" * 9}, "at most 16 bytes in file/byteorder, found 54"),
+        ({"other/data.pkl": b""}, "a file, found an archive with 2 data.pkl in a folder"),
+    ],
+)
+def test_another_archive_is_refused(path, change, complaint):
+    pack(path, {**members(path), **change})
+    with pytest.raises(MismatchError, match=complaint):
+        read(path)
+
+
+def test_a_file_from_before_zip_archives_is_read():
+    stream = io.BytesIO()
+    content = {"a": torch.arange(6.0).reshape(2, 3).T, "b": torch.arange(10)[3:5]}
+    torch.save(content, stream, _use_new_zipfile_serialization=False)
+    check(pickled_in_a_row(stream.getvalue()))
+
+
+@pytest.mark.parametrize(
+    ("parts", "complaint"),
+    [
+        ([1, 1001, {"little_endian": True}, {}, []], "a checkpoint of torch, found other pickles"),
+        ([MAGIC, 1001, 5, {}, []], "a checkpoint of torch, found other pickles"),
+        ([MAGIC, 1001, {"little_endian": False}, {}, []], "numbers with their low bytes first"),
+        ([MAGIC, 1001, {"little_endian": True}, {}, ["0"]], "storages of the content"),
+        ([MAGIC, 1001, {"little_endian": True}, {}], "a whole pickle, found a damaged one"),
+    ],
+)
+def test_other_pickles_in_a_row_are_refused(parts, complaint):
+    with pytest.raises(MismatchError, match=complaint):
+        pickled_in_a_row(b"".join(pickle.dumps(part, 2) for part in parts))

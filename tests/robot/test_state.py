@@ -1,0 +1,29 @@
+"""The motion that the robot's own sensors would know of."""
+
+import numpy as np
+import pytest
+
+from spikeport.robot import state
+from spikeport.robot.engine import mujoco
+from spikeport.robot.plant import Plant
+
+
+def test_velocities_are_in_the_frame_of_the_pelvis():
+    data = Plant().data
+    data.qpos[:7] = 1, 2, 3, np.sqrt(0.5), 0, 0, np.sqrt(0.5)  # turned left by a quarter
+    data.qvel[:6] = 0, 2, 0.5, 0.1, 0.2, 0.3
+    data.qpos[7:], data.qvel[6:] = np.arange(19), -np.arange(19)
+    mujoco.mj_kinematics(data.model, data)
+    found = state.read(data)
+    assert found.base_position.tolist() == [1, 2, 3]
+    assert found.base_linear_velocity == pytest.approx([2, 0, 0.5])  # straight ahead
+    assert found.base_angular_velocity.tolist() == [0.1, 0.2, 0.3]
+    assert (found.q.tolist(), found.dq.tolist()) == (list(range(19)), [-i for i in range(19)])
+
+
+def test_a_state_is_a_copy():
+    data = Plant().data
+    found = state.read(data)
+    before = found.q.copy()
+    data.qpos[:] = 7
+    assert np.array_equal(found.q, before)

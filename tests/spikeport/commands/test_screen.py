@@ -1,0 +1,58 @@
+"""The report on one screen: its last line, its hints and NeuroBench's metrics."""
+
+import pytest
+
+from spikeport.commands.screen import Findings, neurobench_line, show_findings, verdict
+from spikeport.compile.check.violation import Violation
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.pipeline import compile_network
+from spikeport.compile.report.expected import Rates, expected_activity
+from spikeport.find_network import find_network
+
+
+@pytest.fixture
+def compilation(net_py):
+    return compile_network(find_network(f"{net_py}:make", []))
+
+
+def test_the_last_line_says_that_it_fits_and_which_image_it_is(compilation):
+    report, image = compilation.report, compilation.image
+    assert isinstance(image, ChipImage)
+    assert verdict(report) == (
+        f"fits chip 'loihi' on {image.n_cores} core (lower bound {report.lower_bound['cores']}); "
+        f"image {image.digest[:16]}"
+    )
+
+
+def test_neurobenchs_metrics_are_a_line(compilation):
+    static = compilation.report.neurobench
+    assert neurobench_line(static, None) == (
+        f"NeuroBench: footprint {static.footprint_bytes:,} B, "
+        f"connection sparsity {static.connection_sparsity:.2f}, "
+        f"synaptic operations a step: dense {static.dense:,.0f}"
+    )
+    activity = expected_activity(compilation.image, Rates(100.0, {}))
+    line = neurobench_line(static, activity)
+    assert ", effective ACs " in line
+    assert ", effective MACs " in line
+
+
+def test_hints_of_one_rule_are_a_line_that_names_the_first_objects(compilation, capsys):
+    hints = [Violation("SP404", "copies", f"n{i}", f"{i} of 9", "", "redraw") for i in range(5)]
+    hints.insert(2, Violation("SP402", "zeros", "z", "all", "", "remove"))
+    report = compilation.report
+    object.__setattr__(report, "hints", tuple(hints))
+    show_findings(Findings(report), cores=False)
+    printed = " ".join(capsys.readouterr().out.split())
+    assert (
+        "hint: SP404 copies: n0 (0 of 9), n1 (1 of 9), n2 (2 of 9), 2 more; cure: redraw "
+        "hint: SP402 zeros: z (all); cure: remove"
+    ) in printed
+
+
+def test_tables_of_cores_are_shown_where_they_are_asked_for(compilation, capsys):
+    printed = []
+    for cores in (False, True):
+        show_findings(Findings(compilation.report), cores)
+        printed.append(capsys.readouterr().out)
+    assert [" holds " in text for text in printed] == [False, True]

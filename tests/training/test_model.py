@@ -1,0 +1,38 @@
+"""The robot as it is trained with."""
+
+import numpy as np
+import pytest
+
+from spikeport.robot.description import JOINTS, load
+from spikeport.robot.engine import mujoco
+from spikeport.training import model
+
+
+@pytest.fixture(scope="module")
+def built():
+    return model.build()
+
+
+def test_it_moves_as_the_robot_that_is_deployed(built):
+    whole = load()
+    assert [built.joint(i).name for i in range(1, built.njnt)] == list(JOINTS)
+    np.testing.assert_allclose(built.body_mass, whole.body_mass)
+    np.testing.assert_allclose(built.dof_armature, whole.dof_armature)
+    assert built.neq == 0
+    assert built.opt.timestep == whole.opt.timestep
+
+
+def test_actuators_hold_positions_with_the_robots_gains(built):
+    np.testing.assert_array_equal(built.actuator_gainprm[:, 0], model.KP)
+    np.testing.assert_array_equal(built.actuator_biasprm[:, 1], -model.KP)
+    np.testing.assert_array_equal(built.actuator_biasprm[:, 2], -model.KD)
+
+
+def test_sensors_of_the_left_foot_come_first(built):
+    assert built.nsensordata == 2 * sum(model.SENSORS.values())
+    assert built.sensor_dim.tolist() == list(model.SENSORS.values()) * 2
+    data = mujoco.MjData(built)
+    mujoco.mj_forward(built, data)
+    left, right = np.split(data.sensordata, 2)
+    assert left[1] > 0 > right[1]  # y of the heels: left is positive
+    np.testing.assert_allclose(left[[0, 2]], right[[0, 2]], atol=1e-9)

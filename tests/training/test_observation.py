@@ -1,0 +1,52 @@
+"""Observations of policy and critic, for a batch of robots."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from spikeport.robot.walk_interface import PARTS, POSE_RAD
+from spikeport.training import observation
+from spikeport.training.environment import TrainingTask, WalkEnvironment
+from spikeport.training.randomisation import UNDISTURBED, Randomisation, observation_noise
+
+
+@pytest.fixture
+def make():
+    made = []
+
+    def environment(randomisation):
+        task = replace(TrainingTask(), randomisation=randomisation)
+        made.append(WalkEnvironment(3, task, 0, threads=1))
+        made[-1].step(0.1 * np.ones((3, 19)))
+        return made[-1]
+
+    yield environment
+    for env in made:
+        env.close()
+
+
+def test_parts_lie_where_the_interface_has_them(make):
+    env = make(UNDISTURBED)
+    seen = observation.exact(env)
+    assert seen.shape == (3, 69)
+    np.testing.assert_array_equal(seen[:, PARTS["linear velocity"]], env.motion.velocity)
+    np.testing.assert_array_equal(seen[:, PARTS["command"]], env.commands.value)
+    np.testing.assert_array_equal(seen[:, PARTS["joint angles"]], env.motion.q - POSE_RAD)
+    np.testing.assert_array_equal(seen[:, PARTS["last action"]], np.full((3, 19), 0.1))
+
+
+def test_noise_is_within_its_width_and_none_where_none_is_asked_for(make):
+    rng = np.random.default_rng(0)
+    calm, noisy = make(UNDISTURBED), make(Randomisation(observation_noise=2.0))
+    assert np.array_equal(observation.noisy(calm, rng), observation.exact(calm))
+    off = np.abs(observation.noisy(noisy, rng) - observation.exact(noisy))
+    assert (off <= 2 * observation_noise() + 1e-12).all()
+    assert off.max() > 0.5
+
+
+def test_the_critic_sees_what_the_policy_does_and_more(make):
+    env = make(UNDISTURBED)
+    seen = observation.privileged(env)
+    assert np.array_equal(seen[:, :69], observation.exact(env))
+    assert seen.shape == (3, len(observation.PRIVILEGED.sign))

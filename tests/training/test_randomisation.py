@@ -1,0 +1,67 @@
+"""What differs from one training robot to the next."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from spikeport.robot.walk_interface import PARTS
+from spikeport.training import model
+from spikeport.training.randomisation import (
+    UNDISTURBED,
+    Bodies,
+    Randomisation,
+    observation_noise,
+)
+
+
+@pytest.fixture(scope="module")
+def nominal():
+    return model.build()
+
+
+def drawn(nominal, ranges, seed=0):
+    other = model.build()
+    Bodies(nominal).draw(other, ranges, np.random.default_rng(seed))
+    return other
+
+
+def test_the_robot_as_it_is_described_stays_itself(nominal):
+    other = drawn(nominal, UNDISTURBED)
+    for name in ("dof_armature", "dof_damping", "body_mass", "body_ipos", "actuator_gainprm"):
+        assert np.array_equal(getattr(other, name), getattr(nominal, name)), name
+    assert np.array_equal(other.actuator_biasprm, nominal.actuator_biasprm)
+
+
+def test_what_is_drawn_is_within_its_range_and_lengths_stay(nominal):
+    ranges = Randomisation()
+    floor, torso = nominal.geom("floor").id, nominal.body("torso_link").id
+    for seed in range(20):
+        other = drawn(nominal, ranges, seed)
+        assert 0.5 <= other.geom_friction[floor, 0] <= 1.2
+        scale = other.dof_armature[6:] / nominal.dof_armature[6:]
+        assert np.ptp(scale) < 1e-9
+        assert 0.3 <= scale[0] <= 1.1
+        gain = other.actuator_gainprm[:, 0] / model.KP
+        assert 0.9 <= gain.min() < gain.max() <= 1.1
+        assert np.array_equal(other.actuator_biasprm[:, 1], -other.actuator_gainprm[:, 0])
+        assert abs(other.body_mass[torso] - nominal.body_mass[torso]) <= 2.0
+        assert np.abs(other.body_ipos[torso] - nominal.body_ipos[torso]).max() <= 0.02
+        assert np.array_equal(other.body_pos, nominal.body_pos)
+
+
+def test_draws_begin_from_the_unchanged_robot(nominal):
+    """A model that is drawn again and again does not wander off."""
+    heavier = replace(UNDISTURBED, torso_mass_kg=2.0)
+    bodies, rng, other = Bodies(nominal), np.random.default_rng(0), model.build()
+    torso = nominal.body("torso_link").id
+    for _ in range(50):
+        bodies.draw(other, heavier, rng)
+        assert abs(other.body_mass[torso] - nominal.body_mass[torso]) <= 2.0
+
+
+def test_what_was_commanded_and_done_last_is_known_exactly_or_nearly():
+    width = observation_noise()
+    assert not width[PARTS["last action"]].any()
+    assert set(width[PARTS["joint velocities"]]) == {0.5}
+    assert set(width[PARTS["command"]]) == {0.05}
