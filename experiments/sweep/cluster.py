@@ -16,7 +16,7 @@ from distributed.scheduler import KilledWorker
 from spikeport.errors import BackendError, SpikeportError, UsageError
 from spikeport.experiments.sweep.folder import PointFiles
 from spikeport.experiments.sweep.plan import Point
-from spikeport.experiments.sweep.workers import Outcome, Run, died
+from spikeport.experiments.sweep.workers import PointOutcome, Run, died
 
 ANSWER_S = 5
 """How long a scheduler may take to answer, and a cluster to show a worker."""
@@ -35,7 +35,7 @@ CONFIG = {
 @contextlib.contextmanager
 def outcomes(
     scheduler: str, points: Sequence[Point], run: Run
-) -> Iterator[Iterator[tuple[Point, Outcome]]]:
+) -> Iterator[Iterator[tuple[Point, PointOutcome]]]:
     """Open a cluster, and yield every point as it ends, with what is kept of it or why it failed.
 
     Raises
@@ -77,7 +77,9 @@ def _check(client: Client, scheduler: str) -> None:
         )
 
 
-def _outcomes(client: Client, points: Sequence[Point], run: Run) -> Iterator[tuple[Point, Outcome]]:
+def _outcomes(
+    client: Client, points: Sequence[Point], run: Run
+) -> Iterator[tuple[Point, PointOutcome]]:
     """Yield outcomes; no more points are under way than there are workers.
 
     Else the next one to kill its worker would take with it what that worker has not handed over.
@@ -123,7 +125,7 @@ def _ended(client: Client, running: Iterable[Future]) -> Iterable[Future]:
     return done
 
 
-def _outcome(future: Future) -> Outcome:
+def _outcome(future: Future) -> PointOutcome:
     error = future.exception()
     if error is None:
         kept: PointFiles = future.result()

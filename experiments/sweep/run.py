@@ -11,7 +11,7 @@ from spikeport.experiments import registry
 from spikeport.experiments.sweep import workers
 from spikeport.experiments.sweep.folder import PointFiles, SweepFolder
 from spikeport.experiments.sweep.plan import Point, Sweep
-from spikeport.experiments.sweep.workers import Outcome
+from spikeport.experiments.sweep.workers import PointOutcome
 from spikeport.files import read_json
 from spikeport.progress import Progress
 
@@ -59,11 +59,11 @@ def run(
 
 def _outcomes(
     scheduler: str | None, n_workers: int, points: Sequence[Point]
-) -> contextlib.AbstractContextManager[Iterator[tuple[Point, Outcome]]]:
+) -> contextlib.AbstractContextManager[Iterator[tuple[Point, PointOutcome]]]:
     if scheduler is None:
         return workers.outcomes(n_workers, points, run_point)
     cluster = registry.imported("--scheduler", CLUSTER, extra="sweep")
-    opened: contextlib.AbstractContextManager[Iterator[tuple[Point, Outcome]]]
+    opened: contextlib.AbstractContextManager[Iterator[tuple[Point, PointOutcome]]]
     opened = cluster.outcomes(scheduler, points, run_point)
     return opened
 

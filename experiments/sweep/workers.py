@@ -21,7 +21,7 @@ from spikeport.experiments.sweep.folder import PointFiles
 from spikeport.experiments.sweep.plan import Point
 from spikeport.experiments.sweep.scratch import scratch_folder
 
-Outcome = PointFiles | str
+PointOutcome = PointFiles | str
 """What is kept of a point, or why it failed."""
 
 Run = Callable[[Point, str], PointFiles]
@@ -51,7 +51,7 @@ def died(times: int, how: str = "") -> str:
 @contextlib.contextmanager
 def outcomes(
     n_workers: int, points: Sequence[Point], run: Run
-) -> Iterator[Iterator[tuple[Point, Outcome]]]:
+) -> Iterator[Iterator[tuple[Point, PointOutcome]]]:
     """Start workers, and yield every point as it ends, with what is kept of it or why it failed.
 
     Workers end with the block, whatever is under way.
@@ -98,7 +98,7 @@ class _Pool:
         for worker in (*self._idle, *self._running):
             worker.end()
 
-    def outcomes(self, points: Sequence[Point]) -> Iterator[tuple[Point, Outcome]]:
+    def outcomes(self, points: Sequence[Point]) -> Iterator[tuple[Point, PointOutcome]]:
         """Yield every point as it ends."""
         waiting, deaths = deque(points), Counter[str]()
         while waiting or self._running:
@@ -126,10 +126,10 @@ class _Pool:
         ready = wait([worker.pipe for worker in self._running])
         return [worker for worker in self._running if worker.pipe in ready]
 
-    def _outcome(self, worker: _Worker) -> tuple[Outcome | None, str]:
+    def _outcome(self, worker: _Worker) -> tuple[PointOutcome | None, str]:
         """Return what a worker made of its point; nothing if it died, and how."""
         try:
-            outcome: Outcome = worker.pipe.recv()
+            outcome: PointOutcome = worker.pipe.recv()
         except (EOFError, OSError):
             how = worker.end()
             self._idle.append(self._started())
@@ -155,7 +155,7 @@ def _serve(pipe: Connection, run: Run, scratch: str) -> None:
             pipe.send(_attempt(run, pipe.recv(), scratch))
 
 
-def _attempt(run: Run, point: Point, scratch: str) -> Outcome:
+def _attempt(run: Run, point: Point, scratch: str) -> PointOutcome:
     try:
         return run(point, scratch)
     except SpikeportError as error:

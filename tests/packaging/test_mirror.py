@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 OTHERS = {"benchmarks", "examples", "fuzz", "helpers", "nengo_suite", "packaging", "shadow"}
-"""Folders of tests that mirror none of the package: scripts, other people's suites, all of it."""
+"""Folders of tests that mirror none of the package: scripts, spoilt files, suites, the whole."""
 
 TYPES = {
     "backends/chip.py",

@@ -1,6 +1,7 @@
-"""Files of torch, new and old: their tensors, and the order of their bytes."""
+"""Files of torch, from the time of zip archives and from before."""
 
 import io
+import pickle
 
 import numpy as np
 import pytest
@@ -8,56 +9,71 @@ import torch
 
 from spikeport.networks.loading.archive import Archive
 from spikeport.networks.loading.refusal import MismatchError
-from spikeport.networks.loading.torch_file import folder_of, pickled, pickled_in_a_row
+from spikeport.networks.loading.torch_file import MAGIC, folder_of, pickled, pickled_in_a_row
 from tests.helpers.foreign import members, pack
 
-CONTENT = {"a": torch.arange(6.0).reshape(2, 3), "b": torch.tensor([7, 8]), "note": "x"}
+
+@pytest.fixture
+def path(tmp_path):
+    path = tmp_path / "file.pt"
+    torch.save({"a": torch.arange(6.0).reshape(2, 3).T, "b": torch.arange(10)[3:5]}, path)
+    return path
 
 
-def saved(**options: object) -> bytes:
-    written = io.BytesIO()
-    torch.save(CONTENT, written, **options)
-    return written.getvalue()
+def read(path):
+    archive = Archive(path.read_bytes())
+    return pickled(archive, folder_of(archive, "a file"), "data")
 
 
-def assert_same(found: object) -> None:
-    assert isinstance(found, dict)
-    assert found["note"] == "x"
-    for name in "ab":
-        np.testing.assert_array_equal(found[name].array(), CONTENT[name].double().numpy())
+def check(content):
+    np.testing.assert_array_equal(content["a"].array(), [[0, 3], [1, 4], [2, 5]])
+    np.testing.assert_array_equal(content["b"].array(), [3, 4])
 
 
-def test_an_archive_holds_its_pickle_and_its_storages_in_one_folder():
-    archive = Archive(saved())
-    folder = folder_of(archive, "a checkpoint")
-    assert folder.endswith("/")
-    assert_same(pickled(archive, folder, "data"))
+def test_tensors_are_views_of_their_storages(path):
+    check(read(path))
 
 
-def test_a_file_from_before_archives_holds_them_in_a_row():
-    assert_same(pickled_in_a_row(saved(_use_new_zipfile_serialization=False)))
-
-
-def test_numbers_with_their_high_bytes_first_are_read(tmp_path):
-    path = tmp_path / "big.pt"
-    torch.save({"a": torch.tensor([1.5, -2.0])}, path)
+def test_numbers_may_have_their_high_bytes_first(path):
     content = members(path)
-    (data,) = (name for name in content if name.endswith("data/0"))
-    (order,) = (name for name in content if name.endswith("byteorder"))
-    content[data] = np.array([1.5, -2.0], ">f4").tobytes()
-    pack(path, {**content, order: b"big"})
-    archive = Archive(path.read_bytes())
-    found = pickled(archive, folder_of(archive, "a checkpoint"), "data")
-    np.testing.assert_array_equal(found["a"].array(), [1.5, -2.0])
-    pack(path, {**content, order: b"middle"})
-    archive = Archive(path.read_bytes())
-    with pytest.raises(MismatchError, match="the order of bytes, little or big"):
-        pickled(archive, folder_of(archive, "a checkpoint"), "data")
+    for key, kind in (("0", "f4"), ("1", "i8")):
+        numbers = np.frombuffer(content[f"file/data/{key}"], kind)
+        content[f"file/data/{key}"] = numbers.astype(f">{kind}").tobytes()
+    pack(path, {**content, "file/byteorder": b"big"})
+    check(read(path))
 
 
-def test_an_archive_with_no_pickle_or_with_two_is_none_of_torch(tmp_path):
-    path = tmp_path / "policy.pt"
-    for names in ([], ["a/data.pkl", "b/data.pkl"], ["a/b/data.pkl"]):
-        pack(path, dict.fromkeys(["other", *names], b"x"))
-        with pytest.raises(MismatchError, match=r"data\.pkl in a folder"):
-            folder_of(Archive(path.read_bytes()), "a checkpoint")
+@pytest.mark.parametrize(
+    ("change", "complaint"),
+    [
+        ({"file/byteorder": b"middle"}, "the order of bytes, little or big, found b'middle'"),
+        ({"file/byteorder": b"little" * 9}, "at most 16 bytes in file/byteorder, found 54"),
+        ({"other/data.pkl": b""}, "a file, found an archive with 2 data.pkl in a folder"),
+    ],
+)
+def test_another_archive_is_refused(path, change, complaint):
+    pack(path, {**members(path), **change})
+    with pytest.raises(MismatchError, match=complaint):
+        read(path)
+
+
+def test_a_file_from_before_zip_archives_is_read():
+    stream = io.BytesIO()
+    content = {"a": torch.arange(6.0).reshape(2, 3).T, "b": torch.arange(10)[3:5]}
+    torch.save(content, stream, _use_new_zipfile_serialization=False)
+    check(pickled_in_a_row(stream.getvalue()))
+
+
+@pytest.mark.parametrize(
+    ("parts", "complaint"),
+    [
+        ([1, 1001, {"little_endian": True}, {}, []], "a checkpoint of torch, found other pickles"),
+        ([MAGIC, 1001, 5, {}, []], "a checkpoint of torch, found other pickles"),
+        ([MAGIC, 1001, {"little_endian": False}, {}, []], "numbers with their low bytes first"),
+        ([MAGIC, 1001, {"little_endian": True}, {}, ["0"]], "storages of the content"),
+        ([MAGIC, 1001, {"little_endian": True}, {}], "a whole pickle, found a damaged one"),
+    ],
+)
+def test_other_pickles_in_a_row_are_refused(parts, complaint):
+    with pytest.raises(MismatchError, match=complaint):
+        pickled_in_a_row(b"".join(pickle.dumps(part, 2) for part in parts))
