@@ -102,6 +102,7 @@ def test_neurons_start_where_they_would_have_started() -> None:
 def test_some_neuron_fires_at_the_point_that_decoders_are_for() -> None:
     with nengo.Network(seed=1) as network:
         a, silent = ensemble("a", 4, 2), ensemble("silent", 2)
+    a.gain = np.array([9.0, 1.0, 1.0, 1.0])  # the first has the shortest encoder
     silent.gain = np.zeros(2)
     fires, never = assembled(network, whole(a, silent)).ensembles
     current = fires.gain * (fires.encoders @ fires.eval_points[0]) / fires.radius + fires.bias
@@ -150,6 +151,20 @@ def test_other_input_does_not(output: Any, synapse: Any) -> None:
     assembly = assembled(network, whole(a))
     np.testing.assert_array_equal(assembly.ensembles[0].bias, [0, 0.1, 0.2])
     assert len(assembly.flat.network.connections) == 2
+
+
+def test_constants_go_on_to_objects_that_stay() -> None:
+    with nengo.Network(seed=1) as network:
+        a, node = ensemble("a", 3), nengo.Node(size_in=1)
+        constant = nengo.Node([0.3])
+        sink = nengo.Node(lambda t, x: None, size_in=1, label="sink")
+        nengo.Connection(constant, node, synapse=None)
+        nengo.Connection(node, a, synapse=None)
+        nengo.Connection(node, sink, transform=2, synapse=None)
+    assembly = assembled(network, whole(a))
+    (left,) = assembly.flat.network.connections
+    assert (left.pre_obj, left.post_obj) == (constant, sink)
+    np.testing.assert_array_equal(dense(left), [[2]])
 
 
 def test_what_the_host_sends_is_summed_there() -> None:

@@ -59,6 +59,11 @@ def test_synapses_tell_apart() -> None:
     assert groups(network_of("abc", [("a", "c", FAST), ("b", "c", FAST)])) == ["ab", "c"]
 
 
+def test_inputs_tell_apart_what_sends_alike() -> None:
+    edges = [("c", "a", FAST), ("c", "b", SLOW)]
+    assert groups(network_of("abc", edges)) == ["a", "b", "c"]
+
+
 def test_directions_tell_apart() -> None:
     assert groups(network_of("ab", [("a", "b", FAST)])) == ["a", "b"]
     assert groups(network_of("ab", [("a", "b", FAST), ("b", "a", FAST)])) == ["ab"]
@@ -97,6 +102,13 @@ def test_nodes_that_stay_are_all_one() -> None:
         for end in network.ensembles:
             nengo.Connection(nengo.Node([0.5]), end)
     assert groups(network) == ["ab"]
+
+
+def test_passthrough_nodes_are_other_than_nodes_that_stay() -> None:
+    network = network_of("ab", [("x", "a", FAST)], "x")
+    with network:
+        nengo.Connection(nengo.Node([0.5]), network.ensembles[1], synapse=FAST)
+    assert groups(network) == ["a", "b"]
 
 
 def test_only_some_ensembles_are_grouped() -> None:

@@ -2,7 +2,9 @@ import nengo
 import numpy as np
 import pytest
 import scipy.sparse as sparse
+from nengo_loihi.neurons import LoihiSpikingRectifiedLinear
 
+from spikeport.compile.loihi.relay import RELAYS
 from spikeport.compile.loihi.solver import ParameterSolver
 from spikeport.compile.rewriting.decode_paths import (
     SLOWED,
@@ -41,6 +43,22 @@ def test_more_decode_neurons_make_less_noise() -> None:
     assert relay_noise("host", DT_S) < relay_noise("preset10", DT_S) < relay_noise("onoff", DT_S)
 
 
+def test_noise_is_what_nengo_simulates_once_the_filter_is_full() -> None:
+    values, signs, relay = np.linspace(-0.9, 0.9, 37), np.array([1, -1]), RELAYS["onoff"](dt=DT_S)
+    current = np.outer(values, signs * relay.gain) + relay.bias
+    kind = LoihiSpikingRectifiedLinear(initial_state={"voltage": nengo.dists.Choice([0])})
+    with nengo.Network() as network:
+        neurons = nengo.Ensemble(
+            current.size, 1, gain=np.ones(current.size), bias=current.ravel(), neuron_type=kind
+        ).neurons
+        probe = nengo.Probe(neurons, synapse=0.005)
+    with nengo.Simulator(network, dt=DT_S, progress_bar=False) as sim:
+        sim.run_steps(400)
+    decoded = relay.scale * DT_S * (sim.data[probe][200:].reshape(200, 37, 2) @ signs)
+    expected = np.sqrt(np.mean((decoded - values) ** 2))
+    assert relay_noise("onoff", DT_S) == pytest.approx(expected, rel=1e-3)
+
+
 def test_rounding_is_relative_to_the_largest_weight() -> None:
     assert rounding(sparse.csr_array([[255.0, 1.0, 0.0]])) == 0
     assert rounding(sparse.csr_array([[255.0, 0.4]])) == pytest.approx(0.4 / 255, rel=1e-4)
@@ -56,6 +74,14 @@ def test_a_link_has_decoders_in_units_of_the_radius() -> None:
     np.testing.assert_allclose(found.decoders.toarray(), expected)
     np.testing.assert_array_equal(found.encoders.toarray(), [[1, 2], [3, 4], [5, 6]])
     np.testing.assert_allclose(found.jumps, np.array([1, 2, 3]) / 0.04)
+
+
+def test_neurons_without_leak_integrate_spikes_as_they_are() -> None:
+    with nengo.Network(seed=1) as network:
+        a, b = ensemble("a", 4), ensemble("b", 3, neuron_type=nengo.SpikingRectifiedLinear())
+        made = decode(a, b, decoders(4, 1), synapse=FAST)
+    found = link(made, ParameterSolver(rewrite_of(network), DT_S))
+    np.testing.assert_array_equal(found.jumps, [1, 2, 3])
 
 
 LINK = Link(
@@ -119,6 +145,7 @@ def test_the_host_takes_messages_in_every_step() -> None:
     assert host.synaptic_ops_per_s == 2 * RATE_HZ * N_DECODERS + N_ENCODERS / DT_S
     bits = 2 * (N_DECODERS + N_ENCODERS) * WEIGHT_BITS
     assert host.cores == share(compartments=4, in_axons=5 + 4, synapse_bits=bits)
+    assert host.error == pytest.approx(np.hypot(rounding(LINK.decoders), relay_noise("host", DT_S)))
 
 
 def test_costs_are_of_every_path() -> None:
@@ -162,6 +189,7 @@ LESS_THAN_HOST = {"host": "1 ms slower than decode neurons"}
             },
         ),
         (Slack(2.5, 0.0), True, {"direct": SLOWED, "onoff": "loses more than preset10"}),
+        (Slack(0.4, 0.0), True, {"direct": SLOWED, "preset10": "0.5 more cores than the fewest"}),
     ],
 )
 def test_the_best_loses_least_of_those_that_are_small_and_fast(
@@ -174,6 +202,12 @@ def test_delay_can_be_allowed() -> None:
     found = rejected(costs(), Slack(1.0, 0.001), slowed=False)
     assert chosen(costs(), found) == "host"
     assert chosen(costs(), rejected(costs(), Slack(1.0, 0.0009), slowed=False)) == "preset10"
+
+
+def test_delays_that_rounding_alone_tells_apart_are_equal() -> None:
+    relay_s = {"delay_s": 0.3}
+    equal = costs(host={"delay_s": 0.1 + 0.2}, onoff=relay_s, preset10=relay_s)
+    assert chosen(equal, rejected(equal, Slack(1.0, 0.0), slowed=False)) == "host"
 
 
 def test_a_path_that_is_too_slow_sets_no_standard_for_cores() -> None:

@@ -323,28 +323,26 @@ def test_settings_of_a_path_stay_apart() -> None:
     network = two()
     dimension, decoded = EdgeTarget("dimensions", 1), decoders(6, 1)
     with network:
-        node = nengo.Node(size_in=1)
-        free, direct, inward, outward = (
-            decode(network.a, network.b, decoded, synapse=FAST),
-            decode(network.a, network.b, decoded, synapse=FAST),
-            decode(network.a, node, decoded, synapse=None),
-            nengo.Connection(node, network.b, synapse=FAST),
-        )
-    for connection, path in (
-        (free, "auto"),
-        (direct, "direct"),
-        (inward, "auto"),
-        (outward, "host"),
-    ):
+        before, behind = nengo.Node(size_in=1), nengo.Node(size_in=1)
+        made = {
+            decode(network.a, network.b, decoded, synapse=FAST): "auto",
+            decode(network.a, network.b, decoded, synapse=FAST): "direct",
+            decode(network.a, before, decoded, synapse=None): "auto",
+            nengo.Connection(before, network.b, synapse=FAST): "host",
+            decode(network.a, behind, decoded, synapse=None): "onoff",
+            nengo.Connection(behind, network.b, synapse=FAST): "auto",
+        }
+    for connection, path in made.items():
         network.config[connection].decode_path = path
-    paths = (None, "direct", "host")
+    paths = (None, "direct", "host", "onoff")
     assert_edges(edges_of(network), {key(target=dimension, path=path): decoded.T for path in paths})
 
 
 def test_edges_of_zeros_are_dropped() -> None:
     network = two()
     with network:
-        for transform, synapse in ((np.zeros((5, 6)), FAST), (np.ones((5, 6)), SLOW)):
+        sum_is_zero = np.tile([1.0, -1.0], (5, 3))
+        for transform, synapse in ((np.zeros((5, 6)), FAST), (sum_is_zero, SLOW)):
             pre, post = network.a.neurons, network.b.neurons
             nengo.Connection(pre, post, transform=transform, synapse=synapse)
     edges = edges_of(network)

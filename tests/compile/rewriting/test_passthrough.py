@@ -56,6 +56,13 @@ def test_filters_side_by_side_are_not_in_a_row() -> None:
     assert labels(network) == ["0"]
 
 
+def test_two_filters_on_one_of_several_paths_are_refused() -> None:
+    network = line(None, FAST)
+    with network:
+        nengo.Connection(network.ensembles[1], network.nodes[0], synapse=SLOW)
+    assert labels(network) == []
+
+
 def test_loops_are_refused() -> None:
     network = line(None, None, FAST)
     with network:

@@ -1,6 +1,7 @@
 import nengo
 import numpy as np
 import pytest
+from nengo.solvers import LstsqL2, LstsqNoise, Solver
 
 from spikeport.compile.ground.rewrite import Piece, Rewrite
 from spikeport.compile.loihi.solver import CHIP, FLOAT, ParameterSolver
@@ -160,22 +161,36 @@ def test_probes_of_one_part_move_to_its_group() -> None:
     assert new.slice == slice(1, 2)
 
 
-def test_probes_of_values_decode_their_part_alone() -> None:
-    network, partition = probed()
-    with network:
-        probe = nengo.Probe(network.a, synapse=SLOW)
-    read = nengo.Connection(
-        network.a, nengo.Node(size_in=1, add_to_container=False), add_to_container=False
-    )
-    rewrite = regrouped(network, partition)
-    new = rewrite.stand_ins[probe]
+def decoders_of(network: nengo.Network, probe: nengo.Probe) -> np.ndarray:
+    """The decoders (n, d) of a probe; Nengo solves them with the probe's seed."""
+    node = nengo.Node(size_in=probe.size_in, add_to_container=False)
+    read = nengo.Connection(probe.target, node, solver=probe.solver, add_to_container=False)
     solver = ParameterSolver(rewrite_of(network), DT_S)
     solver.seeds[read] = solver.seeds[probe]
+    return solver.weights(read).T
+
+
+@pytest.mark.parametrize("solver", [LstsqL2(), LstsqNoise()])
+def test_probes_of_values_decode_their_part_alone(solver: Solver) -> None:
+    network, partition = probed()
+    with network:
+        probe = nengo.Probe(network.a, synapse=SLOW, solver=solver)
+    rewrite = regrouped(network, partition)
+    new = rewrite.stand_ins[probe]
     assert new.obj is rewrite.network.ensembles[0]
     assert new.synapse == SLOW
     np.testing.assert_array_equal(new.solver.values[:3], 0)
-    np.testing.assert_array_equal(new.solver.values[3:], solver.weights(read).T)
+    np.testing.assert_array_equal(new.solver.values[3:], decoders_of(network, probe))
     assert np.abs(new.solver.values).max() > 0
+    assert not rewrite.network.nodes
+
+
+def test_probes_of_some_dimensions_decode_these() -> None:
+    network = array()
+    with network:
+        probe = nengo.Probe(network.c[1])
+    new = regrouped(network, whole(network.c)).stand_ins[probe]
+    np.testing.assert_array_equal(new.solver.values, decoders_of(network, probe))
 
 
 def test_probes_of_values_of_several_parts_are_summed_on_the_host() -> None:

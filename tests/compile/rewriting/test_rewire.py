@@ -49,6 +49,8 @@ def test_the_neurons_of_a_slice_are_wired_too() -> None:
     assert new.pre_obj == a.neurons
     expected = np.outer([1, 2, 3], [0, 5, 7, 0])
     np.testing.assert_array_equal(new.transform.sample().toarray(), expected)
+    into, _ = rewired(network, "host").network.connections
+    assert (into.pre_obj, into.pre_slice) == (a.neurons, slice(1, 3))
 
 
 def test_the_host_decodes_and_encodes() -> None:
