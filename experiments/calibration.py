@@ -4,7 +4,6 @@
 """
 
 import json
-import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,6 +15,8 @@ import numpy as np
 from spikeport.atomic import atomic_path
 from spikeport.compile.image.manifest import SCHEMA
 from spikeport.errors import UsageError
+from spikeport.reading import npz
+from spikeport.reading.mismatch import MismatchError
 from spikeport.simulator import Simulator
 
 MADE_FOR, DIGEST, SCHEMA_KEY = "made_for", "image_digest", "image_schema"
@@ -101,10 +102,9 @@ def hold(node: nengo.Node, values: np.ndarray, steps: int, dt_s: float) -> None:
 
 def _read(path: Path) -> dict[str, np.ndarray]:
     try:
-        with np.load(path, allow_pickle=False) as file:
-            return dict(file)
-    except (zipfile.BadZipFile, ValueError, EOFError, TypeError) as error:
-        raise _refusal(path, "no npz file") from error
+        return npz.read(path)
+    except MismatchError as error:
+        raise _refusal(path, str(error)) from error
 
 
 def _text(values: Mapping[str, object], keys: list[str]) -> str:

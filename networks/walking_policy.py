@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike
 
 from spikeport.atomic import atomic_path
 from spikeport.errors import UsageError
-from spikeport.networks.loading import npz
-from spikeport.networks.loading.refusal import MismatchError
+from spikeport.reading import npz
+from spikeport.reading.mismatch import MismatchError
 
 SHIPPED = Path(__file__).with_name("policies") / "h1_walk.npz"
 """The policy that comes with this package; its model card lies beside it."""

@@ -1,15 +1,17 @@
 """Observations that the ranges of a converted network are taken from."""
 
-import zipfile
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from spikeport.errors import UsageError
+from spikeport.reading import npz
+from spikeport.reading.mismatch import MismatchError
 
 NAME = "observations"
 N_NORMAL = 1000
+CURE = "write it with: numpy.savez(file, observations=array)"
 
 
 class Observations(NamedTuple):
@@ -46,14 +48,10 @@ def normal_observations(n_inputs: int) -> Observations:
 
 def _arrays(path: Path) -> dict[str, np.ndarray]:
     try:
-        with np.load(path, allow_pickle=False) as file:
-            return dict(file)
-    except (zipfile.BadZipFile, ValueError, TypeError, EOFError):
-        raise _refusal(path, "an npz file of numbers", "another") from None
+        return npz.read(path)
+    except MismatchError as error:
+        raise UsageError(f"observations '{path}': {error}; {CURE}") from error
 
 
 def _refusal(path: Path, expected: str, found: str) -> UsageError:
-    return UsageError(
-        f"observations '{path}': expected {expected}, found {found}; "
-        "write it with: numpy.savez(file, observations=array)"
-    )
+    return UsageError(f"observations '{path}': expected {expected}, found {found}; {CURE}")

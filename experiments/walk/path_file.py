@@ -5,6 +5,8 @@ from pathlib import Path
 import numpy as np
 
 from spikeport.errors import UsageError
+from spikeport.reading.mismatch import MismatchError
+from spikeport.reading.text import read_text
 
 COLUMNS = "t_s,x_m,y_m"
 FASTEST_M_S = 1.0
@@ -41,7 +43,11 @@ def read_path(file: Path, seconds: float) -> tuple[np.ndarray, np.ndarray]:
 
 def _read_table(file: Path) -> np.ndarray:
     """Return its rows, (n, 3)."""
-    header, *rows = file.read_text(encoding="utf-8").splitlines() or [""]
+    try:
+        text = read_text(file)
+    except MismatchError as error:
+        raise UsageError(f"path '{file}': {error}; cure: write a table as CSV in UTF-8") from None
+    header, *rows = text.splitlines() or [""]
     if header.replace(" ", "") != COLUMNS:
         raise _no_table(file, f"columns '{header}'")
     cells = [row.split(",") for row in rows]

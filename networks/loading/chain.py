@@ -13,10 +13,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from spikeport.networks.loading.archive import NUMBERS
 from spikeport.networks.loading.mlp import Mlp, checked
-from spikeport.networks.loading.refusal import MismatchError
 from spikeport.networks.policy_values import Layer
+from spikeport.reading.archive import NUMBERS
+from spikeport.reading.mismatch import MismatchError
 
 CHAIN = "a chain of dense layers and activations"
 

@@ -11,12 +11,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 from spikeport.arrays import Floats
-from spikeport.networks.loading.archive import Archive, read_bytes
 from spikeport.networks.loading.chain import Chain, Evaluation, Operations, only
 from spikeport.networks.loading.mlp import Mlp
-from spikeport.networks.loading.refusal import MismatchError
 from spikeport.networks.loading.tensors import Tensor
 from spikeport.networks.loading.torch_file import folder_of, pickled, pickled_in_a_row
+from spikeport.reading.archive import Archive, read_bytes
+from spikeport.reading.mismatch import MismatchError
 
 EPSILON = 0.01
 """rsl-rl's, added to the standard deviation."""

@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from spikeport.networks.loading.mlp import Mlp, checked
-from spikeport.networks.loading.refusal import MismatchError
 from spikeport.networks.policy_values import Layer
 from spikeport.networks.walking_policy import WalkingPolicy
+from spikeport.reading.mismatch import MismatchError
 
 HEAD = 12
 """Linear and angular velocity, gravity, command: three numbers each."""

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import BaseModel, Field, ValidationError
 from pydantic_core import ErrorDetails
 
-from spikeport.networks.loading.archive import read_bytes
-from spikeport.networks.loading.refusal import MismatchError, extra
+from spikeport.networks.loading.refusal import extra
+from spikeport.reading.archive import read_bytes
+from spikeport.reading.mismatch import MismatchError
 
 if TYPE_CHECKING:
     from yaml import MappingNode, Node, SafeLoader

@@ -13,10 +13,11 @@ from pathlib import Path
 
 from spikeport.networks import walking_policy
 from spikeport.networks.loading import checkpoint, onnx_file, torchscript
-from spikeport.networks.loading.archive import Archive, read_bytes
 from spikeport.networks.loading.mlp import Mlp
-from spikeport.networks.loading.refusal import MismatchError, refusing
+from spikeport.networks.loading.refusal import refusing
 from spikeport.networks.policy_values import Layer
+from spikeport.reading.archive import Archive, read_bytes
+from spikeport.reading.mismatch import MismatchError
 
 ACTIVATION = "elu"
 """Of checkpoints, which do not name theirs, unless it is given."""

@@ -13,7 +13,7 @@ import numpy as np
 from spikeport.networks.loading import environment
 from spikeport.networks.loading.description import Description
 from spikeport.networks.loading.environment import Action, Actuator, ByName, ObservationTerm
-from spikeport.networks.loading.refusal import MismatchError
+from spikeport.reading.mismatch import MismatchError
 
 _LEVELS = (
     ("hip_yaw", "torso"),

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from spikeport.networks.activations import ACTIVATIONS
-from spikeport.networks.loading.refusal import MismatchError
 from spikeport.networks.policy_values import Layer
+from spikeport.reading.mismatch import MismatchError
 
 
 @dataclass(frozen=True)

@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 
 from spikeport.networks.loading import onnx_tensor
-from spikeport.networks.loading.archive import read_bytes
 from spikeport.networks.loading.chain import Chain, Evaluation, Operations, gelu, only
 from spikeport.networks.loading.mlp import Mlp
-from spikeport.networks.loading.refusal import MismatchError
 from spikeport.networks.loading.wire import Message, WireError
+from spikeport.reading.archive import read_bytes
+from spikeport.reading.mismatch import MismatchError
 
 GRAPH, FUNCTION = 7, 25
 """Fields of a model."""

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from spikeport.arrays import Floats
-from spikeport.networks.loading.archive import NUMBERS
-from spikeport.networks.loading.refusal import MismatchError
-from spikeport.networks.loading.tensors import MAX_AXES
 from spikeport.networks.loading.wire import Message
+from spikeport.reading.archive import NUMBERS
+from spikeport.reading.mismatch import MismatchError
+from spikeport.reading.npz import MAX_AXES
 
 DIMS, TYPE, SEGMENT, FLOATS, INTS, LONGS = 1, 2, 3, 4, 5, 7
 NAME, RAW, DOUBLES, EXTERNAL, LOCATION = 8, 9, 10, 13, 14

@@ -10,7 +10,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import BinaryIO
 
-from spikeport.networks.loading.refusal import EXPORT, MismatchError
+from spikeport.networks.loading.refusal import EXPORT
+from spikeport.reading.mismatch import MismatchError
 
 INSTRUCTIONS = 500_000
 """Of one pickle: a checkpoint of a hundred layers with its optimizer has a tenth."""

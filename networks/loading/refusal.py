@@ -7,30 +7,11 @@ from pathlib import Path
 from types import ModuleType
 
 from spikeport.errors import MissingExtraError, UsageError
+from spikeport.reading.mismatch import MismatchError
 
 CURE = "what can be read: spikeport convert --help"
 
 EXPORT = "export the policy to ONNX, and convert that"
-
-SHOWN = 400
-"""How much of what stands in a file a message shows, in characters."""
-
-
-class MismatchError(Exception):
-    """A file does not hold what it should; `refusing` makes a `UsageError` of it.
-
-    ``cure`` is one that is better than the reader's.
-    """
-
-    def __init__(self, expected: str, found: str, cure: str | None = None) -> None:
-        super().__init__(f"expected {_shown(expected)}, found {_shown(found)}")
-        self.cure = cure
-
-
-def _shown(text: str) -> str:
-    """Return a text on one line: names out of a file may hold anything, and be of any length."""
-    short = text if len(text) <= SHOWN else f"{text[:SHOWN]}..."
-    return "".join(letter if letter.isprintable() else "?" for letter in short)
 
 
 @contextlib.contextmanager

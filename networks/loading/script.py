@@ -12,8 +12,9 @@ from typing import NamedTuple
 
 from spikeport.networks.loading.chain import CHAIN, Chain, Evaluation
 from spikeport.networks.loading.pickles import Module
-from spikeport.networks.loading.refusal import EXPORT, MismatchError
+from spikeport.networks.loading.refusal import EXPORT
 from spikeport.networks.loading.tensors import Tensor
+from spikeport.reading.mismatch import MismatchError
 
 STEPS = 20_000
 """Statements and expressions that are followed: a policy of a hundred layers takes a tenth."""

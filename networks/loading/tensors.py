@@ -12,9 +12,10 @@ import numpy as np
 from numpy.lib.stride_tricks import as_strided
 
 from spikeport.arrays import Floats
-from spikeport.networks.loading.archive import NUMBERS
 from spikeport.networks.loading.pickles import PLAIN, Known
-from spikeport.networks.loading.refusal import MismatchError
+from spikeport.reading.archive import NUMBERS
+from spikeport.reading.mismatch import MismatchError
+from spikeport.reading.npz import MAX_AXES
 
 TYPES = {
     "DoubleStorage": "f8",
@@ -32,9 +33,6 @@ TYPES = {
 
 Order = Literal["<", ">"]
 """Which byte of a number comes first: the low one, or the high one."""
-
-MAX_AXES = 8
-"""Of a tensor: a weight has two."""
 
 MAX_SIZE = 2**63 - 1
 """Of an axis, as in torch."""

@@ -4,10 +4,10 @@ import io
 from collections.abc import Mapping
 
 from spikeport.networks.loading import pickles
-from spikeport.networks.loading.archive import Archive
 from spikeport.networks.loading.pickles import Names
-from spikeport.networks.loading.refusal import MismatchError
 from spikeport.networks.loading.tensors import Order, Storage, plain_name, storages
+from spikeport.reading.archive import Archive
+from spikeport.reading.mismatch import MismatchError
 
 PICKLE_BYTES = 2**24
 """Of a pickle: it describes tensors in some 100 bytes each, and holds none of their numbers."""

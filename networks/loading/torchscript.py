@@ -13,14 +13,14 @@ from typing import Any
 
 import numpy as np
 
-from spikeport.networks.loading.archive import Archive, read_bytes
 from spikeport.networks.loading.chain import Chain, Evaluation, Operations, gelu, only
 from spikeport.networks.loading.mlp import Mlp
 from spikeport.networks.loading.pickles import Known, Module, ModuleClass
-from spikeport.networks.loading.refusal import MismatchError
 from spikeport.networks.loading.script import Interpreter, Program
 from spikeport.networks.loading.tensors import plain_name
 from spikeport.networks.loading.torch_file import folder_of, pickled
+from spikeport.reading.archive import Archive, read_bytes
+from spikeport.reading.mismatch import MismatchError
 
 TEXT_BYTES = 2**18
 """Of all text that is parsed: that of a policy takes some ten thousand."""

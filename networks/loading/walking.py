@@ -7,8 +7,9 @@ from spikeport.networks import walking_policy
 from spikeport.networks.loading import isaac
 from spikeport.networks.loading.description import Description, translated
 from spikeport.networks.loading.files import file_format, load_mlp
-from spikeport.networks.loading.refusal import MismatchError, refusing
+from spikeport.networks.loading.refusal import refusing
 from spikeport.networks.walking_policy import WalkingPolicy
+from spikeport.reading.mismatch import MismatchError
 
 
 def load_walking(path: Path, robot: Description, description: Path | None = None) -> WalkingPolicy:

@@ -13,6 +13,8 @@ from pydantic_core import ErrorDetails
 
 from spikeport.atomic import write_text
 from spikeport.errors import SpikeportError, UsageError
+from spikeport.reading.mismatch import MismatchError
+from spikeport.reading.text import read_text
 
 M = TypeVar("M", bound=BaseModel)
 Refusal = type[SpikeportError]
@@ -76,13 +78,15 @@ def write_json(path: Path, value: Any) -> None:
 
 def _read(path: Path, parse: Callable[[str], Any], kind: str, refusal: Refusal) -> Any:
     try:
-        return parse(path.read_text(encoding="utf-8"))
+        return parse(read_text(path))
     except FileNotFoundError:
         raise refusal(f"{path}: no such file") from None
     except OSError as error:
         raise refusal(f"{path}: cannot be read: {error.strerror}") from error
-    except ValueError as error:  # of either parser, or bytes that are no text
+    except (ValueError, MismatchError) as error:  # of either parser, or of bytes that are no text
         raise refusal(f"{path}: not {kind}: {error}") from error
+    except RecursionError:
+        raise refusal(f"{path}: not {kind}: it is nested too deeply; write it flat") from None
 
 
 def _dotted(error: ErrorDetails) -> str:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-EVERYONE = {"errors", "atomic", "arrays", "constants", "files", "key_values", "progress"}
+EVERYONE = {"errors", "atomic", "arrays", "constants", "files", "key_values", "progress", "reading"}
 FOLDERS: dict[str, set[str]] = {
     "networks": set(),
     "hardware_models": set(),

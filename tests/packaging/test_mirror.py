@@ -43,6 +43,8 @@ IN_RUNS = {
 `test_draw`."""
 
 ELSEWHERE = {
+    "spikeport/reading/archive.py": "networks/loading/test_archives.py",
+    "spikeport/reading/npz.py": "networks/loading/test_policy_archives.py",
     "networks/spa_selection.py": "networks/test_action_selection.py",
     "training/export.py": "training/test_networks.py",
 }

@@ -12,6 +12,8 @@ from spikeport.backends.native.chip import NativeChip
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.errors import UsageError
 from spikeport.hardware_models.activity import PER_RUN, PER_STEP, Activity
+from spikeport.reading import npz
+from spikeport.reading.mismatch import MismatchError
 
 WANTED = ("steps", "sources")
 FORMAT = (
@@ -76,12 +78,14 @@ def by_step(image: ChipImage, path: Path | None, n_steps: int) -> list[np.ndarra
 
 def _read(path: Path) -> tuple[np.ndarray, np.ndarray]:
     try:
-        with np.load(path, allow_pickle=False) as file:
-            arrays = [np.asarray(file[name]) for name in WANTED]
+        found = npz.read(path)
     except FileNotFoundError:
         raise UsageError(f"{path}: no such file") from None
-    except Exception:  # whatever NumPy, zipfile and zlib make of foreign bytes
-        raise UsageError(f"{path}: not a file of spikes; {FORMAT}") from None
+    except MismatchError as error:
+        raise UsageError(f"{path}: not a file of spikes: {error}; {FORMAT}") from None
+    if not set(WANTED) <= set(found):
+        raise UsageError(f"{path}: not a file of spikes; {FORMAT}")
+    arrays = [found[name] for name in WANTED]
     if any(a.ndim != 1 or a.dtype.kind not in "iu" or len(a) != len(arrays[0]) for a in arrays):
         raise UsageError(f"{path}: not a file of spikes; {FORMAT}")
     step, source = (array.astype(np.int64) for array in arrays)

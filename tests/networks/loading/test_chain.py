@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from spikeport.networks.loading.chain import Chain
-from spikeport.networks.loading.refusal import MismatchError
+from spikeport.reading.mismatch import MismatchError
 
 W = np.array([[1.0, 2.0], [3.0, 4.0], [5.0, 6.0]])
 V = np.array([[1.0, 0.0, -1.0]])

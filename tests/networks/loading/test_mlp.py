@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from spikeport.networks.loading.mlp import checked
-from spikeport.networks.loading.refusal import MismatchError
 from spikeport.networks.policy_values import Layer
+from spikeport.reading.mismatch import MismatchError
 
 
 def layer(n_out: int, n_in: int, value: float = 1.0) -> Layer:

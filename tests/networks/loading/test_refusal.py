@@ -5,7 +5,8 @@ from pathlib import Path
 import pytest
 
 from spikeport.errors import MissingExtraError, UsageError
-from spikeport.networks.loading.refusal import MismatchError, extra, refusing
+from spikeport.networks.loading.refusal import extra, refusing
+from spikeport.reading.mismatch import MismatchError
 
 
 def test_what_does_not_match_is_refused_with_the_files_name() -> None:

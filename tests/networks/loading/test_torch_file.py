@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 import torch
 
-from spikeport.networks.loading.archive import Archive
-from spikeport.networks.loading.refusal import MismatchError
 from spikeport.networks.loading.torch_file import MAGIC, folder_of, pickled, pickled_in_a_row
+from spikeport.reading.archive import Archive
+from spikeport.reading.mismatch import MismatchError
 from tests.helpers.foreign import members, pack
 
 

@@ -10,11 +10,12 @@ from pathlib import Path
 import numpy as np
 from numpy.lib import format as npy
 
-from spikeport.networks.loading.archive import NUMBERS, Archive, read_bytes
-from spikeport.networks.loading.refusal import MismatchError
-from spikeport.networks.loading.tensors import MAX_AXES
+from spikeport.reading.archive import NUMBERS, Archive, read_bytes
+from spikeport.reading.mismatch import MismatchError
 
 SUFFIX = ".npy"
+MAX_AXES = 8
+"""Axes of an array: a weight has two."""
 HEADER_BYTES = 10_000
 """Of an array: NumPy's own limit, above which reading its type might take long."""
 

@@ -10,8 +10,8 @@ import pytest
 import torch
 
 from spikeport.networks import walking_policy
-from spikeport.networks.loading import archive
-from spikeport.networks.loading.refusal import MismatchError
+from spikeport.reading import archive
+from spikeport.reading.mismatch import MismatchError
 from tests.helpers.foreign import Policy, members, pack, state
 
 pytestmark = pytest.mark.filterwarnings("ignore:.torch.jit:DeprecationWarning")

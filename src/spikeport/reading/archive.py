@@ -9,7 +9,7 @@ import zlib
 from collections import Counter
 from pathlib import Path, PurePosixPath
 
-from spikeport.networks.loading.refusal import MismatchError
+from spikeport.reading.mismatch import MismatchError
 
 NUMBERS = 2**23
 """In an array of a policy: forty times all of a large walking policy (512, 256, 128 units)."""

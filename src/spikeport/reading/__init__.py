@@ -1,0 +1,1 @@
+"""Files of others, read within limits: nothing of them is run, and no size is believed."""

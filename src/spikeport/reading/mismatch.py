@@ -1,0 +1,22 @@
+"""The refusal of a file that does not hold what it should, before its path is known."""
+
+from spikeport.errors import printable
+
+SHOWN = 400
+"""How much of what stands in a file a message shows, in characters."""
+
+
+class MismatchError(Exception):
+    """A file does not hold what it should; its reader makes an error of it that names the file.
+
+    ``cure`` is one that is better than the reader's.
+    """
+
+    def __init__(self, expected: str, found: str, cure: str | None = None) -> None:
+        super().__init__(f"expected {_shown(expected)}, found {_shown(found)}")
+        self.cure = cure
+
+
+def _shown(text: str) -> str:
+    """Return a text on one line: names out of a file may hold anything, and be of any length."""
+    return printable(text if len(text) <= SHOWN else f"{text[:SHOWN]}...")
