@@ -158,8 +158,12 @@ def _mismatch(first: ErrorDetails) -> MismatchError:
 
 
 def _short(value: object) -> str:
-    """Return a value in words; a list may hold itself, or more than can be printed."""
-    return type(value).__name__ if isinstance(value, dict | list | tuple | set) else repr(value)
+    """Return a value in words; a list may hold itself, a number be longer than can be printed."""
+    if isinstance(value, dict | list | tuple | set):
+        return type(value).__name__
+    if isinstance(value, int) and abs(value) >= 2**64:
+        return "a number of many digits"
+    return repr(value)
 
 
 def _plain(loader: "SafeLoader", _tag: str, node: "Node") -> object:

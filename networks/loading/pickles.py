@@ -175,9 +175,14 @@ class _Machine:
         if not isinstance(target, dict):
             raise TypeError("items are set of what is no dictionary")
         for key, value in zip(values[::2], values[1::2], strict=True):
-            if not isinstance(key, str | int | float | None):  # hashing a deep tuple ends Python
+            # hashing a deep tuple ends Python, and a number of any length cannot be shown
+            if not isinstance(key, str | int | float | None) or _is_long(key):
                 raise MismatchError("keys that are plain values", type(key).__name__)
             target[key] = value
+
+
+def _is_long(value: object) -> bool:
+    return isinstance(value, int) and not -(2**63) <= value < 2**63
 
 
 VALUES = frozenset(

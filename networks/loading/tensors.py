@@ -122,7 +122,9 @@ def storages(content: Bytes, order: Order = "<") -> Callable[[object], Storage]:
 
     def storage(identifier: object) -> Storage:
         match identifier:
-            case ("storage", StorageType(kind), str(key), str(), int(count), *_) if count >= 0:
+            case ("storage", StorageType(kind), str(key), str(), int(count), *_) if (
+                0 <= count <= MAX_SIZE
+            ):
                 return Storage(kind, key, count, content, order)
         raise MismatchError("storages of numbers", "another identifier")
 

@@ -2,6 +2,7 @@
 
 import os
 import pickle
+import struct
 
 import pytest
 
@@ -33,6 +34,10 @@ PICKLES = {
     "long numbers of digits": (by_instructions(b"L" + b"9" * 5000 + b"L\n"), "damaged"),
     "instructions without end": (by_instructions(b"N" * 600_000), "500,000 instructions"),
     "a key of many levels": (by_instructions(b"})" + LEVELS + b"Ns"), "keys that are plain values"),
+    "a key of many digits": (
+        by_instructions(b"}\x8b" + struct.pack("<i", 5000) + b"\x7f" * 5000 + b"Ns"),
+        "keys that are plain values",
+    ),
     "a list that holds itself": (by_instructions(b"]q\0h\0a"), ""),
     "a persistent number": (by_instructions(b"X\1\0\0\0aQ"), "storages of numbers"),
     "no end": (b"\x80\x02N", "damaged"),

@@ -47,6 +47,7 @@ def storage_pickle(**changes: object) -> bytes:
     ("changes", "complaint"),
     [
         ({"count": 2**40}, "at most 8,388,608 numbers in storage 0"),
+        ({"count": 10**5000}, "another identifier"),
         ({"count": -1}, "another identifier"),
         ({"count": 21}, "84 bytes in storage 0, found 80"),
         ({"offset": 1}, "one beyond it"),
