@@ -1,5 +1,3 @@
-import itertools
-
 import nengo
 import numpy as np
 import pytest
@@ -7,13 +5,9 @@ from images import Block, Group, Parts, Route
 from same_run import assert_same_run, context, small_chip
 
 from spikeport.compile.image.chip_image import ChipImage
-from spikeport.compile.image.usage import out_slots
 from spikeport.compile.passes.split import Split
 from spikeport.compile.pipeline import compile_network
-from spikeport.compile.placing.cut import cut
-from spikeport.compile.placing.demand import Demand
-from spikeport.compile.placing.load import ProfileMasks, block_loads, capacity
-from spikeport.hardware_models import chip as chips
+from spikeport.compile.placing.load import block_loads, capacity
 from spikeport.hardware_models.chip import Chip
 
 
@@ -93,17 +87,6 @@ def test_population_axons_and_learning_keep_a_block_whole(group: Group) -> None:
 def test_what_one_compartment_exceeds_is_left_whole() -> None:
     image = dense()
     assert Split().apply(image, context(small_chip(in_axons=5))) is image
-
-
-def test_demands_are_what_pieces_take() -> None:
-    image, chip = dense(), chips.get("loihi")
-    demand = Demand(image, chip, 1, ProfileMasks(image))
-    ends = [0, 3, 4, 8]
-    pieces = block_loads(cut(image, {1: ends[1:-1]}), chip)[1:]
-    slots = out_slots(image, chip)
-    stretches = itertools.pairwise(ends)
-    found = [demand.load(first, end, slots).amounts for first, end in stretches]
-    assert found == [piece.amounts for piece in pieces]
 
 
 def test_an_ensemble_that_feeds_many_others_compiles() -> None:
