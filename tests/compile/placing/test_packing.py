@@ -60,6 +60,11 @@ def test_the_core_with_most_of_its_profiles_takes_a_block() -> None:
     assert filled(of, [0, 1, 2], most_alike) == [[0], [1, 2]]
 
 
+def test_profiles_that_a_core_has_already_do_not_count() -> None:
+    of = problem(load(5, thresholds=0b11), load(6), load(3, thresholds=0b01))
+    assert filled(of, [0, 1, 2], most_alike) == [[0, 2], [1]]
+
+
 def test_of_cores_equally_alike_the_fullest_takes_a_block() -> None:
     of = problem(*(load(n, thresholds=0b1) for n in (5, 6, 3)))
     assert filled(of, [0, 1, 2], most_alike) == [[0], [1, 2]]

@@ -7,7 +7,7 @@ import pytest
 from spikeport.compile.placing.load import Capacity
 from spikeport.compile.placing.search import Search
 from spikeport.hardware_models import chip as chips
-from tests.helpers.images import Block, Group, Parts
+from tests.helpers.images import Block, Group, Parts, Route
 from tests.helpers.two_blocks import two_blocks
 
 LOIHI = chips.get("loihi")
@@ -42,3 +42,18 @@ def test_a_block_that_cannot_be_cut_is_left_out() -> None:
     group = Group([[64] * 8], pop_type=32)
     image = Parts([Block(8), Block(8)], [group]).image()
     assert Search(image, LOIHI).bounds(room(compartments=4)) == {1: [0, 4, 8]}
+
+
+def test_axons_of_the_host_take_no_room() -> None:
+    group = Group([[64] * 6])
+    image = Parts([Block(6)], [group], inputs=[9], routes=[Route([0] * 9, input=0)]).image()
+    capacity = room(compartments=4, out_axons=1)
+    assert Search(image, LOIHI).bounds(capacity) == {0: [0, 4, 6]}
+
+
+def test_room_once_taken_is_not_given_back() -> None:
+    """The first axon has targets on both sides of 4, but not of 3: cuts would alternate."""
+    group = Group([[64, 64], *[[64]] * 5], axon_base=[3, 1, 2, 3, 4, 5])
+    image = Parts([Block(6)], [group], routes=[Route(range(6), block=0)]).image()
+    capacity = room(compartments=4, out_axons=4)
+    assert Search(image, LOIHI).bounds(capacity) == {0: [0, 3, 6]}

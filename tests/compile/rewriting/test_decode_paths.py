@@ -43,8 +43,10 @@ def test_more_decode_neurons_make_less_noise() -> None:
     assert relay_noise("host", DT_S) < relay_noise("preset10", DT_S) < relay_noise("onoff", DT_S)
 
 
-def test_noise_is_what_nengo_simulates_once_the_filter_is_full() -> None:
-    values, signs, relay = np.linspace(-0.9, 0.9, 37), np.array([1, -1]), RELAYS["onoff"](dt=DT_S)
+@pytest.mark.parametrize("path", ["onoff", "preset10"])
+def test_noise_is_what_nengo_simulates_once_the_filter_is_full(path: str) -> None:
+    values, relay = np.linspace(-0.9, 0.9, 37), RELAYS[path](dt=DT_S)
+    signs = np.resize([1, -1], len(relay.gain))
     current = np.outer(values, signs * relay.gain) + relay.bias
     kind = LoihiSpikingRectifiedLinear(initial_state={"voltage": nengo.dists.Choice([0])})
     with nengo.Network() as network:
@@ -54,9 +56,9 @@ def test_noise_is_what_nengo_simulates_once_the_filter_is_full() -> None:
         probe = nengo.Probe(neurons, synapse=0.005)
     with nengo.Simulator(network, dt=DT_S, progress_bar=False) as sim:
         sim.run_steps(400)
-    decoded = relay.scale * DT_S * (sim.data[probe][200:].reshape(200, 37, 2) @ signs)
+    decoded = relay.scale * DT_S * (sim.data[probe][200:].reshape(200, *current.shape) @ signs)
     expected = np.sqrt(np.mean((decoded - values) ** 2))
-    assert relay_noise("onoff", DT_S) == pytest.approx(expected, rel=1e-3)
+    assert relay_noise(path, DT_S) == pytest.approx(expected, rel=1e-3)
 
 
 def test_rounding_is_relative_to_the_largest_weight() -> None:
