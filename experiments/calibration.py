@@ -67,21 +67,33 @@ def load(path: Path, wanted: Mapping[str, object]) -> DecoderCalibration:
         for anything but what is ``wanted``.
     """
     arrays = _read(path)
-    if MADE_FOR not in arrays or DIGEST not in arrays:
-        raise _refusal(path, "no calibration in it")
-    if (schema := int(arrays.get(SCHEMA_KEY, 1))) != SCHEMA:
-        # Its digest is that of an image of that schema, which no image has any more.
-        raise _refusal(path, f"made for image schema {schema}, this spikeport has {SCHEMA}")
+    made_for = _made_for(path, arrays)
     decoders = {k.removeprefix(DECODERS): D for k, D in arrays.items() if k.startswith(DECODERS)}
-    if not all(np.isfinite(D).all() for D in decoders.values()):
-        raise _refusal(path, "NaN or infinity in it")
-    found = DecoderCalibration(json.loads(str(arrays[MADE_FOR])), str(arrays[DIGEST]), decoders)
+    if not all(D.dtype.kind == "f" and np.isfinite(D).all() for D in decoders.values()):
+        raise _refusal(path, "NaN or infinity in it, or no numbers")
+    found = DecoderCalibration(made_for, str(arrays[DIGEST]), decoders)
     other = [key for key in wanted if found.made_for.get(key) != wanted[key]]
     if other:
         raise _refusal(
             path, f"made for {_text(found.made_for, other)}, but the run has {_text(wanted, other)}"
         )
     return found
+
+
+def _made_for(path: Path, arrays: Mapping[str, np.ndarray]) -> dict[str, object]:
+    """Return all that the decoders depend on, if the file is a calibration of this schema."""
+    schema = arrays.get(SCHEMA_KEY, np.array(1))
+    try:
+        made_for = json.loads(str(arrays[MADE_FOR]))
+    except (KeyError, ValueError, RecursionError):
+        made_for = None
+    numbered = schema.shape == () and schema.dtype.kind in "iu"
+    if not isinstance(made_for, dict) or DIGEST not in arrays or not numbered:
+        raise _refusal(path, "no calibration in it")
+    if int(schema) != SCHEMA:
+        # Its digest is that of an image of that schema, which no image has any more.
+        raise _refusal(path, f"made for image schema {schema}, this spikeport has {SCHEMA}")
+    return made_for
 
 
 def digest_of(sim: Simulator) -> str:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from spikeport.errors import UsageError
+from spikeport.errors import UsageError, printable
 from spikeport.reading.mismatch import MismatchError
 from spikeport.reading.text import read_text
 
@@ -62,7 +62,7 @@ def _read_table(file: Path) -> np.ndarray:
 def _no_table(file: Path, found: str) -> UsageError:
     return UsageError(
         f"path '{file}': expected columns '{COLUMNS}' and two rows or more of rising times, found "
-        f"{found}; cure: write such a table"
+        f"{printable(found)}; cure: write such a table"
     )
 
 

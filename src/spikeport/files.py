@@ -12,7 +12,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from spikeport.atomic import write_text
-from spikeport.errors import SpikeportError, UsageError
+from spikeport.errors import SpikeportError, UsageError, printable
 from spikeport.reading.mismatch import MismatchError
 from spikeport.reading.text import read_text
 
@@ -67,7 +67,7 @@ def read_model(path: Path, model: type[M], what: str, refusal: Refusal = UsageEr
     try:
         return model.model_validate(read_toml(path, refusal))
     except ValidationError as error:
-        rows = "\n".join(f"  {_dotted(e)}: {_reason(e)}" for e in error.errors())
+        rows = "\n".join(printable(f"  {_dotted(e)}: {_reason(e)}") for e in error.errors())
         raise refusal(f"{path}: not a {what}:\n{rows}") from None
 
 
@@ -84,7 +84,7 @@ def _read(path: Path, parse: Callable[[str], Any], kind: str, refusal: Refusal) 
     except OSError as error:
         raise refusal(f"{path}: cannot be read: {error.strerror}") from error
     except (ValueError, MismatchError) as error:  # of either parser, or of bytes that are no text
-        raise refusal(f"{path}: not {kind}: {error}") from error
+        raise refusal(f"{path}: not {kind}: {printable(str(error))}") from error
     except RecursionError:
         raise refusal(f"{path}: not {kind}: it is nested too deeply; write it flat") from None
 

@@ -42,12 +42,12 @@ def test_decoders_of_another_network_are_refused_and_all_differences_named(path)
 
 def test_numbers_that_are_not_finite_are_refused(path):
     DecoderCalibration(MADE_FOR, "", {"D": np.array([1.0, np.nan])}).save(path)
-    assert refusal(path) == "NaN or infinity in it"
+    assert refusal(path) == "NaN or infinity in it, or no numbers"
 
 
 def test_a_file_of_anything_else_is_refused(path):
     path.write_text("text", encoding="utf-8")
-    assert refusal(path) == "no npz file"
+    assert refusal(path) == "expected a whole zip archive, found one without a list of members"
     np.savez(path, weights=np.ones(3))
     assert refusal(path) == "no calibration in it"
 
@@ -60,15 +60,41 @@ def test_a_calibration_of_an_earlier_image_schema_is_refused(path):
     assert refusal(path) == "made for image schema 1, this spikeport has 2"
 
 
+@pytest.mark.parametrize(
+    ("change", "complaint"),
+    [
+        ({"made_for": "{"}, "no calibration in it"),
+        ({"made_for": "[]"}, "no calibration in it"),
+        ({"made_for": "5"}, "no calibration in it"),
+        ({"made_for": "[" * 100_000}, "no calibration in it"),
+        ({"image_schema": np.array([2, 2])}, "no calibration in it"),
+        ({"image_schema": "2"}, "no calibration in it"),
+        ({"decoders/arm": np.array(["a"])}, "NaN or infinity in it, or no numbers"),
+        ({"decoders/arm": np.array([np.nan])}, "NaN or infinity in it, or no numbers"),
+    ],
+)
+def test_a_calibration_with_another_content_is_refused(path, change, complaint):
+    with np.load(path) as file:
+        np.savez(path, **{**file, **change})
+    assert refusal(path) == complaint
+
+
+def test_one_flipped_byte_is_refused(path):
+    content = bytearray(path.read_bytes())
+    content[len(content) // 3] ^= 0x10
+    path.write_bytes(content)
+    assert "expected a whole zip archive" in refusal(path)
+
+
 def test_a_file_cut_short_is_refused(path):
     path.write_bytes(path.read_bytes()[:-40])
-    assert refusal(path) == "no npz file"
+    assert refusal(path) == "expected a whole zip archive, found one without a list of members"
 
 
 def test_a_plain_array_is_refused(path):
     with open(path, "wb") as file:
         np.save(file, np.ones(3))
-    assert refusal(path) == "no npz file"
+    assert refusal(path) == "expected a whole zip archive, found one without a list of members"
 
 
 def test_values_are_held_and_the_last_one_stays():

@@ -64,7 +64,7 @@ def _failure(loader: Loader, path: Path, tally: Tally) -> str:
             loader.load(path)
     except SpikeportError as error:
         refusal = str(error)
-        if path.name not in refusal or not refusal.isprintable():
+        if path.name not in refusal or not refusal.replace("\n", "").isprintable():
             return f"no path, or other letters, in: {refusal!r}"
     except Exception as error:
         return repr(error)

@@ -1,18 +1,36 @@
 """What is fuzzed: loaders by name, with good files of their own. A further one is one line."""
 
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
+import nengo
 import numpy as np
 import torch
 import yaml
 from torch import nn
 
+from spikeport import compile_network
+from spikeport.commands import report_file
+from spikeport.commands.diff import changes
+from spikeport.commands.step import by_step
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.experiments import calibration
+from spikeport.experiments.calibration import DecoderCalibration
+from spikeport.experiments.policy.observations import read_observations
+from spikeport.experiments.switch import schedule
+from spikeport.experiments.walk.path_file import read_path
+from spikeport.files import write_json
+from spikeport.hardware_models import chip as chips
+from spikeport.hardware_models.chip import BUILT_IN
 from spikeport.networks import walking_policy
 from spikeport.networks.loading.files import load_mlp
 from spikeport.networks.walking_policy import WalkingPolicy
 from tests.helpers.foreign import ENVIRONMENT, Policy, described, state
+from tests.helpers.forging import good
+
+SCHEDULE = Path(schedule.__file__).with_name("switch.toml")
 
 
 class Loader(NamedTuple):
@@ -55,10 +73,60 @@ def _description(folder: Path) -> None:
     (folder / "env.yaml").write_text(yaml.dump(ENVIRONMENT, sort_keys=False))
 
 
+def _image(folder: Path) -> None:
+    good().save(folder / "image.npz")
+
+
+MADE_FOR = {"experiment": "reach", "m1": 100}
+
+
+def _calibration(folder: Path) -> None:
+    DecoderCalibration(MADE_FOR, "0" * 64, {"arm": np.ones((2, 3))}).save(folder / "c.npz")
+
+
+def _observations(folder: Path) -> None:
+    np.savez(folder / "observations.npz", observations=np.ones((5, 3)))
+
+
+def _path(folder: Path) -> None:
+    rows = "".join(f"{t / 2},{t / 10},0\n" for t in range(20))
+    (folder / "path.csv").write_text("t_s,x_m,y_m\n" + rows)
+    (folder / "utf-16.csv").write_text("t_s,x_m,y_m\n" + rows, encoding="utf-16")
+
+
+def _copies(source: Path) -> Callable[[Path], object]:
+    """Return a function that copies a file which spikeport ships."""
+    return lambda folder: shutil.copy(source, folder / source.name)
+
+
+def _report(folder: Path) -> None:
+    with nengo.Network(seed=0) as network:
+        nengo.Connection(nengo.Node([1]), nengo.Ensemble(10, 1))
+    report = compile_network(network).report
+    write_json(folder / "report.json", report.to_dict())
+
+
+def _diff(path: Path) -> None:
+    report = report_file.read(path)
+    changes(report, report)
+
+
+def _spikes(folder: Path) -> None:
+    np.savez(folder / "spikes.npz", steps=np.arange(3), sources=np.arange(3))
+
+
 LOADERS = {
     "npz": Loader(_npz, walking_policy.load),
     "TorchScript": Loader(_torchscript, load_mlp),
     "checkpoint": Loader(_checkpoint, load_mlp),
     "ONNX": Loader(_onnx, load_mlp),
     "description": Loader(_description, described),
+    "image": Loader(_image, ChipImage.load),
+    "calibration": Loader(_calibration, lambda path: calibration.load(path, MADE_FOR)),
+    "observations": Loader(_observations, lambda path: read_observations(path, 3)),
+    "path": Loader(_path, lambda path: read_path(path, 5.0)),
+    "schedule": Loader(_copies(SCHEDULE), lambda path: schedule.load(path, 26.0)),
+    "chip": Loader(_copies(BUILT_IN / "loihi.toml"), lambda path: chips.get(str(path))),
+    "report": Loader(_report, _diff),
+    "spikes": Loader(_spikes, lambda path: by_step(good(), path, 5)),
 }

@@ -34,8 +34,11 @@ def test_a_file_that_cannot_be_read_is_refused_with_path_and_reason(tmp_path, re
     assert refusal(tmp_path) == f"{tmp_path}: cannot be read: Is a directory"
     path.write_text("{", encoding="utf-8")
     assert refusal(path).startswith(f"{path}: not {kind}: ")
-    path.write_bytes(b"\xff\xfe")
-    assert refusal(path).startswith(f"{path}: not {kind}: 'utf-8' codec can't decode byte 0xff")
+    path.write_bytes(b"a\xff")
+    expected = "expected a text in utf-8, found 'utf-8' codec can't decode byte 0xff"
+    assert refusal(path).startswith(f"{path}: not {kind}: {expected}")
+    path.write_text("a = " + "[" * 3000 if kind == "TOML" else "[" * 100_000, encoding="utf-8")
+    assert refusal(path) == f"{path}: not {kind}: it is nested too deeply; write it flat"
 
 
 @pytest.mark.parametrize(("read", "kind", "text"), READERS)

@@ -1,14 +1,23 @@
 """Reads the report of a compile or run, wherever it lies."""
 
 from pathlib import Path
+from typing import get_type_hints
+
+from pydantic import TypeAdapter, ValidationError
 
 from spikeport.compile.report.report import SCHEMA, Json
-from spikeport.errors import UsageError
+from spikeport.compile.report.schema import ReportData
+from spikeport.errors import UsageError, printable
 from spikeport.experiments.run_folder import RESULT_SCHEMA
 from spikeport.files import read_json
 
 IN_FOLDERS = ("report.json", "result.json")
 NEEDED = ("image_digest", "resources", "energy", "timing")
+COMPARED = (*NEEDED, "passes", "quantisation", "loss")
+PARTS: dict[str, TypeAdapter[object]] = {
+    name: TypeAdapter(get_type_hints(ReportData)[name]) for name in COMPARED
+}
+"""The parts of reports that are compared; a run's result has those of `NEEDED` alone."""
 
 
 def read(path: Path) -> Json:
@@ -47,3 +56,9 @@ def _check(file: Path, report: object) -> None:
         )
     if report["resources"] is None:
         raise UsageError(f"{file}: the run was on no chip: it has no resources to compare")
+    for name in report.keys() & PARTS.keys():
+        try:
+            PARTS[name].validate_python(report[name])
+        except ValidationError as error:
+            reason = printable(error.errors()[0]["msg"])
+            raise UsageError(f"{file}: not a report: {name}: {reason}; write it again") from None

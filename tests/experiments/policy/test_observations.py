@@ -48,7 +48,7 @@ def test_a_text_is_refused(path):
     path.write_text("1 2 3")
     with pytest.raises(UsageError) as error:
         read_observations(path, 3)
-    complaint = "expected an npz file of numbers, found another"
+    complaint = "expected a whole zip archive, found one without a list of members"
     assert str(error.value) == f"observations '{path}': {complaint}{CURE}"
 
 

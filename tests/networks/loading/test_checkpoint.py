@@ -166,7 +166,7 @@ def test_another_content_is_refused(path, refusal, content, complaint):
         ({"mlp.0.weight": torch.ones(4, 5, dtype=torch.float8_e4m3fn)}, "which may run code"),
         ({"mlp.0.weight": np.ones((4, 5))}, "which may run code"),
         ({"mlp.00.weight": torch.ones(4, 5)}, "found mlp.00.weight"),
-        ({"mlp.\x1b[2J": torch.ones(4, 5)}, "found mlp.?[2J"),
+        ({"mlp.\x1b[2J": torch.ones(4, 5)}, r"found mlp.\x1b[2J"),
         ({"mlp.0.weight": torch.ones(4, 5, 6)}, "vectors and matrices"),
         ({"mlp.0.weight": torch.ones(0, 5), "mlp.0.bias": torch.ones(0)}, ""),
         ({"obs_normalizer._mean": torch.ones(3), "obs_normalizer._std": torch.ones(5)}, "normalis"),

@@ -1,0 +1,40 @@
+"""Archives of arrays: numbers and texts of the size that they say."""
+
+import numpy as np
+import pytest
+
+from spikeport.reading import npz
+from spikeport.reading.mismatch import MismatchError
+
+
+def test_arrays_are_read_as_they_were_written(tmp_path):
+    arrays = {
+        "scalar": np.array(2.5),
+        "columns": np.asfortranarray(np.arange(6, dtype=np.int16).reshape(2, 3)),
+        "empty": np.zeros((0, 3)),
+        "flags": np.array([True, False]),
+        "text": np.array("häßlich"),
+        "high": np.array([1, 2], dtype=">u4"),
+    }
+    np.savez_compressed(tmp_path / "a.npz", **arrays)
+    found = npz.read(tmp_path / "a.npz")
+    assert found.keys() == arrays.keys()
+    for name, array in arrays.items():
+        assert found[name].dtype == array.dtype
+        np.testing.assert_array_equal(found[name], array)
+
+
+@pytest.mark.parametrize(
+    ("array", "complaint"),
+    [
+        (np.array([{}], dtype=object), "numbers or texts in a.npy, found type object"),
+        (np.array([b"x"]), "numbers or texts in a.npy, found type |S1"),
+        (np.zeros(1, dtype=[("x", "i4")]), "numbers or texts in a.npy, found type [('x', '<i4')]"),
+        (np.zeros((1,) * 9), "an array of at most 8 axes in a.npy, found another shape"),
+    ],
+)
+def test_other_arrays_are_refused(tmp_path, array, complaint):
+    np.savez(tmp_path / "a.npz", a=array)
+    with pytest.raises(MismatchError) as caught:
+        npz.read(tmp_path / "a.npz")
+    assert str(caught.value) == f"expected {complaint}"
