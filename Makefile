@@ -8,7 +8,7 @@ STAMP  := $(VENV)/.installed
 PARALLEL := -n auto --dist loadfile --no-loadscope-reorder
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-fast shadow nengo-suite check bench bless format clean
+.PHONY: help demo test test-fast shadow nengo-suite fuzz check bench bless format clean
 
 help:  ## what can be made
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-11s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -36,6 +36,9 @@ shadow: $(STAMP)  ## nengo-loihi's own tests, native backend beside its emulator
 
 nengo-suite: $(STAMP)  ## Nengo's own tests on spikeport.Simulator, with what it does not support
 	$(BIN)/python -m pytest tests/nengo_suite
+
+fuzz: $(STAMP)  ## spoilt files for every loader, for SECONDS (an hour)
+	$(BIN)/python -W ignore -m tests.fuzz --seconds $(or $(SECONDS),3600)
 
 check: $(STAMP)  ## lint and types only
 	$(BIN)/ruff check .

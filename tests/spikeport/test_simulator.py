@@ -1,4 +1,6 @@
 import gc
+import multiprocessing
+import os
 import pickle
 import threading
 import warnings
@@ -439,3 +441,18 @@ def test_data_holds_what_nengo_built(backend):
     assert sim.data[ensemble].gain.shape == (30,)
     with pytest.raises(KeyError):
         sim.data[nengo.Node(0.0, add_to_container=False)]
+
+
+def test_a_fork_goes_on_with_a_copy(backend):
+    net = network()
+    with Simulator(net, backend=backend) as sim:
+        sim.run_steps(5)
+        reader, writer = multiprocessing.get_context("fork").Pipe(duplex=False)
+        child = os.fork()
+        if child == 0:  # only what the parent waits for: no test goes on here
+            sim.run_steps(15)
+            writer.send(sim.data[net.value].tobytes())
+            os._exit(0)
+        sim.run_steps(15)
+        assert reader.recv() == sim.data[net.value].tobytes()
+        assert os.waitpid(child, 0)[1] == 0
