@@ -14,7 +14,7 @@ import numpy as np
 
 from spikeport.atomic import atomic_path
 from spikeport.compile.image.manifest import SCHEMA
-from spikeport.errors import UsageError
+from spikeport.errors import UsageError, printable
 from spikeport.reading import npz
 from spikeport.reading.mismatch import MismatchError
 from spikeport.simulator import Simulator
@@ -125,6 +125,6 @@ def _text(values: Mapping[str, object], keys: list[str]) -> str:
 
 def _refusal(path: Path, found: str) -> UsageError:
     return UsageError(
-        f"calibrated={path}: {found}; make it with `spikeport calibrate`, "
+        f"calibrated={path}: {printable(found)}; make it with `spikeport calibrate`, "
         "the settings of the run, and --out"
     )
