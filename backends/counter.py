@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from spikeport.backends.step_log import SUMS_ONLY, LogOptions, Messages, StepLog
+from spikeport.backends.step_log import SUMS_ONLY, LogOptions, MessageCounts, StepLog
 from spikeport.compile.image.fanout import Fanout
 from spikeport.hardware_models.activity import Activity
 
@@ -76,12 +76,12 @@ class Counter:
         """Return all counts so far."""
         return self._log.activity(self.readout_spikes)
 
-    def _messages(self) -> Messages:
+    def _messages(self) -> MessageCounts:
         n, compartments = self._n_cores, len(self._source_core)
         per_source = self._fanout.messages * self._delivered[:, np.newaxis]
         between = np.zeros((n, n), dtype=np.int64)
         np.add.at(between, self._source_core, per_source[:compartments])
-        return Messages(between, per_source[compartments:].sum(axis=0))
+        return MessageCounts(between, per_source[compartments:].sum(axis=0))
 
     def close(self) -> None:
         """Write what the log still holds."""

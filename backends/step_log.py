@@ -42,8 +42,8 @@ def counts_files(folder: Path) -> list[Path]:
     return sorted(folder.glob("counts-*.npz"))
 
 
-class Messages(NamedTuple):
-    """Messages so far from core to core, (n_cores, n_cores), and from the host, (n_cores,)."""
+class MessageCounts(NamedTuple):
+    """MessageCounts so far from core to core, (n_cores, n_cores), and from the host, (n_cores,)."""
 
     between: np.ndarray
     from_host: np.ndarray
@@ -69,7 +69,7 @@ class StepLog:
         self,
         cores: tuple[str, ...],
         dt_s: float,
-        messages: Callable[[], Messages],
+        messages: Callable[[], MessageCounts],
         options: LogOptions = SUMS_ONLY,
     ) -> None:
         for old in [] if options.folder is None else counts_files(options.folder):

@@ -10,7 +10,7 @@ from spikeport.backends.native.kernel import LEARNING, accept, deliver, step, up
 from spikeport.backends.native.loaded import Loaded, neurons_of, resting_state
 from spikeport.backends.native.noise import NONE, Noise
 from spikeport.backends.native.wiring import Wiring, wire
-from spikeport.backends.step_log import SUMS_ONLY, LogOptions, Messages, StepLog
+from spikeport.backends.step_log import SUMS_ONLY, LogOptions, MessageCounts, StepLog
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.tables import part
 from spikeport.errors import BackendError
@@ -105,13 +105,13 @@ class NativeChip:
         """Return the counts; see `spikeport.backends.chip.Chip.activity`."""
         return self._log.activity(int(self.state.spike_count[self._image.readouts].sum()))
 
-    def _messages(self) -> Messages:
+    def _messages(self) -> MessageCounts:
         core, _, home = self._wiring.cost.T
         sent = np.repeat(self.state.sent[1], np.diff(self._wiring.fan_start))
         n = self._image.n_cores
         messages = np.zeros((n + 1, n), dtype=np.int64)  # the host, -1, is in the last row
         np.add.at(messages, (home, core), sent)
-        return Messages(messages[:-1], messages[-1])
+        return MessageCounts(messages[:-1], messages[-1])
 
     @property
     def bytes_per_weight(self) -> int:

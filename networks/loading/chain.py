@@ -128,7 +128,7 @@ def _vector(value: ArrayLike) -> np.ndarray:
     return array.reshape(array.shape[-1:])
 
 
-class Evaluation:
+class BoundedEvaluation:
     """Operations of a file, applied one by one as long as they are little work.
 
     Constants are folded while a file is read, and a short one may ask for endless products.

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from spikeport.arrays import Floats
-from spikeport.networks.loading.chain import Chain, Evaluation, Operations, only
+from spikeport.networks.loading.chain import BoundedEvaluation, Chain, Operations, only
 from spikeport.networks.loading.mlp import Mlp
 from spikeport.networks.loading.tensors import Tensor
 from spikeport.networks.loading.torch_file import folder_of, pickled, pickled_in_a_row
@@ -76,7 +76,7 @@ def read(path: Path, activation: str) -> Mlp:
 
 
 def _chain(layout: CheckpointLayout, state: Mapping[str, Tensor], activation: str) -> Chain:
-    evaluation = Evaluation(OPERATIONS)
+    evaluation = BoundedEvaluation(OPERATIONS)
 
     def applied(kind: str, chain: Chain, names: Sequence[str]) -> Chain:
         arrays = [evaluation.keep(state[name].array()) for name in names]

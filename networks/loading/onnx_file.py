@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from spikeport.networks.loading import onnx_tensor
-from spikeport.networks.loading.chain import Chain, Evaluation, Operations, gelu, only
+from spikeport.networks.loading.chain import BoundedEvaluation, Chain, Operations, gelu, only
 from spikeport.networks.loading.mlp import Mlp
 from spikeport.networks.loading.wire import Message, WireError
 from spikeport.reading.archive import read_bytes
@@ -94,7 +94,7 @@ class _Graph:
 
     def __init__(self, path: Path, own: set[str]) -> None:
         self._path, self._own = path, own
-        self._evaluation = Evaluation(OPERATIONS)
+        self._evaluation = BoundedEvaluation(OPERATIONS)
         self._values: dict[str, object] = {}
         self._stored: dict[str, Message] = {}
 

@@ -10,7 +10,7 @@ import warnings
 from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
-from spikeport.networks.loading.chain import CHAIN, Chain, Evaluation
+from spikeport.networks.loading.chain import CHAIN, BoundedEvaluation, Chain
 from spikeport.networks.loading.pickles import Module
 from spikeport.networks.loading.refusal import EXPORT
 from spikeport.networks.loading.tensors import Tensor
@@ -27,7 +27,7 @@ Text = Callable[[str], str]
 """The text of a file of the archive, by its dotted name; `MismatchError` if there is none."""
 
 
-class Reference(NamedTuple):
+class DottedName(NamedTuple):
     """A dotted name that is no value yet: an operation, a function, a constant of the archive."""
 
     name: str
@@ -107,7 +107,7 @@ class Interpreter:
     """
 
     def __init__(
-        self, program: Program, constants: Sequence[object], evaluation: Evaluation
+        self, program: Program, constants: Sequence[object], evaluation: BoundedEvaluation
     ) -> None:
         self._program, self._evaluation = program, evaluation
         self._constants = constants
@@ -174,7 +174,7 @@ class Interpreter:
             case ast.Name(name) if name in variables:
                 return variables[name]
             case ast.Name(name) if name in NAMESPACES:
-                return Reference(name)
+                return DottedName(name)
             case ast.UnaryOp(ast.USub(), operand):
                 return self._negative(self._value(operand, variables))
             case ast.Attribute(owner, name):
@@ -201,10 +201,10 @@ class Interpreter:
 
     def _attribute(self, owner: object, name: str) -> object:
         match owner:
-            case Reference("CONSTANTS"):
+            case DottedName("CONSTANTS"):
                 return self._constant(name)
-            case Reference(start):
-                return Reference(f"{start}.{name}")
+            case DottedName(start):
+                return DottedName(f"{start}.{name}")
             case Module() as module:
                 return self._of_module(module, name)
         raise MismatchError("an attribute of a module", f"{name} of {type(owner).__name__}")
@@ -245,9 +245,9 @@ class Interpreter:
             case (Module() as module, str(name)):
                 method = self._program.method(module, name)
                 return self._call(method, [module, *values], named)
-            case Reference(name) if name.startswith("__torch__."):
+            case DottedName(name) if name.startswith("__torch__."):
                 return self._call(self._program.function(name), values, named)
-            case Reference(name):
+            case DottedName(name):
                 return self._operation(name, values, named)
         raise MismatchError(CHAIN, f"a call of {type(called).__name__}")
 

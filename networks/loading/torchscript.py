@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from spikeport.networks.loading.chain import Chain, Evaluation, Operations, gelu, only
+from spikeport.networks.loading.chain import BoundedEvaluation, Chain, Operations, gelu, only
 from spikeport.networks.loading.mlp import Mlp
 from spikeport.networks.loading.pickles import Known, Module, ModuleClass
 from spikeport.networks.loading.script import Interpreter, Program
@@ -108,7 +108,7 @@ def read(path: Path) -> Mlp:
         raise MismatchError("a TorchScript module", type(module).__name__)
     program = Program(_Texts(archive, f"{folder}code/").text)
     try:
-        made = Interpreter(program, constants, Evaluation(OPERATIONS)).forward(module)
+        made = Interpreter(program, constants, BoundedEvaluation(OPERATIONS)).forward(module)
     except RecursionError:
         raise MismatchError("a TorchScript module", "calls within calls without end") from None
     return only([made]).mlp()

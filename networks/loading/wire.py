@@ -19,8 +19,8 @@ class WireError(ValueError):
     """Bytes are no such message."""
 
 
-class Budget:
-    """What is left of the fields of a file."""
+class FieldBudget:
+    """The number of fields that a file may still have."""
 
     def __init__(self, fields: int = FIELDS) -> None:
         self._left = fields
@@ -41,8 +41,8 @@ class Message:
         It ends within a field, a field is of another kind, or the file holds too many.
     """
 
-    def __init__(self, content: bytes | memoryview, budget: Budget | None = None) -> None:
-        self._budget = budget or Budget()
+    def __init__(self, content: bytes | memoryview, budget: FieldBudget | None = None) -> None:
+        self._budget = budget or FieldBudget()
         self._fields: dict[int, list[Value]] = {}
         for number, value in _fields(memoryview(content)):
             self._budget.spend()
