@@ -7,7 +7,6 @@ inflated at all.
 
 import io
 import math
-import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import IO, Any
@@ -19,14 +18,16 @@ from spikeport.atomic import atomic_path
 from spikeport.compile.image.manifest import Header, read_header
 from spikeport.compile.image.tables import LAYOUT
 from spikeport.errors import ImageError
+from spikeport.reading.archive import Archive, read_bytes
 
 HEADER = "header"
 SMALL_BYTES = 64 << 20
 """Size to which any archive may inflate: arrays of zeros take next to nothing in a file."""
 MOST_RATIO = 100
 """Ratio to which a larger archive may inflate. Images of networks stay below 30."""
+FILE_BYTES = 2 << 30
+"""Size of the largest file that is read: the images of a hundred full chips."""
 DAMAGED = "not a chip image, or truncated or altered"
-METHODS = {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED}
 
 
 def write(path: Path, header: bytes, arrays: Mapping[str, np.ndarray]) -> None:
@@ -45,37 +46,33 @@ def read(path: Path) -> tuple[Header, dict[str, np.ndarray]]:
         If it is missing or not a file of `write`.
     """
     try:
-        content = path.read_bytes()
+        return _read(read_bytes(path, FILE_BYTES))
     except FileNotFoundError:
         raise ImageError("no such file") from None
     except OSError as error:
         raise ImageError(error.strerror or str(error)) from None
-    try:
-        return _read(content)
     except ImageError:
         raise
-    except Exception:  # whatever zipfile, zlib and NumPy make of foreign bytes
+    except Exception:  # a mismatch, or whatever NumPy makes of foreign bytes
         raise ImageError(DAMAGED) from None
 
 
 def _read(content: bytes) -> tuple[Header, dict[str, np.ndarray]]:
-    with zipfile.ZipFile(io.BytesIO(content)) as archive:
-        members = {info.filename.removesuffix(".npy"): info for info in archive.infolist()}
-        _check_size(sum(info.file_size for info in members.values()), len(content))
-        if HEADER not in members or {m.compress_type for m in members.values()} - METHODS:
-            raise ImageError(DAMAGED)
-        # First of all the header: of another schema, the arrays may be others too.
-        header = read_header(_array(archive.open(members.pop(HEADER)), HEADER).tobytes())
-        return header, {name: _array(archive.open(info), name) for name, info in members.items()}
-
-
-def _check_size(inflated: int, stored: int) -> None:
-    most = max(SMALL_BYTES, MOST_RATIO * stored)
-    if inflated > most:
+    most = max(SMALL_BYTES, MOST_RATIO * len(content))
+    archive = Archive(content, most)
+    if archive.size > most:
         raise ImageError(
-            f"a file of {stored:,} bytes that inflates to {inflated:,}, limit {most:,}: no image "
-            "of a network does; compile it again"
+            f"a file of {len(content):,} bytes that inflates to {archive.size:,}, limit {most:,}: "
+            "no image of a network does; compile it again"
         )
+
+    def array(name: str) -> np.ndarray:
+        return _array(io.BytesIO(archive.read(f"{name}.npy", most)), name)
+
+    # First of all the header: of another schema, the arrays may be others too.
+    header = read_header(array(HEADER).tobytes())
+    names = [name.removesuffix(".npy") for name in archive.names]
+    return header, {name: array(name) for name in names if name != HEADER}
 
 
 def _array(stream: IO[bytes], name: str) -> np.ndarray:

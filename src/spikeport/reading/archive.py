@@ -61,21 +61,33 @@ def _without_waiting(path: str, flags: int) -> int:
 class Archive:
     """A zip archive in memory.
 
+    Parameters
+    ----------
+    content : bytes
+        The file.
+    limit : int
+        Bytes to which all that is read of it may inflate.
+
     Raises
     ------
     MismatchError
         It is damaged or too large, or names of members are doubled or lead out of it.
     """
 
-    def __init__(self, content: bytes) -> None:
+    def __init__(self, content: bytes, limit: int = FILE_BYTES) -> None:
         _check_directory(content)
         try:
             self._zip = zipfile.ZipFile(io.BytesIO(content))
         except DAMAGES as error:
             raise _damaged(error) from error
-        self._inflated = 0
+        self._limit, self._inflated = limit, 0
         self._members = {info.filename: info for info in self._zip.infolist()}
         _check_names([info.filename for info in self._zip.infolist()])
+
+    @property
+    def size(self) -> int:
+        """The number of bytes to which all members say that they inflate."""
+        return sum(info.file_size for info in self._members.values())
 
     @property
     def names(self) -> list[str]:
@@ -92,8 +104,8 @@ class Archive:
         if info.file_size > limit:
             raise MismatchError(f"at most {limit:,} bytes in {name}", f"{info.file_size:,}")
         self._inflated += info.file_size
-        if self._inflated > FILE_BYTES:
-            raise MismatchError(f"at most {FILE_BYTES:,} bytes in all that is read of it", "more")
+        if self._inflated > self._limit:
+            raise MismatchError(f"at most {self._limit:,} bytes in all that is read of it", "more")
         try:
             # with a size, since without one zipfile inflates all there is before it cuts it off
             with self._zip.open(info) as member:

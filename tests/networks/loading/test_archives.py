@@ -85,10 +85,9 @@ def test_members_inflate_no_further_than_is_allowed(zipped, refused, claimed):
     assert re.search("expected at most|a whole zip archive", refused(zipped))
 
 
-def test_all_members_together_are_limited(path, monkeypatch):
+def test_all_members_together_are_limited(path):
     torch.save({"actor_state_dict": state()}, path)
-    read = archive.Archive(path.read_bytes())
-    monkeypatch.setattr(archive, "FILE_BYTES", 100)
+    read = archive.Archive(path.read_bytes(), limit=100)
     read.read("policy/data/0", 10_000)
     with pytest.raises(MismatchError, match="expected at most 100 bytes in all that is read of it"):
         read.read("policy/data/2", 10_000)
