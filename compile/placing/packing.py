@@ -12,7 +12,9 @@ from itertools import product
 from typing import NamedTuple
 
 import numpy as np
+from scipy import sparse
 
+from spikeport.compile.image.tables import part
 from spikeport.compile.placing.load import Capacity, Load, together
 from spikeport.compile.placing.lower_bound import lower_bound
 
@@ -31,7 +33,7 @@ class Problem:
     room : Capacity
         The capacity of a core.
     traffic : (n_blocks, n_blocks) array
-        The spikes between blocks; symmetric.
+        The spikes between blocks; symmetric, 0 on the diagonal.
     """
 
     loads: Sequence[Load]
@@ -50,6 +52,16 @@ class Problem:
     def fills(self) -> list[float]:
         """The share of the scarcest resource of a core that each block takes."""
         return [self.room.fill(load) for load in self.loads]
+
+    @cached_property
+    def partners(self) -> list[dict[int, float]]:
+        """The blocks that each block exchanges spikes with, and how many."""
+        traffic = sparse.csr_matrix(self.traffic)
+        rows = (part(traffic.indptr, block) for block in range(len(self.loads)))
+        return [
+            dict(zip(traffic.indices[row].tolist(), traffic.data[row].tolist(), strict=True))
+            for row in rows
+        ]
 
     def cost(self, bins: Bins) -> tuple[int, float]:
         """Return the number of cores, and the spikes within cores, negated."""
@@ -227,52 +239,3 @@ def _with_one_emptied(problem: Problem, bins: Bins) -> Bins | None:
         if all(rest.take(block) for block in sorted(victim, key=lambda b: -problem.fills[b])):
             return rest.bins
     return None
-
-
-def settled(problem: Problem, bins: Bins) -> Bins:
-    """Move or swap blocks onto the core they share most spikes with, until none can be.
-
-    The number of spikes within cores rises with every move, so it ends; the number of cores does
-    not rise, and every core that held its blocks still does.
-
-    Parameters
-    ----------
-    problem : Problem
-        The blocks.
-    bins : Bins
-        A packing of them; stays as it is.
-    """
-    bins = [list(blocks) for blocks in bins]
-    moved = [True]
-    # A block that cannot move may be able to once others have: all are tried until none moves.
-    while any(moved):
-        moved = [_settle(problem, bins, block) for block in range(len(problem.loads))]
-    return [blocks for blocks in bins if blocks]
-
-
-def _settle(problem: Problem, bins: Bins, block: int) -> bool:
-    """Move one block, or swap it with another, if more spikes are within cores then."""
-    traffic = problem.traffic
-    home = next(blocks for blocks in bins if block in blocks)
-    now = traffic[block, home].sum()
-    better = [blocks for blocks in bins if traffic[block, blocks].sum() > now]
-    for there in sorted(better, key=lambda blocks: -traffic[block, blocks].sum()):
-        if problem.fits([*there, block]):
-            home.remove(block)
-            there.append(block)
-            return True
-        if any(_swap(problem, home, there, block, other) for other in list(there)):
-            return True
-    return False
-
-
-def _swap(problem: Problem, home: list[int], there: list[int], block: int, other: int) -> bool:
-    """Swap two blocks if both fit and more spikes are within the two cores then."""
-    traffic = problem.traffic
-    left, rest = ([b for b in blocks if b not in (block, other)] for blocks in (home, there))
-    gain = traffic[block, rest].sum() + traffic[other, left].sum()
-    loss = traffic[block, left].sum() + traffic[other, rest].sum()
-    if gain <= loss or not (problem.fits([*rest, block]) and problem.fits([*left, other])):
-        return False
-    home[:], there[:] = [*left, other], [*rest, block]
-    return True

@@ -16,7 +16,6 @@ from spikeport.compile.placing.packing import (
     most_traffic,
     orders,
     pack,
-    settled,
 )
 from tests.helpers.packing_problems import (
     HARD,
@@ -27,10 +26,6 @@ from tests.helpers.packing_problems import (
     problem,
     problems,
 )
-
-
-def within(of: Problem, bins: list[list[int]]) -> float:
-    return -of.cost(bins)[1]
 
 
 def test_cost_counts_cores_first_then_spikes_between_them() -> None:
@@ -153,39 +148,6 @@ def test_the_emptiest_core_that_can_be_emptied_is() -> None:
     assert emptied(of, [[0], [1], [2]]) == [[0], [2, 1]]
 
 
-def test_blocks_move_to_the_core_they_exchange_most_spikes_with() -> None:
-    of = problem(2, 2, 2, traffic={(0, 1): 1, (0, 2): 2})
-    assert settled(of, [[0, 1], [2]]) == settled(of, [[0], [1], [2]]) == [[2, 0, 1]]
-    crowded = problem(5, 5, 5, traffic={(0, 1): 1, (0, 2): 2})
-    assert sorted(map(sorted, settled(crowded, [[0, 1], [2]]))) == [[0, 2], [1]]
-
-
-def test_full_cores_swap_blocks() -> None:
-    of = problem(5, 5, 5, 5, traffic={(0, 2): 1, (1, 3): 1})
-    assert sorted(map(sorted, settled(of, [[0, 1], [2, 3]]))) == [[0, 2], [1, 3]]
-
-
-def test_blocks_do_not_swap_where_that_breaks_a_limit() -> None:
-    of = problem(4, 6, 6, 4, traffic={(0, 3): 9})
-    assert settled(of, [[0, 1], [2, 3]]) == [[0, 1], [2, 3]]
-
-
-def test_blocks_do_not_swap_where_more_spikes_are_lost() -> None:
-    of = problem(5, 5, 5, 5, traffic={(0, 2): 2, (0, 1): 1, (2, 3): 2})
-    assert settled(of, [[0, 1], [2, 3]]) == [[0, 1], [2, 3]]
-
-
-def test_a_block_moves_once_another_has_made_room() -> None:
-    of = problem(3, 3, 5, 5, 5, 3, traffic={(0, 3): 1, (2, 4): 9})
-    assert settled(of, [[0, 1, 5], [2, 3], [4]]) == [[1, 5], [3, 0], [4, 2]]
-
-
-def test_settling_leaves_the_packing_it_starts_from() -> None:
-    bins = [[0], [1]]
-    assert settled(problem(1, 1, traffic={(0, 1): 1}), bins) == [[1, 0]]
-    assert bins == [[0], [1]]
-
-
 @given(problems())
 @settings(deadline=None, max_examples=150)
 def test_every_packing_keeps_all_limits(of: Problem) -> None:
@@ -195,19 +157,6 @@ def test_every_packing_keeps_all_limits(of: Problem) -> None:
         assert len(bins) >= lower_bound(of.loads, of.room)["cores"]
         assert pack(copy.deepcopy(of), effort) == bins
     assert len(pack(of, 1)) <= len(pack(of, 0))
-
-
-@given(problems())
-@settings(deadline=None, max_examples=150)
-def test_settled_packings_keep_all_limits_and_more_spikes_within(of: Problem) -> None:
-    for bins in (pack(of, 0), [[block] for block in range(len(of.loads))]):
-        after = settled(of, bins)
-        assert_packed(of, after)
-        assert len(after) <= len(bins)
-        assert within(of, after) >= within(of, bins)
-        assert settled(of, after) == after
-        moved = sorted(map(sorted, after)) != sorted(map(sorted, filter(None, bins)))
-        assert moved == (within(of, after) > within(of, bins))
 
 
 def test_traffic_is_of_pairs() -> None:
