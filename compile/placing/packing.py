@@ -17,6 +17,7 @@ from scipy import sparse
 from spikeport.compile.image.tables import part
 from spikeport.compile.placing.load import Capacity, Load, together
 from spikeport.compile.placing.lower_bound import lower_bound
+from spikeport.compile.placing.tally import Tally
 
 Bins = list[list[int]]
 """The blocks of each core."""
@@ -155,15 +156,14 @@ class _Cores:
         self._problem = problem
         self.bins = [list(blocks) for blocks in bins]
         self.loads = [problem.load(blocks) for blocks in bins]
+        self._tally = Tally(problem.room)
+        for core, load in enumerate(self.loads):
+            self._tally.put(core, load)
 
     def with_room(self, block: int) -> dict[int, Load]:
         """Return the cores that have room for a block, and their loads with it."""
-        room, load = self._problem.room, self._problem.loads[block]
-        # Amounts of all cores at once: most have no room, and loads are slow to join.
-        held = np.array([held.amounts for held in self.loads]).reshape(-1, len(load.amounts))
-        enough = np.flatnonzero((held + load.amounts <= room.amounts).all(axis=1))
-        after = {core: self.loads[core].joined(load) for core in enough.tolist()}
-        return {core: joined for core, joined in after.items() if room.holds(joined)}
+        load = self._problem.loads[block]
+        return {core: self.loads[core].joined(load) for core in self._tally.with_room(load)}
 
     def put(self, core: int, block: int, load: Load) -> None:
         """Put a block on a core, maybe a new one, which then has the given load."""
@@ -172,6 +172,7 @@ class _Cores:
             self.loads.append(load)
         self.bins[core].append(block)
         self.loads[core] = load
+        self._tally.put(core, load)
 
     def place(self, block: int, but: int = -1) -> bool:
         """Put a block on the core that is fullest with it; return whether one has room."""
@@ -191,6 +192,7 @@ class _Cores:
         if not self._problem.fits([*rest, block]) or not self.place(other, but=core):
             return False
         self.bins[core], self.loads[core] = [*rest, block], self._problem.load([*rest, block])
+        self._tally.put(core, self.loads[core])
         return True
 
     def take(self, block: int) -> bool:

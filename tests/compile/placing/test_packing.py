@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
+from spikeport.compile.placing.load import Load
 from spikeport.compile.placing.lower_bound import lower_bound
 from spikeport.compile.placing.packing import (
+    CHOICES,
     CoreChoice,
     Problem,
     emptied,
@@ -94,6 +96,16 @@ def test_blocks_come_as_they_are_and_largest_first_by_each_measure() -> None:
 def test_profiles_come_together_before_size() -> None:
     of = problem(load(7, thresholds=0b10), load(6, thresholds=0b01), load(8, thresholds=0b10))
     assert orders(of)[1:3] == [[2, 0, 1], [1, 2, 0]]
+
+
+def test_only_loads_that_fit_are_joined(monkeypatch: pytest.MonkeyPatch) -> None:
+    of = problem(*(load(1, thresholds=1 << number) for number in range(100)))
+    joins: list[tuple[Load, ...]] = []
+    join = Load.joined
+    monkeypatch.setattr(Load, "joined", lambda *both: joins.append(both) or join(*both))
+    for choice in CHOICES:
+        assert len(filled(of, range(100), choice)) == 50
+    assert len(joins) == 50 * len(CHOICES)  # every second block finds one core with room
 
 
 def test_the_best_of_all_rules_is_taken() -> None:
