@@ -21,6 +21,10 @@ from spikeport.compile.placing.tally import Tally
 
 Bins = list[list[int]]
 """The blocks of each core."""
+EXCHANGES = 300_000
+"""The exchanges of blocks that emptying cores tries at most: each takes time in proportion to the
+blocks of a core, and their number grows with the square of that of all blocks. No network of 500
+small ensembles or fewer comes near."""
 
 
 @dataclass(frozen=True)
@@ -170,40 +174,85 @@ class _Cores:
         if core == len(self.bins):
             self.bins.append([])
             self.loads.append(load)
-        self.bins[core].append(block)
-        self.loads[core] = load
+        self.set(core, [*self.bins[core], block], load)
+
+    def set(self, core: int, blocks: list[int], load: Load) -> None:
+        """Give a core other blocks, which have the given load."""
+        self.bins[core], self.loads[core] = blocks, load
         self._tally.put(core, load)
 
-    def place(self, block: int, but: int = -1) -> bool:
+
+class _Emptying:
+    """The attempts to empty cores of a packing, each undone unless it succeeds.
+
+    Attributes
+    ----------
+    left : int
+        The number of exchanges that may still be tried.
+    """
+
+    def __init__(self, problem: Problem, bins: Bins, left: int) -> None:
+        self._problem = problem
+        self._cores = _Cores(problem, bins)
+        self._before: dict[int, tuple[list[int], Load]] = {}
+        self._victim = -1
+        self.left = left
+
+    def without(self, victim: int) -> Bins | None:
+        """Return the packing with the blocks of one core on others; None if they find no room."""
+        self._victim, self._before = victim, {}
+        # The largest first, while there is most room.
+        blocks = sorted(self._cores.bins[victim], key=lambda b: -self._problem.fills[b])
+        if all(self._take(block) for block in blocks):
+            return [mine for core, mine in enumerate(self._cores.bins) if core != victim]
+        for core, (mine, load) in self._before.items():
+            self._cores.set(core, mine, load)
+        return None
+
+    def by_fill(self) -> list[int]:
+        """Return the cores, the emptiest first."""
+        loads = self._cores.loads
+        return sorted(range(len(loads)), key=lambda core: self._problem.room.fill(loads[core]))
+
+    def _take(self, block: int) -> bool:
+        """Place a block, if need be where a smaller one makes room; return whether it can."""
+        fills = self._problem.fills
+        return self._place(block) or any(
+            self._push(core, other, block)
+            for core, blocks in enumerate(self._cores.bins)
+            if core != self._victim
+            for other in blocks
+            if fills[other] < fills[block]
+        )
+
+    def _place(self, block: int, but: int = -1) -> bool:
         """Put a block on the core that is fullest with it; return whether one has room."""
-        after = self.with_room(block)
+        after = self._cores.with_room(block)
         after.pop(but, None)
+        after.pop(self._victim, None)
         if after:
             best = max(after, key=lambda core: self._problem.room.fill(after[core]))
-            self.put(best, block, after[best])
+            self._set(best, [*self._cores.bins[best], block], after[best])
         return bool(after)
 
-    def push(self, core: int, other: int, block: int) -> bool:
+    def _push(self, core: int, other: int, block: int) -> bool:
         """Put a block in the place of another, which goes to a third core; return whether it can.
 
         If it cannot, nothing changes.
         """
-        rest = [b for b in self.bins[core] if b != other]
-        if not self._problem.fits([*rest, block]) or not self.place(other, but=core):
+        if not self.left:
             return False
-        self.bins[core], self.loads[core] = [*rest, block], self._problem.load([*rest, block])
-        self._tally.put(core, self.loads[core])
+        self.left -= 1
+        blocks = [*(b for b in self._cores.bins[core] if b != other), block]
+        load = self._problem.load(blocks)
+        if not self._problem.room.holds(load) or not self._place(other, but=core):
+            return False
+        self._set(core, blocks, load)
         return True
 
-    def take(self, block: int) -> bool:
-        """Place a block, if need be where a smaller one makes room; return whether it can."""
-        fills = self._problem.fills
-        return self.place(block) or any(
-            self.push(core, other, block)
-            for core, blocks in enumerate(self.bins)
-            for other in list(blocks)
-            if fills[other] < fills[block]
-        )
+    def _set(self, core: int, blocks: list[int], load: Load) -> None:
+        self._before.setdefault(core, (self._cores.bins[core], self._cores.loads[core]))
+        self._cores.set(core, blocks, load)
 
 
 def filled(problem: Problem, order: Sequence[int], choice: CoreChoice) -> Bins:
@@ -220,24 +269,36 @@ def filled(problem: Problem, order: Sequence[int], choice: CoreChoice) -> Bins:
     return cores.bins
 
 
-def emptied(problem: Problem, bins: Bins) -> Bins:
-    """Empty one core after another while their blocks find room elsewhere."""
-    while (fewer := _with_one_emptied(problem, bins)) is not None:
+def emptied(problem: Problem, bins: Bins, exchanges: int = EXCHANGES) -> Bins:
+    """Empty one core after another while their blocks find room elsewhere.
+
+    Parameters
+    ----------
+    problem : Problem
+        The blocks.
+    bins : Bins
+        A packing of them; stays as it is.
+    exchanges : int
+        How often it is tried, in all, to put a block in the place of another.
+    """
+    while True:
+        emptying = _Emptying(problem, bins, exchanges)
+        fewer = _with_one_emptied(problem, bins, emptying)
+        exchanges = emptying.left
+        if fewer is None:
+            return bins
         bins = fewer
-    return bins
 
 
-def _with_one_emptied(problem: Problem, bins: Bins) -> Bins | None:
+def _with_one_emptied(problem: Problem, bins: Bins, emptying: _Emptying) -> Bins | None:
     """Empty one core, the emptiest that can be; None if none can."""
     tried = set()
-    for victim in sorted(bins, key=lambda blocks: problem.room.fill(problem.load(blocks))):
+    for victim in emptying.by_fill():
         # Images have many equal blocks: where some found no room, equal ones find none.
-        loads = tuple(sorted(problem.loads[block] for block in victim))
+        loads = tuple(sorted(problem.loads[block] for block in bins[victim]))
         if loads in tried:
             continue
         tried.add(loads)
-        rest = _Cores(problem, [blocks for blocks in bins if blocks is not victim])
-        # The largest first, while there is most room.
-        if all(rest.take(block) for block in sorted(victim, key=lambda b: -problem.fills[b])):
-            return rest.bins
+        if (fewer := emptying.without(victim)) is not None:
+            return fewer
     return None

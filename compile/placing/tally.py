@@ -66,7 +66,7 @@ class _Kind:
 
     def have_room(self, cores: np.ndarray, mask: int) -> np.ndarray:
         """Return for each of some cores whether all profiles fit on it, with those of a mask."""
-        after = self._count[cores] + mask.bit_count()
+        after: np.ndarray = self._count[cores] + mask.bit_count()
         for bit in _bits(mask):
             if (has := self._has.get(bit)) is not None:
                 known = np.searchsorted(

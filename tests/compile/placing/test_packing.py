@@ -160,6 +160,24 @@ def test_the_emptiest_core_that_can_be_emptied_is() -> None:
     assert emptied(of, [[0], [1], [2]]) == [[0], [2, 1]]
 
 
+def test_exchanges_are_tried_as_often_as_is_said() -> None:
+    of, bins = problem(5, 4, 6, 5), [[0, 1], [2], [3]]
+    assert emptied(of, bins, exchanges=1) == [[0, 3], [2, 1]]
+    assert emptied(of, bins, exchanges=0) == bins
+
+
+def test_loads_of_cores_are_not_counted_anew_for_each_that_is_emptied(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    of = problem(*(load(6, thresholds=1 << number) for number in range(50)))
+    joins: list[tuple[Load, ...]] = []
+    join = Load.joined
+    monkeypatch.setattr(Load, "joined", lambda *both: joins.append(both) or join(*both))
+    bins = [[block] for block in range(50)]
+    assert emptied(of, bins) == bins
+    assert len(joins) == 50
+
+
 @given(problems())
 @settings(deadline=None, max_examples=150)
 def test_every_packing_keeps_all_limits(of: Problem) -> None:
