@@ -68,6 +68,11 @@ class Problem:
             for row in rows
         ]
 
+    @cached_property
+    def union(self) -> Load:
+        """The load of all blocks together."""
+        return together(self.loads)
+
     def cost(self, bins: Bins) -> tuple[int, float]:
         """Return the number of cores, and the spikes within cores, negated."""
         within = sum(self.traffic[np.ix_(blocks, blocks)].sum() for blocks in bins)
@@ -91,7 +96,9 @@ def pack(problem: Problem, effort: int) -> Bins:
     bins : Bins
         Every block exactly once.
     """
-    results = (filled(problem, *rule) for rule in product(orders(problem), CHOICES))
+    # Equal blocks make equal orders.
+    distinct = dict.fromkeys(map(tuple, orders(problem)))
+    results = (filled(problem, *rule) for rule in product(distinct, CHOICES))
     bins = min(results, key=problem.cost)
     if effort and len(bins) > lower_bound(problem.loads, problem.room)["cores"]:
         bins = emptied(problem, bins)
@@ -160,7 +167,7 @@ class _Cores:
         self._problem = problem
         self.bins = [list(blocks) for blocks in bins]
         self.loads = [problem.load(blocks) for blocks in bins]
-        self._tally = Tally(problem.room)
+        self._tally = Tally(problem.room, problem.union)
         for core, load in enumerate(self.loads):
             self._tally.put(core, load)
 

@@ -40,6 +40,8 @@ class Settling:
     def __init__(self, problem: Problem, bins: Bins) -> None:
         self._problem = problem
         self.bins = [list(blocks) for blocks in bins]
+        number: dict[Load, int] = {}
+        self._kinds = [number.setdefault(load, len(number)) for load in problem.loads]
         self._core = {block: core for core, blocks in enumerate(bins) for block in blocks}
         # Moves are counted; at which of them a core last changed, and a block last stayed.
         self._n_moves = 1
@@ -69,23 +71,35 @@ class Settling:
             self._set(home, left)
             self._set(core, [*self.bins[core], block])
             return True
-        return any(self._swapped(block, other) for other in self.bins[core])
+        return self._swapped(block, core)
 
-    def _swapped(self, block: int, other: int) -> bool:
-        """Swap two blocks if both fit and more spikes are within the two cores then."""
+    def _swapped(self, block: int, core: int) -> bool:
+        """Swap a block with one of a core if both fit and more spikes are within cores then."""
+        # Images have many equal blocks: where one does not fit, equal ones do not.
+        fitting: dict[int, bool] = {}
+        for other in self.bins[core]:
+            kind = self._kinds[other]
+            if kind not in fitting:
+                fitting[kind] = self._fit_swapped(block, other)
+            if fitting[kind] and self._gain(block, other) > 0:
+                self._swap(block, other)
+                return True
+        return False
+
+    def _fit_swapped(self, block: int, other: int) -> bool:
+        """Return whether two blocks each fit on the core of the other, in its place."""
         home, there = self._core[block], self._core[other]
-        if self._gain(block, other) <= 0:
-            return False
         loads, holds = self._problem.loads, self._problem.room.holds
-        if not holds(self._rest(there)[other].joined(loads[block])):
-            return False
-        if not holds(self._rest(home)[block].joined(loads[other])):
-            return False
+        return holds(self._rest(there)[other].joined(loads[block])) and holds(
+            self._rest(home)[block].joined(loads[other])
+        )
+
+    def _swap(self, block: int, other: int) -> None:
+        home, there = self._core[block], self._core[other]
         left = [b for b in self.bins[home] if b != block]
         rest = [b for b in self.bins[there] if b != other]
         self._set(home, [*left, other])
         self._set(there, [*rest, block])
-        return True
 
     def _gain(self, block: int, other: int) -> float:
         """Return how many more spikes are within the cores of two blocks once these are swapped."""

@@ -15,30 +15,35 @@ class Tally:
     ----------
     room : Capacity
         The capacity of a core.
+    union : Load
+        The load of all that will be put on cores: profiles that would fit on one core all together
+        need no account.
     """
 
-    def __init__(self, room: Capacity) -> None:
+    def __init__(self, room: Capacity, union: Load) -> None:
         self._room = np.array(room.amounts)
         self._n_cores = 0
         self._amounts = np.zeros((0, len(room.amounts)), dtype=int)
-        self._kinds = [_Kind(most) for most in room.profiles]
+        self._kinds = {
+            number: _Kind(most)
+            for number, (most, mask) in enumerate(zip(room.profiles, union.profiles, strict=True))
+            if mask.bit_count() > most
+        }
 
     def put(self, core: int, load: Load) -> None:
         """Set the load of a core; the one after the last is new."""
         self._n_cores = max(self._n_cores, core + 1)
         self._amounts = _grown(self._amounts, self._n_cores)
         self._amounts[core] = load.amounts
-        for kind, mask in zip(self._kinds, load.profiles, strict=True):
-            kind.put(core, mask)
+        for number, kind in self._kinds.items():
+            kind.put(core, load.profiles[number])
 
     def with_room(self, load: Load) -> list[int]:
         """Return the cores that have room for a load, ascending."""
         amounts = self._amounts[: self._n_cores]
         cores = np.flatnonzero((amounts + load.amounts <= self._room).all(axis=1))
-        for kind, mask in zip(self._kinds, load.profiles, strict=True):
-            if not len(cores):
-                break
-            cores = cores[kind.have_room(cores, mask)]
+        for number, kind in self._kinds.items():
+            cores = cores[kind.have_room(cores, load.profiles[number])]
         return [int(core) for core in cores]
 
 

@@ -95,12 +95,9 @@ def tried(of: Problem, bins: Bins, block: int) -> bool:
     return False
 
 
-def test_no_swap_that_is_tried_counts_all_blocks_of_a_core_anew(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    n_swaps = [20 * 20, 80 * 80]
-    joins = [n_joins(n, monkeypatch) for n in (20, 80)]
-    assert all(n <= 3 * swaps for n, swaps in zip(joins, n_swaps, strict=True))
+def test_swaps_with_equal_blocks_are_checked_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    few, many = (n_joins(n, monkeypatch) for n in (20, 80))
+    assert many < 4**1.2 * few
 
 
 def n_joins(n: int, monkeypatch: pytest.MonkeyPatch) -> int:
