@@ -11,7 +11,6 @@ from functools import cached_property
 from itertools import product
 from typing import NamedTuple
 
-import numpy as np
 from scipy import sparse
 
 from spikeport.compile.image.tables import part
@@ -37,13 +36,13 @@ class Problem:
         The load of each block.
     room : Capacity
         The capacity of a core.
-    traffic : (n_blocks, n_blocks) array
+    traffic : (n_blocks, n_blocks) sparse matrix
         The spikes between blocks; symmetric, 0 on the diagonal.
     """
 
     loads: Sequence[Load]
     room: Capacity
-    traffic: np.ndarray
+    traffic: sparse.csr_matrix
 
     def load(self, blocks: Iterable[int]) -> Load:
         """Return what blocks take together on one core."""
@@ -61,7 +60,7 @@ class Problem:
     @cached_property
     def partners(self) -> list[dict[int, float]]:
         """The blocks that each block exchanges spikes with, and how many."""
-        traffic = sparse.csr_matrix(self.traffic)
+        traffic = self.traffic
         rows = (part(traffic.indptr, block) for block in range(len(self.loads)))
         return [
             dict(zip(traffic.indices[row].tolist(), traffic.data[row].tolist(), strict=True))
@@ -75,7 +74,13 @@ class Problem:
 
     def cost(self, bins: Bins) -> tuple[int, float]:
         """Return the number of cores, and the spikes within cores, negated."""
-        within = sum(self.traffic[np.ix_(blocks, blocks)].sum() for blocks in bins)
+        core_of = {block: core for core, blocks in enumerate(bins) for block in blocks}
+        within = sum(
+            n
+            for block, core in core_of.items()
+            for partner, n in self.partners[block].items()
+            if core_of.get(partner) == core
+        )
         return len(bins), -float(within)
 
 
@@ -153,7 +158,8 @@ def most_alike(problem: Problem, core: Candidate) -> Rank:
 
 def most_traffic(problem: Problem, core: Candidate) -> Rank:
     """Rank cores by the spikes between the block and theirs."""
-    traffic = float(problem.traffic[core.block, core.others].sum())
+    partners = problem.partners[core.block]
+    traffic = sum(partners.get(other, 0) for other in core.others)
     return -traffic, -problem.room.fill(core.after)
 
 

@@ -193,4 +193,4 @@ def test_every_packing_keeps_all_limits(of: Problem) -> None:
 
 def test_traffic_is_of_pairs() -> None:
     of = problem(1, 1, traffic={(0, 1): 2})
-    np.testing.assert_array_equal(of.traffic, [[0, 2], [2, 0]])
+    np.testing.assert_array_equal(of.traffic.toarray(), [[0, 2], [2, 0]])

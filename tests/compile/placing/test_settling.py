@@ -76,11 +76,12 @@ def settled_by_trying(of: Problem, bins: Bins) -> Bins:
 
 def tried(of: Problem, bins: Bins, block: int) -> bool:
     home = next(blocks for blocks in bins if block in blocks)
-    spikes = [of.traffic[block, blocks].sum() for blocks in bins]
+    traffic = of.traffic.toarray()
+    spikes = [traffic[block, blocks].sum() for blocks in bins]
     left = [b for b in home if b != block]
     for core in np.argsort(np.negative(spikes), kind="stable"):
         there = bins[core]
-        if spikes[core] <= of.traffic[block, home].sum():
+        if spikes[core] <= traffic[block, home].sum():
             continue
         if of.fits([*there, block]):
             home[:] = left
