@@ -17,19 +17,21 @@ def reached_blocks(image: ChipImage) -> sparse.csr_matrix:
     return reached
 
 
-def block_traffic(image: ChipImage) -> np.ndarray:
+def block_traffic(image: ChipImage) -> sparse.csr_matrix:
     """Return the spikes that stay on a core, or are sent once, if two blocks share it.
 
     For each pair of blocks the compartments of each that reach the other, and the sources that
     reach both: (n_blocks, n_blocks), symmetric, 0 on the diagonal.
     """
     reached = reached_blocks(image)
-    direct = np.zeros((image.n_blocks, image.n_blocks), dtype=int)
+    shape = (image.n_blocks, image.n_blocks)
     on_chip = reached[: image.n_compartments].tocoo()
-    np.add.at(direct, (image.compartment_block[on_chip.row], on_chip.col), 1)
-    traffic: np.ndarray = direct + direct.T + (reached.T @ reached).toarray()
-    np.fill_diagonal(traffic, 0)
-    return traffic
+    at = (image.compartment_block[on_chip.row], on_chip.col)
+    direct = sparse.csr_matrix((np.ones(on_chip.nnz, int), at), shape)
+    traffic = (direct + direct.T + reached.T @ reached).tocoo()
+    between = traffic.row != traffic.col
+    at = (traffic.row[between], traffic.col[between])
+    return sparse.csr_matrix((traffic.data[between], at), shape)
 
 
 def core_messages(image: ChipImage) -> np.ndarray:

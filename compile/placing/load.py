@@ -5,6 +5,7 @@ traces of learning) are profiles of which a core has one.
 """
 
 from collections.abc import Iterable, Sequence
+from operator import add, or_
 from typing import NamedTuple
 
 import numpy as np
@@ -30,8 +31,8 @@ class Load(NamedTuple):
     def joined(self, other: "Load") -> "Load":
         """Return the load of both together."""
         return Load(
-            tuple(a + b for a, b in zip(self.amounts, other.amounts, strict=True)),
-            tuple(a | b for a, b in zip(self.profiles, other.profiles, strict=True)),
+            tuple(map(add, self.amounts, other.amounts)),
+            tuple(map(or_, self.profiles, other.profiles)),
         )
 
 

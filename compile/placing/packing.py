@@ -11,13 +11,19 @@ from functools import cached_property
 from itertools import product
 from typing import NamedTuple
 
-import numpy as np
+from scipy import sparse
 
+from spikeport.compile.image.tables import part
 from spikeport.compile.placing.load import Capacity, Load, together
 from spikeport.compile.placing.lower_bound import lower_bound
+from spikeport.compile.placing.tally import Tally
 
 Bins = list[list[int]]
 """The blocks of each core."""
+EXCHANGES = 300_000
+"""The exchanges of blocks that emptying cores tries at most: each takes time in proportion to the
+blocks of a core, and their number grows with the square of that of all blocks. No network of 500
+small ensembles or fewer comes near."""
 
 
 @dataclass(frozen=True)
@@ -30,13 +36,13 @@ class Problem:
         The load of each block.
     room : Capacity
         The capacity of a core.
-    traffic : (n_blocks, n_blocks) array
-        The spikes between blocks; symmetric.
+    traffic : (n_blocks, n_blocks) sparse matrix
+        The spikes between blocks; symmetric, 0 on the diagonal.
     """
 
     loads: Sequence[Load]
     room: Capacity
-    traffic: np.ndarray
+    traffic: sparse.csr_matrix
 
     def load(self, blocks: Iterable[int]) -> Load:
         """Return what blocks take together on one core."""
@@ -51,9 +57,30 @@ class Problem:
         """The share of the scarcest resource of a core that each block takes."""
         return [self.room.fill(load) for load in self.loads]
 
+    @cached_property
+    def partners(self) -> list[dict[int, float]]:
+        """The blocks that each block exchanges spikes with, and how many."""
+        traffic = self.traffic
+        rows = (part(traffic.indptr, block) for block in range(len(self.loads)))
+        return [
+            dict(zip(traffic.indices[row].tolist(), traffic.data[row].tolist(), strict=True))
+            for row in rows
+        ]
+
+    @cached_property
+    def union(self) -> Load:
+        """The load of all blocks together."""
+        return together(self.loads)
+
     def cost(self, bins: Bins) -> tuple[int, float]:
         """Return the number of cores, and the spikes within cores, negated."""
-        within = sum(self.traffic[np.ix_(blocks, blocks)].sum() for blocks in bins)
+        core_of = {block: core for core, blocks in enumerate(bins) for block in blocks}
+        within = sum(
+            n
+            for block, core in core_of.items()
+            for partner, n in self.partners[block].items()
+            if core_of.get(partner) == core
+        )
         return len(bins), -float(within)
 
 
@@ -74,7 +101,9 @@ def pack(problem: Problem, effort: int) -> Bins:
     bins : Bins
         Every block exactly once.
     """
-    results = (filled(problem, *rule) for rule in product(orders(problem), CHOICES))
+    # Equal blocks make equal orders.
+    distinct = dict.fromkeys(map(tuple, orders(problem)))
+    results = (filled(problem, *rule) for rule in product(distinct, CHOICES))
     bins = min(results, key=problem.cost)
     if effort and len(bins) > lower_bound(problem.loads, problem.room)["cores"]:
         bins = emptied(problem, bins)
@@ -129,7 +158,8 @@ def most_alike(problem: Problem, core: Candidate) -> Rank:
 
 def most_traffic(problem: Problem, core: Candidate) -> Rank:
     """Rank cores by the spikes between the block and theirs."""
-    traffic = float(problem.traffic[core.block, core.others].sum())
+    partners = problem.partners[core.block]
+    traffic = sum(partners.get(other, 0) for other in core.others)
     return -traffic, -problem.room.fill(core.after)
 
 
@@ -143,53 +173,99 @@ class _Cores:
         self._problem = problem
         self.bins = [list(blocks) for blocks in bins]
         self.loads = [problem.load(blocks) for blocks in bins]
+        self._tally = Tally(problem.room, problem.union)
+        for core, load in enumerate(self.loads):
+            self._tally.put(core, load)
 
     def with_room(self, block: int) -> dict[int, Load]:
         """Return the cores that have room for a block, and their loads with it."""
-        room, load = self._problem.room, self._problem.loads[block]
-        # Amounts of all cores at once: most have no room, and loads are slow to join.
-        held = np.array([held.amounts for held in self.loads]).reshape(-1, len(load.amounts))
-        enough = np.flatnonzero((held + load.amounts <= room.amounts).all(axis=1))
-        after = {core: self.loads[core].joined(load) for core in enough.tolist()}
-        return {core: joined for core, joined in after.items() if room.holds(joined)}
+        load = self._problem.loads[block]
+        return {core: self.loads[core].joined(load) for core in self._tally.with_room(load)}
 
     def put(self, core: int, block: int, load: Load) -> None:
         """Put a block on a core, maybe a new one, which then has the given load."""
         if core == len(self.bins):
             self.bins.append([])
             self.loads.append(load)
-        self.bins[core].append(block)
-        self.loads[core] = load
+        self.set(core, [*self.bins[core], block], load)
 
-    def place(self, block: int, but: int = -1) -> bool:
+    def set(self, core: int, blocks: list[int], load: Load) -> None:
+        """Give a core other blocks, which have the given load."""
+        self.bins[core], self.loads[core] = blocks, load
+        self._tally.put(core, load)
+
+
+class _Emptying:
+    """The attempts to empty cores of a packing, each undone unless it succeeds.
+
+    Attributes
+    ----------
+    left : int
+        The number of exchanges that may still be tried.
+    """
+
+    def __init__(self, problem: Problem, bins: Bins, left: int) -> None:
+        self._problem = problem
+        self._cores = _Cores(problem, bins)
+        self._before: dict[int, tuple[list[int], Load]] = {}
+        self._victim = -1
+        self.left = left
+
+    def without(self, victim: int) -> Bins | None:
+        """Return the packing with the blocks of one core on others; None if they find no room."""
+        self._victim, self._before = victim, {}
+        # The largest first, while there is most room.
+        blocks = sorted(self._cores.bins[victim], key=lambda b: -self._problem.fills[b])
+        if all(self._take(block) for block in blocks):
+            return [mine for core, mine in enumerate(self._cores.bins) if core != victim]
+        for core, (mine, load) in self._before.items():
+            self._cores.set(core, mine, load)
+        return None
+
+    def by_fill(self) -> list[int]:
+        """Return the cores, the emptiest first."""
+        loads = self._cores.loads
+        return sorted(range(len(loads)), key=lambda core: self._problem.room.fill(loads[core]))
+
+    def _take(self, block: int) -> bool:
+        """Place a block, if need be where a smaller one makes room; return whether it can."""
+        fills = self._problem.fills
+        return self._place(block) or any(
+            self._push(core, other, block)
+            for core, blocks in enumerate(self._cores.bins)
+            if core != self._victim
+            for other in blocks
+            if fills[other] < fills[block]
+        )
+
+    def _place(self, block: int, but: int = -1) -> bool:
         """Put a block on the core that is fullest with it; return whether one has room."""
-        after = self.with_room(block)
+        after = self._cores.with_room(block)
         after.pop(but, None)
+        after.pop(self._victim, None)
         if after:
             best = max(after, key=lambda core: self._problem.room.fill(after[core]))
-            self.put(best, block, after[best])
+            self._set(best, [*self._cores.bins[best], block], after[best])
         return bool(after)
 
-    def push(self, core: int, other: int, block: int) -> bool:
+    def _push(self, core: int, other: int, block: int) -> bool:
         """Put a block in the place of another, which goes to a third core; return whether it can.
 
         If it cannot, nothing changes.
         """
-        rest = [b for b in self.bins[core] if b != other]
-        if not self._problem.fits([*rest, block]) or not self.place(other, but=core):
+        if not self.left:
             return False
-        self.bins[core], self.loads[core] = [*rest, block], self._problem.load([*rest, block])
+        self.left -= 1
+        blocks = [*(b for b in self._cores.bins[core] if b != other), block]
+        load = self._problem.load(blocks)
+        if not self._problem.room.holds(load) or not self._place(other, but=core):
+            return False
+        self._set(core, blocks, load)
         return True
 
-    def take(self, block: int) -> bool:
-        """Place a block, if need be where a smaller one makes room; return whether it can."""
-        fills = self._problem.fills
-        return self.place(block) or any(
-            self.push(core, other, block)
-            for core, blocks in enumerate(self.bins)
-            for other in list(blocks)
-            if fills[other] < fills[block]
-        )
+    def _set(self, core: int, blocks: list[int], load: Load) -> None:
+        self._before.setdefault(core, (self._cores.bins[core], self._cores.loads[core]))
+        self._cores.set(core, blocks, load)
 
 
 def filled(problem: Problem, order: Sequence[int], choice: CoreChoice) -> Bins:
@@ -206,34 +282,8 @@ def filled(problem: Problem, order: Sequence[int], choice: CoreChoice) -> Bins:
     return cores.bins
 
 
-def emptied(problem: Problem, bins: Bins) -> Bins:
-    """Empty one core after another while their blocks find room elsewhere."""
-    while (fewer := _with_one_emptied(problem, bins)) is not None:
-        bins = fewer
-    return bins
-
-
-def _with_one_emptied(problem: Problem, bins: Bins) -> Bins | None:
-    """Empty one core, the emptiest that can be; None if none can."""
-    tried = set()
-    for victim in sorted(bins, key=lambda blocks: problem.room.fill(problem.load(blocks))):
-        # Images have many equal blocks: where some found no room, equal ones find none.
-        loads = tuple(sorted(problem.loads[block] for block in victim))
-        if loads in tried:
-            continue
-        tried.add(loads)
-        rest = _Cores(problem, [blocks for blocks in bins if blocks is not victim])
-        # The largest first, while there is most room.
-        if all(rest.take(block) for block in sorted(victim, key=lambda b: -problem.fills[b])):
-            return rest.bins
-    return None
-
-
-def settled(problem: Problem, bins: Bins) -> Bins:
-    """Move or swap blocks onto the core they share most spikes with, until none can be.
-
-    The number of spikes within cores rises with every move, so it ends; the number of cores does
-    not rise, and every core that held its blocks still does.
+def emptied(problem: Problem, bins: Bins, exchanges: int = EXCHANGES) -> Bins:
+    """Empty one core after another while their blocks find room elsewhere.
 
     Parameters
     ----------
@@ -241,38 +291,27 @@ def settled(problem: Problem, bins: Bins) -> Bins:
         The blocks.
     bins : Bins
         A packing of them; stays as it is.
+    exchanges : int
+        How often it is tried, in all, to put a block in the place of another.
     """
-    bins = [list(blocks) for blocks in bins]
-    moved = [True]
-    # A block that cannot move may be able to once others have: all are tried until none moves.
-    while any(moved):
-        moved = [_settle(problem, bins, block) for block in range(len(problem.loads))]
-    return [blocks for blocks in bins if blocks]
+    while True:
+        emptying = _Emptying(problem, bins, exchanges)
+        fewer = _with_one_emptied(problem, bins, emptying)
+        exchanges = emptying.left
+        if fewer is None:
+            return bins
+        bins = fewer
 
 
-def _settle(problem: Problem, bins: Bins, block: int) -> bool:
-    """Move one block, or swap it with another, if more spikes are within cores then."""
-    traffic = problem.traffic
-    home = next(blocks for blocks in bins if block in blocks)
-    now = traffic[block, home].sum()
-    better = [blocks for blocks in bins if traffic[block, blocks].sum() > now]
-    for there in sorted(better, key=lambda blocks: -traffic[block, blocks].sum()):
-        if problem.fits([*there, block]):
-            home.remove(block)
-            there.append(block)
-            return True
-        if any(_swap(problem, home, there, block, other) for other in list(there)):
-            return True
-    return False
-
-
-def _swap(problem: Problem, home: list[int], there: list[int], block: int, other: int) -> bool:
-    """Swap two blocks if both fit and more spikes are within the two cores then."""
-    traffic = problem.traffic
-    left, rest = ([b for b in blocks if b not in (block, other)] for blocks in (home, there))
-    gain = traffic[block, rest].sum() + traffic[other, left].sum()
-    loss = traffic[block, left].sum() + traffic[other, rest].sum()
-    if gain <= loss or not (problem.fits([*rest, block]) and problem.fits([*left, other])):
-        return False
-    home[:], there[:] = [*left, other], [*rest, block]
-    return True
+def _with_one_emptied(problem: Problem, bins: Bins, emptying: _Emptying) -> Bins | None:
+    """Empty one core, the emptiest that can be; None if none can."""
+    tried = set()
+    for victim in emptying.by_fill():
+        # Images have many equal blocks: where some found no room, equal ones find none.
+        loads = tuple(sorted(problem.loads[block] for block in bins[victim]))
+        if loads in tried:
+            continue
+        tried.add(loads)
+        if (fewer := emptying.without(victim)) is not None:
+            return fewer
+    return None

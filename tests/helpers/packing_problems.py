@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 from hypothesis import strategies as st
+from scipy import sparse
 
 from spikeport.compile.placing.load import Capacity, Load
 from spikeport.compile.placing.packing import Bins, Problem
@@ -28,7 +29,7 @@ def problem(*loads: Load | int, room: Capacity = ROOM, traffic: object = None) -
     matrix = np.zeros((len(loads), len(loads)))
     for (a, b), spikes in dict(traffic or {}).items():
         matrix[a, b] = matrix[b, a] = spikes
-    return Problem(all_loads, room, matrix)
+    return Problem(all_loads, room, sparse.csr_matrix(matrix))
 
 
 @st.composite

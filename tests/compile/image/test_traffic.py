@@ -31,7 +31,7 @@ def test_a_block_that_is_reached_twice_counts_once() -> None:
 
 def test_traffic_of_two_blocks_is_what_they_send_and_what_both_are_sent() -> None:
     # block 0 sends two spikes to block 1, one to block 2; two sources reach both of these
-    assert block_traffic(network()).tolist() == [[0, 2, 1], [2, 0, 2], [1, 2, 0]]
+    assert block_traffic(network()).toarray().tolist() == [[0, 2, 1], [2, 0, 2], [1, 2, 0]]
 
 
 def test_a_spike_is_one_message_to_a_core_whatever_it_reaches_there() -> None:

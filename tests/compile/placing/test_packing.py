@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
+from spikeport.compile.placing.load import Load
 from spikeport.compile.placing.lower_bound import lower_bound
 from spikeport.compile.placing.packing import (
+    CHOICES,
     CoreChoice,
     Problem,
     emptied,
@@ -16,7 +18,6 @@ from spikeport.compile.placing.packing import (
     most_traffic,
     orders,
     pack,
-    settled,
 )
 from tests.helpers.packing_problems import (
     HARD,
@@ -27,10 +28,6 @@ from tests.helpers.packing_problems import (
     problem,
     problems,
 )
-
-
-def within(of: Problem, bins: list[list[int]]) -> float:
-    return -of.cost(bins)[1]
 
 
 def test_cost_counts_cores_first_then_spikes_between_them() -> None:
@@ -106,6 +103,17 @@ def test_profiles_come_together_before_size() -> None:
     assert orders(of)[1:3] == [[2, 0, 1], [1, 2, 0]]
 
 
+def test_only_loads_that_fit_are_joined(monkeypatch: pytest.MonkeyPatch) -> None:
+    of = problem(*(load(1, thresholds=1 << number) for number in range(100)))
+    joins: list[tuple[Load, ...]] = []
+    join = Load.joined
+    monkeypatch.setattr(Load, "joined", lambda *both: joins.append(both) or join(*both))
+    for choice in CHOICES:
+        assert len(filled(of, range(100), choice)) == 50
+    # Once for the union of all; then every second block finds one core with room.
+    assert len(joins) == 100 + 50 * len(CHOICES)
+
+
 def test_the_best_of_all_rules_is_taken() -> None:
     assert len(filled(problem(4, 4, 6, 6), [0, 1, 2, 3], first)) == 3
     assert len(pack(problem(4, 4, 6, 6), effort=0)) == 2
@@ -158,37 +166,23 @@ def test_the_emptiest_core_that_can_be_emptied_is() -> None:
     assert emptied(of, [[0], [1], [2]]) == [[0], [2, 1]]
 
 
-def test_blocks_move_to_the_core_they_exchange_most_spikes_with() -> None:
-    of = problem(2, 2, 2, traffic={(0, 1): 1, (0, 2): 2})
-    assert settled(of, [[0, 1], [2]]) == settled(of, [[0], [1], [2]]) == [[2, 0, 1]]
-    crowded = problem(5, 5, 5, traffic={(0, 1): 1, (0, 2): 2})
-    assert sorted(map(sorted, settled(crowded, [[0, 1], [2]]))) == [[0, 2], [1]]
+def test_exchanges_are_tried_as_often_as_is_said() -> None:
+    """Without any, the emptiest core stays, and the blocks of another find room."""
+    of, bins = problem(5, 4, 6, 5), [[0, 1], [2], [3]]
+    assert emptied(of, bins, exchanges=2) == [[0, 3], [2, 1]]
+    assert emptied(of, bins, exchanges=0) == [[2, 1], [3, 0]]
 
 
-def test_full_cores_swap_blocks() -> None:
-    of = problem(5, 5, 5, 5, traffic={(0, 2): 1, (1, 3): 1})
-    assert sorted(map(sorted, settled(of, [[0, 1], [2, 3]]))) == [[0, 2], [1, 3]]
-
-
-def test_blocks_do_not_swap_where_that_breaks_a_limit() -> None:
-    of = problem(4, 6, 6, 4, traffic={(0, 3): 9})
-    assert settled(of, [[0, 1], [2, 3]]) == [[0, 1], [2, 3]]
-
-
-def test_blocks_do_not_swap_where_more_spikes_are_lost() -> None:
-    of = problem(5, 5, 5, 5, traffic={(0, 2): 2, (0, 1): 1, (2, 3): 2})
-    assert settled(of, [[0, 1], [2, 3]]) == [[0, 1], [2, 3]]
-
-
-def test_a_block_moves_once_another_has_made_room() -> None:
-    of = problem(3, 3, 5, 5, 5, 3, traffic={(0, 3): 1, (2, 4): 9})
-    assert settled(of, [[0, 1, 5], [2, 3], [4]]) == [[1, 5], [3, 0], [4, 2]]
-
-
-def test_settling_leaves_the_packing_it_starts_from() -> None:
-    bins = [[0], [1]]
-    assert settled(problem(1, 1, traffic={(0, 1): 1}), bins) == [[1, 0]]
-    assert bins == [[0], [1]]
+def test_loads_of_cores_are_not_counted_anew_for_each_that_is_emptied(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    of = problem(*(load(6, thresholds=1 << number) for number in range(50)))
+    joins: list[tuple[Load, ...]] = []
+    join = Load.joined
+    monkeypatch.setattr(Load, "joined", lambda *both: joins.append(both) or join(*both))
+    bins = [[block] for block in range(50)]
+    assert emptied(of, bins) == bins
+    assert len(joins) == 100  # once for each core, and once for the union of all
 
 
 @given(problems())
@@ -202,19 +196,6 @@ def test_every_packing_keeps_all_limits(of: Problem) -> None:
     assert len(pack(of, 1)) <= len(pack(of, 0))
 
 
-@given(problems())
-@settings(deadline=None, max_examples=150)
-def test_settled_packings_keep_all_limits_and_more_spikes_within(of: Problem) -> None:
-    for bins in (pack(of, 0), [[block] for block in range(len(of.loads))]):
-        after = settled(of, bins)
-        assert_packed(of, after)
-        assert len(after) <= len(bins)
-        assert within(of, after) >= within(of, bins)
-        assert settled(of, after) == after
-        moved = sorted(map(sorted, after)) != sorted(map(sorted, filter(None, bins)))
-        assert moved == (within(of, after) > within(of, bins))
-
-
 def test_traffic_is_of_pairs() -> None:
     of = problem(1, 1, traffic={(0, 1): 2})
-    np.testing.assert_array_equal(of.traffic, [[0, 2], [2, 0]])
+    np.testing.assert_array_equal(of.traffic.toarray(), [[0, 2], [2, 0]])

@@ -1,0 +1,149 @@
+"""Packings settled: blocks move or swap onto the core that they share most spikes with."""
+
+from collections.abc import Iterable
+from itertools import accumulate
+
+from spikeport.compile.placing.load import Load
+from spikeport.compile.placing.packing import Bins, Problem
+
+
+def settled(problem: Problem, bins: Bins) -> Bins:
+    """Move or swap blocks onto the core they share most spikes with, until none can be.
+
+    The number of spikes within cores rises with every move, so it ends; the number of cores does
+    not rise, and every core that held its blocks still does.
+
+    Parameters
+    ----------
+    problem : Problem
+        The blocks.
+    bins : Bins
+        A packing of them; stays as it is.
+    """
+    settling = Settling(problem, bins)
+    moved = [True]
+    # A block that cannot move may be able to once others have: all are tried until none moves.
+    while any(moved):
+        moved = [settling.settle(block) for block in range(len(problem.loads))]
+    return [blocks for blocks in settling.bins if blocks]
+
+
+class Settling:
+    """A packing while its blocks move.
+
+    Attributes
+    ----------
+    bins : Bins
+        The blocks of each core; a core that is emptied stays, without any.
+    """
+
+    def __init__(self, problem: Problem, bins: Bins) -> None:
+        self._problem = problem
+        self.bins = [list(blocks) for blocks in bins]
+        number: dict[Load, int] = {}
+        self._kinds = [number.setdefault(load, len(number)) for load in problem.loads]
+        self._core = {block: core for core, blocks in enumerate(bins) for block in blocks}
+        # Moves are counted; at which of them a core last changed, and a block last stayed.
+        self._n_moves = 1
+        self._changed = [1] * len(bins)
+        self._stayed = [0] * len(problem.loads)
+        self._loads: dict[int, Load] = {}
+        self._rests: dict[int, dict[int, Load]] = {}
+
+    def settle(self, block: int) -> bool:
+        """Move one block, or swap it with another, if more spikes are within cores then."""
+        home, spikes = self._core[block], self._spikes(block)
+        # Where neither its own core nor any that it sends to has changed, it would stay once more.
+        if max(self._changed[core] for core in (home, *spikes)) <= self._stayed[block]:
+            return False
+        now = spikes.get(home, 0)
+        better = sorted((-n, core) for core, n in spikes.items() if n > now)
+        if any(self._moved(block, core) for _, core in better):
+            return True
+        self._stayed[block] = self._n_moves
+        return False
+
+    def _moved(self, block: int, core: int) -> bool:
+        """Move a block to a core, or swap it with a block there; return whether it can."""
+        home = self._core[block]
+        if self._problem.room.holds(self._load(core).joined(self._problem.loads[block])):
+            left = [b for b in self.bins[home] if b != block]
+            self._set(home, left)
+            self._set(core, [*self.bins[core], block])
+            return True
+        return self._swapped(block, core)
+
+    def _swapped(self, block: int, core: int) -> bool:
+        """Swap a block with one of a core if both fit and more spikes are within cores then."""
+        # Images have many equal blocks: where one does not fit, equal ones do not.
+        fitting: dict[int, bool] = {}
+        for other in self.bins[core]:
+            kind = self._kinds[other]
+            if kind not in fitting:
+                fitting[kind] = self._fit_swapped(block, other)
+            if fitting[kind] and self._gain(block, other) > 0:
+                self._swap(block, other)
+                return True
+        return False
+
+    def _fit_swapped(self, block: int, other: int) -> bool:
+        """Return whether two blocks each fit on the core of the other, in its place."""
+        home, there = self._core[block], self._core[other]
+        loads, holds = self._problem.loads, self._problem.room.holds
+        return holds(self._rest(there)[other].joined(loads[block])) and holds(
+            self._rest(home)[block].joined(loads[other])
+        )
+
+    def _swap(self, block: int, other: int) -> None:
+        home, there = self._core[block], self._core[other]
+        left = [b for b in self.bins[home] if b != block]
+        rest = [b for b in self.bins[there] if b != other]
+        self._set(home, [*left, other])
+        self._set(there, [*rest, block])
+
+    def _gain(self, block: int, other: int) -> float:
+        """Return how many more spikes are within the cores of two blocks once these are swapped."""
+        home, there = self._core[block], self._core[other]
+        ours, theirs = self._spikes(block), self._spikes(other)
+        between = self._problem.partners[block].get(other, 0)
+        gain = ours.get(there, 0) + theirs.get(home, 0) - 2 * between
+        return gain - ours.get(home, 0) - theirs.get(there, 0)
+
+    def _spikes(self, block: int) -> dict[int, float]:
+        """Return the spikes between a block and each core that it exchanges any with."""
+        spikes: dict[int, float] = {}
+        for partner, n in self._problem.partners[block].items():
+            core = self._core[partner]
+            spikes[core] = spikes.get(core, 0) + n
+        return spikes
+
+    def _set(self, core: int, blocks: list[int]) -> None:
+        """Give a core other blocks."""
+        self.bins[core] = blocks
+        self._core |= dict.fromkeys(blocks, core)
+        self._n_moves += 1
+        self._changed[core] = self._n_moves
+        self._loads.pop(core, None)
+        self._rests.pop(core, None)
+
+    def _load(self, core: int) -> Load:
+        """Return the load of a core."""
+        if core not in self._loads:
+            self._loads[core] = self._problem.load(self.bins[core])
+        return self._loads[core]
+
+    def _rest(self, core: int) -> dict[int, Load]:
+        """Return the load of a core without each of its blocks."""
+        if core not in self._rests:
+            blocks = self.bins[core]
+            loads = [self._problem.loads[block] for block in blocks]
+            # All before a block, and all after it: profiles unite, and cannot be taken away again.
+            before, after = _sums(loads), _sums(reversed(loads))[::-1]
+            rests = (a.joined(b) for a, b in zip(before[:-1], after[1:], strict=True))
+            self._rests[core] = dict(zip(blocks, rests, strict=True))
+        return self._rests[core]
+
+
+def _sums(loads: Iterable[Load]) -> list[Load]:
+    """Return the load of the first 0, 1, ... of several loads together."""
+    return list(accumulate(loads, Load.joined, initial=Load()))

@@ -1,0 +1,99 @@
+"""Loads of many cores as arrays, which say at once on which of them there is room."""
+
+import numpy as np
+
+from spikeport.compile.placing.load import Capacity, Load
+
+
+class Tally:
+    """The loads of cores, for one question: which have room for one load more.
+
+    Most cores have no room, and loads are slow to join: this finds those that have by a few
+    operations on arrays, whatever their number.
+
+    Parameters
+    ----------
+    room : Capacity
+        The capacity of a core.
+    union : Load
+        The load of all that will be put on cores: profiles that would fit on one core all together
+        need no account.
+    """
+
+    def __init__(self, room: Capacity, union: Load) -> None:
+        self._room = np.array(room.amounts)
+        self._n_cores = 0
+        self._amounts = np.zeros((0, len(room.amounts)), dtype=int)
+        self._kinds = {
+            number: _Kind(most)
+            for number, (most, mask) in enumerate(zip(room.profiles, union.profiles, strict=True))
+            if mask.bit_count() > most
+        }
+
+    def put(self, core: int, load: Load) -> None:
+        """Set the load of a core; the one after the last is new."""
+        self._n_cores = max(self._n_cores, core + 1)
+        self._amounts = _grown(self._amounts, self._n_cores)
+        self._amounts[core] = load.amounts
+        for number, kind in self._kinds.items():
+            kind.put(core, load.profiles[number])
+
+    def with_room(self, load: Load) -> list[int]:
+        """Return the cores that have room for a load, ascending."""
+        amounts = self._amounts[: self._n_cores]
+        cores = np.flatnonzero((amounts + load.amounts <= self._room).all(axis=1))
+        for number, kind in self._kinds.items():
+            cores = cores[kind.have_room(cores, load.profiles[number])]
+        return [int(core) for core in cores]
+
+
+class _Kind:
+    """The profiles of one kind on each core: their number, and for each profile where it is."""
+
+    def __init__(self, most: float) -> None:
+        self._most = most
+        self._masks: list[int] = []
+        self._count = np.zeros(0, dtype=int)
+        self._has: dict[int, np.ndarray] = {}
+
+    def put(self, core: int, mask: int) -> None:
+        """Set the profiles of a core; the one after the last is new."""
+        if core == len(self._masks):
+            self._masks.append(0)
+            self._count = _grown(self._count, core + 1)
+        before, self._masks[core] = self._masks[core], mask
+        if before == mask:
+            return
+        self._count[core] = mask.bit_count()
+        for bit in _bits(before ^ mask):
+            self._has[bit] = _grown(self._has.get(bit, np.zeros(0, dtype=bool)), core + 1)
+            self._has[bit][core] = mask >> bit & 1
+
+    def have_room(self, cores: np.ndarray, mask: int) -> np.ndarray:
+        """Return for each of some cores whether all profiles fit on it, with those of a mask."""
+        after: np.ndarray = self._count[cores] + mask.bit_count()
+        for bit in _bits(mask):
+            if (has := self._has.get(bit)) is not None:
+                known = np.searchsorted(
+                    cores, len(has)
+                )  # the array ends where none has it any more
+                after[:known] -= has[cores[:known]]
+        return after <= self._most
+
+
+def _bits(mask: int) -> list[int]:
+    """Return the numbers of the bits that are set, ascending."""
+    bits = []
+    while mask:
+        low = mask & -mask
+        bits.append(low.bit_length() - 1)
+        mask ^= low
+    return bits
+
+
+def _grown(array: np.ndarray, n: int) -> np.ndarray:
+    """Return an array of at least n rows, with as many zeros again where it has to grow."""
+    if len(array) >= n:
+        return array
+    more = np.zeros((max(n, 2 * len(array)) - len(array), *array.shape[1:]), array.dtype)
+    return np.concatenate([array, more])

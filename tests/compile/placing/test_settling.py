@@ -1,0 +1,115 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+
+from spikeport.compile.placing.load import Load
+from spikeport.compile.placing.packing import Bins, Problem, pack
+from spikeport.compile.placing.settling import settled
+from tests.helpers.packing_problems import assert_packed, cores_of, problem, problems
+
+
+def within(of: Problem, bins: Bins) -> float:
+    return -of.cost(bins)[1]
+
+
+def test_blocks_move_to_the_core_they_exchange_most_spikes_with() -> None:
+    of = problem(2, 2, 2, traffic={(0, 1): 1, (0, 2): 2})
+    assert settled(of, [[0, 1], [2]]) == settled(of, [[0], [1], [2]]) == [[2, 0, 1]]
+    crowded = problem(5, 5, 5, traffic={(0, 1): 1, (0, 2): 2})
+    assert sorted(map(sorted, settled(crowded, [[0, 1], [2]]))) == [[0, 2], [1]]
+
+
+def test_full_cores_swap_blocks() -> None:
+    of = problem(5, 5, 5, 5, traffic={(0, 2): 1, (1, 3): 1})
+    assert sorted(map(sorted, settled(of, [[0, 1], [2, 3]]))) == [[0, 2], [1, 3]]
+
+
+def test_blocks_do_not_swap_where_that_breaks_a_limit() -> None:
+    of = problem(4, 6, 6, 4, traffic={(0, 3): 9})
+    assert settled(of, [[0, 1], [2, 3]]) == [[0, 1], [2, 3]]
+
+
+def test_blocks_do_not_swap_where_more_spikes_are_lost() -> None:
+    of = problem(5, 5, 5, 5, traffic={(0, 2): 2, (0, 1): 1, (2, 3): 2})
+    assert settled(of, [[0, 1], [2, 3]]) == [[0, 1], [2, 3]]
+
+
+def test_a_block_moves_once_another_has_made_room() -> None:
+    of = problem(3, 3, 5, 5, 5, 3, traffic={(0, 3): 1, (2, 4): 9})
+    assert settled(of, [[0, 1, 5], [2, 3], [4]]) == [[1, 5], [3, 0], [4, 2]]
+
+
+def test_settling_leaves_the_packing_it_starts_from() -> None:
+    bins = [[0], [1]]
+    assert settled(problem(1, 1, traffic={(0, 1): 1}), bins) == [[1, 0]]
+    assert bins == [[0], [1]]
+
+
+@given(problems())
+@settings(deadline=None, max_examples=150)
+def test_settled_packings_keep_all_limits_and_more_spikes_within(of: Problem) -> None:
+    for bins in (pack(of, 0), [[block] for block in range(len(of.loads))]):
+        after = settled(of, bins)
+        assert_packed(of, after)
+        assert len(after) <= len(bins)
+        assert within(of, after) >= within(of, bins)
+        assert settled(of, after) == after
+        moved = sorted(map(sorted, after)) != sorted(map(sorted, filter(None, bins)))
+        assert moved == (within(of, after) > within(of, bins))
+
+
+@given(problems())
+@settings(deadline=None, max_examples=150)
+def test_settling_ends_where_trying_every_move_ends(of: Problem) -> None:
+    bins = [[block] for block in range(len(of.loads))]
+    for start in (bins, pack(of, 0), pack(of, 0)[::-1]):
+        assert settled(of, start) == settled_by_trying(of, start)
+
+
+def settled_by_trying(of: Problem, bins: Bins) -> Bins:
+    """Blocks move as `settled` has them, and each load is counted anew."""
+    bins = [list(blocks) for blocks in bins]
+    while sum(tried(of, bins, block) for block in range(len(of.loads))):
+        pass
+    return [blocks for blocks in bins if blocks]
+
+
+def tried(of: Problem, bins: Bins, block: int) -> bool:
+    home = next(blocks for blocks in bins if block in blocks)
+    traffic = of.traffic.toarray()
+    spikes = [traffic[block, blocks].sum() for blocks in bins]
+    left = [b for b in home if b != block]
+    for core in np.argsort(np.negative(spikes), kind="stable"):
+        there = bins[core]
+        if spikes[core] <= traffic[block, home].sum():
+            continue
+        if of.fits([*there, block]):
+            home[:] = left
+            there.append(block)
+            return True
+        for other in there:
+            rest = [b for b in there if b != other]
+            new = [*left, other], [*rest, block]
+            if within(of, new) > within(of, [home, there]) and all(map(of.fits, new)):
+                home[:], there[:] = new
+                return True
+    return False
+
+
+def test_swaps_with_equal_blocks_are_checked_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    few, many = (n_joins(n, monkeypatch) for n in (20, 80))
+    assert many < 4**1.2 * few
+
+
+def n_joins(n: int, monkeypatch: pytest.MonkeyPatch) -> int:
+    """How often loads are joined where each of n blocks could swap with n, and none fits."""
+    sizes = [1] * n + [2] * (n // 2)
+    pairs = {(small, n + small // 2): 1 for small in range(n)}
+    of = problem(*sizes, room=cores_of(n), traffic=pairs)
+    bins = [list(range(n)), list(range(n, len(sizes)))]
+    joins = []
+    join = Load.joined
+    with monkeypatch.context() as patch:
+        patch.setattr(Load, "joined", lambda *both: joins.append(1) or join(*both))
+        assert settled(of, bins) == bins
+    return len(joins)

@@ -1,0 +1,39 @@
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from spikeport.compile.placing.load import Load
+from spikeport.compile.placing.packing import Problem
+from spikeport.compile.placing.tally import Tally
+from tests.helpers.packing_problems import ROOM, load, problems
+
+
+def test_there_is_room_as_far_as_every_amount_and_every_kind_of_profile_reaches() -> None:
+    tally = Tally(ROOM, load(thresholds=0b111, clipping=0b11))
+    for core, held in enumerate((load(6), load(1, thresholds=0b11), load(1, clipping=0b1))):
+        tally.put(core, held)
+    assert tally.with_room(load(5)) == [1, 2]
+    assert tally.with_room(load(4, thresholds=0b10)) == [0, 1, 2]
+    assert tally.with_room(load(4, thresholds=0b100)) == [0, 2]
+    assert tally.with_room(load(4, clipping=0b10)) == [0, 1]
+    assert tally.with_room(load(11)) == []
+
+
+def test_a_core_without_blocks_has_room() -> None:
+    assert Tally(ROOM, Load()).with_room(load(1)) == []
+
+
+@given(problems(), st.lists(st.integers(0, 2), min_size=10, max_size=10))
+@settings(deadline=None, max_examples=150)
+def test_cores_have_room_where_joined_loads_fit(of: Problem, cores: list[int]) -> None:
+    held: list[Load] = []
+    tally = Tally(of.room, of.union)
+    for new, core in zip(of.loads, cores, strict=False):
+        assert tally.with_room(new) == [
+            number for number, one in enumerate(held) if of.room.holds(one.joined(new))
+        ]
+        if core >= len(held):
+            held.append(Load())
+        # A core may lose profiles too: every second time it starts anew.
+        core = min(core, len(held) - 1)
+        held[core] = new if core % 2 else held[core].joined(new)
+        tally.put(core, held[core])
