@@ -10,7 +10,7 @@ from spikeport.training import model
 
 @pytest.fixture(scope="module")
 def built():
-    return model.build()
+    return model.build_model()
 
 
 def test_it_moves_as_the_robot_that_is_deployed(built):

@@ -28,7 +28,7 @@ def make():
 
 def test_parts_lie_where_the_interface_has_them(make):
     env = make(UNDISTURBED)
-    seen = observation.exact(env)
+    seen = observation.exact_observation(env)
     assert seen.shape == (3, 69)
     np.testing.assert_array_equal(seen[:, PARTS["linear velocity"]], env.motion.velocity)
     np.testing.assert_array_equal(seen[:, PARTS["command"]], env.commands.value)
@@ -39,8 +39,8 @@ def test_parts_lie_where_the_interface_has_them(make):
 def test_noise_is_within_its_width_and_none_where_none_is_asked_for(make):
     rng = np.random.default_rng(0)
     calm, noisy = make(UNDISTURBED), make(Randomisation(observation_noise=2.0))
-    assert np.array_equal(observation.noisy(calm, rng), observation.exact(calm))
-    off = np.abs(observation.noisy(noisy, rng) - observation.exact(noisy))
+    assert np.array_equal(observation.noisy(calm, rng), observation.exact_observation(calm))
+    off = np.abs(observation.noisy(noisy, rng) - observation.exact_observation(noisy))
     assert (off <= 2 * observation_noise() + 1e-12).all()
     assert off.max() > 0.5
 
@@ -48,5 +48,5 @@ def test_noise_is_within_its_width_and_none_where_none_is_asked_for(make):
 def test_the_critic_sees_what_the_policy_does_and_more(make):
     env = make(UNDISTURBED)
     seen = observation.privileged(env)
-    assert np.array_equal(seen[:, :69], observation.exact(env))
+    assert np.array_equal(seen[:, :69], observation.exact_observation(env))
     assert seen.shape == (3, len(observation.PRIVILEGED.sign))

@@ -17,11 +17,11 @@ from spikeport.training.randomisation import (
 
 @pytest.fixture(scope="module")
 def nominal():
-    return model.build()
+    return model.build_model()
 
 
 def drawn(nominal, ranges, seed=0):
-    other = model.build()
+    other = model.build_model()
     Bodies(nominal).draw(other, ranges, np.random.default_rng(seed))
     return other
 
@@ -53,7 +53,7 @@ def test_what_is_drawn_is_within_its_range_and_lengths_stay(nominal):
 def test_draws_begin_from_the_unchanged_robot(nominal):
     """A model that is drawn again and again does not wander off."""
     heavier = replace(UNDISTURBED, torso_mass_kg=2.0)
-    bodies, rng, other = Bodies(nominal), np.random.default_rng(0), model.build()
+    bodies, rng, other = Bodies(nominal), np.random.default_rng(0), model.build_model()
     torso = nominal.body("torso_link").id
     for _ in range(50):
         bodies.draw(other, heavier, rng)

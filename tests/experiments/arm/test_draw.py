@@ -135,4 +135,5 @@ def test_a_sheet_out_of_reach_is_refused_before_the_run(tmp_path, spikeport, bac
 
 def test_a_time_too_short_to_draw_in_is_refused(tmp_path, spikeport):
     code, _, error = spikeport("run", "draw", "--seconds", "3", "--out", tmp_path / "run")
-    assert (code, error) == (2, "error: --seconds 3: draw simulates at least 4 s\n")
+    assert code == 2
+    assert error.startswith("error: --seconds 3: draw simulates at least 4 s, and at most ")
