@@ -176,9 +176,9 @@ def test_a_thread_does_not_step_into_the_step_of_another(backend):
         go_on.wait(20)
         return t
 
+    go_on.set()  # Nengo calls a node while it is made
     with nengo.Network(seed=0) as net:
         nengo.Connection(nengo.Node(slow), nengo.Ensemble(10, 1))
-    go_on.set()  # Nengo calls a node while it is made
     with Simulator(net, backend=backend) as sim:
         inside.clear()
         go_on.clear()

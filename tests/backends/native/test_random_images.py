@@ -11,6 +11,7 @@ from tests.helpers.side_by_side import assert_equal_steps, random_spikes
 pytestmark = pytest.mark.filterwarnings("ignore:Overflow in")
 
 
+@pytest.mark.slow
 @settings(
     max_examples=400,
     derandomize=True,

@@ -185,6 +185,7 @@ def test_loads_of_cores_are_not_counted_anew_for_each_that_is_emptied(
     assert len(joins) == 100  # once for each core, and once for the union of all
 
 
+@pytest.mark.slow
 @given(problems())
 @settings(deadline=None, max_examples=150)
 def test_every_packing_keeps_all_limits(of: Problem) -> None:

@@ -45,6 +45,7 @@ def test_settling_leaves_the_packing_it_starts_from() -> None:
     assert bins == [[0], [1]]
 
 
+@pytest.mark.slow
 @given(problems())
 @settings(deadline=None, max_examples=150)
 def test_settled_packings_keep_all_limits_and_more_spikes_within(of: Problem) -> None:
@@ -58,6 +59,7 @@ def test_settled_packings_keep_all_limits_and_more_spikes_within(of: Problem) ->
         assert moved == (within(of, after) > within(of, bins))
 
 
+@pytest.mark.slow
 @given(problems())
 @settings(deadline=None, max_examples=150)
 def test_settling_ends_where_trying_every_move_ends(of: Problem) -> None:

@@ -84,6 +84,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.slow
 def test_workers_end_when_their_parent_is_killed_and_the_next_sweep_cleans_up(
     sweep_of, marks, tmp_path, root, monkeypatch
 ):
