@@ -78,7 +78,7 @@ class BalancePort(Port):
 
     @property
     def over(self) -> bool:
-        """Whether the pole lies level: nothing is left to balance."""
+        """True once the pole lies level: nothing is left to balance."""
         return bool(abs(self.plant.data.joint("hinge").qpos[0]) > np.pi / 2)
 
 

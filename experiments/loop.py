@@ -78,7 +78,7 @@ class Port(ABC):
 
     @property
     def over(self) -> bool:
-        """Whether the run is over before its time, as that of a robot that fell."""
+        """True once the run is over before its time, as that of a robot that fell."""
         return False
 
 

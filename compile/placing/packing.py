@@ -22,8 +22,8 @@ Bins = list[list[int]]
 """The blocks of each core."""
 EXCHANGES = 300_000
 """The exchanges of blocks that emptying cores tries at most: each takes time in proportion to the
-blocks of a core, and their number grows with the square of that of all blocks. No network of 500
-small ensembles or fewer comes near."""
+blocks of a core, and their number grows with the square of that of all blocks. A chain of 500 small
+ensembles took 170,000 in four packings."""
 
 
 @dataclass(frozen=True)

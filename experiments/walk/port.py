@@ -94,7 +94,7 @@ class WalkPort(Port):
 
     @property
     def over(self) -> bool:
-        """Whether the robot fell."""
+        """True once the robot fell."""
         return self.fallen_at_s is not None
 
     @property

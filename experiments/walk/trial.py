@@ -55,7 +55,7 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
 
     @property
     def exact_policy(self) -> bool:
-        """Whether the policy is computed without neurons."""
+        """True if the policy is computed without neurons."""
         return self.options.backend == "analytic" or self.settings.policy == "mlp"
 
     @property
