@@ -82,7 +82,14 @@ def pass_lines(report: Report) -> Iterator[str]:
 def _changes(notes: Mapping[str, Json]) -> Iterator[str]:
     for key, note in notes.items():
         if set(note) == {"before", "after"} and note["before"] != note["after"]:
-            yield f"{key.replace('_', ' ')} {note['before']:,} -> {note['after']:,}"
+            before, after = (_figure(note[when]) for when in ("before", "after"))
+            yield f"{key.replace('_', ' ')} {before} -> {after}"
+
+
+def _figure(value: float | None) -> str:
+    if value is None:
+        return "none"
+    return f"{value:,}" if isinstance(value, int) else f"{value:.3g}"
 
 
 def _choices(notes: Mapping[str, Json]) -> Iterator[str]:
