@@ -11,6 +11,7 @@ from spikeport.compile.ground.refusal import collected_warnings
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.expected import Rates, expected_activity
+from spikeport.compile.image.tables import part
 from spikeport.compile.loihi.build import build
 from spikeport.compile.loihi.discretise import discretise
 from spikeport.compile.loihi.extract import extract
@@ -25,6 +26,8 @@ from spikeport.hardware_models.limits import n_cores
 
 Group: TypeAlias = Sequence[Shared]
 """Connections from ensembles that may be fused, and decoders for them."""
+Choice: TypeAlias = tuple[int, ...]
+"""The numbers of the groups that are tied."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +49,7 @@ class Tie(NetworkPass):
         The rise of the error of a group up to which it stays tied where all groups save cores; 0
         to try each by itself.
     rate_hz : float
-        The firing rate of all neurons at which energy is expected, in spikes per second.
+        The firing rate of all neurons but relays at which energy is expected, in spikes per second.
     """
 
     name: ClassVar[str] = "tie"
@@ -66,14 +69,16 @@ class Tie(NetworkPass):
             _compare(trials.outcome(()), trials.outcome(choice), context)
         chosen = [close[number] if number in choice else [] for number in range(len(groups))]
         for group, connections in zip(groups, chosen, strict=True):
-            context.note(_label(group, rewrite.names), self._note(group, connections))
-        context.note("error", _error(groups, chosen))
+            label = f"group {_label(group, rewrite.names)}"
+            context.note(label, self._note(group, connections))
+        if groups:
+            context.note("error", _error(groups, chosen))
         return trials.network(choice)
 
     def _close(self, group: Group) -> Group:
         return [one for one in group if one.error.added <= self.max_error]
 
-    def _choice(self, trials: "_Trials") -> "_Choice":
+    def _choice(self, trials: "_Trials") -> Choice:
         """Return the numbers of the groups to tie."""
         choice = tuple(number for number, group in enumerate(trials.groups) if group)
         if not choice or not trials.saves(choice, than=()):
@@ -86,17 +91,14 @@ class Tie(NetworkPass):
         return choice
 
     def _note(self, group: Group, chosen: Group) -> dict[str, object]:
-        reason = "no fewer cores" if self._close(group) else f"error above {self.max_error:g}"
+        lost = f"error rises by more than {self.max_error:g}"
+        reason = "saves no core" if self._close(group) else lost
         return {
             "chosen": "tied" if chosen else "own decoders",
             "reason": None if chosen else reason,
             "connections": {"tied": len(chosen), "of": len(group)},
             "error": _error([group], [chosen]),
         }
-
-
-_Choice: TypeAlias = tuple[int, ...]
-"""The numbers of the groups that are tied."""
 
 
 class _Outcome(NamedTuple):
@@ -119,26 +121,26 @@ class _Trials:
     ) -> None:
         self._rewrite, self._solver = rewrite, solver
         self._context, self._rate_hz = context, rate_hz
-        self._outcomes: dict[_Choice, _Outcome] = {}
+        self._outcomes: dict[Choice, _Outcome] = {}
         self.groups = groups
 
-    def network(self, choice: _Choice) -> Rewrite:
+    def network(self, choice: Choice) -> Rewrite:
         """Return the network with some groups tied."""
         chosen = [one for number in choice for one in self.groups[number]]
         return tied(self._rewrite, chosen, self._solver) if chosen else self._rewrite
 
-    def outcome(self, choice: _Choice) -> _Outcome:
+    def outcome(self, choice: Choice) -> _Outcome:
         """Return what the network takes with some groups tied."""
         if choice not in self._outcomes:
             self._outcomes[choice] = self._compiled(choice)
         return self._outcomes[choice]
 
-    def saves(self, choice: _Choice, than: _Choice) -> bool:
+    def saves(self, choice: Choice, than: Choice) -> bool:
         """Return whether one choice takes fewer cores than another."""
         one, other = self.outcome(choice).cores, self.outcome(than).cores
         return one is not None and (other is None or one < other)
 
-    def _compiled(self, choice: _Choice) -> _Outcome:
+    def _compiled(self, choice: Choice) -> _Outcome:
         with collected_warnings():  # the compile of what is chosen gives them again
             try:
                 image = _image(self.network(choice), self._context)
@@ -158,9 +160,26 @@ def _energy_j(image: ChipImage, chip: ChipModel, rate_hz: float) -> dict[str, fl
     """Return the dynamic energy of a step by each calibration that has figures for it."""
     if image.n_cores > n_cores(chip):
         return {}  # there is no place for all of it, so the ways of messages are not known
-    activity = expected_activity(image, Rates(rate_hz))
+    activity = expected_activity(image, Rates(rate_hz, _relay_rates_hz(image)))
     reports = [energy(activity, chip, calibration) for calibration in chip.calibrations]
     return {one.calibration: one.dynamic.energy_step.value for one in reports if one.dynamic}
+
+
+def _relay_rates_hz(image: ChipImage) -> dict[str, float]:
+    r"""Return the firing rate of decode neurons that relay zero, by connection.
+
+    .. math:: f = \frac{b}{\theta \, \Delta t}
+
+    with bias b and threshold: they integrate without leak. In antagonist pairs, as one of them gets
+    faster the other gets slower.
+    """
+    state, rates = image.compartments, {}
+    for number, block in enumerate(image.manifest.blocks):
+        if block.kind == "relay":
+            mine = part(image.blocks.start, number)
+            spikes = (state.bias[mine] / state.vth[mine]).clip(0, 1)
+            rates[block.owner] = float(spikes.mean() / image.manifest.dt_s)
+    return rates
 
 
 def _compare(before: _Outcome, after: _Outcome, context: Context) -> None:
