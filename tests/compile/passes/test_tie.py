@@ -17,10 +17,13 @@ from spikeport.compile.passes import tie
 from spikeport.compile.passes.parse import parse
 from spikeport.compile.passes.tie import Tie
 from spikeport.compile.pipeline import Compilation, compile_network
+from spikeport.compile.rewriting.decode_paths import _relay_rate
 from spikeport.errors import UsageError
 from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.energy import energy
+from spikeport.networks.policy import PolicyOptions, exact
 from tests.helpers.chip_files import chip_file
+from tests.helpers.policies import LAYERS, OBSERVATIONS, STEPS, built
 from tests.helpers.random_networks import rewritten
 from tests.helpers.same_run import context
 from tests.helpers.side_by_side import assert_equal_steps, random_spikes
@@ -99,22 +102,57 @@ def test_native_and_emulator_agree_on_it(tied: Compilation) -> None:
     assert sum(state.spiked.sum() for state in states) > 100
 
 
-def output_of(network: nengo.Network, compilation: Compilation) -> np.ndarray:
+@pytest.mark.parametrize(("path", "neurons"), [("onoff", 2), ("preset10", 20)])
+def test_relays_are_taken_to_fire_as_they_do_at_zero(path: str, neurons: int) -> None:
+    image = compiled(f"fuse,decode_path{{default={path}}}", "loihi").image
+    ((name, rate),) = tie._relay_rates_hz(image).items()
+    assert " -> " in name
+    assert rate * neurons == pytest.approx(_relay_rate(path, 0.001), rel=0.03)
+
+
+def run(network: nengo.Network, compilation: Compilation, n_steps: int) -> np.ndarray:
+    """What the network's probe records on the chip."""
     loop = HostLoop(compilation, NativeChip(compilation.image, seed=1), seed=1)
-    for _ in range(600):
+    for _ in range(n_steps):
         loop.step()
-    mean: np.ndarray = loop.data(network.probe)[200:].mean(axis=0)
-    return mean
+    recorded: np.ndarray = loop.data(network.probe)
+    return recorded
 
 
 def test_the_chip_computes_nearly_the_same(small: Path) -> None:
     network = layers()
     before, after = (
-        output_of(network, compile_network(network, small, pipeline=passes))
+        run(network, compile_network(network, small, pipeline=passes), 600)[200:].mean(axis=0)
         for passes in (FOLLOWING, f"tie,{FOLLOWING}")
     )
     difference = np.linalg.norm(after - before) / np.linalg.norm(before)
     assert 0.001 < difference < 0.1
+
+
+def policy_with_own_decoders() -> nengo.Network:
+    """A policy of which each neuron has a decoder of its own, observing some values in turn."""
+    with nengo.Network(seed=1) as network:
+        net = built(PolicyOptions())
+        for half in (half for hidden in net.layers for half in hidden.halves):
+            half.decoded.solver = nengo.solvers.LstsqL2()
+        held = nengo.Node(nengo.processes.PresentInput(OBSERVATIONS[:20], STEPS * 1e-3))
+        nengo.Connection(held, net.observation, synapse=None)
+        network.probe = nengo.Probe(net.action)
+    return network
+
+
+def test_a_policy_takes_fewer_cores_and_acts_as_well(small: Path) -> None:
+    network, wanted = policy_with_own_decoders(), exact(LAYERS, OBSERVATIONS[:20])[-1]
+    cores, errors = [], []
+    for passes in (FOLLOWING, f"tie,{FOLLOWING}"):
+        compilation = compile_network(network, small, pipeline=passes)
+        actions = run(network, compilation, STEPS * len(wanted)).reshape(len(wanted), STEPS, -1)
+        found = actions[:, STEPS // 2 :].mean(axis=1)
+        cores.append(compilation.image.n_cores)
+        errors.append(np.sqrt(np.mean((found - wanted) ** 2) / np.var(wanted)))
+    assert notes_of(compilation)["cores"] == {"before": cores[0], "after": cores[1]}
+    assert cores[1] < 0.7 * cores[0]
+    assert errors[1] < errors[0] + 0.05
 
 
 def neurons(seed: int = 0) -> nengo.Network:
@@ -150,10 +188,10 @@ def test_the_error_that_is_noted_is_that_of_its_decoders(monkeypatch: pytest.Mon
     rewrite, notes = rewritten(network, Tie(max_error=1))
     (connection,) = [c for c in rewrite.network.connections if c not in network.connections]
     with nengo.Simulator(network, progress_bar=False) as sim:
-        built = sim.data[network.ensembles[0]]
+        units = sim.data[network.ensembles[0]]
     points = np.linspace(0, 1, 25)[:, np.newaxis]
     along = np.tile(points, N_NEURONS)
-    rates = loihi_rates(LoihiSpikingRectifiedLinear(), along, built.gain, built.bias, 0.001)
+    rates = loihi_rates(LoihiSpikingRectifiedLinear(), along, units.gain, units.bias, 0.001)
     values, total = np.sqrt(points), rates.sum(axis=1, keepdims=True)
     decoder = (total * values).sum() / np.square(total).sum()
     np.testing.assert_allclose(connection.solver.values, np.full((N_NEURONS, 1), decoder))
