@@ -12,6 +12,7 @@ from typing import Literal
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from spikeport.errors import ImageError
+from spikeport.reading.mismatch import shown
 
 SCHEMA = 2
 ARITHMETIC = "nengo-loihi 1.1"
@@ -255,11 +256,12 @@ def read_header(content: bytes) -> Header:
 def _check_versions(found: Mapping[str, object]) -> None:
     if found.get("schema") != SCHEMA:
         raise ImageError(
-            f"image schema {found.get('schema')}, this spikeport reads {SCHEMA}; compile it again"
+            f"image schema {shown(found.get('schema'))}, this spikeport reads {SCHEMA}; compile it "
+            "again"
         )
     if found.get("arithmetic") != ARITHMETIC:
         raise ImageError(
-            f"an image for chip '{found.get('chip')}' that computes as "
-            f"'{found.get('arithmetic')}', this spikeport as '{ARITHMETIC}'; compile the network "
-            "for a chip that `spikeport chips` lists"
+            f"an image for chip '{shown(found.get('chip'))}' that computes as "
+            f"'{shown(found.get('arithmetic'))}', this spikeport as '{ARITHMETIC}'; compile the "
+            "network for a chip that `spikeport chips` lists"
         )
