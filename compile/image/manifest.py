@@ -12,7 +12,8 @@ from typing import Literal
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from spikeport.errors import ImageError
-from spikeport.reading.mismatch import shown
+from spikeport.reading.mismatch import MismatchError, shown
+from spikeport.reading.text import parse_json
 
 SCHEMA = 2
 ARITHMETIC = "nengo-loihi 1.1"
@@ -239,8 +240,8 @@ def read_header(content: bytes) -> Header:
         If it is of another schema or arithmetic, or not as `Manifest` describes it.
     """
     try:
-        found = json.loads(content)
-    except (ValueError, RecursionError):
+        found = parse_json(content.decode())
+    except (ValueError, RecursionError, MismatchError):
         raise ImageError("not a chip image, or truncated or altered") from None
     found = found.get("manifest") if isinstance(found, dict) else None
     _check_versions(found if isinstance(found, dict) else {})
