@@ -54,9 +54,9 @@ debian:
 
 # SANA-FE is GPL-3.0: an environment of its own, and a process of its own in the test.
 $(REFEREES)/sanafe.txt:
-	$(PYTHON) -m venv $(REFEREES)/sanafe
-	$(REFEREES)/sanafe/bin/python -m pip install --quiet --disable-pip-version-check $(SANAFE)
-	$(REFEREES)/sanafe/bin/python -c 'import sanafe'
+	$(PYTHON) -m venv $(@:.txt=)
+	{ $(@:.txt=)/bin/python -m pip install --quiet --disable-pip-version-check $(SANAFE) && \
+	  $(@:.txt=)/bin/python -c 'import sanafe'; } || { rm -rf $(@:.txt=); exit 1; }
 	@echo $(SANAFE) > $@
 
 $(REFEREES)/menagerie.txt: $(STAMP)
