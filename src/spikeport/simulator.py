@@ -265,7 +265,7 @@ def interrupts_deferred() -> Iterator[Callable[[], None]]:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-def _check_seed(seed: object) -> None:
+def _check_seed(seed: int | None) -> None:
     if not (seed is None or (isinstance(seed, Integral) and 0 <= seed <= LARGEST_SEED)):
         raise ArgumentError("seed", seed, f"None, or an integer from 0 to {LARGEST_SEED}")
 

@@ -1,5 +1,8 @@
 """``spikeport show``: an image by itself, in words."""
 
+import os
+import subprocess
+import sys
 from dataclasses import replace
 
 
@@ -29,6 +32,16 @@ def test_names_in_a_file_are_no_commands_to_the_screen(spikeport, image, tmp_pat
     assert done.code == 0
     assert done.out.replace("\n", "").isprintable()
     assert done.out.count(r"\x1b[2J\x07") == 6
+
+
+def test_letters_that_the_screen_does_not_have_are_escaped(image, tmp_path):
+    path = tmp_path / "image.npz"
+    replace(image, manifest=replace(image.manifest, chip="\U0001f600")).save(path)
+    command = [sys.executable, "-c", "from spikeport.cli import main; main()", "show", str(path)]
+    ascii_only = {**os.environ, "PYTHONIOENCODING": "ascii"}
+    done = subprocess.run(command, env=ascii_only, capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert r"for chip \U0001f600" in done.stdout
 
 
 def test_what_is_no_image_is_refused_in_a_line(spikeport, tmp_path):
