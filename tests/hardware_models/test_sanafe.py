@@ -72,12 +72,13 @@ def periods(image: ChipImage) -> np.ndarray:
 
 def counted(image: ChipImage, periods: np.ndarray) -> Activity:
     """The counts of neurons that spike in every step which their period divides."""
-    counter = Counter(image.cores, image.compartment_core, fanout(image))
+    dt_s = image.manifest.dt_s
+    counter = Counter(image.cores, dt_s, image.compartment_core, fanout(image))
     always = np.ones(image.n_compartments, dtype=bool)
     for step in range(1, N_STEPS + 1):
         spiked = step % periods == 0
         counter.step(np.flatnonzero(spiked), spiked, always)
-    return counter.activity(0.001)
+    return counter.activity()
 
 
 def netlist(image: ChipImage, periods: np.ndarray) -> str:
