@@ -15,7 +15,7 @@ from spikeport.compile.passes.dump import dump
 from spikeport.compile.passes.parse import options, parse
 from spikeport.compile.passes.pipeline import Observer, kind, observe_nothing
 from spikeport.compile.report.report import Json, Report
-from spikeport.errors import unknown
+from spikeport.errors import printable, unknown
 from spikeport.hardware_models import chip as chips
 
 ALL = "all"
@@ -66,7 +66,7 @@ def printer(chosen: str | None, passes: str) -> Observer:
 
     def show(one: AnyPass, value: object) -> None:
         if chosen in (ALL, one.name):
-            print("\n  ".join([f"after {one.name}:", *dump(value)]), end="\n\n")
+            print("\n  ".join([f"after {one.name}:", *map(printable, dump(value))]), end="\n\n")
 
     return show
 

@@ -79,6 +79,14 @@ def test_print_after_prints_what_a_pass_leaves(spikeport, net_py, chosen, printe
     assert "\n  block 0 neurons: compartments 0 to 19, thresholds " in done.out
 
 
+def test_labels_that_are_printed_are_no_commands_to_the_screen(spikeport, net_py):
+    odd = ("--set", "label=\x1b[2J\ud800")
+    done = spikeport("compile", f"{net_py}:make", *odd, "-p", "compact", "--print-after", "all")
+    assert done.code == 0
+    assert done.out.replace("\n", "").isprintable()
+    assert r"\x1b[2J\ud800" in done.out
+
+
 def test_print_after_a_pass_that_is_not_there(spikeport, net_py):
     done = spikeport("compile", f"{net_py}:make", "-p", "split", "--print-after", "pack")
     assert done.code == 2
