@@ -18,7 +18,14 @@ from nengo_loihi.inputs import ChipProcess
 from spikeport.compile.check import rules
 from spikeport.compile.check.violation import Violation
 from spikeport.compile.ground.names import Names, base
-from spikeport.compile.ground.scope import NEURON_TYPES, PROBEABLE, REGULAR_BASES, Scope
+from spikeport.compile.ground.scope import (
+    MATRICES,
+    NEURON_TYPES,
+    PROBEABLE,
+    REGULAR_BASES,
+    Scope,
+    in_full,
+)
 
 ARRAYS = ("gain", "bias", "encoders", "max_rates", "intercepts", "eval_points", "function")
 """Parameters of ensembles and connections that can be arrays, beside transforms."""
@@ -76,14 +83,14 @@ def synapse(scope: Scope) -> Iterator[Violation]:
 
 
 def post_slice(scope: Scope) -> Iterator[Violation]:
-    """Refuse connections to a part of an ensemble on the chip: nengo-loihi connects to all."""
+    """Refuse convolutions into a part of an ensemble on the chip: their weights would be unshared.
+
+    Everything else is connected to the whole, see `spikeport.compile.rewriting.slices`.
+    """
     for connection in scope.network.all_connections:
-        part = connection.post_slice
-        whole = isinstance(part, slice) and part == slice(None)
-        whole = whole or not scope.on_chip(connection.post_obj)
-        full_weights = isinstance(connection.pre_obj, nengo.Ensemble) and connection.solver.weights
-        if not whole and not full_weights:
-            part = f"{connection.size_out} of {connection.post_obj.size_in} dimensions"
+        matrix = isinstance(connection.transform, MATRICES)
+        if scope.reaches_part(connection) and not matrix and not in_full(connection):
+            part = f"{connection.size_out} of {connection.post_obj.size_in} neurons"
             yield rules.get("SP006").broken(scope.names[connection], part)
 
 
@@ -164,5 +171,5 @@ RULES: tuple[Callable[[Scope], Iterator[Violation]], ...] = (
     probe,
     finite,
 )
-MENDED = (synapse, post_slice)
+MENDED = (synapse,)
 """Rules that a pass over a network can mend."""

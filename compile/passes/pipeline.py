@@ -66,7 +66,7 @@ class PassRun:
     ) -> None:
         self._pipeline = pipeline
         self._chip = chip
-        self._dt_s = dt_s
+        self.dt_s = dt_s
         self._observe = observer
         self.record: list[dict[str, object]] = []
 
@@ -90,7 +90,7 @@ class PassRun:
     def _apply(self, passes: tuple[Pass[Value], ...], value: Value) -> Value:
         for one in passes:
             notes: dict[str, object] = {}
-            value = one.apply(value, Context(self._chip, self._dt_s, notes.__setitem__))
+            value = one.apply(value, Context(self._chip, self.dt_s, notes.__setitem__))
             self.record.append({"name": one.name, "options": asdict(one), "notes": notes})
             self._observe(one, value)
         return value

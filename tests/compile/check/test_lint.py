@@ -22,8 +22,8 @@ GAIN = (
     "intercepts instead"
 )
 PART = (
-    "a -> b: SP006 slice of an on-chip target: {} of 3 dimensions, limit all; cure: connect to the "
-    "whole target with a dense transform that has zero rows"
+    "a -> b: SP006 slice of an on-chip target: {} of 8 neurons, limit all; cure: give these "
+    "neurons an ensemble of their own"
 )
 FINITE = (
     "{}: SP011 finite numbers: NaN or infinity in {}, limit finite numbers; cure: look for a "
@@ -68,14 +68,10 @@ def second_order_synapse() -> None:
     nengo.Connection(a, a, synapse=nengo.Alpha(0.01))
 
 
-def part_of_a_target() -> None:
-    a, b = nengo.Ensemble(4, 1, label="a"), nengo.Ensemble(4, 3, label="b")
-    nengo.Connection(a, b[1])
-
-
-def scattered_part_of_a_target() -> None:
-    a, b = nengo.Ensemble(4, 2, label="a"), nengo.Ensemble(4, 3, label="b")
-    nengo.Connection(a, b[np.array([0, 2])])
+def convolution_into_a_part(part: slice = slice(4, None)) -> None:
+    a, b = nengo.Ensemble(16, 1, label="a"), nengo.Ensemble(8, 1, label="b")
+    transform = nengo.Convolution(1, (4, 4, 1), strides=(2, 2), kernel_size=(2, 2))
+    nengo.Connection(a.neurons, b.neurons[part], transform=transform)
 
 
 def foreign_learning_rule() -> None:
@@ -151,8 +147,7 @@ CASES: list[tuple[Callable[[], None], str]] = [
         "a -> a: SP005 synapse: Alpha, limit Lowpass or None; cure: use nengo.Lowpass(tau) with "
         "the same group delay",
     ),
-    (part_of_a_target, PART.format(1)),
-    (scattered_part_of_a_target, PART.format(2)),
+    (convolution_into_a_part, PART.format(4)),
     (
         foreign_learning_rule,
         "a -> out: SP007 learning rule: RLS, limit PES; cure: learn with PES, or off the chip",
