@@ -13,6 +13,7 @@ import numpy as np
 from nengo.dists import Distribution
 from nengo.ensemble import Neurons
 from nengo.params import iter_params
+from nengo_loihi.dvs import DVSFileChipProcess
 from nengo_loihi.inputs import ChipProcess
 
 from spikeport.compile.check import rules
@@ -115,10 +116,14 @@ def place_of_learning(scope: Scope) -> Iterator[Violation]:
 
 
 def chip_process(scope: Scope) -> Iterator[Violation]:
-    """Refuse nodes that would run on the board: they are not part of an image."""
+    """Refuse nodes that would run on the board, but for event files, and what reads these here."""
     for node in scope.network.all_nodes:
-        if isinstance(node.output, ChipProcess):
+        if isinstance(node.output, ChipProcess) and type(node.output) is not DVSFileChipProcess:
             yield rules.get("SP009").broken(scope.names[node], type(node.output).__name__)
+    for connection in scope.network.all_connections:
+        from_chip = isinstance(connection.pre_obj, nengo.Node) and scope.on_chip(connection.pre_obj)
+        if from_chip and not scope.on_chip(connection.post_obj):
+            yield rules.get("SP009").broken(scope.names[connection], "to the host")
 
 
 def probe(scope: Scope) -> Iterator[Violation]:

@@ -7,7 +7,6 @@ from typing import NamedTuple
 from spikeport.compile.ground.refusal import RefusedError
 from spikeport.errors import CompileError
 
-
 MOST_NAMED = 8
 """Objects that a line names, of those that break a rule alike."""
 

@@ -7,6 +7,7 @@ import numpy as np
 from nengo.base import NengoObject
 from nengo.connection import LearningRule
 from nengo.ensemble import Neurons
+from nengo_loihi.inputs import ChipProcess
 from nengo_loihi.neurons import LoihiLIF, LoihiSpikingRectifiedLinear
 
 from spikeport.compile.ground.names import End, Names, base
@@ -31,8 +32,10 @@ class Scope:
         self._ends_of_learning = set(_ends_of_learning(network))
 
     def on_chip(self, obj: End) -> bool:
-        """Return whether an object's ensemble is meant for the chip."""
+        """Return whether an object is meant for the chip: its ensemble, or events of a file."""
         ensemble = base(obj)
+        if isinstance(ensemble, nengo.Node):
+            return isinstance(ensemble.output, ChipProcess)
         if not isinstance(ensemble, nengo.Ensemble) or ensemble in self._ends_of_learning:
             return False
         if isinstance(ensemble.neuron_type, nengo.Direct):

@@ -25,6 +25,10 @@ PART = (
     "a -> b: SP006 slice of an on-chip target: {} of 8 neurons, limit all; cure: give these "
     "neurons an ensemble of their own"
 )
+BOARD = (
+    "{}: SP009 node on the chip: {}, limit events of a file, to ensembles on the chip; cure: feed "
+    "the events from a node on the host"
+)
 FINITE = (
     "{}: SP011 finite numbers: NaN or infinity in {}, limit finite numbers; cure: look for a "
     "division by zero, a root or logarithm out of range, or an overflow there"
@@ -89,11 +93,25 @@ def learning_on_the_host() -> None:
     nengo.Connection(out, learned.learning_rule)
 
 
-def process_on_the_board() -> None:
+class LiveCamera(nengo_loihi.dvs.DVSFileChipProcess):
+    """A process of the board's own."""
+
+
+def process_on_the_board(camera: type = LiveCamera) -> nengo.Node:
     a = nengo.Ensemble(4, 1, label="a")
-    camera = nengo_loihi.dvs.DVSFileChipProcess("recording.aedat")
-    events = nengo.Node(camera, label="events")
+    events = nengo.Node(camera("recording.aedat"), label="events")
     nengo.Connection(events[:4], a.neurons)
+    return events
+
+
+def events_to_the_host() -> None:
+    events = process_on_the_board(nengo_loihi.dvs.DVSFileChipProcess)
+    nengo.Connection(events[0], nengo.Node(size_in=1, label="out"))
+
+
+def probed_events() -> None:
+    events = process_on_the_board(nengo_loihi.dvs.DVSFileChipProcess)
+    nengo.Probe(events, label="p")
 
 
 def infinite_gain() -> None:
@@ -159,8 +177,12 @@ CASES: list[tuple[Callable[[], None], str]] = [
     ),
     (
         process_on_the_board,
-        "events: SP009 node on the chip: DVSFileChipProcess, limit none; cure: feed the events "
-        "from a node on the host",
+        BOARD.format("events", "LiveCamera"),
+    ),
+    (events_to_the_host, BOARD.format("events -> out", "to the host")),
+    (
+        probed_events,
+        f"p: SP010 probed attribute: output, limit none; cure: probe one of these, {HOST}",
     ),
     (
         foreign_probe,
