@@ -28,7 +28,7 @@ from spikeport.compile.image.manifest import BlockEntry, Encoding, Filter, Input
 from spikeport.compile.loihi.blocks import FloatBlocks, OutputName, first_of
 from spikeport.compile.loihi.lean import lean
 from spikeport.compile.loihi.numpy1 import numpy1_semantics
-from spikeport.compile.loihi.relay import RELAYS, relayed
+from spikeport.compile.loihi.relay import RELAYS, amplify, relayed
 
 SEED_LIMIT = 2**31 - 1
 NAMED = (nengo.Ensemble, nengo.Node, nengo.Connection, nengo.Probe)
@@ -60,6 +60,8 @@ class OrderedModel(Model):
         n_inputs, n_probes = len(self.inputs), len(self.probes)
         with self._path(obj):
             built = super().build(obj, *args, **kwargs)
+            if isinstance(obj, nengo.Connection):
+                amplify(self, obj)
         if isinstance(obj, NAMED):
             # Builders call each other: the outermost object is the one of the network.
             crossing = [*list(self.inputs)[n_inputs:], *list(self.probes)[n_probes:]]
@@ -72,7 +74,7 @@ class OrderedModel(Model):
             options = self.config[obj]
             path = options.decode_path if "decode_path" in options._clsparams.params else "auto"
             if path in RELAYS:
-                return relayed(self, obj, path)
+                return relayed(self, obj, path, getattr(options, "target_filter_s", None))
             if path == "direct" and isinstance(obj.post_obj, Neurons):
                 return lean(self, obj)
         return contextlib.nullcontext()
