@@ -5,11 +5,36 @@ are have the connection's own filter there. Values come through a relay or from 
 have filtered them: behind those nengo-loihi filters for 5 ms.
 """
 
+from typing import NamedTuple
+
 import nengo
 from nengo.ensemble import Neurons
 
 DECODE_TAU_S = 0.005
 """nengo-loihi's filter behind decode neurons and inputs."""
+
+
+class Passage(NamedTuple):
+    """The filters that a connection passes on the chip.
+
+    Attributes
+    ----------
+    connection, source, target : str
+        The names of the connection and of the ensembles at its ends; a source on the host is "".
+    own_s : float
+        The time constant of its synapse, in seconds.
+    relay_s : float or None
+        That of its relay, None without one.
+    target_s : float
+        That which it asks of its target's compartments.
+    """
+
+    connection: str
+    source: str
+    target: str
+    own_s: float
+    relay_s: float | None
+    target_s: float
 
 
 def time_constant_s(connection: nengo.Connection) -> float:

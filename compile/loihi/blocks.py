@@ -14,6 +14,7 @@ from nengo_loihi.block import Compartment, LoihiBlock, Synapse
 from nengo_loihi.builder import Model
 from nengo_loihi.probe import LoihiProbe
 
+from spikeport.compile.ground.filters import Passage
 from spikeport.compile.ground.quantisation import BlockError
 from spikeport.compile.image.manifest import BlockEntry, Filter, InputEntry
 
@@ -43,6 +44,8 @@ class FloatBlocks:
         The name and filter of each of the model's probes.
     warnings : tuple of str
         The builder's warnings.
+    passages : tuple of Passage
+        The filters of each connection that ends on the chip.
     """
 
     model: Model
@@ -51,6 +54,7 @@ class FloatBlocks:
     inputs: tuple[InputEntry, ...]
     outputs: tuple[OutputName, ...]
     warnings: tuple[str, ...]
+    passages: tuple[Passage, ...] = ()
 
     @property
     def labels(self) -> tuple[str, ...]:

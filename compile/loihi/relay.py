@@ -94,7 +94,7 @@ def relay_filter_s(connection: nengo.Connection, target_s: float, dt_s: float) -
     return max(own_s - target_s - dt_s, min(own_s, DECODE_TAU_S))
 
 
-def amplify(model: Model, connection: nengo.Connection) -> None:
+def fit_range(model: Model, connection: nengo.Connection) -> None:
     """Let decode neurons stand for the values that occur, where their weights are too small."""
     parts = model.objs.get(connection, {})
     if "mid_axon" not in parts or connection.learning_rule_type is not None:

@@ -44,8 +44,9 @@ class DecodePath(NetworkPass):
     The way over the host takes a step more, and traffic with the chip in every step.
 
     An ensemble has one filter for all that goes into it. It is that of its inputs from the host and
-    of spikes that go to its neurons, or else the fastest among connections to be wired directly.
-    ``auto`` wires directly what has that filter; all others keep their own, in decode neurons.
+    of spikes that go to its neurons, or else of connections that are best wired directly: the
+    fastest of several, if that is no faster than decode neurons need. ``auto`` wires directly
+    what has that filter; all others keep their own, in decode neurons.
 
     Attributes
     ----------
@@ -135,11 +136,18 @@ def target_filters(
         if scope.on_chip(c.post_obj) and wanted.get(c) not in (*RELAYS, "auto"):
             asked[base(c.post_obj)].add(_asked_filter_s(c, wanted.get(c), scope))
     for c in free:
-        # Spikes that nothing filters are no values: decode neurons beside them need a filter.
-        offered[c.post_obj].add(time_constant_s(c) or DECODE_TAU_S)
-    targets = dict.fromkeys(scope.ensembles, DECODE_TAU_S)
-    fastest = {post: min(found) for post, found in offered.items()}
-    return {**targets, **fastest, **{post: max(found) for post, found in asked.items()}}
+        offered[c.post_obj].add(time_constant_s(c))
+    return {post: _compromise(asked[post], offered[post]) for post in scope.ensembles}
+
+
+def _compromise(asked: set[float], offered: set[float]) -> float:
+    """Return the time constant that serves what asks for one, and what offers its own."""
+    if asked:
+        return max(asked)
+    if len(offered) == 1:
+        return next(iter(offered))
+    # Behind a faster filter the spikes of decode neurons, which the rest needs, are mostly noise.
+    return max(DECODE_TAU_S, min(offered, default=0.0))
 
 
 def _asked_filter_s(connection: nengo.Connection, path: str | None, scope: Scope) -> float:

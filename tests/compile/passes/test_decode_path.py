@@ -8,6 +8,7 @@ import spikeport
 from spikeport.backends.host_loop import HostLoop
 from spikeport.backends.native.chip import NativeChip
 from spikeport.compile.check.violation import DoesNotFitError
+from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.image.usage import core_uses
 from spikeport.compile.loihi.build import build
 from spikeport.compile.passes.decode_path import DecodePath
@@ -98,18 +99,27 @@ def test_what_comes_from_the_host_has_a_filter_of_its_own() -> None:
     assert reasons(network)["direct"] == OTHER_FILTER
 
 
-def test_the_fastest_is_wired_directly_and_the_rest_of_others_filtered_before() -> None:
-    network = chain(tau=0.008)
+def both(first: float, second: float) -> Rewrite:
+    """The chain, whose connection is there twice, with two filters."""
+    network = chain(tau=first)
     with network:
-        nengo.Connection(*network.ensembles, function=np.square, synapse=0.002)
-    rewrite, _ = rewritten(network, DecodePath())
+        nengo.Connection(*network.ensembles, function=np.square, synapse=second)
+    return rewritten(network, DecodePath())[0]
+
+
+def test_the_fastest_is_wired_directly_and_the_rest_of_others_filtered_before() -> None:
+    rewrite = both(0.1, 0.01)
     paths = [rewrite.network.config[c].decode_path for c in rewrite.network.connections]
-    assert paths[1] == "preset10"
-    assert paths[-1] == "direct"
-    blocks = {b.n_neurons: b.compartment for b in build(rewrite, 0.001).blocks}
-    relay, ensembles = blocks[20], blocks[60]
-    assert relay.tau_s == pytest.approx(0.008 - 0.002 - 0.001)
-    assert ensembles.tau_s == 0.002
+    assert sorted(paths) == ["auto", "auto", "direct", "preset10"]
+    filters = [(b.n_neurons, b.compartment.tau_s) for b in build(rewrite, 0.001).blocks]
+    assert (20, pytest.approx(0.1 - 0.01 - 0.001)) in filters
+    assert (60, 0.01) in filters
+
+
+def test_what_is_faster_than_decode_neurons_need_is_not_wired_directly_beside_them() -> None:
+    rewrite = both(0.008, 0.002)
+    paths = [rewrite.network.config[c].decode_path for c in rewrite.network.connections]
+    assert sorted(paths) == ["auto", "auto", "preset10", "preset10"]
 
 
 def test_auto_takes_the_host_where_its_delay_may_be() -> None:
