@@ -43,10 +43,9 @@ class DecodePath(NetworkPass):
     more than the fewest, where that is at most ``slack_delay_s`` slower than over decode neurons.
     The way over the host takes a step more, and traffic with the chip in every step.
 
-    An ensemble has one filter for all that goes into it. It is that of its inputs from the host and
-    of spikes that go to its neurons, or else of connections that are best wired directly: the
-    fastest of several, if that is no faster than decode neurons need. ``auto`` wires directly
-    what has that filter; all others keep their own, in decode neurons.
+    An ensemble has one filter for all that goes into it, the slowest that anything asks for.
+    ``auto`` wires directly only what makes it no slower for any other input than a relay of its own
+    would be: 5 ms and a step. All others keep their own filter, in decode neurons.
 
     Attributes
     ----------
@@ -78,9 +77,10 @@ class DecodePath(NetworkPass):
         wanted = self._wanted(links, NetworkSettings(rewrite.network))
         reasons = {c: self._rejected(costs[c], wanted[c]) for c in links}
         free = [c for c in links if wanted[c] == "auto" and "direct" not in reasons[c]]
-        filters = target_filters(rewrite.network.all_connections, scope, wanted, free)
+        relay_s = DECODE_TAU_S + context.dt_s + EPSILON_S
+        filters = target_filters(rewrite.network.all_connections, scope, wanted, free, relay_s)
         for c in free:
-            shared = abs(time_constant_s(c) - filters[c.post_obj]) < EPSILON_S
+            shared = -EPSILON_S <= filters[c.post_obj] - time_constant_s(c) <= relay_s
             reasons[c] = self._rejected(costs[c], wanted[c], shared)
         for c in links:
             context.note(rewrite.names[c], _note(costs[c], reasons[c]))
@@ -117,6 +117,7 @@ def target_filters(
     scope: Scope,
     wanted: Mapping[nengo.Connection, str],
     free: Sequence[nengo.Connection],
+    relay_s: float,
 ) -> dict[nengo.Ensemble, float]:
     """Return the time constant of each target's compartments, in seconds.
 
@@ -130,24 +131,31 @@ def target_filters(
         The path that is asked for of each connection that has a choice.
     free : sequence of nengo.Connection
         The connections among these that are best wired directly.
+    relay_s : float
+        The delay of a relay, by which inputs with a filter of their own would be later.
     """
-    asked, offered = defaultdict(set), defaultdict(set)
+    asked, offered, own = defaultdict(set), defaultdict(set), defaultdict(set)
     for c in connections:
-        if scope.on_chip(c.post_obj) and wanted.get(c) not in (*RELAYS, "auto"):
+        if not scope.on_chip(c.post_obj):
+            continue
+        if wanted.get(c) in (*RELAYS, "auto"):
+            own[base(c.post_obj)].add(time_constant_s(c))
+        else:
             asked[base(c.post_obj)].add(_asked_filter_s(c, wanted.get(c), scope))
     for c in free:
         offered[c.post_obj].add(time_constant_s(c))
-    return {post: _compromise(asked[post], offered[post]) for post in scope.ensembles}
+    return {
+        post: _slowest(
+            asked[post], offered[post], min(asked[post] | own[post], default=0) + relay_s
+        )
+        for post in scope.ensembles
+    }
 
 
-def _compromise(asked: set[float], offered: set[float]) -> float:
-    """Return the time constant that serves what asks for one, and what offers its own."""
-    if asked:
-        return max(asked)
-    if len(offered) == 1:
-        return next(iter(offered))
-    # Behind a faster filter the spikes of decode neurons, which the rest needs, are mostly noise.
-    return max(DECODE_TAU_S, min(offered, default=0.0))
+def _slowest(asked: set[float], offered: set[float], limit_s: float) -> float:
+    """Return the longest of time constants that have to be, or may be up to a limit."""
+    found = asked | {tau_s for tau_s in offered if tau_s <= limit_s}
+    return max(found, default=DECODE_TAU_S)
 
 
 def _asked_filter_s(connection: nengo.Connection, path: str | None, scope: Scope) -> float:

@@ -9,7 +9,6 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 import spikeport
-from spikeport.compile.check.hints import filter_hints
 from spikeport.compile.loihi.build import build
 from spikeport.compile.passes.base import NetworkPass
 from spikeport.compile.passes.decode_path import DecodePath
@@ -47,11 +46,12 @@ def test_every_probe_records_the_same_in_float(plan: Plan, passes: tuple[Network
 @DRAWN
 @given(plan=PLANS)
 def test_every_connection_keeps_its_own_filter(plan: Plan) -> None:
-    """At least 11 ms pass a relay of 5 ms, a step and a target of 5 ms with no delay added."""
+    """None is slower than over a relay; from 11 ms on, that adds no delay to the filter's own."""
     rewrite, _ = rewritten(built(plan), CUT, Fuse(), DecodePath())
     passages = build(rewrite, DT_S).passages
-    shared = [hint for hint in filter_hints(passages, DT_S) if hint.id == "SP409"]
-    assert plan.sends_spikes or not shared
+    for target in {one.target for one in passages}:
+        asked = [one.target_s for one in passages if one.target == target]
+        assert plan.sends_spikes or max(asked) - min(asked) < 0.006 + 1e-9
     for one in passages:
         if one.relay_s is None:
             assert not one.source or one.target_s == one.own_s

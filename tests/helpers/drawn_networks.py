@@ -77,7 +77,7 @@ def built(plan: Plan) -> nengo.Network:
             nengo.Connection(part, output, synapse=0.01)
         nengo.Probe(output)
         nengo.Probe(parts[1], synapse=0.01)
-        nengo.Probe(parts[0].neurons[1:4])
+        nengo.Probe(array.output, synapse=0.01)
         if plan.learning:
             _learn(parts[1], source)
     return network

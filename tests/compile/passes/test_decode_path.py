@@ -82,10 +82,12 @@ def beside(synapse: float, *fixed: float) -> nengo.Network:
         (0.05, (0.005,), "preset10"),
         (0.05, (0.05,), "direct"),
         (0.05, (), "direct"),
-        (None, (0.002,), "preset10"),
+        (0.002, (0.05,), "preset10"),
+        (0.011, (0.005,), "direct"),
+        (0.012, (0.005,), "preset10"),
     ],
 )
-def test_filters_of_different_time_constants_do_not_share_compartments(
+def test_no_input_shares_a_filter_that_is_slower_than_a_relay_of_its_own(
     synapse: float, fixed: tuple[float, ...], path: str
 ) -> None:
     assert chosen(beside(synapse, *fixed)) == path
@@ -116,10 +118,10 @@ def test_the_fastest_is_wired_directly_and_the_rest_of_others_filtered_before() 
     assert (60, 0.01) in filters
 
 
-def test_what_is_faster_than_decode_neurons_need_is_not_wired_directly_beside_them() -> None:
+def test_filters_nearer_than_the_delay_of_a_relay_are_shared() -> None:
     rewrite = both(0.008, 0.002)
     paths = [rewrite.network.config[c].decode_path for c in rewrite.network.connections]
-    assert sorted(paths) == ["auto", "auto", "preset10", "preset10"]
+    assert sorted(paths) == ["auto", "auto", "direct", "direct"]
 
 
 def test_auto_takes_the_host_where_its_delay_may_be() -> None:
