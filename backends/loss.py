@@ -10,8 +10,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
+import nengo
 import numpy as np
 
+from spikeport.backends.against_float import error_against_float
 from spikeport.backends.host_loop import HostLoop
 from spikeport.backends.native.chip import NativeChip
 from spikeport.backends.recorder import Recorder
@@ -62,12 +64,18 @@ class Cause(NamedTuple):
 
 
 def measure(
-    compilation: Compilation, seconds: float, seed: int, progress: Progress
+    network: nengo.Network,
+    compilation: Compilation,
+    seconds: float,
+    seed: int,
+    progress: Progress,
 ) -> MeasuredLoss:
     """Run a compiled network on its image, and its blocks in floating point.
 
     Parameters
     ----------
+    network : nengo.Network
+        The network as the user wrote it, which runs in float Nengo.
     compilation : Compilation
         The compiled network.
     seconds : float
@@ -85,12 +93,13 @@ def measure(
     blocks = compilation.blocks
     image = extract(blocks, compilation.image.manifest.chip)
     progress("running the network", None)
-    spikes, activity = _run(compilation, max(1, round(seconds / image.manifest.dt_s)), seed)
+    spikes, activity, against_float = _run(network, compilation, seconds, seed)
     rerun, exact = Rerun(image, spikes), wanted(blocks)
     baseline = rerun.floats(exact)
     loss = Loss(
         n_steps=len(spikes),
         tau_s=TAU_S,
+        network_error=against_float,
         output_error=error(rerun.integers(), baseline),
         floor=error(rerun.floats(replace(exact, bias=exact.bias * LAST_BIT)), baseline),
         parts=_parts(rerun, exact, restored(blocks), baseline, list(causes(image)), progress),
@@ -109,8 +118,18 @@ def _counts(image: ChipImage, spikes: Sequence[np.ndarray]) -> Activity:
     return chip.activity()
 
 
-def _run(compilation: Compilation, n_steps: int, seed: int) -> tuple[list[np.ndarray], Activity]:
-    """Run on the image, and return the spikes of the host and the counts."""
+def network_error(
+    network: nengo.Network, compilation: Compilation, seconds: float, seed: int
+) -> float | None:
+    """Return the error of a compiled network's probes against float Nengo; see `measure`."""
+    return _run(network, compilation, seconds, seed)[2]
+
+
+def _run(
+    network: nengo.Network, compilation: Compilation, seconds: float, seed: int
+) -> tuple[list[np.ndarray], Activity, float | None]:
+    """Run on the image; return the host's spikes, the counts, and the error against float Nengo."""
+    n_steps = max(1, round(seconds / compilation.image.manifest.dt_s))
     recorder = Recorder(NativeChip(compilation.image, seed))
     loop = HostLoop(compilation, recorder, seed)
     for step in range(n_steps):
@@ -120,8 +139,9 @@ def _run(compilation: Compilation, n_steps: int, seed: int) -> tuple[list[np.nda
             reason = f"{type(raised).__name__}: {raised}"
             raise BackendError(f"step {step + 1}: the network raised {reason}") from raised
     activity = loop.activity()
+    found = error_against_float(network, loop, n_steps, seed)
     loop.close()
-    return recorder.spikes, activity
+    return recorder.spikes, activity, found
 
 
 def causes(image: ChipImage) -> Iterator[Cause]:

@@ -67,9 +67,7 @@ class Rerun:
     def _filtered(self, rows: Iterable[list[np.ndarray]]) -> np.ndarray:
         """Decode the states that outputs held, and filter the values."""
         decoded = np.array([self._decoded(row) for row in rows])
-        decay = np.exp(-self._image.manifest.dt_s / TAU_S)
-        result: np.ndarray = lfilter([1 - decay], [1, -decay], decoded, axis=0)
-        return result
+        return low_pass(decoded, self._image.manifest.dt_s)
 
     def _decoded(self, row: list[np.ndarray]) -> np.ndarray:
         parts = []
@@ -90,6 +88,13 @@ def _check(image: ChipImage) -> None:
         )
     if not any(output.key in READ for output in image.manifest.outputs):
         raise BackendError("loss is measured at what is read out, and nothing is; add a probe")
+
+
+def low_pass(values: np.ndarray, dt_s: float) -> np.ndarray:
+    """Filter values, (n_steps, n), with the time constant that outputs are compared through."""
+    decay = np.exp(-dt_s / TAU_S)
+    result: np.ndarray = lfilter([1 - decay], [1, -decay], values, axis=0)
+    return result
 
 
 def error(outputs: np.ndarray, reference: np.ndarray) -> float:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import nengo
 from nengo.base import NengoObject
 
-from spikeport.compile.check.hints import image_hints, network_hints
+from spikeport.compile.check.hints import filter_hints, image_hints, network_hints
 from spikeport.compile.check.lint import lint
 from spikeport.compile.check.verify import verify, verify_settings
 from spikeport.compile.check.violation import DoesNotFitError
@@ -111,7 +111,11 @@ def compile_network(
         passes=tuple(run.record),
         lower_bound=lower_bound(block_loads(image, target), capacity(target)),
         neurobench=neurobench(image, cores),
-        hints=(*network_hints(network, names), *image_hints(unplaced, blocks.errors)),
+        hints=(
+            *network_hints(network, names),
+            *filter_hints(floats.passages, dt),
+            *image_hints(unplaced, blocks.errors),
+        ),
     )
     return Compilation(image, report, blocks, rewrite.stand_ins, rewrite.built)
 

@@ -1,18 +1,26 @@
-"""Hints on what compiles, but is lost or left out: rules SP4xx, of a network and its image."""
+"""Hints on what compiles, but is lost or left out: rules SP4xx, of a network, its filters and its
+image.
+"""
 
+from collections import defaultdict
 from collections.abc import Iterator, Sequence
 
 import nengo
 import numpy as np
+import scipy.sparse as sparse
+from scipy.sparse.csgraph import connected_components
 
 from spikeport.compile.check import rules
 from spikeport.compile.check.drive import duplicated, silenced
 from spikeport.compile.check.violation import Violation
+from spikeport.compile.ground.filters import Passage
 from spikeport.compile.ground.names import Names
 from spikeport.compile.ground.quantisation import BlockError
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.tables import part
 
+LATE = 0.05
+"""Share of a loop's time constant that filters of the chip add to it, worth a hint."""
 LOST = 0.1
 """Share of a block's weights above which their loss is worth a hint."""
 
@@ -33,6 +41,43 @@ def _nodes_of_arrays(network: nengo.Network) -> Iterator[nengo.Node]:
     for array in network.all_networks:
         if isinstance(array, nengo.networks.EnsembleArray):
             yield from array.nodes
+
+
+def filter_hints(passages: Sequence[Passage], dt_s: float) -> Iterator[Violation]:
+    """Yield a hint on each ensemble that one of several filters slows down, and each slower loop.
+
+    Parameters
+    ----------
+    passages : sequence of Passage
+        The filters of all connections that end on the chip.
+    dt_s : float
+        The time step, in seconds.
+    """
+    asked: dict[str, set[float]] = defaultdict(set)
+    for one in passages:
+        asked[one.target].add(one.target_s)
+    for target, found in asked.items():
+        if len(found) > 1:
+            named = " and ".join(f"{1000 * tau_s:g}" for tau_s in sorted(found))
+            yield rules.get("SP409").broken(target, f"{named} ms, all by {1000 * max(found):g} ms")
+    loops = _loops(passages)
+    for one in passages:
+        before_s = 0.0 if one.relay_s is None else one.relay_s + dt_s
+        whole_s = before_s + max(asked[one.target])
+        if loops.get(one.source) == loops[one.target] and whole_s > (1 + LATE) * one.own_s:
+            delays = f"{1000 * one.own_s:g} ms became {1000 * whole_s:g} ms"
+            yield rules.get("SP410").broken(one.connection, delays)
+
+
+def _loops(passages: Sequence[Passage]) -> dict[str, int]:
+    """Return a number for each ensemble, equal for those that are in one loop."""
+    ends = dict.fromkeys(end for one in passages for end in (one.source, one.target) if end)
+    number = {end: i for i, end in enumerate(ends)}
+    pairs = [(number[one.source], number[one.target]) for one in passages if one.source]
+    rows, columns = np.array(pairs, dtype=int).reshape(-1, 2).T
+    graph = sparse.coo_array((np.ones(len(rows)), (rows, columns)), shape=(len(number),) * 2)
+    _, loop = connected_components(graph, connection="strong") if number else (0, [])
+    return dict(zip(number, loop, strict=True))
 
 
 def image_hints(image: ChipImage, errors: Sequence[BlockError]) -> Iterator[Violation]:

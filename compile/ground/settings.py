@@ -12,15 +12,16 @@ import nengo
 import nengo_loihi
 from nengo.base import NengoObject
 from nengo.exceptions import ConfigError
-from nengo.params import EnumParam
+from nengo.params import EnumParam, NumberParam
 
 PATHS = ("auto", "direct", "onoff", "preset10", "host")
-OF_CONTAINER = {nengo.Ensemble: ("block_shape",), nengo.Connection: ("pop_type", "decode_path")}
+OURS = ("decode_path", "target_filter_s")
+OF_CONTAINER = {nengo.Ensemble: ("block_shape",), nengo.Connection: ("pop_type", *OURS)}
 """Options that are read in the network that holds an object; ``on_chip`` in the outermost one."""
 
 
 def add_params(network: nengo.Network) -> None:
-    """Add the options of nengo-loihi, and ``decode_path`` for connections, to a network's config.
+    """Add the options of nengo-loihi, and two for connections, to a network's config.
 
     ``decode_path`` sets how a decoded connection between ensembles on the chip is wired:
     ``"direct"`` from neuron to neuron, over a relay of ``"onoff"`` or ``"preset10"`` decode
@@ -31,6 +32,8 @@ def add_params(network: nengo.Network) -> None:
     if "decode_path" not in connections._extra_params:
         param = EnumParam("decode_path", default="auto", values=PATHS)
         connections.set_param("decode_path", param)
+        after = NumberParam("target_filter_s", default=None, low=0, optional=True)
+        connections.set_param("target_filter_s", after)
 
 
 class NetworkSettings:

@@ -14,6 +14,7 @@ from nengo_loihi.block import Compartment, LoihiBlock, Synapse
 from nengo_loihi.builder import Model
 from nengo_loihi.probe import LoihiProbe
 
+from spikeport.compile.ground.filters import Passage
 from spikeport.compile.ground.quantisation import BlockError
 from spikeport.compile.image.manifest import BlockEntry, Filter, InputEntry
 from spikeport.compile.loihi.events import EventSteps
@@ -46,6 +47,8 @@ class FloatBlocks:
         The builder's warnings.
     events : mapping of int to EventSteps
         The spikes of inputs that are read from files, by number.
+    passages : tuple of Passage
+        The filters of each connection that ends on the chip.
     """
 
     model: Model
@@ -55,6 +58,7 @@ class FloatBlocks:
     outputs: tuple[OutputName, ...]
     warnings: tuple[str, ...]
     events: Mapping[int, EventSteps] = field(default_factory=dict)
+    passages: tuple[Passage, ...] = ()
 
     @property
     def labels(self) -> tuple[str, ...]:

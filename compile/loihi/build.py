@@ -9,7 +9,7 @@ import contextlib
 import hashlib
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import nengo
 import numpy as np
@@ -22,7 +22,8 @@ from nengo_loihi.inputs import LoihiInput, SpikeInput
 from nengo_loihi.probe import LoihiProbe
 
 from spikeport.compile.check.finite import refused_or_not_finite
-from spikeport.compile.ground.names import Names
+from spikeport.compile.ground.filters import Passage, sends_spikes, time_constant_s
+from spikeport.compile.ground.names import Names, base
 from spikeport.compile.ground.refusal import RefusedError, collected_warnings, without_addresses
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.image.manifest import BlockEntry, Encoding, Filter, InputEntry
@@ -30,7 +31,7 @@ from spikeport.compile.loihi.blocks import FloatBlocks, OutputName, first_of
 from spikeport.compile.loihi.events import EventSteps, event_steps
 from spikeport.compile.loihi.lean import lean
 from spikeport.compile.loihi.numpy1 import numpy1_semantics
-from spikeport.compile.loihi.relay import RELAYS, relayed
+from spikeport.compile.loihi.relay import RELAYS, fit_range, relayed
 from spikeport.errors import UsageError
 
 SEED_LIMIT = 2**31 - 1
@@ -43,7 +44,8 @@ class OrderedModel(Model):
 
     ``building`` is the name of the object under construction, for error messages; ``crossings``
     maps inputs and probes to the connection, probe or node of the network that made them;
-    ``events`` has the spikes of inputs that are read from files.
+    ``events`` has the spikes of inputs that are read from files; ``asked`` maps connections that
+    end on the chip to the time constant they ask of their target, in seconds.
     """
 
     def __init__(self, dt_s: float, names: Names) -> None:
@@ -52,6 +54,7 @@ class OrderedModel(Model):
         self.building = "network"
         self.crossings: dict[LoihiInput | LoihiProbe, Crossing] = {}
         self.events: dict[LoihiInput, EventSteps] = {}
+        self.asked: dict[nengo.Connection, float] = {}
         # Limits are checked by spikeport.compile.check.verify, which reports all of them at once.
         self.validation_level = ValidationLevel.NONE
 
@@ -68,6 +71,9 @@ class OrderedModel(Model):
         n_inputs, n_probes = len(self.inputs), len(self.probes)
         with self._path(obj):
             built = super().build(obj, *args, **kwargs)
+            if isinstance(obj, nengo.Connection) and self._ends_on_chip(obj):
+                fit_range(self, obj)
+                self.asked[obj] = self._asked_filter_s(obj)
         if isinstance(obj, NAMED):
             # Builders call each other: the outermost object is the one of the network.
             crossing = [*list(self.inputs)[n_inputs:], *list(self.probes)[n_probes:]]
@@ -80,16 +86,33 @@ class OrderedModel(Model):
         self.events[source] = event_steps(process, self.dt)
         return source
 
+    def _ends_on_chip(self, connection: nengo.Connection) -> bool:
+        post = base(connection.post_obj)  # of an error, the connection that learns
+        return isinstance(post, nengo.Ensemble) and self.split.on_chip(post)
+
+    def _asked_filter_s(self, connection: nengo.Connection) -> float:
+        """Return the time constant that a connection under construction asks of its target."""
+        from_chip = self.split.on_chip(base(connection.pre_obj))
+        relayed = from_chip and "decoded" in self.objs[connection]
+        values = relayed or not sends_spikes(connection, from_chip)
+        return float(self.decode_tau) if values else time_constant_s(connection)
+
     def _path(self, obj: object) -> contextlib.AbstractContextManager[None]:
         """Return a context for the decode neurons that the network's config asks for, if any."""
-        if isinstance(obj, nengo.Connection) and self.config is not None:
-            options = self.config[obj]
-            path = options.decode_path if "decode_path" in options._clsparams.params else "auto"
+        if isinstance(obj, nengo.Connection):
+            path = self._option(obj, "decode_path")
             if path in RELAYS:
-                return relayed(self, obj, path)
+                return relayed(self, obj, path, self._option(obj, "target_filter_s"))
             if path == "direct" and isinstance(obj.post_obj, Neurons):
                 return lean(self, obj)
         return contextlib.nullcontext()
+
+    def _option(self, connection: nengo.Connection, name: str) -> Any:
+        """Return an option of spikeport's, None where the network's config has none."""
+        if self.config is None:
+            return None
+        options = self.config[connection]
+        return getattr(options, name) if name in options._clsparams.params else None
 
     def _order_passthrough(self) -> None:
         passthrough = self.split.passthrough
@@ -138,6 +161,7 @@ def build(rewrite: Rewrite, dt_s: float) -> FloatBlocks:
         tuple(_output_name(model, probe) for probe in model.probes),
         tuple(sorted({without_addresses(one.message) for one in collected})),
         {number: model.events[i] for number, i in enumerate(model.inputs) if i in model.events},
+        tuple(_passages(model)),
     )
     _check_probed_nodes(network, model, names)
     _check_order_of_reads(model, names)
@@ -207,6 +231,18 @@ def _ensemble_entry(ensemble: nengo.Ensemble, rewrite: Rewrite) -> BlockEntry:
     if piece := rewrite.pieces.get(ensemble):
         return BlockEntry("ensemble", piece.owner, ((piece.number, piece.count),))
     return BlockEntry("ensemble", rewrite.names[ensemble])
+
+
+def _passages(model: OrderedModel) -> Iterator[Passage]:
+    """Yield the filters of each connection that ends on the chip."""
+    names = model.names
+    for connection, target_s in model.asked.items():
+        pre, post = base(connection.pre_obj), base(connection.post_obj)
+        source = names[pre] if model.split.on_chip(pre) else ""
+        relay = model.objs[connection].get("decoded") if source else None
+        relay_s = None if relay is None else float(first_of(relay).compartment.tau_s)
+        own_s = time_constant_s(connection)
+        yield Passage(names[connection], source, names[post], own_s, relay_s, target_s)
 
 
 def _pieces(

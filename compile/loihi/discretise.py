@@ -1,15 +1,32 @@
-"""Float blocks -> integer blocks, with nengo-loihi's discretiser."""
+"""Float blocks -> integer blocks, with nengo-loihi's discretiser.
+
+Two things are mended around it. A group of weights whose exponent would lie below the chip's least
+is multiplied as if it did not, so that the chip would read it 2, 4 or more times too large: here it
+keeps the least exponent, and fewer bits. And a block whose largest weight is too small beside its
+thresholds is refused: here weights take fewer bits until the thresholds fit.
+"""
+
+import copy
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
-from nengo.exceptions import NengoException
-from nengo_loihi.block import LoihiBlock
-from nengo_loihi.builder.discretize import discretize_block, discretize_probe
+from nengo.exceptions import BuildError, NengoException
+from nengo_loihi.block import Compartment, LoihiBlock, Synapse, SynapseConfig
+from nengo_loihi.builder import discretize
+from nengo_loihi.builder.discretize import discretize_probe, discretize_synapse
 
 from spikeport.compile.check.finite import not_finite
 from spikeport.compile.ground.quantisation import block_error, block_values
 from spikeport.compile.ground.refusal import collected_warnings, refused, without_addresses
 from spikeport.compile.loihi.blocks import FloatBlocks, IntegerBlocks, copied, copied_probe
 from spikeport.compile.loihi.numpy1 import numpy1_semantics
+
+LEAST_EXPONENT = -6
+"""The least exponent of weights: 2^6 is the unit of what they add to a current."""
+WEIGHT_BITS = 8
+TINY = 1e-16
+"""A largest weight below which nengo-loihi takes all as zero."""
 
 
 def discretise(floats: FloatBlocks) -> IntegerBlocks:
@@ -42,9 +59,46 @@ def _discretise(block: LoihiBlock, label: str) -> float:
     if not all(np.isfinite(part).all() for part in (values.bias, *values.weights)):
         raise not_finite(label, "weights or biases")
     try:
-        scale: float = discretize_block(block)
+        return _round(block)
     except (NengoException, AssertionError) as error:
         raise refused(
             label, error, "bring its weights, gains and biases closer together"
         ) from error
+
+
+def _round(block: LoihiBlock) -> float:
+    """Round a block in place, and return the chip's units in a voltage of 1."""
+    largest = max((synapse.max_abs_weight() for synapse in block.synapses), default=0.0)
+    block.compartment = _rounded(block.compartment, largest)
+    info = block.discretize_info
+    for synapse in block.synapses:
+        discretize_synapse(synapse, *_scale(synapse, info))
+    scale: float = info["v_scale"]
     return scale
+
+
+def _rounded(compartment: Compartment, largest: float) -> Compartment:
+    """Return a rounded compartment; weights of at most ``largest`` take all bits that they can."""
+    for fewer in range(WEIGHT_BITS):
+        rounded = copy.deepcopy(compartment)
+        try:
+            # By its module's name: `numpy1_semantics` stands another in its place there.
+            discretize.discretize_compartment(rounded, largest * 2**fewer)
+        except BuildError:
+            if fewer == WEIGHT_BITS - 1:
+                raise
+        else:
+            return rounded
+    raise AssertionError("the loop above returns or raises")
+
+
+def _scale(synapse: Synapse, info: Mapping[str, Any]) -> tuple[float, np.ndarray, int]:
+    """Return the largest weight, scale and exponent that a group of weights is rounded with."""
+    whole = info["w_max"], info["w_scale"], info["w_exp"]
+    largest = synapse.max_abs_weight()
+    if synapse.learning or largest <= TINY:
+        return whole
+    if info["w_exp"] - int(np.floor(np.log2(info["w_max"] / largest))) >= LEAST_EXPONENT:
+        return whole
+    # The same products of scale and exponent, at the least exponent.
+    return largest, info["w_scale"] * SynapseConfig.get_scale(info["w_exp"]), LEAST_EXPONENT

@@ -2,39 +2,144 @@
 
 Decode neurons stand between a decoded connection and its target. The weights from them into a
 target depend on their kind, so a target has one group of such synapses for every kind in use.
+
+nengo-loihi filters twice: by a connection's synapse on the way into decode neurons, and for 5 ms
+behind them. Where the filter of the target's compartments is stated, both and the step between them
+have the synapse's delay in sum, as long as no less than 5 ms of it is left before decode neurons,
+which spikes that are not filtered would drive beyond their range.
+
+Decode neurons stand for values up to the target's radius. The weights of many neurons that decode a
+small value behind a slow filter are less than the chip's least: nengo-loihi's discretiser finds no
+exponent. There decode neurons stand for the values that occur, and their spikes count for less.
 """
 
 import contextlib
+import copy
 from collections.abc import Iterator
 
 import nengo
-from nengo_loihi.block import LoihiBlock
-from nengo_loihi.builder import Model
+import numpy as np
+from nengo.exceptions import BuildError
+from nengo_loihi.block import LoihiBlock, Synapse
+from nengo_loihi.builder import Model, discretize
 from nengo_loihi.decode_neurons import OnOffDecodeNeurons, Preset10DecodeNeurons
+from nengo_loihi.neurons import loihi_rates
+
+from spikeport.compile.ground.filters import DECODE_TAU_S, time_constant_s
+from spikeport.compile.ground.names import base
 
 RELAYS = {"onoff": OnOffDecodeNeurons, "preset10": Preset10DecodeNeurons}
 ENCODERS = "decode_neuron_encoders"
 """nengo-loihi's name for the synapses from decode neurons."""
 
+HEADROOM = 1.25
+"""A factor of the largest decoded value, for noise of what is decoded."""
+
 
 @contextlib.contextmanager
-def relayed(model: Model, connection: nengo.Connection, path: str) -> Iterator[None]:
-    """Build a connection with decode neurons of one kind, ``"onoff"`` or ``"preset10"``."""
+def relayed(
+    model: Model, connection: nengo.Connection, path: str, target_s: float | None = None
+) -> Iterator[None]:
+    """Build a connection with decode neurons of one kind.
+
+    Parameters
+    ----------
+    model : Model
+        nengo-loihi's model.
+    connection : nengo.Connection
+        The connection.
+    path : str
+        The kind, ``"onoff"`` or ``"preset10"``.
+    target_s : float, optional
+        The time constant of the target's compartments; by default as nengo-loihi filters.
+    """
     # The builder puts all synapses from decode neurons under one name, and adds to a group that it
     # finds there: only the group of this kind may bear the name while it builds.
-    usual = model.decode_neurons
+    usual = model.decode_neurons, model.decode_tau
     block = model.objs[connection.post_obj].get("in")
     named = block.named_synapses if isinstance(block, LoihiBlock) else {}
     others, mine = named.pop(ENCODERS, None), named.pop(f"{ENCODERS} {path}", None)
     if mine is not None:
         named[ENCODERS] = mine
     model.decode_neurons = RELAYS[path](dt=model.dt)
+    if target_s is not None:
+        own_s = time_constant_s(connection)
+        model.decode_tau = min(target_s, max(own_s, DECODE_TAU_S))  # it slows nothing down
     try:
         yield
+        if target_s is not None:
+            _set_filter(model, connection, target_s)
     finally:
-        model.decode_neurons = usual
+        model.decode_neurons, model.decode_tau = usual
         # Back under a name of its own, which the next connection of this kind looks for.
         if ENCODERS in named:
             named[f"{ENCODERS} {path}"] = named.pop(ENCODERS)
         if others is not None:
             named[ENCODERS] = others
+
+
+def _set_filter(model: Model, connection: nengo.Connection, target_s: float) -> None:
+    """Let decode neurons filter for what their target's filter leaves of a connection's synapse."""
+    compartment = model.objs[connection]["decoded"].compartment
+    compartment.tau_s = None  # which nengo-loihi would not lower
+    compartment.configure_filter(relay_filter_s(connection, target_s, model.dt), dt=model.dt)
+
+
+def relay_filter_s(connection: nengo.Connection, target_s: float, dt_s: float) -> float:
+    r"""Return the time constant of a relay's compartments, in seconds.
+
+    .. math:: \tau_r = \max(\tau - \tau_t - dt, \min(\tau, 5 ms))
+    """
+    own_s = time_constant_s(connection)
+    return max(own_s - target_s - dt_s, min(own_s, DECODE_TAU_S))
+
+
+def fit_range(model: Model, connection: nengo.Connection) -> None:
+    """Let decode neurons stand for the values that occur, where their weights are too small."""
+    parts = model.objs.get(connection, {})
+    if "mid_axon" not in parts or connection.learning_rule_type is not None:
+        return
+    if _has_exponent(parts["decoded"]):
+        return
+    factor = 1 / (HEADROOM * _largest_value(model, connection))
+    if factor > 1:
+        _scale(parts["decoders"], factor)
+        _weaken(model, connection, factor)
+
+
+def _has_exponent(block: LoihiBlock) -> bool:
+    """Return whether nengo-loihi's discretiser finds an exponent for a block's weights."""
+    largest = max(synapse.max_abs_weight() for synapse in block.synapses)
+    try:
+        discretize.discretize_compartment(copy.deepcopy(block.compartment), largest)
+    except BuildError:
+        return False
+    return True
+
+
+def _largest_value(model: Model, connection: nengo.Connection) -> float:
+    """Return the largest value that a connection decodes, in units of its target's radius."""
+    ensemble = base(connection.pre_obj)
+    built = model.params[ensemble]
+    points = built.eval_points @ built.encoders.T / ensemble.radius
+    kind = ensemble.neuron_type
+    rates = loihi_rates(kind, points, built.gain, built.bias, model.dt)
+    spikes = rates[:, connection.pre_slice] if connection.pre_obj is not ensemble else rates
+    weights = model.params[connection].weights * model.dt / getattr(kind, "amplitude", 1.0)
+    return float(np.abs(spikes @ weights.T).max() / connection.post_obj.radius)
+
+
+def _scale(synapse: Synapse, factor: float) -> None:
+    synapse.weights = [weights * np.float32(factor) for weights in synapse.weights]
+
+
+def _weaken(model: Model, connection: nengo.Connection, factor: float) -> None:
+    """Give decode neurons synapses of their own into the target, with smaller weights."""
+    axon, target = model.objs[connection]["mid_axon"], model.objs[connection.post_obj]["in"]
+    usual: Synapse = axon.target
+    axon.target = copy.copy(usual)
+    _scale(axon.target, 1 / factor)
+    target.add_synapse(axon.target)
+    if not any(other.target is usual for block in model.blocks for other in block.axons):
+        target.synapses.remove(usual)
+        target.named_synapses = {k: v for k, v in target.named_synapses.items() if v is not usual}

@@ -1,21 +1,22 @@
 """`DecodePath`: a path for each decoded connection between ensembles on the chip."""
 
-from collections.abc import Sequence
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal
 
 import nengo
-from nengo.ensemble import Neurons
 from pydantic import Field
 
+from spikeport.compile.ground.filters import DECODE_TAU_S, asked_filter_s, time_constant_s
 from spikeport.compile.ground.names import base
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.ground.scope import Scope
 from spikeport.compile.ground.settings import NetworkSettings
+from spikeport.compile.loihi.relay import RELAYS
 from spikeport.compile.loihi.solver import ParameterSolver
 from spikeport.compile.passes.base import Context, NetworkPass
 from spikeport.compile.rewriting.decode_paths import (
-    DECODE_TAU_S,
     EPSILON_S,
     PathCost,
     Slack,
@@ -39,9 +40,12 @@ class DecodePath(NetworkPass):
 
     ``network.config[connection].decode_path`` (see `spikeport.add_params`) decides where it is set,
     then ``default``. ``auto`` takes what loses least among all that need at most ``slack_cores``
-    more than the fewest, where that is at most ``slack_delay_s`` slower than over decode neurons:
-    an ensemble has one filter, the longest of all that goes into it, of 5 ms behind decode neurons
-    and inputs. The way over the host takes a step more, and traffic with the chip in every step.
+    more than the fewest, where that is at most ``slack_delay_s`` slower than over decode neurons.
+    The way over the host takes a step more, and traffic with the chip in every step.
+
+    An ensemble has one filter for all that goes into it, the slowest that anything asks for.
+    ``auto`` wires directly only what makes it no slower for any other input than a relay of its own
+    would be: 5 ms and a step. All others keep their own filter, in decode neurons.
 
     Attributes
     ----------
@@ -70,22 +74,29 @@ class DecodePath(NetworkPass):
             c: path_costs(link(c, solver), context.chip.limits, context.dt_s, self.rate_hz)
             for c in links
         }
-        settings = NetworkSettings(rewrite.network)
-        wanted = {c: settings.get(c, "decode_path") or "auto" for c in links}
-        wanted = {c: self.default if path == "auto" else path for c, path in wanted.items()}
-        reasons = {c: self._rejected(costs[c], wanted[c], slowed=False) for c in links}
-        first = {c: chosen(costs[c], reasons[c]) for c in links}
-        relay_s = DECODE_TAU_S + context.dt_s
-        for c in _slowed(first, rewrite.network.all_connections, scope, relay_s):
-            reasons[c] = self._rejected(costs[c], wanted[c], slowed=True)
+        wanted = self._wanted(links, NetworkSettings(rewrite.network))
+        reasons = {c: self._rejected(costs[c], wanted[c]) for c in links}
+        free = [c for c in links if wanted[c] == "auto" and "direct" not in reasons[c]]
+        relay_s = DECODE_TAU_S + context.dt_s + EPSILON_S
+        filters = target_filters(rewrite.network.all_connections, scope, wanted, free, relay_s)
+        for c in free:
+            shared = -EPSILON_S <= filters[c.post_obj] - time_constant_s(c) <= relay_s
+            reasons[c] = self._rejected(costs[c], wanted[c], shared)
         for c in links:
             context.note(rewrite.names[c], _note(costs[c], reasons[c]))
-        return rewire(rewrite, {c: chosen(costs[c], reasons[c]) for c in links}, solver)
+        paths = {c: chosen(costs[c], reasons[c]) for c in links}
+        return rewire(rewrite, paths, filters, solver)
 
-    def _rejected(self, costs: list[PathCost], wanted: str, slowed: bool) -> dict[str, str]:
+    def _wanted(
+        self, links: Sequence[nengo.Connection], settings: NetworkSettings
+    ) -> dict[nengo.Connection, str]:
+        set_paths = {c: settings.get(c, "decode_path") or "auto" for c in links}
+        return {c: self.default if path == "auto" else path for c, path in set_paths.items()}
+
+    def _rejected(self, costs: list[PathCost], wanted: str, shared: bool = True) -> dict[str, str]:
         if wanted != "auto":
             return all_but(wanted, costs)
-        return rejected(costs, Slack(self.slack_cores, self.slack_delay_s), slowed)
+        return rejected(costs, Slack(self.slack_cores, self.slack_delay_s), shared)
 
 
 def _is_link(connection: nengo.Connection, scope: Scope) -> bool:
@@ -101,32 +112,56 @@ def _is_link(connection: nengo.Connection, scope: Scope) -> bool:
     )
 
 
-def _slowed(
-    paths: dict[nengo.Connection, str],
+def target_filters(
     connections: Sequence[nengo.Connection],
     scope: Scope,
+    wanted: Mapping[nengo.Connection, str],
+    free: Sequence[nengo.Connection],
     relay_s: float,
-) -> list[nengo.Connection]:
-    """Return the direct connections that their target would delay more than a relay.
+) -> dict[nengo.Ensemble, float]:
+    """Return the time constant of each target's compartments, in seconds.
 
-    An ensemble has one filter, the longest of all its inputs.
+    Parameters
+    ----------
+    connections : sequence of nengo.Connection
+        All connections.
+    scope : Scope
+        The network.
+    wanted : mapping of nengo.Connection to str
+        The path that is asked for of each connection that has a choice.
+    free : sequence of nengo.Connection
+        The connections among these that are best wired directly.
+    relay_s : float
+        The delay of a relay, by which inputs with a filter of their own would be later.
     """
-    filters: dict[nengo.Ensemble, float] = {}
+    asked, offered, own = defaultdict(set), defaultdict(set), defaultdict(set)
     for c in connections:
-        if scope.on_chip(c.post_obj):
-            post = base(c.post_obj)
-            own = _filter_s(c, paths.get(c), scope)
-            filters[post] = max(own, filters.get(post, 0.0))
-    most = {c: _filter_s(c, "direct", scope) + relay_s + EPSILON_S for c in paths}
-    return [c for c, path in paths.items() if path == "direct" and filters[c.post_obj] > most[c]]
+        if not scope.on_chip(c.post_obj):
+            continue
+        if wanted.get(c) in (*RELAYS, "auto"):
+            own[base(c.post_obj)].add(time_constant_s(c))
+        else:
+            asked[base(c.post_obj)].add(_asked_filter_s(c, wanted.get(c), scope))
+    for c in free:
+        offered[c.post_obj].add(time_constant_s(c))
+    return {
+        post: _slowest(
+            asked[post], offered[post], min(asked[post] | own[post], default=0) + relay_s
+        )
+        for post in scope.ensembles
+    }
 
 
-def _filter_s(connection: nengo.Connection, path: str | None, scope: Scope) -> float:
-    spikes = scope.on_chip(connection.pre_obj) or isinstance(connection.pre_obj, Neurons)
-    decoded = isinstance(connection.post_obj, nengo.Ensemble) and path != "direct"
-    if decoded or not spikes:
-        return DECODE_TAU_S
-    return getattr(connection.synapse, "tau", 0.0)  # lint refuses other filters than low-pass
+def _slowest(asked: set[float], offered: set[float], limit_s: float) -> float:
+    """Return the longest of time constants that have to be, or may be up to a limit."""
+    found = asked | {tau_s for tau_s in offered if tau_s <= limit_s}
+    return max(found, default=DECODE_TAU_S)
+
+
+def _asked_filter_s(connection: nengo.Connection, path: str | None, scope: Scope) -> float:
+    if path == "direct":
+        return time_constant_s(connection)
+    return asked_filter_s(connection, scope.on_chip(connection.pre_obj))
 
 
 def _note(costs: list[PathCost], reasons: dict[str, str]) -> dict[str, object]:

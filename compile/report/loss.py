@@ -2,8 +2,10 @@
 
     error = rms(filtered(output) - filtered(float output)) / rms(filtered(float output))
 
-over all outputs and steps. A part's error is that of a run in which this part alone is rounded; its
-share is its error squared against the sum of all. `spikeport.backends.loss` measures it.
+over all outputs and steps, against float blocks of what was compiled. A part's error is that of a
+run in which this part alone is rounded; its share is its error squared against the sum of all.
+`spikeport.backends.loss` measures it. The cost of passes, filters and relays shows against the
+network as it was written, in float Nengo: `spikeport.backends.against_float`.
 """
 
 from dataclasses import asdict, dataclass
@@ -41,6 +43,9 @@ class Loss:
         Steps of the run.
     tau_s : float
         Time constant of the filter the outputs are compared through.
+    network_error : float or None
+        Error of the probes against the network as it was written, in float Nengo; None where no
+        value is probed, or input is random and has no seed.
     output_error : float
         Error of the integer blocks.
     floor : float
@@ -59,6 +64,7 @@ class Loss:
 
     n_steps: int
     tau_s: float
+    network_error: float | None
     output_error: float
     floor: float
     parts: tuple[LossPart, ...]

@@ -16,6 +16,7 @@ import numpy as np
 import scipy.sparse as sparse
 from nengo_loihi.neurons import LoihiSpikingRectifiedLinear
 
+from spikeport.compile.ground.filters import DECODE_TAU_S
 from spikeport.compile.loihi.numpy1 import numpy1_semantics
 from spikeport.compile.loihi.relay import RELAYS
 from spikeport.compile.loihi.solver import ParameterSolver
@@ -23,15 +24,13 @@ from spikeport.hardware_models.chip import Limits
 
 WEIGHT_BITS = 9
 """Bits of a synapse: an 8-bit weight, and its share of the headers of lists."""
-DECODE_TAU_S = 0.005
-"""nengo-loihi's filter behind decode neurons and inputs."""
 LEVELS = 255
 """Steps of a weight, relative to the largest of its block."""
 N_STEPS = 400
 """Simulated steps of a relay, the latter half of which count."""
 EPSILON_S = 1e-9
 """Difference below which delays are equal: they are sums of time steps and time constants."""
-SLOWED = "a slower filter of its target would delay it more than decode neurons do"
+OTHER_FILTER = "its target has a filter of another time constant, and one for all inputs"
 
 
 class PathCost(NamedTuple):
@@ -252,7 +251,7 @@ class Slack:
     delay_s: float
 
 
-def rejected(costs: Sequence[PathCost], slack: Slack, slowed: bool) -> dict[str, str]:
+def rejected(costs: Sequence[PathCost], slack: Slack, shared: bool = True) -> dict[str, str]:
     """Return every path but the best, and why it is not.
 
     The best is what loses least among those that are not too slow and do not take too much.
@@ -263,10 +262,10 @@ def rejected(costs: Sequence[PathCost], slack: Slack, slowed: bool) -> dict[str,
         The costs of all paths.
     slack : Slack
         What a lower error may cost.
-    slowed : bool
-        Whether other connections would delay this one, wired directly.
+    shared : bool
+        Whether the connection's own filter is that of its target, so that it can be wired directly.
     """
-    reasons = {"direct": SLOWED} if slowed else {}
+    reasons = {} if shared else {"direct": OTHER_FILTER}
     relay_s = min(one.delay_s for one in costs if one.path in RELAYS)
     for one in costs:
         if (more_s := one.delay_s - relay_s) > slack.delay_s + EPSILON_S:

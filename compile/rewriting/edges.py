@@ -167,6 +167,10 @@ class EdgeMatrices:
                 mine = weights[:, place.part.start : place.part.stop]
                 started = origin._replace(source=EdgeSource(place.group))
                 self._add(connection, started, mine, place.neuron)
+        elif isinstance(pre, nengo.Ensemble) and connection.solver.weights:
+            # Such a solver ends on an ensemble; its weights alone may end on neurons of a group.
+            origin = origin._replace(source=EdgeSource(NO_GROUP, pre.neurons))
+            self._add(connection, origin, self._solver.weights(connection))
         elif isinstance(pre, nengo.Ensemble) or connection.function is not None:
             # Only its own connection computes a function, so its result is the source.
             origin = origin._replace(source=EdgeSource(NO_GROUP, pre, connection))

@@ -14,7 +14,10 @@ from spikeport.compile.rewriting.decode_paths import link
 
 
 def rewire(
-    rewrite: Rewrite, chosen: Mapping[nengo.Connection, str], solver: ParameterSolver
+    rewrite: Rewrite,
+    chosen: Mapping[nengo.Connection, str],
+    filters: Mapping[nengo.Ensemble, float],
+    solver: ParameterSolver,
 ) -> Rewrite:
     """Wire each of some connections along the path that was chosen for it.
 
@@ -24,6 +27,8 @@ def rewire(
         The network.
     chosen : mapping of nengo.Connection to str
         A path of `spikeport.compile.rewriting.decode_paths` for each.
+    filters : mapping of nengo.Ensemble to float
+        The time constant of each target's compartments, in seconds.
     solver : ParameterSolver
         Solves the network's decoders and encoders.
     """
@@ -42,7 +47,9 @@ def rewire(
             # nengo-loihi builds relays itself, of the kind that the setting names.
             flat.keep(connection)
             if path is not None:
-                flat.network.config[connection].decode_path = path
+                settings = flat.network.config[connection]
+                settings.decode_path = path
+                settings.target_filter_s = filters[connection.post_obj]
     for probe in network.all_probes:
         flat.keep(probe)
     return rewrite.then(flat.network, {}, {c: solver.built(c) for c in gone}, flat.seeds)

@@ -1,10 +1,13 @@
 """``spikeport compile``."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from spikeport.backends.loss import measure
+import nengo
+
+from spikeport.backends.loss import measure, network_error
 from spikeport.commands import rates
+from spikeport.commands.against_written import as_written, more_cores, more_loss
 from spikeport.commands.passes import printer
 from spikeport.commands.progress import progress_bar
 from spikeport.commands.screen import Findings, show_findings
@@ -68,7 +71,11 @@ def run(request: CompileRequest) -> None:
         compilation = compile_network(network, request.chip, DT_S, passes, observer)
         findings = _reckoned(compilation, stated)
         if request.loss_s is not None:
-            findings = _measured(compilation, request.loss_s, progress)
+            findings = _measured(network, compilation, request.loss_s, progress)
+        if request.loss_s is not None or compilation.image.n_cores > 1:
+            progress("compiling as written", None)
+            written = as_written(network, request.chip, passes)
+            findings = _compared(findings, network, compilation, written, request.loss_s)
     write_findings(compilation, findings, out=request.out, json=request.json)
     show_findings(findings, request.cores)
     if exceeded := request.budget.exceeded(findings.report, findings.activity):
@@ -92,10 +99,29 @@ def _reckoned(compilation: Compilation, stated: Rates | None) -> Findings:
     return Findings(compilation.report, expected_activity(image, stated), stated, modules=counts)
 
 
-def _measured(compilation: Compilation, seconds: float, progress: Progress) -> Findings:
-    measured = measure(compilation, seconds, SEED, progress)
+def _measured(
+    network: nengo.Network, compilation: Compilation, seconds: float, progress: Progress
+) -> Findings:
+    measured = measure(network, compilation, seconds, SEED, progress)
     counts = Modules(modules(compilation.image), measured.by_module)
     return Findings(compilation.report, measured.activity, loss=measured.loss, modules=counts)
+
+
+def _compared(
+    findings: Findings,
+    network: nengo.Network,
+    compilation: Compilation,
+    written: Compilation | None,
+    loss_s: float | None,
+) -> Findings:
+    """Return findings with hints on what the network takes, or loses, more than as written."""
+    if written is None:
+        return findings
+    hints = [*findings.report.hints, *more_cores(compilation, written)]
+    if findings.loss is not None and loss_s is not None:
+        usual = network_error(network, written, loss_s, SEED)
+        hints += more_loss(findings.loss.network_error, usual)
+    return replace(findings, report=replace(findings.report, hints=tuple(hints)))
 
 
 def write_findings(

@@ -131,11 +131,21 @@ def cost_notes(chip: ChipModel, activity: Activity) -> Iterator[str]:
             yield f"{name}: {figure.estimate.source}" + (f"; {figure.note}" * bool(figure.note))
 
 
+def against_float(loss: Loss) -> str:
+    """How far probes are off those of the network as it was written."""
+    if loss.network_error is None:
+        return "not compared with float Nengo: no value is probed, or input is random"
+    return (
+        f"probes against the network as written, in float Nengo: {100 * loss.network_error:.2g} %"
+    )
+
+
 def loss_table(loss: Loss) -> Table:
     """What rounding cost the outputs, largest share first."""
-    title = f"loss: outputs {100 * loss.output_error:.2g} % off, {loss.n_steps:,} steps"
+    title = f"loss to rounding: outputs {100 * loss.output_error:.2g} % off, {loss.n_steps:,} steps"
     floor = f"a change in the last bit alone: {100 * loss.floor:.2g} %"
-    table = Table("cause", box=SIMPLE_HEAD, title=title, caption=floor)
+    caption = f"{floor}; {against_float(loss)}"
+    table = Table("cause", box=SIMPLE_HEAD, title=title, caption=caption)
     for name in ("rounding", "output error", "share"):
         table.add_column(name, justify="right", no_wrap=True)
     for part in loss.parts[:MOST_PARTS]:

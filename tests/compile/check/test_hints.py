@@ -1,7 +1,9 @@
 import nengo
 import numpy as np
+import pytest
 
-from spikeport.compile.check.hints import image_hints, network_hints
+from spikeport.compile.check.hints import filter_hints, image_hints, network_hints
+from spikeport.compile.ground.filters import Passage
 from spikeport.compile.ground.names import Names
 from spikeport.compile.ground.quantisation import BlockError
 from spikeport.compile.image.chip_image import ChipImage
@@ -40,6 +42,61 @@ def test_a_dead_end_is_found() -> None:
         "end: SP401 dead end: leads nowhere and is not probed; cure: probe it, or give it a "
         "function, as in nengo.Node(lambda t, x: x, size_in=...)"
     ]
+
+
+def passage(source: str, target: str, own_ms: float, *filters_ms: float) -> Passage:
+    """A connection over a relay of the first filter, or without one, to a target of the last."""
+    *relay_s, target_s = (ms / 1000 for ms in filters_ms)
+    name = f"{source} -> {target}"
+    return Passage(name, source, target, own_ms / 1000, *(relay_s or [None]), target_s)
+
+
+def filters(*passages: Passage) -> list[tuple[str, str, str]]:
+    return [(h.id, h.object, h.used) for h in filter_hints(passages, 0.001)]
+
+
+def test_filters_that_share_compartments_are_found() -> None:
+    alike = passage("", "a", 5, 5), passage("b", "a", 8, 8, 5)
+    assert filters(*alike) == []
+    assert filters(*alike, passage("b", "a", 100, 100)) == [
+        ("SP409", "a", "5 and 100 ms, all by 100 ms")
+    ]
+
+
+def test_loops_that_relays_slow_down_are_found() -> None:
+    there, back = passage("a", "b", 100, 94, 5), passage("b", "a", 5, 5, 5)
+    assert filters(there, back) == [("SP410", "b -> a", "5 ms became 11 ms")]
+    assert filters(there, passage("b", "c", 5, 5, 5)) == []
+    assert filters(passage("a", "a", 100, 100, 5)) == [("SP410", "a -> a", "100 ms became 106 ms")]
+    assert filters(passage("a", "a", 20, 20)) == []
+    assert filters() == []
+
+
+def found(network: nengo.Network, pipeline: str = "as_written") -> set[str]:
+    return {hint.id for hint in compile_network(network, pipeline=pipeline).report.hints}
+
+
+def inhibited(synapse: float) -> nengo.Network:
+    with nengo.Network(seed=1) as network:
+        a, b = nengo.Ensemble(20, 1), nengo.Ensemble(20, 1)
+        nengo.Connection(a, b, synapse=0.1)
+        nengo.Connection(a.neurons, b.neurons, transform=-np.eye(20) / 1000, synapse=synapse)
+    return network
+
+
+def test_one_synapse_cures_a_shared_filter() -> None:
+    assert "SP409" in found(inhibited(0.02))
+    assert "SP409" not in found(inhibited(0.005))
+
+
+@pytest.mark.parametrize("tau", [0.1, 0.005])
+def test_compact_cures_a_slower_loop(tau: float) -> None:
+    with nengo.Network(seed=1) as network:
+        a = nengo.Ensemble(20, 1)
+        nengo.Connection(nengo.Node([1]), a)
+        nengo.Connection(a, a, synapse=tau)
+    assert "SP410" in found(network)
+    assert "SP410" not in found(network, "compact")
 
 
 def test_outputs_of_an_ensemble_array_that_nobody_reads_are_no_dead_ends() -> None:

@@ -16,7 +16,7 @@ PLACED = {"message", "hop_east_west", "hop_north_south", "message_between_chips"
 
 
 @pytest.fixture(scope="module")
-def compilation() -> Compilation:
+def network() -> nengo.Network:
     """An ensemble in two pieces, which the host and another one drive."""
     with nengo.Network(seed=1) as network:
         source = nengo.Node(0.5, label="source")
@@ -24,6 +24,11 @@ def compilation() -> Compilation:
         nengo.Connection(source, large)
         nengo.Connection(large, small)
         nengo.Probe(small, synapse=0.01)
+    return network
+
+
+@pytest.fixture(scope="module")
+def compilation(network: nengo.Network) -> Compilation:
     return compile_network(network)
 
 
@@ -49,8 +54,10 @@ def test_what_is_expected_of_modules_adds_up(compilation: Compilation) -> None:
     assert_adds_up(compilation, expected_activity(image, rates), parts)
 
 
-def test_what_modules_did_in_a_run_adds_up(compilation: Compilation) -> None:
-    measured = measure(compilation, seconds=0.05, seed=0, progress=lambda _what, _share: None)
+def test_what_modules_did_in_a_run_adds_up(
+    network: nengo.Network, compilation: Compilation
+) -> None:
+    measured = measure(network, compilation, 0.05, seed=0, progress=lambda _what, _share: None)
     assert measured.activity.totals()["spikes"] > 0
     assert_adds_up(compilation, measured.activity, measured.by_module)
 

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from spikeport.compile.ground.names import Names
+from spikeport.compile.ground.quantisation import block_values, restored_block
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.loihi.build import build
 from spikeport.compile.loihi.discretise import discretise
@@ -92,6 +93,29 @@ def test_discretising_leaves_the_float_blocks_as_they_were() -> None:
         assert np.array_equal(block.compartment.vth, vth)
         assert block.compartment.scale_u == scale_u
         assert block.discretize_info is None
+
+
+def two_inputs(ratio: float, tau: float) -> nengo.Network:
+    """A strong and a weak input of neurons, through one slow filter."""
+    with nengo.Network(seed=1) as network:
+        a = nengo.Ensemble(10, 1, gain=np.ones(10), bias=np.ones(10), label="a")
+        b = nengo.Ensemble(10, 1, gain=np.ones(10), bias=np.ones(10), label="b")
+        for size in (1.0, ratio):
+            matrix = size * np.random.RandomState(0).uniform(0.5, 1, (10, 10))
+            nengo.Connection(a.neurons, b.neurons, transform=matrix * 1e-3, synapse=tau)
+    return network
+
+
+@pytest.mark.parametrize("ratio", [0.3, 0.1, 0.05])
+def test_weights_below_the_least_exponent_are_not_multiplied(ratio: float) -> None:
+    """nengo-loihi's own integers stand for weights up to 8 times as large."""
+    network = two_inputs(ratio, tau=0.1)
+    floats = build(Rewrite(network, Names(network)), dt_s=0.001)
+    blocks = discretise(floats)
+    wanted = block_values(floats.blocks[1])
+    found = restored_block(wanted, blocks.blocks[1])
+    for exact, rounded in zip(wanted.weights, found.weights, strict=True):
+        assert np.linalg.norm(rounded - exact) < 0.6 * np.linalg.norm(exact)
 
 
 HOST = "or keep its ensembles on the host with net.config[ensemble].on_chip = False"

@@ -3,12 +3,16 @@
 import contextlib
 
 import nengo
+import numpy as np
 import pytest
 from nengo_loihi.block import LoihiBlock, Synapse
 from nengo_loihi.builder import Model
 from nengo_loihi.decode_neurons import OnOffDecodeNeurons, Preset10DecodeNeurons
 
-from spikeport.compile.loihi.relay import ENCODERS, relayed
+from spikeport.compile.loihi.build import build
+from spikeport.compile.loihi.relay import ENCODERS, relay_filter_s, relayed
+from tests.helpers.chip_networks import integer_blocks
+from tests.helpers.small_networks import rewrite_of
 
 
 @pytest.fixture
@@ -54,3 +58,64 @@ def test_the_groups_of_other_connections_stay(built) -> None:
     with relayed(model, connection, "onoff"):
         assert ENCODERS not in block.named_synapses
     assert block.named_synapses == {ENCODERS: synapse}
+
+
+@pytest.mark.parametrize(
+    ("own", "target", "relay"),
+    [
+        (0.1, 0.005, 0.094),
+        (0.008, 0.002, 0.005),
+        (0.006, 0.005, 0.005),
+        (0.002, 0.005, 0.002),
+        (None, 0.005, 0.0),
+    ],
+)
+def test_a_relay_and_its_target_delay_as_much_as_the_synapse(
+    built, own: float | None, target: float, relay: float
+) -> None:
+    _, connection, _ = built
+    connection.synapse = own
+    assert relay_filter_s(connection, target, 0.001) == pytest.approx(relay)
+
+
+def test_no_relay_slows_its_target_down(built) -> None:
+    model, connection, _ = built
+    usual = model.decode_tau
+    with contextlib.suppress(KeyError), relayed(model, connection, "onoff", target_s=0.1):
+        assert model.decode_tau == 0.005
+    assert model.decode_tau == usual
+
+
+def loop(gain: float, tau: float) -> nengo.Network:
+    with nengo.Network(seed=0) as network:
+        source = nengo.Node([0.5])
+        a = nengo.Ensemble(200, 1)
+        nengo.Connection(source, a)
+        nengo.Connection(a, a, transform=gain, synapse=tau)
+        nengo.Connection(a, a, transform=0.9, synapse=0.005)
+    return network
+
+
+def test_weights_that_no_exponent_suits_are_made_larger() -> None:
+    """In the loop of gain .2, decode neurons stand for .25 of the radius, and count for as much."""
+    floats = build(rewrite_of(loop(0.2, 0.1)), 0.001)
+    ensemble, relay, other = floats.blocks
+    _, few, usual = ensemble.synapses
+    ratio = np.vstack(few.weights) / np.vstack(usual.weights)
+    assert ratio == pytest.approx(np.full(ratio.shape, 0.25), rel=0.05)
+    sizes = [np.vstack(block.synapses[0].weights) for block in (relay, other)]
+    assert abs(sizes[0]).max() == pytest.approx(0.2 * 4 / 0.9 * abs(sizes[1]).max(), rel=0.1)
+
+
+def test_a_group_of_synapses_that_nothing_reaches_is_gone() -> None:
+    network = loop(0.2, 0.1)
+    network.connections.pop()
+    ensemble, _ = build(rewrite_of(network), 0.001).blocks
+    assert len(ensemble.synapses) == 2
+    assert len(ensemble.named_synapses) == 1
+    assert integer_blocks(network).errors[1].lost_weights < 0.5
+
+
+def test_weights_that_have_an_exponent_stay() -> None:
+    ensemble, *_ = build(rewrite_of(loop(0.9, 0.05)), 0.001).blocks
+    assert len(ensemble.synapses) == 2

@@ -8,10 +8,13 @@ import spikeport
 from spikeport.backends.host_loop import HostLoop
 from spikeport.backends.native.chip import NativeChip
 from spikeport.compile.check.violation import DoesNotFitError
+from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.image.usage import core_uses
+from spikeport.compile.loihi.build import build
 from spikeport.compile.passes.decode_path import DecodePath
 from spikeport.compile.passes.fuse import Fuse
 from spikeport.compile.pipeline import compile_network
+from spikeport.compile.rewriting.decode_paths import OTHER_FILTER
 from tests.helpers.random_networks import assert_equal_in_float, random_network, rewritten
 
 
@@ -62,14 +65,63 @@ def test_auto_takes_what_loses_least_for_its_cores() -> None:
     assert chosen(chain(n=400), slack_cores=0.5) == "preset10"
 
 
-def test_auto_is_not_slower_than_decode_neurons() -> None:
-    network = chain(tau=0.005)
+def beside(synapse: float, *fixed: float) -> nengo.Network:
+    """The chain, with more filters into its second ensemble: of spikes that go to neurons."""
+    network = chain(tau=synapse)
+    first, second = network.ensembles
     with network:
-        inhibitor = network.ensembles[0].neurons
-        nengo.Connection(
-            inhibitor, network.ensembles[1].neurons, transform=np.eye(60), synapse=0.05
-        )
+        for tau in fixed:
+            nengo.Connection(first.neurons, second.neurons, transform=np.eye(60), synapse=tau)
+    return network
+
+
+@pytest.mark.parametrize(
+    ("synapse", "fixed", "path"),
+    [
+        (0.005, (0.05,), "preset10"),
+        (0.05, (0.005,), "preset10"),
+        (0.05, (0.05,), "direct"),
+        (0.05, (), "direct"),
+        (0.002, (0.05,), "preset10"),
+        (0.011, (0.005,), "direct"),
+        (0.012, (0.005,), "preset10"),
+    ],
+)
+def test_no_input_shares_a_filter_that_is_slower_than_a_relay_of_its_own(
+    synapse: float, fixed: tuple[float, ...], path: str
+) -> None:
+    assert chosen(beside(synapse, *fixed)) == path
+
+
+def test_what_comes_from_the_host_has_a_filter_of_its_own() -> None:
+    network = chain(tau=0.1)
+    with network:
+        nengo.Connection(network.nodes[0], network.ensembles[1])
     assert chosen(network) == "preset10"
+    assert reasons(network)["direct"] == OTHER_FILTER
+
+
+def both(first: float, second: float) -> Rewrite:
+    """The chain, whose connection is there twice, with two filters."""
+    network = chain(tau=first)
+    with network:
+        nengo.Connection(*network.ensembles, function=np.square, synapse=second)
+    return rewritten(network, DecodePath())[0]
+
+
+def test_the_fastest_is_wired_directly_and_the_rest_of_others_filtered_before() -> None:
+    rewrite = both(0.1, 0.01)
+    paths = [rewrite.network.config[c].decode_path for c in rewrite.network.connections]
+    assert sorted(paths) == ["auto", "auto", "direct", "preset10"]
+    filters = [(b.n_neurons, b.compartment.tau_s) for b in build(rewrite, 0.001).blocks]
+    assert (20, pytest.approx(0.1 - 0.01 - 0.001)) in filters
+    assert (60, 0.01) in filters
+
+
+def test_filters_nearer_than_the_delay_of_a_relay_are_shared() -> None:
+    rewrite = both(0.008, 0.002)
+    paths = [rewrite.network.config[c].decode_path for c in rewrite.network.connections]
+    assert sorted(paths) == ["auto", "auto", "direct", "direct"]
 
 
 def test_auto_takes_the_host_where_its_delay_may_be() -> None:

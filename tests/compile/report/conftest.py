@@ -11,6 +11,7 @@ from spikeport.compile.report.loss import Loss, LossPart
 LOSS = Loss(
     n_steps=10,
     tau_s=0.02,
+    network_error=None,
     output_error=0.5,
     floor=0.0,
     parts=(LossPart("a", "bias", 0.1, 0.5, 1.0),),

@@ -10,6 +10,7 @@ from spikeport.compile.report.loss import ALIASED, SATURATED, Loss, LossPart
 NONE = Loss(
     n_steps=2000,
     tau_s=0.02,
+    network_error=0.2,
     output_error=0.1,
     floor=0.01,
     parts=(LossPart("a", "weights", 0.01, 0.1, 1.0),),

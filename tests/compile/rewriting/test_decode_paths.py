@@ -7,7 +7,7 @@ from nengo_loihi.neurons import LoihiSpikingRectifiedLinear
 from spikeport.compile.loihi.relay import RELAYS
 from spikeport.compile.loihi.solver import ParameterSolver
 from spikeport.compile.rewriting.decode_paths import (
-    SLOWED,
+    OTHER_FILTER,
     WEIGHT_BITS,
     Link,
     PathCost,
@@ -170,51 +170,55 @@ LESS_THAN_HOST = {"host": "1 ms slower than decode neurons"}
 
 
 @pytest.mark.parametrize(
-    ("slack", "slowed", "reasons"),
+    ("slack", "shared", "reasons"),
     [
         (
             Slack(2.5, 0.0),
-            False,
+            True,
             {"onoff": "loses more than direct", "preset10": "loses more than direct"},
         ),
         (
             Slack(2.4, 0.0),
-            False,
+            True,
             {"direct": "2.5 more cores than the fewest", "onoff": "loses more than preset10"},
         ),
         (
             Slack(0.4, 0.0),
-            False,
+            True,
             {
                 "direct": "2.5 more cores than the fewest",
                 "preset10": "0.5 more cores than the fewest",
             },
         ),
-        (Slack(2.5, 0.0), True, {"direct": SLOWED, "onoff": "loses more than preset10"}),
-        (Slack(0.4, 0.0), True, {"direct": SLOWED, "preset10": "0.5 more cores than the fewest"}),
+        (Slack(2.5, 0.0), False, {"direct": OTHER_FILTER, "onoff": "loses more than preset10"}),
+        (
+            Slack(0.4, 0.0),
+            False,
+            {"direct": OTHER_FILTER, "preset10": "0.5 more cores than the fewest"},
+        ),
     ],
 )
 def test_the_best_loses_least_of_those_that_are_small_and_fast(
-    slack: Slack, slowed: bool, reasons: dict[str, str]
+    slack: Slack, shared: bool, reasons: dict[str, str]
 ) -> None:
-    assert rejected(costs(), slack, slowed) == LESS_THAN_HOST | reasons
+    assert rejected(costs(), slack, shared) == LESS_THAN_HOST | reasons
 
 
 def test_delay_can_be_allowed() -> None:
-    found = rejected(costs(), Slack(1.0, 0.001), slowed=False)
+    found = rejected(costs(), Slack(1.0, 0.001))
     assert chosen(costs(), found) == "host"
-    assert chosen(costs(), rejected(costs(), Slack(1.0, 0.0009), slowed=False)) == "preset10"
+    assert chosen(costs(), rejected(costs(), Slack(1.0, 0.0009))) == "preset10"
 
 
 def test_delays_that_rounding_alone_tells_apart_are_equal() -> None:
     relay_s = {"delay_s": 0.3}
     equal = costs(host={"delay_s": 0.1 + 0.2}, onoff=relay_s, preset10=relay_s)
-    assert chosen(equal, rejected(equal, Slack(1.0, 0.0), slowed=False)) == "host"
+    assert chosen(equal, rejected(equal, Slack(1.0, 0.0))) == "host"
 
 
 def test_a_path_that_is_too_slow_sets_no_standard_for_cores() -> None:
     small_host = costs(host={"cores": 0.0}, onoff={"cores": 2.0}, preset10={"cores": 2.0})
-    assert chosen(small_host, rejected(small_host, Slack(1.0, 0.0), slowed=False)) == "direct"
+    assert chosen(small_host, rejected(small_host, Slack(1.0, 0.0))) == "direct"
 
 
 def test_a_path_that_is_set_rejects_all_others() -> None:

@@ -7,7 +7,14 @@ from nengo.solvers import LstsqL2
 
 import spikeport
 from spikeport.compile.loihi.solver import ParameterSolver
-from spikeport.compile.rewriting.edges import EdgeKey, Edges, EdgeSource, EdgeTarget, without_zeros
+from spikeport.compile.rewriting.edges import (
+    NO_GROUP,
+    EdgeKey,
+    Edges,
+    EdgeSource,
+    EdgeTarget,
+    without_zeros,
+)
 from spikeport.compile.rewriting.partition import Part, Partition
 from tests.helpers.small_networks import (
     DT_S,
@@ -159,6 +166,17 @@ def test_a_solver_of_weights_multiplies_with_encoders() -> None:
     values = ParameterSolver(rewrite_of(network), DT_S).weights(solved)
     encoders = np.arange(1.0, 11).reshape(5, 2)[:, 1:]
     assert_edges(edges_of(network), {key(): encoders / 0.5 @ values})
+
+
+def test_weights_of_an_ensemble_that_stays_start_at_its_neurons() -> None:
+    network = two()
+    with network:
+        stays = ensemble("stays", 3)
+        solved = nengo.Connection(stays, network.b, solver=LstsqL2(weights=True), synapse=FAST)
+    values = ParameterSolver(rewrite_of(network), DT_S).weights(solved)
+    source = EdgeSource(NO_GROUP, stays.neurons)
+    edge = EdgeKey(source, key().target, FAST, None)
+    assert_edges(edges_of(network), {edge: network.b.encoders @ values})
 
 
 def test_a_passthrough_node_is_a_product() -> None:

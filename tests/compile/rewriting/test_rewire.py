@@ -22,7 +22,8 @@ def chain() -> nengo.Network:
 def rewired(network: nengo.Network, path: str) -> Rewrite:
     rewrite = rewrite_of(network)
     solver = ParameterSolver(rewrite, DT_S)
-    return rewire(rewrite, {network.connections[0]: path}, solver)
+    filters = dict.fromkeys(network.ensembles, 0.005)
+    return rewire(rewrite, {network.connections[0]: path}, filters, solver)
 
 
 def test_direct_wiring_is_encoders_times_decoders() -> None:

@@ -1,0 +1,76 @@
+"""The distance of a compiled network's probes from those of the network as written, in float.
+
+    error = rms(filtered(recorded) - filtered(recorded in float)) / rms(filtered(recorded in float))
+
+over the decoded values and node outputs that are probed. Both run in closed loop with their hosts:
+it holds the cost of passes, of nengo-loihi's filters and relays, and of rounding.
+"""
+
+import nengo
+import numpy as np
+from nengo.builder import Model
+from nengo.ensemble import Neurons
+
+from spikeport.backends.host_loop import HostLoop
+from spikeport.backends.rerun import error, low_pass
+from spikeport.compile.ground.names import Names
+from spikeport.compile.ground.rewrite import Rewrite
+
+NOISE = (nengo.processes.WhiteNoise, nengo.processes.FilteredNoise, nengo.processes.WhiteSignal)
+"""Processes of which two runs draw different values, unless they have a seed."""
+
+
+def error_against_float(
+    network: nengo.Network, loop: HostLoop, n_steps: int, seed: int
+) -> float | None:
+    """Run a network in float Nengo, and compare it with a run of its image.
+
+    Parameters
+    ----------
+    network : nengo.Network
+        The network as the user wrote it.
+    loop : HostLoop
+        The network as it was compiled, after the run.
+    n_steps, seed : int
+        The length of that run, and the seed of its host.
+
+    Returns
+    -------
+    error : float or None
+        None where no value is probed, or input is random and differs from run to run.
+    """
+    probes = [probe for probe in network.all_probes if _is_value(probe)]
+    if not probes or any(_is_random(node) for node in network.all_nodes):
+        return None
+    dt_s = loop.compilation.image.manifest.dt_s
+    wanted = _float_run(network, n_steps, dt_s, seed)
+    steps = [probe.sample_every or dt_s for probe in probes]
+    return error(
+        _joined([loop.data(probe) for probe in probes], steps),
+        _joined([wanted[probe] for probe in probes], steps),
+    )
+
+
+def _is_value(probe: nengo.Probe) -> bool:
+    return probe.attr in ("decoded_output", "output") and not isinstance(probe.obj, Neurons)
+
+
+def _is_random(node: nengo.Node) -> bool:
+    return isinstance(node.output, NOISE) and node.output.seed is None
+
+
+def _float_run(
+    network: nengo.Network, n_steps: int, dt_s: float, seed: int
+) -> dict[nengo.Probe, np.ndarray]:
+    model = Model(dt=dt_s)
+    # The seeds of the compile: gains, encoders and decoded functions are the same.
+    model.seeds.update(Rewrite(network, Names(network)).all_seeds())
+    with nengo.Simulator(network, model=model, seed=seed, progress_bar=False) as simulator:
+        simulator.run_steps(n_steps, progress_bar=False)
+        return {probe: np.asarray(simulator.data[probe]) for probe in network.all_probes}
+
+
+def _joined(recorded: list[np.ndarray], steps_s: list[float]) -> np.ndarray:
+    """Return what probes recorded, filtered, one after the other."""
+    pairs = zip(recorded, steps_s, strict=True)
+    return np.concatenate([low_pass(values, step_s).ravel() for values, step_s in pairs])

@@ -1,0 +1,55 @@
+"""The filter that a connection asks of the compartments it ends on.
+
+A compartment's current has one decay, whatever it comes from. Spikes that go to neurons as they
+are have the connection's own filter there. Values come through a relay or from the host, which
+have filtered them: behind those nengo-loihi filters for 5 ms.
+"""
+
+from typing import NamedTuple
+
+import nengo
+from nengo.ensemble import Neurons
+
+DECODE_TAU_S = 0.005
+"""nengo-loihi's filter behind decode neurons and inputs."""
+
+
+class Passage(NamedTuple):
+    """The filters that a connection passes on the chip.
+
+    Attributes
+    ----------
+    connection, source, target : str
+        The names of the connection and of the ensembles at its ends; a source on the host is "".
+    own_s : float
+        The time constant of its synapse, in seconds.
+    relay_s : float or None
+        That of its relay, None without one.
+    target_s : float
+        That which it asks of its target's compartments.
+    """
+
+    connection: str
+    source: str
+    target: str
+    own_s: float
+    relay_s: float | None
+    target_s: float
+
+
+def time_constant_s(connection: nengo.Connection) -> float:
+    """Return the time constant of a connection's low-pass filter, 0 without one."""
+    return float(getattr(connection.synapse, "tau", 0.0))  # lint refuses other filters
+
+
+def sends_spikes(connection: nengo.Connection, from_chip: bool) -> bool:
+    """Return whether spikes go to neurons as they are, by how a connection is written."""
+    pre = connection.pre_obj
+    if isinstance(connection.post_obj, Neurons):
+        return from_chip or isinstance(pre, Neurons)
+    return from_chip and isinstance(pre, nengo.Ensemble) and connection.solver.weights
+
+
+def asked_filter_s(connection: nengo.Connection, from_chip: bool) -> float:
+    """Return the time constant that a connection asks of its target's compartments, in seconds."""
+    return time_constant_s(connection) if sends_spikes(connection, from_chip) else DECODE_TAU_S

@@ -1,0 +1,44 @@
+"""A rewritten network against the one as written: hints where it takes more, or loses more.
+
+The network is compiled once more, without the passes that rewrite it.
+"""
+
+from collections.abc import Iterator
+
+import nengo
+
+from spikeport.compile.check import rules
+from spikeport.compile.check.violation import Violation
+from spikeport.compile.passes.parse import parse
+from spikeport.compile.passes.pipeline import Pipeline
+from spikeport.compile.passes.registry import PIPELINES
+from spikeport.compile.pipeline import Compilation, compile_network
+from spikeport.errors import CompileError
+
+MOST_ENSEMBLES = 300
+"""Ensembles of a network above which compiling it as written may take minutes."""
+
+
+def as_written(network: nengo.Network, chip: str, passes: str | Pipeline) -> Compilation | None:
+    """Compile a network as it is written; None where that is no comparison, or would take long."""
+    pipeline = parse(passes) if isinstance(passes, str) else passes
+    if not pipeline.networks or len(network.all_ensembles) > MOST_ENSEMBLES:
+        return None
+    try:
+        return compile_network(network, chip, pipeline=PIPELINES["as_written"])
+    except CompileError:  # it needs the passes
+        return None
+
+
+def more_cores(found: Compilation, written: Compilation) -> Iterator[Violation]:
+    """Yield a hint where a compile takes more cores than that of the network as written."""
+    cores, least = found.image.n_cores, written.image.n_cores
+    if cores > least:
+        yield rules.get("SP411").broken("the network", f"{cores}, as written {least}")
+
+
+def more_loss(error: float | None, written: float | None) -> Iterator[Violation]:
+    """Yield a hint where probes are further off than those of the network as written."""
+    if error is not None and written is not None and error > written:
+        used = f"{100 * error:.2g} % off, as written {100 * written:.2g} %"
+        yield rules.get("SP412").broken("probes", used)

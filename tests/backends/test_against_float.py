@@ -1,0 +1,59 @@
+"""Probes on the chip against those of the network as it was written."""
+
+import nengo
+import numpy as np
+import pytest
+
+from spikeport.backends.against_float import error_against_float
+from spikeport.backends.host_loop import HostLoop
+from spikeport.backends.native.chip import NativeChip
+from spikeport.compile.pipeline import compile_network
+
+N_STEPS = 200
+
+
+def found(network: nengo.Network, **options: object) -> float | None:
+    compilation = compile_network(network, **options)
+    loop = HostLoop(compilation, NativeChip(compilation.image, seed=0), seed=0)
+    for _ in range(N_STEPS):
+        loop.step()
+    return error_against_float(network, loop, N_STEPS, seed=0)
+
+
+def channel(source: object, **options: object) -> nengo.Network:
+    """From an input through two ensembles, probed in the second."""
+    with nengo.Network(seed=1) as network:
+        first, second = nengo.Ensemble(60, 1), nengo.Ensemble(60, 1)
+        nengo.Connection(nengo.Node(source), first)
+        nengo.Connection(first, second)
+        nengo.Probe(second, **options)
+    return network
+
+
+def test_values_are_near_those_of_float_nengo() -> None:
+    assert 0.001 < found(channel([0.7])) < 0.2
+    assert 0.001 < found(channel([0.7]), pipeline="compact") < 0.2
+    assert 0.001 < found(channel([0.7], sample_every=0.01, synapse=0.02)) < 0.3
+
+
+def test_a_change_of_what_is_computed_shows() -> None:
+    network = channel([0.7])
+    compilation = compile_network(network)
+    network.connections[1].transform = -1
+    loop = HostLoop(compilation, NativeChip(compilation.image, seed=0), seed=0)
+    for _ in range(N_STEPS):
+        loop.step()
+    assert error_against_float(network, loop, N_STEPS, seed=0) == pytest.approx(2, abs=0.2)
+
+
+def test_random_input_needs_a_seed() -> None:
+    assert found(channel(nengo.processes.WhiteSignal(1.0, high=5))) is None
+    assert found(channel(nengo.processes.WhiteSignal(1.0, high=5, seed=3))) < 0.5
+
+
+def test_spikes_are_no_values() -> None:
+    network = channel(np.sin)
+    network.probes.clear()
+    with network:
+        nengo.Probe(network.ensembles[0].neurons)
+    assert found(network) is None

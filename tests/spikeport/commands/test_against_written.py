@@ -1,0 +1,49 @@
+"""What a rewritten network takes and loses more than the one as written."""
+
+import nengo
+import pytest
+
+from spikeport.commands.against_written import as_written, more_cores, more_loss
+from spikeport.compile.pipeline import compile_network
+
+
+def pair(n: int, **options: nengo.synapses.Synapse) -> nengo.Network:
+    with nengo.Network(seed=1, label="pair") as network:
+        pre, post = nengo.Ensemble(n, 1), nengo.Ensemble(n, 1)
+        nengo.Connection(pre, post, **options)
+        nengo.Probe(post)
+    return network
+
+
+def test_more_cores_are_worth_a_hint() -> None:
+    """Neuron to neuron, 400 x 400 weights take a core more than over a relay."""
+    network = pair(400)
+    written = as_written(network, "loihi", "compact")
+    found = compile_network(network, pipeline="compact")
+    (hint,) = more_cores(found, written)
+    assert (hint.id, hint.used) == ("SP411", "2, as written 1")
+    assert list(more_cores(written, found)) == []
+
+
+@pytest.mark.parametrize(
+    ("error", "written", "used"),
+    [
+        (0.2, 0.1, ["20 % off, as written 10 %"]),
+        (0.1, 0.2, []),
+        (None, 0.2, []),
+        (0.1, None, []),
+    ],
+)
+def test_more_loss_is_worth_a_hint(
+    error: float | None, written: float | None, used: list[str]
+) -> None:
+    assert [hint.used for hint in more_loss(error, written)] == used
+
+
+def test_there_is_nothing_to_compare_with() -> None:
+    assert as_written(pair(10), "loihi", "merge_axons,pack") is None
+    assert as_written(pair(10, synapse=nengo.Alpha(0.01)), "loihi", "compact") is None
+    with nengo.Network(seed=1) as many:
+        for _ in range(301):
+            nengo.Ensemble(1, 1)
+    assert as_written(many, "loihi", "compact") is None
