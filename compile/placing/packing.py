@@ -5,15 +5,18 @@ Several simple rules fill core after core; the best result is improved by emptyi
 blocks go, or push smaller ones, to where there is room. Everything is deterministic.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
 from typing import NamedTuple
 
+import numpy as np
 from scipy import sparse
 
 from spikeport.compile.image.tables import part
+from spikeport.compile.placing.exchange import Exchanges
 from spikeport.compile.placing.load import Capacity, Load, together
 from spikeport.compile.placing.lower_bound import lower_bound
 from spikeport.compile.placing.tally import Tally
@@ -173,14 +176,14 @@ class _Cores:
         self._problem = problem
         self.bins = [list(blocks) for blocks in bins]
         self.loads = [problem.load(blocks) for blocks in bins]
-        self._tally = Tally(problem.room, problem.union)
+        self.tally = Tally(problem.room, problem.union)
         for core, load in enumerate(self.loads):
-            self._tally.put(core, load)
+            self.tally.put(core, load)
 
     def with_room(self, block: int) -> dict[int, Load]:
         """Return the cores that have room for a block, and their loads with it."""
         load = self._problem.loads[block]
-        return {core: self.loads[core].joined(load) for core in self._tally.with_room(load)}
+        return {core: self.loads[core].joined(load) for core in self.tally.with_room(load)}
 
     def put(self, core: int, block: int, load: Load) -> None:
         """Put a block on a core, maybe a new one, which then has the given load."""
@@ -192,7 +195,7 @@ class _Cores:
     def set(self, core: int, blocks: list[int], load: Load) -> None:
         """Give a core other blocks, which have the given load."""
         self.bins[core], self.loads[core] = blocks, load
-        self._tally.put(core, load)
+        self.tally.put(core, load)
 
 
 class _Emptying:
@@ -207,6 +210,10 @@ class _Emptying:
     def __init__(self, problem: Problem, bins: Bins, left: int) -> None:
         self._problem = problem
         self._cores = _Cores(problem, bins)
+        self._exchanges = Exchanges(problem.loads, problem.room, self._cores.tally)
+        for core, blocks in enumerate(bins):
+            self._exchanges.put(core, blocks)
+        self._fills = np.array(problem.fills)
         self._before: dict[int, tuple[list[int], Load]] = {}
         self._victim = -1
         self.left = left
@@ -219,7 +226,8 @@ class _Emptying:
         if all(self._take(block) for block in blocks):
             return [mine for core, mine in enumerate(self._cores.bins) if core != victim]
         for core, (mine, load) in self._before.items():
-            self._cores.set(core, mine, load)
+            self._put(core, mine, load)
+        self._exchanges.put(victim, self._cores.bins[victim])
         return None
 
     def by_fill(self) -> list[int]:
@@ -229,14 +237,27 @@ class _Emptying:
 
     def _take(self, block: int) -> bool:
         """Place a block, if need be where a smaller one makes room; return whether it can."""
-        fills = self._problem.fills
         return self._place(block) or any(
-            self._push(core, other, block)
-            for core, blocks in enumerate(self._cores.bins)
-            if core != self._victim
-            for other in blocks
-            if fills[other] < fills[block]
+            self._push(core, other, block) for core, other in self._may_make_room(block)
         )
+
+    def _may_make_room(self, block: int) -> Iterator[tuple[int, int]]:
+        """Yield the smaller blocks that may give their place to a block, each with its core."""
+        smaller = np.flatnonzero(self._fills < self._fills[block])
+        possible = self._exchanges.possible(self._problem.loads[block], smaller)
+        at: dict[int, set[int]] = defaultdict(set)
+        for core, other in zip(
+            self._exchanges.core_of(possible).tolist(), possible.tolist(), strict=True
+        ):
+            at[core].add(other)
+        at.pop(self._victim, None)
+        for core in sorted(at):
+            kinds = set()
+            for other in self._cores.bins[core]:
+                # Images have many equal blocks: where one makes no room, equal ones make none.
+                if other in at[core] and (kind := self._problem.loads[other]) not in kinds:
+                    kinds.add(kind)
+                    yield core, other
 
     def _place(self, block: int, but: int = -1) -> bool:
         """Put a block on the core that is fullest with it; return whether one has room."""
@@ -265,7 +286,11 @@ class _Emptying:
 
     def _set(self, core: int, blocks: list[int], load: Load) -> None:
         self._before.setdefault(core, (self._cores.bins[core], self._cores.loads[core]))
+        self._put(core, blocks, load)
+
+    def _put(self, core: int, blocks: list[int], load: Load) -> None:
         self._cores.set(core, blocks, load)
+        self._exchanges.put(core, blocks)
 
 
 def filled(problem: Problem, order: Sequence[int], choice: CoreChoice) -> Bins:
