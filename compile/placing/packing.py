@@ -5,7 +5,7 @@ Several simple rules fill core after core; the best result is improved by emptyi
 blocks go, or push smaller ones, to where there is room. Everything is deterministic.
 """
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,9 +13,9 @@ from itertools import product
 from typing import NamedTuple
 
 import numpy as np
-from scipy import sparse
 
 from spikeport.compile.image.tables import part
+from spikeport.compile.image.traffic import BlockTraffic
 from spikeport.compile.placing.exchange import Exchanges
 from spikeport.compile.placing.load import Capacity, Load, together
 from spikeport.compile.placing.lower_bound import lower_bound
@@ -39,13 +39,13 @@ class Problem:
         The load of each block.
     room : Capacity
         The capacity of a core.
-    traffic : (n_blocks, n_blocks) sparse matrix
-        The spikes between blocks; symmetric, 0 on the diagonal.
+    traffic : BlockTraffic
+        The spikes between blocks.
     """
 
     loads: Sequence[Load]
     room: Capacity
-    traffic: sparse.csr_matrix
+    traffic: BlockTraffic
 
     def load(self, blocks: Iterable[int]) -> Load:
         """Return what blocks take together on one core."""
@@ -62,13 +62,29 @@ class Problem:
 
     @cached_property
     def partners(self) -> list[dict[int, float]]:
-        """The blocks that each block exchanges spikes with, and how many."""
-        traffic = self.traffic
+        """The blocks that each block sends spikes to or receives them from, and how many."""
+        traffic = self.traffic.direct
         rows = (part(traffic.indptr, block) for block in range(len(self.loads)))
         return [
             dict(zip(traffic.indices[row].tolist(), traffic.data[row].tolist(), strict=True))
             for row in rows
         ]
+
+    @cached_property
+    def audiences(self) -> list[dict[int, int]]:
+        """The audiences that each block is in, by number, and the sources that each has."""
+        found: list[dict[int, int]] = [{} for _ in self.loads]
+        for number, (blocks, sources) in enumerate(self.traffic.audiences.items()):
+            for block in blocks:
+                found[block][number] = sources
+        return found
+
+    def exchanged(self, block: int, others: Iterable[int]) -> float:
+        """Return the spikes between a block and others."""
+        partners, audiences = self.partners[block], self.audiences[block]
+        sent = sum(partners.get(other, 0) for other in others)
+        shared = (self.audiences[other].keys() & audiences.keys() for other in others if audiences)
+        return sent + sum(audiences[number] for numbers in shared for number in numbers)
 
     @cached_property
     def union(self) -> Load:
@@ -84,6 +100,9 @@ class Problem:
             for partner, n in self.partners[block].items()
             if core_of.get(partner) == core
         )
+        for blocks, sources in self.traffic.audiences.items():
+            together = Counter(core_of[block] for block in blocks if block in core_of)
+            within += sources * sum(n * (n - 1) for n in together.values())
         return len(bins), -float(within)
 
 
@@ -161,9 +180,7 @@ def most_alike(problem: Problem, core: Candidate) -> Rank:
 
 def most_traffic(problem: Problem, core: Candidate) -> Rank:
     """Rank cores by the spikes between the block and theirs."""
-    partners = problem.partners[core.block]
-    traffic = sum(partners.get(other, 0) for other in core.others)
-    return -traffic, -problem.room.fill(core.after)
+    return -problem.exchanged(core.block, core.others), -problem.room.fill(core.after)
 
 
 CHOICES: tuple[CoreChoice, ...] = (first, fullest, most_alike, most_traffic)
