@@ -113,13 +113,12 @@ def _n_weights(connection: nengo.Connection) -> float:
     transform = connection.transform
     if isinstance(transform, nengo.Convolution):
         copies = KERNELS + connection.size_out / PER_KERNEL
-        return copies * math.prod(transform.kernel_shape)
+        return float(copies * math.prod(transform.kernel_shape))
     if isinstance(transform, nengo.Sparse):
         return float(np.size(transform.init if np.ndim(transform.init) else 1))
-    inputs = (
-        connection.size_mid if isinstance(connection.pre_obj, Neurons) else 2 * connection.size_mid
-    )
-    return inputs * connection.size_out if np.ndim(getattr(transform, "init", 1)) else inputs
+    spikes = 1 if isinstance(connection.pre_obj, Neurons) else 2  # the host sends on and off
+    matrix = np.ndim(getattr(transform, "init", 1)) > 0
+    return float(spikes * connection.size_mid * (connection.size_out if matrix else 1))
 
 
 def _decoded(network: nengo.Network) -> set[nengo.Ensemble]:
@@ -134,4 +133,4 @@ def _n_points(ensemble: nengo.Ensemble) -> int:
         return len(ensemble.eval_points)
     if ensemble.n_eval_points is not None:
         return int(ensemble.n_eval_points)
-    return max(int(np.clip(500 * ensemble.dimensions, 750, 2500)), 2 * ensemble.n_neurons)
+    return int(max(np.clip(500 * ensemble.dimensions, 750, 2500), 2 * ensemble.n_neurons))

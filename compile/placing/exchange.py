@@ -52,8 +52,10 @@ class Exchanges:
             # Profiles of both the block and the load would stay: there are this many at least.
             joined = self._tally.joined(number, load.profiles[number])[core] - alone[blocks]
             possible &= joined <= self._tally.limited[number]
-        return blocks[possible]
+        found: np.ndarray = blocks[possible]
+        return found
 
     def core_of(self, blocks: np.ndarray) -> np.ndarray:
         """Return the cores of some blocks."""
-        return self._core[blocks]
+        cores: np.ndarray = self._core[blocks]
+        return cores
