@@ -12,6 +12,7 @@ from nengo.base import NengoObject
 
 from spikeport.compile.check.hints import filter_hints, image_hints, network_hints
 from spikeport.compile.check.lint import lint
+from spikeport.compile.check.memory import over_memory
 from spikeport.compile.check.verify import verify, verify_settings
 from spikeport.compile.check.violation import DoesNotFitError
 from spikeport.compile.ground.names import Names
@@ -144,7 +145,7 @@ def _rewritten(
     network: nengo.Network, names: Names, run: PassRun, chip: str
 ) -> tuple[Rewrite, list[str]]:
     """Return the rewritten network, and warnings on the way; rules hold before and after."""
-    if broken := lint(network, names, rewritten=not run.rewrites):
+    if broken := [*lint(network, names, rewritten=not run.rewrites), *over_memory(network)]:
         raise DoesNotFitError(chip, broken)
     with collected_warnings() as said:
         rewrite = whole_targets(run.networks(Rewrite(network, names)), run.dt_s)

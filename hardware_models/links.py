@@ -20,6 +20,18 @@ class Cost(NamedTuple):
     hops: int
 
 
+class Usage(NamedTuple):
+    """What sets of messages ask, each array with a row for each set.
+
+    Messages between chips, (n,); messages on each link between two tiles in one direction,
+    (n, n_links); and hops between tiles, (n,).
+    """
+
+    between_chips: np.ndarray
+    links: np.ndarray
+    hops: np.ndarray
+
+
 class Links:
     """The links between the tiles that hold the first cores of a board, with XY routing.
 
@@ -45,24 +57,46 @@ class Links:
 
     def cost(self, source: np.ndarray, target: np.ndarray, messages: np.ndarray) -> Cost:
         """What messages cost between cores, each an (n,) array."""
+        usage = self.usage(source, target, messages, np.zeros(len(messages), dtype=int), 1)
+        return Cost(int(usage.between_chips[0]), int(usage.links.max()), int(usage.hops[0]))
+
+    def usage(
+        self, source: np.ndarray, target: np.ndarray, messages: np.ndarray, of: np.ndarray, n: int
+    ) -> Usage:
+        """What each of n sets of messages asks.
+
+        ``of`` is the number of each message's set, an array like the others. A negative number of
+        messages takes as many away.
+        """
         near = self._chip[source] == self._chip[target]
-        source, target, carried = source[near], target[near], messages[near]
-        (x, y), (to_x, to_y), board = self._xy[source].T, self._xy[target].T, self._chip[source]
-        return Cost(
-            int(messages[~near].sum()),
-            max(_most(carried, (board, y), x, to_x), _most(carried, (board, to_x), y, to_y)),
-            int(carried @ (np.abs(x - to_x) + np.abs(y - to_y))),
-        )
+        between = _sums(messages[~near], of[~near], n)
+        source, target, carried, of = source[near], target[near], messages[near], of[near]
+        (x, y), (to_x, to_y), chip = self._xy[source].T, self._xy[target].T, self._chip[source]
+        # The lines of tiles, by set and chip: rows first, then columns.
+        (n_x, n_y), n_chips = self._xy.max(axis=0) + 1, int(self._chip.max()) + 1
+        board = of * n_chips + chip
+        rows = _loads(carried, board * n_y + y, n * n_chips * n_y, x, to_x, n_x)
+        columns = _loads(carried, board * n_x + to_x, n * n_chips * n_x, y, to_y, n_y)
+        hops = _sums(carried * (np.abs(x - to_x) + np.abs(y - to_y)), of, n)
+        return Usage(between, np.hstack([rows.reshape(n, -1), columns.reshape(n, -1)]), hops)
 
 
-def _most(
-    carried: np.ndarray, line: tuple[np.ndarray, np.ndarray], start: np.ndarray, end: np.ndarray
-) -> int:
-    """The fullest link of all lines of tiles that messages move along, from start to end."""
-    shape = [int(part.max(initial=0)) + 1 for part in (*line, np.append(start, end))]
-    loads = np.zeros((2, *shape), dtype=int)  # links towards higher and lower places
+def _loads(
+    carried: np.ndarray, line: np.ndarray, n_lines: int, start: np.ndarray, end: np.ndarray, n: int
+) -> np.ndarray:
+    """The load of each link of lines of n tiles, in both directions: (n_lines, 2, n)."""
+    change = np.zeros(n_lines * 2 * n, dtype=int)
     for way, (low, high) in enumerate([(start, end), (end, start)]):
         on = low < high
-        for at, sign in ((low, 1), (high, -1)):
-            np.add.at(loads[way], (line[0][on], line[1][on], at[on]), sign * carried[on])
-    return int(loads.cumsum(axis=-1).max(initial=0))
+        first = (2 * line[on] + way) * n
+        np.add.at(change, first + low[on], carried[on])
+        np.add.at(change, first + high[on], -carried[on])
+    result: np.ndarray = change.reshape(n_lines, 2, n).cumsum(axis=-1)
+    return result
+
+
+def _sums(values: np.ndarray, of: np.ndarray, n: int) -> np.ndarray:
+    """The sum of the values of each of n sets, (n,)."""
+    sums = np.zeros(n, dtype=int)
+    np.add.at(sums, of, values)
+    return sums

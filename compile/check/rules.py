@@ -15,6 +15,7 @@ GROUPS = {
     "SP2": "Limits of chip and board",
     "SP3": "Your own budget",
     "SP4": "Hints",
+    "SP5": "Limits of this machine",
 }
 
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from spikeport.compile.image.chip_image import ChipImage
-from spikeport.compile.image.deliveries import deliveries, row_lengths
+from spikeport.compile.image.deliveries import Deliveries, deliveries, row_lengths
 
 
 class Fanout(NamedTuple):
@@ -23,7 +23,17 @@ def fanout(image: ChipImage) -> Fanout:
     operations, messages = np.zeros((2, *shape), dtype=np.int32)
     ways = deliveries(image)
     at = (ways.source, image.group_core[ways.group])
-    read = np.where(image.in_axons.base[ways.axon] >= 0, row_lengths(image)[ways.row], 0)
     messages[at] = 1
-    np.add.at(operations, at, read)
+    np.add.at(operations, at, _read(image, ways))
     return Fanout(operations, messages)
+
+
+def all_operations(image: ChipImage) -> int:
+    """Return the synaptic operations of a step in which every source spikes."""
+    return int(_read(image, deliveries(image)).sum())
+
+
+def _read(image: ChipImage, ways: Deliveries) -> np.ndarray:
+    """Return the synapses that a spike reads on each of its ways."""
+    has_base = image.in_axons.base[ways.axon] >= 0
+    return np.where(has_base, row_lengths(image)[ways.row], 0)

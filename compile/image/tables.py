@@ -316,6 +316,12 @@ def flat(arrays: Sequence[np.ndarray], dtype: type = int) -> np.ndarray:
     return np.concatenate(arrays) if len(arrays) else np.zeros(0, dtype)
 
 
+def positions(numbers: np.ndarray, n: int) -> list[np.ndarray]:
+    """Return where each of the numbers 0 to n - 1 is in an array, ascending."""
+    ends = np.cumsum(np.bincount(numbers, minlength=n))
+    return np.split(np.argsort(numbers, kind="stable"), ends)[:n]
+
+
 def ranges(begin: np.ndarray, sizes: np.ndarray) -> np.ndarray:
     """Return ranges of the given sizes from the given beginnings on, end to end."""
     result: np.ndarray = np.arange(sizes.sum()) + np.repeat(begin - offsets(sizes)[:-1], sizes)

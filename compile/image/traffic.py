@@ -1,10 +1,33 @@
 """Spikes from block to block, and from core to core, where all neurons spike alike."""
 
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
+
 import numpy as np
 from scipy import sparse
 
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.deliveries import deliveries
+
+
+@dataclass(frozen=True)
+class BlockTraffic:
+    """Spikes that stay on a core, or are sent once, if two blocks share it.
+
+    For each pair of blocks the compartments of each that reach the other, and the sources that
+    reach both. The latter are kept by audience, as a source that reaches n blocks makes n^2 pairs.
+
+    Attributes
+    ----------
+    direct : (n_blocks, n_blocks) sparse matrix
+        The compartments of either block that reach the other; symmetric, 0 on the diagonal.
+    audiences : mapping of tuple of int to int
+        The sources that reach these blocks, two or more, and no others.
+    """
+
+    direct: sparse.csr_matrix
+    audiences: Mapping[tuple[int, ...], int]
 
 
 def reached_blocks(image: ChipImage) -> sparse.csr_matrix:
@@ -13,25 +36,22 @@ def reached_blocks(image: ChipImage) -> sparse.csr_matrix:
     at = (ways.source, image.groups.block[ways.group])
     shape = (image.n_sources, image.n_blocks)
     reached = sparse.csr_matrix((np.ones(len(ways.source), int), at), shape)
+    reached.sum_duplicates()
     reached.data[:] = 1  # a source may reach a block by several routes
     return reached
 
 
-def block_traffic(image: ChipImage) -> sparse.csr_matrix:
-    """Return the spikes that stay on a core, or are sent once, if two blocks share it.
-
-    For each pair of blocks the compartments of each that reach the other, and the sources that
-    reach both: (n_blocks, n_blocks), symmetric, 0 on the diagonal.
-    """
+def block_traffic(image: ChipImage) -> BlockTraffic:
+    """Return the spikes between blocks of an image."""
     reached = reached_blocks(image)
-    shape = (image.n_blocks, image.n_blocks)
     on_chip = reached[: image.n_compartments].tocoo()
-    at = (image.compartment_block[on_chip.row], on_chip.col)
-    direct = sparse.csr_matrix((np.ones(on_chip.nnz, int), at), shape)
-    traffic = (direct + direct.T + reached.T @ reached).tocoo()
-    between = traffic.row != traffic.col
-    at = (traffic.row[between], traffic.col[between])
-    return sparse.csr_matrix((traffic.data[between], at), shape)
+    sender = image.compartment_block[on_chip.row]
+    apart = sender != on_chip.col
+    shape = (image.n_blocks, image.n_blocks)
+    direct = sparse.csr_matrix((on_chip.data[apart], (sender[apart], on_chip.col[apart])), shape)
+    rows = np.split(reached.indices, reached.indptr[1:-1])
+    sources = Counter(tuple(row.tolist()) for row in rows if len(row) > 1)
+    return BlockTraffic(sparse.csr_matrix(direct + direct.T), sources)
 
 
 def core_messages(image: ChipImage) -> np.ndarray:

@@ -16,6 +16,7 @@ import numpy as np
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.deliveries import deliveries
 from spikeport.compile.image.manifest import Manifest
+from spikeport.compile.image.tables import positions
 from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.limits import CoreUse
 
@@ -46,9 +47,9 @@ def core_uses(image: ChipImage, chip: ChipModel) -> list[CoreUse]:
         CoreUse(
             label=label,
             **dict(zip(AMOUNTS, amounts[core].tolist(), strict=True)),
-            **_profiles(image, core),
+            **profiles,
         )
-        for core, label in enumerate(image.cores)
+        for core, (label, profiles) in enumerate(zip(image.cores, _profiles(image), strict=True))
     ]
 
 
@@ -195,12 +196,15 @@ def _group_bits(image: ChipImage, chip: ChipModel) -> list[int]:
     ]
 
 
-def _profiles(image: ChipImage, core: int) -> dict[str, int]:
-    mine = image.compartment_core == core
+def _profiles(image: ChipImage) -> Iterator[dict[str, int]]:
+    """Yield the number of profiles of each kind on each core."""
     # Registers hold the values of one profile together, so distinct combinations count.
-    compartment = np.stack([getattr(image.compartments, name)[mine] for name in PROFILE])
-    return {
-        "compartment_profiles": np.unique(compartment, axis=1).shape[1],
-        "threshold_profiles": np.unique(image.compartments.vth[mine]).size,
-        "synapse_profiles": len(np.unique(image.groups.format[image.group_core == core], axis=0)),
-    }
+    settings = np.stack([getattr(image.compartments, name) for name in PROFILE])
+    compartments = positions(image.compartment_core, image.n_cores)
+    groups = positions(image.group_core, image.n_cores)
+    for mine, ours in zip(compartments, groups, strict=True):
+        yield {
+            "compartment_profiles": np.unique(settings[:, mine], axis=1).shape[1],
+            "threshold_profiles": np.unique(image.compartments.vth[mine]).size,
+            "synapse_profiles": len(np.unique(image.groups.format[ours], axis=0)),
+        }

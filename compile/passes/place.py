@@ -8,11 +8,10 @@ import numpy as np
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.traffic import core_messages
 from spikeport.compile.passes.base import Context, ImagePass
+from spikeport.compile.placing.relief import Messages, Relief
+from spikeport.compile.placing.savings import Savings
 from spikeport.hardware_models.limits import n_cores
 from spikeport.hardware_models.links import Cost, Links
-
-BUSIEST = 16
-"""The number of cores, by messages, that are swapped to relieve links."""
 
 
 @dataclass(frozen=True)
@@ -45,15 +44,17 @@ class _Board:
 
     def __init__(self, messages: np.ndarray, links: Links) -> None:
         self._links, self._distance = links, links.distances()
-        self._source, self._target = np.nonzero(messages)
-        self._messages = messages[self._source, self._target]
+        source, target = np.nonzero(messages)
+        self._messages = Messages(source, target, messages[source, target])
+        self._relief = Relief(self._messages, links, len(messages))
         self._flow = messages + messages.T
         np.fill_diagonal(self._flow, 0)
 
     def cost(self, order: np.ndarray) -> Cost:
         """Return the cost of the messages."""
         place = np.argsort(order)
-        return self._links.cost(place[self._source], place[self._target], self._messages)
+        source, target, number = self._messages
+        return self._links.cost(place[source], place[target], number)
 
     def clustered(self) -> np.ndarray:
         """Lay core after core: each time the one with most messages to those on its tile already.
@@ -61,45 +62,28 @@ class _Board:
         Among equals comes the core with most messages to any core laid, then to any at all.
         """
         order: list[int] = []
-        left = list(range(len(self._flow)))
+        left = np.arange(len(self._flow))
+        to_laid, to_any = np.zeros_like(left), self._flow.sum(axis=1)
         for distance in self._distance:
-            near = [core for core, far in zip(order, distance, strict=False) if far == 0]
-            wish = [self._flow[left][:, cores].sum(axis=1) for cores in (near, order, slice(None))]
-            order.append(left.pop(np.lexsort([np.negative(left), *reversed(wish)])[-1]))
+            tile = [core for core, far in zip(order, distance, strict=False) if far == 0]
+            best = left
+            for wish in (self._flow[:, tile].sum(axis=1), to_laid, to_any):
+                best = best[wish[best] == wish[best].max()]
+            order.append(int(best[0]))
+            left = left[left != best[0]]
+            to_laid = to_laid + self._flow[best[0]]
         return np.array(order)
 
     def improved(self, start: np.ndarray) -> np.ndarray:
         """Swap cores while it helps: first as saves most hops, then as relieves links."""
         order = self._shortened(start)
-        while self.cost(relieved := self._relieved(order)) < self.cost(order):
+        while self.cost(relieved := self._relief.relieved(order)) < self.cost(order):
             order = relieved
         return order
 
     def _shortened(self, order: np.ndarray) -> np.ndarray:
-        """Swap the two cores that saves most hops, until none does.
-
-        Moving the core of place i to place j costs a_ij = sum_k f_ik d_jk for messages f between
-        cores and distances d of places; a swap saves a_ii + a_jj - a_ij - a_ji - 2 f_ij d_ij.
-        """
-        order = order.copy()
-        while True:
-            flow = self._flow[np.ix_(order, order)]
-            moved = flow @ self._distance
-            own = np.diag(moved)
-            saved = own[:, np.newaxis] + own - moved - moved.T - 2 * flow * self._distance
-            i, j = np.unravel_index(saved.argmax(), saved.shape)
-            if saved[i, j] <= 0:
-                return order
-            order[[i, j]] = order[[j, i]]
-
-    def _relieved(self, order: np.ndarray) -> np.ndarray:
-        """Swap each of the busiest cores with every other where that lowers the cost."""
-        order, best = order.copy(), self.cost(order)
-        for core in np.argsort(-self._flow.sum(axis=1), kind="stable")[:BUSIEST]:
-            for place in range(len(order)):
-                here = int(np.flatnonzero(order == core)[0])
-                swapped = order.copy()
-                swapped[[here, place]] = order[[place, here]]
-                if self._distance[here, place] and self.cost(swapped) < best:
-                    order, best = swapped, self.cost(swapped)
-        return order
+        """Swap the two cores that saves most hops, until none does."""
+        savings = Savings(self._flow, self._distance, order)
+        while (best := savings.best()) is not None:
+            savings.swap(*best)
+        return savings.order

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.tables import positions
 from spikeport.compile.image.usage import AMOUNTS, PROFILE, block_amounts, list_formats
 from spikeport.hardware_models.chip import ChipModel
 
@@ -101,8 +102,7 @@ class ProfileMasks:
 
     def __init__(self, image: ChipImage) -> None:
         self._image = image
-        block = image.groups.block
-        self.groups = [np.flatnonzero(block == b) for b in range(image.n_blocks)]
+        self.groups = positions(image.groups.block, image.n_blocks)
         self.forms = list_formats(image)
         self._compartment = _numbered(
             np.stack([getattr(image.compartments, name) for name in PROFILE], axis=1)

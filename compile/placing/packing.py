@@ -5,15 +5,18 @@ Several simple rules fill core after core; the best result is improved by emptyi
 blocks go, or push smaller ones, to where there is room. Everything is deterministic.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
 from typing import NamedTuple
 
-from scipy import sparse
+import numpy as np
 
 from spikeport.compile.image.tables import part
+from spikeport.compile.image.traffic import BlockTraffic
+from spikeport.compile.placing.exchange import Exchanges
 from spikeport.compile.placing.load import Capacity, Load, together
 from spikeport.compile.placing.lower_bound import lower_bound
 from spikeport.compile.placing.tally import Tally
@@ -36,13 +39,13 @@ class Problem:
         The load of each block.
     room : Capacity
         The capacity of a core.
-    traffic : (n_blocks, n_blocks) sparse matrix
-        The spikes between blocks; symmetric, 0 on the diagonal.
+    traffic : BlockTraffic
+        The spikes between blocks.
     """
 
     loads: Sequence[Load]
     room: Capacity
-    traffic: sparse.csr_matrix
+    traffic: BlockTraffic
 
     def load(self, blocks: Iterable[int]) -> Load:
         """Return what blocks take together on one core."""
@@ -59,13 +62,29 @@ class Problem:
 
     @cached_property
     def partners(self) -> list[dict[int, float]]:
-        """The blocks that each block exchanges spikes with, and how many."""
-        traffic = self.traffic
+        """The blocks that each block sends spikes to or receives them from, and how many."""
+        traffic = self.traffic.direct
         rows = (part(traffic.indptr, block) for block in range(len(self.loads)))
         return [
             dict(zip(traffic.indices[row].tolist(), traffic.data[row].tolist(), strict=True))
             for row in rows
         ]
+
+    @cached_property
+    def audiences(self) -> list[dict[int, int]]:
+        """The audiences that each block is in, by number, and the sources that each has."""
+        found: list[dict[int, int]] = [{} for _ in self.loads]
+        for number, (blocks, sources) in enumerate(self.traffic.audiences.items()):
+            for block in blocks:
+                found[block][number] = sources
+        return found
+
+    def exchanged(self, block: int, others: Iterable[int]) -> float:
+        """Return the spikes between a block and others."""
+        partners, audiences = self.partners[block], self.audiences[block]
+        sent = sum(partners.get(other, 0) for other in others)
+        shared = (self.audiences[other].keys() & audiences.keys() for other in others if audiences)
+        return sent + sum(audiences[number] for numbers in shared for number in numbers)
 
     @cached_property
     def union(self) -> Load:
@@ -81,6 +100,9 @@ class Problem:
             for partner, n in self.partners[block].items()
             if core_of.get(partner) == core
         )
+        for blocks, sources in self.traffic.audiences.items():
+            together = Counter(core_of[block] for block in blocks if block in core_of)
+            within += sources * sum(n * (n - 1) for n in together.values())
         return len(bins), -float(within)
 
 
@@ -158,9 +180,7 @@ def most_alike(problem: Problem, core: Candidate) -> Rank:
 
 def most_traffic(problem: Problem, core: Candidate) -> Rank:
     """Rank cores by the spikes between the block and theirs."""
-    partners = problem.partners[core.block]
-    traffic = sum(partners.get(other, 0) for other in core.others)
-    return -traffic, -problem.room.fill(core.after)
+    return -problem.exchanged(core.block, core.others), -problem.room.fill(core.after)
 
 
 CHOICES: tuple[CoreChoice, ...] = (first, fullest, most_alike, most_traffic)
@@ -173,14 +193,14 @@ class _Cores:
         self._problem = problem
         self.bins = [list(blocks) for blocks in bins]
         self.loads = [problem.load(blocks) for blocks in bins]
-        self._tally = Tally(problem.room, problem.union)
+        self.tally = Tally(problem.room, problem.union)
         for core, load in enumerate(self.loads):
-            self._tally.put(core, load)
+            self.tally.put(core, load)
 
     def with_room(self, block: int) -> dict[int, Load]:
         """Return the cores that have room for a block, and their loads with it."""
         load = self._problem.loads[block]
-        return {core: self.loads[core].joined(load) for core in self._tally.with_room(load)}
+        return {core: self.loads[core].joined(load) for core in self.tally.with_room(load)}
 
     def put(self, core: int, block: int, load: Load) -> None:
         """Put a block on a core, maybe a new one, which then has the given load."""
@@ -192,7 +212,7 @@ class _Cores:
     def set(self, core: int, blocks: list[int], load: Load) -> None:
         """Give a core other blocks, which have the given load."""
         self.bins[core], self.loads[core] = blocks, load
-        self._tally.put(core, load)
+        self.tally.put(core, load)
 
 
 class _Emptying:
@@ -207,6 +227,10 @@ class _Emptying:
     def __init__(self, problem: Problem, bins: Bins, left: int) -> None:
         self._problem = problem
         self._cores = _Cores(problem, bins)
+        self._exchanges = Exchanges(problem.loads, problem.room, self._cores.tally)
+        for core, blocks in enumerate(bins):
+            self._exchanges.put(core, blocks)
+        self._fills = np.array(problem.fills)
         self._before: dict[int, tuple[list[int], Load]] = {}
         self._victim = -1
         self.left = left
@@ -219,7 +243,8 @@ class _Emptying:
         if all(self._take(block) for block in blocks):
             return [mine for core, mine in enumerate(self._cores.bins) if core != victim]
         for core, (mine, load) in self._before.items():
-            self._cores.set(core, mine, load)
+            self._put(core, mine, load)
+        self._exchanges.put(victim, self._cores.bins[victim])
         return None
 
     def by_fill(self) -> list[int]:
@@ -229,14 +254,27 @@ class _Emptying:
 
     def _take(self, block: int) -> bool:
         """Place a block, if need be where a smaller one makes room; return whether it can."""
-        fills = self._problem.fills
         return self._place(block) or any(
-            self._push(core, other, block)
-            for core, blocks in enumerate(self._cores.bins)
-            if core != self._victim
-            for other in blocks
-            if fills[other] < fills[block]
+            self._push(core, other, block) for core, other in self._may_make_room(block)
         )
+
+    def _may_make_room(self, block: int) -> Iterator[tuple[int, int]]:
+        """Yield the smaller blocks that may give their place to a block, each with its core."""
+        smaller = np.flatnonzero(self._fills < self._fills[block])
+        possible = self._exchanges.possible(self._problem.loads[block], smaller)
+        at: dict[int, set[int]] = defaultdict(set)
+        for core, other in zip(
+            self._exchanges.core_of(possible).tolist(), possible.tolist(), strict=True
+        ):
+            at[core].add(other)
+        at.pop(self._victim, None)
+        for core in sorted(at):
+            kinds = set()
+            for other in self._cores.bins[core]:
+                # Images have many equal blocks: where one makes no room, equal ones make none.
+                if other in at[core] and (kind := self._problem.loads[other]) not in kinds:
+                    kinds.add(kind)
+                    yield core, other
 
     def _place(self, block: int, but: int = -1) -> bool:
         """Put a block on the core that is fullest with it; return whether one has room."""
@@ -265,7 +303,11 @@ class _Emptying:
 
     def _set(self, core: int, blocks: list[int], load: Load) -> None:
         self._before.setdefault(core, (self._cores.bins[core], self._cores.loads[core]))
+        self._put(core, blocks, load)
+
+    def _put(self, core: int, blocks: list[int], load: Load) -> None:
         self._cores.set(core, blocks, load)
+        self._exchanges.put(core, blocks)
 
 
 def filled(problem: Problem, order: Sequence[int], choice: CoreChoice) -> Bins:

@@ -1,5 +1,6 @@
 """Packings settled: blocks move or swap onto the core that they share most spikes with."""
 
+from collections import Counter
 from collections.abc import Iterable
 from itertools import accumulate
 
@@ -43,6 +44,10 @@ class Settling:
         number: dict[Load, int] = {}
         self._kinds = [number.setdefault(load, len(number)) for load in problem.loads]
         self._core = {block: core for core, blocks in enumerate(bins) for block in blocks}
+        # The blocks of each audience on each core: pairs of them would be too many.
+        self._heard = [
+            Counter(self._core[block] for block in blocks) for blocks in problem.traffic.audiences
+        ]
         # Moves are counted; at which of them a core last changed, and a block last stayed.
         self._n_moves = 1
         self._changed = [1] * len(bins)
@@ -105,7 +110,7 @@ class Settling:
         """Return how many more spikes are within the cores of two blocks once these are swapped."""
         home, there = self._core[block], self._core[other]
         ours, theirs = self._spikes(block), self._spikes(other)
-        between = self._problem.partners[block].get(other, 0)
+        between = self._problem.exchanged(block, [other])
         gain = ours.get(there, 0) + theirs.get(home, 0) - 2 * between
         return gain - ours.get(home, 0) - theirs.get(there, 0)
 
@@ -115,16 +120,32 @@ class Settling:
         for partner, n in self._problem.partners[block].items():
             core = self._core[partner]
             spikes[core] = spikes.get(core, 0) + n
+        for number, sources in self._problem.audiences[block].items():
+            for core, n in self._heard[number].items():
+                if others := n - (core == self._core[block]):
+                    spikes[core] = spikes.get(core, 0) + sources * others
         return spikes
 
     def _set(self, core: int, blocks: list[int]) -> None:
         """Give a core other blocks."""
         self.bins[core] = blocks
-        self._core |= dict.fromkeys(blocks, core)
+        for block in blocks:
+            if (home := self._core[block]) != core:
+                self._leave(block, home, core)
         self._n_moves += 1
         self._changed[core] = self._n_moves
         self._loads.pop(core, None)
         self._rests.pop(core, None)
+
+    def _leave(self, block: int, home: int, core: int) -> None:
+        """Have a block be heard of on another core."""
+        self._core[block] = core
+        for number in self._problem.audiences[block]:
+            heard = self._heard[number]
+            heard[core] += 1
+            heard[home] -= 1
+            if not heard[home]:
+                del heard[home]
 
     def _load(self, core: int) -> Load:
         """Return the load of a core."""

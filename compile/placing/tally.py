@@ -11,6 +11,11 @@ class Tally:
     Most cores have no room, and loads are slow to join: this finds those that have by a few
     operations on arrays, whatever their number.
 
+    Attributes
+    ----------
+    limited : dict of int to float
+        The most profiles that a core has, by kind, of the kinds that do not all fit on one.
+
     Parameters
     ----------
     room : Capacity
@@ -24,11 +29,12 @@ class Tally:
         self._room = np.array(room.amounts)
         self._n_cores = 0
         self._amounts = np.zeros((0, len(room.amounts)), dtype=int)
-        self._kinds = {
-            number: _Kind(most)
+        self.limited = {
+            number: most
             for number, (most, mask) in enumerate(zip(room.profiles, union.profiles, strict=True))
             if mask.bit_count() > most
         }
+        self._kinds = {number: _Kind() for number in self.limited}
 
     def put(self, core: int, load: Load) -> None:
         """Set the load of a core; the one after the last is new."""
@@ -40,18 +46,25 @@ class Tally:
 
     def with_room(self, load: Load) -> list[int]:
         """Return the cores that have room for a load, ascending."""
-        amounts = self._amounts[: self._n_cores]
-        cores = np.flatnonzero((amounts + load.amounts <= self._room).all(axis=1))
-        for number, kind in self._kinds.items():
-            cores = cores[kind.have_room(cores, load.profiles[number])]
+        cores = np.flatnonzero((self.amounts + load.amounts <= self._room).all(axis=1))
+        for number, most in self.limited.items():
+            cores = cores[self.joined(number, load.profiles[number])[cores] <= most]
         return [int(core) for core in cores]
+
+    @property
+    def amounts(self) -> np.ndarray:
+        """The amounts on each core, (n_cores, n_amounts)."""
+        return self._amounts[: self._n_cores]
+
+    def joined(self, number: int, mask: int) -> np.ndarray:
+        """Return how many profiles of a limited kind each core would have with a mask's."""
+        return self._kinds[number].joined(mask)
 
 
 class _Kind:
     """The profiles of one kind on each core: their number, and for each profile where it is."""
 
-    def __init__(self, most: float) -> None:
-        self._most = most
+    def __init__(self) -> None:
         self._masks: list[int] = []
         self._count = np.zeros(0, dtype=int)
         self._has: dict[int, np.ndarray] = {}
@@ -69,16 +82,15 @@ class _Kind:
             self._has[bit] = _grown(self._has.get(bit, np.zeros(0, dtype=bool)), core + 1)
             self._has[bit][core] = mask >> bit & 1
 
-    def have_room(self, cores: np.ndarray, mask: int) -> np.ndarray:
-        """Return for each of some cores whether all profiles fit on it, with those of a mask."""
-        after: np.ndarray = self._count[cores] + mask.bit_count()
+    def joined(self, mask: int) -> np.ndarray:
+        """Return how many profiles each core would have with those of a mask, (n_cores,)."""
+        joined: np.ndarray = self._count[: len(self._masks)] + mask.bit_count()
         for bit in _bits(mask):
             if (has := self._has.get(bit)) is not None:
-                known = np.searchsorted(
-                    cores, len(has)
-                )  # the array ends where none has it any more
-                after[:known] -= has[cores[:known]]
-        return after <= self._most
+                # The array ends where no core has it any more, and may be longer than all cores.
+                known = min(len(has), len(joined))
+                joined[:known] -= has[:known]
+        return joined
 
 
 def _bits(mask: int) -> list[int]:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from spikeport.compile.image.chip_image import ChipImage
-from spikeport.compile.image.fanout import fanout
+from spikeport.compile.image.fanout import all_operations
 from spikeport.compile.image.manifest import STATE_BITS
 from spikeport.hardware_models.activity import Activity
 from spikeport.hardware_models.limits import CoreUse
@@ -52,7 +52,7 @@ def neurobench(image: ChipImage, cores: Sequence[CoreUse]) -> NeuroBench:
     return NeuroBench(
         footprint_bytes=-(-bits // BITS_PER_BYTE),
         connection_sparsity=float(np.mean(weights == 0)) if weights.size else 0.0,
-        dense=float(fanout(image).synaptic_operations.sum()),
+        dense=float(all_operations(image)),
     )
 
 

@@ -109,16 +109,16 @@ class Assembly:
         self._dt_s = dt_s
         self.flat = FlatNetwork(rewrite.network, solver.seeds)
         edges = without_zeros(edges)
-        constant = {key: matrix for key, matrix in edges.items() if _is_constant(key)}
+        constant: dict[int, Edges] = defaultdict(dict)
+        self._edges: Edges = {}
+        for key, matrix in edges.items():
+            of_kind = constant[key.target.group] if _is_constant(key) else self._edges
+            of_kind[key] = matrix
         groups = _Groups(rewrite, solver, partition)
         with self.flat.network:
             self.ensembles = [
-                groups.ensemble(
-                    number, {k: m for k, m in constant.items() if k.target.group == number}
-                )
-                for number in range(len(partition.groups))
+                groups.ensemble(number, constant[number]) for number in range(len(partition.groups))
             ]
-        self._edges = {key: matrix for key, matrix in edges.items() if key not in constant}
 
     def connect(self) -> None:
         """Add the connections."""

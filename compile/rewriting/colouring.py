@@ -1,7 +1,8 @@
 """The ensembles that may be taken apart, and by colour refinement those of them wired alike."""
 
-from collections import defaultdict
-from collections.abc import Hashable, Iterator, Mapping, Sequence
+import itertools
+from collections import Counter, defaultdict
+from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import nengo
@@ -109,12 +110,7 @@ def alike(scope: Scope, ensembles: Sequence[nengo.Ensemble]) -> list[list[nengo.
         free += [node] if is_passthrough(node) else []
     colour.update(_numbered({ensemble: neuron_key(ensemble) for ensemble in ensembles}))
     edges = [_edge(connection) for connection in scope.network.all_connections]
-    while True:
-        refined = _refined(colour, free, edges)
-        # A refinement never joins two colours: as many as before are the same as before.
-        if len(set(refined.values())) == len({colour[obj] for obj in free}):
-            break
-        colour.update(refined)
+    _Refinement(colour, free, edges).run()
     groups = defaultdict(list)
     for ensemble in ensembles:
         groups[colour[ensemble]].append(ensemble)
@@ -127,16 +123,60 @@ def _edge(connection: nengo.Connection) -> _Edge:
     return _Edge(base(pre), base(post), kind)
 
 
-def _refined(
-    colour: Mapping[NengoObject, int], free: Sequence[NengoObject], edges: Sequence[_Edge]
-) -> dict[NengoObject, int]:
-    """Return new colours, by the old ones and those of all neighbours."""
-    # Sets, not counts: an ensemble with two inputs of a kind may join one with three.
-    around: dict[NengoObject, set[Hashable]] = defaultdict(set)
-    for edge in edges:
-        around[edge.pre].add(("to", edge.kind, colour.get(edge.post)))
-        around[edge.post].add(("from", edge.kind, colour.get(edge.pre)))
-    return _numbered({obj: (colour[obj], frozenset(around[obj])) for obj in free})
+class _Refinement:
+    """Colours of objects, of which those with other neighbours get new ones until none has any.
+
+    Only neighbours of what has a new colour are looked at again: in a chain, a few a round.
+    """
+
+    def __init__(
+        self,
+        colour: dict[NengoObject, int],
+        free: Sequence[NengoObject],
+        edges: Sequence[_Edge],
+    ) -> None:
+        self._colour, self._free = colour, dict.fromkeys(free)
+        self._around: dict[NengoObject, list[tuple[Hashable, NengoObject]]] = defaultdict(list)
+        for edge in edges:
+            self._around[edge.pre].append((("to", edge.kind), edge.post))
+            self._around[edge.post].append((("from", edge.kind), edge.pre))
+        self._sizes = Counter(colour[obj] for obj in free)
+        self._fresh = itertools.count(1 + max(colour.values(), default=0))
+
+    def run(self) -> None:
+        """Refine the colours, in place."""
+        odd = list(self._free)
+        while odd:
+            new = self._recoloured(odd)
+            near = (other for obj in new for _, other in self._around[obj])
+            odd = [obj for obj in dict.fromkeys(near) if obj in self._free]
+
+    def _recoloured(self, odd: Iterable[NengoObject]) -> list[NengoObject]:
+        """Give those of some objects new colours that differ from others of theirs."""
+        parts: dict[int, dict[Hashable, list[NengoObject]]] = defaultdict(dict)
+        for obj in odd:
+            parts[self._colour[obj]].setdefault(self._neighbours(obj), []).append(obj)
+        new = []
+        for old, found in parts.items():
+            apart = sorted(found.values(), key=len)
+            # Colours of neighbours are as before for the rest, and for no part: all parts differ.
+            if sum(map(len, apart)) == self._sizes[old]:
+                apart.pop()
+            for part in apart:
+                self._recolour(part, old)
+                new += part
+        return new
+
+    def _recolour(self, part: Sequence[NengoObject], old: int) -> None:
+        fresh = next(self._fresh)
+        self._colour.update(dict.fromkeys(part, fresh))
+        self._sizes[old] -= len(part)
+        self._sizes[fresh] = len(part)
+
+    def _neighbours(self, obj: NengoObject) -> frozenset[Hashable]:
+        # A set, not counts: an ensemble with two inputs of a kind may join one with three.
+        around = self._around[obj]
+        return frozenset((kind, self._colour.get(other)) for kind, other in around)
 
 
 def _numbered(keys: Mapping[NengoObject, Hashable]) -> dict[NengoObject, int]:

@@ -17,7 +17,8 @@ HEAD = """# Rules
 
 Every rule `spikeport compile` checks, with the id its messages carry. `spikeport compile --explain
 SP101` prints one of them. SP0xx to SP2xx are refused; SP3xx end a compile with exit code 1; SP4xx
-are hints. Made from `compile/check/rules.toml` by `python -m spikeport.documents docs`."""
+are hints; SP5xx are refused on this machine. Made from `compile/check/rules.toml` by `python -m
+spikeport.documents docs`."""
 
 
 def rules() -> str:

@@ -1,11 +1,12 @@
 """Small packing problems: by hand, random, and solved by trying everything."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 from hypothesis import strategies as st
 from scipy import sparse
 
+from spikeport.compile.image.traffic import BlockTraffic
 from spikeport.compile.placing.load import Capacity, Load
 from spikeport.compile.placing.packing import Bins, Problem
 
@@ -23,13 +24,27 @@ def cores_of(compartments: float) -> Capacity:
     return Capacity((compartments, np.inf, np.inf, np.inf), ROOM.profiles)
 
 
-def problem(*loads: Load | int, room: Capacity = ROOM, traffic: object = None) -> Problem:
-    """Loads, or their compartments, and the spikes of pairs of blocks."""
+def problem(
+    *loads: Load | int,
+    room: Capacity = ROOM,
+    traffic: object = None,
+    audiences: Mapping[tuple[int, ...], int] | None = None,
+) -> Problem:
+    """Loads, or their compartments, the spikes of pairs of blocks, and sources of several."""
     all_loads = [one if isinstance(one, Load) else load(one) for one in loads]
     matrix = np.zeros((len(loads), len(loads)))
     for (a, b), spikes in dict(traffic or {}).items():
         matrix[a, b] = matrix[b, a] = spikes
-    return Problem(all_loads, room, sparse.csr_matrix(matrix))
+    return Problem(all_loads, room, BlockTraffic(sparse.csr_matrix(matrix), audiences or {}))
+
+
+def pairs(of: Problem) -> np.ndarray:
+    """The spikes between each two blocks, (n_blocks, n_blocks)."""
+    between = of.traffic.direct.toarray()
+    for blocks, sources in of.traffic.audiences.items():
+        between[np.ix_(blocks, blocks)] += sources
+    np.fill_diagonal(between, 0)
+    return between
 
 
 @st.composite
@@ -40,9 +55,12 @@ def problems(draw: st.DrawFn, most_blocks: int = 10) -> Problem:
     profiles = st.tuples(masks, masks, masks, shared, shared, shared)
     amounts = st.tuples(*[st.integers(0, 10)] * 4)
     loads = draw(st.lists(st.builds(Load, amounts, profiles), max_size=most_blocks))
-    pairs = [(a, b) for b in range(len(loads)) for a in range(b)]
-    spikes = draw(st.lists(st.integers(0, 9), min_size=len(pairs), max_size=len(pairs)))
-    return problem(*loads, traffic=zip(pairs, spikes, strict=True))
+    both = [(a, b) for b in range(len(loads)) for a in range(b)]
+    spikes = draw(st.lists(st.integers(0, 9), min_size=len(both), max_size=len(both)))
+    groups = st.lists(st.integers(0, len(loads) - 1), min_size=2, max_size=6, unique=True)
+    heard = st.dictionaries(groups.map(sorted).map(tuple), st.integers(1, 5), max_size=3)
+    audiences = draw(heard) if len(loads) > 1 else {}
+    return problem(*loads, traffic=zip(both, spikes, strict=True), audiences=audiences)
 
 
 def assert_packed(of: Problem, bins: Bins) -> None:

@@ -13,6 +13,7 @@ from spikeport.compile.image.tables import (
     flat,
     offsets,
     part,
+    positions,
     ranges,
 )
 from spikeport.errors import ImageError
@@ -77,3 +78,9 @@ def test_every_array_is_declared_once_and_divides_and_points_at_tables() -> None
         "",
         *known,
     }
+
+
+def test_positions_of_numbers() -> None:
+    found = positions(np.array([2, 0, 2, 4]), 6)
+    assert [where.tolist() for where in found] == [[1], [], [0, 2], [], [3], []]
+    assert positions(np.zeros(0, dtype=int), 0) == []

@@ -31,7 +31,18 @@ def test_a_block_that_is_reached_twice_counts_once() -> None:
 
 def test_traffic_of_two_blocks_is_what_they_send_and_what_both_are_sent() -> None:
     # block 0 sends two spikes to block 1, one to block 2; two sources reach both of these
-    assert block_traffic(network()).toarray().tolist() == [[0, 2, 1], [2, 0, 2], [1, 2, 0]]
+    traffic = block_traffic(network())
+    assert traffic.direct.toarray().tolist() == [[0, 2, 1], [2, 0, 0], [1, 0, 0]]
+    assert traffic.audiences == {(1, 2): 2}
+
+
+def test_a_source_of_many_blocks_makes_no_pairs() -> None:
+    n = 200
+    groups = [Group([[64]], block=b) for b in range(1, n)]
+    routes = [Route([0], group=g, block=0) for g in range(n - 1)]
+    traffic = block_traffic(Parts([Block(1) for _ in range(n)], groups, routes=routes).image())
+    assert traffic.audiences == {tuple(range(1, n)): 1}
+    assert traffic.direct.nnz == 2 * (n - 1)
 
 
 def test_a_spike_is_one_message_to_a_core_whatever_it_reaches_there() -> None:

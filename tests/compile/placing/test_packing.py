@@ -25,6 +25,7 @@ from tests.helpers.packing_problems import (
     assert_packed,
     cores_of,
     load,
+    pairs,
     problem,
     problems,
 )
@@ -199,4 +200,14 @@ def test_every_packing_keeps_all_limits(of: Problem) -> None:
 
 def test_traffic_is_of_pairs() -> None:
     of = problem(1, 1, traffic={(0, 1): 2})
-    np.testing.assert_array_equal(of.traffic.toarray(), [[0, 2], [2, 0]])
+    np.testing.assert_array_equal(of.traffic.direct.toarray(), [[0, 2], [2, 0]])
+
+
+@given(problems())
+@settings(deadline=None, max_examples=30)
+def test_the_cost_counts_spikes_of_pairs_and_of_audiences(of: Problem) -> None:
+    between, bins = pairs(of), pack(of, 0)
+    assert of.cost(bins)[1] == -sum(between[np.ix_(blocks, blocks)].sum() for blocks in bins)
+    for blocks in bins:
+        expected = between[blocks[0], blocks].sum()
+        assert of.exchanged(blocks[0], [b for b in blocks if b != blocks[0]]) == expected

@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from spikeport.compile.placing.load import Load
 from spikeport.compile.placing.packing import Bins, Problem, pack
 from spikeport.compile.placing.settling import settled
-from tests.helpers.packing_problems import assert_packed, cores_of, problem, problems
+from tests.helpers.packing_problems import assert_packed, cores_of, pairs, problem, problems
 
 
 def within(of: Problem, bins: Bins) -> float:
@@ -78,7 +78,7 @@ def settled_by_trying(of: Problem, bins: Bins) -> Bins:
 
 def tried(of: Problem, bins: Bins, block: int) -> bool:
     home = next(blocks for blocks in bins if block in blocks)
-    traffic = of.traffic.toarray()
+    traffic = pairs(of)
     spikes = [traffic[block, blocks].sum() for blocks in bins]
     left = [b for b in home if b != block]
     for core in np.argsort(np.negative(spikes), kind="stable"):
@@ -103,11 +103,16 @@ def test_swaps_with_equal_blocks_are_checked_once(monkeypatch: pytest.MonkeyPatc
     assert many < 4**1.2 * few
 
 
+def test_blocks_that_the_same_sources_reach_come_together() -> None:
+    of = problem(5, 5, 5, 5, audiences={(0, 2): 3, (1, 2, 3): 2})
+    assert sorted(map(sorted, settled(of, [[0, 1], [2, 3]]))) == [[0, 2], [1, 3]]
+
+
 def n_joins(n: int, monkeypatch: pytest.MonkeyPatch) -> int:
     """How often loads are joined where each of n blocks could swap with n, and none fits."""
     sizes = [1] * n + [2] * (n // 2)
-    pairs = {(small, n + small // 2): 1 for small in range(n)}
-    of = problem(*sizes, room=cores_of(n), traffic=pairs)
+    partners = {(small, n + small // 2): 1 for small in range(n)}
+    of = problem(*sizes, room=cores_of(n), traffic=partners)
     bins = [list(range(n)), list(range(n, len(sizes)))]
     joins = []
     join = Load.joined

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from nengo.solvers import Lstsq
 
+from spikeport.compile.rewriting import colouring
 from spikeport.compile.rewriting.colouring import alike, neuron_key, regroupable
 from spikeport.compile.rewriting.passthrough import foldable
 from tests.helpers.small_networks import FAST, SLOW, scope_of
@@ -33,7 +34,7 @@ def network_of(
 def groups(network: nengo.Network) -> list[str]:
     """The groups of ensembles wired alike, each as its labels."""
     found = alike(scope_of(network), network.all_ensembles)
-    return ["".join(sorted(e.label for e in group)) for group in found]
+    return ["".join(sorted(e.label or "" for e in group)) for group in found]
 
 
 def test_ensembles_wired_alike_are_found() -> None:
@@ -132,6 +133,30 @@ def test_the_order_of_definition_does_not_matter() -> None:
         assert set(groups(network_of("".join(order), TREE))) == expected
     for edges in itertools.permutations(TREE):
         assert set(groups(network_of("fbdace", edges))) == expected
+
+
+def test_only_neighbours_of_what_has_a_new_colour_are_looked_at(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A chain is told apart from both of its ends, two ensembles a round."""
+    few, many = (n_looks(n, monkeypatch) for n in (20, 80))
+    assert many < 4**1.2 * few
+
+
+def n_looks(n: int, monkeypatch: pytest.MonkeyPatch) -> int:
+    network = network_of([], [])
+    with network:
+        ends = itertools.pairwise(nengo.Ensemble(2, 1) for _ in range(n))
+        for pre, post in ends:
+            nengo.Connection(pre, post)
+    looks = []
+    look = colouring._Refinement._neighbours
+    with monkeypatch.context() as patch:
+        patch.setattr(
+            colouring._Refinement, "_neighbours", lambda me, obj: looks.append(obj) or look(me, obj)
+        )
+        assert len(groups(network)) == n
+    return len(looks)
 
 
 def test_the_first_of_a_group_gives_its_place() -> None:

@@ -1,0 +1,161 @@
+"""CPU time, cores and memory of compiling networks of many small parts, and how these grow.
+
+    OPENBLAS_NUM_THREADS=1 python benchmarks/growth.py [--network NAME]... [--n N]...
+        [--pipeline NAME]...
+
+Each network is compiled in a process of its own, for a board of 32 chips: CPU time is that of the
+compile alone, the peak what memory grew by during it, beside the estimate made before. The last
+column is log(CPU / CPU of the row above) / log(n / n of the row above).
+"""
+
+import argparse
+import math
+import re
+import resource
+import tempfile
+import time
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+from typing import NamedTuple
+
+import markdown_table
+import nengo
+import numpy as np
+
+from spikeport.compile.check.memory import estimate
+from spikeport.compile.passes.parse import parse
+from spikeport.compile.pipeline import compile_network
+from spikeport.hardware_models.chip import BUILT_IN
+
+NEURONS, CHIPS = 5, 32
+MB = 1e6
+HEADS = ("network", "n", "pipeline", "CPU s", "cores", "peak MB", "estimate MB", "exponent")
+
+
+class Row(NamedTuple):
+    """What one compile took."""
+
+    cpu_s: float
+    cores: int
+    peak: float
+    estimate: float
+
+
+def chain(n: int, seed: int | None) -> nengo.Network:
+    """Ensembles of 5 neurons, each decoded into the next; one seed, or one for each."""
+    with nengo.Network(seed=0) as network:
+        stimulus = nengo.Node(lambda t: np.sin(t))
+        ensembles = [nengo.Ensemble(NEURONS, 1, seed=seed) for _ in range(n)]
+        for pre, post in zip([stimulus, *ensembles], ensembles, strict=False):
+            nengo.Connection(pre, post, seed=seed)
+        nengo.Probe(ensembles[-1], synapse=0.01)
+    return network
+
+
+def equal(n: int) -> nengo.Network:
+    """A chain of n equal ensembles."""
+    return chain(n, seed=1)
+
+
+def distinct(n: int) -> nengo.Network:
+    """A chain of n ensembles, no two of which are equal."""
+    return chain(n, seed=None)
+
+
+def decoded(n: int) -> nengo.Network:
+    """n connections that decode, between random pairs of n / 50 ensembles of 50 neurons."""
+    rng, size = np.random.RandomState(0), 50
+    with nengo.Network(seed=0) as network:
+        ensembles = [nengo.Ensemble(size, 1) for _ in range(max(n // 50, 2))]
+        for pre, post in rng.randint(len(ensembles), size=(n, 2)):
+            nengo.Connection(ensembles[pre], ensembles[post], transform=0.01, synapse=0.005)
+        nengo.Probe(ensembles[-1], synapse=0.01)
+    return network
+
+
+def neurons(n: int) -> nengo.Network:
+    """n connections from a neuron to another, between random pairs of n / 100 ensembles of 50."""
+    rng, size = np.random.RandomState(0), 50
+    with nengo.Network(seed=0) as network:
+        ensembles = [nengo.Ensemble(size, 1) for _ in range(max(n // 100, 2))]
+        for pre, post in rng.randint(len(ensembles), size=(n, 2)):
+            weight = np.eye(size)[:, [rng.randint(size)]] * rng.uniform(1e-3, 1e-2)
+            source = ensembles[pre].neurons[rng.randint(size)]
+            nengo.Connection(source, ensembles[post].neurons, transform=weight, synapse=0.005)
+        nengo.Probe(ensembles[-1], synapse=0.01)
+    return network
+
+
+NETWORKS: dict[str, Callable[[int], nengo.Network]] = {
+    make.__name__: make for make in (equal, distinct, decoded, neurons)
+}
+
+
+def board(folder: Path) -> Path:
+    """The file of a board of 32 chips like Loihi."""
+    text = (BUILT_IN / "loihi.toml").read_text(encoding="utf-8")
+    path = folder / "board.toml"
+    path.write_text(
+        re.sub(r"(\[limits\.chips\]\nvalue = )\d+", rf"\g<1>{CHIPS}", text), encoding="utf-8"
+    )
+    return path
+
+
+def measure(name: str, n: int, pipeline: str, chip: Path) -> Row:
+    """Compile one network; to be called in a process of its own."""
+    network, passes = NETWORKS[name](n), parse(pipeline)
+    before, begin = peak_bytes(), time.process_time()
+    estimated = estimate(network)
+    image = compile_network(network, chip, pipeline=passes).image
+    return Row(time.process_time() - begin, image.n_cores, peak_bytes() - before, estimated)
+
+
+def peak_bytes() -> float:
+    """The most memory that this process has had."""
+    return 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+
+
+def exponent(before: tuple[int, Row] | None, n: int, row: Row) -> str:
+    """The power of n that CPU time grew by."""
+    if before is None:
+        return ""
+    return f"{math.log(row.cpu_s / before[1].cpu_s) / math.log(n / before[0]):.2f}"
+
+
+def main() -> None:
+    """Measure, and print a table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--network", action="append", choices=sorted(NETWORKS))
+    parser.add_argument("--n", action="append", type=int)
+    parser.add_argument("--pipeline", action="append")
+    arguments = parser.parse_args()
+    rows = []
+    with tempfile.TemporaryDirectory() as folder:
+        chip = board(Path(folder))
+        for name in arguments.network or NETWORKS:
+            for pipeline in arguments.pipeline or ("as_written", "compact"):
+                before = None
+                for n in sorted(arguments.n or (125, 500, 2000)):
+                    with ProcessPoolExecutor(1, get_context("spawn")) as process:
+                        row = process.submit(measure, name, n, pipeline, chip).result()
+                    rows.append(
+                        (
+                            name,
+                            f"{n:,}",
+                            pipeline,
+                            f"{row.cpu_s:.1f}",
+                            f"{row.cores:,}",
+                            f"{row.peak / MB:,.0f}",
+                            f"{row.estimate / MB:,.0f}",
+                            exponent(before, n, row),
+                        )
+                    )
+                    print(*rows[-1], flush=True)
+                    before = n, row
+    print(markdown_table.table(HEADS, rows))
+
+
+if __name__ == "__main__":
+    main()

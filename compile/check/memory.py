@@ -1,0 +1,136 @@
+"""The memory that a compile will take, estimated before anything is built, and how much there is.
+
+    M = sum over objects of what each takes + 150 B W + 70 B R + 36 B max_e(n_e p_e)
+
+for W weights, R weights from and to neurons that relay decoded values, and n neurons and p
+evaluation points of the ensemble whose decoders take most. The figures were fitted to peaks of
+fresh processes (docs/architecture.md has estimates beside peaks).
+"""
+
+import math
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import nengo
+import numpy as np
+from nengo.ensemble import Neurons
+
+from spikeport.compile.check import rules
+from spikeport.compile.check.violation import Violation
+from spikeport.compile.ground.names import base
+from spikeport.errors import UsageError
+
+VARIABLE = "SPIKEPORT_MEMORY_GB"
+"""The environment variable that holds another limit than the memory that is available."""
+GB = 1e9
+BASE = 4e6
+ENSEMBLE, DECODED, PLAIN = 15_000, 35_000, 8_000
+"""Bytes of an ensemble, a connection that decodes, and one that does not, without weights."""
+COMPARTMENT, WEIGHT, RELAYED = 400, 150, 70
+EVALUATION = 36
+"""Bytes of an evaluation point and neuron while decoders are solved: matrices of activities."""
+RELAYS = 20
+"""The neurons that relay a dimension from ensemble to ensemble: nengo-loihi's decode neurons."""
+KERNELS, PER_KERNEL = 16, 128
+"""The copies of a convolution's kernel that are stored: so many, cut at borders and by strides, and
+one for so many neurons, as each core has its own."""
+CGROUP = Path("/sys/fs/cgroup")
+
+
+def over_memory(network: nengo.Network) -> list[Violation]:
+    """Return the violation of a network that takes more memory than there is, if it does."""
+    needed, limit = estimate(network), available()
+    if needed <= limit:
+        return []
+    used, most = (f"{n / GB:,.1f} GB" for n in (needed, limit))
+    return [rules.get("SP501").broken("network", used, most, gb=math.ceil(needed / GB))]
+
+
+def available() -> float:
+    """Return the memory that a compile may take, in bytes.
+
+    It is the value of `VARIABLE`, in GB, where that is set; else what the machine has left, or the
+    process's control group where that has less; without a limit where neither says.
+    """
+    if text := os.environ.get(VARIABLE):
+        return _asked_for(text)
+    lines = _text(Path("/proc/meminfo")).splitlines()
+    free = [1024 * float(line.split()[1]) for line in lines if line.startswith("MemAvailable:")]
+    most, used = (_text(CGROUP / name).strip() for name in ("memory.max", "memory.current"))
+    group = [float(most) - float(used)] if most.isdigit() and used.isdigit() else []
+    return min([*free, *group], default=math.inf)
+
+
+def _asked_for(text: str) -> float:
+    try:
+        limit = float(text)
+    except ValueError:
+        limit = math.nan
+    if not 0 < limit < math.inf:
+        raise UsageError(f"{VARIABLE}={text}: not a number of GB above 0; cure: {VARIABLE}=8")
+    return limit * GB
+
+
+def _text(path: Path) -> str:
+    """Return the text of a file of the system, nothing where there is none."""
+    try:
+        return path.read_text(encoding="utf-8")
+    except OSError:
+        return ""
+
+
+def estimate(network: nengo.Network) -> int:
+    """Return the bytes that compiling a network takes at most."""
+    ensembles = network.all_ensembles
+    objects = sum(ENSEMBLE + COMPARTMENT * e.n_neurons for e in ensembles)
+    connections = sum(sum(_of_connection(c)) for c in network.all_connections)
+    solved = max((e.n_neurons * _n_points(e) for e in _decoded(network)), default=0)
+    return int(BASE + objects + connections + EVALUATION * solved)
+
+
+def _of_connection(connection: nengo.Connection) -> Iterator[float]:
+    """Yield the bytes of a connection's objects, of the neurons it adds, and of its weights."""
+    pre, post = connection.pre_obj, connection.post_obj
+    if not isinstance(pre, nengo.Ensemble):
+        yield PLAIN + WEIGHT * (_n_weights(connection) if isinstance(post, Neurons) else 0)
+        if isinstance(post, nengo.Ensemble):
+            yield RELAYED * 2 * connection.size_out * post.n_neurons
+        return
+    if connection.solver.weights and isinstance(post, nengo.Ensemble):
+        yield PLAIN + WEIGHT * pre.n_neurons * post.n_neurons
+        return
+    host = isinstance(post, nengo.Node) and post.output is not None
+    relays = (2 if host else RELAYS) * connection.size_out
+    yield DECODED + COMPARTMENT * relays + RELAYED * relays * pre.n_neurons
+    target = base(post)
+    if isinstance(target, nengo.Ensemble):
+        yield RELAYED * 2 * connection.size_out * target.n_neurons
+
+
+def _n_weights(connection: nengo.Connection) -> float:
+    """Return the number of weights of a connection to neurons."""
+    transform = connection.transform
+    if isinstance(transform, nengo.Convolution):
+        copies = KERNELS + connection.size_out / PER_KERNEL
+        return float(copies * math.prod(transform.kernel_shape))
+    if isinstance(transform, nengo.Sparse):
+        return float(np.size(transform.init if np.ndim(transform.init) else 1))
+    spikes = 1 if isinstance(connection.pre_obj, Neurons) else 2  # the host sends on and off
+    matrix = np.ndim(getattr(transform, "init", 1)) > 0
+    return float(spikes * connection.size_mid * (connection.size_out if matrix else 1))
+
+
+def _decoded(network: nengo.Network) -> set[nengo.Ensemble]:
+    """Return the ensembles whose decoders are solved."""
+    pres = {connection.pre_obj for connection in network.all_connections}
+    return {pre for pre in pres if isinstance(pre, nengo.Ensemble)}
+
+
+def _n_points(ensemble: nengo.Ensemble) -> int:
+    """Return the number of evaluation points of an ensemble, as Nengo chooses it."""
+    if not isinstance(ensemble.eval_points, nengo.dists.Distribution):
+        return len(ensemble.eval_points)
+    if ensemble.n_eval_points is not None:
+        return int(ensemble.n_eval_points)
+    return int(max(np.clip(500 * ensemble.dimensions, 750, 2500), 2 * ensemble.n_neurons))

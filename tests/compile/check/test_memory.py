@@ -1,0 +1,111 @@
+"""Estimates of memory; how near they are is measured by `benchmarks/growth.py`."""
+
+import itertools
+import math
+from pathlib import Path
+
+import nengo
+import numpy as np
+import pytest
+
+from spikeport.compile.check import memory
+from spikeport.compile.check.memory import VARIABLE, available, estimate, over_memory
+from spikeport.compile.check.violation import DoesNotFitError
+from spikeport.compile.pipeline import compile_network
+from spikeport.errors import UsageError
+
+
+def chain(n: int, size: int = 5) -> nengo.Network:
+    with nengo.Network(seed=0) as network:
+        ensembles = [nengo.Ensemble(size, 1) for _ in range(n)]
+        for pre, post in itertools.pairwise(ensembles):
+            nengo.Connection(pre, post)
+    return network
+
+
+def wired(transform: object, n: int = 300) -> nengo.Network:
+    with nengo.Network(seed=0) as network:
+        pre, post = (nengo.Ensemble(n, 1) for _ in "ab")
+        nengo.Connection(pre.neurons, post.neurons, transform=transform)
+    return network
+
+
+def test_the_estimate_is_in_proportion_to_a_chain() -> None:
+    first, second, third = (estimate(chain(n)) for n in (100, 200, 300))
+    assert third - second == pytest.approx(second - first, rel=1e-3)
+    assert 50_000 * 100 < second - first < 120_000 * 100
+
+
+def test_weights_take_150_bytes_each() -> None:
+    none = estimate(wired(nengo.Sparse((300, 300), indices=[(0, 0)], init=1)))
+    assert estimate(wired(np.ones((300, 300)))) - none == 150 * (300 * 300 - 1)
+    assert estimate(wired(1.0)) - none == 150 * (300 - 1)
+
+
+def test_a_convolution_has_copies_of_its_kernel() -> None:
+    def of_size(side: int) -> int:
+        transform = nengo.Convolution(4, (side, side, 1), kernel_size=(3, 3))
+        with nengo.Network() as network:
+            pre, post = (nengo.Ensemble(n, 1) for n in (side * side, transform.size_out))
+            nengo.Connection(pre.neurons, post.neurons, transform=transform)
+        return estimate(network)
+
+    weights, neurons = 4 * (38 * 38 - 18 * 18), 40 * 40 - 20 * 20
+    more = 150 * 36 * weights / 128 + 400 * (weights + neurons)
+    assert of_size(40) - of_size(20) == pytest.approx(more, abs=2)
+
+
+def test_decoders_of_a_large_ensemble_take_the_square_of_its_neurons() -> None:
+    sizes = [estimate(chain(2, n)) for n in (4000, 8000)]
+    assert sizes[1] / sizes[0] == pytest.approx(4, rel=0.05)
+    assert sizes[1] == pytest.approx(4.7e9, rel=0.1)  # observed: 4.7 GB
+    network = chain(2, 8000)
+    network.ensembles[0].n_eval_points = 500
+    assert estimate(network) < 0.1 * sizes[1]
+    network.ensembles[0].eval_points = np.zeros((250, 1))
+    assert estimate(network) < 0.06 * sizes[1]
+
+
+def test_what_takes_more_than_there_is_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    network = chain(100)
+    monkeypatch.setenv(VARIABLE, str(1.01 * estimate(network) / 1e9))
+    assert over_memory(network) == []
+    monkeypatch.setenv(VARIABLE, "0.5")
+    with pytest.raises(DoesNotFitError) as raised:
+        compile_network(chain(2, 8000), pipeline="")
+    assert str(raised.value) == (
+        "the network does not fit chip 'loihi':\n"
+        "  network: SP501 memory: 4.6 GB, limit 0.5 GB; cure: compile it on a machine with 5 GB "
+        "to spare, or in parts: fewer ensembles and connections, smaller ones, or fewer evaluation "
+        "points\nmore: spikeport compile --explain SP501"
+    )
+
+
+@pytest.mark.parametrize("text", ["much", "0", "-1", "nan", "inf"])
+def test_a_limit_is_a_number_of_gigabytes(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(VARIABLE, text)
+    with pytest.raises(UsageError) as raised:
+        available()
+    assert str(raised.value) == (
+        f"SPIKEPORT_MEMORY_GB={text}: not a number of GB above 0; cure: SPIKEPORT_MEMORY_GB=8"
+    )
+
+
+def test_a_control_group_may_leave_less_than_the_machine(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.delenv(VARIABLE, raising=False)
+    monkeypatch.setattr(memory, "CGROUP", tmp_path)
+    machine = available()
+    assert machine > 1e6
+    (tmp_path / "memory.max").write_text("3000\n", encoding="utf-8")
+    (tmp_path / "memory.current").write_text("1000\n", encoding="utf-8")
+    assert available() == 2000
+    (tmp_path / "memory.max").write_text("max\n", encoding="utf-8")
+    assert available() == pytest.approx(machine, rel=0.5)
+
+
+def test_without_figures_there_is_no_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv(VARIABLE, raising=False)
+    monkeypatch.setattr(memory, "_text", lambda path: "")
+    assert available() == math.inf
