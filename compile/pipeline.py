@@ -1,28 +1,30 @@
 """Network -> passes -> blocks -> passes -> image -> passes -> verified, with a report."""
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from numbers import Real
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import nengo
 from nengo.base import NengoObject
 
 from spikeport.compile.check.hints import image_hints, network_hints
 from spikeport.compile.check.lint import lint
+from spikeport.compile.check.offload import Move, Offload
 from spikeport.compile.check.verify import verify, verify_settings
-from spikeport.compile.check.violation import DoesNotFitError
+from spikeport.compile.check.violation import DoesNotFitError, NothingOnChipError, Offloaded
 from spikeport.compile.ground.names import Names
 from spikeport.compile.ground.refusal import ArgumentError, collected_warnings, without_addresses
 from spikeport.compile.ground.rewrite import Built, Rewrite
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.usage import core_uses
-from spikeport.compile.loihi.blocks import IntegerBlocks
+from spikeport.compile.loihi.blocks import FloatBlocks, IntegerBlocks
 from spikeport.compile.loihi.build import build
 from spikeport.compile.loihi.discretise import discretise
 from spikeport.compile.loihi.extract import extract
+from spikeport.compile.loihi.host_spikes import host_spikes
 from spikeport.compile.passes.parse import parse
 from spikeport.compile.passes.pipeline import Observer, PassRun, Pipeline, observe_nothing
 from spikeport.compile.placing.load import block_loads, capacity
@@ -63,6 +65,7 @@ def compile_network(
     dt: float = DT_S,
     pipeline: Pipeline | str | None = None,
     observer: Observer = observe_nothing,
+    offload: bool = False,
 ) -> Compilation:
     """Compile a network for a chip.
 
@@ -79,11 +82,16 @@ def compile_network(
         Without any pass every block has a core of its own, as in nengo-loihi.
     observer : callable
         Called after every pass with the pass and the value it left.
+    offload : bool
+        Move ensembles that break a rule to the host, fewest neurons first, until the rest compiles;
+        the report names them. The network itself is not changed.
 
     Raises
     ------
     DoesNotFitError
         With every rule the network breaks, and every limit of the chip it exceeds.
+    NothingOnChipError
+        If no ensemble is on the chip, so that there is no image: all of it runs on the host.
     CompileError
         If nengo-loihi's builder refuses it for another reason.
     UsageError, ChipFileError
@@ -92,14 +100,60 @@ def compile_network(
     check_arguments(network, chip, dt, pipeline)
     target = chips.get(str(chip))
     passes = target.pipeline if pipeline is None else pipeline
-    run = PassRun(parse(passes) if isinstance(passes, str) else passes, target, dt, observer)
+    pipeline = parse(passes) if isinstance(passes, str) else passes
+    job = Job(network, target, dt, pipeline, observer)
+    return _offloaded(job) if offload else _compiled(job)
+
+
+class Job(NamedTuple):
+    """The arguments of a compile, found to be valid."""
+
+    network: nengo.Network
+    chip: ChipModel
+    dt_s: float
+    pipeline: Pipeline
+    observer: Observer
+
+
+def _offloaded(job: Job) -> Compilation:
+    """Compile what is left on the chip once what cannot be there is moved to the host."""
+    search = Offload(job.network, lambda: _compiled(job))
+    try:
+        compilation = search.result()
+    except NothingOnChipError as nothing:
+        nothing.offloaded = _moved(search.moves, Names(job.network), {})
+        raise
+    spikes = host_spikes(compilation.model)
+    moved = _moved(search.moves, Names(job.network), spikes)
+    return replace(compilation, report=replace(compilation.report, offloaded=moved))
+
+
+def _moved(
+    moves: Sequence[Move], names: Names, spikes: Mapping[nengo.Ensemble, int]
+) -> tuple[Offloaded, ...]:
+    return tuple(
+        Offloaded(
+            names[ensemble],
+            ensemble.n_neurons,
+            problem.id,
+            problem.rule,
+            problem.object,
+            spikes.get(ensemble, 0),
+        )
+        for ensemble, problem in moves
+    )
+
+
+def _compiled(job: Job) -> Compilation:
+    network, target, dt, pipeline, observer = job
+    run = PassRun(pipeline, target, dt, observer)
     names = Names(network)
     rewrite, said = _rewritten(network, names, run, target.name)
     floats = run.blocks(build(rewrite, dt))
     blocks = discretise(floats)
     unplaced = extract(blocks, target.name)
     image = run.images(unplaced)
-    cores = _verified(image, target)
+    cores = _verified(image, target, floats)
     report = Report(
         target,
         image.digest,
@@ -132,7 +186,8 @@ def _rewritten(
 ) -> tuple[Rewrite, list[str]]:
     """Return the rewritten network, and warnings on the way; rules hold before and after."""
     if broken := lint(network, names, rewritten=not run.rewrites):
-        raise DoesNotFitError(chip, broken)
+        only_empty = [one.id for one in broken] == ["SP001"]
+        raise (NothingOnChipError if only_empty else DoesNotFitError)(chip, broken)
     with collected_warnings() as said:
         rewrite = run.networks(Rewrite(network, names))
     if broken := lint(rewrite.network, rewrite.names):
@@ -140,12 +195,21 @@ def _rewritten(
     return rewrite, [without_addresses(one.message) for one in said]
 
 
-def _verified(image: ChipImage, target: ChipModel) -> list[CoreUse]:
+def _verified(image: ChipImage, target: ChipModel, floats: FloatBlocks) -> list[CoreUse]:
     """Return the use of every core, once all limits of the chip are found to be kept."""
     cores = core_uses(image, target)
     if exceeded := [*verify(cores, target), *verify_settings(image, target)]:
-        raise DoesNotFitError(target.name, exceeded)
+        raise DoesNotFitError(target.name, exceeded, _owners(image, floats))
     return cores
+
+
+def _owners(image: ChipImage, floats: FloatBlocks) -> dict[str, tuple[str, ...]]:
+    """Return the names of the objects on each core, and of the ends of connections among them."""
+    owners: dict[str, tuple[str, ...]] = {}
+    for core, block in zip(image.blocks.core, image.manifest.blocks, strict=True):
+        label = image.cores[core]
+        owners[label] = (*owners.get(label, ()), *floats.about(block.owner))
+    return owners
 
 
 def _placed(image: ChipImage) -> tuple[tuple[str, ...], ...]:

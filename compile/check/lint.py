@@ -6,6 +6,7 @@ builder and confirmed by the tests of this module. What each rule says and why s
 ``rules.toml``, SP0xx.
 """
 
+from collections import Counter
 from collections.abc import Callable, Iterator
 
 import nengo
@@ -17,7 +18,7 @@ from nengo_loihi.inputs import ChipProcess
 
 from spikeport.compile.check import rules
 from spikeport.compile.check.violation import Violation
-from spikeport.compile.ground.names import Names, base
+from spikeport.compile.ground.names import Names
 from spikeport.compile.ground.scope import NEURON_TYPES, PROBEABLE, REGULAR_BASES, Scope
 
 ARRAYS = ("gain", "bias", "encoders", "max_rates", "intercepts", "eval_points", "function")
@@ -37,7 +38,15 @@ def lint(network: nengo.Network, names: Names, rewritten: bool = True) -> list[V
 def some_ensemble(scope: Scope) -> Iterator[Violation]:
     """Refuse a network without an ensemble on the chip."""
     if not scope.ensembles:
-        yield rules.get("SP001").broken(scope.names[scope.network], "0")
+        yield rules.get("SP001").broken(scope.names[scope.network], _kept_off(scope))
+
+
+def _kept_off(scope: Scope) -> str:
+    """Say how many ensembles there are, and why none of them is on the chip."""
+    reasons = Counter(scope.off_chip(e) for e in scope.network.all_ensembles)
+    if not reasons:
+        return "0"
+    return f"0 of {reasons.total()}: " + ", ".join(f"{n} {why}" for why, n in reasons.items())
 
 
 def neuron_type(scope: Scope) -> Iterator[Violation]:
@@ -99,14 +108,6 @@ def learning_rule(scope: Scope) -> Iterator[Violation]:
                 yield rules.get("SP007").broken(scope.names[connection], type(kind).__name__)
 
 
-def place_of_learning(scope: Scope) -> Iterator[Violation]:
-    """Refuse an error that is fed back to a connection which starts off the chip."""
-    for connection in scope.network.all_connections:
-        learned = base(connection.post_obj)
-        if isinstance(learned, nengo.Connection) and not scope.on_chip(learned.pre_obj):
-            yield rules.get("SP008").broken(scope.names[learned], "the host")
-
-
 def chip_process(scope: Scope) -> Iterator[Violation]:
     """Refuse nodes that would run on the board: they are not part of an image."""
     for node in scope.network.all_nodes:
@@ -159,7 +160,6 @@ RULES: tuple[Callable[[Scope], Iterator[Violation]], ...] = (
     synapse,
     post_slice,
     learning_rule,
-    place_of_learning,
     chip_process,
     probe,
     finite,

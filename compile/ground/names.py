@@ -48,6 +48,11 @@ class Names:
         """Return the name of an object, of its neurons, of a view, or of a builder's own object."""
         return self._name(base(obj))
 
+    def with_ends(self, obj: Named) -> tuple[str, ...]:
+        """Return the name of an object, and those of the ends that a connection has."""
+        ends = (obj.pre_obj, obj.post_obj) if isinstance(obj, nengo.Connection) else ()
+        return (self[obj], *(self[end] for end in ends if base(end) in self))
+
     def __contains__(self, obj: object) -> bool:
         return obj in self._names
 

@@ -26,13 +26,26 @@ TURN = threading.RLock()
 
 
 class RefusedError(CompileError, BuildError):
-    """The error of a network that Nengo's builder, nengo-loihi's, or its discretiser refuses."""
+    """The error of a network that Nengo's builder, nengo-loihi's, or its discretiser refuses.
+
+    Attributes
+    ----------
+    about : tuple of str
+        The names of the objects that are refused, and of the ends of those that are connections.
+    advice : str
+        A last line of the message, on what else may help.
+    """
+
+    about: tuple[str, ...] = ()
+    advice: str = ""
+
+    def __str__(self) -> str:
+        """Return message and advice; of a parameter, the message names object and attribute."""
+        return "\n".join(filter(None, (Exception.__str__(self), self.advice)))
 
 
 class InvalidError(RefusedError, ValidationError):
     """The error of a parameter that is not valid: ``attr`` of the object ``obj``."""
-
-    __str__ = Exception.__str__  # the message names both already
 
 
 class ArgumentError(UsageError, ValidationError):
@@ -44,18 +57,28 @@ class ArgumentError(UsageError, ValidationError):
         super().__init__(f"{name}={value!r}: expected {expected}", name)
 
 
-def refused(name: str, error: Exception, cure: str) -> RefusedError:
-    """Return the error for a refusal by nengo-loihi, often an assertion without text."""
+def refused(about: tuple[str, ...], error: Exception, cure: str) -> RefusedError:
+    """Return the error for a refusal by nengo-loihi, often an assertion without text.
+
+    ``about`` holds the name of the object that is refused, then those of its ends.
+    """
     message = (
-        f"{name}: nengo-loihi refuses it: {_reason(error)}; cure: {cure}, or keep its ensembles on "
-        "the host with net.config[ensemble].on_chip = False"
+        f"{about[0]}: nengo-loihi refuses it: {reason_of(error)}; cure: {cure}, or keep its "
+        "ensembles on the host with net.config[ensemble].on_chip = False"
     )
     if isinstance(error, ValidationError):
-        return InvalidError(message, error.attr, error.obj)
-    return RefusedError(message)
+        return concerning(about, InvalidError(message, error.attr, error.obj))
+    return concerning(about, RefusedError(message))
 
 
-def _reason(error: Exception) -> str:
+def concerning(about: tuple[str, ...], error: RefusedError) -> RefusedError:
+    """Return an error, with the names of what it is about."""
+    error.about = tuple(about)
+    return error
+
+
+def reason_of(error: Exception) -> str:
+    """Return the words of an error; of an assertion without any, the line that failed."""
     reason = printable(without_addresses(error))
     if not reason:
         where = traceback.extract_tb(error.__traceback__)[-1]

@@ -5,8 +5,8 @@ value of its own: blocks are copied before anything in them changes.
 """
 
 import copy
-from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -43,6 +43,8 @@ class FloatBlocks:
         The name and filter of each of the model's probes.
     warnings : tuple of str
         The builder's warnings.
+    ends : mapping of str to tuple of str
+        For each owner of a block that is a connection, its name and those of its ends.
     """
 
     model: Model
@@ -51,11 +53,16 @@ class FloatBlocks:
     inputs: tuple[InputEntry, ...]
     outputs: tuple[OutputName, ...]
     warnings: tuple[str, ...]
+    ends: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     @property
     def labels(self) -> tuple[str, ...]:
         """The name of each block."""
         return tuple(entry.label for entry in self.entries)
+
+    def about(self, owner: str) -> tuple[str, ...]:
+        """Return the names of an owner of blocks, and of its ends."""
+        return self.ends.get(owner, (owner,))
 
     def with_blocks(self, blocks: Iterable[LoihiBlock]) -> "FloatBlocks":
         """Return the same with other blocks in the place of these."""

@@ -13,6 +13,7 @@ from typing import Literal
 
 import nengo
 import numpy as np
+from nengo.connection import LearningRule
 from nengo.ensemble import Neurons
 from nengo_loihi.block import LoihiBlock
 from nengo_loihi.builder import Model
@@ -21,8 +22,13 @@ from nengo_loihi.inputs import LoihiInput
 from nengo_loihi.probe import LoihiProbe
 
 from spikeport.compile.check.finite import refused_or_not_finite
-from spikeport.compile.ground.names import Names
-from spikeport.compile.ground.refusal import RefusedError, collected_warnings, without_addresses
+from spikeport.compile.ground.names import Names, base
+from spikeport.compile.ground.refusal import (
+    RefusedError,
+    collected_warnings,
+    concerning,
+    without_addresses,
+)
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.image.manifest import BlockEntry, Encoding, Filter, InputEntry
 from spikeport.compile.loihi.blocks import FloatBlocks, OutputName, first_of
@@ -37,14 +43,14 @@ NAMED = (nengo.Ensemble, nengo.Node, nengo.Connection, nengo.Probe)
 class OrderedModel(Model):
     """nengo-loihi's model, which also remembers which object it builds.
 
-    ``building`` is the name of the object under construction, for error messages; ``crossings``
+    ``building`` names the object under construction, and its ends, for error messages; ``crossings``
     maps inputs and probes to the connection or probe of the network that made them.
     """
 
     def __init__(self, dt_s: float, names: Names) -> None:
         super().__init__(dt=dt_s, label="spikeport")
         self.names = names
-        self.building = "network"
+        self.building: tuple[str, ...] = ("network",)
         self.crossings: dict[LoihiInput | LoihiProbe, nengo.Connection | nengo.Probe] = {}
         # Limits are checked by spikeport.compile.check.verify, which reports all of them at once.
         self.validation_level = ValidationLevel.NONE
@@ -54,9 +60,11 @@ class OrderedModel(Model):
         if self.split is not None:
             self._order_passthrough()
         if isinstance(obj, NAMED):
-            self.building = self.names[obj]
+            self.building = self.names.with_ends(obj)
         if self.seeds.get(obj, 0) is None:
             self.seeds[obj] = _seed_from(self.names[obj])
+        if isinstance(obj, nengo.Connection) and self._is_error_on_host(obj):
+            return self._build_error_on_host(obj)
         n_inputs, n_probes = len(self.inputs), len(self.probes)
         with self._path(obj):
             built = super().build(obj, *args, **kwargs)
@@ -65,6 +73,22 @@ class OrderedModel(Model):
             crossing = [*list(self.inputs)[n_inputs:], *list(self.probes)[n_probes:]]
             self.crossings.update(dict.fromkeys(crossing, obj))
         return built
+
+    def _is_error_on_host(self, connection: nengo.Connection) -> bool:
+        """Return whether a connection feeds an error to one that starts on the host."""
+        if not isinstance(connection.post_obj, LearningRule):
+            return False
+        return not self.split.on_chip(base(connection.post_obj.connection.pre_obj))
+
+    def _build_error_on_host(self, connection: nengo.Connection) -> None:
+        """Build a connection to a learning rule that Nengo computes on the host.
+
+        nengo-loihi looks for the rule on the chip only, and finds none.
+        """
+        host = self.host_model(base(connection.pre_obj))
+        host.seeds[connection] = self.seeds[connection]
+        host.seeded[connection] = self.seeded[connection]
+        host.build(connection)
 
     def _path(self, obj: object) -> contextlib.AbstractContextManager[None]:
         """Return a context for the decode neurons that the network's config asks for, if any."""
@@ -121,11 +145,20 @@ def build(rewrite: Rewrite, dt_s: float) -> FloatBlocks:
         tuple(_input_entry(model, source) for source in model.inputs),
         tuple(_output_name(model, probe) for probe in model.probes),
         tuple(sorted({without_addresses(one.message) for one in collected})),
+        {
+            names[obj]: names.with_ends(obj)
+            for obj in model.objs
+            if isinstance(obj, nengo.Connection)
+        },
     )
     _check_probed_nodes(network, model, names)
     _check_order_of_reads(model, names)
     _check_population_axons(floats)
     return floats
+
+
+def _refusal(name: str, why: str) -> RefusedError:
+    return concerning((name,), RefusedError(f"{name}: {why}"))
 
 
 def _check_probed_nodes(network: nengo.Network, model: Model, names: Names) -> None:
@@ -135,10 +168,10 @@ def _check_probed_nodes(network: nengo.Network, model: Model, names: Names) -> N
     lost = {connection.post_obj for connection in removed & {*network.all_connections}} - fed
     for probe in network.all_probes:
         if probe.obj in lost:
-            raise RefusedError(
-                f"{names[probe.obj]}: nengo-loihi removes what feeds this passthrough node, and "
-                "its probe would read zeros; cure: give it a function, as in "
-                "nengo.Node(lambda t, x: x, size_in=...)"
+            raise _refusal(
+                names[probe.obj],
+                "nengo-loihi removes what feeds this passthrough node, and its probe would read "
+                "zeros; cure: give it a function, as in nengo.Node(lambda t, x: x, size_in=...)",
             )
 
 
@@ -150,9 +183,10 @@ def _check_order_of_reads(model: Model, names: Names) -> None:
         read = np.arange(probe.obj.size_out)[probe.slice]
         blocks = len(model.objs[probe]["out"].target)
         if blocks > 1 and np.any(np.diff(read) <= 0):
-            raise RefusedError(
-                f"{names[probe.obj]}: its neurons are read out in another order than theirs, which "
-                "fails where they are split over several cores; cure: read them in ascending order"
+            raise _refusal(
+                names[probe.obj],
+                "its neurons are read out in another order than theirs, which fails where they "
+                "are split over several cores; cure: read them in ascending order",
             )
 
 

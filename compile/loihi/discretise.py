@@ -5,6 +5,7 @@ from nengo.exceptions import NengoException
 from nengo_loihi.block import LoihiBlock
 from nengo_loihi.builder.discretize import discretize_block, discretize_probe
 
+from spikeport.compile.check.cures import cure_of
 from spikeport.compile.check.finite import not_finite
 from spikeport.compile.ground.quantisation import block_error, block_values
 from spikeport.compile.ground.refusal import collected_warnings, refused, without_addresses
@@ -23,8 +24,10 @@ def discretise(floats: FloatBlocks) -> IntegerBlocks:
     blocks = tuple(copied(block) for block in floats.blocks)
     probes = tuple(copied_probe(probe) for probe in floats.model.probes)
     with collected_warnings() as collected, numpy1_semantics():
-        pairs = zip(floats.model.blocks, floats.labels, blocks, strict=True)
-        scales = {built: _discretise(block, label) for built, label, block in pairs}
+        scales = {
+            built: _discretise(block, (entry.label, *floats.about(entry.owner)))
+            for built, entry, block in zip(floats.model.blocks, floats.entries, blocks, strict=True)
+        }
         for probe in probes:
             for i, block in enumerate(probe.target):
                 discretize_probe(probe, i, scales[block])
@@ -37,14 +40,12 @@ def discretise(floats: FloatBlocks) -> IntegerBlocks:
     return IntegerBlocks(floats, blocks, probes, errors, warnings)
 
 
-def _discretise(block: LoihiBlock, label: str) -> float:
+def _discretise(block: LoihiBlock, about: tuple[str, ...]) -> float:
     values = block_values(block)
     if not all(np.isfinite(part).all() for part in (values.bias, *values.weights)):
-        raise not_finite(label, "weights or biases")
+        raise not_finite(about[0], "weights or biases")
     try:
         scale: float = discretize_block(block)
     except (NengoException, AssertionError) as error:
-        raise refused(
-            label, error, "bring its weights, gains and biases closer together"
-        ) from error
+        raise refused(about, error, cure_of(error)) from error
     return scale

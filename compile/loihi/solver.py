@@ -151,7 +151,7 @@ class ParameterSolver:
             try:
                 return build(self._model, obj)
             except Exception as error:  # it refuses by errors of any kind, not only by its own
-                raise refused_or_not_finite(self._names[obj], error) from error
+                raise refused_or_not_finite(self._names.with_ends(obj), error) from error
 
 
 def _sampled_transform(connection: nengo.Connection, seeds: Seeds) -> Matrix:

@@ -84,7 +84,7 @@ def test_a_refusal_with_reason_gives_the_reason_without_addresses() -> None:
         "ensembles[0]: nengo-loihi refuses it: <Ensemble (unlabeled)>: NaNs detected in encoders. "
         "This usually means that you have zero-length encoders; when normalized, these result in "
         "NaNs. Ensure all encoders have non-zero length, or set `normalize_encoders=False`.; "
-        f"cure: change this object, {HOST}"
+        f"cure: give every encoder a length, or set normalize_encoders=False, {HOST}"
     )
 
 

@@ -1,0 +1,136 @@
+"""Moves to the host what a network's refusals name, until the rest is accepted."""
+
+import contextlib
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import Generic, NamedTuple, TypeVar
+
+import nengo
+
+from spikeport.compile.check.violation import DoesNotFitError
+from spikeport.compile.ground.names import End, Named, Names, base
+from spikeport.compile.ground.refusal import RefusedError
+from spikeport.compile.ground.scope import Scope
+from spikeport.compile.ground.settings import add_params
+
+Result = TypeVar("Result")
+NOT_FINITE = "SP011"
+"""The rule on NaN and infinity, which are no better on the host."""
+
+
+class Problem(NamedTuple):
+    """A refusal: the rule, if it has one, the object that breaks it, and what else it is about."""
+
+    id: str
+    rule: str
+    object: str
+    about: tuple[str, ...]
+
+
+class Move(NamedTuple):
+    """An ensemble that was moved to the host, and the problem that this solved."""
+
+    ensemble: nengo.Ensemble
+    problem: Problem
+
+
+class Offload(Generic[Result]):
+    """A search for the ensembles that have to leave the chip, fewest neurons first.
+
+    A move is kept where the problem that it was made for is gone, and taken back where it is not.
+
+    Parameters
+    ----------
+    network : nengo.Network
+        The network; its settings are as before at the end.
+    attempt : callable
+        Compiles the network, or raises `RefusedError`.
+    """
+
+    def __init__(self, network: nengo.Network, attempt: Callable[[], Result]) -> None:
+        self._network = network
+        self._attempt = attempt
+        self._names = Names(network)
+        self._objects = {self._names[obj]: obj for obj in network.all_objects}
+        self.moves: list[Move] = []
+
+    def result(self) -> Result:
+        """Return what the attempt returns in the end.
+
+        Raises
+        ------
+        RefusedError
+            If no ensemble on the chip is named whose move solves a problem.
+        """
+        found = self._with([])
+        while isinstance(found, RefusedError):
+            found = self._improved(found)
+        return found
+
+    def _improved(self, error: RefusedError) -> Result | RefusedError:
+        """Return what one more move gives, or raise the error where no move helps."""
+        for move in self._possible(error):
+            found = self._with([move.ensemble])
+            if not isinstance(found, RefusedError) or move.problem not in problems(found):
+                self.moves.append(move)
+                return found
+        raise error
+
+    def _possible(self, error: RefusedError) -> list[Move]:
+        scope = Scope(self._network, self._names)
+        moved = {move.ensemble for move in self.moves}
+        moves = [
+            Move(ensemble, problem)
+            for problem in problems(error)
+            for ensemble in self._ensembles(problem)
+            if scope.on_chip(ensemble) and ensemble not in moved
+        ]
+        return sorted(moves, key=lambda move: move.ensemble.n_neurons)
+
+    def _ensembles(self, problem: Problem) -> Iterable[nengo.Ensemble]:
+        named = (self._objects[name] for name in problem.about if name in self._objects)
+        return dict.fromkeys(one for obj in named for one in _ensembles_of(obj))
+
+    def _with(self, more: Sequence[nengo.Ensemble]) -> Result | RefusedError:
+        with on_host(self._network, [*(move.ensemble for move in self.moves), *more]):
+            try:
+                return self._attempt()
+            except RefusedError as error:
+                return error
+
+
+def problems(error: RefusedError) -> list[Problem]:
+    """Return what an error is about that the host may be better at, problem by problem."""
+    if not isinstance(error, DoesNotFitError):
+        about = error.about
+        return [Problem("", "refusal by nengo-loihi", about[0], about)] if about else []
+    return [
+        Problem(one.id, one.rule, one.object, error.owners.get(one.object, (one.object,)))
+        for one in error.violations
+        if one.id != NOT_FINITE
+    ]
+
+
+def _ensembles_of(obj: Named | End) -> Iterator[nengo.Ensemble]:
+    """Yield the ensembles at the ends of an object, or behind a probe."""
+    obj = base(obj)
+    if isinstance(obj, nengo.Ensemble):
+        yield obj
+    elif isinstance(obj, nengo.Connection):
+        for end in (obj.pre_obj, obj.post_obj):
+            yield from _ensembles_of(end)
+    elif isinstance(obj, nengo.Probe):
+        yield from _ensembles_of(obj.target)
+
+
+@contextlib.contextmanager
+def on_host(network: nengo.Network, ensembles: Sequence[nengo.Ensemble]) -> Iterator[None]:
+    """Keep ensembles on the host for a while; the network's settings are then as before."""
+    add_params(network)
+    before = {ensemble: network.config[ensemble].on_chip for ensemble in ensembles}
+    try:
+        for ensemble in ensembles:
+            network.config[ensemble].on_chip = False
+        yield
+    finally:
+        for ensemble, on_chip in before.items():
+            network.config[ensemble].on_chip = on_chip
