@@ -16,7 +16,7 @@ from spikeport.compile.check.offload import Move, Offload
 from spikeport.compile.check.verify import verify, verify_settings
 from spikeport.compile.check.violation import DoesNotFitError, NothingOnChipError, Offloaded
 from spikeport.compile.ground.names import Names
-from spikeport.compile.ground.refusal import ArgumentError, collected_warnings, without_addresses
+from spikeport.compile.ground.refusal import ArgumentError, collected_warnings
 from spikeport.compile.ground.rewrite import Built, Rewrite
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.usage import core_uses
@@ -148,9 +148,10 @@ def _compiled(job: Job) -> Compilation:
     network, target, dt, pipeline, observer = job
     run = PassRun(pipeline, target, dt, observer)
     names = Names(network)
-    rewrite, said = _rewritten(network, names, run, target.name)
-    floats = run.blocks(build(rewrite, dt))
-    blocks = discretise(floats)
+    with collected_warnings() as notices:
+        rewrite = _rewritten(network, names, run, target.name)
+        floats = run.blocks(build(rewrite, dt))
+        blocks = discretise(floats)
     unplaced = extract(blocks, target.name)
     image = run.images(unplaced)
     cores = _verified(image, target, floats)
@@ -159,7 +160,7 @@ def _compiled(job: Job) -> Compilation:
         image.digest,
         tuple(cores),
         blocks.errors,
-        tuple(sorted({*blocks.warnings, *said})),
+        notices.texts(),
         placed=_placed(image),
         passes=tuple(run.record),
         lower_bound=lower_bound(block_loads(image, target), capacity(target)),
@@ -181,18 +182,15 @@ def check_arguments(network: object, chip: object, dt: object, pipeline: object)
         raise ArgumentError("pipeline", pipeline, "a Pipeline, its text, or None for the chip's")
 
 
-def _rewritten(
-    network: nengo.Network, names: Names, run: PassRun, chip: str
-) -> tuple[Rewrite, list[str]]:
-    """Return the rewritten network, and warnings on the way; rules hold before and after."""
+def _rewritten(network: nengo.Network, names: Names, run: PassRun, chip: str) -> Rewrite:
+    """Return the rewritten network; rules hold before and after."""
     if broken := lint(network, names, rewritten=not run.rewrites):
         only_empty = [one.id for one in broken] == ["SP001"]
         raise (NothingOnChipError if only_empty else DoesNotFitError)(chip, broken)
-    with collected_warnings() as said:
-        rewrite = run.networks(Rewrite(network, names))
+    rewrite = run.networks(Rewrite(network, names))
     if broken := lint(rewrite.network, rewrite.names):
         raise DoesNotFitError(chip, broken)
-    return rewrite, [without_addresses(one.message) for one in said]
+    return rewrite
 
 
 def _verified(image: ChipImage, target: ChipModel, floats: FloatBlocks) -> list[CoreUse]:

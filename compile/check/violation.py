@@ -60,9 +60,10 @@ class NothingOnChipError(DoesNotFitError):
     @property
     def verdict(self) -> str:
         """What becomes of the network."""
+        used = self.violations[0].used
         return (
-            f"no ensemble of the network is on the chip ({self.violations[0].used}): all of it runs "
-            "on the host, in float Nengo"
+            f"no ensemble of the network is on the chip ({used}): all of it runs on the host, in "
+            "float Nengo"
         )
 
 

@@ -14,12 +14,15 @@ import re
 import threading
 import traceback
 import warnings
+from collections import defaultdict
 from collections.abc import Iterator
 
 from nengo.exceptions import BuildError, NengoException, ValidationError
 
 from spikeport.errors import CompileError, UsageError, printable
 
+MOST_NAMED = 3
+"""Objects that are named with a warning; of others the number."""
 ADDRESS = re.compile(r" at 0x[0-9a-f]+")
 TURN = threading.RLock()
 """Held while a compile changes what all threads share: warning filters, nengo-loihi's modules."""
@@ -93,16 +96,74 @@ def without_addresses(said: Exception | Warning | str) -> str:
     return ADDRESS.sub("", str(said))
 
 
+class Notices:
+    """Warnings on the way through a network, each with the objects it is about.
+
+    Attributes
+    ----------
+    caught : list of WarningMessage
+        The warnings, as they came.
+    """
+
+    def __init__(self, caught: list[warnings.WarningMessage]) -> None:
+        self.caught = caught
+        self._objects: dict[int, str] = {}
+
+    @contextlib.contextmanager
+    def about(self, name: str) -> Iterator[None]:
+        """Attribute the warnings of a block of code to an object, unless they have one already."""
+        before = len(self.caught)
+        try:
+            yield
+        finally:
+            for number in range(before, len(self.caught)):
+                self._objects.setdefault(number, name)
+
+    def by_text(self) -> dict[str, warnings.WarningMessage]:
+        """Return the first warning of each text, by that text and the objects that it is about."""
+        first: dict[str, warnings.WarningMessage] = {}
+        objects: dict[str, dict[str, None]] = defaultdict(dict)
+        for number, one in enumerate(self.caught):
+            text = without_addresses(one.message)
+            first.setdefault(text, one)
+            if number in self._objects:
+                objects[text][self._objects[number]] = None
+        return {_with_objects(text, list(objects[text])): one for text, one in first.items()}
+
+    def texts(self) -> tuple[str, ...]:
+        """Return each text once, in alphabetical order."""
+        return tuple(sorted(self.by_text()))
+
+
+def _with_objects(text: str, objects: list[str]) -> str:
+    if not objects:
+        return text
+    more = len(objects) - MOST_NAMED
+    named = ", ".join(objects[:MOST_NAMED])
+    return f"{named} and {more} more: {text}" if more > 0 else f"{named}: {text}"
+
+
+_OPEN: list[Notices] = []
+"""The collections under way, the innermost last; `TURN` is held while there is one."""
+
+
 @contextlib.contextmanager
-def collected_warnings() -> Iterator[list[warnings.WarningMessage]]:
+def collected_warnings() -> Iterator[Notices]:
     """Collect all warnings; at the end pass on each once, from module ``spikeport.compile``.
 
     Threads take turns: warnings of one compile do not reach another.
     """
-    with TURN, warnings.catch_warnings(record=True) as collected:
+    with TURN, warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        yield collected
-    for one in {without_addresses(one.message): one for one in collected}.values():
-        warnings.warn_explicit(
-            one.message, one.category, one.filename, one.lineno, "spikeport.compile"
-        )
+        _OPEN.append(Notices(caught))
+        try:
+            yield _OPEN[-1]
+        finally:
+            notices = _OPEN.pop()
+    for text, one in notices.by_text().items():
+        warnings.warn_explicit(text, one.category, one.filename, one.lineno, "spikeport.compile")
+
+
+def warnings_about(name: str) -> contextlib.AbstractContextManager[None]:
+    """Return a context in which warnings are about an object; the innermost context counts."""
+    return _OPEN[-1].about(name) if _OPEN else contextlib.nullcontext()

@@ -41,8 +41,6 @@ class FloatBlocks:
         The name and encoding of each of the model's inputs.
     outputs : tuple of OutputName
         The name and filter of each of the model's probes.
-    warnings : tuple of str
-        The builder's warnings.
     ends : mapping of str to tuple of str
         For each owner of a block that is a connection, its name and those of its ends.
     """
@@ -52,7 +50,6 @@ class FloatBlocks:
     entries: tuple[BlockEntry, ...]
     inputs: tuple[InputEntry, ...]
     outputs: tuple[OutputName, ...]
-    warnings: tuple[str, ...]
     ends: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     @property
@@ -83,15 +80,12 @@ class IntegerBlocks:
         The model's probes, whose weights undo the blocks' scales.
     errors : tuple of BlockError
         The rounding error of each block.
-    warnings : tuple of str
-        Warnings of builder and discretiser.
     """
 
     floats: FloatBlocks
     blocks: tuple[LoihiBlock, ...]
     probes: tuple[LoihiProbe, ...]
     errors: tuple[BlockError, ...]
-    warnings: tuple[str, ...]
 
     @property
     def model(self) -> Model:

@@ -25,9 +25,8 @@ from spikeport.compile.check.finite import refused_or_not_finite
 from spikeport.compile.ground.names import Names, base
 from spikeport.compile.ground.refusal import (
     RefusedError,
-    collected_warnings,
     concerning,
-    without_addresses,
+    warnings_about,
 )
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.image.manifest import BlockEntry, Encoding, Filter, InputEntry
@@ -43,8 +42,8 @@ NAMED = (nengo.Ensemble, nengo.Node, nengo.Connection, nengo.Probe)
 class OrderedModel(Model):
     """nengo-loihi's model, which also remembers which object it builds.
 
-    ``building`` names the object under construction, and its ends, for error messages; ``crossings``
-    maps inputs and probes to the connection or probe of the network that made them.
+    ``building`` names the object under construction, and its ends, for error messages;
+    ``crossings`` maps inputs and probes to the connection or probe of the network that made them.
     """
 
     def __init__(self, dt_s: float, names: Names) -> None:
@@ -64,9 +63,10 @@ class OrderedModel(Model):
         if self.seeds.get(obj, 0) is None:
             self.seeds[obj] = _seed_from(self.names[obj])
         if isinstance(obj, nengo.Connection) and self._is_error_on_host(obj):
-            return self._build_error_on_host(obj)
+            self._build_error_on_host(obj)
+            return None
         n_inputs, n_probes = len(self.inputs), len(self.probes)
-        with self._path(obj):
+        with self._path(obj), warnings_about(self.building[0]):
             built = super().build(obj, *args, **kwargs)
         if isinstance(obj, NAMED):
             # Builders call each other: the outermost object is the one of the network.
@@ -133,7 +133,7 @@ def build(rewrite: Rewrite, dt_s: float) -> FloatBlocks:
     model = OrderedModel(dt_s, names)
     model.seeds.update({network: network.seed or 0, **rewrite.seeds})
     model.seeded[network] = True
-    with collected_warnings() as collected, numpy1_semantics():
+    with numpy1_semantics():
         try:
             model.build(network, precompute=False, discretize=False)
         except Exception as error:  # it refuses by errors of any kind, not only by its own
@@ -144,7 +144,6 @@ def build(rewrite: Rewrite, dt_s: float) -> FloatBlocks:
         tuple(_entries(model, rewrite)),
         tuple(_input_entry(model, source) for source in model.inputs),
         tuple(_output_name(model, probe) for probe in model.probes),
-        tuple(sorted({without_addresses(one.message) for one in collected})),
         {
             names[obj]: names.with_ends(obj)
             for obj in model.objs
