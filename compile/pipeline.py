@@ -1,7 +1,7 @@
 """Network -> passes -> blocks -> passes -> image -> passes -> verified, with a report."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from numbers import Real
 from pathlib import Path
@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING, NamedTuple
 import nengo
 from nengo.base import NengoObject
 
+from spikeport.compile.check.advice import COMPACT, advice
 from spikeport.compile.check.hints import image_hints, network_hints
 from spikeport.compile.check.lint import lint
-from spikeport.compile.check.offload import Move, Offload
-from spikeport.compile.check.verify import verify, verify_settings
-from spikeport.compile.check.violation import DoesNotFitError, NothingOnChipError, Offloaded
+from spikeport.compile.check.offload import Offload
+from spikeport.compile.check.verify import verify, verify_settings, verify_size
+from spikeport.compile.check.violation import DoesNotFitError, NothingOnChipError
 from spikeport.compile.ground.names import Names
-from spikeport.compile.ground.refusal import ArgumentError, collected_warnings
+from spikeport.compile.ground.refusal import ArgumentError, RefusedError, collected_warnings
 from spikeport.compile.ground.rewrite import Built, Rewrite
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.usage import core_uses
@@ -31,6 +32,7 @@ from spikeport.compile.placing.load import block_loads, capacity
 from spikeport.compile.placing.lower_bound import lower_bound
 from spikeport.compile.report.neurobench import neurobench
 from spikeport.compile.report.report import Report
+from spikeport.compile.rewriting.relays import compartments_at_least
 from spikeport.constants import DT_S
 from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.chip import ChipModel
@@ -102,7 +104,14 @@ def compile_network(
     passes = target.pipeline if pipeline is None else pipeline
     pipeline = parse(passes) if isinstance(passes, str) else passes
     job = Job(network, target, dt, pipeline, observer)
-    return _offloaded(job) if offload else _compiled(job)
+    if offload:
+        return _offloaded(job)
+    try:
+        return _compiled(job)
+    except RefusedError as error:
+        if not pipeline.networks:
+            error.advice = advice(network, lambda: _cores_rewritten(job))
+        raise
 
 
 class Job(NamedTuple):
@@ -121,27 +130,16 @@ def _offloaded(job: Job) -> Compilation:
     try:
         compilation = search.result()
     except NothingOnChipError as nothing:
-        nothing.offloaded = _moved(search.moves, Names(job.network), {})
+        nothing.offloaded = search.offloaded({})
         raise
-    spikes = host_spikes(compilation.model)
-    moved = _moved(search.moves, Names(job.network), spikes)
-    return replace(compilation, report=replace(compilation.report, offloaded=moved))
+    offloaded = search.offloaded(host_spikes(compilation.model))
+    return replace(compilation, report=replace(compilation.report, offloaded=offloaded))
 
 
-def _moved(
-    moves: Sequence[Move], names: Names, spikes: Mapping[nengo.Ensemble, int]
-) -> tuple[Offloaded, ...]:
-    return tuple(
-        Offloaded(
-            names[ensemble],
-            ensemble.n_neurons,
-            problem.id,
-            problem.rule,
-            problem.object,
-            spikes.get(ensemble, 0),
-        )
-        for ensemble, problem in moves
-    )
+def _cores_rewritten(job: Job) -> int:
+    """Return the number of cores of a compile that rewrites the network first, unobserved."""
+    rewritten = job._replace(pipeline=parse(COMPACT), observer=observe_nothing)
+    return len(_compiled(rewritten).report.cores)
 
 
 def _compiled(job: Job) -> Compilation:
@@ -149,7 +147,7 @@ def _compiled(job: Job) -> Compilation:
     run = PassRun(pipeline, target, dt, observer)
     names = Names(network)
     with collected_warnings() as notices:
-        rewrite = _rewritten(network, names, run, target.name)
+        rewrite = _rewritten(network, names, run, target)
         floats = run.blocks(build(rewrite, dt))
         blocks = discretise(floats)
     unplaced = extract(blocks, target.name)
@@ -182,14 +180,16 @@ def check_arguments(network: object, chip: object, dt: object, pipeline: object)
         raise ArgumentError("pipeline", pipeline, "a Pipeline, its text, or None for the chip's")
 
 
-def _rewritten(network: nengo.Network, names: Names, run: PassRun, chip: str) -> Rewrite:
+def _rewritten(network: nengo.Network, names: Names, run: PassRun, chip: ChipModel) -> Rewrite:
     """Return the rewritten network; rules hold before and after."""
     if broken := lint(network, names, rewritten=not run.rewrites):
         only_empty = [one.id for one in broken] == ["SP001"]
-        raise (NothingOnChipError if only_empty else DoesNotFitError)(chip, broken)
+        raise (NothingOnChipError if only_empty else DoesNotFitError)(chip.name, broken)
     rewrite = run.networks(Rewrite(network, names))
     if broken := lint(rewrite.network, rewrite.names):
-        raise DoesNotFitError(chip, broken)
+        raise DoesNotFitError(chip.name, broken)
+    if not run.rewrites and (much := verify_size(compartments_at_least(network, names), chip)):
+        raise DoesNotFitError(chip.name, much)
     return rewrite
 
 

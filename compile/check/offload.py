@@ -1,12 +1,12 @@
 """Moves to the host what a network's refusals name, until the rest is accepted."""
 
 import contextlib
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Generic, NamedTuple, TypeVar
 
 import nengo
 
-from spikeport.compile.check.violation import DoesNotFitError
+from spikeport.compile.check.violation import DoesNotFitError, Offloaded
 from spikeport.compile.ground.names import End, Named, Names, base
 from spikeport.compile.ground.refusal import RefusedError
 from spikeport.compile.ground.scope import Scope
@@ -65,6 +65,20 @@ class Offload(Generic[Result]):
         while isinstance(found, RefusedError):
             found = self._improved(found)
         return found
+
+    def offloaded(self, host_spikes: Mapping[nengo.Ensemble, int]) -> tuple[Offloaded, ...]:
+        """Return what was moved, with the spikes that each ensemble now sends to the chip."""
+        return tuple(
+            Offloaded(
+                self._names[ensemble],
+                ensemble.n_neurons,
+                problem.id,
+                problem.rule,
+                problem.object,
+                host_spikes.get(ensemble, 0),
+            )
+            for ensemble, problem in self.moves
+        )
 
     def _improved(self, error: RefusedError) -> Result | RefusedError:
         """Return what one more move gives, or raise the error where no move helps."""

@@ -38,7 +38,8 @@ def test_a_parameter_that_is_not_valid_is_nengos_validation_error() -> None:
     assert error.obj is error.__cause__.obj
     assert str(error) == (
         "a: nengo-loihi refuses it: Samples.samples: Wrong number of samples requested; got 7, "
-        f"should be 3; cure: change this object, {HOST}"
+        f"should be 3; cure: change this object, {HOST}\n"
+        "more: -p compact does not compile it either"
     )
 
 
