@@ -114,7 +114,7 @@ def test_what_nengo_loihi_warns_of_names_its_object_once(passes: str) -> None:
         a = nengo.Ensemble(10, 1, label="a")
         nengo.Connection(a, a, synapse=0.1)
         nengo.Connection(a.neurons, a.neurons, transform=np.eye(10), synapse=0.02)
-    with pytest.warns(UserWarning):
+    with pytest.warns(UserWarning, match="initial values"):
         found = compile_network(network, pipeline=passes).report.warnings
     assert all(text.startswith(("a: ", "a -> a: ", "a -> a#2: ")) for text in found)
     assert not [text for text in found if " at 0x" in text]
