@@ -109,7 +109,7 @@ def compile_network(
     try:
         return _compiled(job)
     except RefusedError as error:
-        if not pipeline.networks:
+        if not (pipeline.networks or isinstance(error, NothingOnChipError)):
             error.advice = advice(network, lambda: _cores_rewritten(job))
         raise
 

@@ -1,10 +1,11 @@
-"""A last line of a refusal: what rewriting makes of a network that is refused as it is written."""
+"""A last line of a refusal: the way out for a network that is refused as it is written."""
 
 from collections.abc import Callable
 
 import nengo
 
 from spikeport.compile.check.lint import lint
+from spikeport.compile.check.offload import NOT_FINITE
 from spikeport.compile.ground.names import Names
 from spikeport.compile.ground.refusal import RefusedError
 from spikeport.compile.ground.scope import Scope
@@ -16,7 +17,7 @@ MOST_NEURONS, MOST_CONNECTIONS = 2000, 200
 
 
 def advice(network: nengo.Network, cores_rewritten: Callable[[], int]) -> str:
-    """Return what rewriting makes of a network; nothing where no pass over it can help.
+    """Return what rewriting makes of a network, or the way out where no pass over it can help.
 
     Parameters
     ----------
@@ -27,8 +28,9 @@ def advice(network: nengo.Network, cores_rewritten: Callable[[], int]) -> str:
         `RefusedError`.
     """
     names = Names(network)
-    if lint(network, names, rewritten=False):
-        return ""
+    if broken := lint(network, names, rewritten=False):
+        movable = any(violation.id != NOT_FINITE for violation in broken)
+        return "more: try --offload, which moves what breaks a rule to the host" * movable
     n_neurons = sum(ensemble.n_neurons for ensemble in Scope(network, names).ensembles)
     if n_neurons > MOST_NEURONS or len(network.all_connections) > MOST_CONNECTIONS:
         return f"more: try -p {COMPACT}, which rewrites it to take fewer cores"

@@ -18,7 +18,7 @@ from nengo_loihi.inputs import ChipProcess
 
 from spikeport.compile.check import rules
 from spikeport.compile.check.violation import Violation
-from spikeport.compile.ground.names import Names
+from spikeport.compile.ground.names import Names, base
 from spikeport.compile.ground.scope import NEURON_TYPES, PROBEABLE, REGULAR_BASES, Scope
 
 ARRAYS = ("gain", "bias", "encoders", "max_rates", "intercepts", "eval_points", "function")
@@ -118,8 +118,8 @@ def chip_process(scope: Scope) -> Iterator[Violation]:
 def probe(scope: Scope) -> Iterator[Violation]:
     """Refuse probes of values that the chip does not record."""
     for recorded in scope.network.all_probes:
-        connection = isinstance(recorded.obj, nengo.Connection)
-        if not scope.on_chip(recorded.obj.pre_obj if connection else recorded.obj):
+        obj = base(recorded.obj)  # of a learning rule, its connection
+        if not scope.on_chip(obj.pre_obj if isinstance(obj, nengo.Connection) else obj):
             continue
         allowed = PROBEABLE.get(type(recorded.obj), ())
         if recorded.attr not in allowed:

@@ -31,6 +31,7 @@ from spikeport.compile.ground.refusal import (
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.image.manifest import BlockEntry, Encoding, Filter, InputEntry
 from spikeport.compile.loihi.blocks import FloatBlocks, OutputName, first_of
+from spikeport.compile.loihi.host_probes import connections_probed_on_host
 from spikeport.compile.loihi.lean import lean
 from spikeport.compile.loihi.numpy1 import numpy1_semantics
 from spikeport.compile.loihi.relay import RELAYS, relayed
@@ -133,7 +134,7 @@ def build(rewrite: Rewrite, dt_s: float) -> FloatBlocks:
     model = OrderedModel(dt_s, names)
     model.seeds.update({network: network.seed or 0, **rewrite.seeds})
     model.seeded[network] = True
-    with numpy1_semantics():
+    with numpy1_semantics(), connections_probed_on_host():
         try:
             model.build(network, precompute=False, discretize=False)
         except Exception as error:  # it refuses by errors of any kind, not only by its own

@@ -18,7 +18,7 @@ from spikeport.compile.loihi.relay import RELAYS
 from spikeport.compile.loihi.solver import full
 from spikeport.compile.rewriting.passthrough import foldable, is_passthrough
 
-PER_VALUE = 2 * RELAYS["preset10"]().pairs_per_dim
+PER_VALUE: int = 2 * RELAYS["preset10"]().pairs_per_dim
 """Decode neurons for each value that a connection carries."""
 
 
@@ -29,7 +29,7 @@ def compartments_at_least(network: nengo.Network, names: Names) -> int:
     which the user chose other decode neurons.
     """
     scope = Scope(network, names)
-    neurons = sum(ensemble.n_neurons for ensemble in scope.ensembles)
+    neurons: int = sum(ensemble.n_neurons for ensemble in scope.ensembles)
     return neurons + PER_VALUE * _relayed_values(scope)
 
 
@@ -41,7 +41,7 @@ def _relayed_values(scope: Scope) -> int:
     for connection in network.all_connections:
         leaving[connection.pre_obj].append(connection)
     settings = NetworkSettings(network)
-    values = sum(
+    values: int = sum(
         connection.size_out
         for connection in network.all_connections
         if scope.on_chip(connection.pre_obj)

@@ -3,6 +3,7 @@
 Chips are small, so that networks are too; without passes every block has a core of its own.
 """
 
+import itertools
 import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -106,7 +107,7 @@ def twice() -> None:
 def ensembles(sizes: Sequence[int], connected: bool = False) -> None:
     made = [nengo.Ensemble(size, 1) for size in sizes]
     if connected:
-        for before, after in zip(made, made[1:], strict=False):
+        for before, after in itertools.pairwise(made):
             nengo.Connection(before, after)
 
 

@@ -8,8 +8,8 @@ from nengo.neurons import NeuronType
 from nengo.synapses import Synapse
 from nengo_loihi.inputs import ChipProcess
 
-from tests.helpers.cured import Case, compiled, linted, on_host
 from spikeport import add_params
+from tests.helpers.cured import Case, compiled, linted, on_host
 
 
 class Camera(ChipProcess):
@@ -207,6 +207,7 @@ CASES = [
             linted(partial(probed, "decoded_output")),
             linted(probed),
             linted(partial(probed, "scaled_encoders", host=True)),
+            linted(partial(probed, "weights", connection=True, host=True)),
         ),
     ),
     Case(

@@ -145,7 +145,8 @@ CASES: list[tuple[Callable[[], None], str]] = [
     (scattered_part_of_a_target, PART.format(2)),
     (
         foreign_learning_rule,
-        "a -> out: SP007 learning rule: RLS, limit PES; cure: learn with PES, or off the chip",
+        "a -> out: SP007 learning rule: RLS, limit PES; cure: learn with PES, or keep what it "
+        "learns from on the host with net.config[ensemble].on_chip = False",
     ),
     (
         process_on_the_board,
@@ -155,11 +156,12 @@ CASES: list[tuple[Callable[[], None], str]] = [
     (
         foreign_probe,
         "p: SP010 probed attribute: scaled_encoders, limit decoded_output; cure: probe one of "
-        f"these, {HOST}",
+        f"these, an end in place of a connection, {HOST}",
     ),
     (
         probed_connection,
-        f"p: SP010 probed attribute: output, limit none; cure: probe one of these, {HOST}",
+        f"p: SP010 probed attribute: output, limit none; cure: probe one of these, an end in "
+        f"place of a connection, {HOST}",
     ),
     (infinite_gain, FINITE.format("a", "gain")),
     (undefined_encoders, FINITE.format("a", "encoders")),
@@ -214,9 +216,11 @@ def test_the_error_lists_all_breaches_row_by_row() -> None:
         "the network does not fit chip 'loihi':\n"
         "  a: SP003 ensemble noise: WhiteNoise, limit none; cure: remove the noise, or keep it on "
         "the host with net.config[ensemble].on_chip = False\n"
-        "  p: SP010 probed attribute: output, limit none; cure: probe one of these, or keep it on "
-        "the host with net.config[ensemble].on_chip = False\n"
-        "more: spikeport compile --explain SP003"
+        "  p: SP010 probed attribute: output, limit none; cure: probe one of these, an end "
+        "in place of a connection, or keep it on the host with net.config[ensemble].on_chip = "
+        "False\n"
+        "more: spikeport compile --explain SP003\n"
+        "more: try --offload, which moves what breaks a rule to the host"
     )
 
 

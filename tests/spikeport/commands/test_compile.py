@@ -81,6 +81,7 @@ def test_every_violation_is_printed_and_nothing_written(spikeport, net_py, tmp_p
         "  a -> b: SP005 synapse: Alpha, limit Lowpass or None; cure: use nengo.Lowpass(tau) with "
         "the same group delay\n"
         "more: spikeport compile --explain SP002\n"
+        "more: try --offload, which moves what breaks a rule to the host\n"
     )
     assert done.out == ""
     assert names(tmp_path) == ["net.py"]
@@ -92,8 +93,8 @@ def test_exceeded_limits_are_printed_with_use_and_limit(spikeport, net_py, tmp_p
     assert done.code == 1
     assert done.err == (
         "error: the network does not fit chip 'loihi':\n"
-        "  loihi: SP201 cores: at least 196, limit 128; cure: use fewer or smaller ensembles or fewer "
-        "decoded connections, or 2 such boards\n"
+        "  loihi: SP201 cores: at least 196, limit 128; cure: use fewer or smaller ensembles or "
+        "fewer decoded connections, or 2 such boards\n"
         "more: spikeport compile --explain SP201\n"
         "more: try -p compact, which rewrites it to take fewer cores\n"
     )
