@@ -165,5 +165,8 @@ def collected_warnings() -> Iterator[Notices]:
 
 
 def warnings_about(name: str) -> contextlib.AbstractContextManager[None]:
-    """Return a context in which warnings are about an object; the innermost context counts."""
-    return _OPEN[-1].about(name) if _OPEN else contextlib.nullcontext()
+    """Return a context in which warnings are about an object; the innermost context counts.
+
+    An empty name attributes them to none.
+    """
+    return _OPEN[-1].about(name) if _OPEN and name else contextlib.nullcontext()

@@ -148,12 +148,13 @@ class ParameterSolver:
     def _guarded(
         self, build: Callable[[AnyModel, NengoObject], Result], obj: NengoObject
     ) -> Result:
-        about = self._names.with_ends(obj)
-        with numpy1_semantics(), warnings_about(about[0]):
+        # Asking for a name gives one, and that would number the names of others anew.
+        name = self._names[obj] if obj in self._names else ""
+        with numpy1_semantics(), warnings_about(name):
             try:
                 return build(self._model, obj)
             except Exception as error:  # it refuses by errors of any kind, not only by its own
-                raise refused_or_not_finite(about, error) from error
+                raise refused_or_not_finite(self._names.with_ends(obj), error) from error
 
 
 def _sampled_transform(connection: nengo.Connection, seeds: Seeds) -> Matrix:
