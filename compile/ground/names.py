@@ -53,6 +53,13 @@ class Names:
         ends = (obj.pre_obj, obj.post_obj) if isinstance(obj, nengo.Connection) else ()
         return (self[obj], *(self[end] for end in ends if base(end) in self))
 
+    def known(self, obj: Named) -> str:
+        """Return the name that an object has already, or an empty text.
+
+        Other ways of asking give a name to what has none, which numbers later names anew.
+        """
+        return self._names.get(obj, "")
+
     def __contains__(self, obj: object) -> bool:
         return obj in self._names
 

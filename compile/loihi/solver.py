@@ -148,9 +148,7 @@ class ParameterSolver:
     def _guarded(
         self, build: Callable[[AnyModel, NengoObject], Result], obj: NengoObject
     ) -> Result:
-        # Asking for a name gives one, and that would number the names of others anew.
-        name = self._names[obj] if obj in self._names else ""
-        with numpy1_semantics(), warnings_about(name):
+        with numpy1_semantics(), warnings_about(self._names.known(obj)):
             try:
                 return build(self._model, obj)
             except Exception as error:  # it refuses by errors of any kind, not only by its own
