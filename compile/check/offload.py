@@ -37,6 +37,7 @@ class Offload(Generic[Result]):
     """A search for the ensembles that have to leave the chip, fewest neurons first.
 
     A move is kept where the problem that it was made for is gone, and taken back where it is not.
+    Where no single ensemble solves one, all that it is about are moved.
 
     Parameters
     ----------
@@ -81,24 +82,29 @@ class Offload(Generic[Result]):
         )
 
     def _improved(self, error: RefusedError) -> Result | RefusedError:
-        """Return what one more move gives, or raise the error where no move helps."""
-        for move in self._possible(error):
-            found = self._with([move.ensemble])
-            if not isinstance(found, RefusedError) or move.problem not in problems(found):
-                self.moves.append(move)
+        """Return what more moves give, or raise the error where none helps."""
+        for moves in self._possible(error):
+            found = self._with([move.ensemble for move in moves])
+            if not isinstance(found, RefusedError) or moves[0].problem not in problems(found):
+                self.moves += moves
                 return found
         raise error
 
-    def _possible(self, error: RefusedError) -> list[Move]:
+    def _possible(self, error: RefusedError) -> list[tuple[Move, ...]]:
+        """Return single moves, then all that a problem is about, each time fewest neurons first."""
         scope = Scope(self._network, self._names)
         moved = {move.ensemble for move in self.moves}
-        moves = [
-            Move(ensemble, problem)
+        groups = [
+            tuple(
+                Move(ensemble, problem)
+                for ensemble in self._ensembles(problem)
+                if scope.on_chip(ensemble) and ensemble not in moved
+            )
             for problem in problems(error)
-            for ensemble in self._ensembles(problem)
-            if scope.on_chip(ensemble) and ensemble not in moved
         ]
-        return sorted(moves, key=lambda move: move.ensemble.n_neurons)
+        single = [(move,) for group in groups for move in group]
+        several = [group for group in groups if len(group) > 1]
+        return sorted(single, key=_n_neurons) + sorted(several, key=_n_neurons)
 
     def _ensembles(self, problem: Problem) -> Iterable[nengo.Ensemble]:
         named = (self._objects[name] for name in problem.about if name in self._objects)
@@ -110,6 +116,10 @@ class Offload(Generic[Result]):
                 return self._attempt()
             except RefusedError as error:
                 return error
+
+
+def _n_neurons(moves: tuple[Move, ...]) -> int:
+    return sum(move.ensemble.n_neurons for move in moves)
 
 
 def problems(error: RefusedError) -> list[Problem]:

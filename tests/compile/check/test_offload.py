@@ -143,6 +143,21 @@ def test_a_move_that_does_not_help_is_taken_back() -> None:
     assert [move.ensemble for move in search.moves] == [b]
 
 
+def test_where_no_single_move_helps_all_that_a_problem_names_is_moved() -> None:
+    with nengo.Network(seed=1) as network:
+        a, b = nengo.Ensemble(9, 1, label="a"), nengo.Ensemble(5, 1, label="b")
+        nengo.Connection(a, b)
+
+    def attempt() -> str:
+        if any(network.config[one].on_chip is not False for one in (a, b)):
+            raise concerning(("a -> b", "a", "b"), RefusedError("no"))
+        return "done"
+
+    search = Offload(network, attempt)
+    assert search.result() == "done"
+    assert [move.ensemble for move in search.moves] == [a, b]
+
+
 def test_settings_are_put_back_also_after_an_error() -> None:
     with nengo.Network(seed=1) as network:
         a, b = nengo.Ensemble(5, 1), nengo.Ensemble(5, 1)
