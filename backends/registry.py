@@ -14,8 +14,7 @@ from spikeport.backends.host_loop import HostLoop
 from spikeport.backends.nengo_loihi import NengoLoihiChip
 from spikeport.backends.reference import Reference, fused
 from spikeport.backends.step_log import LogOptions
-from spikeport.compile.ground.names import Names
-from spikeport.compile.ground.scope import Scope
+from spikeport.compile.check.violation import NothingOnChipError
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.passes.parse import parse
 from spikeport.compile.passes.pipeline import Pipeline
@@ -35,18 +34,17 @@ class Source(NamedTuple):
     dt_s: float
     pipeline: Pipeline | str | None
     counts: Path | None = None
+    offload: bool = False
 
     def compiled(self) -> Compilation:
         """Compile the network."""
-        return compile_network(self.network, self.chip, self.dt_s, self.pipeline)
+        return compile_network(
+            self.network, self.chip, self.dt_s, self.pipeline, offload=self.offload
+        )
 
 
 Open = Callable[[Source, int, Compilation | None], Execution]
 """A function that opens a network, with a seed and, if it was opened before, its compilation."""
-
-NOTHING_ON_CHIP = (
-    "no ensemble of the network is meant for the chip: all of it runs on the host, in float Nengo"
-)
 
 
 @dataclass(frozen=True)
@@ -65,10 +63,11 @@ def _on(load: Callable[[ChipImage, int, LogOptions], Chip]) -> Open:
     """
 
     def open_source(source: Source, seed: int, compilation: Compilation | None) -> Execution:
-        if not Scope(source.network, Names(source.network)).ensembles:
-            warnings.warn(NOTHING_ON_CHIP, stacklevel=4)  # the caller of Simulator or its reset
+        try:
+            compiled = compilation or source.compiled()
+        except NothingOnChipError as nothing:
+            warnings.warn(nothing.verdict, stacklevel=4)  # the caller of Simulator or its reset
             return _without_chip(source, seed, None)
-        compiled = compilation or source.compiled()
         log = LogOptions(compiled.report.chip, source.counts)
         return HostLoop(compiled, load(compiled.image, seed, log), seed)
 

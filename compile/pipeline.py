@@ -2,34 +2,38 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from numbers import Real
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import nengo
 from nengo.base import NengoObject
 
+from spikeport.compile.check.advice import COMPACT, advice
 from spikeport.compile.check.hints import filter_hints, image_hints, network_hints
 from spikeport.compile.check.lint import lint
 from spikeport.compile.check.memory import over_memory
-from spikeport.compile.check.verify import verify, verify_settings
-from spikeport.compile.check.violation import DoesNotFitError
+from spikeport.compile.check.offload import Offload
+from spikeport.compile.check.verify import verify, verify_settings, verify_size
+from spikeport.compile.check.violation import DoesNotFitError, NothingOnChipError
 from spikeport.compile.ground.names import Names
-from spikeport.compile.ground.refusal import ArgumentError, collected_warnings, without_addresses
+from spikeport.compile.ground.refusal import ArgumentError, RefusedError, collected_warnings
 from spikeport.compile.ground.rewrite import Built, Rewrite
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.usage import core_uses
-from spikeport.compile.loihi.blocks import IntegerBlocks
+from spikeport.compile.loihi.blocks import FloatBlocks, IntegerBlocks
 from spikeport.compile.loihi.build import build
 from spikeport.compile.loihi.discretise import discretise
 from spikeport.compile.loihi.extract import extract
+from spikeport.compile.loihi.host_spikes import host_spikes
 from spikeport.compile.passes.parse import parse
 from spikeport.compile.passes.pipeline import Observer, PassRun, Pipeline, observe_nothing
 from spikeport.compile.placing.load import block_loads, capacity
 from spikeport.compile.placing.lower_bound import lower_bound
 from spikeport.compile.report.neurobench import neurobench
 from spikeport.compile.report.report import Report
+from spikeport.compile.rewriting.relays import compartments_at_least
 from spikeport.compile.rewriting.slices import whole_targets
 from spikeport.constants import DT_S
 from spikeport.hardware_models import chip as chips
@@ -65,6 +69,7 @@ def compile_network(
     dt: float = DT_S,
     pipeline: Pipeline | str | None = None,
     observer: Observer = observe_nothing,
+    offload: bool = False,
 ) -> Compilation:
     """Compile a network for a chip.
 
@@ -81,11 +86,16 @@ def compile_network(
         Without any pass every block has a core of its own, as in nengo-loihi.
     observer : callable
         Called after every pass with the pass and the value it left.
+    offload : bool
+        Move ensembles that break a rule to the host, fewest neurons first, until the rest compiles;
+        the report names them. The network itself is not changed.
 
     Raises
     ------
     DoesNotFitError
         With every rule the network breaks, and every limit of the chip it exceeds.
+    NothingOnChipError
+        If no ensemble is on the chip, so that there is no image: all of it runs on the host.
     CompileError
         If nengo-loihi's builder refuses it for another reason.
     UsageError, ChipFileError
@@ -94,20 +104,63 @@ def compile_network(
     check_arguments(network, chip, dt, pipeline)
     target = chips.get(str(chip))
     passes = target.pipeline if pipeline is None else pipeline
-    run = PassRun(parse(passes) if isinstance(passes, str) else passes, target, dt, observer)
+    pipeline = parse(passes) if isinstance(passes, str) else passes
+    job = Job(network, target, dt, pipeline, observer)
+    if offload:
+        return _offloaded(job)
+    try:
+        return _compiled(job)
+    except RefusedError as error:
+        if not (pipeline.networks or isinstance(error, NothingOnChipError)):
+            error.advice = advice(network, lambda: _cores_rewritten(job))
+        raise
+
+
+class Job(NamedTuple):
+    """The arguments of a compile, found to be valid."""
+
+    network: nengo.Network
+    chip: ChipModel
+    dt_s: float
+    pipeline: Pipeline
+    observer: Observer
+
+
+def _offloaded(job: Job) -> Compilation:
+    """Compile what is left on the chip once what cannot be there is moved to the host."""
+    search = Offload(job.network, lambda: _compiled(job))
+    try:
+        compilation = search.result()
+    except NothingOnChipError as nothing:
+        nothing.offloaded = search.offloaded({})
+        raise
+    offloaded = search.offloaded(host_spikes(compilation.model))
+    return replace(compilation, report=replace(compilation.report, offloaded=offloaded))
+
+
+def _cores_rewritten(job: Job) -> int:
+    """Return the number of cores of a compile that rewrites the network first, unobserved."""
+    rewritten = job._replace(pipeline=parse(COMPACT), observer=observe_nothing)
+    return len(_compiled(rewritten).report.cores)
+
+
+def _compiled(job: Job) -> Compilation:
+    network, target, dt, pipeline, observer = job
+    run = PassRun(pipeline, target, dt, observer)
     names = Names(network)
-    rewrite, said = _rewritten(network, names, run, target.name)
-    floats = run.blocks(build(rewrite, dt))
-    blocks = discretise(floats)
+    with collected_warnings() as notices:
+        rewrite = _rewritten(network, names, run, target)
+        floats = run.blocks(build(rewrite, dt))
+        blocks = discretise(floats)
     unplaced = extract(blocks, target.name)
     image = run.images(unplaced)
-    cores = _verified(image, target)
+    cores = _verified(image, target, floats)
     report = Report(
         target,
         image.digest,
         tuple(cores),
         blocks.errors,
-        tuple(sorted({*blocks.warnings, *said})),
+        notices.texts(),
         placed=_placed(image),
         passes=tuple(run.record),
         lower_bound=lower_bound(block_loads(image, target), capacity(target)),
@@ -141,25 +194,36 @@ def _as_float(number: Real) -> float:
         return math.inf
 
 
-def _rewritten(
-    network: nengo.Network, names: Names, run: PassRun, chip: str
-) -> tuple[Rewrite, list[str]]:
-    """Return the rewritten network, and warnings on the way; rules hold before and after."""
-    if broken := [*lint(network, names, rewritten=not run.rewrites), *over_memory(network)]:
-        raise DoesNotFitError(chip, broken)
-    with collected_warnings() as said:
-        rewrite = whole_targets(run.networks(Rewrite(network, names)), run.dt_s)
+def _rewritten(network: nengo.Network, names: Names, run: PassRun, chip: ChipModel) -> Rewrite:
+    """Return the rewritten network; rules hold before and after."""
+    if broken := lint(network, names, rewritten=not run.rewrites):
+        only_empty = [one.id for one in broken] == ["SP001"]
+        raise (NothingOnChipError if only_empty else DoesNotFitError)(chip.name, broken)
+    if not run.rewrites and (much := verify_size(compartments_at_least(network, names), chip)):
+        raise DoesNotFitError(chip.name, much)
+    if too_large := over_memory(network):
+        raise DoesNotFitError(chip.name, too_large)
+    rewrite = whole_targets(run.networks(Rewrite(network, names)), run.dt_s)
     if broken := lint(rewrite.network, rewrite.names):
-        raise DoesNotFitError(chip, broken)
-    return rewrite, [without_addresses(one.message) for one in said]
+        raise DoesNotFitError(chip.name, broken)
+    return rewrite
 
 
-def _verified(image: ChipImage, target: ChipModel) -> list[CoreUse]:
+def _verified(image: ChipImage, target: ChipModel, floats: FloatBlocks) -> list[CoreUse]:
     """Return the use of every core, once all limits of the chip are found to be kept."""
     cores = core_uses(image, target)
     if exceeded := [*verify(cores, target), *verify_settings(image, target)]:
-        raise DoesNotFitError(target.name, exceeded)
+        raise DoesNotFitError(target.name, exceeded, _owners(image, floats))
     return cores
+
+
+def _owners(image: ChipImage, floats: FloatBlocks) -> dict[str, tuple[str, ...]]:
+    """Return the names of the objects on each core, and of the ends of connections among them."""
+    owners: dict[str, tuple[str, ...]] = {}
+    for core, block in zip(image.blocks.core, image.manifest.blocks, strict=True):
+        label = image.cores[core]
+        owners[label] = (*owners.get(label, ()), *floats.about(block.owner))
+    return owners
 
 
 def _placed(image: ChipImage) -> tuple[tuple[str, ...], ...]:

@@ -1,11 +1,11 @@
-"""Numbers that are not finite and show only while a network is built: rule SP011."""
+"""Refusals while a network is built: numbers that are not finite (rule SP011), and other ones."""
 
 from spikeport.compile.check import rules
+from spikeport.compile.check.cures import cure_of
 from spikeport.compile.ground.refusal import RefusedError, refused
 
 NOT_FINITE = "array must not contain infs or NaNs"
 """Message of numpy.asarray_chkfinite, by which decoders' solvers check the values of functions."""
-CURE = "change this object"
 
 
 def not_finite(name: str, where: str) -> RefusedError:
@@ -13,8 +13,11 @@ def not_finite(name: str, where: str) -> RefusedError:
     return RefusedError(str(rules.get("SP011").broken(name, f"NaN or infinity in {where}")))
 
 
-def refused_or_not_finite(name: str, error: Exception) -> RefusedError:
-    """Return the error for what nengo-loihi's builder raised at an object."""
+def refused_or_not_finite(about: tuple[str, ...], error: Exception) -> RefusedError:
+    """Return the error for what nengo-loihi's builder raised at an object.
+
+    ``about`` holds the object's name, and those of its ends.
+    """
     if str(error) == NOT_FINITE:
-        return not_finite(name, "what its function returns")
-    return refused(name, error, CURE)
+        return not_finite(about[0], "what its function returns")
+    return refused(about, error, cure_of(error))

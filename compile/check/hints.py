@@ -23,6 +23,8 @@ LATE = 0.05
 """Share of a loop's time constant that filters of the chip add to it, worth a hint."""
 LOST = 0.1
 """Share of a block's weights above which their loss is worth a hint."""
+DUPLICATED = 0.1
+"""Share of a block's neurons above which copies are worth a hint: a few come about by rounding."""
 
 
 def network_hints(network: nengo.Network, names: Names) -> Iterator[Violation]:
@@ -89,22 +91,28 @@ def image_hints(image: ChipImage, errors: Sequence[BlockError]) -> Iterator[Viol
         if error.lost_weights > LOST:
             share = f"{100 * error.lost_weights:.0f} % of them"
             yield rules.get("SP403").broken(error.label, share)
-    yield from _neurons(image, "SP404", duplicated(image))
+    yield from _neurons(image, "SP404", duplicated(image), DUPLICATED)
     yield from _neurons(image, "SP405", silenced(image))
 
 
 def _blocks_of_zeros(image: ChipImage) -> list[int]:
-    """Return the blocks that have synapses, all of weight 0."""
+    """Return the blocks that have synapses, all of weight 0, none of which learns."""
     of_rows = np.repeat(image.groups.block, np.diff(image.groups.row_start))
     block = np.repeat(of_rows, np.diff(image.rows.start))
     weighted = np.unique(block[image.synapses.weight != 0])
-    zeros: list[int] = np.setdiff1d(np.unique(block), weighted).tolist()
+    used = np.union1d(weighted, image.groups.block[image.learns])
+    zeros: list[int] = np.setdiff1d(np.unique(block), used).tolist()
     return zeros
 
 
-def _neurons(image: ChipImage, rule_id: str, found: np.ndarray) -> Iterator[Violation]:
-    """Yield the ensembles that have such neurons; a network cannot change the neurons of relays."""
+def _neurons(
+    image: ChipImage, rule_id: str, found: np.ndarray, share: float = 0
+) -> Iterator[Violation]:
+    """Yield the ensembles of which more than a share of neurons is found.
+
+    Relays are left out: a network cannot change their neurons.
+    """
     for block, entry in enumerate(image.manifest.blocks):
         mine = found[part(image.blocks.start, block)]
-        if mine.any() and entry.kind == "ensemble":
+        if mine.mean() > share and entry.kind == "ensemble":
             yield rules.get(rule_id).broken(entry.label, f"{mine.sum():,} of {len(mine):,}")

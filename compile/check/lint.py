@@ -6,6 +6,7 @@ builder and confirmed by the tests of this module. What each rule says and why s
 ``rules.toml``, SP0xx.
 """
 
+from collections import Counter
 from collections.abc import Callable, Iterator
 
 import nengo
@@ -45,7 +46,15 @@ def lint(network: nengo.Network, names: Names, rewritten: bool = True) -> list[V
 def some_ensemble(scope: Scope) -> Iterator[Violation]:
     """Refuse a network without an ensemble on the chip."""
     if not scope.ensembles:
-        yield rules.get("SP001").broken(scope.names[scope.network], "0")
+        yield rules.get("SP001").broken(scope.names[scope.network], _kept_off(scope))
+
+
+def _kept_off(scope: Scope) -> str:
+    """Say how many ensembles there are, and why none of them is on the chip."""
+    reasons = Counter(scope.off_chip(e) for e in scope.network.all_ensembles)
+    if not reasons:
+        return "0"
+    return f"0 of {reasons.total()}: " + ", ".join(f"{n} {why}" for why, n in reasons.items())
 
 
 def neuron_type(scope: Scope) -> Iterator[Violation]:
@@ -107,14 +116,6 @@ def learning_rule(scope: Scope) -> Iterator[Violation]:
                 yield rules.get("SP007").broken(scope.names[connection], type(kind).__name__)
 
 
-def place_of_learning(scope: Scope) -> Iterator[Violation]:
-    """Refuse an error that is fed back to a connection which starts off the chip."""
-    for connection in scope.network.all_connections:
-        learned = base(connection.post_obj)
-        if isinstance(learned, nengo.Connection) and not scope.on_chip(learned.pre_obj):
-            yield rules.get("SP008").broken(scope.names[learned], "the host")
-
-
 def chip_process(scope: Scope) -> Iterator[Violation]:
     """Refuse nodes that would run on the board, but for event files, and what reads these here."""
     for node in scope.network.all_nodes:
@@ -129,8 +130,8 @@ def chip_process(scope: Scope) -> Iterator[Violation]:
 def probe(scope: Scope) -> Iterator[Violation]:
     """Refuse probes of values that the chip does not record."""
     for recorded in scope.network.all_probes:
-        connection = isinstance(recorded.obj, nengo.Connection)
-        if not scope.on_chip(recorded.obj.pre_obj if connection else recorded.obj):
+        obj = base(recorded.obj)  # of a learning rule, its connection
+        if not scope.on_chip(obj.pre_obj if isinstance(obj, nengo.Connection) else obj):
             continue
         allowed = PROBEABLE.get(type(recorded.obj), ())
         if recorded.attr not in allowed:
@@ -171,7 +172,6 @@ RULES: tuple[Callable[[Scope], Iterator[Violation]], ...] = (
     synapse,
     post_slice,
     learning_rule,
-    place_of_learning,
     chip_process,
     probe,
     finite,

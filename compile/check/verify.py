@@ -8,7 +8,7 @@ from spikeport.compile.check.violation import Violation
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.placing.load import PROFILES, SHARED, core_loads
 from spikeport.hardware_models.chip import ChipModel
-from spikeport.hardware_models.limits import CoreUse, Usage, usages
+from spikeport.hardware_models.limits import CoreUse, Usage, n_cores, usages
 
 CHECKED = ("clipping", "noise")
 
@@ -26,6 +26,21 @@ def verify_settings(image: ChipImage, chip: ChipModel) -> list[Violation]:
         for name, mask in zip(SHARED, load.profiles[len(PROFILES) :], strict=True)
         if name in CHECKED and mask.bit_count() > 1
     ]
+
+
+def verify_size(compartments: int, chip: ChipModel) -> list[Violation]:
+    """Return the violation of a network with more compartments than all cores of a chip have.
+
+    ``compartments`` is a lower bound, known before the network is built.
+    """
+    if chip.limits.compartments is None:
+        return []
+    at_least = math.ceil(compartments / chip.limits.compartments.count)
+    if at_least <= (limit := n_cores(chip)):
+        return []
+    parts = math.ceil(at_least / limit)
+    cores = rules.get("SP201")
+    return [cores.broken(chip.name, f"at least {at_least:,}", f"{limit:,}", parts=parts)]
 
 
 def _violation(usage: Usage) -> Violation:

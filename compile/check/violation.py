@@ -1,7 +1,7 @@
 """Violations of a network or a placement, row by row, and the error that carries all rows."""
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 from spikeport.compile.ground.refusal import RefusedError
@@ -31,12 +31,66 @@ class Violation(NamedTuple):
 
 
 class DoesNotFitError(RefusedError):
-    """The error of a network that breaks rules of the chip; ``violations`` holds all of them."""
+    """The error of a network that breaks rules of the chip; ``violations`` holds all of them.
 
-    def __init__(self, chip: str, violations: Iterable[Violation]) -> None:
+    ``owners`` names the objects of the network that a violation of a core is about.
+    """
+
+    def __init__(
+        self,
+        chip: str,
+        violations: Iterable[Violation],
+        owners: Mapping[str, tuple[str, ...]] | None = None,
+    ) -> None:
         self.chip = chip
         self.violations = tuple(violations)
+        self.owners = owners or {}
         super().__init__(f"the network does not fit chip '{chip}':\n{_rows(self.violations)}")
+
+
+class NothingOnChipError(DoesNotFitError):
+    """The error of a network of which no ensemble is on the chip, so that there is no image.
+
+    It is no fault: all of the network runs on the host.
+
+    Attributes
+    ----------
+    offloaded : tuple of Offloaded
+        The ensembles that were on the chip before they were moved to the host.
+    """
+
+    offloaded: tuple["Offloaded", ...] = ()
+
+    @property
+    def verdict(self) -> str:
+        """What becomes of the network."""
+        used = self.violations[0].used
+        return (
+            f"no ensemble of the network is on the chip ({used}): all of it runs on the host, in "
+            "float Nengo"
+        )
+
+
+class Offloaded(NamedTuple):
+    """An ensemble that was moved to the host, and the violation that it was moved for.
+
+    ``id``, ``rule`` and ``violator`` are those of the violation; ``host_spikes`` is the largest
+    number of spikes that the ensemble, now on the host, sends to the chip in a step.
+    """
+
+    object: str
+    n_neurons: int
+    id: str
+    rule: str
+    violator: str
+    host_spikes: int
+
+    def __str__(self) -> str:
+        because = f"{self.id} {self.rule}".strip()
+        return (
+            f"{self.object} ({self.n_neurons:,} neurons) to the host: {because} of "
+            f"{self.violator}; adds up to {self.host_spikes:,} host spikes a step"
+        )
 
 
 class OverBudgetError(CompileError):

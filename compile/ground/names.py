@@ -48,6 +48,18 @@ class Names:
         """Return the name of an object, of its neurons, of a view, or of a builder's own object."""
         return self._name(base(obj))
 
+    def with_ends(self, obj: Named) -> tuple[str, ...]:
+        """Return the name of an object, and those of the ends that a connection has."""
+        ends = (obj.pre_obj, obj.post_obj) if isinstance(obj, nengo.Connection) else ()
+        return (self[obj], *(self[end] for end in ends if base(end) in self))
+
+    def known(self, obj: Named) -> str:
+        """Return the name that an object has already, or an empty text.
+
+        Other ways of asking give a name to what has none, which numbers later names anew.
+        """
+        return self._names.get(obj, "")
+
     def __contains__(self, obj: object) -> bool:
         return obj in self._names
 

@@ -14,25 +14,41 @@ import re
 import threading
 import traceback
 import warnings
+from collections import defaultdict
 from collections.abc import Iterator
 
 from nengo.exceptions import BuildError, NengoException, ValidationError
 
 from spikeport.errors import CompileError, UsageError, printable
 
+MOST_NAMED = 3
+"""Objects that are named with a warning; of others the number."""
 ADDRESS = re.compile(r" at 0x[0-9a-f]+")
 TURN = threading.RLock()
 """Held while a compile changes what all threads share: warning filters, nengo-loihi's modules."""
 
 
 class RefusedError(CompileError, BuildError):
-    """The error of a network that Nengo's builder, nengo-loihi's, or its discretiser refuses."""
+    """The error of a network that Nengo's builder, nengo-loihi's, or its discretiser refuses.
+
+    Attributes
+    ----------
+    about : tuple of str
+        The names of the objects that are refused, and of the ends of those that are connections.
+    advice : str
+        A last line of the message, on what else may help.
+    """
+
+    about: tuple[str, ...] = ()
+    advice: str = ""
+
+    def __str__(self) -> str:
+        """Return message and advice; of a parameter, the message names object and attribute."""
+        return "\n".join(filter(None, (Exception.__str__(self), self.advice)))
 
 
 class InvalidError(RefusedError, ValidationError):
     """The error of a parameter that is not valid: ``attr`` of the object ``obj``."""
-
-    __str__ = Exception.__str__  # the message names both already
 
 
 class ArgumentError(UsageError, ValidationError):
@@ -44,18 +60,28 @@ class ArgumentError(UsageError, ValidationError):
         super().__init__(f"{name}={value!r}: expected {expected}", name)
 
 
-def refused(name: str, error: Exception, cure: str) -> RefusedError:
-    """Return the error for a refusal by nengo-loihi, often an assertion without text."""
+def refused(about: tuple[str, ...], error: Exception, cure: str) -> RefusedError:
+    """Return the error for a refusal by nengo-loihi, often an assertion without text.
+
+    ``about`` holds the name of the object that is refused, then those of its ends.
+    """
     message = (
-        f"{name}: nengo-loihi refuses it: {_reason(error)}; cure: {cure}, or keep its ensembles on "
-        "the host with net.config[ensemble].on_chip = False"
+        f"{about[0]}: nengo-loihi refuses it: {reason_of(error)}; cure: {cure}, or keep its "
+        "ensembles on the host with net.config[ensemble].on_chip = False"
     )
     if isinstance(error, ValidationError):
-        return InvalidError(message, error.attr, error.obj)
-    return RefusedError(message)
+        return concerning(about, InvalidError(message, error.attr, error.obj))
+    return concerning(about, RefusedError(message))
 
 
-def _reason(error: Exception) -> str:
+def concerning(about: tuple[str, ...], error: RefusedError) -> RefusedError:
+    """Return an error, with the names of what it is about."""
+    error.about = tuple(about)
+    return error
+
+
+def reason_of(error: Exception) -> str:
+    """Return the words of an error; of an assertion without any, the line that failed."""
     reason = printable(without_addresses(error))
     if not reason:
         where = traceback.extract_tb(error.__traceback__)[-1]
@@ -70,16 +96,77 @@ def without_addresses(said: Exception | Warning | str) -> str:
     return ADDRESS.sub("", str(said))
 
 
+class Notices:
+    """Warnings on the way through a network, each with the objects it is about.
+
+    Attributes
+    ----------
+    caught : list of WarningMessage
+        The warnings, as they came.
+    """
+
+    def __init__(self, caught: list[warnings.WarningMessage]) -> None:
+        self.caught = caught
+        self._objects: dict[int, str] = {}
+
+    @contextlib.contextmanager
+    def about(self, name: str) -> Iterator[None]:
+        """Attribute the warnings of a block of code to an object, unless they have one already."""
+        before = len(self.caught)
+        try:
+            yield
+        finally:
+            for number in range(before, len(self.caught)):
+                self._objects.setdefault(number, name)
+
+    def by_text(self) -> dict[str, warnings.WarningMessage]:
+        """Return the first warning of each text, by that text and the objects that it is about."""
+        first: dict[str, warnings.WarningMessage] = {}
+        objects: dict[str, dict[str, None]] = defaultdict(dict)
+        for number, one in enumerate(self.caught):
+            text = without_addresses(one.message)
+            first.setdefault(text, one)
+            if number in self._objects:
+                objects[text][self._objects[number]] = None
+        return {_with_objects(text, list(objects[text])): one for text, one in first.items()}
+
+    def texts(self) -> tuple[str, ...]:
+        """Return each text once, in alphabetical order."""
+        return tuple(sorted(self.by_text()))
+
+
+def _with_objects(text: str, objects: list[str]) -> str:
+    if not objects:
+        return text
+    more = len(objects) - MOST_NAMED
+    named = ", ".join(objects[:MOST_NAMED])
+    return f"{named} and {more} more: {text}" if more > 0 else f"{named}: {text}"
+
+
+_OPEN: list[Notices] = []
+"""The collections under way, the innermost last; `TURN` is held while there is one."""
+
+
 @contextlib.contextmanager
-def collected_warnings() -> Iterator[list[warnings.WarningMessage]]:
+def collected_warnings() -> Iterator[Notices]:
     """Collect all warnings; at the end pass on each once, from module ``spikeport.compile``.
 
     Threads take turns: warnings of one compile do not reach another.
     """
-    with TURN, warnings.catch_warnings(record=True) as collected:
+    with TURN, warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        yield collected
-    for one in {without_addresses(one.message): one for one in collected}.values():
-        warnings.warn_explicit(
-            one.message, one.category, one.filename, one.lineno, "spikeport.compile"
-        )
+        _OPEN.append(Notices(caught))
+        try:
+            yield _OPEN[-1]
+        finally:
+            notices = _OPEN.pop()
+    for text, one in notices.by_text().items():
+        warnings.warn_explicit(text, one.category, one.filename, one.lineno, "spikeport.compile")
+
+
+def warnings_about(name: str) -> contextlib.AbstractContextManager[None]:
+    """Return a context in which warnings are about an object; the innermost context counts.
+
+    An empty name attributes them to none.
+    """
+    return _OPEN[-1].about(name) if _OPEN and name else contextlib.nullcontext()

@@ -36,11 +36,17 @@ class Scope:
         ensemble = base(obj)
         if isinstance(ensemble, nengo.Node):
             return isinstance(ensemble.output, ChipProcess)
-        if not isinstance(ensemble, nengo.Ensemble) or ensemble in self._ends_of_learning:
-            return False
+        return isinstance(ensemble, nengo.Ensemble) and not self.off_chip(ensemble)
+
+    def off_chip(self, ensemble: nengo.Ensemble) -> str:
+        """Return the reason why an ensemble stays on the host; an empty text if it does not."""
+        if ensemble in self._ends_of_learning:
+            return "kept on the host by nengo-loihi, as a target or error source of learning"
         if isinstance(ensemble.neuron_type, nengo.Direct):
-            return False
-        return not (self._switchable and self.network.config[ensemble].on_chip is False)
+            return "of neuron type Direct"
+        if self._switchable and self.network.config[ensemble].on_chip is False:
+            return "with on_chip = False"
+        return ""
 
     def reaches_part(self, connection: nengo.Connection) -> bool:
         """Return whether a connection ends in a part of an ensemble on the chip.

@@ -43,12 +43,12 @@ class FloatBlocks:
         The name and encoding of each of the model's inputs.
     outputs : tuple of OutputName
         The name and filter of each of the model's probes.
-    warnings : tuple of str
-        The builder's warnings.
     events : mapping of int to EventSteps
         The spikes of inputs that are read from files, by number.
     passages : tuple of Passage
         The filters of each connection that ends on the chip.
+    ends : mapping of str to tuple of str
+        For each owner of a block that is a connection, its name and those of its ends.
     """
 
     model: Model
@@ -56,14 +56,18 @@ class FloatBlocks:
     entries: tuple[BlockEntry, ...]
     inputs: tuple[InputEntry, ...]
     outputs: tuple[OutputName, ...]
-    warnings: tuple[str, ...]
     events: Mapping[int, EventSteps] = field(default_factory=dict)
     passages: tuple[Passage, ...] = ()
+    ends: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     @property
     def labels(self) -> tuple[str, ...]:
         """The name of each block."""
         return tuple(entry.label for entry in self.entries)
+
+    def about(self, owner: str) -> tuple[str, ...]:
+        """Return the names of an owner of blocks, and of its ends."""
+        return self.ends.get(owner, (owner,))
 
     def with_blocks(self, blocks: Iterable[LoihiBlock]) -> "FloatBlocks":
         """Return the same with other blocks in the place of these."""
@@ -84,15 +88,12 @@ class IntegerBlocks:
         The model's probes, whose weights undo the blocks' scales.
     errors : tuple of BlockError
         The rounding error of each block.
-    warnings : tuple of str
-        Warnings of builder and discretiser.
     """
 
     floats: FloatBlocks
     blocks: tuple[LoihiBlock, ...]
     probes: tuple[LoihiProbe, ...]
     errors: tuple[BlockError, ...]
-    warnings: tuple[str, ...]
 
     @property
     def model(self) -> Model:

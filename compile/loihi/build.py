@@ -13,6 +13,7 @@ from typing import Any, Literal, TypeAlias
 
 import nengo
 import numpy as np
+from nengo.connection import LearningRule
 from nengo.ensemble import Neurons
 from nengo_loihi.block import LoihiBlock
 from nengo_loihi.builder import Model
@@ -24,11 +25,12 @@ from nengo_loihi.probe import LoihiProbe
 from spikeport.compile.check.finite import refused_or_not_finite
 from spikeport.compile.ground.filters import Passage, sends_spikes, time_constant_s
 from spikeport.compile.ground.names import Names, base
-from spikeport.compile.ground.refusal import RefusedError, collected_warnings, without_addresses
+from spikeport.compile.ground.refusal import RefusedError, concerning, warnings_about
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.image.manifest import BlockEntry, Encoding, Filter, InputEntry
 from spikeport.compile.loihi.blocks import FloatBlocks, OutputName, first_of
 from spikeport.compile.loihi.events import EventSteps, event_steps
+from spikeport.compile.loihi.host_probes import connections_probed_on_host
 from spikeport.compile.loihi.lean import lean
 from spikeport.compile.loihi.numpy1 import numpy1_semantics
 from spikeport.compile.loihi.relay import RELAYS, fit_range, relayed
@@ -42,16 +44,16 @@ Crossing: TypeAlias = nengo.Connection | nengo.Probe | nengo.Node
 class OrderedModel(Model):
     """nengo-loihi's model, which also remembers which object it builds.
 
-    ``building`` is the name of the object under construction, for error messages; ``crossings``
-    maps inputs and probes to the connection, probe or node of the network that made them;
-    ``events`` has the spikes of inputs that are read from files; ``asked`` maps connections that
-    end on the chip to the time constant they ask of their target, in seconds.
+    ``building`` names the object under construction, and its ends, for error messages;
+    ``crossings`` maps inputs and probes to the connection, probe or node of the network that made
+    them; ``events`` has the spikes of inputs that are read from files; ``asked`` maps connections
+    that end on the chip to the time constant they ask of their target, in seconds.
     """
 
     def __init__(self, dt_s: float, names: Names) -> None:
         super().__init__(dt=dt_s, label="spikeport")
         self.names = names
-        self.building = "network"
+        self.building: tuple[str, ...] = ("network",)
         self.crossings: dict[LoihiInput | LoihiProbe, Crossing] = {}
         self.events: dict[LoihiInput, EventSteps] = {}
         self.asked: dict[nengo.Connection, float] = {}
@@ -65,11 +67,14 @@ class OrderedModel(Model):
         if self.split is not None:
             self._order_passthrough()
         if isinstance(obj, NAMED):
-            self.building = self.names[obj]
+            self.building = self.names.with_ends(obj)
         if self.seeds.get(obj, 0) is None:
             self.seeds[obj] = _seed_from(self.names[obj])
+        if isinstance(obj, nengo.Connection) and self._is_error_on_host(obj):
+            self._build_error_on_host(obj)
+            return None
         n_inputs, n_probes = len(self.inputs), len(self.probes)
-        with self._path(obj):
+        with self._path(obj), warnings_about(self.building[0]):
             built = super().build(obj, *args, **kwargs)
             if isinstance(obj, nengo.Connection) and self._ends_on_chip(obj):
                 fit_range(self, obj)
@@ -81,7 +86,7 @@ class OrderedModel(Model):
         return built
 
     def _add_events(self, process: DVSFileChipProcess) -> SpikeInput:
-        source = SpikeInput(process.size, label=self.building)
+        source = SpikeInput(process.size, label=self.building[0])
         self.add_input(source)
         self.events[source] = event_steps(process, self.dt)
         return source
@@ -96,6 +101,22 @@ class OrderedModel(Model):
         relayed = from_chip and "decoded" in self.objs[connection]
         values = relayed or not sends_spikes(connection, from_chip)
         return float(self.decode_tau) if values else time_constant_s(connection)
+
+    def _is_error_on_host(self, connection: nengo.Connection) -> bool:
+        """Return whether a connection feeds an error to one that starts on the host."""
+        if not isinstance(connection.post_obj, LearningRule):
+            return False
+        return not self.split.on_chip(base(connection.post_obj.connection.pre_obj))
+
+    def _build_error_on_host(self, connection: nengo.Connection) -> None:
+        """Build a connection to a learning rule that Nengo computes on the host.
+
+        nengo-loihi looks for the rule on the chip only, and finds none.
+        """
+        host = self.host_model(base(connection.pre_obj))
+        host.seeds[connection] = self.seeds[connection]
+        host.seeded[connection] = self.seeded[connection]
+        host.build(connection)
 
     def _path(self, obj: object) -> contextlib.AbstractContextManager[None]:
         """Return a context for the decode neurons that the network's config asks for, if any."""
@@ -146,7 +167,7 @@ def build(rewrite: Rewrite, dt_s: float) -> FloatBlocks:
     model = OrderedModel(dt_s, names)
     model.seeds.update({network: network.seed or 0, **rewrite.seeds})
     model.seeded[network] = True
-    with collected_warnings() as collected, numpy1_semantics():
+    with numpy1_semantics(), connections_probed_on_host():
         try:
             model.build(network, precompute=False, discretize=False)
         except UsageError:  # of a file of events
@@ -159,14 +180,22 @@ def build(rewrite: Rewrite, dt_s: float) -> FloatBlocks:
         tuple(_entries(model, rewrite)),
         tuple(_input_entry(model, source) for source in model.inputs),
         tuple(_output_name(model, probe) for probe in model.probes),
-        tuple(sorted({without_addresses(one.message) for one in collected})),
         {number: model.events[i] for number, i in enumerate(model.inputs) if i in model.events},
         tuple(_passages(model)),
+        {
+            names[obj]: names.with_ends(obj)
+            for obj in model.objs
+            if isinstance(obj, nengo.Connection)
+        },
     )
     _check_probed_nodes(network, model, names)
     _check_order_of_reads(model, names)
     _check_population_axons(floats)
     return floats
+
+
+def _refusal(name: str, why: str) -> RefusedError:
+    return concerning((name,), RefusedError(f"{name}: {why}"))
 
 
 def _check_probed_nodes(network: nengo.Network, model: Model, names: Names) -> None:
@@ -176,10 +205,10 @@ def _check_probed_nodes(network: nengo.Network, model: Model, names: Names) -> N
     lost = {connection.post_obj for connection in removed & {*network.all_connections}} - fed
     for probe in network.all_probes:
         if probe.obj in lost:
-            raise RefusedError(
-                f"{names[probe.obj]}: nengo-loihi removes what feeds this passthrough node, and "
-                "its probe would read zeros; cure: give it a function, as in "
-                "nengo.Node(lambda t, x: x, size_in=...)"
+            raise _refusal(
+                names[probe.obj],
+                "nengo-loihi removes what feeds this passthrough node, and its probe would read "
+                "zeros; cure: give it a function, as in nengo.Node(lambda t, x: x, size_in=...)",
             )
 
 
@@ -191,9 +220,10 @@ def _check_order_of_reads(model: Model, names: Names) -> None:
         read = np.arange(probe.obj.size_out)[probe.slice]
         blocks = len(model.objs[probe]["out"].target)
         if blocks > 1 and np.any(np.diff(read) <= 0):
-            raise RefusedError(
-                f"{names[probe.obj]}: its neurons are read out in another order than theirs, which "
-                "fails where they are split over several cores; cure: read them in ascending order"
+            raise _refusal(
+                names[probe.obj],
+                "its neurons are read out in another order than theirs, which fails where they "
+                "are split over several cores; cure: read them in ascending order",
             )
 
 

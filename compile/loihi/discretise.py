@@ -16,9 +16,10 @@ from nengo_loihi.block import Compartment, LoihiBlock, Synapse, SynapseConfig
 from nengo_loihi.builder import discretize
 from nengo_loihi.builder.discretize import discretize_probe, discretize_synapse
 
+from spikeport.compile.check.cures import cure_of
 from spikeport.compile.check.finite import not_finite
 from spikeport.compile.ground.quantisation import block_error, block_values
-from spikeport.compile.ground.refusal import collected_warnings, refused, without_addresses
+from spikeport.compile.ground.refusal import refused, warnings_about
 from spikeport.compile.loihi.blocks import FloatBlocks, IntegerBlocks, copied, copied_probe
 from spikeport.compile.loihi.numpy1 import numpy1_semantics
 
@@ -39,9 +40,11 @@ def discretise(floats: FloatBlocks) -> IntegerBlocks:
     """
     blocks = tuple(copied(block) for block in floats.blocks)
     probes = tuple(copied_probe(probe) for probe in floats.model.probes)
-    with collected_warnings() as collected, numpy1_semantics():
-        pairs = zip(floats.model.blocks, floats.labels, blocks, strict=True)
-        scales = {built: _discretise(block, label) for built, label, block in pairs}
+    scales: dict[LoihiBlock, float] = {}
+    with numpy1_semantics():
+        for built, entry, block in zip(floats.model.blocks, floats.entries, blocks, strict=True):
+            with warnings_about(entry.label):
+                scales[built] = _discretise(block, (entry.label, *floats.about(entry.owner)))
         for probe in probes:
             for i, block in enumerate(probe.target):
                 discretize_probe(probe, i, scales[block])
@@ -49,21 +52,17 @@ def discretise(floats: FloatBlocks) -> IntegerBlocks:
         block_error(label, block_values(before), after)
         for label, before, after in zip(floats.labels, floats.blocks, blocks, strict=True)
     )
-    said = {without_addresses(one.message) for one in collected}
-    warnings = tuple(sorted({*floats.warnings, *said}))
-    return IntegerBlocks(floats, blocks, probes, errors, warnings)
+    return IntegerBlocks(floats, blocks, probes, errors)
 
 
-def _discretise(block: LoihiBlock, label: str) -> float:
+def _discretise(block: LoihiBlock, about: tuple[str, ...]) -> float:
     values = block_values(block)
     if not all(np.isfinite(part).all() for part in (values.bias, *values.weights)):
-        raise not_finite(label, "weights or biases")
+        raise not_finite(about[0], "weights or biases")
     try:
         return _round(block)
     except (NengoException, AssertionError) as error:
-        raise refused(
-            label, error, "bring its weights, gains and biases closer together"
-        ) from error
+        raise refused(about, error, cure_of(error)) from error
 
 
 def _round(block: LoihiBlock) -> float:

@@ -20,6 +20,7 @@ from nengo_loihi.builder.ensemble import build_ensemble
 from nengo_loihi.compat import sample_transform
 
 from spikeport.compile.check.finite import not_finite, refused_or_not_finite
+from spikeport.compile.ground.refusal import warnings_about
 from spikeport.compile.ground.rewrite import Rewrite, Seeds
 from spikeport.compile.loihi.numpy1 import numpy1_semantics
 
@@ -147,11 +148,11 @@ class ParameterSolver:
     def _guarded(
         self, build: Callable[[AnyModel, NengoObject], Result], obj: NengoObject
     ) -> Result:
-        with numpy1_semantics():
+        with numpy1_semantics(), warnings_about(self._names.known(obj)):
             try:
                 return build(self._model, obj)
             except Exception as error:  # it refuses by errors of any kind, not only by its own
-                raise refused_or_not_finite(self._names[obj], error) from error
+                raise refused_or_not_finite(self._names.with_ends(obj), error) from error
 
 
 def _sampled_transform(connection: nengo.Connection, seeds: Seeds) -> Matrix:

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any, TypeAlias
 
-from spikeport.compile.check.violation import Violation
+from spikeport.compile.check.violation import Offloaded, Violation
 from spikeport.compile.ground.quantisation import BlockError
 from spikeport.compile.image.expected import Rates
 from spikeport.compile.report.neurobench import NeuroBench, workload
@@ -46,7 +46,8 @@ class Report:
     ``warnings`` what nengo-loihi's builder said on the way. ``placed`` names the blocks on each
     core, ``passes`` holds name, options and findings of every pass, ``lower_bound`` how few cores
     the blocks could take, by reason, ``neurobench`` NeuroBench's static metrics, ``hints`` what
-    compiles but is lost or left out.
+    compiles but is lost or left out, ``offloaded`` the ensembles that were moved to the host. The
+    report on a network with nothing on the chip has no cores, and an empty digest.
     """
 
     chip: ChipModel
@@ -59,6 +60,7 @@ class Report:
     lower_bound: Mapping[str, int] = field(default_factory=dict)
     neurobench: NeuroBench | None = None
     hints: tuple[Violation, ...] = ()
+    offloaded: tuple[Offloaded, ...] = ()
 
     def resources(self) -> dict[str, Usage]:
         """Return the use of every resource in sum, against the limit of the whole chip."""
@@ -105,6 +107,7 @@ class Report:
             "quantisation": [error._asdict() for error in self.errors],
             "neurobench": self._neurobench(activity),
             "hints": [hint._asdict() for hint in self.hints],
+            "offloaded": [one._asdict() for one in self.offloaded],
             "warnings": list(self.warnings),
             "basis": _basis(activity, rates),
             **costs(self.chip, activity),

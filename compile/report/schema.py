@@ -7,7 +7,7 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field, create_model
 
-from spikeport.compile.check.violation import Violation
+from spikeport.compile.check.violation import Offloaded, Violation
 from spikeport.compile.ground.quantisation import BlockError
 from spikeport.compile.report.loss import Loss
 from spikeport.compile.report.neurobench import NeuroBench
@@ -76,6 +76,7 @@ class ReportData(BaseModel):
     quantisation: list[_row(BlockError)]  # type: ignore[valid-type]
     neurobench: NeuroBench | None
     hints: list[_row(Violation)]  # type: ignore[valid-type]
+    offloaded: list[_row(Offloaded)]  # type: ignore[valid-type]
     warnings: list[str]
     basis: Basis | None
     energy: dict[str, EnergyReport] | None

@@ -94,6 +94,9 @@ def compile_command(
     out: ImageFolder = None,
     json: ReportFile = None,
     passes: PassesOption = None,
+    offload: Annotated[
+        bool, typer.Option("--offload", help="Move what breaks a rule to the host, and say what.")
+    ] = False,
     print_after: PrintAfter = None,
     rate_hz: RateHz = None,
     loss: Annotated[
@@ -134,6 +137,7 @@ def compile_command(
             passes=passes,
             print_after=print_after,
             build_timeout_s=build_timeout,
+            offload=offload,
         )
     )
 

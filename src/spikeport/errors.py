@@ -10,6 +10,7 @@
     │   ├── RefusedError                   ... says its builder; nengo's BuildError too
     │   │   ├── InvalidError               ... of a parameter; nengo's ValidationError too
     │   │   └── DoesNotFitError            ... because it breaks limits: carries all violations
+    │   │       └── NothingOnChipError     ... or since all of it runs on the host: no fault
     │   └── OverBudgetError                ... within the user's budget: carries all violations
     ├── ImageError (ValueError)            an image file is foreign, truncated or altered
     ├── BackendError (RuntimeError)        a backend cannot run what it was given
@@ -28,7 +29,11 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, ClassVar
 
 if TYPE_CHECKING:
-    from spikeport.compile.check.violation import DoesNotFitError, OverBudgetError
+    from spikeport.compile.check.violation import (
+        DoesNotFitError,
+        NothingOnChipError,
+        OverBudgetError,
+    )
     from spikeport.compile.ground.refusal import ArgumentError, InvalidError, RefusedError
 
 __all__ = [
@@ -42,6 +47,7 @@ __all__ = [
     "InvalidError",
     "MissingExtraError",
     "NetworkError",
+    "NothingOnChipError",
     "OverBudgetError",
     "RefusedError",
     "RenderError",
@@ -53,6 +59,7 @@ _HOMES = {
     "ArgumentError": "spikeport.compile.ground.refusal",
     "DoesNotFitError": "spikeport.compile.check.violation",
     "InvalidError": "spikeport.compile.ground.refusal",
+    "NothingOnChipError": "spikeport.compile.check.violation",
     "OverBudgetError": "spikeport.compile.check.violation",
     "RefusedError": "spikeport.compile.ground.refusal",
 }

@@ -54,12 +54,15 @@ class Simulator:
         A folder for the counts of every step, see `spikeport.backends.step_log.StepLog`; without
         it `activity` keeps the last steps one by one, and of those before them what energy and
         time depend on.
+    offload : bool
+        Move ensembles that break a rule of the chip to the host, until the rest compiles; the
+        report has them as ``offloaded``.
 
     Attributes
     ----------
     compilation : Compilation or None
-        Image, report and host side; None on the reference backend, and where no ensemble is meant
-        for the chip, so that all of the network runs on the host.
+        Image, report and host side; None on the reference backend, and where no ensemble is on the
+        chip, so that all of the network runs on the host.
     data : mapping of nengo.Probe to (n_steps, size) array
         What the probes recorded; ``data[ensemble]`` and ``data[connection]`` hold what Nengo built.
 
@@ -83,10 +86,11 @@ class Simulator:
         progress_bar: bool | ProgressBar = False,
         pipeline: Pipeline | str | None = None,
         counts: str | Path | None = None,
+        offload: bool = False,
     ) -> None:
         check_arguments(network, chip, dt, pipeline)
         _check_seed(seed)
-        source = registry.Source(network, chip, dt, pipeline, _counts_folder(counts))
+        source = registry.Source(network, chip, dt, pipeline, _counts_folder(counts), offload)
         self._open = functools.partial(registry.get(backend).open, source)
         self._probes = network.all_probes
         self.seed = (network.seed or 0) + 1 if seed is None else seed

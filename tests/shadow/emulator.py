@@ -102,8 +102,8 @@ def image_of(model: Any) -> ChipImage:
     pairs = enumerate(model.inputs)
     inputs = tuple(InputEntry(f"input {i}", one.n_neurons, spikes) for i, one in pairs)
     outputs = tuple(OutputName(f"output {i}", None) for i in range(len(probes)))
-    floats = FloatBlocks(model, blocks, entries, inputs, outputs, ())
-    return extract(IntegerBlocks(floats, blocks, probes, (), ()), "none")
+    floats = FloatBlocks(model, blocks, entries, inputs, outputs)
+    return extract(IntegerBlocks(floats, blocks, probes, ()), "none")
 
 
 def install() -> None:

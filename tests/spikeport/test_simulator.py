@@ -294,8 +294,8 @@ def test_a_network_with_nothing_for_the_chip_runs_on_the_host_and_says_so():
     net = host_only()
     says_so = {
         "expected_warning": UserWarning,
-        "match": "^no ensemble of the network is meant for the chip: all of it runs on the host, "
-        "in float Nengo$",
+        "match": r"^no ensemble of the network is on the chip \(0 of 1: 1 of neuron type Direct\): "
+        "all of it runs on the host, in float Nengo$",
     }
     with pytest.warns(**says_so) as warned:
         sim = Simulator(net)

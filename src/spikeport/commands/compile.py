@@ -10,18 +10,19 @@ from spikeport.commands import rates
 from spikeport.commands.against_written import as_written, more_cores, more_loss
 from spikeport.commands.passes import printer
 from spikeport.commands.progress import progress_bar
-from spikeport.commands.screen import Findings, show_findings
-from spikeport.compile.check.violation import OverBudgetError
+from spikeport.commands.screen import Findings, show_findings, show_nothing
+from spikeport.compile.check.violation import NothingOnChipError, OverBudgetError
 from spikeport.compile.image.expected import Rates, expected_activity
 from spikeport.compile.image.modules import by_module, modules
 from spikeport.compile.pipeline import Compilation, compile_network
 from spikeport.compile.report.budget import Budget
-from spikeport.compile.report.report import Modules
+from spikeport.compile.report.report import Json, Modules, Report
 from spikeport.constants import DT_S, LONGEST_RUN
 from spikeport.errors import UsageError
 from spikeport.files import write_json
 from spikeport.find_network import find_network, needed_passes
 from spikeport.hardware_models import chip as chips
+from spikeport.hardware_models.chip import ChipModel
 from spikeport.progress import Progress
 
 SEED = 0
@@ -44,6 +45,7 @@ class CompileRequest:
     passes: str | None = None
     print_after: str | None = None
     build_timeout_s: float | None = None
+    offload: bool = False
 
 
 def run(request: CompileRequest) -> None:
@@ -68,7 +70,13 @@ def run(request: CompileRequest) -> None:
             request.build_timeout_s,
         )
         progress("compiling", None)
-        compilation = compile_network(network, request.chip, DT_S, passes, observer)
+        try:
+            compilation = compile_network(
+                network, request.chip, DT_S, passes, observer, request.offload
+            )
+        except NothingOnChipError as nothing:
+            _write_nothing(chip, nothing, request)
+            return
         findings = _reckoned(compilation, stated)
         if request.loss_s is not None:
             findings = _measured(network, compilation, request.loss_s, progress)
@@ -80,6 +88,13 @@ def run(request: CompileRequest) -> None:
     show_findings(findings, request.cores)
     if exceeded := request.budget.exceeded(findings.report, findings.activity):
         raise OverBudgetError(exceeded)
+
+
+def _write_nothing(chip: ChipModel, nothing: NothingOnChipError, request: CompileRequest) -> None:
+    """Write a report without cores, and say why there is no image."""
+    report = Report(chip, "", (), (), (), hints=nothing.violations, offloaded=nothing.offloaded)
+    write_report(report.to_dict(), out=request.out, json=request.json)
+    show_nothing(report, nothing.verdict)
 
 
 def _check_run(seconds: float | None) -> None:
@@ -128,9 +143,14 @@ def write_findings(
     compilation: Compilation, findings: Findings, *, out: Path | None, json: Path | None
 ) -> None:
     """Write image and report to a folder, and the report to a file, where they are given."""
-    report = findings.to_dict()
     if out is not None:
         compilation.image.save(out / "image.npz")
+    write_report(findings.to_dict(), out=out, json=json)
+
+
+def write_report(report: Json, *, out: Path | None, json: Path | None) -> None:
+    """Write a report to a folder and to a file, where they are given."""
+    if out is not None:
         write_json(out / "report.json", report)
     if json is not None:
         write_json(json, report)

@@ -63,8 +63,21 @@ def show_findings(findings: Findings, cores: bool) -> None:
         console.print(loss_table(findings.loss))
     for line in pass_lines(report):
         console.print(line, style="dim", markup=False)
+    _print_offloaded(console, report)
     _print_hints(console, findings)
     console.print(verdict(report), markup=False)
+
+
+def show_nothing(report: Report, verdict: str) -> None:
+    """Print why a network has no image, and what was moved to the host."""
+    console = Console(highlight=False)
+    _print_offloaded(console, report)
+    console.print(f"{verdict}; there is no image", markup=False)
+
+
+def _print_offloaded(console: Console, report: Report) -> None:
+    for one in report.offloaded:
+        console.print(f"offloaded: {one}", markup=False)
 
 
 def _print_hints(console: Console, findings: Findings) -> None:

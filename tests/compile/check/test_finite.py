@@ -15,8 +15,8 @@ def test_the_place_of_the_numbers_is_named() -> None:
 def test_numpys_error_is_one_of_the_function_and_others_are_refusals() -> None:
     with pytest.raises(ValueError, match=NOT_FINITE) as caught:
         np.asarray_chkfinite([np.nan])
-    found = refused_or_not_finite("a -> b", caught.value)
+    found = refused_or_not_finite(("a -> b",), caught.value)
     assert str(found) == str(not_finite("a -> b", "what its function returns"))
-    other = str(refused_or_not_finite("a -> b", ValueError("no such shape")))
+    other = str(refused_or_not_finite(("a -> b",), ValueError("no such shape")))
     assert other.startswith("a -> b: nengo-loihi refuses it: ")
     assert "no such shape; cure: change this object" in other

@@ -22,6 +22,25 @@ def test_weights_of_zero_are_found() -> None:
     assert "SP402" not in "\n".join(hints(wired([[0, 1]], [2.0])))
 
 
+def test_weights_that_learn_from_zero_are_not_found() -> None:
+    with nengo.Network(seed=1) as network:
+        a, out = nengo.Ensemble(20, 1), nengo.Node(size_in=1)
+        zero = {"function": lambda x: 0}
+        learned = nengo.Connection(a, out, **zero, learning_rule_type=nengo.PES())
+        nengo.Connection(out, learned.learning_rule)
+        plain = nengo.Node(lambda t, x: None, size_in=1)
+        nengo.Connection(a, plain, **zero)
+    found = [hint for hint in compile_network(network).report.hints if hint.id == "SP402"]
+    assert [hint.object for hint in found] == ["ensembles[0] -> read-out#2"]
+
+
+@pytest.mark.parametrize(("copies", "n_hints"), [(1, 0), (2, 0), (3, 1)])
+def test_copies_are_worth_a_hint_above_a_tenth(copies: int, n_hints: int) -> None:
+    bias = [0.1 * max(n, copies) for n in range(20)]
+    found = [one for one in hints(wired([[1, 1]] * 20, bias)) if "SP404" in one]
+    assert len(found) == n_hints
+
+
 def test_lost_weights_are_worth_a_hint_above_a_tenth() -> None:
     image = wired([[1, 1]], [1.0])
     few, many = BlockError("few", 0, 0, 0.1), BlockError("many", 0, 0, 0.25)

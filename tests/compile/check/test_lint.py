@@ -83,16 +83,6 @@ def foreign_learning_rule() -> None:
     nengo.Connection(a, out, learning_rule_type={"rule": nengo.RLS()})
 
 
-def learning_on_the_host() -> None:
-    network = nengo.Network.context[-1]
-    nengo_loihi.add_params(network)
-    nengo.Ensemble(4, 1, label="a")
-    u, out = nengo.Ensemble(4, 1, label="u"), nengo.Node(size_in=1, label="out")
-    network.config[u].on_chip = False
-    learned = nengo.Connection(u, out, learning_rule_type=nengo.PES())
-    nengo.Connection(out, learned.learning_rule)
-
-
 class LiveCamera(nengo_loihi.dvs.DVSFileChipProcess):
     """A process of the board's own."""
 
@@ -149,7 +139,7 @@ CASES: list[tuple[Callable[[], None], str]] = [
     (
         no_ensemble,
         "network: SP001 on-chip ensembles: 0, limit at least 1; cure: add an ensemble of spiking "
-        "neurons that is not marked on_chip = False",
+        "neurons that is not marked on_chip = False, and not a target or error source of learning",
     ),
     (foreign_neuron_type, NEURONS.format("AdaptiveLIF")),
     (foreign_regular_base, NEURONS.format("RegularSpiking")),
@@ -168,12 +158,8 @@ CASES: list[tuple[Callable[[], None], str]] = [
     (convolution_into_a_part, PART.format(4)),
     (
         foreign_learning_rule,
-        "a -> out: SP007 learning rule: RLS, limit PES; cure: learn with PES, or off the chip",
-    ),
-    (
-        learning_on_the_host,
-        "u -> out: SP008 place of learning: the host, limit from an ensemble on the chip; cure: "
-        "put the ensemble it comes from on the chip",
+        "a -> out: SP007 learning rule: RLS, limit PES; cure: learn with PES, or keep what it "
+        "learns from on the host with net.config[ensemble].on_chip = False",
     ),
     (
         process_on_the_board,
@@ -187,11 +173,12 @@ CASES: list[tuple[Callable[[], None], str]] = [
     (
         foreign_probe,
         "p: SP010 probed attribute: scaled_encoders, limit decoded_output; cure: probe one of "
-        f"these, {HOST}",
+        f"these, an end in place of a connection, {HOST}",
     ),
     (
         probed_connection,
-        f"p: SP010 probed attribute: output, limit none; cure: probe one of these, {HOST}",
+        f"p: SP010 probed attribute: output, limit none; cure: probe one of these, an end in "
+        f"place of a connection, {HOST}",
     ),
     (infinite_gain, FINITE.format("a", "gain")),
     (undefined_encoders, FINITE.format("a", "encoders")),
@@ -246,9 +233,11 @@ def test_the_error_lists_all_breaches_row_by_row() -> None:
         "the network does not fit chip 'loihi':\n"
         "  a: SP003 ensemble noise: WhiteNoise, limit none; cure: remove the noise, or keep it on "
         "the host with net.config[ensemble].on_chip = False\n"
-        "  p: SP010 probed attribute: output, limit none; cure: probe one of these, or keep it on "
-        "the host with net.config[ensemble].on_chip = False\n"
-        "more: spikeport compile --explain SP003"
+        "  p: SP010 probed attribute: output, limit none; cure: probe one of these, an end "
+        "in place of a connection, or keep it on the host with net.config[ensemble].on_chip = "
+        "False\n"
+        "more: spikeport compile --explain SP003\n"
+        "more: try --offload, which moves what breaks a rule to the host"
     )
 
 
@@ -315,3 +304,21 @@ def test_a_weight_solver_may_reach_part_of_a_target() -> None:
         nengo.Connection(a, b[0], solver=nengo.solvers.LstsqL2(weights=True))
     assert lint(network, Names(network)) == []
     assert compile_network(network).image.n_blocks == 2
+
+
+def test_a_network_with_all_on_the_host_says_why() -> None:
+    def make() -> None:
+        nengo_loihi.add_params(network := nengo.Network.context[-1])
+        target, error, marked = (nengo.Ensemble(4, 1) for _ in range(3))
+        learned = nengo.Connection(nengo.Node(1.0), target, learning_rule_type=nengo.Voja())
+        nengo.Connection(error, learned.learning_rule)
+        network.config[marked].on_chip = False
+        nengo.Ensemble(1, 1, neuron_type=nengo.Direct())
+
+    assert [(one.id, one.used) for one in violations(make)] == [
+        (
+            "SP001",
+            "0 of 4: 2 kept on the host by nengo-loihi, as a target or error source of learning, "
+            "1 with on_chip = False, 1 of neuron type Direct",
+        )
+    ]

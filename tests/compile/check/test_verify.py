@@ -4,7 +4,7 @@ import nengo
 import numpy as np
 import pytest
 
-from spikeport.compile.check.verify import verify, verify_settings
+from spikeport.compile.check.verify import verify, verify_settings, verify_size
 from spikeport.compile.check.violation import DoesNotFitError, Violation
 from spikeport.compile.pipeline import compile_network
 from spikeport.errors import CompileError
@@ -44,7 +44,8 @@ def test_eight_thousand_decoded_neurons_do_not_fit() -> None:
         "the network does not fit chip 'loihi':\n"
         "  big -> read-out[1/2], big -> read-out[2/2]: SP102 in-axons: 8,000, limit 4,096; "
         f"cure: {cure}\n"
-        "more: spikeport compile --explain SP102"
+        "more: spikeport compile --explain SP102\n"
+        "more: try -p compact, which rewrites it to take fewer cores"
     )
     assert isinstance(error, CompileError)
 
@@ -138,3 +139,11 @@ def test_blocks_of_a_core_share_its_bounds_of_the_voltage() -> None:
         "settings on different cores"
     ]
     assert verify_settings(image, chip) == []
+
+
+def test_a_network_with_more_compartments_than_the_chip_has_is_refused_unbuilt() -> None:
+    chip = chips.get("loihi")
+    assert verify_size(128 * 1024, chip) == []
+    (violation,) = verify_size(128 * 1024 + 1, chip)
+    assert violation[:5] == ("SP201", "cores", "loihi", "at least 129", "128")
+    assert violation.cure.endswith("or 2 such boards")

@@ -1,4 +1,5 @@
 import nengo
+import numpy as np
 
 from spikeport.compile.ground.names import Names, base
 
@@ -127,3 +128,23 @@ def test_what_cannot_be_printed_of_a_label_is_escaped() -> None:
     assert names[lone] == r"half \ud83d"
     assert names[plain] == "Größe 10 µm"
     assert names[connection] == r"a\x07b\r\x1b[31m -> half \ud83d"
+
+
+def test_ends_are_named_with_a_connection() -> None:
+    with nengo.Network() as network:
+        a, b = nengo.Ensemble(3, 1, label="a"), nengo.Ensemble(3, 1, label="b")
+        learned = nengo.Connection(a.neurons, b[0:1], transform=np.ones((1, 3)))
+        foreign = nengo.Connection(a, nengo.Node(size_in=1, add_to_container=False))
+    names = Names(network)
+    assert names.with_ends(learned) == ("a -> b", "a", "b")
+    assert names.with_ends(foreign) == ("a -> read-out", "a")
+    assert names.with_ends(a) == ("a",)
+
+
+def test_asking_for_a_known_name_gives_none() -> None:
+    with nengo.Network() as network:
+        a = nengo.Ensemble(3, 1, label="a")
+        other = nengo.Ensemble(3, 1, label="a", add_to_container=False)
+    names = Names(network)
+    assert (names.known(a), names.known(other)) == ("a", "")
+    assert other not in names

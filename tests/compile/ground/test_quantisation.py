@@ -27,7 +27,7 @@ def discretised(
             synapse.set_weights(weights)
             block.add_synapse(synapse)
     entry = BlockEntry("ensemble", "block")
-    blocks = discretise(FloatBlocks(model, (block,), (entry,), (), (), ()))
+    blocks = discretise(FloatBlocks(model, (block,), (entry,), (), ()))
     return blocks.blocks[0], blocks.errors[0]
 
 

@@ -1,3 +1,4 @@
+import contextlib
 import warnings
 
 import nengo
@@ -6,7 +7,12 @@ import pytest
 from nengo.exceptions import BuildError, ValidationError
 
 from spikeport.compile.check.violation import DoesNotFitError
-from spikeport.compile.ground.refusal import InvalidError, RefusedError, collected_warnings
+from spikeport.compile.ground.refusal import (
+    InvalidError,
+    RefusedError,
+    collected_warnings,
+    warnings_about,
+)
 from spikeport.compile.pipeline import compile_network
 from spikeport.errors import CompileError
 
@@ -32,7 +38,8 @@ def test_a_parameter_that_is_not_valid_is_nengos_validation_error() -> None:
     assert error.obj is error.__cause__.obj
     assert str(error) == (
         "a: nengo-loihi refuses it: Samples.samples: Wrong number of samples requested; got 7, "
-        f"should be 3; cure: change this object, {HOST}"
+        f"should be 3; cure: change this object, {HOST}\n"
+        "more: -p compact does not compile it either"
     )
 
 
@@ -41,7 +48,7 @@ def test_warnings_are_collected_and_passed_on_with_their_category() -> None:
         warnings.simplefilter("default")
         with collected_warnings() as collected:
             warnings.warn("one thing", RuntimeWarning, stacklevel=1)
-        assert [str(one.message) for one in collected] == ["one thing"]
+        assert [str(one.message) for one in collected.caught] == ["one thing"]
     assert [(str(one.message), one.category) for one in seen] == [("one thing", RuntimeWarning)]
     assert seen[0].filename == __file__
 
@@ -72,3 +79,43 @@ def test_what_it_warns_of_while_a_network_is_rewritten_is_told_once_and_reported
     said = [str(one.message) for one in seen]
     assert sum("intercept limit" in message for message in said) == 1
     assert set(report.warnings) == set(said)
+
+
+def test_a_warning_names_its_objects_and_comes_once() -> None:
+    with warnings.catch_warnings(record=True) as seen:
+        warnings.simplefilter("always")
+        with collected_warnings() as notices:
+            for name in "abcab":
+                with warnings_about(f"around {name}"), warnings_about(name):
+                    warnings.warn("small", stacklevel=1)
+            with warnings_about("d"):
+                warnings.warn("large at 0x7f00", stacklevel=1)
+            warnings.warn("of none", stacklevel=1)
+    expected = ("a, b, c: small", "d: large", "of none")
+    assert notices.texts() == expected
+    assert tuple(sorted(str(one.message) for one in seen)) == expected
+    assert isinstance(warnings_about("nothing is collected"), contextlib.nullcontext)
+
+
+def test_of_many_objects_some_are_named() -> None:
+    with nengo.Network(seed=1) as network:
+        for _ in range(5):
+            nengo.Ensemble(5, 1)
+    with pytest.warns(UserWarning, match="initial values"):
+        (warning,) = compile_network(network).report.warnings
+    assert warning.startswith(
+        "ensembles[0], ensembles[1], ensembles[2] and 2 more: NengoLoihi does not support initial "
+    )
+
+
+@pytest.mark.parametrize("passes", ["as_written", "compact"])
+def test_what_nengo_loihi_warns_of_names_its_object_once(passes: str) -> None:
+    with nengo.Network(seed=1) as network:
+        a = nengo.Ensemble(10, 1, label="a")
+        nengo.Connection(a, a, synapse=0.1)
+        nengo.Connection(a.neurons, a.neurons, transform=np.eye(10), synapse=0.02)
+    with pytest.warns(UserWarning, match="initial values"):
+        found = compile_network(network, pipeline=passes).report.warnings
+    assert all(text.startswith(("a: ", "a -> a: ", "a -> a#2: ")) for text in found)
+    assert not [text for text in found if " at 0x" in text]
+    assert sum("initial values" in text for text in found) == 1

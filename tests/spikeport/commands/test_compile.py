@@ -81,6 +81,7 @@ def test_every_violation_is_printed_and_nothing_written(spikeport, net_py, tmp_p
         "  a -> b: SP005 synapse: Alpha, limit Lowpass or None; cure: use nengo.Lowpass(tau) with "
         "the same group delay\n"
         "more: spikeport compile --explain SP002\n"
+        "more: try --offload, which moves what breaks a rule to the host\n"
     )
     assert done.out == ""
     assert names(tmp_path) == ["net.py"]
@@ -92,17 +93,24 @@ def test_exceeded_limits_are_printed_with_use_and_limit(spikeport, net_py, tmp_p
     assert done.code == 1
     assert done.err == (
         "error: the network does not fit chip 'loihi':\n"
-        "  loihi: SP201 cores: 196, limit 128; cure: use fewer or smaller ensembles or fewer "
-        "decoded connections, or 2 such boards\n"
+        "  loihi: SP201 cores: at least 196, limit 128; cure: use fewer or smaller ensembles or "
+        "fewer decoded connections, or 2 such boards\n"
         "more: spikeport compile --explain SP201\n"
+        "more: try -p compact, which rewrites it to take fewer cores\n"
     )
     assert names(tmp_path) == ["net.py"]
 
 
-def test_a_network_without_ensembles_does_not_fit(spikeport, net_py):
-    done = spikeport("compile", f"{net_py}:empty")
-    assert done.code == 1
-    assert "network: SP001 on-chip ensembles: 0, limit at least 1; cure: " in done.err
+def test_a_network_with_nothing_for_the_chip_has_a_report_and_no_image(spikeport, net_py, tmp_path):
+    done = spikeport("compile", f"{net_py}:empty", "--out", tmp_path / "out")
+    assert (done.code, done.err) == (0, "")
+    assert " ".join(done.out.split()) == (
+        "no ensemble of the network is on the chip (0): all of it runs on the host, in float "
+        "Nengo; there is no image"
+    )
+    assert names(tmp_path / "out") == ["report.json"]
+    report = ReportData.model_validate(json.loads((tmp_path / "out" / "report.json").read_text()))
+    assert (report.image_digest, report.cores, report.hints[0].id) == ("", [], "SP001")
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,41 @@
+"""A last line of a refusal: the way out for a network that is refused as it is written."""
+
+from collections.abc import Callable
+
+import nengo
+
+from spikeport.compile.check.lint import lint
+from spikeport.compile.check.offload import NOT_FINITE
+from spikeport.compile.ground.names import Names
+from spikeport.compile.ground.refusal import RefusedError
+from spikeport.compile.ground.scope import Scope
+
+COMPACT = "compact"
+"""The passes that rewrite a network to take fewer cores."""
+MOST_NEURONS, MOST_CONNECTIONS = 2000, 200
+"""The largest network that is rewritten to see what comes of it: a matter of seconds."""
+
+
+def advice(network: nengo.Network, cores_rewritten: Callable[[], int]) -> str:
+    """Return what rewriting makes of a network, or the way out where no pass over it can help.
+
+    Parameters
+    ----------
+    network : nengo.Network
+        The network.
+    cores_rewritten : callable
+        Compiles it with the passes `COMPACT`, and returns the number of cores, or raises
+        `RefusedError`.
+    """
+    names = Names(network)
+    if broken := lint(network, names, rewritten=False):
+        movable = any(violation.id != NOT_FINITE for violation in broken)
+        return "more: try --offload, which moves what breaks a rule to the host" * movable
+    n_neurons = sum(ensemble.n_neurons for ensemble in Scope(network, names).ensembles)
+    if n_neurons > MOST_NEURONS or len(network.all_connections) > MOST_CONNECTIONS:
+        return f"more: try -p {COMPACT}, which rewrites it to take fewer cores"
+    try:
+        n_cores = cores_rewritten()
+    except RefusedError:
+        return f"more: -p {COMPACT} does not compile it either"
+    return f"more: -p {COMPACT} compiles it, on {n_cores} core{'s' * (n_cores != 1)}"

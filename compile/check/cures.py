@@ -1,0 +1,58 @@
+"""Cures of what nengo-loihi's builder and discretiser refuse, by the words of the refusal."""
+
+from spikeport.compile.ground.refusal import reason_of
+
+ANY = "change this object"
+DENSE = "use a dense transform: transform.sample(rng).toarray()"
+OFF_CHIP = "leave its on_chip unset: targets and error sources of learning stay on the host"
+CLOSER = "bring its weights, gains and biases closer together"
+CURES = {
+    "Learning rule presynaptic object must be an Ensemble": (
+        "learn from the ensemble in place of its neurons, as in nengo.Connection(ensemble, target, "
+        "learning_rule_type=nengo.PES())"
+    ),
+    "Loihi only supports `Lowpass` pre-synapses": "use nengo.PES(pre_synapse=nengo.Lowpass(tau))",
+    "of learned connection": OFF_CHIP,
+    "of error connection": OFF_CHIP,
+    "Conv2D transforms not supported for off-chip": (
+        "put an ensemble on the host between them, one neuron for each value, and convolve from "
+        "its neurons"
+    ),
+    "'Sparse' transforms": DENSE,
+    "Applying a sparse transform to a decoded connection": DENSE,
+    "'Convolution' transforms on chip to host": (
+        "read the neurons into a node, as in nengo.Node(lambda t, x: x, size_in=...), and convolve "
+        "from that"
+    ),
+    "must have the same gain": (
+        "give all of its neurons the same gain and bias: gain=nengo.dists.Choice([gain]), "
+        "bias=nengo.dists.Choice([bias])"
+    ),
+    "nengo-loihi only supports 2D convolution": (
+        "convolve in two dimensions, one of them of size 1"
+    ),
+    "'activities' matrix is all zero": (
+        "lower its ensemble's intercepts, so that its neurons fire at the evaluation points"
+    ),
+    "NaNs detected in encoders": "give every encoder a length, or set normalize_encoders=False",
+    "Amplitude is not supported on RegularSpiking base types": (
+        "set the amplitude of RegularSpiking itself, not that of its base type"
+    ),
+    "Current (U) scaling is required": "shorten the synapse's time constant below 8,192 steps",
+    "Voltage (V) scaling is required": "shorten tau_rc of its neurons below 8,192 steps",
+    "Could not find appropriate": CLOSER,
+    "vth_to_manexp": CLOSER,
+    "assert isinstance(conn.post_obj, Ensemble)": (
+        "solve for decoders: full weights lead from one ensemble on the chip to another only"
+    ),
+    "Mergeable transforms must be": (
+        "give the passthrough node a function, as in nengo.Node(lambda t, x: x, size_in=...)"
+    ),
+}
+"""What to do about a refusal, by some of its words."""
+
+
+def cure_of(error: Exception) -> str:
+    """Return what to do about a refusal by nengo-loihi."""
+    reason = reason_of(error)
+    return next((cure for words, cure in CURES.items() if words in reason), ANY)

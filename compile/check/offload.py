@@ -1,0 +1,160 @@
+"""Moves to the host what a network's refusals name, until the rest is accepted."""
+
+import contextlib
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import Generic, NamedTuple, TypeVar
+
+import nengo
+
+from spikeport.compile.check.violation import DoesNotFitError, Offloaded
+from spikeport.compile.ground.names import End, Named, Names, base
+from spikeport.compile.ground.refusal import RefusedError
+from spikeport.compile.ground.scope import Scope
+from spikeport.compile.ground.settings import add_params
+
+Result = TypeVar("Result")
+NOT_FINITE = "SP011"
+"""The rule on NaN and infinity, which are no better on the host."""
+
+
+class Problem(NamedTuple):
+    """A refusal: the rule, if it has one, the object that breaks it, and what else it is about."""
+
+    id: str
+    rule: str
+    object: str
+    about: tuple[str, ...]
+
+
+class Move(NamedTuple):
+    """An ensemble that was moved to the host, and the problem that this solved."""
+
+    ensemble: nengo.Ensemble
+    problem: Problem
+
+
+class Offload(Generic[Result]):
+    """A search for the ensembles that have to leave the chip, fewest neurons first.
+
+    A move is kept where the problem that it was made for is gone, and taken back where it is not.
+    Where no single ensemble solves one, all that it is about are moved.
+
+    Parameters
+    ----------
+    network : nengo.Network
+        The network; its settings are as before at the end.
+    attempt : callable
+        Compiles the network, or raises `RefusedError`.
+    """
+
+    def __init__(self, network: nengo.Network, attempt: Callable[[], Result]) -> None:
+        self._network = network
+        self._attempt = attempt
+        self._names = Names(network)
+        self._objects = {self._names[obj]: obj for obj in network.all_objects}
+        self.moves: list[Move] = []
+
+    def result(self) -> Result:
+        """Return what the attempt returns in the end.
+
+        Raises
+        ------
+        RefusedError
+            If no ensemble on the chip is named whose move solves a problem.
+        """
+        found = self._with([])
+        while isinstance(found, RefusedError):
+            found = self._improved(found)
+        return found
+
+    def offloaded(self, host_spikes: Mapping[nengo.Ensemble, int]) -> tuple[Offloaded, ...]:
+        """Return what was moved, with the spikes that each ensemble now sends to the chip."""
+        return tuple(
+            Offloaded(
+                self._names[ensemble],
+                ensemble.n_neurons,
+                problem.id,
+                problem.rule,
+                problem.object,
+                host_spikes.get(ensemble, 0),
+            )
+            for ensemble, problem in self.moves
+        )
+
+    def _improved(self, error: RefusedError) -> Result | RefusedError:
+        """Return what more moves give, or raise the error where none helps."""
+        for moves in self._possible(error):
+            found = self._with([move.ensemble for move in moves])
+            if not isinstance(found, RefusedError) or moves[0].problem not in problems(found):
+                self.moves += moves
+                return found
+        raise error
+
+    def _possible(self, error: RefusedError) -> list[tuple[Move, ...]]:
+        """Return single moves, then all that a problem is about, each time fewest neurons first."""
+        scope = Scope(self._network, self._names)
+        moved = {move.ensemble for move in self.moves}
+        groups = [
+            tuple(
+                Move(ensemble, problem)
+                for ensemble in self._ensembles(problem)
+                if scope.on_chip(ensemble) and ensemble not in moved
+            )
+            for problem in problems(error)
+        ]
+        single = [(move,) for group in groups for move in group]
+        several = [group for group in groups if len(group) > 1]
+        return sorted(single, key=_n_neurons) + sorted(several, key=_n_neurons)
+
+    def _ensembles(self, problem: Problem) -> Iterable[nengo.Ensemble]:
+        named = (self._objects[name] for name in problem.about if name in self._objects)
+        return dict.fromkeys(one for obj in named for one in _ensembles_of(obj))
+
+    def _with(self, more: Sequence[nengo.Ensemble]) -> Result | RefusedError:
+        with on_host(self._network, [*(move.ensemble for move in self.moves), *more]):
+            try:
+                return self._attempt()
+            except RefusedError as error:
+                return error
+
+
+def _n_neurons(moves: tuple[Move, ...]) -> int:
+    return sum(move.ensemble.n_neurons for move in moves)
+
+
+def problems(error: RefusedError) -> list[Problem]:
+    """Return what an error is about that the host may be better at, problem by problem."""
+    if not isinstance(error, DoesNotFitError):
+        about = error.about
+        return [Problem("", "refusal by nengo-loihi", about[0], about)] if about else []
+    return [
+        Problem(one.id, one.rule, one.object, error.owners.get(one.object, (one.object,)))
+        for one in error.violations
+        if one.id != NOT_FINITE
+    ]
+
+
+def _ensembles_of(obj: Named | End) -> Iterator[nengo.Ensemble]:
+    """Yield the ensembles at the ends of an object, or behind a probe."""
+    obj = base(obj)
+    if isinstance(obj, nengo.Ensemble):
+        yield obj
+    elif isinstance(obj, nengo.Connection):
+        for end in (obj.pre_obj, obj.post_obj):
+            yield from _ensembles_of(end)
+    elif isinstance(obj, nengo.Probe):
+        yield from _ensembles_of(obj.target)
+
+
+@contextlib.contextmanager
+def on_host(network: nengo.Network, ensembles: Sequence[nengo.Ensemble]) -> Iterator[None]:
+    """Keep ensembles on the host for a while; the network's settings are then as before."""
+    add_params(network)
+    before = {ensemble: network.config[ensemble].on_chip for ensemble in ensembles}
+    try:
+        for ensemble in ensembles:
+            network.config[ensemble].on_chip = False
+        yield
+    finally:
+        for ensemble, on_chip in before.items():
+            network.config[ensemble].on_chip = on_chip

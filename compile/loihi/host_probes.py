@@ -1,0 +1,37 @@
+"""Probes of connections that Nengo computes on the host, as those of learned weights.
+
+nengo-loihi places the probes of ensembles and nodes alone, and takes others for foreign objects.
+"""
+
+import contextlib
+from collections.abc import Iterator
+from types import SimpleNamespace
+
+import nengo
+from nengo_loihi.splitter import HostChipSplit
+
+from spikeport.compile.ground.names import base
+from spikeport.compile.ground.refusal import TURN
+
+
+@contextlib.contextmanager
+def connections_probed_on_host() -> Iterator[None]:
+    """Place the probes of connections and their learning rules on the host, within the context."""
+    usual = HostChipSplit._place_probes
+
+    def place(split: HostChipSplit, network: nengo.Network) -> None:
+        of_connections = [
+            probe
+            for probe in network.all_probes
+            if isinstance(base(probe.target), nengo.Connection)
+        ]
+        split.host_objs.update(of_connections)
+        others = [probe for probe in network.all_probes if probe not in of_connections]
+        usual(split, SimpleNamespace(all_probes=others))
+
+    with TURN:
+        HostChipSplit._place_probes = place
+        try:
+            yield
+        finally:
+            HostChipSplit._place_probes = usual

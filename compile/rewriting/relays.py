@@ -1,0 +1,127 @@
+"""Compartments that a network takes at least where none of its connections is rewritten.
+
+nengo-loihi gives every decoded connection between ensembles on the chip decode neurons of its own.
+Those are counted without building anything: a passthrough node between m ensembles and n others
+stands for up to m n connections, each of which would be solved for.
+"""
+
+from collections import defaultdict
+
+import nengo
+import numpy as np
+import scipy.sparse as sparse
+
+from spikeport.compile.ground.names import Names
+from spikeport.compile.ground.scope import Scope
+from spikeport.compile.ground.settings import NetworkSettings
+from spikeport.compile.loihi.relay import RELAYS
+from spikeport.compile.loihi.solver import full
+from spikeport.compile.rewriting.passthrough import foldable, is_passthrough
+
+PER_VALUE: int = 2 * RELAYS["preset10"]().pairs_per_dim
+"""Decode neurons for each value that a connection carries."""
+
+
+def compartments_at_least(network: nengo.Network, names: Names) -> int:
+    """Return a lower bound of the compartments of a network: its neurons and decode neurons.
+
+    Connections through nodes that nengo-loihi may keep, and read-outs, are left out, and those for
+    which the user chose other decode neurons.
+    """
+    scope = Scope(network, names)
+    neurons: int = sum(ensemble.n_neurons for ensemble in scope.ensembles)
+    return neurons + PER_VALUE * _relayed_values(scope)
+
+
+def _relayed_values(scope: Scope) -> int:
+    """Return the number of values of all decoded connections between ensembles on the chip."""
+    network = scope.network
+    nodes = foldable(network, scope.on_chip)
+    leaving = defaultdict(list)
+    for connection in network.all_connections:
+        leaving[connection.pre_obj].append(connection)
+    settings = NetworkSettings(network)
+    values: int = sum(
+        connection.size_out
+        for connection in network.all_connections
+        if scope.on_chip(connection.pre_obj)
+        and scope.on_chip(connection.post_obj)
+        and _is_relayed(connection)
+        and settings.get(connection, "decode_path") in (None, "auto")
+    )
+    sources = _Sources(nodes, scope)
+    for node in nodes:
+        for connection in leaving[node]:
+            if is_passthrough(connection.post_obj):
+                sources.pass_on(connection)
+            elif _is_relayed(connection) and scope.on_chip(connection.post_obj):
+                values += connection.size_out * sources.count(connection)
+    return values
+
+
+def _is_relayed(connection: nengo.Connection) -> bool:
+    """Return whether the values of a connection are decoded, and encoded again at an ensemble."""
+    decoded = not (isinstance(connection.pre_obj, nengo.Ensemble) and connection.solver.weights)
+    return decoded and isinstance(connection.post_obj, nengo.Ensemble)
+
+
+class _Sources:
+    """The values that reach passthrough nodes, as matrices from connections off the chip.
+
+    Of each node, the matrices of all connections lie side by side, with the number of the
+    connection for each column.
+    """
+
+    def __init__(self, nodes: list[nengo.Node], scope: Scope) -> None:
+        self._matrices: dict[nengo.Node, list[sparse.csr_array]] = {node: [] for node in nodes}
+        self._numbers: dict[nengo.Node, list[np.ndarray]] = {node: [] for node in nodes}
+        for number, connection in enumerate(scope.network.all_connections):
+            if connection.post_obj in self._matrices and scope.on_chip(connection.pre_obj):
+                matrix = sparse.csr_array(_placed(connection))
+                self._add(connection.post_obj, matrix, np.full(matrix.shape[1], number))
+
+    def _add(self, node: nengo.Node, matrix: sparse.csr_array, numbers: np.ndarray) -> None:
+        self._matrices[node].append(matrix)
+        self._numbers[node].append(numbers)
+
+    def _at(self, node: nengo.Node) -> tuple[sparse.csr_array, np.ndarray]:
+        """Return the matrices of a node as one, which takes their place, and its numbers."""
+        empty = sparse.csr_array((node.size_in, 0))
+        matrix = sparse.csr_array(sparse.hstack(self._matrices[node] or [empty]))
+        numbers = np.concatenate([np.zeros(0, dtype=int), *self._numbers[node]])
+        self._matrices[node], self._numbers[node] = [matrix], [numbers]
+        return matrix, numbers
+
+    def pass_on(self, connection: nengo.Connection) -> None:
+        """Add what a connection takes from one passthrough node to another."""
+        matrix, numbers = self._at(connection.pre_obj)
+        passed = _placed(connection) @ matrix[_rows(connection)]
+        self._add(connection.post_obj, sparse.csr_array(passed), numbers)
+
+    def count(self, connection: nengo.Connection) -> int:
+        """Return the number of connections that reach a target through one from a node."""
+        matrix, numbers = self._at(connection.pre_obj)
+        passed = sparse.csr_array(_transform(connection) @ matrix[_rows(connection)])
+        passed.eliminate_zeros()
+        return len(np.unique(numbers[passed.indices]))
+
+
+def _rows(connection: nengo.Connection) -> np.ndarray:
+    rows: np.ndarray = np.arange(connection.pre_obj.size_out)[connection.pre_slice]
+    return rows
+
+
+def _placed(connection: nengo.Connection) -> np.ndarray:
+    """Return a connection as a matrix into all of its target, (target size, values)."""
+    matrix = np.zeros((connection.post_obj.size_in, connection.size_mid))
+    rows = np.arange(connection.post_obj.size_in)[connection.post_slice]
+    matrix[rows] = _transform(connection)
+    return matrix
+
+
+def _transform(connection: nengo.Connection) -> np.ndarray:
+    """Return a transform as a matrix; one that is drawn at random carries every value."""
+    init = np.asarray(getattr(connection.transform, "init", 1.0))
+    if init.dtype == object:
+        return np.ones((connection.size_out, connection.size_mid))
+    return full(init, connection.size_mid)

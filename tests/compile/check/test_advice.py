@@ -1,0 +1,67 @@
+"""What a refusal says of rewriting the network: what was tried, and only that."""
+
+import nengo
+import numpy as np
+import pytest
+
+from spikeport.compile.check.advice import MOST_CONNECTIONS, advice
+from spikeport.compile.ground.refusal import RefusedError
+from spikeport.compile.pipeline import compile_network
+
+OFFLOAD = "more: try --offload, which moves what breaks a rule to the host"
+
+
+def refusal(network: nengo.Network, passes: str = "as_written") -> RefusedError:
+    with pytest.raises(RefusedError) as raised:
+        compile_network(network, pipeline=passes)
+    return raised.value
+
+
+def sparse() -> nengo.Network:
+    """A network that nengo-loihi refuses, and the rewriter does not."""
+    with nengo.Network(seed=1) as network:
+        transform = nengo.Sparse((2, 2), indices=[[0, 0]], init=[1.0])
+        nengo.Connection(nengo.Ensemble(20, 2), nengo.Ensemble(20, 2), transform=transform)
+    return network
+
+
+def test_what_compiles_rewritten_is_said_with_its_cores() -> None:
+    error = refusal(sparse())
+    assert error.advice == "more: -p compact compiles it, on 1 core"
+    assert str(error).endswith("on_chip = False\nmore: -p compact compiles it, on 1 core")
+    assert compile_network(sparse(), pipeline="compact").image.n_cores == 1
+
+
+def test_what_does_not_is_said_too_and_only_where_it_was_refused_as_written() -> None:
+    with nengo.Network(seed=1) as network:
+        nengo.Ensemble(2, 1, encoders=[[0.0], [1.0]])
+    assert refusal(network).advice == "more: -p compact does not compile it either"
+    assert refusal(network, "compact").advice == ""
+
+
+def test_what_no_pass_mends_is_not_tried() -> None:
+    with sparse() as network:
+        nengo.Ensemble(5, 1, neuron_type=nengo.Tanh())
+    assert advice(network, pytest.fail) == OFFLOAD
+    assert refusal(network).advice == OFFLOAD
+    with nengo.Network(seed=1) as network:
+        nengo.Ensemble(5, 1, gain=np.full(5, np.nan), bias=np.ones(5))
+    assert refusal(network).advice == ""
+
+
+def test_a_large_network_is_refused_before_it_is_built_and_not_tried() -> None:
+    with nengo.Network(seed=1) as network:
+        node, n = nengo.Node(size_in=400), 400
+        for i in range(n):
+            ensemble = nengo.Ensemble(2, 1)
+            nengo.Connection(ensemble, node[i], synapse=None)
+            nengo.Connection(node, ensemble, transform=np.ones((1, n)))
+    assert len(network.all_connections) > MOST_CONNECTIONS
+    # 400 * 400 connections of 20 decode neurons, and 400 * 2 neurons, on cores of 1,024.
+    assert str(refusal(network)) == (
+        "the network does not fit chip 'loihi':\n"
+        "  loihi: SP201 cores: at least 3,126, limit 128; cure: use fewer or smaller ensembles or "
+        "fewer decoded connections, or 25 such boards\n"
+        "more: spikeport compile --explain SP201\n"
+        "more: try -p compact, which rewrites it to take fewer cores"
+    )

@@ -1,0 +1,180 @@
+"""What nengo-loihi refuses, with the cure that the message names: each is carried out."""
+
+from collections.abc import Callable
+from functools import partial
+from typing import NamedTuple
+
+import nengo
+import numpy as np
+import pytest
+from nengo.dists import Choice
+
+from spikeport.compile.check.cures import ANY, CURES, cure_of
+from spikeport.compile.ground.refusal import RefusedError
+from spikeport.compile.pipeline import compile_network
+from tests.helpers.cured import network_of, on_host
+
+EVEN = {"gain": Choice([1.0]), "bias": Choice([0.0])}
+PLANE = nengo.Convolution(1, (4, 4, 1), kernel_size=(3, 3))
+LINE = nengo.Convolution(1, (16, 1), kernel_size=(3,), strides=(1,))
+FLAT_LINE = nengo.Convolution(1, (16, 1, 1), kernel_size=(3, 1))
+SPARSE = nengo.Sparse((2, 2), indices=[[0, 0], [1, 1]], init=[1.0, 2.0])
+DENSE = SPARSE.sample(np.random.RandomState(0)).toarray()
+RELAY = partial(nengo.Node, lambda t, x: x)
+
+
+class Case(NamedTuple):
+    """A network that is refused, by its words in `CURES`, and what its cure makes of it."""
+
+    words: str
+    refused: Callable[[], object]
+    cured: Callable[[], object]
+
+
+def learned(from_neurons: bool = False, synapse: nengo.synapses.Synapse | float = 0.005) -> None:
+    a, target = nengo.Ensemble(10, 1), nengo.Node(size_in=1)
+    rule = nengo.PES(pre_synapse=synapse)
+    pre, transform = (a.neurons, np.ones((1, 10))) if from_neurons else (a, 1.0)
+    connection = nengo.Connection(pre, target, transform=transform, learning_rule_type=rule)
+    nengo.Connection(target, connection.learning_rule)
+
+
+def ends_of_learning(on_chip: str) -> None:
+    """A connection that learns into an ensemble, or from the error of one."""
+    pre, target, error = (nengo.Ensemble(10, 1) for _ in range(3))
+    connection = nengo.Connection(pre, target, learning_rule_type=nengo.PES())
+    nengo.Connection(error, connection.learning_rule)
+    config = nengo.Network.context[0].config
+    if on_chip:
+        config[{"target": target, "error": error}[on_chip]].on_chip = True
+
+
+def convolved_from_node(relay: bool) -> None:
+    target = nengo.Ensemble(PLANE.output_shape.size, 1, **EVEN)
+    source = nengo.Node(np.ones(16))
+    if not relay:
+        nengo.Connection(source, target.neurons, transform=PLANE)
+        return
+    between = nengo.Ensemble(16, 1, **EVEN)
+    on_host(between)
+    nengo.Connection(source, between.neurons)
+    nengo.Connection(between.neurons, target.neurons, transform=PLANE)
+
+
+def convolved_on_host(relay: bool) -> None:
+    source, target = nengo.Ensemble(16, 1), RELAY(size_in=PLANE.output_shape.size)
+    between = RELAY(size_in=16) if relay else source.neurons
+    if relay:
+        nengo.Connection(source.neurons, between, synapse=None)
+    nengo.Connection(between, target, transform=PLANE)
+
+
+def convolved(transform: nengo.Convolution = PLANE, **target: object) -> None:
+    a, b = nengo.Ensemble(16, 1), nengo.Ensemble(transform.output_shape.size, 1, **target)
+    nengo.Connection(a.neurons, b.neurons, transform=transform)
+
+
+def into_chip(transform: object) -> None:
+    nengo.Connection(nengo.Node([1, 1]), nengo.Ensemble(10, 2), transform=transform)
+
+
+def on_chip(transform: object) -> None:
+    nengo.Connection(nengo.Ensemble(10, 2), nengo.Ensemble(10, 2), transform=transform)
+
+
+def read_out(intercept: float) -> None:
+    points = {"eval_points": [[0.0], [0.1]], "intercepts": Choice([intercept])}
+    nengo.Connection(nengo.Ensemble(10, 1, **points), RELAY(size_in=1))
+
+
+def loop(synapse_s: float = 0.005, transform: float = 1.0, **ensemble: object) -> None:
+    a = nengo.Ensemble(20, 1, **ensemble)
+    nengo.Connection(a, a, synapse=synapse_s, transform=transform)
+
+
+def driven(gain: float) -> None:
+    a = nengo.Ensemble(4, 1, gain=[gain, 1, 1, 1], bias=[0, 1, 1, gain])
+    nengo.Connection(nengo.Node(0.5), a)
+
+
+def solved(weights: bool) -> None:
+    solver = nengo.solvers.LstsqL2(weights=weights)
+    pre, target = nengo.Ensemble(10, 1), nengo.Ensemble(10, 1)
+    nengo.Connection(pre, target, solver=solver, learning_rule_type=nengo.PES())
+
+
+def through_node(function: Callable[..., object] | None) -> None:
+    a, node = nengo.Ensemble(10, 1), nengo.Node(function, size_in=1)
+    nengo.Connection(a, node, transform=Choice([[1.0]]))
+    nengo.Connection(node, nengo.Ensemble(10, 1))
+
+
+def regular(outside: float, inside: float) -> None:
+    kind = nengo.RegularSpiking(nengo.LIFRate(amplitude=inside), amplitude=outside)
+    nengo.Ensemble(10, 1, neuron_type=kind)
+
+
+CASES = [
+    Case("Learning rule presynaptic object must be", partial(learned, from_neurons=True), learned),
+    Case("Loihi only supports `Lowpass`", partial(learned, synapse=nengo.Alpha(0.01)), learned),
+    Case(
+        "of learned connection", partial(ends_of_learning, "target"), partial(ends_of_learning, "")
+    ),
+    Case("of error connection", partial(ends_of_learning, "error"), partial(ends_of_learning, "")),
+    Case(
+        "Conv2D transforms not supported",
+        partial(convolved_from_node, relay=False),
+        partial(convolved_from_node, relay=True),
+    ),
+    Case("'Sparse' transforms", partial(into_chip, SPARSE), partial(into_chip, DENSE)),
+    Case("Applying a sparse transform", partial(on_chip, SPARSE), partial(on_chip, DENSE)),
+    Case(
+        "'Convolution' transforms on chip to host",
+        partial(convolved_on_host, relay=False),
+        partial(convolved_on_host, relay=True),
+    ),
+    Case("must have the same gain", convolved, partial(convolved, **EVEN)),
+    Case(
+        "nengo-loihi only supports 2D",
+        partial(convolved, LINE, **EVEN),
+        partial(convolved, FLAT_LINE, **EVEN),
+    ),
+    Case("'activities' matrix is all zero", partial(read_out, 0.99), partial(read_out, -0.5)),
+    Case(
+        "NaNs detected in encoders",
+        partial(loop, encoders=np.zeros((20, 1))),
+        partial(loop, encoders=np.ones((20, 1))),
+    ),
+    Case("Amplitude is not supported", partial(regular, 1, 0.5), partial(regular, 0.5, 1)),
+    Case("Current (U) scaling", partial(loop, synapse_s=8.3), partial(loop, synapse_s=8.1)),
+    Case(
+        "Voltage (V) scaling",
+        partial(loop, neuron_type=nengo.LIF(tau_rc=8.3)),
+        partial(loop, neuron_type=nengo.LIF(tau_rc=8.1)),
+    ),
+    Case("Could not find", partial(loop, transform=1e-3), partial(loop, transform=0.5)),
+    Case("vth_to_manexp", partial(driven, 1e6), partial(driven, 1.0)),
+    Case("assert isinstance(conn.post_obj", partial(solved, True), partial(solved, False)),
+    Case(
+        "Mergeable transforms", partial(through_node, None), partial(through_node, lambda t, x: x)
+    ),
+]
+
+
+def test_every_cure_has_a_case() -> None:
+    for words in CURES:
+        assert len([case for case in CASES if words.startswith(case.words)]) == 1, words
+    assert len(CASES) == len(CURES)
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.words[:30])
+def test_a_cure_helps(case: Case) -> None:
+    with pytest.raises(RefusedError) as raised:
+        compile_network(network_of(case.refused), pipeline="")
+    words = next(words for words in CURES if words.startswith(case.words))
+    assert f"; cure: {CURES[words]}, or keep its ensembles" in str(raised.value)
+    compile_network(network_of(case.cured), pipeline="")
+
+
+def test_other_refusals_name_no_cure_of_their_own() -> None:
+    assert cure_of(ValueError("something else")) == ANY

@@ -1,0 +1,189 @@
+"""What is moved to the host, why, and that everything else stays where it was."""
+
+import nengo
+import nengo_loihi
+import numpy as np
+import pytest
+
+from spikeport import Simulator
+from spikeport.compile.check.offload import Offload, on_host, problems
+from spikeport.compile.check.violation import DoesNotFitError, NothingOnChipError, Violation
+from spikeport.compile.ground.refusal import RefusedError, concerning
+from spikeport.compile.pipeline import compile_network
+
+
+def moved(network: nengo.Network, passes: str | None = None) -> list[tuple[str, str, str, int]]:
+    report = compile_network(network, pipeline=passes, offload=True).report
+    return [(one.object, one.id, one.violator, one.host_spikes) for one in report.offloaded]
+
+
+def mixed() -> nengo.Network:
+    """A network with neurons, noise and a filter that the chip does not have."""
+    with nengo.Network(seed=1) as network:
+        u = nengo.Node([0.5])
+        good, rate, noisy, late = (nengo.Ensemble(n, 1, label=str(n)) for n in (50, 30, 10, 40))
+        rate.neuron_type = nengo.RectifiedLinear()
+        noisy.noise = nengo.processes.WhiteNoise()
+        nengo.Connection(u, good)
+        nengo.Connection(rate, good)
+        nengo.Connection(noisy.neurons, good.neurons, transform=np.full((50, 10), 1e-4))
+        nengo.Connection(good, late, synapse=nengo.Alpha(0.01))
+        network.p = nengo.Probe(late, synapse=0.01)
+    return network
+
+
+@pytest.mark.parametrize("passes", ["as_written", "compact"])
+def test_exactly_what_breaks_a_rule_is_moved_fewest_neurons_first(passes: str) -> None:
+    assert moved(mixed(), passes) == [
+        ("10", "SP003", "10", 10),
+        ("30", "SP002", "30", 2),
+        ("40", "SP005", "50 -> 40", 0),
+    ]
+
+
+def test_the_simulator_runs_what_is_left_and_the_network_is_as_it_was() -> None:
+    network = mixed()
+    with Simulator(network, offload=True) as sim, Simulator(network, backend="reference") as ref:
+        for one in (sim, ref):
+            one.run(0.3)
+        assert [one["object"] for one in sim.report()["offloaded"]] == ["10", "30", "40"]
+        error = np.abs(sim.data[network.p] - ref.data[network.p])[100:].mean()
+    assert error < 0.2 * np.abs(ref.data[network.p][100:]).mean()
+    with pytest.raises(DoesNotFitError):
+        compile_network(network)
+
+
+def test_of_the_ends_of_a_connection_the_one_that_helps_is_moved() -> None:
+    with nengo.Network(seed=1) as network:
+        small, large = nengo.Ensemble(5, 1, label="small"), nengo.Ensemble(50, 2, label="large")
+        nengo.Connection(small, large, transform=[[1], [0]], synapse=nengo.Alpha(0.01))
+        transform = nengo.Sparse((2, 2), indices=[[0, 0]], init=[1.0])
+        nengo.Connection(nengo.Node([1, 1]), large, transform=transform)
+        nengo.Ensemble(60, 1)
+    assert [one[:3] for one in moved(network)] == [
+        ("small", "SP005", "small -> large"),
+        ("large", "", "nodes[0] -> large"),
+    ]
+
+
+def test_spikes_of_an_ensemble_are_counted_where_its_values_enter_the_chip() -> None:
+    with nengo.Network(seed=1) as network:
+        rate = nengo.Ensemble(9, 2, label="rate", neuron_type=nengo.LIFRate())
+        through = nengo.Node(size_in=2)
+        nengo.Connection(rate, through)
+        for _ in range(2):
+            nengo.Connection(through, nengo.Ensemble(5, 2))
+    assert moved(network) == [("rate", "SP002", "rate", 2 * 2 * 2)]
+
+
+def test_an_error_of_learning_is_fed_back_on_the_host() -> None:
+    with nengo.Network(seed=1) as network:
+        pre = nengo.Ensemble(60, 1, label="pre", noise=nengo.processes.WhiteNoise(seed=1))
+        chip = nengo.Ensemble(50, 1)
+        target, error = nengo.Node(size_in=1), nengo.Node(size_in=1)
+        for ensemble in (pre, chip):
+            nengo.Connection(nengo.Node([0.6]), ensemble)
+        rule = nengo.PES(1e-3)
+        learned = nengo.Connection(pre, target, function=lambda x: 0, learning_rule_type=rule)
+        nengo.Connection(target, error)
+        nengo.Connection(chip, error, transform=-1)
+        nengo.Connection(error, learned.learning_rule)
+        network.p = nengo.Probe(target, synapse=0.02)
+    with Simulator(network, offload=True) as sim:
+        sim.run(1.0)
+    assert sim.data[network.p][:20].mean() < 0.3
+    assert sim.data[network.p][-200:].mean() == pytest.approx(0.6, abs=0.1)
+
+
+def test_a_core_that_is_too_full_names_the_ensembles_on_it() -> None:
+    with nengo.Network(seed=1) as network:
+        with nengo.Network() as network.inner:
+            big = nengo.Ensemble(5000, 1, n_eval_points=50, label="big")
+        nengo.Connection(big, nengo.Node(lambda t, x: None, size_in=1))
+        nengo.Ensemble(5, 1)
+    found = moved(network, "")
+    assert [one[:2] for one in found] == [("networks[0].big", "SP102")]
+
+
+def test_where_nothing_is_left_the_error_has_what_was_moved() -> None:
+    with nengo.Network(seed=1) as network:
+        nengo.Ensemble(5, 1, label="a", neuron_type=nengo.Izhikevich())
+    with pytest.raises(NothingOnChipError) as raised:
+        compile_network(network, offload=True)
+    assert [str(one) for one in raised.value.offloaded] == [
+        "a (5 neurons) to the host: SP002 neuron type of a; adds up to 0 host spikes a step"
+    ]
+
+
+def test_what_names_no_ensemble_is_refused_as_without() -> None:
+    with nengo.Network(seed=1) as network:
+        nengo.Ensemble(5, 1)
+    refusal = DoesNotFitError("loihi", [Violation("SP201", "cores", "loihi", "130", "128", "")])
+
+    def attempt() -> None:
+        raise refusal
+
+    with pytest.raises(DoesNotFitError) as raised:
+        Offload(network, attempt).result()
+    assert raised.value is refusal
+
+
+def test_a_move_that_does_not_help_is_taken_back() -> None:
+    with nengo.Network(seed=1) as network:
+        a, b = nengo.Ensemble(5, 1, label="a"), nengo.Ensemble(6, 1, label="b")
+        nengo.Connection(a, b)
+
+    def attempt() -> str:
+        if network.config[b].on_chip is not False:
+            raise concerning(("a -> b", "a", "b"), RefusedError("no"))
+        return "done"
+
+    search = Offload(network, attempt)
+    assert search.result() == "done"
+    assert [move.ensemble for move in search.moves] == [b]
+
+
+def test_where_no_single_move_helps_all_that_a_problem_names_is_moved() -> None:
+    with nengo.Network(seed=1) as network:
+        a, b = nengo.Ensemble(9, 1, label="a"), nengo.Ensemble(5, 1, label="b")
+        nengo.Connection(a, b)
+
+    def attempt() -> str:
+        if any(network.config[one].on_chip is not False for one in (a, b)):
+            raise concerning(("a -> b", "a", "b"), RefusedError("no"))
+        return "done"
+
+    search = Offload(network, attempt)
+    assert search.result() == "done"
+    assert [move.ensemble for move in search.moves] == [a, b]
+
+
+def test_settings_are_put_back_also_after_an_error() -> None:
+    with nengo.Network(seed=1) as network:
+        a, b = nengo.Ensemble(5, 1), nengo.Ensemble(5, 1)
+    nengo_loihi.add_params(network)
+    network.config[a].on_chip = True
+
+    def fail() -> None:
+        with on_host(network, [a, b]):
+            assert network.config[b].on_chip is False
+            raise KeyError
+
+    with pytest.raises(KeyError):
+        fail()
+    assert (network.config[a].on_chip, network.config[b].on_chip) == (True, None)
+
+
+def test_a_refusal_without_a_rule_is_one_problem() -> None:
+    refusal = concerning(("a -> b", "a"), RefusedError("no"))
+    assert problems(refusal) == [("", "refusal by nengo-loihi", "a -> b", ("a -> b", "a"))]
+
+
+def test_violations_are_a_problem_each() -> None:
+    assert [one.object for one in problems(_refusal(mixed()))] == ["30", "10", "50 -> 40"]
+
+
+def _refusal(network: nengo.Network) -> RefusedError:
+    with pytest.raises(RefusedError) as raised:
+        compile_network(network)
+    return raised.value

@@ -1,0 +1,64 @@
+"""How many compartments a network takes at least, before anything is built."""
+
+import nengo
+import numpy as np
+
+from spikeport import add_params, compile_network
+from spikeport.compile.ground.names import Names
+from spikeport.compile.rewriting.relays import PER_VALUE, compartments_at_least
+
+
+def bound(network: nengo.Network) -> int:
+    return compartments_at_least(network, Names(network))
+
+
+def through_nodes() -> nengo.Network:
+    with nengo.Network(seed=1) as network:
+        a, b, c = nengo.Ensemble(20, 2), nengo.Ensemble(20, 2), nengo.Ensemble(30, 1)
+        n, m = nengo.Node(size_in=2), nengo.Node(size_in=2)
+        nengo.Connection(a, n, synapse=None)
+        nengo.Connection(b[0], n[1], synapse=None)
+        nengo.Connection(n, m, transform=[[1, 0], [0, 2]])
+        nengo.Connection(m[0], c, synapse=None)
+        nengo.Connection(m, a, synapse=None)
+        nengo.Connection(a, c, function=lambda x: x[0])
+        nengo.Connection(a.neurons, c.neurons, transform=np.full((30, 20), 1e-3))
+        nengo.Connection(a, b, solver=nengo.solvers.LstsqL2(weights=True))
+    return network
+
+
+def test_the_bound_is_what_the_builder_makes() -> None:
+    network = through_nodes()
+    image = compile_network(network).image
+    assert bound(network) == image.n_compartments == 70 + PER_VALUE * (1 + 1 + 2 + 2)
+
+
+def test_what_ends_or_starts_on_the_host_takes_no_decode_neurons() -> None:
+    with nengo.Network(seed=1) as network:
+        a = nengo.Ensemble(7, 1)
+        nengo.Connection(nengo.Node(0.5), a)
+        nengo.Connection(a, nengo.Node(lambda t, x: None, size_in=1))
+        host = nengo.Ensemble(5, 1)
+        add_params(network)
+        network.config[host].on_chip = False
+        nengo.Connection(a, host)
+        nengo.Connection(host, a)
+    assert bound(network) == 7
+
+
+def test_a_path_that_the_user_chose_is_left_out() -> None:
+    with nengo.Network(seed=1) as network:
+        a = nengo.Ensemble(7, 1)
+        loop = nengo.Connection(a, a)
+    assert bound(network) == 7 + PER_VALUE
+    add_params(network)
+    network.config[loop].decode_path = "onoff"
+    assert bound(network) == 7
+
+
+def test_a_transform_that_is_drawn_at_random_carries_every_value() -> None:
+    with nengo.Network(seed=1) as network:
+        a, node = nengo.Ensemble(7, 2), nengo.Node(size_in=2)
+        nengo.Connection(a, node, transform=nengo.dists.Choice([[1.0]]))
+        nengo.Connection(node, a, synapse=None)
+    assert bound(network) == 7 + PER_VALUE * 2

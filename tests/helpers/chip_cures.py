@@ -1,0 +1,282 @@
+"""Cures of the limits of chips and of a user's budget, SP1xx to SP3xx.
+
+Chips are small, so that networks are too; without passes every block has a core of its own.
+"""
+
+import itertools
+import tempfile
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import nengo
+import numpy as np
+from nengo.neurons import NeuronType
+
+from spikeport.compile.check.verify import verify, verify_settings
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.usage import core_uses
+from spikeport.compile.pipeline import compile_network
+from spikeport.compile.report.budget import Budget
+from spikeport.compile.report.expected import Rates, expected_activity
+from spikeport.hardware_models import chip as chips
+from tests.helpers.chip_files import chip_file
+from tests.helpers.cured import Case, Check, compiled, network_of
+
+
+def on(make: Callable[[], object], passes: str = "", **limits: int) -> Check:
+    """A check by a compile for a chip with these limits."""
+
+    def check() -> set[str]:
+        with tempfile.TemporaryDirectory() as folder:
+            chip = chip_file(Path(folder) / "small.toml", **limits)
+            return compiled(make, str(chip), passes)()
+
+    return check
+
+
+def together(make: Callable[[], object], **limits: int) -> Check:
+    """A check of the blocks of a network on one core of a chip with these limits."""
+
+    def check() -> set[str]:
+        image = compile_network(network_of(make), pipeline="").image
+        blocks = replace(image.blocks, core=np.zeros_like(image.blocks.core))
+        return _limits(replace(image, blocks=blocks), **limits)
+
+    return check
+
+
+def apart(make: Callable[[], object], **limits: int) -> Check:
+    """A check of the blocks of a network on a core each."""
+    return lambda: _limits(compile_network(network_of(make), pipeline="").image, **limits)
+
+
+def _limits(image: ChipImage, **limits: int) -> set[str]:
+    with tempfile.TemporaryDirectory() as folder:
+        chip = chips.get(str(chip_file(Path(folder) / "small.toml", **limits)))
+    found = [*verify(core_uses(image, chip), chip), *verify_settings(image, chip)]
+    return {one.id for one in found}
+
+
+def budgeted(make: Callable[[], object], budget: Budget, rate_hz: float = 100) -> Check:
+    """A check of a budget, at a firing rate of all neurons."""
+
+    def check() -> set[str]:
+        compilation = compile_network(network_of(make), pipeline="")
+        activity = expected_activity(compilation.image, Rates(rate_hz))
+        return {one.id for one in budget.exceeded(compilation.report, activity)}
+
+    return check
+
+
+def fan_out(sizes: Sequence[int], targets: Sequence[int]) -> None:
+    """Ensembles, each wired to every target."""
+    ends = [nengo.Ensemble(n, 1) for n in targets]
+    for size in sizes:
+        start = nengo.Ensemble(size, 1)
+        for end in ends:
+            weights = np.full((end.n_neurons, size), 1e-3)
+            nengo.Connection(start.neurons, end.neurons, transform=weights)
+
+
+def read(sizes: Sequence[int]) -> None:
+    """Ensembles that are decoded into one target on the host."""
+    target = nengo.Node(lambda t, x: None, size_in=1)
+    for size in sizes:
+        nengo.Connection(nengo.Ensemble(size, 1), target, function=lambda x: x / len(sizes))
+
+
+def decode(on_host: bool) -> None:
+    a, b = nengo.Ensemble(30, 1), nengo.Ensemble(8, 1)
+    if on_host:
+        node = nengo.Node(lambda t, x: x, size_in=1)
+        nengo.Connection(a.neurons, node, transform=np.full((1, 30), 1e-3))
+        nengo.Connection(node, b)
+    else:
+        nengo.Connection(a, b)
+
+
+def twice() -> None:
+    """Two connections from the same neurons, of which each has an axon in both."""
+    a, b = nengo.Ensemble(15, 1), nengo.Ensemble(8, 1)
+    for weight in (1e-3, 2e-3):
+        nengo.Connection(a.neurons, b.neurons, transform=np.full((8, 15), weight))
+
+
+def ensembles(sizes: Sequence[int], connected: bool = False) -> None:
+    made = [nengo.Ensemble(size, 1) for size in sizes]
+    if connected:
+        for before, after in itertools.pairwise(made):
+            nengo.Connection(before, after)
+
+
+def dense(sizes: Sequence[int] = (20,), kept: float = 1.0) -> None:
+    """Ensembles that are wired to themselves, with a share of the weights."""
+    for size in sizes:
+        weights = np.random.RandomState(0).rand(size, size) * 1e-2
+        a, mask = nengo.Ensemble(size, 1), np.random.RandomState(1).rand(size, size) < kept
+        transform: object = weights
+        if kept < 1:
+            indices = np.argwhere(mask)
+            transform = nengo.Sparse((size, size), indices=indices, init=weights[mask])
+        nengo.Connection(a.neurons, a.neurons, transform=transform)
+
+
+def kinds(*types: NeuronType) -> None:
+    for kind in types:
+        nengo.Ensemble(4, 1, neuron_type=kind)
+
+
+def learning() -> None:
+    """A block whose weights learn, which takes a format of its own, and one with fixed weights."""
+    a, target = nengo.Ensemble(9, 1), nengo.Node(size_in=1)
+    learned = nengo.Connection(a, target, learning_rule_type=nengo.PES())
+    nengo.Connection(target, learned.learning_rule)
+    dense((9,))
+
+
+SMALL = {"out_axons": 20, "in_axons": 1000}
+INS = {"in_axons": 20}
+CASES = [
+    Case(
+        "SP101",
+        "split the source ensemble into {parts}, or give it fewer connections",
+        on(partial(fan_out, [10], [4, 4, 4]), **SMALL),
+        (
+            on(partial(fan_out, [5, 5], [4, 4, 4]), **SMALL),
+            on(partial(fan_out, [10], [4, 4]), **SMALL),
+        ),
+    ),
+    Case(
+        "SP101",
+        "send to fewer cores",
+        on(partial(fan_out, [10], [4, 4, 4]), **SMALL),
+        (on(partial(fan_out, [10], [12]), **SMALL),),
+    ),
+    Case(
+        "SP101",
+        "let the compiler split and pack",
+        on(partial(fan_out, [10], [4, 4, 4]), **SMALL),
+        (on(partial(fan_out, [10], [4, 4, 4]), passes="compact", **SMALL),),
+    ),
+    Case(
+        "SP102",
+        "split the source ensemble into {parts} that decode into the same target",
+        on(partial(read, [30]), **INS),
+        (on(partial(read, [15, 15]), **INS),),
+    ),
+    Case(
+        "SP102",
+        "decode on the host",
+        on(partial(decode, on_host=False), **INS),
+        (on(partial(decode, on_host=True), **INS),),
+    ),
+    Case(
+        "SP102",
+        "let the compiler split and merge axons",
+        on(twice, **INS),
+        (on(twice, passes="compact", **INS),),
+    ),
+    Case(
+        "SP103",
+        "split the ensemble into {parts} that share its targets",
+        on(partial(read, [30]), compartments=20),
+        (on(partial(read, [15, 15]), compartments=20),),
+    ),
+    Case(
+        "SP104",
+        "split the ensemble into {parts}, or connect it more sparsely",
+        on(dense, synapse_bits=3000),
+        (
+            on(partial(dense, [10, 10]), synapse_bits=3000),
+            on(partial(dense, kept=0.1), synapse_bits=3000),
+        ),
+    ),
+    Case(
+        "SP104",
+        "use a Sparse or Convolution transform",
+        on(dense, synapse_bits=3000),
+        (on(partial(dense, kept=0.1), synapse_bits=3000),),
+    ),
+    Case(
+        "SP105",
+        "use the same time constants and refractory period",
+        together(partial(kinds, nengo.LIF(), nengo.LIF(tau_rc=0.1)), compartment_profiles=1),
+        (together(partial(kinds, nengo.LIF(), nengo.LIF()), compartment_profiles=1),),
+    ),
+    Case(
+        "SP106",
+        "put blocks of different thresholds on different cores",
+        together(partial(fan_out, [4], [4]), threshold_profiles=1),
+        (apart(partial(fan_out, [4], [4]), threshold_profiles=1),),
+    ),
+    Case(
+        "SP107",
+        "put blocks of different weight formats on different cores",
+        together(learning, synapse_profiles=1),
+        (apart(learning, synapse_profiles=1),),
+    ),
+    Case(
+        "SP108",
+        "put blocks of different settings on different cores",
+        together(partial(kinds, nengo.LIF(), nengo.LIF(min_voltage=-1))),
+        (apart(partial(kinds, nengo.LIF(), nengo.LIF(min_voltage=-1))),),
+    ),
+    Case(
+        "SP201",
+        "use fewer or smaller ensembles or fewer decoded connections, or {parts} such boards",
+        lambda: (
+            on(partial(ensembles, [9] * 3), cores=2)()
+            & on(partial(ensembles, [9] * 2, connected=True), cores=2)()
+            & on(partial(ensembles, [600, 1100]), cores=2)()
+        ),
+        (
+            on(partial(ensembles, [9] * 2), cores=2),
+            on(partial(ensembles, [600, 1000]), cores=2),
+            on(partial(ensembles, [9] * 2, connected=False), cores=2),
+            on(partial(ensembles, [9] * 3), cores=2, chips=2),
+        ),
+    ),
+    Case(
+        "SP201",
+        "let the compiler fuse ensembles",
+        on(partial(ensembles, [9] * 3), cores=2),
+        (on(partial(ensembles, [9] * 3), "compact", cores=2),),
+    ),
+    Case(
+        "SP301",
+        "use fewer or smaller ensembles or fewer decoded connections, or raise --max-cores",
+        lambda: (
+            budgeted(partial(ensembles, [9] * 3), Budget(cores=2))()
+            & budgeted(partial(ensembles, [9] * 2, connected=True), Budget(cores=2))()
+            & budgeted(partial(ensembles, [600, 1100]), Budget(cores=2))()
+        ),
+        (
+            budgeted(partial(ensembles, [9] * 2), Budget(cores=2)),
+            budgeted(partial(ensembles, [600, 1000]), Budget(cores=2)),
+            budgeted(partial(ensembles, [9] * 2, connected=False), Budget(cores=2)),
+            budgeted(partial(ensembles, [9] * 3), Budget(cores=3)),
+        ),
+    ),
+    Case(
+        "SP302",
+        "lower the firing rates or the number of synapses read by a spike, or raise --max-power",
+        budgeted(dense, Budget(power_w=0.1040025)),
+        (
+            budgeted(dense, Budget(power_w=0.1040025), rate_hz=1),
+            budgeted(partial(dense, kept=0.1), Budget(power_w=0.1040025)),
+            budgeted(dense, Budget(power_w=1)),
+        ),
+    ),
+    Case(
+        "SP303",
+        "spread the fullest core over several, lower the firing rates, or raise --max-step-us",
+        budgeted(dense, Budget(step_us=1)),
+        (
+            budgeted(partial(dense, [10, 10]), Budget(step_us=1)),
+            budgeted(dense, Budget(step_us=1), rate_hz=1),
+            budgeted(dense, Budget(step_us=1e6)),
+        ),
+    ),
+]

@@ -1,0 +1,71 @@
+"""A network that breaks a rule, and what its cures make of it."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import nengo
+import nengo_loihi
+
+from spikeport.compile.check.lint import lint
+from spikeport.compile.check.violation import DoesNotFitError
+from spikeport.compile.ground.names import Names
+from spikeport.compile.pipeline import compile_network
+
+Found = set[str]
+"""The ids of the rules that are broken."""
+Check = Callable[[], Found]
+
+
+class Case(NamedTuple):
+    """A cure of a rule: a check that finds the rule broken, and one for each way to cure it.
+
+    ``cure`` is how the text of the cure begins.
+    """
+
+    rule: str
+    cure: str
+    broken: Check
+    cured: tuple[Check, ...]
+
+
+def network_of(make: Callable[[], object]) -> nengo.Network:
+    with nengo.Network(seed=1) as network:
+        nengo_loihi.add_params(network)
+        make()
+    return network
+
+
+def on_host(ensemble: nengo.Ensemble) -> None:
+    nengo.Network.context[0].config[ensemble].on_chip = False
+
+
+def linted(make: Callable[[], object]) -> Check:
+    """A check of the rules of networks; what breaks none of them is compiled."""
+
+    def check() -> Found:
+        network = network_of(make)
+        if broken := lint(network, Names(network)):
+            return {one.id for one in broken}
+        return compiled(make)()
+
+    return check
+
+
+def compiled(make: Callable[[], object], chip: str = "loihi", passes: str = "") -> Check:
+    """A check by a compile, by default without passes: every block on a core of its own."""
+
+    def check() -> Found:
+        try:
+            compile_network(network_of(make), chip, pipeline=passes)
+        except DoesNotFitError as error:
+            return {one.id for one in error.violations}
+        return set()
+
+    return check
+
+
+def hinted(make: Callable[[], object], passes: str = "") -> Check:
+    """A check of the hints of a compile."""
+    return lambda: {
+        one.id for one in compile_network(network_of(make), pipeline=passes).report.hints
+    }

@@ -1,0 +1,154 @@
+"""Cures of hints, SP4xx."""
+
+from collections.abc import Callable
+from functools import partial
+
+import nengo
+import numpy as np
+
+from spikeport.backends.loss import measure
+from spikeport.compile.pipeline import compile_network
+from spikeport.progress import silent
+from tests.helpers.cured import Case, Check, hinted, network_of
+
+
+def dead_end(probe: bool = False, function: bool = False) -> None:
+    a = nengo.Ensemble(20, 1)
+    end = nengo.Node((lambda t, x: x) if function else None, size_in=1)
+    nengo.Connection(a, end)
+    if probe:
+        nengo.Probe(end)
+
+
+def decoded(factor: float, connected: bool = True) -> None:
+    a = nengo.Ensemble(20, 1)
+    if connected:
+        nengo.Connection(a, nengo.Node(lambda t, x: x, size_in=1), function=lambda x: factor * x)
+
+
+def steep(intercept: float) -> None:
+    """One steep neuron among flat ones, in so many dimensions that most weights are small."""
+    a = nengo.Ensemble(40, 6, intercepts=[intercept, *[-0.9] * 39])
+    nengo.Connection(nengo.Node(np.zeros(6)), a)
+
+
+def strong(sources: int) -> None:
+    """Fifty weak sources, and a strong input from one source or several."""
+    weak = np.random.RandomState(0).uniform(0.0002, 0.004, (30, 50))
+    weights = np.hstack([weak, np.full((30, sources), 1 / sources)])
+    wired(weights)
+
+
+def strong_neuron() -> None:
+    weights = np.random.RandomState(0).uniform(0.002, 0.004, (30, 50))
+    weights[0] *= 1000
+    wired(weights)
+
+
+def wired(weights: np.ndarray) -> None:
+    n, sources = weights.shape
+    a = nengo.Ensemble(n, 1, gain=np.ones(n), bias=np.ones(n))
+    nengo.Connection(nengo.Ensemble(sources, 1).neurons, a.neurons, transform=weights)
+
+
+def alike(n: int, random: bool = False) -> None:
+    if random:
+        nengo.Ensemble(n, 1)
+    else:
+        nengo.Ensemble(n, 1, gain=np.ones(n), bias=np.full(n, 2.0), encoders=np.ones((n, 1)))
+
+
+def idle(n: int = 10, gain: float = 0.3, bias: float = 0.5) -> None:
+    """Ten neurons, of which the last five have too little drive; ``n`` leaves out the last."""
+    biases = np.where(np.arange(10) < 5, np.linspace(2, 3, 10), bias)[:n]
+    a = nengo.Ensemble(n, 1, gain=np.full(n, gain), bias=biases, encoders=np.ones((n, 1)))
+    nengo.Connection(nengo.Node(0.5), a)
+
+
+def measured(make: Callable[[], object], dt_s: float = 0.001) -> Check:
+    """A check of the hints of a run."""
+
+    def check() -> set[str]:
+        compilation = compile_network(network_of(make), dt=dt_s)
+        return {one.id for one in measure(compilation, 0.3, 0, silent).loss.hints}
+
+    return check
+
+
+def read_out(scale: float) -> None:
+    a = nengo.Ensemble(30, 1)
+    nengo.Connection(nengo.Node(0.9), a)
+    nengo.Connection(a, nengo.Node(lambda t, x: x, size_in=1), function=lambda x: scale * x)
+
+
+def rates(max_rate: float) -> None:
+    kind = nengo.LIF(tau_ref=0.0001)
+    nengo.Probe(nengo.Ensemble(20, 1, neuron_type=kind, max_rates=nengo.dists.Choice([max_rate])))
+
+
+def driven(by: float = 3.0, radius: float = 1.0) -> None:
+    a = nengo.Ensemble(20, 1, radius=radius)
+    nengo.Connection(nengo.Node(lambda t: by * (t > 0.05)), a)
+    nengo.Probe(a)
+
+
+CASES = [
+    Case(
+        "SP401",
+        "probe it, or give it a function",
+        hinted(dead_end),
+        (hinted(partial(dead_end, probe=True)), hinted(partial(dead_end, function=True))),
+    ),
+    Case(
+        "SP402",
+        "remove the connection, or look for a transform or function",
+        hinted(partial(decoded, 0)),
+        (hinted(partial(decoded, 0, connected=False)), hinted(partial(decoded, 1))),
+    ),
+    Case(
+        "SP403",
+        "bring the block's weights closer together: intercepts of at most 0.8, or a strong input",
+        lambda: hinted(partial(steep, 0.95))() & hinted(partial(strong, 1))(),
+        (hinted(partial(steep, 0.8)), hinted(partial(strong, 20))),
+    ),
+    Case(
+        "SP403",
+        "scale rows with the pass `scale_rows`",
+        hinted(strong_neuron),
+        (hinted(strong_neuron, passes="scale_rows"),),
+    ),
+    Case(
+        "SP404",
+        "draw encoders, gains and biases at random, or use fewer neurons",
+        hinted(partial(alike, 10)),
+        (hinted(partial(alike, 10, random=True)), hinted(partial(alike, 1))),
+    ),
+    Case(
+        "SP405",
+        "lower their intercepts or raise their gain, or use fewer neurons",
+        hinted(idle),
+        (
+            hinted(partial(idle, bias=2.0)),
+            hinted(partial(idle, gain=1.5)),
+            hinted(partial(idle, n=5)),
+        ),
+    ),
+    Case(
+        "SP406",
+        "divide what is decoded by its full scale",
+        measured(partial(read_out, 30)),
+        (measured(partial(read_out, 1)),),
+    ),
+    Case(
+        "SP407",
+        "lower the maximum rates, or take a shorter dt",
+        measured(partial(rates, 900)),
+        (measured(partial(rates, 50)), measured(partial(rates, 900), dt_s=0.0001)),
+    ),
+    Case(
+        "SP408",
+        "widen the ensemble's radius, or scale the input down",
+        measured(driven),
+        (measured(partial(driven, radius=4.0)), measured(partial(driven, by=0.8))),
+    ),
+]

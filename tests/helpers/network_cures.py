@@ -1,0 +1,219 @@
+"""Cures of the rules of networks, SP0xx."""
+
+from functools import partial
+
+import nengo
+import numpy as np
+from nengo.neurons import NeuronType
+from nengo.synapses import Synapse
+from nengo_loihi.inputs import ChipProcess
+
+from spikeport import add_params
+from tests.helpers.cured import Case, compiled, linted, on_host
+
+
+class Camera(ChipProcess):
+    """A process on the board."""
+
+    def __init__(self) -> None:
+        super().__init__(default_size_in=0, default_size_out=4)
+
+
+def some(n: int) -> None:
+    """An ensemble to be left on the chip, where ``n`` is 1."""
+    for _ in range(n):
+        nengo.Ensemble(4, 1)
+
+
+def target_of_learning(more: int) -> None:
+    learned = nengo.Connection(
+        nengo.Node([1.0]), nengo.Ensemble(4, 1), learning_rule_type=nengo.Voja()
+    )
+    nengo.Connection(nengo.Node(0.0), learned.learning_rule)
+    some(more)
+
+
+def neurons(kind: NeuronType, host: bool = False) -> None:
+    some(1)
+    ensemble = nengo.Ensemble(4, 1, neuron_type=kind)
+    if host:
+        on_host(ensemble)
+
+
+def noisy(noise: bool = False, host: bool = False, node: bool = False) -> None:
+    some(1)
+    process = nengo.processes.WhiteNoise(seed=1)
+    ensemble = nengo.Ensemble(4, 1, noise=process if noise else None)
+    if host:
+        on_host(ensemble)
+    if node:
+        nengo.Connection(nengo.Node(process, size_out=1), ensemble)
+
+
+def gains(**given: object) -> None:
+    nengo.Ensemble(4, 1, **given)
+
+
+def loop(synapse: Synapse) -> None:
+    a = nengo.Ensemble(20, 1)
+    nengo.Connection(a, a, synapse=synapse)
+
+
+def from_node(synapse: Synapse) -> None:
+    nengo.Connection(nengo.Node(0.5), nengo.Ensemble(20, 1), synapse=synapse)
+
+
+def over_host() -> None:
+    network = nengo.Network.context[-1]
+    add_params(network)
+    a = nengo.Ensemble(20, 1)
+    network.config[nengo.Connection(a, a, synapse=nengo.Alpha(0.01))].decode_path = "host"
+
+
+def part(whole: bool = False, weights: bool = False) -> None:
+    a, b = nengo.Ensemble(20, 1), nengo.Ensemble(20, 2)
+    if whole:
+        nengo.Connection(a, b, transform=[[1], [0]])
+    else:
+        nengo.Connection(a, b[0], solver=nengo.solvers.LstsqL2(weights=weights))
+
+
+def learned(rule: nengo.learning_rules.LearningRuleType, host: bool = False) -> None:
+    some(1)
+    a, out = nengo.Ensemble(20, 1), nengo.Node(size_in=1)
+    connection = nengo.Connection(a, out, learning_rule_type=rule)
+    nengo.Connection(out, connection.learning_rule)
+    if host:
+        on_host(a)
+
+
+def events(output: object) -> None:
+    ensemble = nengo.Ensemble(4, 1)
+    nengo.Connection(nengo.Node(output, size_out=4), ensemble.neurons, transform=0.1)
+
+
+def probed(attribute: str | None = None, host: bool = False, connection: bool = False) -> None:
+    some(1)
+    a = nengo.Ensemble(4, 1)
+    loop_ = nengo.Connection(a, a)
+    nengo.Probe(loop_ if connection else a, attribute)
+    if host:
+        on_host(a)
+
+
+def divided(by: float) -> None:
+    with np.errstate(divide="ignore"):
+        nengo.Ensemble(4, 1, gain=np.ones(4) / np.full(4, by), bias=np.ones(4))
+
+
+HOST_KIND = nengo.RectifiedLinear()
+ALPHA = nengo.Alpha(0.01)
+CASES = [
+    Case(
+        "SP001",
+        "add an ensemble of spiking neurons",
+        linted(partial(target_of_learning, 0)),
+        (linted(partial(target_of_learning, 1)),),
+    ),
+    Case(
+        "SP002",
+        "choose one of these, or keep it on the host",
+        linted(partial(neurons, nengo.Izhikevich())),
+        (
+            linted(partial(neurons, nengo.LIF())),
+            linted(partial(neurons, nengo.SpikingRectifiedLinear())),
+            linted(partial(neurons, nengo.RegularSpiking(nengo.LIFRate()))),
+            linted(partial(neurons, nengo.RegularSpiking(nengo.RectifiedLinear()))),
+            linted(partial(neurons, nengo.Izhikevich(), host=True)),
+        ),
+    ),
+    Case(
+        "SP002",
+        "take nengo.SpikingRectifiedLinear in place of",
+        lambda: linted(partial(neurons, HOST_KIND))() & linted(partial(neurons, nengo.LIFRate()))(),
+        (
+            linted(partial(neurons, nengo.SpikingRectifiedLinear())),
+            linted(partial(neurons, nengo.LIF())),
+        ),
+    ),
+    Case(
+        "SP003",
+        "remove the noise, or keep it on the host",
+        linted(partial(noisy, noise=True)),
+        (linted(noisy), linted(partial(noisy, noise=True, host=True))),
+    ),
+    Case(
+        "SP003",
+        "add the noise from a node on the host",
+        linted(partial(noisy, noise=True)),
+        (linted(partial(noisy, node=True)),),
+    ),
+    Case(
+        "SP004",
+        "set both, or set max_rates and intercepts",
+        linted(partial(gains, gain=np.ones(4))),
+        (
+            linted(partial(gains, gain=np.ones(4), bias=np.ones(4))),
+            linted(partial(gains, max_rates=np.full(4, 100), intercepts=np.zeros(4))),
+        ),
+    ),
+    Case(
+        "SP005",
+        "use nengo.Lowpass(tau)",
+        linted(partial(loop, ALPHA)),
+        (linted(partial(loop, nengo.Lowpass(0.02))),),
+    ),
+    Case(
+        "SP005",
+        "filter on the host: between a node and an ensemble",
+        linted(partial(loop, ALPHA)),
+        (linted(partial(from_node, ALPHA)),),
+    ),
+    Case(
+        "SP005",
+        "send decoded values over the host",
+        linted(partial(loop, ALPHA)),
+        (compiled(over_host, passes="compact"),),
+    ),
+    Case(
+        "SP006",
+        "connect to the whole target",
+        linted(part),
+        (linted(partial(part, whole=True)),),
+    ),
+    Case(
+        "SP006",
+        "solve for full weights",
+        linted(part),
+        (linted(partial(part, weights=True)),),
+    ),
+    Case(
+        "SP007",
+        "learn with PES, or keep what it learns from on the host",
+        linted(partial(learned, nengo.RLS())),
+        (linted(partial(learned, nengo.PES())), linted(partial(learned, nengo.RLS(), host=True))),
+    ),
+    Case(
+        "SP009",
+        "feed the events from a node on the host",
+        linted(partial(events, Camera())),
+        (linted(partial(events, lambda t: [1, 0, 0, 1])),),
+    ),
+    Case(
+        "SP010",
+        "probe one of these, an end in place of a connection, or keep it on the host",
+        linted(partial(probed, "scaled_encoders")),
+        (
+            linted(partial(probed, "decoded_output")),
+            linted(probed),
+            linted(partial(probed, "scaled_encoders", host=True)),
+            linted(partial(probed, "weights", connection=True, host=True)),
+        ),
+    ),
+    Case(
+        "SP011",
+        "look for a division by zero",
+        linted(partial(divided, 0.0)),
+        (linted(partial(divided, 2.0)),),
+    ),
+]

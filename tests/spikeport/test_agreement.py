@@ -1,0 +1,68 @@
+"""The command line and the simulator agree on what is refused, what is moved, and why."""
+
+import inspect
+import warnings
+from collections.abc import Callable
+from typing import NamedTuple
+
+import nengo
+import pytest
+
+from spikeport import Simulator
+from spikeport.errors import SpikeportError
+from tests.helpers import refused_networks
+
+NETWORKS = dict(inspect.getmembers(refused_networks, inspect.isfunction))
+OPTIONS = {
+    "": {},
+    "-p compact": {"pipeline": "compact"},
+    "--offload": {"offload": True},
+}
+
+
+class Verdict(NamedTuple):
+    """What became of a network: the exit code, an error, and what a verdict ends with."""
+
+    code: int
+    error: str
+    end: str
+
+
+def of_simulator(network: nengo.Network, options: dict[str, object]) -> Verdict:
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        try:
+            sim = Simulator(network, **options)
+        except SpikeportError as error:
+            return Verdict(error.exit_code, f"error: {error}\n", "")
+    with sim:
+        if sim.image is None:
+            said = [str(one.message) for one in caught]
+            return Verdict(0, "", next(one for one in said if "in float Nengo" in one))
+        return Verdict(0, "", f"image {sim.image.digest[:16]}")
+
+
+@pytest.mark.parametrize("words", OPTIONS, ids=lambda words: words or "default")
+@pytest.mark.parametrize("name", NETWORKS)
+def test_command_line_and_simulator_agree(
+    spikeport: Callable[..., object], name: str, words: str
+) -> None:
+    expected = of_simulator(NETWORKS[name](), OPTIONS[words])
+    spec = f"{refused_networks.__name__}:{name}"
+    done = spikeport("compile", spec, *words.split())
+    assert (done.code, done.err) == (expected.code, expected.error)
+    assert expected.end in done.out
+
+
+def test_the_list_has_networks_of_every_verdict() -> None:
+    found = {name: of_simulator(make(), {}) for name, make in NETWORKS.items()}
+    fit = [name for name, one in found.items() if one.end.startswith("image")]
+    on_host = [name for name, one in found.items() if "in float Nengo" in one.end]
+    refused = [name for name, one in found.items() if one.code == 1]
+    assert (len(fit), len(on_host), len(refused)) == (2, 2, 8)
+    offloaded = {name: of_simulator(make(), {"offload": True}) for name, make in NETWORKS.items()}
+    # What float Nengo cannot compute either is no better on the host.
+    assert [name for name, one in offloaded.items() if one.code] == [
+        "with_a_sparse_transform",
+        "with_an_undefined_function",
+    ]
