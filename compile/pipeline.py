@@ -21,6 +21,7 @@ from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.usage import core_uses
 from spikeport.compile.loihi.blocks import IntegerBlocks
 from spikeport.compile.loihi.build import build
+from spikeport.compile.loihi.build_settings import AS_USUAL, BuildSettings
 from spikeport.compile.loihi.discretise import discretise
 from spikeport.compile.loihi.extract import extract
 from spikeport.compile.passes.parse import parse
@@ -33,9 +34,14 @@ from spikeport.constants import DT_S
 from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.limits import CoreUse
+from spikeport.progress import Progress, Stages, silent
 
 if TYPE_CHECKING:
     from nengo_loihi.builder import Model
+
+
+RULES, BUILD, ROUND, VERIFY = "checking rules", "building blocks", "rounding", "verifying"
+"""The stages of a compile beside its passes."""
 
 
 @dataclass(frozen=True)
@@ -63,6 +69,9 @@ def compile_network(
     dt: float = DT_S,
     pipeline: Pipeline | str | None = None,
     observer: Observer = observe_nothing,
+    *,
+    settings: BuildSettings = AS_USUAL,
+    progress: Progress = silent,
 ) -> Compilation:
     """Compile a network for a chip.
 
@@ -79,6 +88,10 @@ def compile_network(
         Without any pass every block has a core of its own, as in nengo-loihi.
     observer : callable
         Called after every pass with the pass and the value it left.
+    settings : BuildSettings
+        nengo-loihi's settings of the build, such as ``pes_error_scale``.
+    progress : callable
+        Called when a stage begins, see `spikeport.progress.Progress`.
 
     Raises
     ------
@@ -92,13 +105,21 @@ def compile_network(
     check_arguments(network, chip, dt, pipeline)
     target = chips.get(str(chip))
     passes = target.pipeline if pipeline is None else pipeline
-    run = PassRun(parse(passes) if isinstance(passes, str) else passes, target, dt, observer)
+    passes = parse(passes) if isinstance(passes, str) else passes
+    if passes.networks:
+        settings.check_written()
+    stages = Stages(progress, "compiling", _stages(passes))
+    run = PassRun(passes, target, dt, observer, stages.begin)
     names = Names(network)
+    stages.begin(RULES)
     rewrite, said = _rewritten(network, names, run, target.name)
-    floats = run.blocks(build(rewrite, dt))
+    stages.begin(BUILD)
+    floats = run.blocks(build(rewrite, dt, settings))
+    stages.begin(ROUND)
     blocks = discretise(floats)
     unplaced = extract(blocks, target.name)
     image = run.images(unplaced)
+    stages.begin(VERIFY)
     cores = _verified(image, target)
     report = Report(
         target,
@@ -120,11 +141,21 @@ def check_arguments(network: object, chip: object, dt: object, pipeline: object)
     if not isinstance(network, nengo.Network):
         raise ArgumentError("network", network, "a nengo.Network")
     if not isinstance(chip, str | Path):
-        raise ArgumentError("chip", chip, "the name of a chip, or the path of its TOML file")
+        expected = "the name of a chip, or the path of its TOML file"
+        cure = "; give a time step by its name, dt=..." if isinstance(chip, float) else ""
+        raise ArgumentError("chip", chip, expected + cure)
     if not isinstance(dt, Real) or not 0 < float(dt) < math.inf:
         raise ArgumentError("dt", dt, "a time step in seconds, above 0 and finite")
     if pipeline is not None and not isinstance(pipeline, str | Pipeline):
         raise ArgumentError("pipeline", pipeline, "a Pipeline, its text, or None for the chip's")
+
+
+def _stages(passes: Pipeline) -> list[str]:
+    """Return the names of the stages of a compile, in order."""
+    networks, blocks, images = (
+        [one.name for one in some] for some in (passes.networks, passes.blocks, passes.images)
+    )
+    return [RULES, *networks, BUILD, *blocks, ROUND, *images, VERIFY]
 
 
 def _rewritten(

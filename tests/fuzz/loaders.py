@@ -27,6 +27,7 @@ from spikeport.hardware_models.chip import BUILT_IN
 from spikeport.networks import walking_policy
 from spikeport.networks.loading.files import load_mlp
 from spikeport.networks.walking_policy import WalkingPolicy
+from spikeport.reading.notebook import read_notebook
 from tests.helpers.foreign import ENVIRONMENT, Policy, described, state
 from tests.helpers.forging import good
 
@@ -115,6 +116,12 @@ def _spikes(folder: Path) -> None:
     np.savez(folder / "spikes.npz", steps=np.arange(3), sources=np.arange(3))
 
 
+def _notebook(folder: Path) -> None:
+    sources = ["%matplotlib inline\nimport nengo\n", ["model = nengo.Network()\n", "model?"]]
+    cells = [{"cell_type": "code", "source": source, "outputs": []} for source in sources]
+    write_json(folder / "model.ipynb", {"nbformat": 4, "metadata": {}, "cells": cells})
+
+
 LOADERS = {
     "npz": Loader(_npz, walking_policy.load),
     "TorchScript": Loader(_torchscript, load_mlp),
@@ -124,6 +131,7 @@ LOADERS = {
     "image": Loader(_image, ChipImage.load),
     "calibration": Loader(_calibration, lambda path: calibration.load(path, MADE_FOR)),
     "observations": Loader(_observations, lambda path: read_observations(path, 3)),
+    "notebook": Loader(_notebook, read_notebook),
     "path": Loader(_path, lambda path: read_path(path, 5.0)),
     "schedule": Loader(_copies(SCHEDULE), lambda path: schedule.load(path, 26.0)),
     "chip": Loader(_copies(BUILT_IN / "loihi.toml"), lambda path: chips.get(str(path))),
