@@ -46,6 +46,10 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
+MODEL = (
+    "FILE.py or FILE.ipynb, in which the network is called `model`; FILE.py:NAME or module:NAME of a "
+    "network, or of a function that makes one; or arm, walk, humanoid."
+)
 RateHz = Annotated[
     list[str] | None,
     typer.Option(
@@ -85,7 +89,7 @@ def root(
 @app.command("compile")
 def compile_command(
     network: Annotated[
-        str, typer.Argument(help="A built-in name, path/to/file.py:function or module:function.")
+        str, typer.Argument(metavar="MODEL", help=MODEL)
     ],
     chip: ChipOption = "loihi",
     *,

@@ -64,8 +64,9 @@ def run(request: CompileRequest) -> None:
             request.passes,
             request.build_timeout_s,
         )
-        progress("compiling", None)
-        compilation = compile_network(network, request.chip, DT_S, passes, observer)
+        compilation = compile_network(
+            network, request.chip, DT_S, passes, observer, progress=progress
+        )
         findings = _reckoned(compilation, stated)
         if request.loss_s is not None:
             findings = _measured(compilation, request.loss_s, progress)
