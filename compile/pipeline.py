@@ -30,6 +30,7 @@ from spikeport.compile.placing.load import block_loads, capacity
 from spikeport.compile.placing.lower_bound import lower_bound
 from spikeport.compile.report.neurobench import neurobench
 from spikeport.compile.report.report import Report
+from spikeport.compile.report.summary import verdict
 from spikeport.constants import DT_S
 from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.chip import ChipModel
@@ -56,6 +57,18 @@ class Compilation:
     blocks: IntegerBlocks
     stand_ins: Mapping[nengo.Probe, nengo.Probe] = field(default_factory=dict)
     built: Mapping[NengoObject, Built] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        """Return the verdict, on a line."""
+        return f"<Compilation: {verdict(self.report)}>"
+
+    def __str__(self) -> str:
+        """Return the report, on one screen."""
+        return str(self.report)
+
+    def _repr_html_(self) -> str:
+        """Return the report as a notebook shows it."""
+        return self.report._repr_html_()
 
     @property
     def model(self) -> "Model":

@@ -51,7 +51,7 @@ class BuildSettings:
         if self.node_neurons is not None and (
             type(self.node_neurons) is not OnOffDecodeNeurons or pairs != 1
         ):
-            expected = "OnOffDecodeNeurons of one pair a dimension, as an image describes its inputs"
+            expected = "OnOffDecodeNeurons of one pair a dimension, as images describe their inputs"
             raise ArgumentError("node_neurons", str(self.node_neurons), expected)
 
     @classmethod
@@ -71,8 +71,8 @@ class BuildSettings:
         for name in BY_PASSES:
             if (value := getattr(self, name)) != getattr(BuildSettings, name):
                 expected = (
-                    f"{getattr(BuildSettings, name)!r}, with which the passes that rewrite networks "
-                    "reckon; or choose a pipeline without them: as_written"
+                    f"{getattr(BuildSettings, name)!r}, with which the passes that rewrite "
+                    "networks reckon; or choose a pipeline without them: as_written"
                 )
                 raise ArgumentError(name, value, expected)
 

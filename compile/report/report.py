@@ -6,6 +6,7 @@ from typing import Any, TypeAlias
 
 from spikeport.compile.check.violation import Violation
 from spikeport.compile.ground.quantisation import BlockError
+from spikeport.compile.report import summary
 from spikeport.compile.report.expected import Rates
 from spikeport.compile.report.neurobench import NeuroBench, workload
 from spikeport.hardware_models.activity import Activity
@@ -59,6 +60,18 @@ class Report:
     lower_bound: Mapping[str, int] = field(default_factory=dict)
     neurobench: NeuroBench | None = None
     hints: tuple[Violation, ...] = ()
+
+    def __repr__(self) -> str:
+        """Return the verdict, on a line."""
+        return f"<Report: {summary.verdict(self)}>"
+
+    def __str__(self) -> str:
+        """Return the report on one screen."""
+        return summary.text(self)
+
+    def _repr_html_(self) -> str:
+        """Return the report as a notebook shows it."""
+        return summary.as_html(self)
 
     def resources(self) -> dict[str, Usage]:
         """Return the use of every resource in sum, against the limit of the whole chip."""

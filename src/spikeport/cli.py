@@ -47,8 +47,8 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 MODEL = (
-    "FILE.py or FILE.ipynb, in which the network is called `model`; FILE.py:NAME or module:NAME of a "
-    "network, or of a function that makes one; or arm, walk, humanoid."
+    "FILE.py or FILE.ipynb, in which the network is called `model`; FILE.py:NAME or module:NAME of "
+    "a network, or of a function that makes one; or arm, walk, humanoid."
 )
 RateHz = Annotated[
     list[str] | None,
@@ -88,9 +88,7 @@ def root(
 
 @app.command("compile")
 def compile_command(
-    network: Annotated[
-        str, typer.Argument(metavar="MODEL", help=MODEL)
-    ],
+    network: Annotated[str, typer.Argument(metavar="MODEL", help=MODEL)],
     chip: ChipOption = "loihi",
     *,
     settings: SettingsOption,

@@ -181,7 +181,7 @@ def inputs_are_pairs():
     other = model(node_neurons=OnOffDecodeNeurons(pairs_per_dim=2))
     assert refusal(model=other) == (
         "node_neurons='OnOffDecodeNeurons(pairs_per_dim=2, dt=0.001, rate=500)': expected "
-        "OnOffDecodeNeurons of one pair a dimension, as an image describes its inputs"
+        "OnOffDecodeNeurons of one pair a dimension, as images describe their inputs"
     )
 
 

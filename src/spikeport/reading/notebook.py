@@ -64,10 +64,10 @@ def read_notebook(path: Path) -> list[Cell]:
     language = notebook.metadata.language_info.name
     if not language.lower().startswith(("python", "ipython")):
         raise UsageError(f"{path}: a notebook of {printable(language)}, expected Python")
-    sources = [(i, "".join(c.source)) for i, c in enumerate(notebook.cells, 1) if c.cell_type == "code"]
-    if sum(len(source) for _, source in sources) > CODE_LETTERS:
+    code = {i: "".join(c.source) for i, c in enumerate(notebook.cells, 1) if c.cell_type == "code"}
+    if sum(map(len, code.values())) > CODE_LETTERS:
         raise UsageError(f"{path}: more than {CODE_LETTERS:,} letters of code; leave cells out")
-    return [_cell(path, number, source) for number, source in sources]
+    return [_cell(path, number, source) for number, source in code.items()]
 
 
 def _cell(path: Path, number: int, source: str) -> Cell:
