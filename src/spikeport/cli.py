@@ -61,6 +61,10 @@ RateHz = Annotated[
 PrintAfter = Annotated[
     str | None, typer.Option(metavar="PASS", help="Print what a pass, or each of `all`, leaves.")
 ]
+BuildTimeout = Annotated[
+    float | None,
+    typer.Option(metavar="SECONDS", min=0.001, help="End the building of the network then."),
+]
 ExperimentName = Annotated[str, typer.Argument(help="The experiment, e.g. reach.")]
 ImageFile = Annotated[Path, typer.Argument(help="The image.npz that a compile wrote.")]
 ImageFolder = Annotated[Path | None, written("Folder to write image and report to.")]
@@ -106,10 +110,7 @@ def compile_command(
     cores: Annotated[
         bool, typer.Option("--cores", help="Print the tables of all cores and modules.")
     ] = False,
-    build_timeout: Annotated[
-        float | None,
-        typer.Option(metavar="SECONDS", min=0.001, help="End the building of the network then."),
-    ] = None,
+    build_timeout: BuildTimeout = None,
     explain: Annotated[
         str | None,
         typer.Option(
@@ -134,6 +135,40 @@ def compile_command(
             cores=cores,
             passes=passes,
             print_after=print_after,
+            build_timeout_s=build_timeout,
+        )
+    )
+
+
+@app.command("simulate")
+@with_options
+def simulate_command(
+    model: Annotated[str, typer.Argument(metavar="MODEL", help=MODEL)],
+    *,
+    target: Target,
+    seconds: Annotated[float, typer.Option(help="Simulated time.")] = 1.0,
+    seed: SeedOption = 0,
+    settings: SettingsOption,
+    beside_float: Annotated[
+        bool, typer.Option("--float/--no-float", help="Run it in float Nengo beside.")
+    ] = True,
+    out: Annotated[Path | None, written("Folder of the run.")] = None,
+    overwrite: Annotated[bool, typer.Option(help="Replace an earlier run in --out.")] = False,
+    build_timeout: BuildTimeout = None,
+) -> None:
+    """Simulate a network on a chip, with a picture of every probe beside float Nengo."""
+    from spikeport.commands.simulate import SimulateRequest, simulate
+
+    simulate(
+        SimulateRequest(
+            network=model,
+            target=target,
+            seconds=seconds,
+            seed=seed,
+            settings=settings,
+            beside_float=beside_float,
+            out=out,
+            overwrite=overwrite,
             build_timeout_s=build_timeout,
         )
     )
