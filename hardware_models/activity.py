@@ -140,7 +140,7 @@ class Activity:
         rows = []
         for name, counts in self.per_core().items():
             most = int(counts.argmax()) if counts.size else 0
-            share = (f"{counts[most]:,.0f}", self.cores[most]) if counts.any() else ("", "")
+            share = (f"{counts[most]:,.0f}", str(most)) if counts.any() else ("", "")
             by_step = counts.sum() / self.n_steps if self.n_steps else 0.0
             rows.append((name.replace("_", " "), f"{counts.sum():,.0f}", f"{by_step:,.1f}", *share))
         header = ("count", "in sum", "a step", "most on a core", "core")

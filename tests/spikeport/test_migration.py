@@ -199,20 +199,7 @@ def a_bar_is_shown(capsys):
     assert "Simulation" in capsys.readouterr().out
 
 
-@pytest.fixture
-def defaults():
-    """Nengo's defaults, which are there again afterwards."""
-    parameters = (nengo.Ensemble.max_rates, nengo.Ensemble.intercepts)
-    states = (nengo.LIF.state, nengo.SpikingRectifiedLinear.state)
-    before = [one.default for one in parameters], [dict(one) for one in states]
-    yield
-    for one, value in zip(parameters, before[0], strict=True):
-        one.default = value
-    for state, value in zip(states, before[1], strict=True):
-        state.update(value)
-
-
-def defaults_are_the_same(defaults):
+def defaults_are_the_same(nengo_defaults):
     spikeport.set_defaults()
     made = nengo.Ensemble(5, 1, add_to_container=False)
     assert (made.max_rates.low, made.max_rates.high) == (100, 120)
