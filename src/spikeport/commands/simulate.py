@@ -127,6 +127,7 @@ def _write(
 def _result(request: SimulateRequest, ran: Ran, network: nengo.Network) -> dict[str, Any]:
     """Return the content of ``result.json``."""
     errors = {name: one.error() for name, one in ran.recorded.items()}
+    delays = {name: one.delayed() for name, one in ran.recorded.items()}
     known = [error for error in errors.values() if error is not None]
     return {
         "command": ["spikeport", *sys.argv[1:]],
@@ -137,6 +138,8 @@ def _result(request: SimulateRequest, ran: Ran, network: nengo.Network) -> dict[
         "settings": request.settings,
         "metrics": {
             "errors": errors,
+            "delays_s": {name: late and late[0] for name, late in delays.items()},
+            "errors_but_for_delays": {name: late and late[1] for name, late in delays.items()},
             "largest_error": max(known, default=None),
             "real_time_factor": request.seconds / ran.wall_s,
         },
@@ -163,11 +166,15 @@ def _show(ran: Ran, folder: Path) -> None:
 def _probe_table(ran: Ran) -> Table:
     """Every probe, with its error."""
     table = Table("probe", box=SIMPLE_HEAD, title=f"probes on {ran.backend}, beside float Nengo")
-    for name in ("values", "samples", "error"):
+    for name in ("values", "samples", "error", "delay", "error but for it"):
         table.add_column(name, justify="right", no_wrap=True)
     for name, one in ran.recorded.items():
         n_samples, size = one.values.shape
-        error = one.error()
-        text = "-" if error is None else f"{100 * error:.2g} %"
-        table.add_row(escape(name), f"{size:,}", f"{n_samples:,}", text)
+        late = one.delayed()
+        texts = ("", "") if late is None else (f"{1000 * late[0]:.0f} ms", _percent(late[1]))
+        table.add_row(escape(name), f"{size:,}", f"{n_samples:,}", _percent(one.error()), *texts)
     return table
+
+
+def _percent(error: float | None) -> str:
+    return "-" if error is None else f"{100 * error:.2g} %"

@@ -47,7 +47,10 @@ def _in_words(one: Recorded) -> str:
     error = one.error()
     size = one.values.shape[1]
     hidden = f", {LINES} of {size} dimensions" if size > LINES and not one.spikes else ""
-    return hidden + ("" if error is None else f": {100 * error:.2g} % off")
+    text = hidden + ("" if error is None else f": {100 * error:.2g} % off")
+    if (late := one.delayed()) is not None:
+        text += f"; {100 * late[1]:.2g} % but for a delay of {1000 * late[0]:.0f} ms"
+    return text
 
 
 def _draw_values(axes: Axes, one: Recorded) -> None:

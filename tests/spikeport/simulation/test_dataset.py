@@ -1,5 +1,7 @@
 """Recordings as labelled time series."""
 
+from dataclasses import replace
+
 import numpy as np
 import xarray as xr
 
@@ -22,5 +24,5 @@ def test_every_probe_is_a_variable_with_its_clock(ran, tmp_path):
 
 
 def test_without_a_float_run_there_is_none(ran):
-    alone = {name: one._replace(values_float=None) for name, one in ran.recorded.items()}
+    alone = {name: replace(one, values_float=None) for name, one in ran.recorded.items()}
     assert not [name for name in dataset(alone, "native") if "in float" in name]
