@@ -47,6 +47,7 @@ class BuildSettings:
 
     def __post_init__(self) -> None:
         """Refuse what an image has no place for."""
+        # nengo-loihi takes other kinds, and fails while it builds them, or sends other spikes.
         pairs = getattr(self.node_neurons, "pairs_per_dim", 1)
         if self.node_neurons is not None and (
             type(self.node_neurons) is not OnOffDecodeNeurons or pairs != 1

@@ -26,7 +26,7 @@ def resources(report: "Report") -> Table:
     for name, total in report.resources().items():
         if name == "chips" and total.limit == 1:
             continue
-        one = None if name in OF_BOARD else fullest[name]
+        one = None if name in OF_BOARD else fullest[name]  # no core has cores or chips
         core = ("", "", "") if one is None else (*_share(one), str(labels.index(one.object)))
         rows.append((name.replace("_", " "), *_share(total), *core))
     header = ("used / limit", whole, "%", "fullest", "%", "core")

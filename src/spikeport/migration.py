@@ -31,7 +31,7 @@ def check_target(target: object, backend: str) -> None:
             "same integers, and sim.image.save(PATH) keeps what a board would hold"
         )
     if target == registry.FLOAT_EMULATION:
-        registry.get(registry.FLOAT_EMULATION)
+        registry.get(registry.FLOAT_EMULATION)  # refuses it, with what replaces it
     if target not in (None, "sim"):
         raise ArgumentError("target", target, "None or 'sim'; see backend")
     if target == "sim" and backend == WITHOUT_CHIP:

@@ -6,6 +6,7 @@ import importlib.util
 import linecache
 import os
 import sys
+import warnings
 from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
@@ -27,6 +28,7 @@ def imported(where: str) -> ModuleType:
     """
     # Plots of a model that is compiled are nobody's to look at, and a window would wait for one.
     os.environ.setdefault("MPLBACKEND", "agg")
+    warnings.filterwarnings("ignore", message="FigureCanvasAgg is non-interactive")
     if where.endswith(".ipynb"):
         return _notebook(Path(where))
     return _file(Path(where)) if where.endswith(".py") else _module(where)

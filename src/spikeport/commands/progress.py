@@ -37,8 +37,8 @@ def progress_bar() -> Iterator[Progress]:
         BarColumn(),
         TaskProgressColumn(),
         TimeElapsedColumn(),
-        TextColumn("left"),
         TimeRemainingColumn(),
+        TextColumn("left"),
         console=Console(file=sys.stderr),
         transient=True,
     ) as bar:

@@ -51,6 +51,7 @@ def simulate(request: SimulateRequest) -> None:
     """Run the network, write its folder, and print how far it is from float Nengo."""
     _check(request)
     what = "spikeport simulate"
+    # Before the work: a package that is absent ends a run here, not when it has its results.
     drawing, series = (registry.imported(what, module, "runs") for module in (FIGURE, DATASET))
     with run_folder.opened(request.out, _stem(request.network), request.overwrite) as folder:
         with progress_bar() as progress:

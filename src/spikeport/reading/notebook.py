@@ -76,6 +76,8 @@ def _cell(path: Path, number: int, source: str) -> Cell:
         inside = lines[0].strip("% \t").partition(" ")[0] in PYTHON_INSIDE
         skipped.append(lines[0].strip() + (" and its cell" * (not inside)))
         lines = ["", *lines[1:]] if inside else []
+    # Only where Python stumbles is a line taken for a magic: one that begins with % may go on from
+    # the line before, or stand in a text.
     while (fault := _fault(lines)) is not None:
         row = (fault.lineno or 0) - 1 if isinstance(fault, SyntaxError) else -1
         magic = 0 <= row < len(lines) and MAGIC.match(lines[row])
@@ -96,7 +98,7 @@ def _fault(lines: list[str]) -> Exception | None:
 
 def _skip(lines: list[str], row: int) -> str:
     """Put ``pass`` in the place of a line, and of those that it goes on in; return the line."""
-    line = lines[row]
+    line = lines[row]  # its place stays, so that errors of the cell name the right line
     goes_on = line.endswith("\\")
     lines[row] = line[: len(line) - len(line.lstrip())] + "pass"
     while goes_on and row + 1 < len(lines):

@@ -86,6 +86,7 @@ class Recorded:
         if self._filtered is None or self.values.size > MOST_VALUES:
             return None
         ours, exact = self._filtered
+        # No more than half a recording is cut off: what is left has to show the signal.
         every_s = self.times_s[1] - self.times_s[0]
         shifts = range(min(round(LATEST_S / every_s) + 1, len(ours) // 2))
         errors = [_apart(ours[k:], exact[: len(exact) - k]) for k in shifts]
@@ -150,6 +151,7 @@ def run(network: nengo.Network, options: RunOptions, progress: Progress = silent
         activity, compilation = sim.activity, sim.compilation
         report_json = None if compilation is None else sim.report()
     exact: dict[str, np.ndarray] = {}
+    # The same network again: a second one has other weights wherever a user gives no seed.
     if options.beside_float and backend != FLOAT:
         with _opened(network, options, FLOAT, progress) as sim:
             _advance(sim, options.steps, "simulating in float Nengo", progress)

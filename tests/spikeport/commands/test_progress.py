@@ -32,7 +32,7 @@ def test_a_terminal_shows_stage_share_and_time_left(monkeypatch):
     with progress_bar() as update:
         update("half [b]of it", 0.5)
     shown = re.sub(r"\x1b\[[\d;?]*[a-zA-Z]", "", terminal.getvalue())
-    assert re.search(r"half \[b\]of it .* 50% \d:\d\d:\d\d left -?[\d:-]+", shown)
+    assert re.search(r"half \[b\]of it .* 50% \d:\d\d:\d\d -?[\d:-]+ left", shown)
 
 
 def test_a_compile_names_its_stages(capsys):
