@@ -130,8 +130,8 @@ def _apart(ours: np.ndarray, exact: np.ndarray) -> float:
 def run(network: nengo.Network, options: RunOptions, progress: Progress = silent) -> Ran:
     """Run a network on a backend and, where that is asked for, in float Nengo afterwards.
 
-    Functions of nodes that keep a state of their own find it, in the second run, as the first left
-    it.
+    Float Nengo runs a copy, so that objects which nodes call (an environment) begin anew. Functions
+    are not copied: what they close over is, in the second run, as the first left it.
 
     Raises
     ------
@@ -142,6 +142,7 @@ def run(network: nengo.Network, options: RunOptions, progress: Progress = silent
     """
     backend = registry.get(options.backend).name
     probes = probes_by_name(network)
+    beside = _twin(network) if options.beside_float and backend != FLOAT else None
     with _opened(network, options, backend, progress) as sim:
         start = time.perf_counter()
         _advance(sim, options.steps, f"simulating on {backend}", progress)
@@ -151,17 +152,25 @@ def run(network: nengo.Network, options: RunOptions, progress: Progress = silent
         activity, compilation = sim.activity, sim.compilation
         report_json = None if compilation is None else sim.report()
     exact: dict[str, np.ndarray] = {}
-    # The same network again: a second one has other weights wherever a user gives no seed.
-    if options.beside_float and backend != FLOAT:
-        with _opened(network, options, FLOAT, progress) as sim:
+    if beside is not None:
+        with _opened(beside, options, FLOAT, progress) as sim:
             _advance(sim, options.steps, "simulating in float Nengo", progress)
-            exact = {name: sim.data[probe] for name, probe in probes.items()}
+            exact = {name: sim.data[p] for name, p in probes_by_name(beside).items()}
     recorded = {
         name: Recorded(times[name], values[name], exact.get(name), records_spikes(probe))
         for name, probe in probes.items()
     }
     report = None if compilation is None else compilation.report
     return Ran(backend, recorded, activity, report, report_json, wall_s)
+
+
+def _twin(network: nengo.Network) -> nengo.Network:
+    """Return a copy of a network, or, where an object of a user's cannot be copied, itself."""
+    # Building it a second time gives other weights wherever a user's random numbers have no seed.
+    try:
+        return network.copy(add_to_container=False)
+    except Exception:  # whatever copying a user's object raises
+        return network
 
 
 def _opened(

@@ -1,5 +1,6 @@
 """Runs beside float Nengo, and their errors."""
 
+import threading
 from dataclasses import replace
 
 import numpy as np
@@ -68,6 +69,26 @@ def test_a_step_that_raises_is_named(network):
     )
     with pytest.raises(UsageError, match=r"^unknown backend 'chip'"):
         run(network(), RunOptions(steps=1, backend="chip"))
+
+
+class Counter:
+    """A callable with a state."""
+
+    def __init__(self, lock=None):
+        self.calls, self.lock = 0, lock
+
+    def __call__(self, t):
+        self.calls += t > 0  # Nengo calls it at its construction, too
+        return self.calls / 100
+
+
+@pytest.mark.parametrize("lock", [None, threading.Lock()], ids=["copied", "cannot be copied"])
+def test_float_nengo_runs_a_copy_where_there_can_be_one(network, lock):
+    counter = Counter(lock)
+    one = run(network(counter), RunOptions(steps=20)).recorded["stimulus"]
+    assert one.values[-1] - one.values[0] == pytest.approx(0.19)
+    assert np.array_equal(one.values, one.values_float) == (lock is None)
+    assert counter.calls == (20 if lock is None else 40) + round(100 * one.values[0, 0]) - 1
 
 
 def test_progress_names_compile_and_both_runs(network):
