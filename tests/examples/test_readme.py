@@ -34,7 +34,9 @@ def test_the_readers_own_model_compiles_and_simulates(monkeypatch, tmp_path, cap
     (text,) = re.findall(r"```python\n# my_model.py\n(.*?)```", README, re.S)
     monkeypatch.chdir(tmp_path)
     Path("my_model.py").write_text(text, encoding="utf-8")
-    for command in re.findall(r"^    (spikeport (?:compile|simulate) my_model.py) ", README, re.M):
-        run(monkeypatch, command + " --seconds 0.05" * ("simulate" in command))
+    commands = re.findall(r"^    (spikeport (?:compile|simulate) my_model.py) ", README, re.M)
+    assert set(commands) == {"spikeport compile my_model.py", "spikeport simulate my_model.py"}
+    run(monkeypatch, "spikeport compile my_model.py")
+    run(monkeypatch, "spikeport simulate my_model.py --seconds 0.05")
     assert "fits chip 'loihi' on 1 core" in capsys.readouterr().out
     assert list(tmp_path.glob("runs/my_model-*/figure.png"))
