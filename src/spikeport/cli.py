@@ -48,7 +48,7 @@ app = typer.Typer(
 )
 MODEL = (
     "FILE.py or FILE.ipynb, in which the network is called `model`; FILE.py:NAME or module:NAME of "
-    "a network, or of a function that makes one; or arm, walk, humanoid."
+    "a network, or of a function that makes one."
 )
 RateHz = Annotated[
     list[str] | None,
@@ -92,7 +92,9 @@ def root(
 
 @app.command("compile")
 def compile_command(
-    network: Annotated[str, typer.Argument(metavar="MODEL", help=MODEL)],
+    network: Annotated[
+        str, typer.Argument(metavar="MODEL", help=f"{MODEL} Or built in: arm, walk, humanoid.")
+    ],
     chip: ChipOption = "loihi",
     *,
     settings: SettingsOption,
@@ -141,11 +143,14 @@ def compile_command(
 
 
 @app.command("simulate")
-@with_options
 def simulate_command(
     model: Annotated[str, typer.Argument(metavar="MODEL", help=MODEL)],
+    backend: Annotated[
+        str, typer.Option(help="native, nengo-loihi or reference; see `backends`.")
+    ] = "native",
+    chip: ChipOption = "loihi",
+    passes: PassesOption = None,
     *,
-    target: Target,
     seconds: Annotated[float, typer.Option(help="Simulated time.")] = 1.0,
     seed: SeedOption = 0,
     settings: SettingsOption,
@@ -162,7 +167,7 @@ def simulate_command(
     simulate(
         SimulateRequest(
             network=model,
-            target=target,
+            target=Target(backend=backend, chip=chip, passes=passes),
             seconds=seconds,
             seed=seed,
             settings=settings,

@@ -55,6 +55,7 @@ def _file(path: Path) -> ModuleType:
 def _notebook(path: Path) -> ModuleType:
     cells = read_notebook(path)
     module = _neighbour(ModuleType(f"spikeport_network_{path.stem}"), path)
+    vars(module)["display"] = lambda *_objects, **_options: None  # Jupyter's, in every notebook
     for cell in cells:
         for line in cell.skipped:
             note = f"note: {path}: cell {cell.number}: skipped, for it is IPython's: {line}"

@@ -68,7 +68,7 @@ def test_cells_of_a_notebook_run_one_after_the_other(tmp_path, capsys):
         tmp_path,
         "%matplotlib inline\nimport beside",
         ["def make():\n", "    return beside.number"],
-        "%%time\nmade = make()",
+        "%%time\nmade = make()\ndisplay(made)",
     )
     module = imported(str(path))
     assert module.made == 4

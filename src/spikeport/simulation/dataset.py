@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import xarray as xr
 
-from spikeport.simulation.run import Recorded
+from spikeport.simulation.recorded import Recorded
 
 
 def dataset(recorded: Mapping[str, Recorded], backend: str) -> xr.Dataset:

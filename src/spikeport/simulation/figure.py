@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from spikeport.simulation.run import Recorded
+from spikeport.simulation.recorded import Recorded
 
 ROWS = 12
 """Panels below each other, beyond which there is a further column."""

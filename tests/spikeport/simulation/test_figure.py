@@ -7,7 +7,7 @@ import pytest
 
 from spikeport.simulation import figure as drawing
 from spikeport.simulation.figure import figure
-from spikeport.simulation.run import Recorded
+from spikeport.simulation.recorded import Recorded
 
 
 def panels(drawn):
