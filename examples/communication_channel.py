@@ -22,7 +22,7 @@ with nengo.Network(seed=1, label="communication channel") as model:
     received = nengo.Probe(receiver, synapse=0.02, label="received")
 
 # %% [markdown]
-# ## Does it fit?
+# ## The fit
 #
 # A compile says what the network takes of the chip.
 
@@ -31,7 +31,7 @@ compilation = spikeport.compile_network(model)
 print(compilation)
 
 # %% [markdown]
-# ## What does it do?
+# ## The run
 
 # %%
 with spikeport.Simulator(model) as sim:

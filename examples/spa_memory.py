@@ -29,9 +29,9 @@ with spikeport.Simulator(model, pipeline="compact") as sim:
 print(sim.compilation)
 
 # %% [markdown]
-# ## What is held?
+# ## The word that is held
 #
-# The similarity of what the memory holds with each word that it might hold.
+# The similarity of the memory's state with each word that it might hold.
 
 # %%
 similarity = spa.similarity(sim.data[held], words)

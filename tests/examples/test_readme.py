@@ -1,4 +1,4 @@
-"""What README's first page says: its commands work, and print what stands there."""
+"""README's first page: its commands work, and print what stands there."""
 
 import re
 from pathlib import Path
