@@ -135,10 +135,11 @@ class OutputRecording:
         self._dt_s = image.manifest.dt_s
         self._sample_every = probe.sample_every
         self._filter = self._make_filter(probe.synapse)
+        self._filtered = probe.synapse is not None
         self._cleared = 0
 
     def _make_filter(self, synapse: "nengo.synapses.Synapse | None") -> Filter:
-        # Filtered in float32, as nengo-loihi filters its probes.
+        # Filtered in float32, as nengo-loihi filters its probes, and kept in float64, as there.
         if synapse is None:
             return lambda _t, x: x
         shape = (self._output.size,)
@@ -168,6 +169,7 @@ class OutputRecording:
 
     def _digest(self) -> None:
         for raw in self._raw:
-            filtered = self._filter(0.0, self._output.decode(raw))
-            self._values.append(np.array(filtered))  # a filter reuses its array
+            value = self._output.decode(raw)
+            filtered = self._filter(0.0, value)  # in an array that it uses again
+            self._values.append(np.array(filtered, dtype=float if self._filtered else None))
         self._raw.clear()

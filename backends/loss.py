@@ -177,7 +177,7 @@ def _parts(
     errors = []
     found = [cause for cause in found if cause.rounding(exact, rounded) > 0]
     for i, cause in enumerate(found):
-        progress(f"rounding {cause.object}", i / len(found))
+        progress("rounding one part at a time", i / len(found))
         mixed = exact.with_part(cause.array, rounded, cause.part)
         errors.append(error(rerun.floats(mixed), baseline))
     squares = sum(one**2 for one in errors) or 1.0

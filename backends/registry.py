@@ -16,15 +16,17 @@ from spikeport.backends.reference import Reference, fused
 from spikeport.backends.step_log import LogOptions
 from spikeport.compile.check.violation import NothingOnChipError
 from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.loihi.build_settings import AS_USUAL, BuildSettings
 from spikeport.compile.passes.parse import parse
 from spikeport.compile.passes.pipeline import Pipeline
 from spikeport.compile.pipeline import Compilation, compile_network
 from spikeport.errors import UsageError, unknown
 from spikeport.hardware_models import chip as chips
+from spikeport.progress import Progress, silent
 
 
 class Source(NamedTuple):
-    """A network, the settings of `spikeport.compile.pipeline.compile_network`, and of its counts.
+    """A network, the arguments of `spikeport.compile.pipeline.compile_network`, and its counts.
 
     ``counts`` is a folder for the counts of every step, see `spikeport.backends.step_log.StepLog`.
     """
@@ -35,11 +37,19 @@ class Source(NamedTuple):
     pipeline: Pipeline | str | None
     counts: Path | None = None
     offload: bool = False
+    settings: BuildSettings = AS_USUAL
+    progress: Progress = silent
 
     def compiled(self) -> Compilation:
         """Compile the network."""
         return compile_network(
-            self.network, self.chip, self.dt_s, self.pipeline, offload=self.offload
+            self.network,
+            self.chip,
+            self.dt_s,
+            self.pipeline,
+            offload=self.offload,
+            settings=self.settings,
+            progress=self.progress,
         )
 
 
@@ -111,6 +121,7 @@ def get(name: str) -> Backend:
     UsageError
         If there is none; lists those there are.
     """
+    name = name.replace("_", "-")  # nengo_loihi, as the package is imported
     if name == FLOAT_EMULATION:
         raise UsageError(
             "backend 'simreal': nengo-loihi's float emulation runs blocks that were not rounded, "

@@ -24,6 +24,7 @@ from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.usage import core_uses
 from spikeport.compile.loihi.blocks import FloatBlocks, IntegerBlocks
 from spikeport.compile.loihi.build import build
+from spikeport.compile.loihi.build_settings import AS_USUAL, BuildSettings
 from spikeport.compile.loihi.discretise import discretise
 from spikeport.compile.loihi.extract import extract
 from spikeport.compile.loihi.host_spikes import host_spikes
@@ -33,15 +34,21 @@ from spikeport.compile.placing.load import block_loads, capacity
 from spikeport.compile.placing.lower_bound import lower_bound
 from spikeport.compile.report.neurobench import neurobench
 from spikeport.compile.report.report import Report
+from spikeport.compile.report.summary import verdict
 from spikeport.compile.rewriting.relays import compartments_at_least
 from spikeport.compile.rewriting.slices import whole_targets
 from spikeport.constants import DT_S
 from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.limits import CoreUse
+from spikeport.progress import Progress, Stages, silent
 
 if TYPE_CHECKING:
     from nengo_loihi.builder import Model
+
+
+RULES, BUILD, ROUND, VERIFY = "checking rules", "building blocks", "rounding", "verifying"
+"""The stages of a compile beside its passes."""
 
 
 @dataclass(frozen=True)
@@ -57,6 +64,18 @@ class Compilation:
     stand_ins: Mapping[nengo.Probe, nengo.Probe] = field(default_factory=dict)
     built: Mapping[NengoObject, Built] = field(default_factory=dict)
 
+    def __repr__(self) -> str:
+        """Return the verdict, on a line."""
+        return f"<Compilation: {verdict(self.report)}>"
+
+    def __str__(self) -> str:
+        """Return the report, on one screen."""
+        return str(self.report)
+
+    def _repr_html_(self) -> str:
+        """Return the report as a notebook shows it."""
+        return self.report._repr_html_()
+
     @property
     def model(self) -> "Model":
         """nengo-loihi's model, which has the host's side."""
@@ -70,6 +89,9 @@ def compile_network(
     pipeline: Pipeline | str | None = None,
     observer: Observer = observe_nothing,
     offload: bool = False,
+    *,
+    settings: BuildSettings = AS_USUAL,
+    progress: Progress = silent,
 ) -> Compilation:
     """Compile a network for a chip.
 
@@ -89,6 +111,10 @@ def compile_network(
     offload : bool
         Move ensembles that break a rule to the host, fewest neurons first, until the rest compiles;
         the report names them. The network itself is not changed.
+    settings : BuildSettings
+        nengo-loihi's settings of the build, such as ``pes_error_scale``.
+    progress : callable
+        Called when a stage begins, see `spikeport.progress.Progress`.
 
     Raises
     ------
@@ -105,7 +131,10 @@ def compile_network(
     target = chips.get(str(chip))
     passes = target.pipeline if pipeline is None else pipeline
     pipeline = parse(passes) if isinstance(passes, str) else passes
-    job = Job(network, target, dt, pipeline, observer)
+    if pipeline.networks:
+        settings.check_written()
+    stages = Stages(progress, "compiling", _stages(pipeline))
+    job = Job(network, target, dt, pipeline, observer, settings, stages)
     if offload:
         return _offloaded(job)
     try:
@@ -124,6 +153,8 @@ class Job(NamedTuple):
     dt_s: float
     pipeline: Pipeline
     observer: Observer
+    settings: BuildSettings
+    stages: Stages
 
 
 def _offloaded(job: Job) -> Compilation:
@@ -140,20 +171,26 @@ def _offloaded(job: Job) -> Compilation:
 
 def _cores_rewritten(job: Job) -> int:
     """Return the number of cores of a compile that rewrites the network first, unobserved."""
-    rewritten = job._replace(pipeline=parse(COMPACT), observer=observe_nothing)
+    compact = parse(COMPACT)
+    stages = Stages(silent, "compiling", _stages(compact))
+    rewritten = job._replace(pipeline=compact, observer=observe_nothing, stages=stages)
     return len(_compiled(rewritten).report.cores)
 
 
 def _compiled(job: Job) -> Compilation:
-    network, target, dt, pipeline, observer = job
-    run = PassRun(pipeline, target, dt, observer)
+    network, target, dt, stages = job.network, job.chip, job.dt_s, job.stages
+    run = PassRun(job.pipeline, target, dt, job.observer, stages.begin)
     names = Names(network)
     with collected_warnings() as notices:
+        stages.begin(RULES)
         rewrite = _rewritten(network, names, run, target)
-        floats = run.blocks(build(rewrite, dt))
+        stages.begin(BUILD)
+        floats = run.blocks(build(rewrite, dt, job.settings))
+        stages.begin(ROUND)
         blocks = discretise(floats)
     unplaced = extract(blocks, target.name)
     image = run.images(unplaced)
+    stages.begin(VERIFY)
     cores = _verified(image, target, floats)
     report = Report(
         target,
@@ -179,7 +216,9 @@ def check_arguments(network: object, chip: object, dt: object, pipeline: object)
     if not isinstance(network, nengo.Network):
         raise ArgumentError("network", network, "a nengo.Network")
     if not isinstance(chip, str | Path):
-        raise ArgumentError("chip", chip, "the name of a chip, or the path of its TOML file")
+        expected = "the name of a chip, or the path of its TOML file"
+        cure = "; give a time step by its name, dt=..." if isinstance(chip, float) else ""
+        raise ArgumentError("chip", chip, expected + cure)
     if not isinstance(dt, Real) or not 0 < _as_float(dt) < math.inf:
         raise ArgumentError("dt", dt, "a time step in seconds, above 0 and finite")
     if pipeline is not None and not isinstance(pipeline, str | Pipeline):
@@ -192,6 +231,14 @@ def _as_float(number: Real) -> float:
         return float(number)
     except OverflowError:
         return math.inf
+
+
+def _stages(passes: Pipeline) -> list[str]:
+    """Return the names of the stages of a compile, in order."""
+    networks, blocks, images = (
+        [one.name for one in some] for some in (passes.networks, passes.blocks, passes.images)
+    )
+    return [RULES, *networks, BUILD, *blocks, ROUND, *images, VERIFY]
 
 
 def _rewritten(network: nengo.Network, names: Names, run: PassRun, chip: ChipModel) -> Rewrite:

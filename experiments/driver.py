@@ -70,7 +70,6 @@ def prepare(trial: Trial[K, R]) -> Ready[K]:
     """
     options = trial.options
     closed = trial.close(trial.plant())
-    options.progress("compiling", None)
     analytic = options.backend == "analytic"
     sim = Simulator(
         closed.network,
@@ -79,6 +78,7 @@ def prepare(trial: Trial[K, R]) -> Ready[K]:
         dt=DT_S,
         seed=options.seed,
         pipeline="" if analytic else options.pipeline,
+        progress=options.progress,
     )
     return Ready(closed, sim)
 

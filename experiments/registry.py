@@ -3,7 +3,7 @@
 from importlib import import_module
 from types import ModuleType
 
-from spikeport.errors import MissingExtraError, unknown
+from spikeport.errors import MissingExtraError, UsageError, unknown
 from spikeport.experiments.options import Experiment
 
 EXPERIMENTS = {
@@ -25,6 +25,8 @@ def get(name: str) -> Experiment:
     MissingExtraError
         If a package it needs is absent; names the extra that brings it.
     """
+    if name.endswith((".py", ".ipynb")) or ":" in name:
+        raise UsageError(f"{name}: no experiment; a network is run by: spikeport simulate {name}")
     if name not in EXPERIMENTS:
         raise unknown("experiment", name, EXPERIMENTS)
     experiment: Experiment = imported(f"experiment '{name}'", EXPERIMENTS[name]).EXPERIMENT

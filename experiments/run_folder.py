@@ -26,7 +26,10 @@ if TYPE_CHECKING:
 Result = dict[str, Any]
 """The content of ``result.json``, or of an object in it."""
 RESULT_SCHEMA = 1
-FILES = ("result.json", "probes.nc", "figure.png", "video.mp4", "last_states.npz")
+FILES = (
+    *("result.json", "probes.nc", "figure.png", "report.json"),
+    *("video.mp4", "last_states.npz"),
+)
 PACKAGES = ("spikeport", "numpy", "scipy", "nengo", "nengo-loihi", "mujoco")
 
 
@@ -81,13 +84,20 @@ def _remove_if_empty(folder: Path) -> None:
 
 def write_result(folder: Path, result: Mapping[str, object]) -> None:
     """Write ``result.json``, with schema and versions added."""
-    versions = {name: metadata.version(name) for name in PACKAGES}
+    versions = {name: _version(name) for name in PACKAGES}
     whole = {
         "schema": RESULT_SCHEMA,
         **result,
         "versions": {"python": platform.python_version(), **versions},
     }
     write_json(folder / "result.json", whole)
+
+
+def _version(package: str) -> str | None:
+    try:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:  # a run of a network needs no MuJoCo
+        return None
 
 
 def write_probes(folder: Path, dataset: "xr.Dataset") -> None:

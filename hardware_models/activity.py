@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from spikeport.errors import UsageError
+from spikeport.table import Table
 
 if TYPE_CHECKING:
     from spikeport.hardware_models.chip import ChipModel
@@ -117,6 +118,33 @@ class Activity:
             raise ValueError(f"{name} has shape {array.shape}, not {shape} {meaning}")
         if array.dtype.kind not in "iuf":
             raise ValueError(f"{name} is of {array.dtype}, but counts are numbers")
+
+    def __repr__(self) -> str:
+        """Return steps, cores and spikes, on a line."""
+        return f"<Activity: {self._extent()}, {self.over_steps('spikes').sum():,.0f} spikes>"
+
+    def __str__(self) -> str:
+        """Return the sums of all counts, as a table."""
+        return str(self._table())
+
+    def _repr_html_(self) -> str:
+        """Return the sums of all counts as a notebook shows them."""
+        return self._table().html()
+
+    def _extent(self) -> str:
+        cores = f"{len(self.cores)} core{'s' * (len(self.cores) != 1)}"
+        return f"{self.n_steps:,} steps of {1000 * self.dt_s:g} ms on {cores}"
+
+    def _table(self) -> Table:
+        """Return each count in sum, by step, and on the core that has most of it."""
+        rows = []
+        for name, counts in self.per_core().items():
+            most = int(counts.argmax()) if counts.size else 0
+            share = (f"{counts[most]:,.0f}", str(most)) if counts.any() else ("", "")
+            by_step = counts.sum() / self.n_steps if self.n_steps else 0.0
+            rows.append((name.replace("_", " "), f"{counts.sum():,.0f}", f"{by_step:,.1f}", *share))
+        header = ("count", "in sum", "a step", "most on a core", "core")
+        return Table(self._extent(), header, tuple(rows))
 
     @property
     def n_steps(self) -> int:

@@ -1,10 +1,10 @@
-"""The wheel of what git knows of this checkout, and environments with NumPy 1 that have it."""
+"""The wheel of what git knows of this checkout, environments that have it, Nengo's defaults."""
 
 import os
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -114,3 +114,18 @@ def bare_environment(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> C
 def numpy_1(environment: Callable[..., Run]) -> Run:
     """Runs a program of an environment that has the wheel, its core dependencies and NumPy 1."""
     return environment()
+
+
+@pytest.fixture
+def nengo_defaults() -> Iterator[None]:
+    """Nengo's defaults are there again afterwards, which `set_defaults` changes."""
+    import nengo
+
+    parameters = (nengo.Ensemble.max_rates, nengo.Ensemble.intercepts)
+    states = (nengo.LIF.state, nengo.SpikingRectifiedLinear.state)
+    values, kept = [one.default for one in parameters], [dict(one) for one in states]
+    yield
+    for parameter, value in zip(parameters, values, strict=True):
+        parameter.default = value
+    for state, before in zip(states, kept, strict=True):
+        state.update(before)

@@ -36,6 +36,15 @@ def add_params(network: nengo.Network) -> None:
         connections.set_param("target_filter_s", after)
 
 
+def set_defaults() -> None:
+    """Change Nengo's defaults to nengo-loihi's: rates, intercepts and voltages that suit the chip.
+
+    Ensembles fire at 100 to 120 Hz at most, with intercepts from -1 to 0.5; all voltages begin at
+    zero. It holds for all networks that this process builds afterwards.
+    """
+    nengo_loihi.set_defaults()
+
+
 class NetworkSettings:
     """The settings of a network's objects.
 

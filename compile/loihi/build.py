@@ -29,6 +29,7 @@ from spikeport.compile.ground.refusal import RefusedError, concerning, warnings_
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.image.manifest import BlockEntry, Encoding, Filter, InputEntry
 from spikeport.compile.loihi.blocks import FloatBlocks, OutputName, first_of
+from spikeport.compile.loihi.build_settings import AS_USUAL, BuildSettings
 from spikeport.compile.loihi.events import EventSteps, event_steps
 from spikeport.compile.loihi.host_probes import connections_probed_on_host
 from spikeport.compile.loihi.lean import lean
@@ -148,7 +149,7 @@ class OrderedModel(Model):
         return (*ends, *slices, function, init.tobytes().hex())
 
 
-def build(rewrite: Rewrite, dt_s: float) -> FloatBlocks:
+def build(rewrite: Rewrite, dt_s: float, settings: BuildSettings = AS_USUAL) -> FloatBlocks:
     """Build a network.
 
     Parameters
@@ -157,6 +158,8 @@ def build(rewrite: Rewrite, dt_s: float) -> FloatBlocks:
         The network, as its passes left it; a seed of 0 stands in where it has none.
     dt_s : float
         The time step, in seconds.
+    settings : BuildSettings
+        nengo-loihi's settings of the build.
 
     Raises
     ------
@@ -167,9 +170,15 @@ def build(rewrite: Rewrite, dt_s: float) -> FloatBlocks:
     model = OrderedModel(dt_s, names)
     model.seeds.update({network: network.seed or 0, **rewrite.seeds})
     model.seeded[network] = True
+    settings.set_on(model)
     with numpy1_semantics(), connections_probed_on_host():
         try:
-            model.build(network, precompute=False, discretize=False)
+            model.build(
+                network,
+                precompute=False,
+                remove_passthrough=settings.remove_passthrough,
+                discretize=False,
+            )
         except UsageError:  # of a file of events
             raise
         except Exception as error:  # it refuses by errors of any kind, not only by its own

@@ -59,11 +59,20 @@ class Pipeline:
 
 
 class PassRun:
-    """The walk of a compile through a pipeline, which applies passes and collects their notes."""
+    """The walk of a compile through a pipeline, which applies passes and collects their notes.
+
+    ``begin`` is called with the name of each pass before it, the observer after it.
+    """
 
     def __init__(
-        self, pipeline: Pipeline, chip: ChipModel, dt_s: float, observer: Observer
+        self,
+        pipeline: Pipeline,
+        chip: ChipModel,
+        dt_s: float,
+        observer: Observer,
+        begin: Callable[[str], None],
     ) -> None:
+        self._begin = begin
         self._pipeline = pipeline
         self._chip = chip
         self.dt_s = dt_s
@@ -89,6 +98,7 @@ class PassRun:
 
     def _apply(self, passes: tuple[Pass[Value], ...], value: Value) -> Value:
         for one in passes:
+            self._begin(one.name)
             notes: dict[str, object] = {}
             after = self._pipeline.passes[self._pipeline.passes.index(one) + 1 :]
             value = one.apply(value, Context(self._chip, self.dt_s, notes.__setitem__, after))

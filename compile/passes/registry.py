@@ -3,7 +3,7 @@
 from importlib import import_module
 
 from spikeport.compile.passes.base import AnyPass
-from spikeport.errors import unknown
+from spikeport.errors import UsageError, unknown
 
 PASSES: dict[str, str] = {
     "tie": "spikeport.compile.passes.tie:Tie",
@@ -32,10 +32,14 @@ def get(name: str) -> type[AnyPass]:
     Raises
     ------
     UsageError
-        There is no pass of that name; the message lists all names.
+        There is no pass of that name; the message lists all of passes and pipelines.
     """
+    if name in PIPELINES:
+        raise UsageError(
+            f"'{name}' is a whole pipeline: write it alone, or the passes it has: {PIPELINES[name]}"
+        )
     if name not in PASSES:
-        raise unknown("pass", name, PASSES)
+        raise unknown("pass or pipeline", name, [*PIPELINES, *PASSES])
     module, _, cls = PASSES[name].partition(":")
     result: type[AnyPass] = getattr(import_module(module), cls)
     return result

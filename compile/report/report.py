@@ -7,6 +7,7 @@ from typing import Any, TypeAlias
 from spikeport.compile.check.violation import Offloaded, Violation
 from spikeport.compile.ground.quantisation import BlockError
 from spikeport.compile.image.expected import Rates
+from spikeport.compile.report import summary
 from spikeport.compile.report.neurobench import NeuroBench, workload
 from spikeport.hardware_models.activity import Activity
 from spikeport.hardware_models.chip import ChipModel
@@ -61,6 +62,18 @@ class Report:
     neurobench: NeuroBench | None = None
     hints: tuple[Violation, ...] = ()
     offloaded: tuple[Offloaded, ...] = ()
+
+    def __repr__(self) -> str:
+        """Return the verdict, on a line."""
+        return f"<Report: {summary.verdict(self)}>"
+
+    def __str__(self) -> str:
+        """Return the report on one screen."""
+        return summary.text(self)
+
+    def _repr_html_(self) -> str:
+        """Return the report as a notebook shows it."""
+        return summary.as_html(self)
 
     def resources(self) -> dict[str, Usage]:
         """Return the use of every resource in sum, against the limit of the whole chip."""

@@ -126,9 +126,8 @@ def convert(conversion: Conversion, chip: str, passes: str, progress: Progress) 
         The network cannot be put on the chip.
     """
     exact_action = conversion.exact(conversion.shown)[-1]
-    progress("compiling", None)
     net = conversion.network(probed=False)
-    with Simulator(net, chip=chip, dt=DT_S, pipeline=passes) as sim:
+    with Simulator(net, chip=chip, dt=DT_S, pipeline=passes, progress=progress) as sim:
         assert sim.compilation is not None
         _run(sim, len(conversion.shown), "running on the chip", progress)
         chip_error = _error(sim.data[net.action], exact_action)

@@ -42,7 +42,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from spikeport import errors
-    from spikeport.compile.ground.settings import add_params
+    from spikeport.compile.ground.settings import add_params, set_defaults
     from spikeport.compile.image.chip_image import ChipImage
     from spikeport.compile.passes.pipeline import Pipeline
     from spikeport.compile.pipeline import Compilation, compile_network
@@ -57,6 +57,7 @@ __all__ = [
     "add_params",
     "compile_network",
     "errors",
+    "set_defaults",
 ]
 
 _HOMES = {
@@ -66,6 +67,7 @@ _HOMES = {
     "Simulator": "spikeport.simulator",
     "add_params": "spikeport.compile.ground.settings",
     "compile_network": "spikeport.compile.pipeline",
+    "set_defaults": "spikeport.compile.ground.settings",
 }
 
 

@@ -47,6 +47,10 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
+MODEL = (
+    "FILE.py or FILE.ipynb, in which the network is called `model`; FILE.py:NAME or module:NAME of "
+    "a network, or of a function that makes one."
+)
 RateHz = Annotated[
     list[str] | None,
     typer.Option(
@@ -57,6 +61,10 @@ RateHz = Annotated[
 ]
 PrintAfter = Annotated[
     str | None, typer.Option(metavar="PASS", help="Print what a pass, or each of `all`, leaves.")
+]
+BuildTimeout = Annotated[
+    float | None,
+    typer.Option(metavar="SECONDS", min=0.001, help="End the building of the network then."),
 ]
 ExperimentName = Annotated[str, typer.Argument(help="The experiment, e.g. reach.")]
 ImageFile = Annotated[Path, typer.Argument(help="The image.npz that a compile wrote.")]
@@ -86,7 +94,7 @@ def root(
 @app.command("compile")
 def compile_command(
     network: Annotated[
-        str, typer.Argument(help="A built-in name, path/to/file.py:function or module:function.")
+        str, typer.Argument(metavar="MODEL", help=f"{MODEL} Or built in: arm, walk, humanoid.")
     ],
     chip: ChipOption = "loihi",
     *,
@@ -108,10 +116,7 @@ def compile_command(
     cores: Annotated[
         bool, typer.Option("--cores", help="Print the tables of all cores and modules.")
     ] = False,
-    build_timeout: Annotated[
-        float | None,
-        typer.Option(metavar="SECONDS", min=0.001, help="End the building of the network then."),
-    ] = None,
+    build_timeout: BuildTimeout = None,
     explain: Annotated[
         str | None,
         typer.Option(
@@ -138,6 +143,43 @@ def compile_command(
             print_after=print_after,
             build_timeout_s=build_timeout,
             offload=offload,
+        )
+    )
+
+
+@app.command("simulate")
+def simulate_command(
+    model: Annotated[str, typer.Argument(metavar="MODEL", help=MODEL)],
+    backend: Annotated[
+        str, typer.Option(help="native, nengo-loihi or reference; see `backends`.")
+    ] = "native",
+    chip: ChipOption = "loihi",
+    passes: PassesOption = None,
+    *,
+    seconds: Annotated[float, typer.Option(help="Simulated time.")] = 1.0,
+    seed: SeedOption = 0,
+    settings: SettingsOption,
+    beside_float: Annotated[
+        bool, typer.Option("--float/--no-float", help="Run it in float Nengo beside.")
+    ] = True,
+    out: Annotated[Path | None, written("Folder of the run.")] = None,
+    overwrite: Annotated[bool, typer.Option(help="Replace an earlier run in --out.")] = False,
+    build_timeout: BuildTimeout = None,
+) -> None:
+    """Simulate a network on a chip, with a picture of every probe beside float Nengo."""
+    from spikeport.commands.simulate import SimulateRequest, simulate
+
+    simulate(
+        SimulateRequest(
+            network=model,
+            target=Target(backend=backend, chip=chip, passes=passes),
+            seconds=seconds,
+            seed=seed,
+            settings=settings,
+            beside_float=beside_float,
+            out=out,
+            overwrite=overwrite,
+            build_timeout_s=build_timeout,
         )
     )
 

@@ -47,8 +47,14 @@ def read_json(path: Path, refusal: Refusal = UsageError) -> Any:
     return _read(path, parse_json, "JSON", refusal)
 
 
-def read_model(path: Path, model: type[M], what: str, refusal: Refusal = UsageError) -> M:
-    """Return the model that a TOML file holds, and say all that is wrong with it at once.
+def read_model(
+    path: Path,
+    model: type[M],
+    what: str,
+    refusal: Refusal = UsageError,
+    read: Callable[[Path, Refusal], Any] = read_toml,
+) -> M:
+    """Return the model that a file holds, and say all that is wrong with it at once.
 
     Parameters
     ----------
@@ -60,14 +66,16 @@ def read_model(path: Path, model: type[M], what: str, refusal: Refusal = UsageEr
         What the file is to be, for messages, e.g. ``"chip"``.
     refusal : type of SpikeportError
         The error for a file that is wrong.
+    read : callable
+        `read_toml` or `read_json`.
 
     Raises
     ------
     UsageError, or another ``refusal``
-        The file cannot be read, is not TOML, or does not fit the model.
+        The file cannot be read, is not of its format, or does not fit the model.
     """
     try:
-        return model.model_validate(read_toml(path, refusal))
+        return model.model_validate(read(path, refusal))
     except ValidationError as error:
         raise refusal(f"{path}: not a {what}:\n{_listed(error.errors())}") from None
 

@@ -1,23 +1,23 @@
-"""Finds the network a user names: built in, in a file, or in a module."""
+"""Finds the network a user names: built in, in a file, a notebook, or in a module."""
 
-import importlib
-import importlib.util
 import inspect
-import sys
 from collections.abc import Callable
-from pathlib import Path
 from types import ModuleType
 
 import nengo
 
-from spikeport import key_values
+from spikeport import key_values, user_code
 from spikeport.build_timer import OutOfTime, watched
+from spikeport.candidates import makers_in, networks_in
 from spikeport.errors import NetworkError, SpikeportError, UsageError, unknown
 from spikeport.experiments import registry
 from spikeport.experiments.options import Experiment, Options
 
 BUILT_IN = {"arm": "reach", "humanoid": "switch", "walk": "walk"}
 """The built-in networks, each with the experiment that runs it."""
+USUAL = ("model", "net")
+"""Names that Nengo's documentation and GUI give to the network of a script."""
+FORMS = ("FILE.py", "FILE.ipynb", "FILE.py:NAME", "module:NAME")
 
 
 def needed_passes(spec: str) -> str | None:
@@ -37,7 +37,9 @@ def find_network(
     Parameters
     ----------
     spec : str
-        A built-in name, ``path/to/file.py:function`` or ``module:function``.
+        A built-in name; ``FILE.py:NAME``, ``FILE.ipynb:NAME`` or ``module:NAME``, where the name is
+        that of a network, or of a function or class that makes one; or a file alone, in which it is
+        a network called ``model`` or ``net``, or the only network, or all that makes one.
     pairs : list of str
         ``KEY=VALUE`` arguments of the function; of a built-in network, its experiment's settings.
     chip, passes : str
@@ -60,20 +62,58 @@ def find_network(
 
 def _users(spec: str, pairs: list[str]) -> nengo.Network:
     where, _, name = spec.rpartition(":")
-    if not (where and name):
-        raise unknown("network", spec, [*BUILT_IN, "path/to/file.py:function", "module:function"])
-    function = _function(where, name)
-    arguments = key_values.parse(pairs, function, f"network '{spec}'")
+    if spec.endswith(user_code.FILES):
+        where, name = spec, ""
+    elif not (where and name):
+        raise unknown("network", spec, [*BUILT_IN, *FORMS])
+    module = user_code.imported(where)
+    found = _named(module, where, name) if name else _only(module, where)
+    if not isinstance(found, nengo.Network):
+        return _made(found, spec, pairs)
+    if pairs:
+        raise UsageError(f"--set {pairs[0]}: {spec} is a network, not a function: it takes none")
+    return found
+
+
+def _named(module: ModuleType, where: str, name: str) -> nengo.Network | Callable[..., object]:
+    found: object = getattr(module, name, None)
+    if isinstance(found, nengo.Network) or callable(found):
+        return found
+    known = [*networks_in(module), *makers_in(module)]
+    if not known:
+        raise UsageError(f"unknown network of {where} '{name}'; there is none in it")
+    raise unknown(f"network of {where}", name, known)
+
+
+def _only(module: ModuleType, where: str) -> nengo.Network | Callable[..., object]:
+    """Return the one network of a file that names none, or what makes it."""
+    networks, makers = networks_in(module), makers_in(module)
+    if usual := [networks[name] for name in USUAL if name in networks]:
+        return usual[0]
+    if len(different := {id(one): one for one in networks.values()}) == 1:
+        return next(iter(different.values()))
+    if not networks and len(makers) == 1:
+        return next(iter(makers.values()))
+    if not networks and not makers:
+        raise UsageError(
+            f"{where}: no network in it: name one `model`, or write a function that returns one"
+        )
+    forms = ", ".join(f"{where}:{name}" for name in sorted([*networks, *makers]))
+    raise UsageError(f"{where}: several networks in it, none called model or net; give {forms}")
+
+
+def _made(make: Callable[..., object], spec: str, pairs: list[str]) -> nengo.Network:
+    arguments = key_values.parse(pairs, make, f"network '{spec}'")
     try:
-        inspect.signature(function).bind(**arguments)
+        inspect.signature(make).bind(**arguments)
     except TypeError as error:
         raise UsageError(f"{spec}: {error}; give its arguments with --set KEY=VALUE") from None
     try:
-        network = function(**arguments)
+        network = make(**arguments)
     except (SpikeportError, KeyboardInterrupt, OutOfTime):
         raise
     except BaseException as error:  # a user's code may exit, too, which must not look like success
-        raise NetworkError(f"{spec}: raised {_in_words(error)}") from error
+        raise NetworkError(f"{spec}: raised {user_code.in_words(error)}") from error
     if not isinstance(network, nengo.Network):
         raise UsageError(f"{spec}: returned {type(network).__name__}, expected nengo.Network")
     return network
@@ -93,52 +133,3 @@ def _experiment(spec: str) -> Experiment:
     module = registry.imported(f"network '{spec}'", registry.EXPERIMENTS[BUILT_IN[spec]])
     experiment: Experiment = module.EXPERIMENT
     return experiment
-
-
-def _function(where: str, name: str) -> Callable[..., object]:
-    module = _import(where)
-    function: object = getattr(module, name, None)
-    if not callable(function):
-        known = [n for n, v in vars(module).items() if callable(v) and not n.startswith("_")]
-        raise unknown(f"function of {where}", name, known)
-    return function
-
-
-def _import(where: str) -> ModuleType:
-    return _import_file(Path(where)) if where.endswith(".py") else _import_module(where)
-
-
-def _import_module(name: str) -> ModuleType:
-    sys.path.insert(0, str(Path.cwd()))  # as python -m looks for modules
-    try:
-        return importlib.import_module(name)
-    except (SpikeportError, KeyboardInterrupt, OutOfTime):
-        raise
-    except BaseException as error:
-        raise UsageError(f"module '{name}' cannot be imported: {_in_words(error)}") from error
-
-
-def _import_file(path: Path) -> ModuleType:
-    if not path.is_file():
-        raise UsageError(f"{path}: no such file")
-    spec = importlib.util.spec_from_file_location(f"spikeport_network_{path.stem}", path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.path.insert(0, str(path.parent.resolve()))  # as python looks for a script's neighbours
-    sys.modules[spec.name] = module  # where dataclasses look for the names in their annotations
-    try:
-        spec.loader.exec_module(module)
-    except (SpikeportError, KeyboardInterrupt, OutOfTime):
-        raise
-    except BaseException as error:
-        raise UsageError(f"{path}: cannot be imported: {_in_words(error)}") from error
-    return module
-
-
-def _in_words(error: BaseException) -> str:
-    """Return type and text of an error of a user's code, which may fail to make the text."""
-    try:
-        return f"{type(error).__name__}: {error}"
-    except BaseException:
-        return f"{type(error).__name__}, which has no text"

@@ -9,14 +9,16 @@ from collections.abc import Callable, Iterator, Mapping
 from numbers import Integral, Real
 from pathlib import Path
 from types import FrameType
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import nengo
 import numpy as np
 from nengo.base import NengoObject
 from nengo.exceptions import SimulatorClosed
-from nengo.utils.progress import Progress, ProgressBar, ProgressTracker
+from nengo.utils.progress import Progress as Steps
+from nengo.utils.progress import ProgressBar, ProgressTracker
 
+from spikeport import migration
 from spikeport.backends import registry
 from spikeport.backends.execution import Execution
 from spikeport.backends.sampling import sampled
@@ -28,6 +30,10 @@ from spikeport.compile.pipeline import Compilation, check_arguments
 from spikeport.constants import DT_S, LARGEST_SEED, LONGEST_RUN
 from spikeport.errors import BackendError, UsageError
 from spikeport.hardware_models.activity import Activity
+from spikeport.progress import Progress, silent
+
+if TYPE_CHECKING:
+    from nengo_loihi.builder import Model
 
 
 class Simulator:
@@ -57,6 +63,12 @@ class Simulator:
     offload : bool
         Move ensembles that break a rule of the chip to the host, until the rest compiles; the
         report has them as ``offloaded``.
+    target, precompute, remove_passthrough, model, hardware_options
+        The arguments of `nengo_loihi.Simulator`: ``"sim"`` is any backend with a chip,
+        ``precompute`` changes nothing, ``model`` brings its settings of the build, such as
+        ``pes_error_scale``, and options of boards are refused. See docs/migrating.md.
+    progress : callable
+        Called when a stage of the compile begins, see `spikeport.progress.Progress`.
 
     Attributes
     ----------
@@ -87,10 +99,29 @@ class Simulator:
         pipeline: Pipeline | str | None = None,
         counts: str | Path | None = None,
         offload: bool = False,
+        *,
+        target: str | None = None,
+        precompute: bool | None = None,
+        remove_passthrough: bool = True,
+        model: "Model | None" = None,
+        hardware_options: Mapping[str, object] | None = None,
+        progress: Progress = silent,
     ) -> None:
         check_arguments(network, chip, dt, pipeline)
+        migration.check_target(target, backend)
+        migration.check_precompute(precompute)
+        migration.check_hardware_options(hardware_options)
         _check_seed(seed)
-        source = registry.Source(network, chip, dt, pipeline, _counts_folder(counts), offload)
+        source = registry.Source(
+            network,
+            chip,
+            dt,
+            pipeline,
+            _counts_folder(counts),
+            offload,
+            migration.build_settings(model, dt, remove_passthrough),
+            progress,
+        )
         self._open = functools.partial(registry.get(backend).open, source)
         self._probes = network.all_probes
         self.seed = (network.seed or 0) + 1 if seed is None else seed
@@ -183,7 +214,7 @@ class Simulator:
         shown = self.progress_bar if progress_bar is None else progress_bar
         with (
             interrupts_deferred() as check_interrupt,
-            ProgressTracker(shown, Progress("Simulating", "Simulation", steps)) as tracker,
+            ProgressTracker(shown, Steps("Simulating", "Simulation", steps)) as tracker,
         ):
             for _ in range(steps):
                 self.step()

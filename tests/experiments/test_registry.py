@@ -17,6 +17,15 @@ def test_an_unknown_name_lists_those_there_are():
     assert str(caught.value) == "unknown experiment 'dance'; there is: draw, reach, switch, walk"
 
 
+@pytest.mark.parametrize("name", ["model.py", "model.ipynb", "model.py:make", "package:make"])
+def test_a_network_is_sent_to_where_it_runs(name):
+    with pytest.raises(UsageError) as caught:
+        registry.get(name)
+    assert str(caught.value) == (
+        f"{name}: no experiment; a network is run by: spikeport simulate {name}"
+    )
+
+
 def test_a_package_that_is_absent_names_the_extra_that_brings_it():
     with pytest.raises(MissingExtraError) as caught:
         registry.imported("a dance", "no_such_package.steps", extra="ballet")

@@ -28,6 +28,7 @@ from spikeport.hardware_models.chip import BUILT_IN
 from spikeport.networks import walking_policy
 from spikeport.networks.loading.files import load_mlp
 from spikeport.networks.walking_policy import WalkingPolicy
+from spikeport.reading.notebook import read_notebook
 from tests.helpers.event_files import process_of, random_events, write_events
 from tests.helpers.foreign import ENVIRONMENT, Policy, described, state
 from tests.helpers.forging import good
@@ -122,6 +123,12 @@ def _events(folder: Path) -> None:
         write_events(folder / f"camera.{suffix}", **random_events(50, last_us=9_000))
 
 
+def _notebook(folder: Path) -> None:
+    sources = ["%matplotlib inline\nimport nengo\n", ["model = nengo.Network()\n", "model?"]]
+    cells = [{"cell_type": "code", "source": source, "outputs": []} for source in sources]
+    write_json(folder / "model.ipynb", {"nbformat": 4, "metadata": {}, "cells": cells})
+
+
 LOADERS = {
     "npz": Loader(_npz, walking_policy.load),
     "TorchScript": Loader(_torchscript, load_mlp),
@@ -131,6 +138,7 @@ LOADERS = {
     "image": Loader(_image, ChipImage.load),
     "calibration": Loader(_calibration, lambda path: calibration.load(path, MADE_FOR)),
     "observations": Loader(_observations, lambda path: read_observations(path, 3)),
+    "notebook": Loader(_notebook, read_notebook),
     "path": Loader(_path, lambda path: read_path(path, 5.0)),
     "schedule": Loader(_copies(SCHEDULE), lambda path: schedule.load(path, 26.0)),
     "chip": Loader(_copies(BUILT_IN / "loihi.toml"), lambda path: chips.get(str(path))),

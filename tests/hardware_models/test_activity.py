@@ -50,9 +50,21 @@ def test_totals_and_sums_per_core(make_activity):
     assert per_core["messages_host"].tolist() == [9, 0]
 
 
+def test_it_is_a_line_a_screen_and_a_table(make_activity):
+    activity = make_activity(spikes=[[1, 2], [3, 4]], messages_host=[9, 0])
+    assert repr(activity) == "<Activity: 2 steps of 1 ms on 2 cores, 10 spikes>"
+    title, header, spikes, *_, host = str(activity).splitlines()
+    assert title == "2 steps of 1 ms on 2 cores"
+    assert header.split("  ")[0] == "count"
+    assert spikes.split() == ["spikes", "10", "5.0", "6", "1"]
+    assert host.split() == ["messages", "host", "9", "4.5", "9", "0"]
+    assert activity._repr_html_().count("<tr>") == 9
+
+
 def test_no_steps_is_an_activity(make_activity):
     activity = make_activity(n_steps=0)
     assert activity.n_steps == 0
+    assert str(activity).startswith("0 steps of 1 ms on ")
     assert set(activity.totals().values()) == {0}
 
 

@@ -16,10 +16,10 @@ from nengo.neurons import NeuronType
 
 from spikeport.compile.check.verify import verify, verify_settings
 from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.expected import Rates, expected_activity
 from spikeport.compile.image.usage import core_uses
 from spikeport.compile.pipeline import compile_network
 from spikeport.compile.report.budget import Budget
-from spikeport.compile.report.expected import Rates, expected_activity
 from spikeport.hardware_models import chip as chips
 from tests.helpers.chip_files import chip_file
 from tests.helpers.cured import Case, Check, compiled, network_of

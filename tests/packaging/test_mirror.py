@@ -20,7 +20,6 @@ TYPES = {
     "robot/engine.py",
     "spikeport/arrays.py",
     "spikeport/constants.py",
-    "spikeport/progress.py",
 }
 """Modules that only declare: protocols, bases, types, constants, an import."""
 

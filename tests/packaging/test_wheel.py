@@ -76,10 +76,14 @@ def test_the_licence_is_gpl_2_only(wheel, metadata):
 def test_the_core_does_not_depend_on_the_robot(metadata):
     required = metadata.get_all("Requires-Dist")
     core = {re.match(r"[\w-]+", r)[0] for r in required if "extra ==" not in r}
-    robot = {re.match(r"[\w-]+", r)[0] for r in required if 'extra == "robot"' in r}
+    extras = {
+        name: {re.match(r"[\w-]+", r)[0] for r in required if f'extra == "{name}"' in r}
+        for name in ("runs", "robot")
+    }
     assert core >= {"nengo", "nengo-loihi", "numpy", "scipy", "pydantic", "typer", "rich"}
-    assert robot >= {"mujoco", "matplotlib", "xarray", "h5netcdf"}
-    assert core & robot == set()
+    assert extras["runs"] >= {"matplotlib", "xarray", "h5netcdf"}
+    assert extras["robot"] == {"mujoco", "spikeport"}
+    assert core & (extras["runs"] | extras["robot"]) == set()
 
 
 def test_it_is_imported_from_site_packages_with_numpy_1(numpy_1, tmp_path):
@@ -117,15 +121,19 @@ def test_doctor_names_the_missing_extra(numpy_1, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("command", "what"),
-    [(["run", "reach"], "experiment 'reach'"), (["compile", "arm"], "network 'arm'")],
+    ("command", "what", "extra"),
+    [
+        (["run", "reach"], "experiment 'reach'", "robot"),
+        (["compile", "arm"], "network 'arm'", "robot"),
+        (["simulate", "net.py"], "spikeport simulate", "runs"),
+    ],
 )
-def test_what_needs_the_robot_says_how_to_get_it(numpy_1, tmp_path, command, what):
+def test_what_needs_an_extra_says_how_to_get_it(numpy_1, tmp_path, command, what, extra):
     done = numpy_1("spikeport", *command, cwd=tmp_path)
     assert done.returncode == 2
-    assert done.stderr == (
+    assert done.stderr.splitlines()[-1] == (
         f"error: {what} needs the package matplotlib, which is absent; "
-        "install it with: pip install 'spikeport[robot]'\n"
+        f"install it with: pip install 'spikeport[{extra}]'"
     )
     assert list(tmp_path.iterdir()) == []
 

@@ -1,5 +1,6 @@
 """The command line, in this process and in one of its own, and a network that a user wrote."""
 
+import re
 import signal
 import subprocess
 import sys
@@ -108,8 +109,12 @@ def returns_text():
 """
 
 
+STAGE = re.compile(r"^\[ *\d+\.\d s\] .*\n", re.MULTILINE)
+"""A line of progress, see `spikeport.commands.progress`."""
+
+
 class Done(NamedTuple):
-    """How a command ended, and what it printed."""
+    """How a command ended, and what it printed, but for lines of progress."""
 
     code: int
     out: str
@@ -117,8 +122,16 @@ class Done(NamedTuple):
 
 
 @pytest.fixture
+def without_stages() -> Callable[[str], str]:
+    """Take the lines of progress out of an error stream."""
+    return lambda err: STAGE.sub("", err)
+
+
+@pytest.fixture
 def spikeport(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    without_stages: Callable[[str], str],
 ) -> Callable[..., Done]:
     """Run a command in this process; an error that is not the user's ends the test."""
 
@@ -130,7 +143,7 @@ def spikeport(
             main()
         out, err = capsys.readouterr()
         assert "Traceback" not in out + err
-        return Done(int(end.value.code or 0), out, err)
+        return Done(int(end.value.code or 0), out, without_stages(err))
 
     return run
 

@@ -18,6 +18,7 @@ EXPORTED = [
     "add_params",
     "compile_network",
     "errors",
+    "set_defaults",
 ]
 
 

@@ -69,10 +69,15 @@ def run(request: CompileRequest) -> None:
             request.passes,
             request.build_timeout_s,
         )
-        progress("compiling", None)
         try:
             compilation = compile_network(
-                network, request.chip, DT_S, passes, observer, request.offload
+                network,
+                request.chip,
+                DT_S,
+                passes,
+                observer,
+                request.offload,
+                progress=progress,
             )
         except NothingOnChipError as nothing:
             _write_nothing(chip, nothing, request)

@@ -4,8 +4,9 @@ from rich.box import SIMPLE_HEAD
 from rich.markup import escape
 from rich.table import Table
 
-from spikeport.commands.tables import BITS_PER_KIB, NO_FIGURE
+from spikeport.commands.tables import NO_FIGURE
 from spikeport.compile.report.report import Modules, Report
+from spikeport.compile.report.summary import BITS_PER_KIB
 from spikeport.hardware_models.activity import Activity
 from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.energy import energy

@@ -1,13 +1,22 @@
-"""A progress bar for what may take longer than two seconds."""
+"""The progress of what may take longer than two seconds: a bar on a terminal, else lines."""
 
 import contextlib
 import sys
+import time
 from collections.abc import Iterator
 
 from rich.console import Console
-from rich.progress import BarColumn, SpinnerColumn, TextColumn, TimeElapsedColumn
+from rich.progress import (
+    BarColumn,
+    SpinnerColumn,
+    TaskProgressColumn,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
 from rich.progress import Progress as ProgressBar
 
+from spikeport.errors import printable
 from spikeport.progress import Progress
 
 
@@ -15,16 +24,51 @@ from spikeport.progress import Progress
 def progress_bar() -> Iterator[Progress]:
     """Yield the function that work calls to say how far it is.
 
-    The bar is drawn on the error stream, and vanishes when the block ends.
+    On a terminal a bar names the stage, its share, and the time that has passed and is left; it
+    vanishes when the block ends. Elsewhere each stage is a line, with the time at which it began.
+    Both go to the error stream.
     """
-    columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-    console = Console(file=sys.stderr)
-    quiet = not console.is_terminal
-    with ProgressBar(*columns, console=console, transient=True, disable=quiet) as bar:
-        task = bar.add_task("starting", total=None)
+    if not Console(file=sys.stderr).is_terminal:
+        yield _lines()
+        return
+    with ProgressBar(
+        SpinnerColumn(),
+        TextColumn("{task.description}", markup=False),
+        BarColumn(),
+        TaskProgressColumn(),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(),
+        TextColumn("left"),
+        console=Console(file=sys.stderr),
+        transient=True,
+    ) as bar:
+        yield _on(bar)
 
-        def update(what: str, share: float | None) -> None:
-            total = None if share is None else 1.0
-            bar.update(task, description=what, total=total, completed=share or 0.0)
 
-        yield update
+def _on(bar: ProgressBar) -> Progress:
+    task = bar.add_task("starting", total=None)
+    done = 0.0
+
+    def update(what: str, share: float | None) -> None:
+        nonlocal done
+        if share is None or share < done:  # other work, whose speed is its own
+            bar.reset(task, total=None if share is None else 1.0)
+        done = share or 0.0
+        total = None if share is None else 1.0
+        bar.update(task, description=printable(what), total=total, completed=done)
+
+    return update
+
+
+def _lines() -> Progress:
+    start = time.monotonic()
+    last = ""
+
+    def update(what: str, _share: float | None) -> None:
+        nonlocal last
+        if what != last:
+            line = f"[{time.monotonic() - start:6.1f} s] {printable(what)}"
+            print(line, file=sys.stderr, flush=True)
+        last = what
+
+    return update

@@ -7,18 +7,13 @@ from rich.console import Console
 
 from spikeport.commands.core_tables import core_table, module_table
 from spikeport.commands.passes import pass_lines
-from spikeport.commands.tables import (
-    cores_in_words,
-    cost_notes,
-    cost_table,
-    loss_table,
-    resource_table,
-)
+from spikeport.commands.tables import cost_notes, cost_table, loss_table, resource_table
 from spikeport.compile.check.violation import Violation
 from spikeport.compile.image.expected import Rates
 from spikeport.compile.report.loss import Loss
 from spikeport.compile.report.neurobench import NeuroBench, workload
 from spikeport.compile.report.report import Json, Modules, Report
+from spikeport.compile.report.summary import verdict
 from spikeport.hardware_models.activity import Activity
 
 MOST_NAMED = 3
@@ -110,17 +105,3 @@ def neurobench_line(static: NeuroBench, activity: Activity | None) -> str:
         parts.append(f"effective ACs {counts['effective_acs']:,.0f}")
         parts.append(f"effective MACs {counts['effective_macs']:,.0f}")
     return f"NeuroBench: {', '.join(parts)}"
-
-
-def verdict(report: Report) -> str:
-    """The last line: that it fits, on how much, and what image it is."""
-    unknown = [name for name, usage in report.resources().items() if usage.limit is None]
-    parts = [f"fits chip '{report.chip.name}' on {cores_in_words(report)}"]
-    if "cores" in report.lower_bound:
-        parts[0] += f" (lower bound {report.lower_bound['cores']})"
-    if unknown:
-        names = ", ".join(name.replace("_", " ") for name in unknown)
-        parts.append(f"not public, not checked: {names}")
-    if report.chip.caveat:
-        parts.append(report.chip.caveat)
-    return "; ".join([*parts, f"image {report.digest[:16]}"])

@@ -9,55 +9,30 @@ from rich.table import Table
 from spikeport.compile.image.expected import Rates
 from spikeport.compile.report.loss import Loss
 from spikeport.compile.report.report import Report
+from spikeport.compile.report.summary import resources
 from spikeport.hardware_models.activity import Activity
 from spikeport.hardware_models.calibration import EnergyCalibration
 from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.energy import Draw, EnergyReport, energy
-from spikeport.hardware_models.limits import Usage
 from spikeport.hardware_models.timing import timing
 from spikeport.hardware_models.topology import chips_used
 
 NO_FIGURE = "no public figure"
-OF_BOARD = ("cores", "chips")
 MOST_PARTS = 6
 MOST_EVENTS = 3
-BITS_PER_KIB = 8 * 1024
 
 
 def resource_table(report: Report) -> Table:
     """Every resource: the chip's sum, and the core that uses most of it."""
-    title = escape(f"{report.chip.title}: {cores_in_words(report)}")
-    table = Table(box=SIMPLE_HEAD, title=title, pad_edge=False, collapse_padding=True)
-    table.add_column("used / limit", no_wrap=True)
-    whole = "whole chip" if report.chip.limits.chips.count == 1 else "whole board"
-    for name in (whole, "%", "fullest", "%", "core"):
+    found = resources(report)
+    table = Table(box=SIMPLE_HEAD, title=escape(found.title), pad_edge=False, collapse_padding=True)
+    first, *others = found.header
+    table.add_column(first, no_wrap=True)
+    for name in others:
         table.add_column(name, justify="right", no_wrap=True)
-    fullest, labels = report.fullest(), [core.label for core in report.cores]
-    for name, total in report.resources().items():
-        if name == "chips" and total.limit == 1:
-            continue
-        core = () if name in OF_BOARD else _on_fullest(fullest[name], labels)
-        table.add_row(name.replace("_", " "), *_share(total), *core)
+    for row in found.rows:
+        table.add_row(*map(escape, row))
     return table
-
-
-def _on_fullest(one: Usage, labels: list[str]) -> tuple[str, ...]:
-    return *_share(one), str(labels.index(one.object))
-
-
-def cores_in_words(report: Report) -> str:
-    """How many cores, and chips where it takes several, in words."""
-    cores = f"{len(report.cores)} core{'s' * (len(report.cores) != 1)}"
-    chips = chips_used(len(report.cores), report.chip)
-    return cores if chips == 1 else f"{cores} of {chips} chips"
-
-
-def _share(usage: Usage) -> tuple[str, str]:
-    scale, unit = (BITS_PER_KIB, " KiB") if usage.unit == "bit" else (1, "")
-    if usage.limit is None:
-        return f"{usage.used / scale:,.0f}{unit} / not public", ""
-    amounts = f"{usage.used / scale:,.0f} / {usage.limit / scale:,.0f}{unit}"
-    return amounts, f"{100 * usage.used / usage.limit:.1f}"
 
 
 def cost_table(chip: ChipModel, activity: Activity, rates: Rates | None = None) -> Table:

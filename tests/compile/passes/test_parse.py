@@ -100,5 +100,6 @@ def test_what_is_wrong_is_said(text: str, message: str) -> None:
 
 
 def test_an_unknown_pass_names_those_there_are() -> None:
-    with pytest.raises(UsageError, match=r"^unknown pass 'pak'; there is: .*merge_axons.*split"):
+    known = r"^unknown pass or pipeline 'pak'; there is: as_written, compact, .*merge_axons.*split"
+    with pytest.raises(UsageError, match=known):
         parse("split,pak")

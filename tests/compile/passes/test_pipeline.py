@@ -53,7 +53,10 @@ def test_each_stage_has_its_passes_in_order() -> None:
 def test_passes_follow_each_other_and_leave_a_record() -> None:
     seen: list[tuple[str, Any]] = []
     pipeline = Pipeline((Network(size=5), First(), Second()))
-    run = PassRun(pipeline, LOIHI, 0.001, lambda one, value: seen.append((one.name, value)))
+    begun: list[str] = []
+    run = PassRun(
+        pipeline, LOIHI, 0.001, lambda one, value: seen.append((one.name, value)), begun.append
+    )
     assert run.rewrites
     assert (run.networks("n"), run.blocks("b"), run.images("i")) == (
         "n network",
@@ -83,7 +86,7 @@ def test_a_pass_knows_those_that_follow_it() -> None:
 
 
 def test_without_passes_nothing_changes() -> None:
-    run = PassRun(Pipeline(()), LOIHI, 0.001, observe_nothing)
+    run = PassRun(Pipeline(()), LOIHI, 0.001, observe_nothing, print)
     assert not run.rewrites
     assert (run.images("i"), run.record) == ("i", [])
 

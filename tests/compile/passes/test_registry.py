@@ -15,7 +15,17 @@ def test_a_pass_has_the_name_it_is_found_by(name: str) -> None:
 def test_an_unknown_name_lists_those_there_are() -> None:
     with pytest.raises(UsageError) as caught:
         get("pak")
-    assert str(caught.value) == f"unknown pass 'pak'; there is: {', '.join(sorted(PASSES))}"
+    known = ", ".join(sorted([*PIPELINES, *PASSES]))
+    assert str(caught.value) == f"unknown pass or pipeline 'pak'; there is: {known}"
+
+
+def test_a_pipeline_within_another_is_refused() -> None:
+    with pytest.raises(UsageError) as caught:
+        get("as_written")
+    assert str(caught.value) == (
+        "'as_written' is a whole pipeline: write it alone, or the passes it has: "
+        "merge_axons,split,pack,place"
+    )
 
 
 @pytest.mark.parametrize("name", PIPELINES)

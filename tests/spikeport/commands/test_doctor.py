@@ -16,7 +16,7 @@ def test_doctor_says_how_to_get_what_is_missing(spikeport, monkeypatch):
     done = spikeport("doctor")
     assert done.code == 0
     (row,) = (line for line in done.out.splitlines() if "xarray" in line)
-    assert row.split() == ["xarray", "missing", "pip", "install", "'spikeport[robot]'"]
+    assert row.split() == ["xarray", "missing", "pip", "install", "'spikeport[runs]'"]
 
 
 def test_doctor_fails_if_something_required_is_missing(spikeport, monkeypatch):

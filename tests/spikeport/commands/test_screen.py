@@ -2,9 +2,8 @@
 
 import pytest
 
-from spikeport.commands.screen import Findings, neurobench_line, show_findings, verdict
+from spikeport.commands.screen import Findings, neurobench_line, show_findings
 from spikeport.compile.check.violation import Violation
-from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.expected import Rates, expected_activity
 from spikeport.compile.pipeline import compile_network
 from spikeport.find_network import find_network
@@ -13,15 +12,6 @@ from spikeport.find_network import find_network
 @pytest.fixture
 def compilation(net_py):
     return compile_network(find_network(f"{net_py}:make", []))
-
-
-def test_the_last_line_says_that_it_fits_and_which_image_it_is(compilation):
-    report, image = compilation.report, compilation.image
-    assert isinstance(image, ChipImage)
-    assert verdict(report) == (
-        f"fits chip 'loihi' on {image.n_cores} core (lower bound {report.lower_bound['cores']}); "
-        f"image {image.digest[:16]}"
-    )
 
 
 def test_neurobenchs_metrics_are_a_line(compilation):

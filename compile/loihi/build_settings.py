@@ -1,0 +1,86 @@
+"""Settings of a whole build, which nengo-loihi keeps as attributes of its `Model`."""
+
+from dataclasses import dataclass, fields
+
+from nengo_loihi.builder import Model
+from nengo_loihi.decode_neurons import DecodeNeurons, OnOffDecodeNeurons
+
+from spikeport.compile.ground.refusal import ArgumentError
+
+BY_PASSES = ("remove_passthrough", "intercept_limit", "vth_nonspiking")
+"""Settings whose defaults the passes that rewrite networks reckon with."""
+
+
+@dataclass(frozen=True)
+class BuildSettings:
+    """The settings of a build; names, meanings and defaults are those of nengo-loihi's `Model`.
+
+    Attributes
+    ----------
+    remove_passthrough : bool
+        Replace passthrough nodes between ensembles on the chip by connections; else they stay on
+        the host.
+    pes_error_scale : float
+        Factor of the errors of PES, which are then rounded and clipped to -127 to 127.
+    pes_wgt_exp : int
+        Exponent of the weights that learn: a larger one allows larger weights, in coarser steps.
+    decode_tau : float
+        Filter behind decode neurons, in s.
+    intercept_limit : float
+        Largest intercept; those above are set to it.
+    vth_nonspiking : float
+        Threshold of compartments that are read out, in units of the decoded value.
+    decode_neurons : DecodeNeurons or None
+        The decode neurons between ensembles; None for ten pairs a dimension.
+    node_neurons : DecodeNeurons or None
+        The neurons that send values of the host as spikes; None for one pair a dimension.
+    """
+
+    remove_passthrough: bool = True
+    pes_error_scale: float = 100.0
+    pes_wgt_exp: int = 4
+    decode_tau: float = 0.005
+    intercept_limit: float = 0.95
+    vth_nonspiking: float = 10
+    decode_neurons: DecodeNeurons | None = None
+    node_neurons: DecodeNeurons | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse what an image has no place for."""
+        # nengo-loihi takes other kinds, and fails while it builds them, or sends other spikes.
+        pairs = getattr(self.node_neurons, "pairs_per_dim", 1)
+        if self.node_neurons is not None and (
+            type(self.node_neurons) is not OnOffDecodeNeurons or pairs != 1
+        ):
+            expected = "OnOffDecodeNeurons of one pair a dimension, as images describe their inputs"
+            raise ArgumentError("node_neurons", str(self.node_neurons), expected)
+
+    @classmethod
+    def of(cls, model: Model, remove_passthrough: bool = True) -> "BuildSettings":
+        """Return the settings that stand in one of nengo-loihi's models."""
+        values = {name: getattr(model, name) for name in _of_model()}
+        return cls(remove_passthrough=remove_passthrough, **values)
+
+    def set_on(self, model: Model) -> None:
+        """Write the settings into a model that is to be built."""
+        for name in _of_model():
+            if (value := getattr(self, name)) is not None:
+                setattr(model, name, value)
+
+    def check_written(self) -> None:
+        """Raise `ArgumentError` for a setting that passes which rewrite networks do not heed."""
+        for name in BY_PASSES:
+            if (value := getattr(self, name)) != getattr(BuildSettings, name):
+                expected = (
+                    f"{getattr(BuildSettings, name)!r}, with which the passes that rewrite "
+                    "networks reckon; or choose a pipeline without them: as_written"
+                )
+                raise ArgumentError(name, value, expected)
+
+
+def _of_model() -> list[str]:
+    return [one.name for one in fields(BuildSettings) if one.name != "remove_passthrough"]
+
+
+AS_USUAL = BuildSettings()
+"""nengo-loihi's defaults."""

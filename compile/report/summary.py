@@ -1,0 +1,82 @@
+"""A report in short: its resources as a table, its hints in a line, its verdict."""
+
+import html
+import textwrap
+from collections import Counter
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from spikeport.hardware_models.limits import Usage
+from spikeport.hardware_models.topology import chips_used
+from spikeport.table import Table
+
+if TYPE_CHECKING:
+    from spikeport.compile.report.report import Report
+
+OF_BOARD = ("cores", "chips")
+BITS_PER_KIB = 8 * 1024
+WIDTH = 79
+
+
+def resources(report: "Report") -> Table:
+    """Return every resource: the chip's sum, and the core that uses most of it."""
+    whole = "whole chip" if report.chip.limits.chips.count == 1 else "whole board"
+    fullest, labels = report.fullest(), [core.label for core in report.cores]
+    rows = []
+    for name, total in report.resources().items():
+        if name == "chips" and total.limit == 1:
+            continue
+        one = None if name in OF_BOARD else fullest[name]  # no core has cores or chips
+        core = ("", "", "") if one is None else (*_share(one), str(labels.index(one.object)))
+        rows.append((name.replace("_", " "), *_share(total), *core))
+    header = ("used / limit", whole, "%", "fullest", "%", "core")
+    return Table(f"{report.chip.title}: {cores_in_words(report)}", header, tuple(rows))
+
+
+def cores_in_words(report: "Report") -> str:
+    """Return how many cores, and chips where it takes several, in words."""
+    cores = f"{len(report.cores)} core{'s' * (len(report.cores) != 1)}"
+    chips = chips_used(len(report.cores), report.chip)
+    return cores if chips == 1 else f"{cores} of {chips} chips"
+
+
+def verdict(report: "Report") -> str:
+    """Return the last line: that it fits, on how much, and what image it is."""
+    unknown = [name for name, usage in report.resources().items() if usage.limit is None]
+    parts = [f"fits chip '{report.chip.name}' on {cores_in_words(report)}"]
+    if "cores" in report.lower_bound:
+        parts[0] += f" (lower bound {report.lower_bound['cores']})"
+    if unknown:
+        names = ", ".join(name.replace("_", " ") for name in unknown)
+        parts.append(f"not public, not checked: {names}")
+    if report.chip.caveat:
+        parts.append(report.chip.caveat)
+    return "; ".join([*parts, f"image {report.digest[:16]}"])
+
+
+def text(report: "Report") -> str:
+    """Return the report on one screen of 80 columns."""
+    lines = (line for one in _lines(report) for line in textwrap.wrap(one, WIDTH))
+    return "\n".join([str(resources(report)), *lines])
+
+
+def as_html(report: "Report") -> str:
+    """Return the report as HTML, for notebooks."""
+    lines = "".join(f"<div>{html.escape(one)}</div>" for one in _lines(report))
+    return resources(report).html() + lines
+
+
+def _lines(report: "Report") -> Iterator[str]:
+    if report.hints:
+        counted = Counter(f"{hint.id} {hint.rule}" for hint in report.hints)
+        named = ", ".join(f"{rule} ({n}x)" if n > 1 else rule for rule, n in counted.items())
+        yield f"hints, in full in report.hints: {named}"
+    yield verdict(report)
+
+
+def _share(usage: Usage) -> tuple[str, str]:
+    scale, unit = (BITS_PER_KIB, " KiB") if usage.unit == "bit" else (1, "")
+    if usage.limit is None:
+        return f"{usage.used / scale:,.0f}{unit} / not public", ""
+    amounts = f"{usage.used / scale:,.0f} / {usage.limit / scale:,.0f}{unit}"
+    return amounts, f"{100 * usage.used / usage.limit:.1f}"

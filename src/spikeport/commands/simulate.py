@@ -1,0 +1,181 @@
+"""``spikeport simulate``: anybody's network on a chip, beside float Nengo."""
+
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import nengo
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from spikeport.backends import registry as backends
+from spikeport.commands.options import Target
+from spikeport.commands.progress import progress_bar
+from spikeport.commands.run import check_target
+from spikeport.commands.tables import cost_notes, cost_table, resource_table
+from spikeport.compile.report.summary import verdict
+from spikeport.constants import DT_S, LONGEST_RUN
+from spikeport.errors import UsageError, printable
+from spikeport.experiments import registry, run_folder
+from spikeport.files import write_json
+from spikeport.find_network import BUILT_IN, find_network
+from spikeport.simulation.probes import probe_outputs, probes_by_name
+from spikeport.simulation.run import Ran, RunOptions, run
+from spikeport.user_code import FILES
+
+FIGURE, DATASET = "spikeport.simulation.figure", "spikeport.simulation.dataset"
+"""The modules that need the extra `runs`."""
+OF_REPORT = ("image_digest", "resources", "energy", "timing")
+
+
+@dataclass(frozen=True, kw_only=True)
+class SimulateRequest:
+    """A run of a network, as the user asked for it."""
+
+    network: str
+    target: Target
+    seconds: float
+    seed: int
+    settings: list[str]
+    beside_float: bool
+    out: Path | None
+    overwrite: bool
+    build_timeout_s: float | None = None
+
+
+def simulate(request: SimulateRequest) -> None:
+    """Run the network, write its folder, and print how far it is from float Nengo."""
+    _check(request)
+    what = "spikeport simulate"
+    # Before the work: a package that is absent ends a run here, not when it has its results.
+    drawing, series = (registry.imported(what, module, "runs") for module in (FIGURE, DATASET))
+    with run_folder.opened(request.out, _stem(request.network), request.overwrite) as folder:
+        with progress_bar() as progress:
+            progress("building the network", None)
+            network = _network(request)
+            ran = run(network, _options(request), progress)
+            progress("writing", None)
+            _write(folder, request, ran, network, drawing, series)
+        _show(ran, folder)
+
+
+def _check(request: SimulateRequest) -> None:
+    """Say what cannot be done before the work, not after it."""
+    if request.network in BUILT_IN:
+        raise UsageError(
+            f"{request.network} is run with its robot, as an experiment: "
+            f"spikeport run {BUILT_IN[request.network]}"
+        )
+    if not DT_S <= request.seconds <= LONGEST_RUN * DT_S:
+        raise UsageError(
+            f"--seconds {request.seconds:g}: a run is at least one step of {DT_S:g} s, and at most "
+            f"{LONGEST_RUN:,} steps"
+        )
+    backends.get(request.target.backend)
+    check_target(request.target)
+
+
+def _stem(spec: str) -> str:
+    """Return the name of a run's folder: that of the file, or of the module."""
+    where = spec if spec.endswith(FILES) else spec.rpartition(":")[0]
+    return Path(where).stem or "network"
+
+
+def _network(request: SimulateRequest) -> nengo.Network:
+    network = find_network(
+        request.network, request.settings, request.target.chip, None, request.build_timeout_s
+    )
+    if not network.all_probes:
+        probe_outputs(network)
+        names = printable(", ".join(probes_by_name(network)))
+        print(f"note: the network has no probe; probed are its outputs: {names}", file=sys.stderr)
+    return network
+
+
+def _options(request: SimulateRequest) -> RunOptions:
+    return RunOptions(
+        steps=round(request.seconds / DT_S),
+        backend=request.target.backend,
+        chip=request.target.chip,
+        pipeline=request.target.passes,
+        seed=request.seed,
+        beside_float=request.beside_float,
+    )
+
+
+def _write(
+    folder: Path,
+    request: SimulateRequest,
+    ran: Ran,
+    network: nengo.Network,
+    drawing: ModuleType,
+    series: ModuleType,
+) -> None:
+    """Write a run's folder: its picture is drawn before an earlier run makes room."""
+    picture = drawing.figure(ran.recorded, ran.backend, request.network)
+    run_folder.clear(folder)
+    run_folder.write_probes(folder, series.dataset(ran.recorded, ran.backend))
+    run_folder.write_figure(folder, picture)
+    if ran.report_json is not None:
+        write_json(folder / "report.json", ran.report_json)
+    run_folder.write_result(folder, _result(request, ran, network))
+
+
+def _result(request: SimulateRequest, ran: Ran, network: nengo.Network) -> dict[str, Any]:
+    """Return the content of ``result.json``."""
+    errors = {name: one.error() for name, one in ran.recorded.items()}
+    delays = {name: one.delayed() for name, one in ran.recorded.items()}
+    known = [error for error in errors.values() if error is not None]
+    return {
+        "command": ["spikeport", *sys.argv[1:]],
+        "model": request.network,
+        "backend": ran.backend,
+        "seconds": request.seconds,
+        "seeds": {"run": request.seed, "network": network.seed},
+        "settings": request.settings,
+        "metrics": {
+            "errors": errors,
+            "delays_s": {name: late and late[0] for name, late in delays.items()},
+            "errors_but_for_delays": {name: late and late[1] for name, late in delays.items()},
+            "largest_error": max(known, default=None),
+            "real_time_factor": request.seconds / ran.wall_s,
+        },
+        "activity": ran.activity.totals(),
+        **{key: ran.report_json and ran.report_json[key] for key in OF_REPORT},
+    }
+
+
+def _show(ran: Ran, folder: Path) -> None:
+    console = Console(highlight=False)
+    if ran.report is not None:
+        console.print(resource_table(ran.report))
+        if ran.report.chip.calibrations:
+            console.print(cost_table(ran.report.chip, ran.activity))
+        for note in cost_notes(ran.report.chip, ran.activity):
+            console.print(note, style="dim", markup=False)
+    console.print(_probe_table(ran))
+    if ran.report is not None:
+        console.print(verdict(ran.report), markup=False)
+    names = ", ".join(sorted(path.name for path in folder.iterdir()))
+    console.print(f"written: {folder}/ ({names})", markup=False, soft_wrap=True)
+
+
+def _probe_table(ran: Ran) -> Table:
+    """Every probe, with its error."""
+    table = Table("probe", box=SIMPLE_HEAD, title=f"probes on {ran.backend}, beside float Nengo")
+    for name in ("values", "samples", "error", "delay", "error but for it"):
+        table.add_column(name, justify="right", no_wrap=True)
+    for name, one in ran.recorded.items():
+        n_samples, size = one.values.shape
+        late = one.delayed()
+        texts = ("", "") if late is None else (f"{1000 * late[0]:.0f} ms", _percent(late[1]))
+        table.add_row(escape(name), f"{size:,}", f"{n_samples:,}", _percent(one.error()), *texts)
+    return table
+
+
+def _percent(error: float | None) -> str:
+    return "-" if error is None else f"{100 * error:.2g} %"

@@ -1,0 +1,79 @@
+"""Arguments of `nengo_loihi.Simulator`: taken for what they mean here, or refused in words.
+
+docs/migrating.md has them in a table.
+"""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from spikeport.backends import registry
+from spikeport.compile.ground.refusal import ArgumentError
+from spikeport.compile.loihi.build_settings import AS_USUAL, BuildSettings
+from spikeport.errors import UsageError
+
+if TYPE_CHECKING:
+    from nengo_loihi.builder import Model
+
+WITHOUT_CHIP = "reference"
+
+
+def check_target(target: object, backend: str) -> None:
+    """Check ``target``: the emulator is what runs here, whatever its backend.
+
+    Raises
+    ------
+    UsageError
+        For a board, the float emulation, or an emulator on a backend without a chip.
+    """
+    if target == "loihi":
+        raise UsageError(
+            "target='loihi': no board is driven from here; leave it out: the emulator computes the "
+            "same integers, and sim.image.save(PATH) keeps what a board would hold"
+        )
+    if target == registry.FLOAT_EMULATION:
+        registry.get(registry.FLOAT_EMULATION)  # refuses it, with what replaces it
+    if target not in (None, "sim"):
+        raise ArgumentError("target", target, "None or 'sim'; see backend")
+    if target == "sim" and backend == WITHOUT_CHIP:
+        raise UsageError("target='sim' is an emulated chip, backend='reference' none; give one")
+
+
+def check_precompute(precompute: object) -> None:
+    """Check ``precompute``; host and chip step in turn in any case, and give the same bits."""
+    if not isinstance(precompute, bool | None):
+        raise ArgumentError("precompute", precompute, "None, or a bool, which changes nothing here")
+
+
+def check_hardware_options(options: Mapping[str, object] | None) -> None:
+    """Refuse options of boards; UsageError names them."""
+    if options:
+        raise UsageError(
+            f"hardware_options: {', '.join(sorted(options))}: options of NxSDK's boards, none of "
+            "which is driven from here; leave them out"
+        )
+
+
+def build_settings(model: "Model | None", dt: float, remove_passthrough: bool) -> BuildSettings:
+    """Return the settings of a build, from nengo-loihi's model where there is one.
+
+    Raises
+    ------
+    UsageError
+        If the argument is no such model, of another time step, or was built already.
+    """
+    from nengo_loihi.builder import Model
+
+    if not isinstance(remove_passthrough, bool):
+        raise ArgumentError("remove_passthrough", remove_passthrough, "a bool")
+    if model is None:
+        return BuildSettings(remove_passthrough) if not remove_passthrough else AS_USUAL
+    if not isinstance(model, Model):
+        raise ArgumentError("model", model, "None, or a nengo_loihi.builder.Model")
+    if model.dt != dt:
+        raise UsageError(f"model: its dt is {model.dt:g} s, the simulator's {dt:g} s; give one")
+    if model.blocks or model.inputs or model.probes or model.toplevel is not None:
+        raise UsageError(
+            f"model: {len(model.blocks)} blocks are built in it already, and spikeport builds the "
+            "network itself; give a fresh nengo_loihi.builder.Model, whose settings are taken"
+        )
+    return BuildSettings.of(model, remove_passthrough)

@@ -1,0 +1,107 @@
+"""Jupyter notebooks: their code cells, as Python that stands without IPython.
+
+A notebook is read as data: nothing of it is run here.
+"""
+
+import ast
+import re
+from pathlib import Path
+from typing import Literal, NamedTuple
+
+from pydantic import BaseModel
+
+from spikeport.errors import UsageError, printable
+from spikeport.files import read_json, read_model
+
+CODE_LETTERS = 10**6
+"""Letters of all code cells, a hundred times those of a long tutorial; a cell is parsed once for
+each magic in it."""
+MAGICS = 200
+"""Magics in a cell, for the same reason."""
+MAGIC = re.compile(r"\s*((?:[\w, ]+=)?\s*[%!]|\?|.*\?\s*$)")
+"""A line of IPython: ``%magic``, ``!command``, ``x = !command``, ``?name`` or ``name?``."""
+PYTHON_INSIDE = ("capture", "prun", "time", "timeit")
+"""Magics of a whole cell whose other lines are Python."""
+NO_PYTHON = (SyntaxError, ValueError, RecursionError, MemoryError)
+
+
+class _Language(BaseModel):
+    name: str = "python"
+
+
+class _Metadata(BaseModel):
+    language_info: _Language = _Language()
+
+
+class _Cell(BaseModel):
+    cell_type: str
+    source: str | list[str] = ""
+
+
+class _Notebook(BaseModel):
+    nbformat: Literal[4]
+    metadata: _Metadata = _Metadata()
+    cells: list[_Cell]
+
+
+class Cell(NamedTuple):
+    """A code cell: its number among all cells, from 1, its Python, and the lines left out of it."""
+
+    number: int
+    code: str
+    skipped: tuple[str, ...]
+
+
+def read_notebook(path: Path) -> list[Cell]:
+    """Return the code cells of a notebook; lines of IPython are left out of them.
+
+    Raises
+    ------
+    UsageError
+        The file cannot be read, or is no notebook of Python in nbformat 4.
+    """
+    notebook = read_model(path, _Notebook, "notebook of nbformat 4", read=read_json)
+    language = notebook.metadata.language_info.name
+    if not language.lower().startswith(("python", "ipython")):
+        raise UsageError(f"{path}: a notebook of {printable(language)}, expected Python")
+    code = {i: "".join(c.source) for i, c in enumerate(notebook.cells, 1) if c.cell_type == "code"}
+    if sum(map(len, code.values())) > CODE_LETTERS:
+        raise UsageError(f"{path}: more than {CODE_LETTERS:,} letters of code; leave cells out")
+    return [_cell(path, number, source) for number, source in code.items()]
+
+
+def _cell(path: Path, number: int, source: str) -> Cell:
+    lines, skipped = source.splitlines(), list[str]()
+    if lines and lines[0].lstrip().startswith("%%"):
+        inside = lines[0].strip("% \t").partition(" ")[0] in PYTHON_INSIDE
+        skipped.append(lines[0].strip() + (" and its cell" * (not inside)))
+        lines = ["", *lines[1:]] if inside else []
+    # Only where Python stumbles is a line taken for a magic: one that begins with % may go on from
+    # the line before, or stand in a text.
+    while (fault := _fault(lines)) is not None:
+        row = (fault.lineno or 0) - 1 if isinstance(fault, SyntaxError) else -1
+        magic = 0 <= row < len(lines) and MAGIC.match(lines[row])
+        if not magic or len(skipped) > MAGICS:
+            raise UsageError(f"{path}: cell {number} is not Python: {printable(str(fault))}")
+        skipped.append(_skip(lines, row))
+    return Cell(number, "\n".join(lines) + "\n", tuple(skipped))
+
+
+def _fault(lines: list[str]) -> Exception | None:
+    """Return the error that Python finds in some lines, if any."""
+    try:
+        ast.parse("\n".join(lines))
+    except NO_PYTHON as error:
+        return error
+    return None
+
+
+def _skip(lines: list[str], row: int) -> str:
+    """Put ``pass`` in the place of a line, and of those that it goes on in; return the line."""
+    line = lines[row]  # its place stays, so that errors of the cell name the right line
+    goes_on = line.endswith("\\")
+    lines[row] = line[: len(line) - len(line.lstrip())] + "pass"
+    while goes_on and row + 1 < len(lines):
+        row += 1
+        goes_on, lines[row] = lines[row].endswith("\\"), ""
+    return line.strip()

@@ -1,0 +1,1 @@
+"""A run of anybody's network on a chip, beside float Nengo."""

@@ -1,0 +1,72 @@
+"""The picture of a run: each probe, on the backend and in float Nengo, with its error."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from spikeport.simulation.recorded import Recorded
+
+ROWS = 12
+"""Panels below each other, beyond which there is a further column."""
+MOST = 240
+"""Panels, beyond which a picture has more pixels than matplotlib draws."""
+LINES = 8
+"""Dimensions of a probe that can be told apart."""
+WIDTH_IN, HEIGHT_IN = 7.0, 1.9
+EXACT = "#9a9da3"
+
+
+def figure(recorded: Mapping[str, Recorded], backend: str, title: str) -> Figure:
+    """Draw every probe: in colours on the backend, in grey beneath in float Nengo."""
+    shown = list(recorded.items())[:MOST]
+    columns = -(-len(shown) // ROWS)
+    rows = -(-len(shown) // columns)
+    drawn = Figure(figsize=(WIDTH_IN * columns, 0.6 + HEIGHT_IN * rows), layout="constrained")
+    panels = drawn.subplots(rows, columns, squeeze=False).T.ravel()
+    for axes, (name, one) in zip(panels, shown, strict=False):
+        (_draw_spikes if one.spikes else _draw_values)(axes, one)
+        axes.set_title(plain(name) + _in_words(one), loc="left", fontsize="medium")
+        axes.set_xlabel("time (s)")
+    for axes in panels[len(shown) :]:
+        axes.set_axis_off()
+    beside = any(one.values_float is not None for one in recorded.values())
+    more = f"; {len(recorded) - MOST} more in probes.nc" if len(recorded) > MOST else ""
+    legend = f"colours: {backend}" + ("; grey: float Nengo" * beside) + more
+    drawn.suptitle(f"{plain(title)}\n{legend}", fontsize="large")
+    return drawn
+
+
+def plain(text: str) -> str:
+    """Return a text that matplotlib does not take for a formula."""
+    return text.replace("$", r"\$")
+
+
+def _in_words(one: Recorded) -> str:
+    error = one.error()
+    size = one.values.shape[1]
+    hidden = f", {LINES} of {size} dimensions" if size > LINES and not one.spikes else ""
+    text = hidden + ("" if error is None else f": {100 * error:.2g} % off")
+    if (late := one.delayed()) is not None:
+        text += f"; {100 * late[1]:.2g} % but for a delay of {1000 * late[0]:.0f} ms"
+    return text
+
+
+def _draw_values(axes: Axes, one: Recorded) -> None:
+    if one.values_float is not None:
+        axes.plot(one.times_s, one.values_float[:, :LINES], color=EXACT, lw=2.5)
+    axes.plot(one.times_s, one.values[:, :LINES], lw=1)
+
+
+def _draw_spikes(axes: Axes, one: Recorded) -> None:
+    """Draw a dot for each spike; those of float Nengo above a line, upside down."""
+    size = one.values.shape[1]
+    if one.values_float is not None:
+        step, neuron = np.nonzero(one.values_float)
+        axes.plot(one.times_s[step], 2 * size - neuron, ".", color=EXACT, ms=1.5)
+        axes.axhline(size + 0.5, color="black", lw=0.5)
+    step, neuron = np.nonzero(one.values)
+    axes.plot(one.times_s[step], neuron + 1, ".", ms=1.5)
+    axes.set_ylabel("neuron")
+    axes.set_yticks([1, size])

@@ -1,0 +1,89 @@
+"""The probes of a network by name; where it has none, probes of its outputs."""
+
+from collections import Counter
+from collections.abc import Iterator, Mapping
+
+import nengo
+from nengo.base import NengoObject, ObjView
+from nengo.ensemble import Neurons
+
+from spikeport.compile.ground.names import Names, base
+from spikeport.errors import UsageError
+
+TAU_S = 0.01
+"""The filter of probes of ensembles that nobody probed: long enough to see values in spikes."""
+DECODED, SPIKES = ("decoded_output", "output"), ("output", "spikes")
+"""The attributes that go without saying of objects, and those of neurons that are spikes."""
+
+
+def probes_by_name(network: nengo.Network) -> dict[str, nengo.Probe]:
+    """Return the probes of a network, by their label, or by the object that they record."""
+    names, taken = Names(network), Counter[str]()
+    found: dict[str, nengo.Probe] = {}
+    for probe in network.all_probes:
+        name = names[probe] if probe.label else _described(probe, names)
+        taken[name] += 1
+        found[name if taken[name] == 1 else f"{name}#{taken[name]}"] = probe
+    return found
+
+
+def _described(probe: nengo.Probe, names: Names) -> str:
+    part = f"[{_slice(probe.target.slice)}]" if isinstance(probe.target, ObjView) else ""
+    usual = not isinstance(probe.obj, Neurons) and probe.attr in DECODED
+    what = "" if usual else " spikes" if records_spikes(probe) else f" {probe.attr}"
+    return names[base(probe.obj)] + part + what
+
+
+def _slice(part: slice | list[int]) -> str:
+    if not isinstance(part, slice):
+        return ", ".join(map(str, part))
+    ends = ("" if end is None else str(end) for end in (part.start, part.stop))
+    return ":".join(ends) + ("" if part.step is None else f":{part.step}")
+
+
+def records_spikes(probe: nengo.Probe) -> bool:
+    """Return whether a probe records spikes as they are, unfiltered."""
+    return isinstance(probe.obj, Neurons) and probe.attr in SPIKES and probe.synapse is None
+
+
+def probe_outputs(network: nengo.Network) -> list[nengo.Probe]:
+    """Add a probe to each output of a network: ensembles and nodes that nothing reads.
+
+    Nengo seeds probes last, so that all else stays as it is.
+
+    Raises
+    ------
+    UsageError
+        There is none.
+    """
+    found = list(outputs(network))
+    if not found:
+        raise UsageError(
+            "the network has no probe, and no output to probe: all it has is read by something; "
+            "add nengo.Probe(OBJECT, synapse=0.01) to it"
+        )
+    with network:
+        return [
+            nengo.Probe(one, synapse=TAU_S if isinstance(one, nengo.Ensemble) else None)
+            for one in found
+        ]
+
+
+def outputs(network: nengo.Network) -> Iterator[NengoObject]:
+    """Yield the ensembles, and the nodes with an input, that nothing but themselves reads."""
+    read, fed = _read_and_fed(network)
+    for ensemble in network.all_ensembles:
+        if not read[ensemble]:
+            yield ensemble
+    for node in network.all_nodes:
+        if node.size_out and fed[node] and not read[node]:
+            yield node
+
+
+def _read_and_fed(
+    network: nengo.Network,
+) -> tuple[Mapping[object, int], Mapping[object, int]]:
+    """Return how many connections leave and reach each object, loops onto itself left out."""
+    ends = [(base(c.pre_obj), base(c.post_obj)) for c in network.all_connections]
+    apart = [(pre, post) for pre, post in ends if pre is not post]
+    return Counter(pre for pre, _ in apart), Counter(post for _, post in apart)

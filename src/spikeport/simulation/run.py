@@ -1,0 +1,135 @@
+"""A network on a backend, and beside it in float Nengo."""
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import nengo
+import numpy as np
+
+from spikeport.backends import registry
+from spikeport.compile.passes.pipeline import Pipeline
+from spikeport.compile.report.report import Report
+from spikeport.errors import BackendError, SpikeportError
+from spikeport.hardware_models.activity import Activity
+from spikeport.progress import Progress, silent
+from spikeport.simulation.probes import probes_by_name, records_spikes
+from spikeport.simulation.recorded import Recorded
+from spikeport.simulator import Simulator
+
+FLOAT = "reference"
+PROGRESS_STEPS = 50
+"""Steps from one report of progress to the next."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunOptions:
+    """The options of a run.
+
+    Attributes
+    ----------
+    steps : int
+        Number of steps.
+    backend, chip, pipeline : str
+        Where it runs, and the passes of its compile; by default the chip's.
+    seed : int
+        Seed of noise and processes.
+    beside_float : bool
+        Run it in float Nengo, too, after the run on the backend.
+    """
+
+    steps: int
+    backend: str = "native"
+    chip: str | Path = "loihi"
+    pipeline: Pipeline | str | None = None
+    seed: int = 0
+    beside_float: bool = True
+
+
+class Ran(NamedTuple):
+    """The outcome of a run: recordings by probe, and what the chip's report says, if there was one.
+
+    ``report`` and ``report_json`` are None where nothing was compiled; ``wall_s`` is the wall-clock
+    time that the run on the backend took.
+    """
+
+    backend: str
+    recorded: dict[str, Recorded]
+    activity: Activity
+    report: Report | None
+    report_json: dict[str, Any] | None
+    wall_s: float
+
+
+def run(network: nengo.Network, options: RunOptions, progress: Progress = silent) -> Ran:
+    """Run a network on a backend and, where that is asked for, in float Nengo afterwards.
+
+    Float Nengo runs a copy, so that objects which nodes call (an environment) begin anew. Functions
+    are not copied: what they close over is, in the second run, as the first left it.
+
+    Raises
+    ------
+    DoesNotFitError, CompileError
+        If the network cannot be put on the chip.
+    BackendError
+        If the network raises an error in a step.
+    """
+    backend = registry.get(options.backend).name
+    probes = probes_by_name(network)
+    beside = _twin(network) if options.beside_float and backend != FLOAT else None
+    with _opened(network, options, backend, progress) as sim:
+        start = time.perf_counter()
+        _advance(sim, options.steps, f"simulating on {backend}", progress)
+        wall_s = time.perf_counter() - start
+        values = {name: sim.data[probe] for name, probe in probes.items()}
+        times = {name: sim.trange(probe.sample_every) for name, probe in probes.items()}
+        activity, compilation = sim.activity, sim.compilation
+        report_json = None if compilation is None else sim.report()
+    exact: dict[str, np.ndarray] = {}
+    if beside is not None:
+        with _opened(beside, options, FLOAT, progress) as sim:
+            _advance(sim, options.steps, "simulating in float Nengo", progress)
+            exact = {name: sim.data[p] for name, p in probes_by_name(beside).items()}
+    recorded = {
+        name: Recorded(times[name], values[name], exact.get(name), records_spikes(probe))
+        for name, probe in probes.items()
+    }
+    report = None if compilation is None else compilation.report
+    return Ran(backend, recorded, activity, report, report_json, wall_s)
+
+
+def _twin(network: nengo.Network) -> nengo.Network:
+    """Return a copy of a network, or, where an object of a user's cannot be copied, itself."""
+    # Building it a second time gives other weights wherever a user's random numbers have no seed.
+    try:
+        return network.copy(add_to_container=False)
+    except Exception:  # whatever copying a user's object raises
+        return network
+
+
+def _opened(
+    network: nengo.Network, options: RunOptions, backend: str, progress: Progress
+) -> Simulator:
+    """Return the network in a simulator; float Nengo runs it as it was written, without passes."""
+    return Simulator(
+        network,
+        chip=options.chip,
+        backend=backend,
+        seed=options.seed,
+        pipeline="" if backend == FLOAT else options.pipeline,
+        progress=progress,
+    )
+
+
+def _advance(sim: Simulator, steps: int, what: str, progress: Progress) -> None:
+    for i in range(steps):
+        if i % PROGRESS_STEPS == 0:
+            progress(what, i / steps)
+        try:
+            sim.step()
+        except SpikeportError:
+            raise
+        except Exception as error:  # whatever the functions of the network's nodes raise
+            reason = f"{type(error).__name__}: {error}"
+            raise BackendError(f"{what}: step {i + 1}: the network raised {reason}") from error

@@ -1,0 +1,99 @@
+"""Runs a user's code: a file, a notebook or a module, as Python and Jupyter would."""
+
+import contextlib
+import importlib
+import importlib.util
+import linecache
+import os
+import sys
+import warnings
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+
+from spikeport.build_timer import OutOfTime
+from spikeport.errors import SpikeportError, UsageError, printable
+from spikeport.reading.notebook import Cell, read_notebook
+
+FILES = (".py", ".ipynb")
+"""The endings of files that hold code."""
+
+
+def imported(where: str) -> ModuleType:
+    """Return the module that a file, a notebook or a dotted name makes.
+
+    Raises
+    ------
+    UsageError
+        If it is not found, cannot be read, or raises an error.
+    """
+    # Plots of a model that is compiled are nobody's to look at, and a window would wait for one.
+    os.environ.setdefault("MPLBACKEND", "agg")
+    warnings.filterwarnings("ignore", message="FigureCanvasAgg is non-interactive")
+    if where.endswith(".ipynb"):
+        return _notebook(Path(where))
+    return _file(Path(where)) if where.endswith(".py") else _module(where)
+
+
+def _module(name: str) -> ModuleType:
+    sys.path.insert(0, str(Path.cwd()))  # as python -m looks for modules
+    with _named(f"module '{name}' cannot be imported"):
+        return importlib.import_module(name)
+
+
+def _file(path: Path) -> ModuleType:
+    if not path.is_file():
+        raise UsageError(f"{path}: no such file")
+    spec = importlib.util.spec_from_file_location(f"spikeport_network_{path.stem}", path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = _neighbour(importlib.util.module_from_spec(spec), path)
+    with _named(f"{path}: cannot be imported"):
+        spec.loader.exec_module(module)
+    return module
+
+
+def _notebook(path: Path) -> ModuleType:
+    cells = read_notebook(path)
+    module = _neighbour(ModuleType(f"spikeport_network_{path.stem}"), path)
+    vars(module)["display"] = lambda *_objects, **_options: None  # Jupyter's, in every notebook
+    for cell in cells:
+        for line in cell.skipped:
+            note = f"note: {path}: cell {cell.number}: skipped, for it is IPython's: {line}"
+            print(printable(note), file=sys.stderr)
+        with _named(f"{path}: cell {cell.number} cannot be run"):
+            exec(compile(cell.code, _source(path, cell), "exec", dont_inherit=True), vars(module))
+    return module
+
+
+def _source(path: Path, cell: Cell) -> str:
+    """Return the name of a cell as a file, under which its lines are found, as in tracebacks."""
+    name = f"{path}, cell {cell.number}"
+    linecache.cache[name] = len(cell.code), None, cell.code.splitlines(keepends=True), name
+    return name
+
+
+def _neighbour(module: ModuleType, path: Path) -> ModuleType:
+    """Make a module ready to run: what lies beside its file can be imported, and it itself."""
+    sys.path.insert(0, str(path.parent.resolve()))  # as python looks for a script's neighbours
+    sys.modules[module.__name__] = module  # where dataclasses look for names in annotations
+    return module
+
+
+@contextlib.contextmanager
+def _named(what: str) -> Iterator[None]:
+    """Name the code whose error a block raises."""
+    try:
+        yield
+    except (SpikeportError, KeyboardInterrupt, OutOfTime):
+        raise
+    except BaseException as error:
+        raise UsageError(f"{what}: {in_words(error)}") from error
+
+
+def in_words(error: BaseException) -> str:
+    """Return type and text of an error of a user's code, which may fail to make the text."""
+    try:
+        return f"{type(error).__name__}: {error}"
+    except BaseException:
+        return f"{type(error).__name__}, which has no text"

@@ -1,0 +1,35 @@
+"""Settings of a build: read from nengo-loihi's model, written into ours."""
+
+import pytest
+from nengo_loihi.builder import Model
+from nengo_loihi.decode_neurons import OnOffDecodeNeurons, Preset10DecodeNeurons
+
+from spikeport.compile.loihi.build_settings import AS_USUAL, BuildSettings
+from spikeport.errors import UsageError
+
+
+def test_the_defaults_are_those_of_nengo_loihi():
+    theirs = BuildSettings.of(Model())
+    assert type(theirs.decode_neurons) is Preset10DecodeNeurons
+    assert type(theirs.node_neurons) is OnOffDecodeNeurons
+    numbers = [name for name in vars(AS_USUAL) if not name.endswith("_neurons")]
+    assert {n: getattr(theirs, n) for n in numbers} == {n: getattr(AS_USUAL, n) for n in numbers}
+
+
+def test_settings_are_written_into_a_model():
+    model = Model()
+    neurons = model.decode_neurons
+    BuildSettings(pes_error_scale=7.0, decode_tau=0.02).set_on(model)
+    assert (model.pes_error_scale, model.decode_tau) == (7.0, 0.02)
+    assert model.decode_neurons is neurons
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [{"remove_passthrough": False}, {"intercept_limit": 0.9}, {"vth_nonspiking": 20}],
+)
+def test_settings_that_passes_do_not_heed_are_refused_with_them(changed):
+    AS_USUAL.check_written()
+    ((name, value),) = changed.items()
+    with pytest.raises(UsageError, match=f"^{name}={value}: expected .* as_written$"):
+        BuildSettings(**changed).check_written()

@@ -1,0 +1,101 @@
+"""``spikeport simulate`` as a user types it: a folder, a table, and what it refuses."""
+
+import json
+
+import pytest
+import xarray as xr
+
+from spikeport import Simulator
+from spikeport.compile.report.schema import ReportData
+from spikeport.find_network import find_network
+
+FILES = ["figure.png", "probes.nc", "report.json", "result.json"]
+
+
+def names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def test_a_run_leaves_a_folder_and_prints_the_errors(spikeport, net_py, tmp_path):
+    out = tmp_path / "run"
+    options = ("--seconds", "0.1", "--out", out, "--seed", "3", "--set", "n_neurons=30")
+    done = spikeport("simulate", f"{net_py}:make", *options)
+    assert (done.code, done.err) == (0, "")
+    assert names(out) == FILES
+    result = json.loads((out / "result.json").read_text())
+    assert (result["model"], result["backend"], result["seconds"]) == (
+        f"{net_py}:make",
+        "native",
+        0.1,
+    )
+    assert result["seeds"] == {"run": 3, "network": 1}
+    report = ReportData.model_validate_json((out / "report.json").read_text())
+    network = find_network(f"{net_py}:make", ["n_neurons=30"])
+    with Simulator(network, seed=3) as sim:
+        sim.run(0.1)
+    assert report.image_digest == result["image_digest"] == sim.image.digest
+    with xr.open_dataset(out / "probes.nc") as read:
+        assert (read["neurons"].values == sim.data[network.all_probes[0]]).all()
+    (error,) = result["metrics"]["errors"].values()
+    assert error == result["metrics"]["largest_error"]
+    (row,) = (line.split() for line in done.out.splitlines() if line.startswith("  neurons "))
+    assert row[:5] == ["neurons", "1", "100", f"{100 * error:.2g}", "%"]
+    assert done.out.splitlines()[-1] == f"written: {out}/ ({', '.join(FILES)})"
+
+
+def test_an_earlier_run_is_kept_or_replaced(spikeport, net_py, tmp_path):
+    command = ("simulate", f"{net_py}:make", "--seconds", "0.01", "--out", tmp_path / "run")
+    assert spikeport(*command, "--backend", "nengo-loihi").code == 0
+    assert "holds a run; choose another --out, or give --overwrite" in spikeport(*command).err
+    done = spikeport(*command, "--backend", "reference", "--overwrite")
+    assert done.code == 0
+    assert names(tmp_path / "run") == [name for name in FILES if name != "report.json"]
+    result = json.loads((tmp_path / "run" / "result.json").read_text())
+    assert result["resources"] is None
+
+
+def test_a_model_without_probes_is_probed_at_its_outputs(spikeport, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "loose.py").write_text(
+        "import nengo\n"
+        "with nengo.Network(seed=1) as model:\n"
+        "    nengo.Connection(nengo.Node(1), nengo.Ensemble(20, 1, label='out'))\n",
+        encoding="utf-8",
+    )
+    done = spikeport("simulate", "loose.py", "--seconds", "0.01", "--no-float")
+    assert (done.code, done.err) == (
+        0,
+        "note: the network has no probe; probed are its outputs: out\n",
+    )
+    (folder,) = (tmp_path / "runs").iterdir()
+    assert folder.name.startswith("loose-")
+    assert json.loads((folder / "result.json").read_text())["metrics"]["errors"] == {"out": None}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [
+        (("arm",), "arm is run with its robot, as an experiment: spikeport run reach"),
+        (("NET:make", "--seconds", "0"), "--seconds 0: a run is at least one step of 0.001 s, "),
+        (("NET:make", "--backend", "analytic"), "unknown backend 'analytic'; there is: native, "),
+        (("NET:make", "--chip", "lohi"), "unknown chip 'lohi'; there is: "),
+        (("NET:make", "-p", "compakt"), "unknown pass or pipeline 'compakt'; there is: as_written"),
+        (("leg",), "unknown network 'leg'; there is: "),
+    ],
+)
+def test_wrong_use_is_refused_and_leaves_nothing(
+    spikeport, net_py, tmp_path, monkeypatch, arguments, reason
+):
+    monkeypatch.chdir(tmp_path)
+    done = spikeport("simulate", *(one.replace("NET", str(net_py)) for one in arguments))
+    assert (done.code, done.out) == (2, "")
+    assert done.err.startswith(f"error: {reason}")
+    assert not list((tmp_path / "runs").glob("*"))
+
+
+def test_a_node_that_raises_is_named_and_leaves_nothing(spikeport, net_py, tmp_path):
+    out = tmp_path / "run"
+    done = spikeport("simulate", f"{net_py}:raises_in_a_node", "--out", out)
+    assert (done.code, done.out) == (1, "")
+    assert done.err.endswith("step 5: the network raised ZeroDivisionError: division by zero\n")
+    assert not out.exists()

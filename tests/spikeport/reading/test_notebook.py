@@ -1,0 +1,85 @@
+"""Code cells of notebooks: read as data, without what is IPython's alone."""
+
+import json
+
+import pytest
+
+from spikeport.errors import UsageError
+from spikeport.reading import notebook
+from spikeport.reading.notebook import read_notebook
+
+
+def written(folder, *sources, **more):
+    path = folder / "some.ipynb"
+    cells = [{"cell_type": "code", "source": source, "outputs": [{}]} for source in sources]
+    content = {"nbformat": 4, "metadata": {}, "cells": cells, **more}
+    path.write_text(json.dumps(content), encoding="utf-8")
+    return path
+
+
+def code(folder, *sources):
+    return [cell.code for cell in read_notebook(written(folder, *sources))]
+
+
+def refusal(path):
+    with pytest.raises(UsageError) as caught:
+        read_notebook(path)
+    return str(caught.value)
+
+
+def test_code_cells_are_numbered_among_all(tmp_path):
+    text = {"cell_type": "markdown", "source": "# Title"}
+    cells = [text, {"cell_type": "code", "source": ["x = 1\n", "y = 2"]}, text]
+    assert read_notebook(written(tmp_path, cells=cells)) == [(2, "x = 1\ny = 2\n", ())]
+
+
+@pytest.mark.parametrize(
+    ("source", "left", "skipped"),
+    [
+        ("%matplotlib inline\nx = 1", "pass\nx = 1\n", ["%matplotlib inline"]),
+        ("if x:\n    !ls -l\ny = 1", "if x:\n    pass\ny = 1\n", ["!ls -l"]),
+        ("files = !ls\nnengo?\n?nengo", "pass\npass\npass\n", ["files = !ls", "nengo?", "?nengo"]),
+        ("!pip install \\\n    nengo\nx = 1", "pass\n\nx = 1\n", ["!pip install \\"]),
+        ("%%time\nx = 1", "\nx = 1\n", ["%%time"]),
+        ("%%bash\nls -l", "\n", ["%%bash and its cell"]),
+        ("x = (7\n% 4)", "x = (7\n% 4)\n", []),
+        ("t = '''\n%d\n'''\n%magic", "t = '''\n%d\n'''\npass\n", ["%magic"]),
+        ("", "\n", []),
+    ],
+)
+def test_lines_of_ipython_are_left_out(tmp_path, source, left, skipped):
+    ((_, found, lines),) = read_notebook(written(tmp_path, source))
+    assert (found, list(lines)) == (left, skipped)
+
+
+@pytest.mark.parametrize(
+    ("source", "reason"),
+    [
+        ("x = = 1", "invalid syntax (<unknown>, line 1)"),
+        ("x = 'a\0'", "source code string cannot contain null bytes"),
+        ("(" * 1000, "too many nested parentheses (<unknown>, line 1)"),
+    ],
+)
+def test_a_cell_that_is_not_python_is_named(tmp_path, source, reason):
+    path = written(tmp_path, "x = 1", source)
+    assert refusal(path) == f"{path}: cell 2 is not Python: {reason}"
+
+
+def test_what_is_no_notebook_of_python_is_refused(tmp_path, monkeypatch):
+    path = written(tmp_path, "x <- 1", metadata={"language_info": {"name": "R"}})
+    assert refusal(path) == f"{path}: a notebook of R, expected Python"
+    path = written(tmp_path, nbformat=3)
+    assert refusal(path).startswith(f"{path}: not a notebook of nbformat 4:\n  nbformat: ")
+    path.write_text("{}", encoding="utf-8")
+    assert "\n  cells: is missing" in refusal(path)
+    path.write_text("no", encoding="utf-8")
+    assert refusal(path).startswith(f"{path}: not JSON: ")
+    monkeypatch.setattr(notebook, "CODE_LETTERS", 10)
+    path = written(tmp_path, "x = 1\n" * 3)
+    assert refusal(path) == f"{path}: more than 10 letters of code; leave cells out"
+
+
+def test_magics_without_end_are_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(notebook, "MAGICS", 3)
+    path = written(tmp_path, "%magic\n" * 9)
+    assert refusal(path).startswith(f"{path}: cell 1 is not Python: invalid syntax")

@@ -1,0 +1,28 @@
+"""Recordings as labelled time series."""
+
+from dataclasses import replace
+
+import numpy as np
+import xarray as xr
+
+from spikeport.experiments import run_folder
+from spikeport.simulation.dataset import dataset
+
+
+def test_every_probe_is_a_variable_with_its_clock(ran, tmp_path):
+    run_folder.write_probes(tmp_path, dataset(ran.recorded, "native"))
+    with xr.open_dataset(tmp_path / "probes.nc") as read:
+        names = ["costs $ and|or $", "a spikes", "probe time_1_s", "stimulus"]
+        assert sorted(read.data_vars) == sorted([*names, *(f"{name} in float" for name in names)])
+        for name, one in zip(names, ran.recorded.values(), strict=True):
+            np.testing.assert_array_equal(read[name], one.values)
+            np.testing.assert_array_equal(read[f"{name} in float"], one.values_float)
+            clock = read[read[name].dims[0]]
+            np.testing.assert_array_equal(clock, one.times_s)
+            assert clock.attrs["units"] == "s"
+            assert read[name].attrs["spikes"] == int(name == "a spikes")
+
+
+def test_without_a_float_run_there_is_none(ran):
+    alone = {name: replace(one, values_float=None) for name, one in ran.recorded.items()}
+    assert not [name for name in dataset(alone, "native") if "in float" in name]

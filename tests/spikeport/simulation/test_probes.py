@@ -1,0 +1,67 @@
+"""Names of probes, and probes of outputs where a network has none."""
+
+import nengo
+import pytest
+
+from spikeport import compile_network
+from spikeport.errors import UsageError
+from spikeport.simulation.probes import (
+    outputs,
+    probe_outputs,
+    probes_by_name,
+    records_spikes,
+)
+
+
+@pytest.fixture
+def network():
+    with nengo.Network(seed=1) as net:
+        stimulus = nengo.Node([0.5, 0], label="stimulus")
+        net.a = nengo.Ensemble(10, 2, label="a")
+        net.b = nengo.Ensemble(10, 1, label="b")
+        net.out = nengo.Node(size_in=1, label="out")
+        nengo.Connection(stimulus, net.a)
+        nengo.Connection(net.a[0], net.b)
+        nengo.Connection(net.b, net.b, synapse=0.1)
+        nengo.Connection(net.a[1], net.out)
+    return net
+
+
+def test_probes_are_called_by_label_or_by_what_they_record(network):
+    with network:
+        probes = [
+            nengo.Probe(network.a, label="named"),
+            nengo.Probe(network.a),
+            nengo.Probe(network.a, synapse=0.01),
+            nengo.Probe(network.a[[1, 0]]),
+            nengo.Probe(network.a[1:]),
+            nengo.Probe(network.a.neurons),
+            nengo.Probe(network.a.neurons, "voltage"),
+            nengo.Probe(network.out),
+        ]
+    names = ["named", "a", "a#2", "a[1, 0]", "a[1:]", "a spikes", "a voltage", "out"]
+    assert probes_by_name(network) == dict(zip(names, probes, strict=True))
+    assert [records_spikes(probe) for probe in probes] == [name == "a spikes" for name in names]
+
+
+def test_outputs_are_what_nothing_else_reads(network):
+    assert list(outputs(network)) == [network.b, network.out]
+
+
+def test_probes_of_outputs_leave_all_else_as_it_is(network):
+    before = compile_network(network)
+    added = probe_outputs(network)
+    assert network.all_probes == added
+    assert [probe.synapse is not None for probe in added] == [True, False]
+    after = compile_network(network)
+    assert set(before.image.compartments.bias) <= set(after.image.compartments.bias)
+
+
+def test_a_network_without_outputs_is_refused():
+    with nengo.Network() as net:
+        a, b = nengo.Ensemble(5, 1), nengo.Ensemble(5, 1)
+        nengo.Connection(a, b)
+        nengo.Connection(b, a)
+    with pytest.raises(UsageError, match=r"^the network has no probe, and no output to probe: "):
+        probe_outputs(net)
+    assert net.all_probes == []

@@ -1,0 +1,36 @@
+"""Errors and delays of recordings."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from spikeport.simulation.recorded import Recorded
+
+
+def test_the_error_is_relative_and_filtered(ran):
+    errors = {name: one.error() for name, one in ran.recorded.items()}
+    assert errors.pop("stimulus") == 0
+    assert all(0.001 < error < 1 for error in errors.values())
+    times_s = np.arange(1, 101) * 0.001
+    ones = np.ones((100, 2))
+    assert Recorded(times_s, 1.5 * ones, ones, False).error() == pytest.approx(0.5)
+    ripple = np.where(np.arange(100) % 2, 1.5, 0.5)[:, np.newaxis]
+    assert Recorded(times_s, ripple, ones[:, :1], False).error() < 0.05
+
+
+def test_a_delay_is_named_with_the_error_that_is_left():
+    times_s = np.arange(1, 501) * 0.001
+    exact = np.sin(20 * times_s)[:, np.newaxis]
+    late = Recorded(times_s, np.roll(exact, 12, axis=0) * (times_s > 0.012)[:, None], exact, False)
+    delay_s, error = late.delayed()
+    assert delay_s == pytest.approx(0.012)
+    assert error < 1e-6 < 0.1 < late.error()
+    assert Recorded(times_s, exact, exact, False).delayed() is None
+
+
+def test_an_error_that_is_not_known_is_none(ran):
+    one = ran.recorded["stimulus"]
+    assert replace(one, values_float=None).error() is None
+    assert replace(one, values_float=0 * one.values).error() is None
+    assert Recorded(one.times_s[:1], one.values[:1], one.values[:1], False).error() is None

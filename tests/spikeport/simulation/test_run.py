@@ -1,0 +1,74 @@
+"""Runs beside float Nengo, and their errors."""
+
+import threading
+
+import numpy as np
+import pytest
+
+from spikeport import Simulator
+from spikeport.errors import BackendError, UsageError
+from spikeport.simulation.run import RunOptions, run
+
+
+def test_both_runs_are_those_of_a_simulator(ran, network):
+    net = network()
+    for backend, field in (("native", "values"), ("reference", "values_float")):
+        with Simulator(net, backend=backend, seed=0) as sim:
+            sim.run_steps(100)
+        for probe, one in zip(net.all_probes, ran.recorded.values(), strict=True):
+            np.testing.assert_array_equal(getattr(one, field), sim.data[probe])
+            np.testing.assert_array_equal(one.times_s, sim.trange(probe.sample_every))
+    assert ran.report_json["image_digest"] == ran.report.digest
+    assert ran.activity.n_steps == 100
+
+
+def test_a_run_without_a_chip_has_no_report_and_nothing_beside(network):
+    done = run(network(), RunOptions(steps=5, backend="reference"))
+    assert (done.report, done.report_json) == (None, None)
+    assert {one.values_float is None for one in done.recorded.values()} == {True}
+    alone = run(network(), RunOptions(steps=5, backend="nengo_loihi", beside_float=False))
+    assert alone.backend == "nengo-loihi"
+    assert {one.error() for one in alone.recorded.values()} == {None}
+
+
+def test_a_step_that_raises_is_named(network):
+    net = network(lambda t: 1 / (t < 0.0035))
+    with pytest.raises(BackendError) as caught:
+        run(net, RunOptions(steps=10))
+    assert str(caught.value) == (
+        "simulating on native: step 4: the network raised ZeroDivisionError: division by zero"
+    )
+    with pytest.raises(UsageError, match=r"^unknown backend 'chip'"):
+        run(network(), RunOptions(steps=1, backend="chip"))
+
+
+class Counter:
+    """A callable with a state."""
+
+    def __init__(self, lock=None):
+        self.calls, self.lock = 0, lock
+
+    def __call__(self, t):
+        self.calls += t > 0  # Nengo calls it at its construction, too
+        return self.calls / 100
+
+
+@pytest.mark.parametrize("lock", [None, threading.Lock()], ids=["copied", "cannot be copied"])
+def test_float_nengo_runs_a_copy_where_there_can_be_one(network, lock):
+    counter = Counter(lock)
+    one = run(network(counter), RunOptions(steps=20)).recorded["stimulus"]
+    assert one.values[-1] - one.values[0] == pytest.approx(0.19)
+    assert np.array_equal(one.values, one.values_float) == (lock is None)
+    assert counter.calls == (20 if lock is None else 40) + round(100 * one.values[0, 0]) - 1
+
+
+def test_progress_names_compile_and_both_runs(network):
+    reported = []
+    run(network(), RunOptions(steps=60), lambda what, share: reported.append((what, share)))
+    assert reported[0] == ("compiling: checking rules", 0.0)
+    assert reported[-4:] == [
+        ("simulating on native", 0.0),
+        ("simulating on native", 50 / 60),
+        ("simulating in float Nengo", 0.0),
+        ("simulating in float Nengo", 50 / 60),
+    ]

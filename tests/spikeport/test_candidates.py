@@ -1,0 +1,72 @@
+"""The networks of a module, and what makes them, found without a call."""
+
+import sys
+import textwrap
+
+import nengo
+import pytest
+
+from spikeport.candidates import makers_in, networks_in
+from spikeport.user_code import imported
+
+
+@pytest.fixture
+def module_of(tmp_path):
+    def make(text):
+        path = tmp_path / "some.py"
+        path.write_text("import nengo\n" + textwrap.dedent(text), encoding="utf-8")
+        return imported(str(path))
+
+    before = list(sys.path)
+    yield make
+    sys.path[:] = before
+
+
+def test_networks_are_found_by_type(module_of):
+    module = module_of("a = nengo.Network()\n_b = nengo.Network()\nc = 3\n")
+    assert networks_in(module) == {"a": module.a}
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "def make() -> nengo.Network: return other()",
+        "def make() -> 'nengo.Network': return other()",
+        "def make():\n    with nengo.Network() as net:\n        pass\n    return net",
+        "def make():\n    net = nengo.Network()\n    return net",
+        "def make():\n    return nengo.networks.EnsembleArray(5, 2)",
+        "class make(nengo.Network): pass",
+        "import functools\n@functools.cache\ndef make():\n    return nengo.Network()",
+        "def base() -> nengo.Network: return 0\ndef make():\n    return base()",
+    ],
+)
+def test_what_makes_a_network_is_found(module_of, text):
+    assert "make" in makers_in(module_of(text))
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "def make(): return 3",
+        "def make(net): return net.x",
+        "def make():\n    nengo.Network()",
+        "make = lambda: None",
+        "make = 3",
+        "from collections import deque as make",
+        "from nengo.networks import EnsembleArray as make",
+        "class make: pass",
+        "def make() -> 'unknown': return unknown()",
+    ],
+)
+def test_what_makes_none_is_not(module_of, text):
+    assert makers_in(module_of(text)) == {}
+
+
+def test_nothing_is_called_to_find_out(module_of):
+    module = module_of("""
+        def make():
+            raise AssertionError
+            return nengo.Network()
+    """)
+    assert list(makers_in(module)) == ["make"]
+    assert networks_in(nengo) == {}

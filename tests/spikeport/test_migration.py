@@ -1,0 +1,288 @@
+"""Every row of docs/migrating.md: nengo-loihi's simulator beside ours, or the refusal in words."""
+
+import warnings
+from pathlib import Path
+
+import nengo
+import nengo_loihi
+import numpy as np
+import pytest
+from nengo_loihi.builder import Model
+from nengo_loihi.decode_neurons import OnOffDecodeNeurons, Preset5DecodeNeurons
+
+import spikeport
+from spikeport import Simulator, compile_network
+from spikeport.compile.loihi.build_settings import BuildSettings
+from spikeport.compile.loihi.numpy1 import numpy1_semantics
+from spikeport.errors import UsageError
+
+TABLE = Path(__file__).parents[2] / "docs" / "migrating.md"
+STEPS = 60
+pytestmark = pytest.mark.filterwarnings("ignore")
+
+
+def network(loop=False):
+    """Two ensembles and a probe of each kind; ``loop`` closes one through a passthrough node.
+
+    nengo-loihi seeds by chance what replaces passthrough nodes: only without them bits are equal.
+    """
+    with nengo.Network(seed=1) as net:
+        stimulus = nengo.Node(lambda t: np.sin(40 * t))
+        a, b = (nengo.Ensemble(20, 1, label=label) for label in "ab")
+        nengo.Connection(stimulus, a)
+        nengo.Connection(a, b, synapse=0.01)
+        for synapse in (None, 0.01):
+            nengo.Probe(b, synapse=synapse)
+            nengo.Probe(a.neurons, synapse=synapse)
+        nengo.Probe(a.neurons, "voltage")
+        nengo.Probe(stimulus)
+        if loop:
+            through = nengo.Node(size_in=1)
+            nengo.Connection(b, through)
+            nengo.Connection(through, a, transform=-0.5)
+    return net
+
+
+def learning():
+    """A connection that learns to undo its error."""
+    with nengo.Network(seed=2) as net:
+        stimulus = nengo.Node(0.7)
+        pre = nengo.Ensemble(20, 1)
+        post, error = nengo.Node(size_in=1), nengo.Node(size_in=1)
+        nengo.Connection(stimulus, pre)
+        learned = nengo.Connection(pre, post, function=lambda _: 0, learning_rule_type=nengo.PES())
+        nengo.Connection(post, error)
+        nengo.Connection(stimulus, error, transform=-1)
+        nengo.Connection(error, learned.learning_rule)
+        nengo.Probe(post, synapse=0.01)
+    return net
+
+
+def theirs(net, *arguments, **named):
+    with warnings.catch_warnings(), numpy1_semantics():
+        warnings.simplefilter("ignore")
+        with nengo_loihi.Simulator(net, *arguments, **named) as sim:
+            sim.run_steps(STEPS)
+        return [sim.data[probe] for probe in net.all_probes]
+
+
+def ours(net, **named):
+    with Simulator(net, **named) as sim:
+        sim.run_steps(STEPS)
+    return [sim.data[probe] for probe in net.all_probes]
+
+
+def assert_same(a, b):
+    for one, other in zip(a, b, strict=True):
+        np.testing.assert_array_equal(one, other)
+        assert one.dtype == other.dtype
+
+
+def refusal(net=None, *arguments, **named):
+    with pytest.raises(UsageError) as caught:
+        Simulator(net or network(), *arguments, **named)
+    return str(caught.value)
+
+
+def model(dt=0.001, **settings):
+    made = Model(dt=dt)
+    for name, value in settings.items():
+        setattr(made, name, value)
+    return made
+
+
+def the_plain_call():
+    net = network()
+    assert_same(theirs(net), ours(net))
+
+
+def dt_and_seed_go_by_name():
+    net = network()
+    assert_same(theirs(net, 0.002, 5), ours(net, dt=0.002, seed=5))
+    assert refusal(net, 0.002) == (
+        "chip=0.002: expected the name of a chip, or the path of its TOML file; give a time step "
+        "by its name, dt=..."
+    )
+
+
+def the_emulator_is_what_runs():
+    net = network()
+    assert_same(ours(net, target="sim"), ours(net, backend="nengo-loihi"))
+    assert refusal(target="sim", backend="reference") == (
+        "target='sim' is an emulated chip, backend='reference' none; give one"
+    )
+    assert refusal(target="chip") == "target='chip': expected None or 'sim'; see backend"
+
+
+def the_float_emulation_is_refused():
+    assert "choose 'reference' for float Nengo" in refusal(target="simreal")
+    assert ours(network(), backend="reference")[0].shape == (STEPS, 1)
+
+
+def boards_are_refused(tmp_path):
+    assert refusal(target="loihi").startswith("target='loihi': no board is driven from here; ")
+    with Simulator(network()) as sim:
+        sim.image.save(tmp_path / "image.npz")
+    assert (tmp_path / "image.npz").is_file()
+
+
+def precompute_changes_nothing():
+    net = network()
+    assert_same(theirs(net, precompute=True), ours(net, precompute=True))
+    assert_same(ours(net, precompute=False), ours(net))
+    assert refusal(precompute="yes").startswith("precompute='yes': expected None, or a bool")
+
+
+def passthrough_nodes_stay():
+    net = network(loop=True)
+    assert_same(theirs(net, remove_passthrough=False), ours(net, remove_passthrough=False))
+    assert refusal(net, remove_passthrough=False, pipeline="compact") == (
+        "remove_passthrough=False: expected True, with which the passes that rewrite networks "
+        "reckon; or choose a pipeline without them: as_written"
+    )
+    assert refusal(remove_passthrough=1) == "remove_passthrough=1: expected a bool"
+
+
+def a_model_brings_its_settings():
+    settings = {"pes_error_scale": 10.0, "pes_wgt_exp": 5}
+    net = learning()
+    assert_same(theirs(net, model=model(**settings)), ours(net, model=model(**settings)))
+    settings = {"decode_tau": 0.01, "decode_neurons": Preset5DecodeNeurons()}
+    settings |= {"intercept_limit": 0.5, "vth_nonspiking": 20}
+    net = network()
+    changed = ours(net, model=model(**settings))
+    assert_same(theirs(net, model=model(**settings)), changed)
+    assert not np.array_equal(changed[0], ours(net)[0])
+
+
+def a_model_that_does_not_serve_is_refused():
+    assert refusal(model=5) == "model=5: expected None, or a nengo_loihi.builder.Model"
+    assert refusal(model=model(dt=0.002)) == (
+        "model: its dt is 0.002 s, the simulator's 0.001 s; give one"
+    )
+    built = compile_network(network()).model
+    assert refusal(model=built).startswith(f"model: {len(built.blocks)} blocks are built in it")
+
+
+def a_model_and_its_refusals():
+    a_model_brings_its_settings()
+    a_model_that_does_not_serve_is_refused()
+
+
+def settings_of_a_compile():
+    net = learning()
+    compiled = compile_network(net, settings=BuildSettings(pes_error_scale=10.0))
+    assert compiled.image.manifest.pes_error_scale == 10.0
+    with Simulator(net, model=model(pes_error_scale=10.0)) as sim:
+        assert sim.image.digest == compiled.image.digest
+
+
+def inputs_are_pairs():
+    other = model(node_neurons=OnOffDecodeNeurons(pairs_per_dim=2))
+    assert refusal(model=other) == (
+        "node_neurons='OnOffDecodeNeurons(pairs_per_dim=2, dt=0.001, rate=500)': expected "
+        "OnOffDecodeNeurons of one pair a dimension, as images describe their inputs"
+    )
+
+
+def options_of_boards_are_refused():
+    assert refusal(hardware_options={"snip_io_steps": 1}) == (
+        "hardware_options: snip_io_steps: options of NxSDK's boards, none of which is driven from "
+        "here; leave them out"
+    )
+    assert len(ours(network(), hardware_options={})) == len(network().all_probes)
+
+
+def a_bar_is_shown(capsys):
+    with Simulator(network(), progress_bar=True) as sim:
+        sim.run_steps(5)
+    assert "Simulation" in capsys.readouterr().out
+
+
+def defaults_are_the_same(nengo_defaults):
+    spikeport.set_defaults()
+    made = nengo.Ensemble(5, 1, add_to_container=False)
+    assert (made.max_rates.low, made.max_rates.high) == (100, 120)
+    assert (made.intercepts.low, made.intercepts.high) == (-1, 0.5)
+
+
+def options_are_the_same():
+    net = nengo.Network()
+    spikeport.add_params(net)
+    assert {"on_chip", "block_shape"} <= set(net.config[nengo.Ensemble]._extra_params)
+    assert {"pop_type", "decode_path"} <= set(net.config[nengo.Connection]._extra_params)
+
+
+def numbers_have_the_same_type():
+    net = network()
+    assert_same(theirs(net), ours(net))
+    assert {data.dtype for data in ours(net)[:4]} == {np.dtype(float)}
+    with net:
+        filtered = nengo.Probe(net.all_ensembles[0].neurons, "voltage", synapse=0.01)
+    with Simulator(net) as sim:
+        sim.run_steps(STEPS)
+    assert np.any(sim.data[filtered] % 1)
+
+
+def the_model_is_that_of_the_compilation():
+    with Simulator(network()) as sim:
+        assert isinstance(sim.compilation.model, Model)
+
+
+def the_report_is_printed():
+    with Simulator(network()) as sim:
+        text = str(sim.compilation.report)
+    assert "compartments" in text
+    assert len(text.splitlines()) < 25
+
+
+def a_simulator_starts_over():
+    net = network()
+    with Simulator(net) as sim:
+        sim.run_steps(STEPS)
+        first = sim.data[net.all_probes[0]].copy()
+        sim.reset()
+        sim.run_steps(STEPS)
+    np.testing.assert_array_equal(sim.data[net.all_probes[0]], first)
+
+
+def counts_come_besides():
+    with Simulator(network()) as sim:
+        sim.run_steps(5)
+        assert sim.activity.n_steps == 5
+        assert sim.report()["energy"]
+
+
+ROWS = {
+    "Simulator(net)": the_plain_call,
+    "Simulator(net, 0.002, 5)": dt_and_seed_go_by_name,
+    'Simulator(net, target="sim")': the_emulator_is_what_runs,
+    'Simulator(net, target="simreal")': the_float_emulation_is_refused,
+    'Simulator(net, target="loihi")': boards_are_refused,
+    "Simulator(net, precompute=True)": precompute_changes_nothing,
+    "Simulator(net, remove_passthrough=False)": passthrough_nodes_stay,
+    "Simulator(net, model=model)": a_model_and_its_refusals,
+    "model.pes_error_scale = 10.0": settings_of_a_compile,
+    "model.node_neurons = ...": inputs_are_pairs,
+    "Simulator(net, hardware_options={...})": options_of_boards_are_refused,
+    "Simulator(net, progress_bar=True)": a_bar_is_shown,
+    "nengo_loihi.set_defaults()": defaults_are_the_same,
+    "nengo_loihi.add_params(net)": options_are_the_same,
+    "sim.data[probe]": numbers_have_the_same_type,
+    "sim.model": the_model_is_that_of_the_compilation,
+    "sim.model.utilization_summary()": the_report_is_printed,
+    "sim.reset()": a_simulator_starts_over,
+    "sim.run(1.0)": counts_come_besides,
+}
+
+
+def test_every_row_of_the_table_is_a_test():
+    lines = TABLE.read_text(encoding="utf-8").splitlines()
+    assert [line.split("`")[1] for line in lines if line.startswith("| `")] == list(ROWS)
+
+
+@pytest.mark.parametrize("row", ROWS)
+def test_a_row_holds(row, request):
+    check = ROWS[row]
+    names = check.__code__.co_varnames[: check.__code__.co_argcount]
+    check(*(request.getfixturevalue(name) for name in names))
