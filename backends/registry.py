@@ -121,7 +121,7 @@ def get(name: str) -> Backend:
     UsageError
         If there is none; lists those there are.
     """
-    name = name.replace("_", "-")  # nengo_loihi, as the package is imported
+    name = str(name).replace("_", "-")  # nengo_loihi, as the package is imported
     if name == FLOAT_EMULATION:
         raise UsageError(
             "backend 'simreal': nengo-loihi's float emulation runs blocks that were not rounded, "

@@ -58,6 +58,10 @@ class Pipeline:
         return tuple(one for one in self.passes if isinstance(one, ImagePass))
 
 
+def announce_nothing(_name: str) -> None:
+    """Let a pass begin unannounced."""
+
+
 class PassRun:
     """The walk of a compile through a pipeline, which applies passes and collects their notes.
 
@@ -70,7 +74,7 @@ class PassRun:
         chip: ChipModel,
         dt_s: float,
         observer: Observer,
-        begin: Callable[[str], None],
+        begin: Callable[[str], None] = announce_nothing,
     ) -> None:
         self._begin = begin
         self._pipeline = pipeline

@@ -4,16 +4,19 @@ Chips are small, so that networks are too; without passes every block has a core
 """
 
 import itertools
+import os
 import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from unittest import mock
 
 import nengo
 import numpy as np
 from nengo.neurons import NeuronType
 
+from spikeport.compile.check.memory import VARIABLE, over_memory
 from spikeport.compile.check.verify import verify, verify_settings
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.expected import Rates, expected_activity
@@ -134,6 +137,17 @@ def learning() -> None:
     learned = nengo.Connection(a, target, learning_rule_type=nengo.PES())
     nengo.Connection(target, learned.learning_rule)
     dense((9,))
+
+
+def in_memory(n: int, size: int, memory_gb: float = 0.5) -> Check:
+    """A check by the estimate for a chain of n ensembles, in so much memory."""
+
+    def check() -> set[str]:
+        with mock.patch.dict(os.environ, {VARIABLE: str(memory_gb)}):
+            network = network_of(partial(ensembles, [size] * n, connected=True))
+            return {one.id for one in over_memory(network)}
+
+    return check
 
 
 SMALL = {"out_axons": 20, "in_axons": 1000}
@@ -278,5 +292,17 @@ CASES = [
             budgeted(dense, Budget(step_us=1), rate_hz=1),
             budgeted(dense, Budget(step_us=1e6)),
         ),
+    ),
+    Case(
+        "SP501",
+        "compile it on a machine with {gb} GB to spare, or in parts: fewer ensembles",
+        in_memory(3, 8000),
+        (in_memory(3, 8000, memory_gb=100), in_memory(3, 800), in_memory(1, 8000)),
+    ),
+    Case(
+        "SP501",
+        "where the estimate is too high, set another limit: SPIKEPORT_MEMORY_GB=64",
+        in_memory(3, 8000),
+        (in_memory(3, 8000, memory_gb=64),),
     ),
 ]

@@ -6,7 +6,8 @@ from functools import partial
 import nengo
 import numpy as np
 
-from spikeport.backends.loss import measure
+from spikeport.backends.loss import measure, network_error
+from spikeport.commands.against_written import as_written, more_cores, more_loss
 from spikeport.compile.pipeline import compile_network
 from spikeport.progress import silent
 from tests.helpers.cured import Case, Check, hinted, network_of
@@ -69,8 +70,9 @@ def measured(make: Callable[[], object], dt_s: float = 0.001) -> Check:
     """A check of the hints of a run."""
 
     def check() -> set[str]:
-        compilation = compile_network(network_of(make), dt=dt_s)
-        return {one.id for one in measure(compilation, 0.3, 0, silent).loss.hints}
+        network = network_of(make)
+        compilation = compile_network(network, dt=dt_s)
+        return {one.id for one in measure(network, compilation, 0.3, 0, silent).loss.hints}
 
     return check
 
@@ -92,7 +94,77 @@ def driven(by: float = 3.0, radius: float = 1.0) -> None:
     nengo.Probe(a)
 
 
+def inhibited(synapse_s: float) -> None:
+    """Values and spikes that reach the same neurons."""
+    a, b = nengo.Ensemble(20, 1), nengo.Ensemble(20, 1)
+    nengo.Connection(a, b, synapse=0.1)
+    nengo.Connection(a.neurons, b.neurons, transform=-np.eye(20) / 1000, synapse=synapse_s)
+
+
+def loop(synapse_s: float) -> None:
+    a = nengo.Ensemble(20, 1)
+    nengo.Connection(nengo.Node([1]), a)
+    nengo.Connection(a, a, synapse=synapse_s)
+
+
+def wired_pair() -> None:
+    """Two ensembles whose weights, neuron to neuron, take a core more than a relay does."""
+    pre, post = nengo.Ensemble(400, 1), nengo.Ensemble(400, 1)
+    nengo.Connection(pre, post)
+    nengo.Probe(post)
+
+
+def moving_pair() -> None:
+    """Two ensembles; the way over the host between them takes a step more than a relay."""
+    pre, post = nengo.Ensemble(50, 1), nengo.Ensemble(50, 1)
+    nengo.Connection(nengo.Node(lambda t: np.sin(20 * t)), pre)
+    nengo.Connection(pre, post)
+    nengo.Probe(post, synapse=0.02)
+
+
+def compared(make: Callable[[], object], passes: str, loss_s: float | None = None) -> Check:
+    """A check of the hints of a comparison with the network as written."""
+
+    def check() -> set[str]:
+        network = network_of(make)
+        found = compile_network(network, pipeline=passes)
+        written = as_written(network, "loihi", passes)
+        if written is None:
+            return set()
+        hints = [*more_cores(found, written)]
+        if loss_s is not None:
+            errors = [network_error(network, one, loss_s, 0) for one in (found, written)]
+            hints += more_loss(*errors)
+        return {one.id for one in hints}
+
+    return check
+
+
 CASES = [
+    Case(
+        "SP409",
+        "give all connections of spikes to its neurons one synapse, of 5 ms",
+        hinted(partial(inhibited, 0.02)),
+        (hinted(partial(inhibited, 0.005)),),
+    ),
+    Case(
+        "SP410",
+        "compile with `-p compact`",
+        hinted(partial(loop, 0.1)),
+        (hinted(partial(loop, 0.1), "compact"), hinted(partial(loop, 0.005), "compact")),
+    ),
+    Case(
+        "SP411",
+        "compile with `-p as_written`",
+        compared(wired_pair, "compact"),
+        (compared(wired_pair, "as_written"),),
+    ),
+    Case(
+        "SP412",
+        "compile with `-p as_written`",
+        compared(moving_pair, "decode_path{default=host}", 0.3),
+        (compared(moving_pair, "as_written", 0.3),),
+    ),
     Case(
         "SP401",
         "probe it, or give it a function",

@@ -70,12 +70,15 @@ def over_host() -> None:
     network.config[nengo.Connection(a, a, synapse=nengo.Alpha(0.01))].decode_path = "host"
 
 
-def part(whole: bool = False, weights: bool = False) -> None:
-    a, b = nengo.Ensemble(20, 1), nengo.Ensemble(20, 2)
-    if whole:
-        nengo.Connection(a, b, transform=[[1], [0]])
-    else:
-        nengo.Connection(a, b[0], solver=nengo.solvers.LstsqL2(weights=weights))
+def convolved(n: int, sparse: bool = False) -> None:
+    """A convolution of 4 x 4 pixels by a single weight, into the first 16 of n neurons."""
+    alike = {"gain": nengo.dists.Choice([1.0]), "bias": nengo.dists.Choice([1.0])}
+    pre, post = nengo.Ensemble(16, 1), nengo.Ensemble(n, 1, **alike)
+    transform = nengo.Convolution(1, (4, 4, 1), kernel_size=(1, 1), init=np.full((1, 1, 1, 1), 0.1))
+    if sparse:
+        transform = nengo.Sparse((16, 16), indices=[(i, i) for i in range(16)], init=0.1)
+    target = post.neurons if n == 16 else post.neurons[:16]
+    nengo.Connection(pre.neurons, target, transform=transform)
 
 
 def learned(rule: nengo.learning_rules.LearningRuleType, host: bool = False) -> None:
@@ -177,15 +180,15 @@ CASES = [
     ),
     Case(
         "SP006",
-        "connect to the whole target",
-        linted(part),
-        (linted(partial(part, whole=True)),),
+        "give these neurons an ensemble of their own",
+        linted(partial(convolved, 20)),
+        (linted(partial(convolved, 16)),),
     ),
     Case(
         "SP006",
-        "solve for full weights",
-        linted(part),
-        (linted(partial(part, weights=True)),),
+        "multiply the convolution out, and connect with nengo.Sparse",
+        linted(partial(convolved, 20)),
+        (linted(partial(convolved, 20, sparse=True)),),
     ),
     Case(
         "SP007",

@@ -87,9 +87,14 @@ def read_out(intercept: float) -> None:
     nengo.Connection(nengo.Ensemble(10, 1, **points), RELAY(size_in=1))
 
 
-def loop(synapse_s: float = 0.005, transform: float = 1.0, **ensemble: object) -> None:
+def loop(synapse_s: float = 0.005, **ensemble: object) -> None:
     a = nengo.Ensemble(20, 1, **ensemble)
-    nengo.Connection(a, a, synapse=synapse_s, transform=transform)
+    nengo.Connection(a, a, synapse=synapse_s)
+
+
+def wired(weight: float) -> None:
+    a, b = nengo.Ensemble(10, 1), nengo.Ensemble(10, 1)
+    nengo.Connection(a.neurons, b.neurons, transform=weight * np.eye(10))
 
 
 def driven(gain: float) -> None:
@@ -152,7 +157,7 @@ CASES = [
         partial(loop, neuron_type=nengo.LIF(tau_rc=8.3)),
         partial(loop, neuron_type=nengo.LIF(tau_rc=8.1)),
     ),
-    Case("Could not find", partial(loop, transform=1e-3), partial(loop, transform=0.5)),
+    Case("Could not find", partial(wired, 1e-9), partial(wired, 1e-2)),
     Case("vth_to_manexp", partial(driven, 1e6), partial(driven, 1.0)),
     Case("assert isinstance(conn.post_obj", partial(solved, True), partial(solved, False)),
     Case(

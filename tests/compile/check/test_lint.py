@@ -168,7 +168,8 @@ CASES: list[tuple[Callable[[], None], str]] = [
     (events_to_the_host, BOARD.format("events -> out", "to the host")),
     (
         probed_events,
-        f"p: SP010 probed attribute: output, limit none; cure: probe one of these, {HOST}",
+        f"p: SP010 probed attribute: output, limit none; cure: probe one of these, an end in "
+        f"place of a connection, {HOST}",
     ),
     (
         foreign_probe,
