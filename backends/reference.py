@@ -46,6 +46,7 @@ class Reference:
     """
 
     compilation = None
+    link = None
 
     def __init__(
         self, rewrite: Rewrite, dt_s: float, seed: int, log: LogOptions = SUMS_ONLY

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import nengo
 
+from spikeport.backends.board.link import LinkOptions, on_board, replayed
 from spikeport.backends.chip import Chip
 from spikeport.backends.execution import Execution
 from spikeport.backends.host_loop import HostLoop
@@ -25,9 +26,10 @@ from spikeport.hardware_models import chip as chips
 
 
 class Source(NamedTuple):
-    """A network, the settings of `spikeport.compile.pipeline.compile_network`, and of its counts.
+    """A network, the settings of `spikeport.compile.pipeline.compile_network`, and of its run.
 
-    ``counts`` is a folder for the counts of every step, see `spikeport.backends.step_log.StepLog`.
+    ``counts`` is a folder for the counts of every step, see `spikeport.backends.step_log.StepLog`;
+    ``link`` is the way to a board.
     """
 
     network: nengo.Network
@@ -35,6 +37,7 @@ class Source(NamedTuple):
     dt_s: float
     pipeline: Pipeline | str | None
     counts: Path | None = None
+    link: LinkOptions = LinkOptions()
 
     def compiled(self) -> Compilation:
         """Compile the network."""
@@ -58,7 +61,7 @@ class Backend:
     open: Open
 
 
-def _on(load: Callable[[ChipImage, int, LogOptions], Chip]) -> Open:
+def _on(load: Callable[[ChipImage, int, LogOptions, LinkOptions], Chip]) -> Open:
     """Compile a network, load its image with ``load``, and keep the rest on the host.
 
     A network with nothing for the chip is all host, and that is float Nengo.
@@ -70,7 +73,7 @@ def _on(load: Callable[[ChipImage, int, LogOptions], Chip]) -> Open:
             return _without_chip(source, seed, None)
         compiled = compilation or source.compiled()
         log = LogOptions(compiled.report.chip, source.counts)
-        return HostLoop(compiled, load(compiled.image, seed, log), seed)
+        return HostLoop(compiled, load(compiled.image, seed, log, source.link), seed)
 
     return open_source
 
@@ -83,10 +86,14 @@ def _without_chip(source: Source, seed: int, _: Compilation | None) -> Execution
     return Reference(rewrite, source.dt_s, seed, LogOptions(folder=source.counts))
 
 
-def _native(image: ChipImage, seed: int, log: LogOptions) -> Chip:
+def _native(image: ChipImage, seed: int, log: LogOptions, _: LinkOptions) -> Chip:
     from spikeport.backends.native.chip import NativeChip  # loads the kernels: not before use
 
     return NativeChip(image, seed, log)
+
+
+def _nengo_loihi(image: ChipImage, seed: int, log: LogOptions, _: LinkOptions) -> Chip:
+    return NengoLoihiChip(image, seed, log)
 
 
 BACKENDS = {
@@ -96,7 +103,9 @@ BACKENDS = {
         Backend(
             "native", "the image on compiled kernels, equal to nengo-loihi's emulator", _on(_native)
         ),
-        Backend("nengo-loihi", "the image on nengo-loihi's emulator", _on(NengoLoihiChip)),
+        Backend("nengo-loihi", "the image on nengo-loihi's emulator", _on(_nengo_loihi)),
+        Backend("board", "the image on a board, or its stub, at the end of a link", _on(on_board)),
+        Backend("replay", "a recorded session of a board, played back", _on(replayed)),
     )
 }
 

@@ -8,18 +8,21 @@ from typing import Generic, NamedTuple, TypeVar
 from nengo.exceptions import SimulationError
 
 from spikeport.constants import DT_S
-from spikeport.errors import DivergedError
+from spikeport.errors import BoardLostError, DivergedError
 from spikeport.experiments import run_folder
 from spikeport.experiments.options import Options, Outcome
 from spikeport.experiments.pictures import Scenes, check_video, draw_scenes, write_video
 from spikeport.experiments.run_folder import Result
 from spikeport.experiments.trial import Closed, Rig, Trial
+from spikeport.robot.plant import Plant
 from spikeport.simulator import Simulator
 
 K = TypeVar("K", bound=Rig)
 R = TypeVar("R")
 ON_CHIP = ("image_digest", "resources", "energy", "timing")
 """The parts of a report that are in ``result.json``, too."""
+DAMPED_STEPS = 150
+"""Steps of the robot after its controller was lost: they, and those just before, are kept."""
 PROGRESS_STEPS = 50
 """Steps from one report of progress to the next."""
 
@@ -54,10 +57,23 @@ def run(trial: Trial[K, R], folder: Path) -> Outcome:
         except (DivergedError, SimulationError) as error:  # Nengo's: a node gave NaN or infinity
             path = run_folder.write_last_states(folder, rig.plant.history())
             raise DivergedError(f"{error}; the last states are in {path}") from error
+        except BoardLostError as error:
+            damp(rig.plant)
+            path = run_folder.write_last_states(folder, rig.plant.history())
+            raise BoardLostError(
+                f"{error}; the robot went into damping, its last states are in {path}"
+            ) from None
     outcome = _outcome(trial, sim, trial.metrics(done))
     options.progress("writing", None)
     _write(trial, rig, done, outcome.result, folder)
     return outcome
+
+
+def damp(plant: Plant) -> None:
+    """Let a robot that nobody commands any more sink in damping, and not fall without torque."""
+    plant.damp()
+    for _ in range(DAMPED_STEPS):
+        plant.step()
 
 
 def prepare(trial: Trial[K, R]) -> Ready[K]:
@@ -79,6 +95,7 @@ def prepare(trial: Trial[K, R]) -> Ready[K]:
         dt=DT_S,
         seed=options.seed,
         pipeline="" if analytic else options.pipeline,
+        link=options.link,
     )
     return Ready(closed, sim)
 
@@ -123,6 +140,7 @@ def _outcome(trial: Trial[K, R], sim: Simulator, metrics: dict[str, object]) -> 
         "settings": dataclasses.asdict(settings),
         "metrics": metrics,
         "activity": sim.activity.totals(),
+        "link": sim.link,
         **on_chip(sim),
     }
     report = None if sim.compilation is None else sim.compilation.report

@@ -18,6 +18,7 @@ from nengo.exceptions import SimulatorClosed
 from nengo.utils.progress import Progress, ProgressBar, ProgressTracker
 
 from spikeport.backends import registry
+from spikeport.backends.board.link import LinkOptions
 from spikeport.backends.execution import Execution
 from spikeport.backends.sampling import sampled
 from spikeport.backends.step_log import counts_files
@@ -40,8 +41,9 @@ class Simulator:
     chip : str or Path
         The chip it is compiled for: a name, or the path of a TOML file.
     backend : str
-        ``"native"``, ``"nengo-loihi"`` for its emulator (the same bits, slower), or
-        ``"reference"`` for float Nengo without a chip.
+        ``"native"``, ``"nengo-loihi"`` for its emulator (the same bits, slower), ``"board"`` for
+        a board or its stub, ``"replay"`` for a record of one, or ``"reference"`` for float Nengo
+        without a chip.
     dt : float
         The time step, in seconds.
     seed : int, optional
@@ -54,6 +56,10 @@ class Simulator:
         A folder for the counts of every step, see `spikeport.backends.step_log.StepLog`; without
         it `activity` keeps the last steps one by one, and of those before them what energy and
         time depend on.
+
+    link : LinkOptions, optional
+        The way to a board, for the backends ``"board"`` and ``"replay"``; by default a board's
+        stub in simulated time.
 
     Attributes
     ----------
@@ -83,11 +89,12 @@ class Simulator:
         progress_bar: bool | ProgressBar = False,
         pipeline: Pipeline | str | None = None,
         counts: str | Path | None = None,
+        link: LinkOptions = LinkOptions(),  # noqa: B008, a frozen value
     ) -> None:
         check_arguments(network, chip, dt, pipeline)
         if not (seed is None or (isinstance(seed, Integral) and 0 <= seed <= LARGEST_SEED)):
             raise ArgumentError("seed", seed, f"None, or an integer from 0 to {LARGEST_SEED}")
-        source = registry.Source(network, chip, dt, pipeline, _counts_folder(counts))
+        source = registry.Source(network, chip, dt, pipeline, _counts_folder(counts), link)
         self._open = functools.partial(registry.get(backend).open, source)
         self._probes = network.all_probes
         self.seed = (network.seed or 0) + 1 if seed is None else seed
@@ -138,6 +145,11 @@ class Simulator:
     def activity(self) -> Activity:
         """Exact counts of all steps so far; those of long runs are folded into sums."""
         return self._execution.activity()
+
+    @property
+    def link(self) -> dict[str, object] | None:
+        """Round trips, held steps and faults of the link to a board; None where there is none."""
+        return self._execution.link
 
     def report(self) -> dict[str, Any]:
         """What the compiled network takes, with energy and time where steps were run."""

@@ -1,0 +1,126 @@
+"""Frames of the link, and the splitter that finds them in a stream of bytes.
+
+A frame is a head of 36 bytes, a body, and the CRC-32 of both, all little-endian; docs/link.md has
+the table. A stream that was damaged is searched for the next frame that is whole, so that one flipped
+bit costs one frame.
+"""
+
+import struct
+import time
+import zlib
+from enum import IntEnum
+from typing import NamedTuple
+
+MAGIC = b"SPKL"
+VERSION = 1
+HEAD = struct.Struct("<4sBBHIQQII")
+"""Magic, version, kind, flags, session, step, time of sending, length of the body, time it took."""
+CRC = struct.Struct("<I")
+SMALLEST = HEAD.size + CRC.size
+MOST_BODY = 1 << 20
+"""Bytes in the largest body; images and totals, which may be larger, go in several frames."""
+MORE = 1
+"""The flag of a frame whose content goes on in the next one."""
+
+
+class Kind(IntEnum):
+    """The kind of a frame; ``H`` frames are the host's, ``B`` frames the board's."""
+
+    HELLO = 1  # H: the digest of the image, and the seed
+    WELCOME = 2  # B: the chip is built and warm
+    WANT_IMAGE = 3  # B: no image of that digest is known
+    IMAGE = 4  # H: a piece of the image's file; `step` is its first byte
+    STEP = 5  # H: spikes and learning errors of a step
+    STATE = 6  # B: what the outputs hold after the step, and its counts
+    ASK_TOTALS = 7  # H: for the messages of all steps
+    TOTALS = 8  # B: a piece of them; `step` is its first byte
+    REFUSAL = 9  # B: why the session ends, in words
+    STOP = 10  # H: the session ends
+
+
+class Frame(NamedTuple):
+    """A frame.
+
+    Attributes
+    ----------
+    kind : int
+        A `Kind`; a number that is none is a frame of somebody else.
+    session, step : int
+        The session, 0 before there is one, and the step that the frame belongs to.
+    body : bytes
+        The content.
+    flags : int
+        What the body is like, by kind.
+    lasted_us : int
+        Time, in us, that the board took for the step.
+    version : int
+        The version of the link that the sender speaks.
+    """
+
+    kind: int
+    session: int = 0
+    step: int = 0
+    body: bytes = b""
+    flags: int = 0
+    lasted_us: int = 0
+    version: int = VERSION
+
+    def encode(self) -> bytes:
+        """Return the bytes of the frame."""
+        head = HEAD.pack(
+            MAGIC,
+            self.version,
+            self.kind,
+            self.flags,
+            self.session,
+            self.step,
+            time.monotonic_ns(),
+            len(self.body),
+            self.lasted_us,
+        )
+        return b"".join((head, self.body, CRC.pack(zlib.crc32(self.body, zlib.crc32(head)))))
+
+
+class Splitter:
+    """A finder of frames in the bytes that arrive.
+
+    Attributes
+    ----------
+    bad : int
+        How often bytes were skipped because they were no whole frame.
+    """
+
+    def __init__(self) -> None:
+        self._buffer = bytearray()
+        self.bad = 0
+
+    def feed(self, data: bytes) -> None:
+        """Add bytes that arrived."""
+        self._buffer += data
+
+    def next(self) -> Frame | None:
+        """Return the next frame; None until more bytes arrive."""
+        buffer = self._buffer
+        while len(buffer) >= SMALLEST:
+            if not buffer.startswith(MAGIC):
+                self._skip()
+                continue
+            _, version, kind, flags, session, step, _, length, lasted_us = HEAD.unpack_from(buffer)
+            end = HEAD.size + length
+            if length <= MOST_BODY:
+                if len(buffer) < end + CRC.size:
+                    return None
+                (crc,) = CRC.unpack_from(buffer, end)
+                if zlib.crc32(memoryview(buffer)[:end]) == crc:
+                    body = bytes(memoryview(buffer)[HEAD.size : end])
+                    del buffer[: end + CRC.size]
+                    return Frame(kind, session, step, body, flags, lasted_us, version)
+            self._skip()
+        return None
+
+    def _skip(self) -> None:
+        """Drop what is before the next magic, and at least one byte."""
+        found = self._buffer.find(MAGIC, 1)
+        # the last bytes may be the beginning of a magic
+        del self._buffer[: found if found > 0 else max(1, len(self._buffer) - len(MAGIC) + 1)]
+        self.bad += 1
