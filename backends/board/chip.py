@@ -109,7 +109,7 @@ class BoardChip:
         self._totals: Totals | None = None
         self._held = self._codec.silence()
         self._open: Frame | None = None
-        self._sent_s = 0.0
+        self._sent_s = self._ask_again_s = 0.0
         self._late = self._at = 0
         self._closed = self._lost = False
 
@@ -196,16 +196,16 @@ class BoardChip:
     def _send_open(self) -> None:
         assert self._open is not None
         self._sent_s = self._clock.now()
+        self._ask_again_s = self._sent_s + self._timing.ask_again_s
         self._line.send(self._open)
 
     def _awaited(self, end: float) -> bytes | None:
         """Return the body of the answer to the step under way; None if it is late."""
-        ask_again_s = self._timing.ask_again_s
         while (now := self._clock.now()) < end:
-            if now - self._sent_s >= ask_again_s:
+            if now >= self._ask_again_s:
                 self.figures.asked_again += 1
                 self._send_open()
-            frame = self._line.receive(min(end, self._sent_s + ask_again_s) - now)
+            frame = self._line.receive(min(end, self._ask_again_s) - now)
             if frame is not None and self._taken(frame):
                 return frame.body
         return None

@@ -8,9 +8,10 @@ import random
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 from spikeport.backends.board.frame import Frame, Kind
-from spikeport.backends.board.line import Clock, SocketLine
+from spikeport.backends.board.line import Clock
 from spikeport.errors import BoardLostError, UsageError
 
 KINDS = {
@@ -55,12 +56,22 @@ class Fault:
         return cls(found["kind"], int(found["step"] or 0), share, delay_s)
 
 
+class Outlet(Protocol):
+    """The sending half of a line."""
+
+    def send(self, frame: Frame) -> None:
+        """Send a frame."""
+
+    def send_bytes(self, data: bytes) -> None:
+        """Send bytes as they are."""
+
+
 class FaultyLine:
     """A line of the board that spoils answers to steps by a plan.
 
     Parameters
     ----------
-    line : SocketLine
+    line : Outlet
         The line.
     faults : sequence of Fault
         The plan.
@@ -74,7 +85,7 @@ class FaultyLine:
 
     def __init__(
         self,
-        line: SocketLine,
+        line: Outlet,
         faults: Sequence[Fault],
         clock: Clock,
         restart: Callable[[], None],

@@ -1,8 +1,9 @@
 """Frames of the link, and the splitter that finds them in a stream of bytes.
 
-A frame is a head of 36 bytes, a body, and the CRC-32 of both, all little-endian; docs/link.md has
-the table. A stream that was damaged is searched for the next frame that is whole, so that one flipped
-bit costs one frame.
+A frame is a head of 36 bytes, a body, and a CRC-32 behind each, all little-endian; docs/link.md has
+the table. A stream that was damaged is searched for the next frame that is whole, so that one
+flipped bit costs one frame: a head has a CRC of its own, because a length that was flipped up would
+make the reader wait for bytes that never come.
 """
 
 import struct
@@ -16,7 +17,9 @@ VERSION = 1
 HEAD = struct.Struct("<4sBBHIQQII")
 """Magic, version, kind, flags, session, step, time of sending, length of the body, time it took."""
 CRC = struct.Struct("<I")
-SMALLEST = HEAD.size + CRC.size
+BODY = HEAD.size + CRC.size
+"""The place of the body's first byte."""
+SMALLEST = BODY + CRC.size
 MOST_BODY = 1 << 20
 """Bytes in the largest body; images and totals, which may be larger, go in several frames."""
 MORE = 1
@@ -78,7 +81,8 @@ class Frame(NamedTuple):
             len(self.body),
             self.lasted_us,
         )
-        return b"".join((head, self.body, CRC.pack(zlib.crc32(self.body, zlib.crc32(head)))))
+        crcs = CRC.pack(zlib.crc32(head)), CRC.pack(zlib.crc32(self.body))
+        return b"".join((head, crcs[0], self.body, crcs[1]))
 
 
 class Splitter:
@@ -100,23 +104,34 @@ class Splitter:
 
     def next(self) -> Frame | None:
         """Return the next frame; None until more bytes arrive."""
-        buffer = self._buffer
-        while len(buffer) >= SMALLEST:
-            if not buffer.startswith(MAGIC):
+        while len(self._buffer) >= SMALLEST:
+            length = self._length()
+            if length is None:
                 self._skip()
-                continue
-            _, version, kind, flags, session, step, _, length, lasted_us = HEAD.unpack_from(buffer)
-            end = HEAD.size + length
-            if length <= MOST_BODY:
-                if len(buffer) < end + CRC.size:
-                    return None
-                (crc,) = CRC.unpack_from(buffer, end)
-                if zlib.crc32(memoryview(buffer)[:end]) == crc:
-                    body = bytes(memoryview(buffer)[HEAD.size : end])
-                    del buffer[: end + CRC.size]
-                    return Frame(kind, session, step, body, flags, lasted_us, version)
-            self._skip()
+            elif len(self._buffer) < SMALLEST + length:
+                return None
+            elif (frame := self._taken(length)) is not None:
+                return frame
         return None
+
+    def _length(self) -> int | None:
+        """Return the length of the body that follows; None if no head is here."""
+        head = memoryview(self._buffer)[: HEAD.size]
+        (crc,) = CRC.unpack_from(self._buffer, HEAD.size)
+        magic, *_, length, _ = HEAD.unpack(head)
+        whole = magic == MAGIC and crc == zlib.crc32(head) and length <= MOST_BODY
+        return length if whole else None
+
+    def _taken(self, length: int) -> Frame | None:
+        """Take a frame off the stream; None if its body is damaged."""
+        _, version, kind, flags, session, step, _, _, lasted_us = HEAD.unpack_from(self._buffer)
+        body = bytes(memoryview(self._buffer)[BODY : BODY + length])
+        (crc,) = CRC.unpack_from(self._buffer, BODY + length)
+        del self._buffer[: SMALLEST + length]
+        if crc != zlib.crc32(body):
+            self.bad += 1
+            return None
+        return Frame(kind, session, step, body, flags, lasted_us, version)
 
     def _skip(self) -> None:
         """Drop what is before the next magic, and at least one byte."""

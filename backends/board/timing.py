@@ -13,7 +13,7 @@ import numpy as np
 from spikeport.backends.board.line import Clock
 
 ASKS = 3
-"""How often a step is asked for before the board is given up, or the time is over."""
+"""How often a step of real time is asked for before it is over."""
 
 
 @dataclass(frozen=True)
@@ -28,16 +28,12 @@ class SimulatedTime:
 
     patience_s: float = 10.0
     hold: ClassVar[int] = 0
+    ask_again_s: ClassVar[float] = 0.5
 
     @property
     def limit(self) -> str:
         """The time after which the board is given up, in words."""
         return f"{self.patience_s:g} s"
-
-    @property
-    def ask_again_s(self) -> float:
-        """Time after which a step is asked for again."""
-        return self.patience_s / ASKS
 
 
 @dataclass(frozen=True)
