@@ -2,6 +2,7 @@
 
 import socket
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -143,10 +144,12 @@ def test_a_board_outlives_what_hosts_send(
     tmp_path: Path, spoil: Callable[[np.random.RandomState], bytes]
 ) -> None:
     address = f"unix:{tmp_path / 'board'}"
-    with served(address):
+    with served(address) as said:
         line = line_to(address)
         line.send_bytes(spoil(np.random.RandomState(0)))
         line.close()
+        while not any("gone" in text for text in said):
+            time.sleep(0.01)
         chip = BoardChip(IMAGE, 0, line_to(address))
         check_equal(chip)
         chip.close()
