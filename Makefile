@@ -4,11 +4,18 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 
+# What tests compare with where it is there; without it they are skipped.
+REFEREES := .referees
+SANAFE   := sanafe==2.2.9
+DEBIAN   := libegl1 libegl-mesa0 openssl
+APT      := timeout 300 apt-get -qq -o Acquire::Retries=0 -o Acquire::http::Timeout=20
+
 # Tests of a file stay together: they share fixtures that take seconds.
 PARALLEL := -n auto --dist loadfile --no-loadscope-reorder
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-fast shadow nengo-suite fuzz check bench bless format clean
+.PHONY: help demo test test-fast shadow nengo-suite referees debian fuzz check bench bless \
+	format clean
 
 help:  ## what can be made
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-11s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -37,6 +44,26 @@ shadow: $(STAMP)  ## nengo-loihi's own tests, native backend beside its emulator
 nengo-suite: $(STAMP)  ## Nengo's own tests on spikeport.Simulator, with what it does not support
 	$(BIN)/python -m pytest tests/nengo_suite
 
+referees: $(STAMP)  ## what some tests need and may be absent: SANA-FE, Menagerie's H1, Debian's packages
+	@$(MAKE) --no-print-directory --keep-going debian $(REFEREES)/sanafe.txt $(REFEREES)/menagerie.txt || \
+	  echo "referees: not all can be had here, as said above; the tests that need them are skipped"
+
+debian:
+	@dpkg -s $(DEBIAN) >/dev/null 2>&1 || { $(APT) update && $(APT) install -y --no-install-recommends \
+	  $(DEBIAN); } || { echo "absent: some of $(DEBIAN); install them with: apt-get install"; exit 1; }
+
+# SANA-FE is GPL-3.0: an environment of its own, and a process of its own in the test.
+$(REFEREES)/sanafe.txt:
+	$(PYTHON) -m venv $(@:.txt=)
+	{ $(@:.txt=)/bin/python -m pip install --quiet --disable-pip-version-check $(SANAFE) && \
+	  $(@:.txt=)/bin/python -c 'import sanafe'; } || { rm -rf $(@:.txt=); exit 1; }
+	@echo $(SANAFE) > $@
+
+$(REFEREES)/menagerie.txt: $(STAMP)
+	@mkdir -p $(REFEREES)
+	$(BIN)/mujoco-menagerie prefetch unitree_h1
+	@touch $@
+
 fuzz: $(STAMP)  ## spoilt files for every loader, for SECONDS (an hour)
 	$(BIN)/python -W ignore -m tests.fuzz --seconds $(or $(SECONDS),3600)
 
@@ -57,4 +84,4 @@ format: $(STAMP)  ## format the code in place
 	$(BIN)/ruff format .
 
 clean:  ## remove the environment and everything built
-	rm -rf $(VENV) build dist *.egg-info .mypy_cache .ruff_cache
+	rm -rf $(VENV) $(REFEREES) build dist *.egg-info .mypy_cache .ruff_cache

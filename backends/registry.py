@@ -127,6 +127,6 @@ def get(name: str) -> Backend:
             "and an image holds integers only; choose 'reference' for float Nengo, or measure what "
             "rounding costs with `spikeport compile NETWORK --loss SECONDS`"
         )
-    if name not in BACKENDS:
+    if not isinstance(name, str) or name not in BACKENDS:
         raise unknown("backend", name, BACKENDS)
     return BACKENDS[name]

@@ -121,10 +121,18 @@ def check_arguments(network: object, chip: object, dt: object, pipeline: object)
         raise ArgumentError("network", network, "a nengo.Network")
     if not isinstance(chip, str | Path):
         raise ArgumentError("chip", chip, "the name of a chip, or the path of its TOML file")
-    if not isinstance(dt, Real) or not 0 < float(dt) < math.inf:
+    if not isinstance(dt, Real) or not 0 < _as_float(dt) < math.inf:
         raise ArgumentError("dt", dt, "a time step in seconds, above 0 and finite")
     if pipeline is not None and not isinstance(pipeline, str | Pipeline):
         raise ArgumentError("pipeline", pipeline, "a Pipeline, its text, or None for the chip's")
+
+
+def _as_float(number: Real) -> float:
+    """Return a number as a float; infinity if it is an integer beyond all floats."""
+    try:
+        return float(number)
+    except OverflowError:
+        return math.inf
 
 
 def _rewritten(

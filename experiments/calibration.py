@@ -17,6 +17,7 @@ from spikeport.compile.image.manifest import SCHEMA
 from spikeport.errors import UsageError, printable
 from spikeport.reading import npz
 from spikeport.reading.mismatch import MismatchError
+from spikeport.reading.text import parse_json
 from spikeport.simulator import Simulator
 
 MADE_FOR, DIGEST, SCHEMA_KEY = "made_for", "image_digest", "image_schema"
@@ -84,8 +85,8 @@ def _made_for(path: Path, arrays: Mapping[str, np.ndarray]) -> dict[str, object]
     """Return all that the decoders depend on, if the file is a calibration of this schema."""
     schema = arrays.get(SCHEMA_KEY, np.array(1))
     try:
-        made_for = json.loads(str(arrays[MADE_FOR]))
-    except (KeyError, ValueError, RecursionError):
+        made_for = parse_json(str(arrays[MADE_FOR]))
+    except (KeyError, ValueError, RecursionError, MismatchError):
         made_for = None
     numbered = schema.shape == () and schema.dtype.kind in "iu"
     if not isinstance(made_for, dict) or DIGEST not in arrays or not numbered:

@@ -1,7 +1,6 @@
 """The walking policy as an ordinary network: weights, biases, and the robot they are made for.
 
 h_0 = observation,    h_i = elu(W_i h_{i-1} + b_i),    action = W_n h_{n-1} + b_n
-elu(x) = x for x > 0, exp(x) - 1 otherwise
 """
 
 from dataclasses import dataclass
@@ -13,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from spikeport.atomic import atomic_path
 from spikeport.errors import UsageError
+from spikeport.networks.activations import elu
 from spikeport.reading import npz
 from spikeport.reading.mismatch import MismatchError
 
@@ -72,11 +72,6 @@ class WalkingPolicy:
         arrays |= {name: getattr(self, name) for name in _FIELDS if name != "activation"}
         with atomic_path(path) as temporary, open(temporary, "wb") as file:
             np.savez_compressed(file, activation="elu", **arrays)
-
-
-def elu(x: np.ndarray) -> np.ndarray:
-    """The exponential linear unit, with its negative side ending at -1."""
-    return np.where(x > 0, x, np.expm1(np.minimum(x, 0.0)))
 
 
 def load(path: Path = SHIPPED) -> WalkingPolicy:

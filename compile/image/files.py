@@ -20,6 +20,7 @@ from spikeport.compile.image.tables import LAYOUT
 from spikeport.errors import ImageError
 from spikeport.reading.archive import Archive, read_bytes
 from spikeport.reading.mismatch import MismatchError
+from spikeport.reading.text import TEXT_BYTES
 
 HEADER = "header"
 SMALL_BYTES = 64 << 20
@@ -80,11 +81,11 @@ def _parse(content: bytes) -> tuple[Header, dict[str, np.ndarray]]:
             "no image of a network does; compile it again"
         )
 
-    def array(name: str) -> np.ndarray:
-        return _array(io.BytesIO(archive.read(f"{name}.npy", most)), name)
+    def array(name: str, limit: int = most) -> np.ndarray:
+        return _array(io.BytesIO(archive.read(f"{name}.npy", limit)), name)
 
     # First of all the header: of another schema, the arrays may be others too.
-    header = read_header(array(HEADER).tobytes())
+    header = read_header(array(HEADER, TEXT_BYTES).tobytes())
     names = [name.removesuffix(".npy") for name in archive.names]
     return header, {name: array(name) for name in names if name != HEADER}
 

@@ -12,6 +12,8 @@ from typing import Literal
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from spikeport.errors import ImageError
+from spikeport.reading.mismatch import MismatchError, shown
+from spikeport.reading.text import parse_json
 
 SCHEMA = 2
 ARITHMETIC = "nengo-loihi 1.1"
@@ -238,8 +240,8 @@ def read_header(content: bytes) -> Header:
         If it is of another schema or arithmetic, or not as `Manifest` describes it.
     """
     try:
-        found = json.loads(content)
-    except (ValueError, RecursionError):
+        found = parse_json(content.decode())
+    except (ValueError, RecursionError, MismatchError):
         raise ImageError("not a chip image, or truncated or altered") from None
     found = found.get("manifest") if isinstance(found, dict) else None
     _check_versions(found if isinstance(found, dict) else {})
@@ -255,11 +257,12 @@ def read_header(content: bytes) -> Header:
 def _check_versions(found: Mapping[str, object]) -> None:
     if found.get("schema") != SCHEMA:
         raise ImageError(
-            f"image schema {found.get('schema')}, this spikeport reads {SCHEMA}; compile it again"
+            f"image schema {shown(found.get('schema'))}, this spikeport reads {SCHEMA}; compile it "
+            "again"
         )
     if found.get("arithmetic") != ARITHMETIC:
         raise ImageError(
-            f"an image for chip '{found.get('chip')}' that computes as "
-            f"'{found.get('arithmetic')}', this spikeport as '{ARITHMETIC}'; compile the network "
-            "for a chip that `spikeport chips` lists"
+            f"an image for chip '{shown(found.get('chip'))}' that computes as "
+            f"'{shown(found.get('arithmetic'))}', this spikeport as '{ARITHMETIC}'; compile the "
+            "network for a chip that `spikeport chips` lists"
         )

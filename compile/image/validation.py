@@ -21,10 +21,25 @@ MOST_ATOMS = 512
 """Atoms of a row: nengo-loihi has 9 bits for them."""
 MOST_INPUTS = 1 << 20
 """Sources on the host: each costs memory, and a file need not hold anything of them."""
-FORMAT = ("weight_bits", "idx_bits", "compression", "n_synapses", "delay_bits", "tag_bits")
+MOST_UNREAD = 1 << 20
+"""Values that outputs decode from no compartments: a file need not hold anything of them."""
+FORMAT = (
+    *("weight_limit_mant", "weight_limit_exp", "weight_exp", "disc_max_weight", "learning_cfg"),
+    *("tag_bits", "delay_bits", "weight_bits", "reuse_synapse_data", "n_synapses", "idx_offset"),
+    *("idx_mult", "skip_bits", "idx_bits", "synapse_type", "fanout_type", "compression"),
+    *("stdp_cfg", "ignore_delay"),
+)
+"""Columns of ``groups.format``: the fields of nengo-loihi's SynapseConfig."""
+COUNTED = ("weight_bits", "idx_bits", "compression", "n_synapses", "delay_bits", "tag_bits")
 """Columns of ``groups.format`` by which memory is counted."""
+WEIGHT_BITS, INDEX_BITS = (0, 1, 2, 3, 4, 5, 6, 8), (0, 6, 7, 8, 9, 10, 11, 12)
+"""Bits of a weight and of an index by their codes. Source: nengo-loihi's SynapseConfig."""
 LEARNING = ("on", "lr_int", "lr_exp", "tracing_tau", "tracing_mag", "train_epoch", "learn_epoch")
 """Columns of ``groups.learning``."""
+MOST_LEARNING = 2**30
+"""Size of a number in ``groups.learning``: NumPy multiplies and shifts 32 bits by them."""
+MOST_SHIFT = 63
+"""Size of a learning group's ``weight_exp``, by which NumPy shifts."""
 
 
 def check(image: "ChipImage") -> None:
@@ -109,10 +124,14 @@ def _check_manifest(image: "ChipImage") -> None:
         raise _refuse("manifest.dt_s", manifest.dt_s, "not a positive number")
     if not math.isfinite(manifest.pes_error_scale):
         raise _refuse("manifest.pes_error_scale", manifest.pes_error_scale, "not a finite number")
-    if manifest.learning != LEARNING:
-        raise _refuse("manifest.learning", manifest.learning, f"not {LEARNING}")
-    if missing := set(FORMAT) - set(manifest.synapse_format):
-        raise _refuse("manifest.synapse_format", "without", ", ".join(sorted(missing)))
+    for name, wanted in (
+        ("learning", LEARNING),
+        ("synapse_format", FORMAT),
+        ("weight_bits", WEIGHT_BITS),
+        ("index_bits", INDEX_BITS),
+    ):
+        if (found := getattr(manifest, name)) != wanted:
+            raise _refuse(f"manifest.{name}", found, f"not {wanted}")
 
 
 def _check_cores(image: "ChipImage") -> None:
@@ -185,6 +204,7 @@ def _check_inputs(image: "ChipImage") -> None:
 
 def _check_outputs(image: "ChipImage") -> None:
     reads, weights = np.diff(image.outputs.start), np.diff(image.outputs.weight_start)
+    _check_unread([entry.size for entry in image.manifest.outputs], reads)
     for i, entry in enumerate(image.manifest.outputs):
         place = f"manifest.outputs[{i}]"
         shapes = {"matrix": entry.shape[1:] and (int(reads[i]), entry.shape[1]), "scale": (1,)}
@@ -197,11 +217,21 @@ def _check_outputs(image: "ChipImage") -> None:
             raise _refuse(f"{place}.order", entry.order, f"no order of {entry.size} values")
 
 
+def _check_unread(sizes: list[int], reads: np.ndarray) -> None:
+    """Refuse outputs of too many values that are decoded from nothing, which always are 0."""
+    unread = [size for size, n in zip(sizes, reads, strict=True) if n == 0]
+    if min(unread, default=0) < 0 or sum(unread) > MOST_UNREAD:
+        worst = max(unread, key=abs)
+        raise _refuse(
+            "the size of an output without compartments", worst, f"not from 0 to {MOST_UNREAD}"
+        )
+
+
 def _check_formats(image: "ChipImage") -> None:
-    manifest, form = image.manifest, image.groups.format
-    bits = {"weight_bits": len(manifest.weight_bits), "idx_bits": len(manifest.index_bits)}
-    for name in FORMAT:
-        values = form[:, manifest.synapse_format.index(name)]
+    form = image.groups.format
+    bits = {"weight_bits": len(WEIGHT_BITS), "idx_bits": len(INDEX_BITS)}
+    for name in COUNTED:
+        values = form[:, FORMAT.index(name)]
         # nengo-loihi says -1 where no index is long enough: such a block is cut before it is run.
         low = -1 if name == "idx_bits" else 0
         high = bits.get(name, 64) - 1
@@ -211,8 +241,28 @@ def _check_formats(image: "ChipImage") -> None:
 
 def _check_learning(image: "ChipImage") -> None:
     learning = image.groups.learning[image.learns]
+    sizes = np.abs(learning).max(axis=1, initial=0)
+    _require(
+        sizes <= MOST_LEARNING,
+        "the largest number of groups.learning",
+        sizes,
+        f"not finite and at most {MOST_LEARNING}",
+    )
     for name in ("train_epoch", "learn_epoch", "tracing_tau"):
         values = learning[:, LEARNING.index(name)]
-        inside = np.isfinite(values) & (values >= 1)
-        _require(inside, f"the learning groups' {name}", values, "at least 1")
-    _require(np.isfinite(learning).all(axis=1), "groups.learning", learning, "not finite")
+        _require(values >= 1, f"the learning groups' {name}", values, "at least 1")
+    shift = image.groups.format[image.learns][:, FORMAT.index("weight_exp")]
+    inside = np.abs(shift.astype(int)) <= MOST_SHIFT
+    _require(
+        inside, "the learning groups' weight_exp", shift, f"not from {-MOST_SHIFT} to {MOST_SHIFT}"
+    )
+    _check_learned_rows(image)
+
+
+def _check_learned_rows(image: "ChipImage") -> None:
+    """Refuse rows that learn without a weight for each of the on/off pairs that errors come in."""
+    learns = np.repeat(image.learns, np.diff(image.groups.row_start))
+    weights = np.diff(image.rows.start)[learns] // image.rows.atoms[learns]
+    block = np.repeat(image.groups.block, np.diff(image.groups.row_start))[learns]
+    pairs = np.diff(image.blocks.start)[block] // 2
+    _require(weights == 2 * pairs, "the size of rows that learn", weights, "not", 2 * pairs)

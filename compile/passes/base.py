@@ -18,11 +18,13 @@ class Context:
     """The chip and time step of a compile, and a place for the findings of a pass.
 
     ``note(key, value)`` keeps a finding, plain data ready for JSON, under the pass that made it.
+    ``following`` are the passes after this one, for what depends on their result.
     """
 
     chip: ChipModel
     dt_s: float
     note: Callable[[str, object], None]
+    following: "tuple[AnyPass, ...]" = ()
 
 
 @dataclass(frozen=True)
@@ -47,7 +49,10 @@ class Pass(ABC, Generic[Value]):
 
 @dataclass(frozen=True)
 class NetworkPass(Pass[Rewrite]):
-    """Rewrites a network such that its float behaviour is equal, to rounding."""
+    """Rewrites a network such that its float behaviour is equal, to rounding.
+
+    `spikeport.compile.passes.tie.Tie` alone changes it, and notes by how much.
+    """
 
 
 @dataclass(frozen=True)

@@ -17,9 +17,9 @@ ONE_OPTION = re.compile(
 def parse(text: str) -> Pipeline:
     """Return the pipeline that a text describes; an empty text describes one without passes.
 
-    The text is the name of one of `registry.PIPELINES`, or passes separated by commas, each a name
-    that `registry.PASSES` has and, in braces, options: ``key=value`` separated by commas, a value
-    in double quotes where it has commas or braces.
+    The text is passes separated by commas, each a name that `registry.PASSES` has and, in braces,
+    options: ``key=value`` separated by commas, a value in double quotes where it has commas or
+    braces. The name of one of `registry.PIPELINES` stands for all of its passes.
 
     Raises
     ------
@@ -27,10 +27,8 @@ def parse(text: str) -> Pipeline:
         If the text cannot be read, a pass or option is not known, a value is of the wrong type, or
         the passes cannot follow each other; see `Pipeline`.
     """
-    text = registry.PIPELINES.get(text.strip(), text)
-    return Pipeline(
-        tuple(_pass(*match.group("name", "options")) for match in _matches(ONE_PASS, text))
-    )
+    pairs = [match.group("name", "options") for match in _matches(ONE_PASS, text)]
+    return Pipeline(tuple(one for name, given in pairs for one in _passes(name, given)))
 
 
 def _matches(pattern: re.Pattern[str], text: str) -> list[re.Match[str]]:
@@ -46,6 +44,12 @@ def _matches(pattern: re.Pattern[str], text: str) -> list[re.Match[str]]:
         matches.append(match)
         at = match.end()
     return matches
+
+
+def _passes(name: str, text: str | None) -> tuple[AnyPass, ...]:
+    if text is None and name in registry.PIPELINES:
+        return parse(registry.PIPELINES[name]).passes
+    return (_pass(name, text),)
 
 
 def _pass(name: str, text: str | None) -> AnyPass:

@@ -90,7 +90,8 @@ class PassRun:
     def _apply(self, passes: tuple[Pass[Value], ...], value: Value) -> Value:
         for one in passes:
             notes: dict[str, object] = {}
-            value = one.apply(value, Context(self._chip, self._dt_s, notes.__setitem__))
+            after = self._pipeline.passes[self._pipeline.passes.index(one) + 1 :]
+            value = one.apply(value, Context(self._chip, self._dt_s, notes.__setitem__, after))
             self.record.append({"name": one.name, "options": asdict(one), "notes": notes})
             self._observe(one, value)
         return value

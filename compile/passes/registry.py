@@ -6,6 +6,7 @@ from spikeport.compile.passes.base import AnyPass
 from spikeport.errors import unknown
 
 PASSES: dict[str, str] = {
+    "tie": "spikeport.compile.passes.tie:Tie",
     "split_ensembles": "spikeport.compile.passes.split_ensembles:SplitEnsembles",
     "fuse": "spikeport.compile.passes.fuse:Fuse",
     "decode_path": "spikeport.compile.passes.decode_path:DecodePath",

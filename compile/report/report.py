@@ -6,7 +6,7 @@ from typing import Any, TypeAlias
 
 from spikeport.compile.check.violation import Violation
 from spikeport.compile.ground.quantisation import BlockError
-from spikeport.compile.report.expected import Rates
+from spikeport.compile.image.expected import Rates
 from spikeport.compile.report.neurobench import NeuroBench, workload
 from spikeport.hardware_models.activity import Activity
 from spikeport.hardware_models.chip import ChipModel

@@ -8,6 +8,7 @@ import contextlib
 import dataclasses
 import json
 import os
+import sys
 from collections.abc import Iterator
 from datetime import datetime
 from pathlib import Path
@@ -17,6 +18,9 @@ from spikeport.atomic import atomic_path, is_leftover, locked
 from spikeport.errors import UsageError
 from spikeport.experiments.sweep.plan import Point, Sweep
 from spikeport.files import read_json, write_json
+
+MOST_METRICS = 100
+"""Metrics of a result: experiments have some twenty, and a figure draws each."""
 
 
 class PointFiles(NamedTuple):
@@ -82,7 +86,14 @@ class SweepFolder:
 
 
 def _is_metrics(value: object) -> bool:
-    return isinstance(value, dict) and any(isinstance(v, int | float) for v in value.values())
+    """Return whether a value is metrics that a table can hold and a figure can draw."""
+    if not isinstance(value, dict) or len(value) > MOST_METRICS:
+        return False
+    numbers = [number for number in value.values() if isinstance(number, int | float)]
+    within = all(isinstance(n, float) or abs(n) <= sys.float_info.max for n in numbers)
+    return (
+        bool(numbers) and within and all(name.isascii() and name.isidentifier() for name in value)
+    )
 
 
 def _asked(point: Point) -> dict[str, Any]:

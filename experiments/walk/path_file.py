@@ -15,6 +15,8 @@ FASTEST_RAD_S = 1.0
 FARTHEST_START_M = 0.5
 """How far from the robot a path may begin."""
 ROUNDING = 1e-6
+TABLE_BYTES = 2**22
+"""Of the file: a row for every millisecond of two minutes."""
 
 
 def read_path(file: Path, seconds: float) -> tuple[np.ndarray, np.ndarray]:
@@ -44,7 +46,7 @@ def read_path(file: Path, seconds: float) -> tuple[np.ndarray, np.ndarray]:
 def _read_table(file: Path) -> np.ndarray:
     """Return its rows, (n, 3)."""
     try:
-        text = read_text(file)
+        text = read_text(file, TABLE_BYTES)
     except MismatchError as error:
         raise UsageError(f"path '{file}': {error}; cure: write a table as CSV in UTF-8") from None
     header, *rows = text.splitlines() or [""]

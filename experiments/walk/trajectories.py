@@ -5,10 +5,13 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from spikeport.errors import UsageError
 from spikeport.experiments.sweep.folder import SweepFolder
 from spikeport.experiments.sweep.plan import Point, Sweep
 from spikeport.experiments.walk.paths import find_path
 from spikeport.experiments.walk.settings import WalkSettings
+from spikeport.reading.archive import FILE_BYTES
+from spikeport.reading.mismatch import MismatchError, shown
 
 IDEAL = "black"
 COLORS = {"mlp": "#1f9aa0", "spiking": "#e8871e"}
@@ -42,12 +45,28 @@ def _draw_ideal(axes: Axes, sweep: Sweep) -> None:
 
 
 def _draw_trace(axes: Axes, folder: SweepFolder, point: Point) -> None:
-    policy = point.settings["policy"]
-    with xr.open_dataset(folder.probes_path(point), engine="h5netcdf") as probes:
-        place = probes.state.sel(turned=["x", "y"]).values
+    policy, place = point.settings["policy"], _places(folder, point)
     axes.plot(*place.T, color=COLORS[policy], lw=1, alpha=0.8, label=LABELS[policy])
-    if folder.read(point)["metrics"]["falls"]:
+    if folder.read(point)["metrics"].get("falls"):
         axes.plot(*place[-1], "X", color=FELL, ms=10, label="fell")
+
+
+def _places(folder: SweepFolder, point: Point) -> np.ndarray:
+    """Return where the robot was, (n, 2) in m, or raise UsageError if its file was altered."""
+    path = folder.probes_path(point)
+    try:
+        with xr.open_dataset(path, engine="h5netcdf") as probes:
+            state = probes.state.transpose("time", "turned")
+            if state.nbytes > FILE_BYTES:  # a file need not hold what it declares
+                raise MismatchError(f"a state of at most {FILE_BYTES:,} bytes", f"{state.nbytes:,}")
+            places: np.ndarray = state.sel(turned=["x", "y"]).values.astype(float)
+            places[-1]  # a walk has a last place
+            return places
+    except Exception as error:  # HDF5 and its readers raise anything of a damaged file
+        raise UsageError(
+            f"{path}: holds no time series of a walk ({shown(error)}); remove "
+            f"{folder.result_path(point)} to run its point again"
+        ) from error
 
 
 def _title(sweep: Sweep, table: xr.Dataset) -> str:

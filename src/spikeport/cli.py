@@ -4,6 +4,7 @@ Exit codes: 0 done, 1 the network does not fit or a run failed, 2 wrong use, 130
 of 1 and 2 it is belongs to the class of the error: `SpikeportError.exit_code`.
 """
 
+import io
 import sys
 import warnings
 from pathlib import Path
@@ -416,6 +417,8 @@ def main() -> None:
     """Run the command line; a user's mistake gives a message, never a traceback."""
     warnings.filterwarnings("ignore", module="spikeport.compile")  # they stand in the report
     warnings.showwarning = warn
+    if isinstance(sys.stdout, io.TextIOWrapper):  # a label may hold letters that it cannot print
+        sys.stdout.reconfigure(errors="backslashreplace")
     try:
         app(prog_name="spikeport")
     except SpikeportError as error:

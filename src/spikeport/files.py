@@ -2,8 +2,7 @@
 
 import json
 import math
-import tomllib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -13,11 +12,14 @@ from pydantic_core import ErrorDetails
 
 from spikeport.atomic import write_text
 from spikeport.errors import SpikeportError, UsageError, printable
-from spikeport.reading.mismatch import MismatchError
-from spikeport.reading.text import read_text
+from spikeport.reading.mismatch import MismatchError, shown
+from spikeport.reading.text import parse_json, parse_toml, read_text
 
 M = TypeVar("M", bound=BaseModel)
 Refusal = type[SpikeportError]
+
+MOST_LISTED = 20
+"""Errors in a file that are listed, each on a line."""
 
 REASONS = {"missing": "is missing", "extra_forbidden": "is not a known key"}
 
@@ -30,7 +32,7 @@ def read_toml(path: Path, refusal: Refusal = UsageError) -> dict[str, Any]:
     UsageError, or another ``refusal``
         The file cannot be read, or is not TOML; the message gives path and reason.
     """
-    content: dict[str, Any] = _read(path, tomllib.loads, "TOML", refusal)
+    content: dict[str, Any] = _read(path, parse_toml, "TOML", refusal)
     return content
 
 
@@ -42,7 +44,7 @@ def read_json(path: Path, refusal: Refusal = UsageError) -> Any:
     UsageError, or another ``refusal``
         The file cannot be read, or is not JSON; the message gives path and reason.
     """
-    return _read(path, json.loads, "JSON", refusal)
+    return _read(path, parse_json, "JSON", refusal)
 
 
 def read_model(path: Path, model: type[M], what: str, refusal: Refusal = UsageError) -> M:
@@ -67,8 +69,7 @@ def read_model(path: Path, model: type[M], what: str, refusal: Refusal = UsageEr
     try:
         return model.model_validate(read_toml(path, refusal))
     except ValidationError as error:
-        rows = "\n".join(printable(f"  {_dotted(e)}: {_reason(e)}") for e in error.errors())
-        raise refusal(f"{path}: not a {what}:\n{rows}") from None
+        raise refusal(f"{path}: not a {what}:\n{_listed(error.errors())}") from None
 
 
 def write_json(path: Path, value: Any) -> None:
@@ -87,6 +88,13 @@ def _read(path: Path, parse: Callable[[str], Any], kind: str, refusal: Refusal) 
         raise refusal(f"{path}: not {kind}: {printable(str(error))}") from error
     except RecursionError:
         raise refusal(f"{path}: not {kind}: it is nested too deeply; write it flat") from None
+
+
+def _listed(errors: Sequence[ErrorDetails]) -> str:
+    """Return a line for each error, and one for those that would be too many to read."""
+    rows = [f"  {shown(_dotted(e))}: {shown(_reason(e))}" for e in errors[:MOST_LISTED]]
+    more = len(errors) - len(rows)
+    return "\n".join([*rows, *([f"  and {more:,} more"] if more else [])])
 
 
 def _dotted(error: ErrorDetails) -> str:

@@ -73,7 +73,7 @@ def _users(spec: str, pairs: list[str]) -> nengo.Network:
     except (SpikeportError, KeyboardInterrupt, OutOfTime):
         raise
     except BaseException as error:  # a user's code may exit, too, which must not look like success
-        raise NetworkError(f"{spec}: raised {type(error).__name__}: {error}") from error
+        raise NetworkError(f"{spec}: raised {_in_words(error)}") from error
     if not isinstance(network, nengo.Network):
         raise UsageError(f"{spec}: returned {type(network).__name__}, expected nengo.Network")
     return network
@@ -112,12 +112,10 @@ def _import_module(name: str) -> ModuleType:
     sys.path.insert(0, str(Path.cwd()))  # as python -m looks for modules
     try:
         return importlib.import_module(name)
-    except SpikeportError:
+    except (SpikeportError, KeyboardInterrupt, OutOfTime):
         raise
-    except (Exception, SystemExit) as error:
-        raise UsageError(
-            f"module '{name}' cannot be imported: {type(error).__name__}: {error}"
-        ) from error
+    except BaseException as error:
+        raise UsageError(f"module '{name}' cannot be imported: {_in_words(error)}") from error
 
 
 def _import_file(path: Path) -> ModuleType:
@@ -131,8 +129,16 @@ def _import_file(path: Path) -> ModuleType:
     sys.modules[spec.name] = module  # where dataclasses look for the names in their annotations
     try:
         spec.loader.exec_module(module)
-    except SpikeportError:
+    except (SpikeportError, KeyboardInterrupt, OutOfTime):
         raise
-    except (Exception, SystemExit) as error:
-        raise UsageError(f"{path}: cannot be imported: {type(error).__name__}: {error}") from error
+    except BaseException as error:
+        raise UsageError(f"{path}: cannot be imported: {_in_words(error)}") from error
     return module
+
+
+def _in_words(error: BaseException) -> str:
+    """Return type and text of an error of a user's code, which may fail to make the text."""
+    try:
+        return f"{type(error).__name__}: {error}"
+    except BaseException:
+        return f"{type(error).__name__}, which has no text"

@@ -92,8 +92,7 @@ class Simulator:
         link: LinkOptions = LinkOptions(),  # noqa: B008, a frozen value
     ) -> None:
         check_arguments(network, chip, dt, pipeline)
-        if not (seed is None or (isinstance(seed, Integral) and 0 <= seed <= LARGEST_SEED)):
-            raise ArgumentError("seed", seed, f"None, or an integer from 0 to {LARGEST_SEED}")
+        _check_seed(seed)
         source = registry.Source(network, chip, dt, pipeline, _counts_folder(counts), link)
         self._open = functools.partial(registry.get(backend).open, source)
         self._probes = network.all_probes
@@ -212,6 +211,8 @@ class Simulator:
 
     def trange(self, sample_every: float | None = None) -> np.ndarray:
         """The times, in seconds, of the steps so far, or of those sampled every so often."""
+        if not (sample_every is None or (isinstance(sample_every, Real) and sample_every > 0)):
+            raise ArgumentError("sample_every", sample_every, "None, or a time in seconds above 0")
         return self.dt * sampled(self.n_steps, sample_every, self.dt)
 
     def clear_probes(self) -> None:
@@ -230,9 +231,12 @@ class Simulator:
         ------
         SimulatorClosed
             If the simulator is closed.
+        UsageError
+            If the seed is none; the simulation goes on as it was.
         """
         if self.closed:
             raise SimulatorClosed("Cannot reset closed Simulator.")
+        _check_seed(seed)
         self._execution.close()
         self.seed = self.seed if seed is None else seed
         self._start(self.compilation)
@@ -271,6 +275,11 @@ def interrupts_deferred() -> Iterator[Callable[[], None]]:
         yield check
     finally:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def _check_seed(seed: int | None) -> None:
+    if not (seed is None or (isinstance(seed, Integral) and 0 <= seed <= LARGEST_SEED)):
+        raise ArgumentError("seed", seed, f"None, or an integer from 0 to {LARGEST_SEED}")
 
 
 def _counts_folder(folder: str | Path | None) -> Path | None:

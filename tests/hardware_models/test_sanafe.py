@@ -1,9 +1,7 @@
 """Energy against SANA-FE's Loihi model, in a process and an environment of its own.
 
-SANA-FE is GPL-3.0 and not a dependency. To run this, install it apart from spikeport and say where:
-
-    python -m venv sanafe && sanafe/bin/pip install sanafe==2.2.9
-    SANAFE_PYTHON=sanafe/bin/python pytest tests/hardware_models/test_sanafe.py
+SANA-FE is GPL-3.0 and not a dependency. `make referees` installs it apart from spikeport;
+SANAFE_PYTHON names the Python of another place that has it.
 
 Both count the same spikes: every neuron of an image spikes with a period of its own, and what it
 reaches is what the image's wiring and placement say.
@@ -27,7 +25,8 @@ from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.activity import Activity
 from spikeport.hardware_models.energy import EnergyReport, energy
 
-PYTHON = os.environ.get("SANAFE_PYTHON")
+INSTALLED = Path(__file__).parents[2] / ".referees" / "sanafe" / "bin" / "python"
+PYTHON = os.environ.get("SANAFE_PYTHON", INSTALLED)
 N_STEPS = 100
 CORES_PER_TILE = 4
 TERMS = {
@@ -48,7 +47,7 @@ json.dump({{"energy": result["energy"], "spikes": result["neurons_fired"]}}, ope
 
 pytestmark = [
     pytest.mark.slow,
-    pytest.mark.skipif(PYTHON is None, reason="SANAFE_PYTHON names no Python that has SANA-FE"),
+    pytest.mark.skipif(not Path(PYTHON).is_file(), reason="SANA-FE is absent: make referees"),
 ]
 
 
@@ -73,12 +72,13 @@ def periods(image: ChipImage) -> np.ndarray:
 
 def counted(image: ChipImage, periods: np.ndarray) -> Activity:
     """The counts of neurons that spike in every step which their period divides."""
-    counter = Counter(image.cores, image.compartment_core, fanout(image))
+    dt_s = image.manifest.dt_s
+    counter = Counter(image.cores, dt_s, image.compartment_core, fanout(image))
     always = np.ones(image.n_compartments, dtype=bool)
     for step in range(1, N_STEPS + 1):
         spiked = step % periods == 0
         counter.step(np.flatnonzero(spiked), spiked, always)
-    return counter.activity(0.001)
+    return counter.activity()
 
 
 def netlist(image: ChipImage, periods: np.ndarray) -> str:

@@ -4,6 +4,7 @@ import numpy as np
 
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.tables import LAYOUT
+from spikeport.compile.image.validation import LEARNING
 from spikeport.errors import ImageError
 from tests.helpers.images import Block, Group, Output, Parts, Route
 
@@ -23,6 +24,16 @@ def good() -> ChipImage:
     ]
     outputs = [Output("voltage", [4, 5], decoded=True), Output("spiked", [0, 1, 2])]
     return Parts(blocks, [wide, back], [3], routes, outputs).image()
+
+
+def learning(n: int = 4) -> ChipImage:
+    """An image with a group that learns: two sources, each with a row for n compartments."""
+    numbers = {"on": 1, "lr_int": 1, "lr_exp": 0, "tracing_tau": 5, "tracing_mag": 1.5}
+    numbers |= {"train_epoch": 2, "learn_epoch": 4}
+    group = Group([[[64] * n], [[-64] * n]], learning=[numbers[name] for name in LEARNING])
+    return Parts(
+        [Block(n)], [group], [2], [Route([0, 1], input=0)], [Output("spiked", [0])]
+    ).image()
 
 
 def forged(image: ChipImage, rng: np.random.RandomState) -> ChipImage:
@@ -62,17 +73,19 @@ def run(image: ChipImage, n_steps: int = 8) -> None:
 
     chip = NativeChip(image, seed=0)
     everything = np.arange(image.n_inputs)
+    sizes = np.diff(image.blocks.start)[image.groups.block] // 2
+    errors = {group: np.ones(sizes[group], dtype=int) for group in np.flatnonzero(image.learns)}
     for _ in range(n_steps):
-        chip.step(everything, {})
+        chip.step(everything, errors)
     chip.activity()
 
 
 def attack(seeds: range) -> tuple[int, int]:
     """Forge and run many images; return how many were refused, and how many ran."""
-    image, refused = good(), 0
+    images, refused = (good(), learning()), 0
     for seed in seeds:
         try:
-            run(forged(image, np.random.RandomState(seed)))
+            run(forged(images[seed % 2], np.random.RandomState(seed)))
         except ImageError:
             refused += 1
     return refused, len(seeds) - refused

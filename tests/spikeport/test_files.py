@@ -15,6 +15,10 @@ class Size(BaseModel):
     height: int
 
 
+class Strict(Size, extra="forbid"):
+    """A size, and nothing else."""
+
+
 @pytest.mark.parametrize(("read", "kind", "text"), READERS)
 def test_what_was_written_is_read(tmp_path, read, kind, text):
     path = tmp_path / "file"
@@ -59,6 +63,18 @@ def test_all_that_does_not_fit_a_model_is_listed(tmp_path):
         "  width: Input should be a valid integer, unable to parse string as an integer\n"
         "  height: is missing"
     )
+
+
+def test_no_more_is_listed_than_can_be_read(tmp_path):
+    path = tmp_path / "size.toml"
+    wrong = "x" * 10_000
+    path.write_text("".join(f"{wrong}{i} = 1\n" for i in range(24)) + "width = 1\nheight = 2\n")
+    with pytest.raises(UsageError) as caught:
+        read_model(path, Strict, "size")
+    rows = str(caught.value).splitlines()
+    assert rows[1] == f"  {'x' * 400}...: is not a known key"
+    assert len(rows) == 22
+    assert rows[-1] == "  and 4 more"
 
 
 def test_numpys_values_become_plain(tmp_path):

@@ -63,6 +63,7 @@ def test_a_missing_file_is_named(tmp_path):
         ("1 / 0", "ZeroDivisionError: division by zero"),
         ("import no_such_package", "ModuleNotFoundError: No module named 'no_such_package'"),
         ("raise SystemExit(0)", "SystemExit: 0"),
+        ("raise BaseException('base')", "BaseException: base"),
     ],
 )
 def test_a_file_that_raises_on_import_says_what(tmp_path, text, reason):
@@ -120,6 +121,16 @@ def test_a_function_that_raises_is_named_with_its_error(net_py, function, reason
     with pytest.raises(NetworkError) as caught:
         find_network(spec, [])
     assert str(caught.value) == f"{spec}: raised {reason}"
+
+
+@pytest.mark.parametrize("text", ["raise RuntimeError", "return 5", "raise SystemExit(0)"])
+def test_an_error_that_fails_to_make_a_text_is_named(tmp_path, text):
+    path = tmp_path / "odd.py"
+    odd = f"class Odd(BaseException):\n    def __str__(self): {text}\n"
+    path.write_text(f"{odd}def make(): raise Odd\n", encoding="utf-8")
+    with pytest.raises(NetworkError) as caught:
+        find_network(f"{path}:make", [])
+    assert str(caught.value) == f"{path}:make: raised Odd, which has no text"
 
 
 def test_an_unknown_key_lists_the_functions_parameters(net_py):

@@ -136,6 +136,7 @@ SEED = "None, or an integer from 0 to 4294967295"
         ({"dt": -0.001}, f"dt=-0.001: expected {DT}"),
         ({"dt": float("nan")}, f"dt=nan: expected {DT}"),
         ({"dt": "0.001"}, f"dt='0.001': expected {DT}"),
+        ({"dt": 10**400}, f"dt={10**400}: expected {DT}"),
         ({"pipeline": 5}, "pipeline=5: expected a Pipeline, its text, or None for the chip's"),
         ({"seed": -1}, f"seed=-1: expected {SEED}"),
         ({"seed": 2**32}, f"seed=4294967296: expected {SEED}"),
@@ -147,6 +148,30 @@ def test_an_argument_that_is_not_valid_is_refused(backend, arguments, message):
         Simulator(**{"network": network(), "backend": backend, **arguments})
     assert str(caught.value) == message
     assert isinstance(caught.value, ValidationError)
+
+
+def test_a_backend_that_is_no_name_is_refused():
+    with pytest.raises(UsageError, match=r"unknown backend '\[\]'; there is: "):
+        Simulator(network(), backend=[])
+
+
+@pytest.mark.parametrize("seed", [-1, 2**32, 1.5, "x", [1]])
+def test_a_reset_to_what_is_no_seed_is_refused_and_changes_nothing(sim, seed):
+    sim.run_steps(2)
+    with pytest.raises(UsageError) as caught:
+        sim.reset(seed)
+    assert str(caught.value) == f"seed={seed!r}: expected {SEED}"
+    sim.run_steps(1)
+    assert sim.n_steps == 3
+
+
+@pytest.mark.parametrize("every", [0, -1, float("nan"), "x"])
+def test_times_that_cannot_be_sampled_are_refused(sim, every):
+    with pytest.raises(UsageError) as caught:
+        sim.trange(sample_every=every)
+    assert str(caught.value) == (
+        f"sample_every={every!r}: expected None, or a time in seconds above 0"
+    )
 
 
 def test_seeds_and_steps_may_be_numpys(backend):

@@ -9,10 +9,10 @@ from spikeport.commands.passes import printer
 from spikeport.commands.progress import progress_bar
 from spikeport.commands.screen import Findings, show_findings
 from spikeport.compile.check.violation import OverBudgetError
+from spikeport.compile.image.expected import Rates, expected_activity
 from spikeport.compile.image.modules import by_module, modules
 from spikeport.compile.pipeline import Compilation, compile_network
 from spikeport.compile.report.budget import Budget
-from spikeport.compile.report.expected import Rates, expected_activity
 from spikeport.compile.report.report import Modules
 from spikeport.constants import DT_S, LONGEST_RUN
 from spikeport.errors import UsageError

@@ -11,6 +11,7 @@ from rich.table import Table
 
 from spikeport.commands.report_file import read
 from spikeport.compile.report.report import Json
+from spikeport.errors import printable
 
 SAME, DIFFERENT = 0, 1
 
@@ -41,7 +42,7 @@ def run(a: Path, b: Path) -> int:
         table.add_column(escape(name), justify="right")
     for change in found:
         texts = (_text(change.a), _text(change.b), _relative(change))
-        table.add_row(escape(change.figure), *(escape(text) for text in texts))
+        table.add_row(*(escape(printable(text)) for text in (change.figure, *texts)))
     console.print(table)
     return DIFFERENT
 

@@ -15,7 +15,7 @@ from spikeport.compile.passes.dump import dump
 from spikeport.compile.passes.parse import options, parse
 from spikeport.compile.passes.pipeline import Observer, kind, observe_nothing
 from spikeport.compile.report.report import Json, Report
-from spikeport.errors import unknown
+from spikeport.errors import printable, unknown
 from spikeport.hardware_models import chip as chips
 
 ALL = "all"
@@ -66,7 +66,7 @@ def printer(chosen: str | None, passes: str) -> Observer:
 
     def show(one: AnyPass, value: object) -> None:
         if chosen in (ALL, one.name):
-            print("\n  ".join([f"after {one.name}:", *dump(value)]), end="\n\n")
+            print("\n  ".join([f"after {one.name}:", *map(printable, dump(value))]), end="\n\n")
 
     return show
 
@@ -82,7 +82,14 @@ def pass_lines(report: Report) -> Iterator[str]:
 def _changes(notes: Mapping[str, Json]) -> Iterator[str]:
     for key, note in notes.items():
         if set(note) == {"before", "after"} and note["before"] != note["after"]:
-            yield f"{key.replace('_', ' ')} {note['before']:,} -> {note['after']:,}"
+            before, after = (_figure(note[when]) for when in ("before", "after"))
+            yield f"{key.replace('_', ' ')} {before} -> {after}"
+
+
+def _figure(value: float | None) -> str:
+    if value is None:
+        return "none"
+    return f"{value:,}" if isinstance(value, int) else f"{value:.3g}"
 
 
 def _choices(notes: Mapping[str, Json]) -> Iterator[str]:

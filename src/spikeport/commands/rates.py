@@ -1,6 +1,6 @@
 """``--rate-hz 100 --rate-hz NAME=50``: firing rates stated on the command line."""
 
-from spikeport.compile.report.expected import Rates
+from spikeport.compile.image.expected import Rates
 from spikeport.errors import UsageError
 
 

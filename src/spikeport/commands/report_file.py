@@ -35,8 +35,12 @@ def read(path: Path) -> Json:
 
 
 def _file(path: Path) -> Path:
-    if not path.exists():
-        raise UsageError(f"{path}: no such file or folder")
+    try:
+        path.stat()
+    except FileNotFoundError:
+        raise UsageError(f"{path}: no such file or folder") from None
+    except OSError as error:
+        raise UsageError(f"{path}: cannot be read: {error.strerror}") from None
     if not path.is_dir():
         return path
     found = [path / name for name in IN_FOLDERS if (path / name).is_file()]

@@ -15,7 +15,7 @@ from spikeport.commands.tables import (
     resource_table,
 )
 from spikeport.compile.check.violation import Violation
-from spikeport.compile.report.expected import Rates
+from spikeport.compile.image.expected import Rates
 from spikeport.compile.report.loss import Loss
 from spikeport.compile.report.neurobench import NeuroBench, workload
 from spikeport.compile.report.report import Json, Modules, Report

@@ -11,6 +11,7 @@ from rich.table import Column, Table
 
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.manifest import Encoding, Filter
+from spikeport.errors import printable
 
 
 def run(path: Path) -> None:
@@ -18,7 +19,7 @@ def run(path: Path) -> None:
     image = ChipImage.load(path)
     console = Console()
     for line in head(image):
-        console.print(line, markup=False, soft_wrap=True)
+        console.print(printable(line), markup=False, soft_wrap=True)
     for table in (_blocks(image), _inputs(image), _outputs(image)):
         console.print(table)
 
@@ -49,7 +50,7 @@ def _blocks(image: ChipImage) -> Table:
     sizes = np.diff(image.blocks.start)
     for number, entry in enumerate(image.manifest.blocks):
         core, first = image.blocks.core[number], image.blocks.start[number]
-        row = (str(number), str(core), escape(entry.label), entry.kind, f"{first:,}")
+        row = (str(number), str(core), _shown(entry.label), entry.kind, f"{first:,}")
         table.add_row(*row, f"{sizes[number]:,}")
     return table
 
@@ -59,7 +60,7 @@ def _inputs(image: ChipImage) -> Table:
     first = 0
     for number, entry in enumerate(image.manifest.inputs):
         encoding = _encoding(entry.encoding)
-        row = (str(number), escape(entry.name), f"{first:,}", f"{entry.size:,}", encoding)
+        row = (str(number), _shown(entry.name), f"{first:,}", f"{entry.size:,}", encoding)
         table.add_row(*row, _filter(entry.filter))
         first += entry.size
     return table
@@ -68,7 +69,7 @@ def _inputs(image: ChipImage) -> Table:
 def _outputs(image: ChipImage) -> Table:
     table = _table("outputs", "", "name", "read", "compartments", "values", "filter")
     for number, entry in enumerate(image.manifest.outputs):
-        row = (str(number), escape(entry.name), entry.key, f"{sum(entry.segments):,}")
+        row = (str(number), _shown(entry.name), entry.key, f"{sum(entry.segments):,}")
         table.add_row(*row, f"{entry.size:,}", _filter(entry.filter))
     return table
 
@@ -83,4 +84,9 @@ def _filter(found: Filter | None) -> str:
     if found is None:
         return "none"
     tau = "" if found.tau_s is None else f", {1000 * found.tau_s:g} ms"
-    return escape(f"{found.kind}{tau}")
+    return _shown(f"{found.kind}{tau}")
+
+
+def _shown(text: str) -> str:
+    """Return a text of the file, whose letters are no commands to the screen."""
+    return escape(printable(text))

@@ -16,6 +16,9 @@ from spikeport.reading import npz
 from spikeport.reading.mismatch import MismatchError
 
 WANTED = ("steps", "sources")
+STEP_BYTES = 200
+"""Of memory that a step takes besides its values: an array of spikes, and entries of lists."""
+MOST_BYTES = 2**32
 FORMAT = (
     "give an npz with two arrays of integers of the same length: in step steps[i], from 0, "
     "sources[i] spikes, counted through all inputs as `spikeport show` lists them"
@@ -25,6 +28,7 @@ FORMAT = (
 def run(image: Path, *, spikes: Path | None, n_steps: int, out: Path, seed: int) -> None:
     """Step an image, and write its outputs and activity."""
     loaded = ChipImage.load(image)
+    _check_size(loaded, n_steps)
     sent = by_step(loaded, spikes, n_steps)
     held, activity = stepped(loaded, sent, seed)
     _write(out, loaded, held, activity)
@@ -33,6 +37,18 @@ def run(image: Path, *, spikes: Path | None, n_steps: int, out: Path, seed: int)
         f"{n_steps:,} steps of image {loaded.digest[:12]}: {total['spikes']:,} spikes, "
         f"{total['synaptic_operations']:,} synaptic operations; written: {out}"
     )
+
+
+def _check_size(image: ChipImage, n_steps: int) -> None:
+    """Refuse steps whose outputs and bookkeeping would fill the memory."""
+    values = sum(entry.size for entry in image.manifest.outputs)
+    needed = n_steps * (STEP_BYTES + 4 * len(image.reads) + 8 * values)
+    if needed > MOST_BYTES:
+        most = MOST_BYTES * n_steps // needed
+        raise UsageError(
+            f"--steps {n_steps}: what the outputs hold takes {needed:,} bytes, limit "
+            f"{MOST_BYTES:,}; ask for at most {most:,} steps of this image"
+        )
 
 
 def stepped(

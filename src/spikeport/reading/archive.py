@@ -50,7 +50,7 @@ def read_bytes(path: Path, limit: int = FILE_BYTES) -> bytes:
             raise MismatchError("a file", "a pipe or a device")
         if status.st_size > limit:
             raise MismatchError(f"a file of at most {limit:,} bytes", f"{status.st_size:,}")
-        return file.read(limit)
+        return file.read(status.st_size)  # of the limit, Python would first set all aside
 
 
 def _without_waiting(path: str, flags: int) -> int:

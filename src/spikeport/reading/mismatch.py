@@ -13,10 +13,11 @@ class MismatchError(Exception):
     """
 
     def __init__(self, expected: str, found: str, cure: str | None = None) -> None:
-        super().__init__(f"expected {_shown(expected)}, found {_shown(found)}")
+        super().__init__(f"expected {shown(expected)}, found {shown(found)}")
         self.cure = cure
 
 
-def _shown(text: str) -> str:
-    """Return a text on one line: names out of a file may hold anything, and be of any length."""
+def shown(value: object) -> str:
+    """Return a value as a line: those out of a file may hold anything, and be of any length."""
+    text = str(value)
     return printable(text if len(text) <= SHOWN else f"{text[:SHOWN]}...")

@@ -1,13 +1,25 @@
 """Texts of others: JSON, TOML and tables, of a size and in an encoding that is known."""
 
 import codecs
+import json
+import tomllib
 from pathlib import Path
+from typing import Any
 
 from spikeport.reading.archive import read_bytes
 from spikeport.reading.mismatch import MismatchError
 
-TEXT_BYTES = 2**26
-"""Size of the largest text that is read, 64 MiB: the report of an image of 100,000 blocks."""
+TEXT_BYTES = 2**25
+"""Size of the largest text that is read, 32 MiB: the report of an image of 80,000 blocks."""
+
+PARTS = 2**20
+"""Lists and objects in JSON: three bytes of a text take a hundred and more in memory."""
+
+TOML_BYTES = 2**18
+"""Of a text of TOML: twenty times the largest that is shipped."""
+
+DOTS = 50
+"""In a line of TOML: what Python's parser takes grows with the square of the parts of a key."""
 
 MARKS = {
     codecs.BOM_UTF8: "utf-8-sig",
@@ -33,3 +45,29 @@ def read_text(path: Path, limit: int = TEXT_BYTES) -> str:
         return content.decode(encoding)
     except UnicodeDecodeError as error:
         raise MismatchError(f"a text in {encoding}", str(error)) from error
+
+
+def parse_json(text: str) -> Any:
+    """Return what a text of JSON holds.
+
+    Raises
+    ------
+    MismatchError
+        If it has too many parts, or is nested too deeply.
+    ValueError, RecursionError
+        If it is no JSON, or nested too deeply.
+    """
+    parts = text.count("[") + text.count("{")
+    if parts > PARTS:
+        raise MismatchError(f"at most {PARTS:,} lists and objects", f"{parts:,}")
+    return json.loads(text)
+
+
+def parse_toml(text: str) -> dict[str, Any]:
+    """Return what a text of TOML holds; raises as `parse_json`."""
+    if len(text) > TOML_BYTES:
+        raise MismatchError(f"TOML of at most {TOML_BYTES:,} characters", f"{len(text):,}")
+    most = max((line.count(".") for line in text.splitlines()), default=0)
+    if most > DOTS:
+        raise MismatchError(f"at most {DOTS} dots in a line", f"{most:,}")
+    return tomllib.loads(text)

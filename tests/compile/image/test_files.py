@@ -2,6 +2,7 @@
 
 import errno
 import json
+import tracemalloc
 import zipfile
 from collections.abc import Callable
 from dataclasses import replace
@@ -16,6 +17,7 @@ from spikeport.compile.image.manifest import SCHEMA
 from spikeport.compile.image.tables import LAYOUT
 from spikeport.compile.pipeline import Compilation
 from spikeport.errors import ImageError
+from spikeport.reading.text import PARTS
 
 DAMAGED = "not a chip image, or truncated or altered"
 
@@ -186,6 +188,19 @@ def test_a_manifest_nested_without_end_is_refused(file: Path) -> None:
 
     rewrite(file, change)
     assert refusal(file) == DAMAGED
+
+
+def test_a_manifest_that_would_fill_the_memory_is_refused(file: Path) -> None:
+    """Lists take fifty times their text, and it inflates a hundredfold."""
+
+    def change(members: dict[str, np.ndarray]) -> None:
+        members["header"] = np.frombuffer(b"[1]," * (PARTS + 1), np.uint8)
+
+    rewrite(file, change)
+    tracemalloc.start()
+    assert refusal(file) == DAMAGED
+    assert tracemalloc.get_traced_memory()[1] < 8 * len("[1],") * PARTS
+    tracemalloc.stop()
 
 
 def test_a_text_file_is_refused(tmp_path: Path) -> None:

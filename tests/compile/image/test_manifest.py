@@ -5,10 +5,12 @@ from collections.abc import Callable
 import nengo
 import nengo_loihi
 import numpy as np
+import pytest
 
 from spikeport.compile.image.chip_image import ChipImage
-from spikeport.compile.image.manifest import BlockEntry, Encoding, Filter
+from spikeport.compile.image.manifest import BlockEntry, Encoding, Filter, read_header
 from spikeport.compile.pipeline import compile_network
+from spikeport.errors import ImageError
 
 
 def crossing() -> nengo.Network:
@@ -83,3 +85,17 @@ def test_bit_tables_come_with_the_image(convolution: Callable[..., nengo.Network
     manifest = compile_network(convolution()).image.manifest
     assert manifest.weight_bits == (0, 1, 2, 3, 4, 5, 6, 8)
     assert manifest.index_bits == (0, 6, 7, 8, 9, 10, 11, 12)
+
+
+@pytest.mark.parametrize(
+    ("manifest", "message"),
+    [
+        (rb'{"schema": "\u001b[2J"}', r"image schema \x1b[2J, this spikeport reads 2"),
+        (rb'{"schema": 2, "arithmetic": "\n"}', r"chip 'None' that computes as '\n'"),
+        (rb'{"schema": "%b"}' % (b"x" * 10**6), f"image schema {'x' * 400}..., this"),
+    ],
+)
+def test_a_refusal_does_not_print_what_a_file_likes(manifest: bytes, message: str) -> None:
+    with pytest.raises(ImageError) as raised:
+        read_header(b'{"manifest": %b}' % manifest)
+    assert message in str(raised.value)

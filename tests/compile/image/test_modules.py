@@ -4,9 +4,9 @@ import nengo
 import pytest
 
 from spikeport.backends.loss import measure
+from spikeport.compile.image.expected import Rates, expected_activity
 from spikeport.compile.image.modules import by_module, modules
 from spikeport.compile.pipeline import Compilation, compile_network
-from spikeport.compile.report.expected import Rates, expected_activity
 from spikeport.compile.report.report import Modules
 from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.activity import Activity

@@ -10,18 +10,30 @@ from typing import Any
 
 import numpy as np
 import pytest
+from nengo_loihi.block import SynapseConfig
 
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.tables import LAYOUT
+from spikeport.compile.image.validation import FORMAT, INDEX_BITS, LEARNING, WEIGHT_BITS
 from spikeport.errors import ImageError
-from tests.helpers.forging import attack, good, run
+from tests.helpers.forging import attack, good, learning, run
+from tests.helpers.images import Output, Parts
 
 N_CHECKED = 1500
 """Forged images that run with numba's own checks of every index."""
 
 
-def test_the_good_image_runs() -> None:
-    run(good())
+@pytest.mark.parametrize("make", [good, learning])
+def test_the_good_images_run(make: Callable[[], ChipImage]) -> None:
+    run(make())
+
+
+def test_formats_are_those_of_nengo_loihi() -> None:
+    assert SynapseConfig.params == FORMAT
+    assert (tuple(SynapseConfig.WEIGHT_BITS_MAP), tuple(SynapseConfig.INDEX_BITS_MAP)) == (
+        WEIGHT_BITS,
+        INDEX_BITS,
+    )
 
 
 def refusal(image: ChipImage) -> str:
@@ -93,13 +105,65 @@ def test_a_number_out_of_bounds_is_named(
         ("dt_s", 0.0, "manifest.dt_s is 0.0, not a positive number"),
         ("dt_s", float("nan"), "manifest.dt_s is nan, not a positive number"),
         ("blocks", (), "the number of manifest.blocks is 0, not 2, as in the table"),
-        ("weight_bits", (8,), "groups.format weight_bits[0] is 7, not from 0 to 0"),
+        ("weight_bits", (8,), "manifest.weight_bits is (8,), not (0, 1, 2, 3, 4, 5, 6, 8)"),
+        ("index_bits", (), "manifest.index_bits is (), not (0, 6, 7, 8, 9, 10, 11, 12)"),
+        ("learning", LEARNING[::-1], f"manifest.learning is {LEARNING[::-1]}, not {LEARNING}"),
     ],
 )
 def test_a_manifest_that_does_not_fit_is_refused(field: str, value: object, message: str) -> None:
     image = good()
     odd = replace(image, manifest=replace(image.manifest, **{field: value}))
     assert refusal(odd) == f"{message}; compile it again"
+
+
+def learns(**changed: float) -> ChipImage:
+    """The image that learns, with other numbers in the row of its learning group."""
+    image = learning()
+    numbers = {name: np.array(getattr(image.groups, name)) for name in ("learning", "format")}
+    for name, value in changed.items():
+        table, columns = ("learning", LEARNING) if name in LEARNING else ("format", FORMAT)
+        numbers[table][0, columns.index(name)] = value
+    return replace(image, groups=replace(image.groups, **numbers))
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        (
+            {"lr_int": 2.0**31},
+            "the largest number of groups.learning[0] is 2147483648.0, not finit",
+        ),
+        ({"lr_exp": -1e300}, "the largest number of groups.learning[0] is 1e+300, not finite and"),
+        (
+            {"tracing_mag": np.nan},
+            "the largest number of groups.learning[0] is nan, not finite and",
+        ),
+        ({"learn_epoch": 0}, "the learning groups' learn_epoch[0] is 0.0, at least 1"),
+        ({"weight_exp": 64}, "the learning groups' weight_exp[0] is 64, not from -63 to 63"),
+        ({"weight_exp": -(2**31)}, "the learning groups' weight_exp[0] is -2147483648, not from"),
+    ],
+)
+def test_numbers_that_learning_cannot_compute_with_are_refused(
+    changed: dict[str, float], message: str
+) -> None:
+    assert refusal(learns(**changed)).startswith(message)
+
+
+def test_rows_that_do_not_meet_the_errors_they_learn_from_are_refused() -> None:
+    assert refusal(learning(n=3)) == (
+        "the size of rows that learn[0] is 3, not 2; compile it again"
+    )
+
+
+@pytest.mark.parametrize("size", [-5, 2**20 + 1, 10**18])
+def test_values_that_no_file_holds_are_refused(size: int) -> None:
+    image = Parts(inputs=[], outputs=[Output("voltage", [], decoded=True)]).image()
+    entry = replace(image.manifest.outputs[0], shape=(0, size), order=())
+    odd = replace(image, manifest=replace(image.manifest, outputs=(entry,)))
+    assert refusal(odd) == (
+        f"the size of an output without compartments is {size}, not from 0 to 1048576; compile it "
+        "again"
+    )
 
 
 def test_an_output_that_does_not_fit_is_refused() -> None:

@@ -4,7 +4,9 @@ from spikeport.compile.passes.pack import Pack
 from spikeport.compile.passes.parse import parse
 from spikeport.compile.passes.pipeline import Pipeline
 from spikeport.compile.passes.place import Place
+from spikeport.compile.passes.registry import PIPELINES
 from spikeport.compile.passes.split import Split
+from spikeport.compile.passes.tie import Tie
 from spikeport.errors import UsageError
 
 
@@ -23,6 +25,17 @@ def test_no_text_is_no_pass(text: str) -> None:
 )
 def test_passes_and_options(text: str) -> None:
     assert parse(text) == Pipeline((Split(), Pack(effort=2), Place()))
+
+
+def test_the_name_of_a_pipeline_stands_for_its_passes() -> None:
+    alone = parse("compact").passes
+    assert parse(" tie , compact").passes == (Tie(), *alone)
+    assert [one.name for one in alone] == PIPELINES["compact"].split(",")
+
+
+def test_a_pipeline_has_no_options() -> None:
+    with pytest.raises(UsageError, match="unknown pass 'compact'"):
+        parse("compact{effort=2}")
 
 
 def test_several_options() -> None:

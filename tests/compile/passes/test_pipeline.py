@@ -68,6 +68,20 @@ def test_passes_follow_each_other_and_leave_a_record() -> None:
     ]
 
 
+def test_a_pass_knows_those_that_follow_it() -> None:
+    following = []
+
+    @dataclass(frozen=True)
+    class Curious(Network):
+        def apply(self, value: Any, /, context: Context) -> Any:
+            following.append(context.following)
+            return value
+
+    run = PassRun(Pipeline((Curious(), Block(), Second())), LOIHI, 0.001, observe_nothing)
+    run.networks("n")
+    assert following == [(Block(), Second())]
+
+
 def test_without_passes_nothing_changes() -> None:
     run = PassRun(Pipeline(()), LOIHI, 0.001, observe_nothing)
     assert not run.rewrites

@@ -4,8 +4,8 @@ from typing import Any
 
 import pytest
 
+from spikeport.compile.image.expected import Rates, expected_activity
 from spikeport.compile.pipeline import Compilation
-from spikeport.compile.report.expected import Rates, expected_activity
 from spikeport.compile.report.loss import Loss, LossPart
 
 LOSS = Loss(

@@ -2,9 +2,9 @@ import math
 
 import pytest
 
+from spikeport.compile.image.expected import Rates, expected_activity
 from spikeport.compile.pipeline import Compilation, compile_network
 from spikeport.compile.report.budget import Budget
-from spikeport.compile.report.expected import Rates, expected_activity
 from spikeport.errors import UsageError
 from spikeport.hardware_models.activity import Activity
 

@@ -2,8 +2,8 @@ import nengo
 import numpy as np
 import pytest
 
+from spikeport.compile.image.expected import Rates, expected_activity
 from spikeport.compile.pipeline import Compilation, compile_network
-from spikeport.compile.report.expected import Rates, expected_activity
 from spikeport.compile.report.neurobench import NeuroBench, neurobench, workload
 
 

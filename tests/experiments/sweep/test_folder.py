@@ -90,7 +90,12 @@ def test_a_folder_that_cannot_be_made_is_refused(sweep_of, tmp_path):
 
 @pytest.mark.parametrize(
     "content",
-    ["{", "[]", "5", '{"x": 1}', '{"metrics": []}', '{"metrics": {}}', '{"metrics": {"a": "b"}}'],
+    [
+        *("{", "[]", "5", '{"x": 1}', '{"metrics": []}', '{"metrics": {}}'),
+        *('{"metrics": {"a": "b"}}', '{"metrics": {"a/b": 1}}', '{"metrics": {"": 1}}'),
+        *('{"metrics": {"\\ud800": 1}}', '{"metrics": {"a": 1%s}}' % ("0" * 400)),
+        json.dumps({"metrics": {f"m{i}": 1 for i in range(101)}}),
+    ],
 )
 def test_a_damaged_result_is_named(sweep_of, tmp_path, content):
     sweep, folder = sweep_of(), SweepFolder(tmp_path)

@@ -79,3 +79,12 @@ def test_a_file_with_other_columns_is_refused(written, tmp_path):
     assert str(caught.value) == (
         f"path '{tmp_path / 'mine.csv'}': {TABLE}columns 'x,y,t'; cure: write such a table"
     )
+
+
+def test_a_table_that_would_fill_the_memory_is_refused(written, tmp_path):
+    with pytest.raises(UsageError) as caught:
+        written(*["0,0,0"] * 10**6)
+    assert str(caught.value) == (
+        f"path '{tmp_path / 'mine.csv'}': expected a file of at most 4,194,304 bytes, found "
+        "6,000,011; cure: write a table as CSV in UTF-8"
+    )

@@ -1,7 +1,10 @@
 """Trajectories of a sweep of the walk, over the ideal path."""
 
+import numpy as np
+import pytest
 import xarray as xr
 
+from spikeport.errors import UsageError
 from spikeport.experiments.sweep.folder import SweepFolder
 from spikeport.experiments.sweep.table import table
 from spikeport.experiments.walk import trajectories as walk_trajectories
@@ -25,6 +28,37 @@ def test_trajectories_are_drawn_over_the_ideal_path(sweep_of, tmp_path):
         "walk on native, 2 s, seeds: 2\n"
         "median distance from the path (rms): reference policy 2.0 cm, spiking policy 2.0 cm"
     )
+
+
+def _altered(state, dimensions=("time", "turned"), name="state"):
+    return xr.Dataset({name: (dimensions, state)}, {dimensions[-1]: ["x", "y"]})
+
+
+@pytest.mark.parametrize(
+    ("content", "reason"),
+    [
+        (None, "No such file or directory"),
+        (b"", "signature"),
+        (b"\x89HDF\r\n\x1a\n" + bytes(100), ""),
+        (_altered(np.zeros((2, 2)), name="speed"), "no attribute 'state'"),
+        (_altered(np.zeros((2, 2)), ("time", "joint")), "turned"),
+        (_altered(np.zeros((0, 2))), "out of bounds"),
+        (_altered(np.array([["a", "b"]])), "could not convert string to float"),
+    ],
+)
+def test_time_series_that_were_altered_are_named(sweep_of, tmp_path, content, reason):
+    sweep = sweep_of(varied={"policy": ("mlp",)}, seeds=(0,), probes=True)
+    folder, (point,) = SweepFolder(tmp_path / "sweep"), sweep.points()
+    if isinstance(content, xr.Dataset):
+        content.to_netcdf(tmp_path / "probes.nc", engine="h5netcdf")
+        content = (tmp_path / "probes.nc").read_bytes()
+    finish(folder, point, content, cross_track_rms_m=0.02, falls=0)
+    with pytest.raises(UsageError) as caught:
+        walk_trajectories.figure(sweep, folder, table(sweep, folder))
+    message = str(caught.value)
+    assert message.startswith(f"{folder.probes_path(point)}: holds no time series of a walk (")
+    assert reason in message
+    assert message.endswith(f"; remove {folder.result_path(point)} to run its point again")
 
 
 def _probes(folder, point):

@@ -4,9 +4,9 @@ import pytest
 from rich.console import Console
 
 from spikeport.commands.core_tables import core_table, module_table
+from spikeport.compile.image.expected import Rates, expected_activity
 from spikeport.compile.image.modules import by_module, modules
 from spikeport.compile.pipeline import compile_network
-from spikeport.compile.report.expected import Rates, expected_activity
 from spikeport.compile.report.report import Modules
 from spikeport.find_network import find_network
 

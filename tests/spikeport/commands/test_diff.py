@@ -46,3 +46,14 @@ def test_files_that_are_no_reports_are_refused(spikeport, two, tmp_path):
     file.write_text(json.dumps(report | {"experiment": "reach", "resources": None}))
     assert error(file) == f"{file}: the run was on no chip: it has no resources to compare"
     assert error(tmp_path) == f"{tmp_path}: has neither report.json nor result.json"
+
+
+def test_names_in_a_report_are_no_commands_to_the_screen(spikeport, two):
+    path = two[0] / "report.json"
+    report = json.loads(path.read_text())
+    report["quantisation"][0]["label"] = "\x1b[2J\ud800"
+    path.write_text(json.dumps(report))
+    done = spikeport("diff", *two)
+    assert (done.code, done.err) == (1, "")
+    assert done.out.replace("\n", "").isprintable()
+    assert r"rounding of weights, \x1b[2J\ud800" in done.out

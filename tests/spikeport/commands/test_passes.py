@@ -1,7 +1,10 @@
 """``spikeport passes``, and the passes of ``spikeport compile``."""
 
+from types import SimpleNamespace
+
 import pytest
 
+from spikeport.commands.passes import pass_lines
 from spikeport.compile.passes import registry
 from spikeport.hardware_models import chip as chips
 
@@ -36,7 +39,7 @@ def test_a_pipeline_can_be_chosen_by_name(spikeport, net_py):
     done = spikeport("compile", f"{net_py}:make", "-p", "compact", "--print-after", "all")
     assert done.code == 0
     after = [line for line in done.out.splitlines() if line.startswith("after ")]
-    assert after == [f"after {name}:" for name in registry.PASSES]
+    assert after == [f"after {name}:" for name in registry.PIPELINES["compact"].split(",")]
 
 
 def test_passes_can_be_chosen(spikeport, net_py):
@@ -54,6 +57,19 @@ def test_how_connections_are_wired_is_counted(spikeport, tmp_path):
     assert "decode_path: 1 direct, 2 host\n" in done.out
 
 
+def test_what_a_pass_changed_is_printed_with_three_digits():
+    notes = {
+        "cores": {"before": None, "after": 1200},
+        "energy_step_j (fit)": {"before": 1.23456e-6, "after": 0.00012},
+        "same": {"before": 2, "after": 2},
+        "units": {"chosen": "tied"},
+    }
+    report = SimpleNamespace(passes=[{"name": "tie", "notes": notes}])
+    assert list(pass_lines(report)) == [
+        "tie: cores none -> 1,200, energy step j (fit) 1.23e-06 -> 0.00012, 1 tied"
+    ]
+
+
 @pytest.mark.parametrize(("chosen", "printed"), [("pack", ["pack"]), ("all", ["split", "pack"])])
 def test_print_after_prints_what_a_pass_leaves(spikeport, net_py, chosen, printed):
     done = spikeport("compile", f"{net_py}:make", "-p", "split,pack", "--print-after", chosen)
@@ -61,6 +77,14 @@ def test_print_after_prints_what_a_pass_leaves(spikeport, net_py, chosen, printe
     after = [line for line in done.out.splitlines() if line.startswith("after ")]
     assert after == [f"after {name}:" for name in printed]
     assert "\n  block 0 neurons: compartments 0 to 19, thresholds " in done.out
+
+
+def test_labels_that_are_printed_are_no_commands_to_the_screen(spikeport, net_py):
+    odd = ("--set", "label=\x1b[2J\ud800")
+    done = spikeport("compile", f"{net_py}:make", *odd, "-p", "compact", "--print-after", "all")
+    assert done.code == 0
+    assert done.out.replace("\n", "").isprintable()
+    assert r"\x1b[2J\ud800" in done.out
 
 
 def test_print_after_a_pass_that_is_not_there(spikeport, net_py):

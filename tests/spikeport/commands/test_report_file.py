@@ -56,3 +56,5 @@ def test_what_is_no_json_and_what_is_not_there_are_refused(tmp_path):
     path.write_text("{")
     assert refusal(path).startswith(f"{path}: not JSON: ")
     assert refusal(tmp_path) == f"{tmp_path}: has neither report.json nor result.json"
+    long = tmp_path / ("x" * 300)
+    assert refusal(long) == f"{long}: cannot be read: File name too long"

@@ -5,8 +5,8 @@ import pytest
 from spikeport.commands.screen import Findings, neurobench_line, show_findings, verdict
 from spikeport.compile.check.violation import Violation
 from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.expected import Rates, expected_activity
 from spikeport.compile.pipeline import compile_network
-from spikeport.compile.report.expected import Rates, expected_activity
 from spikeport.find_network import find_network
 
 

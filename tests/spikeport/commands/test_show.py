@@ -1,5 +1,10 @@
 """``spikeport show``: an image by itself, in words."""
 
+import os
+import subprocess
+import sys
+from dataclasses import replace
+
 
 def test_show_prints_chip_digest_blocks_inputs_and_outputs(spikeport, image, image_file):
     done = spikeport("show", image_file)
@@ -13,6 +18,30 @@ def test_show_prints_chip_digest_blocks_inputs_and_outputs(spikeport, image, ima
     assert any(row.startswith("0 stimulus -> a [bold]b 0 4 on/off, 500 ± 500 x Hz") for row in rows)
     assert "0 decoded voltage 4 2 Lowpass, 10 ms" in rows
     assert "1 spikes spiked 40 40 none" in rows
+
+
+def test_names_in_a_file_are_no_commands_to_the_screen(spikeport, image, tmp_path):
+    manifest, odd = image.manifest, "\x1b[2J\x07"
+    changed = {
+        name: tuple(replace(one, **{field: odd}) for one in getattr(manifest, name))
+        for name, field in (("blocks", "owner"), ("inputs", "name"), ("outputs", "name"))
+    }
+    path = tmp_path / "odd.npz"
+    replace(image, manifest=replace(manifest, chip=odd, **changed)).save(path)
+    done = spikeport("show", path)
+    assert done.code == 0
+    assert done.out.replace("\n", "").isprintable()
+    assert done.out.count(r"\x1b[2J\x07") == 6
+
+
+def test_letters_that_the_screen_does_not_have_are_escaped(image, tmp_path):
+    path = tmp_path / "image.npz"
+    replace(image, manifest=replace(image.manifest, chip="\U0001f600")).save(path)
+    command = [sys.executable, "-c", "from spikeport.cli import main; main()", "show", str(path)]
+    ascii_only = {**os.environ, "PYTHONIOENCODING": "ascii"}
+    done = subprocess.run(command, env=ascii_only, capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert r"for chip \U0001f600" in done.stdout
 
 
 def test_what_is_no_image_is_refused_in_a_line(spikeport, tmp_path):

@@ -79,3 +79,13 @@ def test_a_file_of_another_form_is_refused(spikeport, image_file, tmp_path, arra
     reason = f"error: {spikes}: not a file of spikes; give an npz with two arrays"
     assert done.err.startswith(reason)
     assert not out.exists()
+
+
+def test_steps_that_would_fill_the_memory_are_refused(spikeport, image, image_file, tmp_path):
+    done = spikeport("step", image_file, "--steps", 10**9, "--out", tmp_path / "out.npz")
+    each = 200 + 4 * len(image.reads) + 8 * sum(entry.size for entry in image.manifest.outputs)
+    assert (done.code, done.out) == (2, "")
+    assert done.err == (
+        f"error: --steps 1000000000: what the outputs hold takes {each * 10**9:,} bytes, limit "
+        f"4,294,967,296; ask for at most {2**32 // each:,} steps of this image\n"
+    )

@@ -5,7 +5,7 @@ import os
 import pytest
 
 from spikeport.reading.mismatch import MismatchError
-from spikeport.reading.text import read_text
+from spikeport.reading.text import PARTS, parse_json, parse_toml, read_text
 
 TEXT = "t_s,x_m,y_m\n0,0,0\n1,µ,ß\n"
 
@@ -41,7 +41,7 @@ def test_a_text_above_the_limit_is_refused_before_it_is_read(tmp_path):
     with pytest.raises(MismatchError) as caught:
         read_text(path)
     assert str(caught.value) == (
-        "expected a file of at most 67,108,864 bytes, found 1,099,511,627,776"
+        "expected a file of at most 33,554,432 bytes, found 1,099,511,627,776"
     )
 
 
@@ -49,3 +49,22 @@ def test_a_pipe_is_refused_and_not_waited_for(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     with pytest.raises(MismatchError, match="expected a file, found a pipe or a device"):
         read_text(tmp_path / "pipe")
+
+
+def test_what_texts_hold():
+    assert parse_json('{"a": [1.5]}') == {"a": [1.5]}
+    assert parse_toml("a.b = [1.5]") == {"a": {"b": [1.5]}}
+
+
+@pytest.mark.parametrize(
+    ("parse", "text", "complaint"),
+    [
+        (parse_json, "[" * (PARTS + 1), "at most 1,048,576 lists and objects, found 1,048,577"),
+        (parse_toml, "a" * 300_000, "TOML of at most 262,144 characters, found 300,000"),
+        (parse_toml, "a = 1\n" + "a." * 60 + "a = 1", "at most 50 dots in a line, found 60"),
+    ],
+)
+def test_texts_that_would_fill_the_memory_are_not_parsed(parse, text, complaint):
+    with pytest.raises(MismatchError) as caught:
+        parse(text)
+    assert str(caught.value) == f"expected {complaint}"

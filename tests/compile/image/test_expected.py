@@ -6,9 +6,9 @@ import pytest
 
 from spikeport.backends.native.chip import NativeChip
 from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.expected import HOST, Rates, expected_activity
 from spikeport.compile.image.fanout import fanout
 from spikeport.compile.pipeline import compile_network
-from spikeport.compile.report.expected import HOST, Rates, expected_activity
 from spikeport.errors import UsageError
 
 
