@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import nengo
 
-from spikeport.backends.board.link import LinkOptions, on_board, replayed
+from spikeport.backends.board.link import OWN_STUB, LinkOptions, on_board, replayed
 from spikeport.backends.chip import Chip
 from spikeport.backends.execution import Execution
 from spikeport.backends.host_loop import HostLoop
@@ -37,7 +37,7 @@ class Source(NamedTuple):
     dt_s: float
     pipeline: Pipeline | str | None
     counts: Path | None = None
-    link: LinkOptions = LinkOptions()
+    link: LinkOptions = OWN_STUB
 
     def compiled(self) -> Compilation:
         """Compile the network."""

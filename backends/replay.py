@@ -34,7 +34,10 @@ class ReplayChip:
     def __init__(self, image: ChipImage, path: Path, log: LogOptions = SUMS_ONLY) -> None:
         self._path, self._codec = path, Codec(image)
         self._record = Record(path)
-        self.link = {"replays": str(path), "runs": self._record.session.runs}
+        self.link: dict[str, object] | None = {
+            "replays": str(path),
+            "runs": self._record.session.runs,
+        }
         if self._record.session.digest != image.digest:
             raise BackendError(
                 f"{path}: a record of image {self._record.session.digest[:12]}, but the network is "
@@ -77,7 +80,9 @@ class ReplayChip:
         sent = self._codec.pack_step(spikes, errors)
         if sent == (recorded.sent, recorded.flags):
             return
-        raise BackendError(f"{self._path}: step {self._number}: {self._difference(recorded, *sent)}")
+        raise BackendError(
+            f"{self._path}: step {self._number}: {self._difference(recorded, *sent)}"
+        )
 
     def _difference(self, recorded: RecordedStep, body: bytes, flags: int) -> str:
         """Return in words what the host sends otherwise."""
@@ -90,8 +95,8 @@ class ReplayChip:
         if other.size:
             verb = "sends" if other[0] in now else "does not send"
             return (
-                f"the host {verb} the spike of source {other[0]}, unlike then; {len(other)} sources "
-                f"differ ({len(now)} spikes now, {len(then)} then)"
+                f"the host {verb} the spike of source {other[0]}, unlike then; {len(other)} "
+                f"sources differ ({len(now)} spikes now, {len(then)} then)"
             )
         groups = [
             group

@@ -2,8 +2,9 @@
 
 import dataclasses
 import time
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Generic, NamedTuple, TypeVar
+from typing import Any, Generic, NamedTuple, TypeVar
 
 from nengo.exceptions import SimulationError
 
@@ -155,13 +156,31 @@ def on_chip(sim: Simulator) -> dict[str, object]:
     return {key: report[key] for key in ON_CHIP}
 
 
+def link_line(link: Mapping[str, Any]) -> str:
+    """Return a line on a run's link to a board: its round trips, and the steps it was late for."""
+    if "round_trip_us" not in link:
+        return f"replayed: {link['replays']}"
+    trips = {
+        name: "-" if us is None else f"{us:,.0f}" for name, us in link["round_trip_us"].items()
+    }
+    clock = "real time" if link["real_time"] else "simulated time"
+    return (
+        f"board ({link['runs']}, {clock}): round trip {trips['median']} us, p99 {trips['p99']}, worst "
+        f"{trips['worst']}; {link['held']:,} of {link['steps']:,} steps held, "
+        f"{link['overruns']:,} began late"
+    )
+
+
 def _write(trial: Trial[K, R], rig: Rig, done: R, result: Result, folder: Path) -> None:
     """Write a run's folder: its pictures are drawn before an earlier run makes room."""
     scenes: Scenes = trial.scenes(done)
     pictures = draw_scenes(rig.film, scenes)
     run_folder.clear(folder)
     run_folder.write_probes(folder, trial.probes(done))
-    run_folder.write_figure(folder, trial.figure(done, pictures, result))
+    figure = trial.figure(done, pictures, result)
+    if result["link"] is not None:
+        figure.text(0.995, 0.003, link_line(result["link"]), ha="right", va="bottom", size=6)
+    run_folder.write_figure(folder, figure)
     if rig.loop.over:
         run_folder.add_last_states(folder, rig.plant.history())
     if trial.options.video:

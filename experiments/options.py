@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from spikeport.backends.board.link import LinkOptions
+from spikeport.backends.board.link import OWN_STUB, LinkOptions
 from spikeport.compile.report.report import Report
 from spikeport.experiments.run_folder import Result
 from spikeport.hardware_models.activity import Activity
@@ -45,7 +45,7 @@ class Options:
     pipeline: str | None = None
     seed: int = 0
     video: bool = False
-    link: LinkOptions = LinkOptions()
+    link: LinkOptions = OWN_STUB
     progress: Progress = field(default=silent, compare=False)
     command: tuple[str, ...] = ()
 

@@ -1,4 +1,4 @@
-"""Addresses of boards, and the sockets behind them: Unix sockets, TCP on loopback, TLS beyond it."""
+"""Addresses of boards, and the sockets behind them: Unix, TCP on loopback, TLS beyond it."""
 
 import contextlib
 import ipaddress

@@ -150,9 +150,7 @@ class Board:
         lasted_us = min((time.perf_counter_ns() - begin) // 1000, 2**32 - 1)
         body = session.codec.pack_state(held, session.chip.log.last)
         session.at = frame.step
-        session.last = Frame(
-            Kind.STATE, session.number, frame.step, body, lasted_us=int(lasted_us)
-        )
+        session.last = Frame(Kind.STATE, session.number, frame.step, body, lasted_us=int(lasted_us))
         return session.last
 
     def _session_of(self, frame: Frame) -> Session:

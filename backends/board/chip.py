@@ -11,8 +11,8 @@ from spikeport.backends.board.frame import MORE, VERSION, Frame, Kind
 from spikeport.backends.board.hello import Hello, Welcome
 from spikeport.backends.board.line import Clock, Line, SystemClock
 from spikeport.backends.board.messages import BodyError, Codec, Totals
-from spikeport.backends.board.record import Recorder
-from spikeport.backends.board.timing import Pace, RealTime, RoundTrips, SimulatedTime, Timing
+from spikeport.backends.board.record import SessionRecorder
+from spikeport.backends.board.timing import WAITING, Pace, RealTime, RoundTrips, Timing
 from spikeport.backends.step_log import SUMS_ONLY, LogOptions, MessageCounts, StepLog
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.errors import BackendError, BoardLostError
@@ -67,7 +67,7 @@ class BoardChip:
         The clock of the run.
     log : LogOptions
         See `spikeport.backends.step_log.StepLog`.
-    recorder : Recorder, optional
+    recorder : SessionRecorder, optional
         A record of the session.
     clock : Clock, optional
         The clock that times are measured by.
@@ -92,9 +92,9 @@ class BoardChip:
         image: ChipImage,
         seed: int,
         line: Line,
-        timing: Timing = SimulatedTime(),
+        timing: Timing = WAITING,
         log: LogOptions = SUMS_ONLY,
-        recorder: Recorder | None = None,
+        recorder: SessionRecorder | None = None,
         clock: Clock | None = None,
     ) -> None:
         self._clock = SystemClock() if clock is None else clock
@@ -179,9 +179,7 @@ class BoardChip:
             self._recorder.step(self._at, flags, body, answer)
         return self._held
 
-    def _exchanged(
-        self, end: float, spikes: np.ndarray, body: bytes, flags: int
-    ) -> bytes | None:
+    def _exchanged(self, end: float, spikes: np.ndarray, body: bytes, flags: int) -> bytes | None:
         """Send a step, and return its answer; None if the last outputs are held."""
         if self._open is None:
             self._open = Frame(Kind.STEP, self._session, self._at + 1, body, flags)
@@ -265,7 +263,7 @@ class BoardChip:
         return self._log.activity(self._asked_totals().readout_spikes)
 
     @property
-    def link(self) -> dict[str, object]:
+    def link(self) -> dict[str, object] | None:
         """The figures of the session and its round trips, in us."""
         figures = self.figures
         figures.damaged, figures.overruns = self._line.bad, self._pace.overruns

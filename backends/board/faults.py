@@ -1,4 +1,4 @@
-"""Faults of a link, on request: a line that does to answers what links and boards do at their worst.
+"""Faults of a link, on request: a line that does to answers what bad links and boards do.
 
 They are written as ``KIND@STEP``, ``slow=MS@STEP``, or ``KIND:SHARE`` for a share of all steps,
 drawn from a seed.
@@ -125,7 +125,7 @@ class FaultyLine:
             case "flip":
                 data = bytearray(frame.encode())
                 data[self._rng.randrange(len(data))] ^= 1 << self._rng.randrange(8)
-                self._line.send_bytes(data)
+                self._line.send_bytes(bytes(data))
             case "garbage":
                 self._line.send_bytes(self._rng.randbytes(len(frame.encode())))
             case "wrong-step":

@@ -1,9 +1,9 @@
 """Bodies in JSON: the greeting of the host, and the welcome of the board."""
 
+import json
 from dataclasses import asdict, dataclass
 from typing import Self
 
-import json
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from spikeport.backends.board.messages import BodyError

@@ -6,7 +6,7 @@ from pathlib import Path
 from spikeport.backends.board.address import Address, Certificates, connect
 from spikeport.backends.board.chip import BoardChip
 from spikeport.backends.board.line import SocketLine
-from spikeport.backends.board.record import Recorder
+from spikeport.backends.board.record import SessionRecorder
 from spikeport.backends.board.stub import Stub
 from spikeport.backends.board.timing import RealTime, SimulatedTime
 from spikeport.backends.replay import ReplayChip
@@ -48,6 +48,10 @@ class LinkOptions:
     certificates: Certificates | None = None
 
 
+OWN_STUB = LinkOptions()
+"""The link where none is asked for: a stub, in simulated time."""
+
+
 class _StubLine(SocketLine):
     """A line to a board of one's own, which ends with it."""
 
@@ -83,9 +87,9 @@ def on_board(image: ChipImage, seed: int, log: LogOptions, link: LinkOptions) ->
         raise
 
 
-def _recorder(path: Path) -> Recorder:
+def _recorder(path: Path) -> SessionRecorder:
     try:
-        return Recorder(path)
+        return SessionRecorder(path)
     except OSError as error:
         raise UsageError(f"--record {path}: {error.strerror}") from None
 

@@ -61,9 +61,7 @@ class Codec:
         held = sum(-(-n // 8) if as_bits else 4 * n for as_bits, n in self._outputs)
         self._state_bytes = held + 4 * len(PER_STEP) * self._n_cores
 
-    def pack_step(
-        self, spikes: np.ndarray, errors: Mapping[int, np.ndarray]
-    ) -> tuple[bytes, int]:
+    def pack_step(self, spikes: np.ndarray, errors: Mapping[int, np.ndarray]) -> tuple[bytes, int]:
         """Return the body of a step and its flags; see `spikeport.backends.chip.Chip.step`.
 
         Raises

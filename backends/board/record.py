@@ -1,8 +1,8 @@
 """The record of a session: what the host sent and got, step by step, in an append-only file.
 
-Every entry has its length, its kind and a CRC-32, so that a file that was cut anywhere is read to the
-last whole entry. Entries are those of the host, not the frames of the link: a step whose outputs
-were held because the board was late is in it as such, and is played back as such.
+Every entry has its length, its kind and a CRC-32, so that a file that was cut anywhere is read to
+the last whole entry. Entries are those of the host, not the frames of the link: a step whose
+outputs were held because the board was late is in it as such, and is played back as such.
 """
 
 import json
@@ -58,7 +58,7 @@ class RecordedStep(NamedTuple):
     totals: bytes | None
 
 
-class Recorder:
+class SessionRecorder:
     """A writer of records.
 
     Parameters
@@ -98,7 +98,7 @@ class Recorder:
         self._file.close()
 
 
-class Session(NamedTuple):
+class RecordedSession(NamedTuple):
     """The session that a record is of."""
 
     digest: str
@@ -117,7 +117,7 @@ class Record:
 
     Attributes
     ----------
-    session : Session
+    session : RecordedSession
         Image, seed and machine.
     totals : bytes or None
         The totals at the end; None before it, and of a session that had no end.
@@ -141,11 +141,11 @@ class Record:
         self._entries = self._read()
         self.session = self._session()
 
-    def _session(self) -> Session:
+    def _session(self) -> RecordedSession:
         kind, payload = next(self._entries, (None, b""))
         try:
             if kind == Entry.SESSION:
-                return TypeAdapter(Session).validate_json(payload)
+                return TypeAdapter(RecordedSession).validate_json(payload)
         except ValidationError:
             pass
         raise BackendError(f"{self._path}: no record of a board's session")

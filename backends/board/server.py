@@ -131,7 +131,9 @@ def _refuse(listener: socket.socket, context: ssl.SSLContext | None) -> None:
     if connected is not None:
         with closing(SocketLine(connected, "another host")) as line:
             try:
-                line.receive(1.0)  # its greeting: bytes that nobody reads would reset the connection
+                line.receive(
+                    1.0
+                )  # its greeting: bytes that nobody reads would reset the connection
                 line.send(Frame(Kind.REFUSAL, body=BUSY))
             except BoardLostError:
                 pass

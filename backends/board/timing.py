@@ -36,6 +36,10 @@ class SimulatedTime:
         return f"{self.patience_s:g} s"
 
 
+WAITING = SimulatedTime()
+"""The clock of a run that is a function of its seeds."""
+
+
 @dataclass(frozen=True)
 class RealTime:
     """The clock that does not wait.

@@ -16,13 +16,13 @@ import typer.core
 from spikeport import __version__
 from spikeport.commands.options import (
     ChipOption,
+    Link,
     PassesOption,
     RunOptions,
     SecondsOption,
     SeedOption,
     SettingsOption,
     Target,
-    Link,
     Tls,
     Workers,
     with_options,

@@ -18,7 +18,7 @@ from nengo.exceptions import SimulatorClosed
 from nengo.utils.progress import Progress, ProgressBar, ProgressTracker
 
 from spikeport.backends import registry
-from spikeport.backends.board.link import LinkOptions
+from spikeport.backends.board.link import OWN_STUB, LinkOptions
 from spikeport.backends.execution import Execution
 from spikeport.backends.sampling import sampled
 from spikeport.backends.step_log import counts_files
@@ -89,7 +89,7 @@ class Simulator:
         progress_bar: bool | ProgressBar = False,
         pipeline: Pipeline | str | None = None,
         counts: str | Path | None = None,
-        link: LinkOptions = LinkOptions(),  # noqa: B008, a frozen value
+        link: LinkOptions = OWN_STUB,
     ) -> None:
         check_arguments(network, chip, dt, pipeline)
         _check_seed(seed)

@@ -17,7 +17,7 @@ from spikeport.backends.board.chip import BoardChip
 from spikeport.backends.board.frame import Frame, Kind, Splitter
 from spikeport.backends.board.hello import Hello
 from spikeport.backends.board.messages import Codec
-from spikeport.backends.board.record import Recorder
+from spikeport.backends.board.record import SessionRecorder
 from spikeport.backends.replay import ReplayChip
 from spikeport.commands import report_file
 from spikeport.commands.diff import changes
@@ -125,7 +125,7 @@ def _spikes(folder: Path) -> None:
 
 def _record(folder: Path) -> None:
     clock = FakeClock()
-    line, recorder = FakeLine(Board(MACHINE), clock), Recorder(folder / "session.record")
+    line, recorder = FakeLine(Board(MACHINE), clock), SessionRecorder(folder / "session.record")
     chip = BoardChip(small_image(), 0, line, recorder=recorder, clock=clock)
     for spikes in spike_train(20):
         chip.step(spikes, {})

@@ -1,4 +1,4 @@
-"""A board in the same process, behind a line and a clock that no time passes on but what is asked."""
+"""A board in the same process, and a clock on which no time passes but what is waited for."""
 
 from collections import deque
 from collections.abc import Sequence

@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.table import Table
 
 from spikeport import key_values
-from spikeport.backends.board.link import LinkOptions
+from spikeport.backends.board.link import OWN_STUB, LinkOptions
 from spikeport.commands.options import RunOptions, Target
 from spikeport.commands.progress import progress_bar
 from spikeport.commands.tables import cost_notes, cost_table, resource_table
@@ -28,7 +28,7 @@ class RunRequest:
     experiment: str
     target: Target
     options: RunOptions
-    link: LinkOptions
+    link: LinkOptions = OWN_STUB
 
 
 def run(request: RunRequest) -> None:

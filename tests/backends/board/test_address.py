@@ -12,7 +12,8 @@ from tests.helpers.certificates import certificates
 
 
 @pytest.mark.parametrize(
-    "text", ["", "unix:", "tcp://", "tcp://127.0.0.1", "tcp://:80", "tcp://a:b", "tcp://a:70000", "x"]
+    "text",
+    ["", "unix:", "tcp://", "tcp://127.0.0.1", "tcp://:80", "tcp://a:b", "tcp://a:70000", "x"],
 )
 def test_texts_that_are_no_address_are_refused(text: str) -> None:
     with pytest.raises(UsageError, match="write unix:PATH or tcp://HOST:PORT"):
@@ -41,9 +42,11 @@ def test_other_machines_are_listened_for_with_permission_and_certificates_alone(
     address = Address.parse("tcp://0.0.0.0:1")
     files = certificates(tmp_path, "board")
     for given in ((None, False), (None, True), (files, False)):
-        with pytest.raises(UsageError, match="--allow-remote with --cert, --key and --ca"):
-            with listening(address, *given):
-                pass
+        with (
+            pytest.raises(UsageError, match="--allow-remote with --cert, --key and --ca"),
+            listening(address, *given),
+        ):
+            pass
 
 
 def test_other_machines_are_not_spoken_to_without_certificates() -> None:
@@ -55,12 +58,11 @@ def test_a_socket_is_its_owners_and_goes_when_it_is_left(tmp_path: Path) -> None
     address = Address.parse(f"unix:{tmp_path / 'board'}")
     with listening(address):
         assert stat.S_IMODE((tmp_path / "board").stat().st_mode) == 0o600
-        with pytest.raises(UsageError, match="cannot be listened on"):
-            with listening(address):
-                pass
+        with pytest.raises(UsageError, match="cannot be listened on"), listening(address):
+            pass
         connect(address).close()
     assert list(tmp_path.iterdir()) == []
-    with pytest.raises(BackendError, match="is `spikeport board serve --listen unix:.*` running"):
+    with pytest.raises(BackendError, match=r"is `spikeport board serve --listen unix:.*` running"):
         connect(address)
 
 
@@ -74,9 +76,11 @@ def test_the_socket_of_a_killed_server_is_replaced(tmp_path: Path) -> None:
 
 def test_a_file_that_is_no_socket_stays(tmp_path: Path) -> None:
     (tmp_path / "board").write_text("precious")
-    with pytest.raises(UsageError, match="cannot be listened on"):
-        with listening(Address.parse(f"unix:{tmp_path / 'board'}")):
-            pass
+    with (
+        pytest.raises(UsageError, match="cannot be listened on"),
+        listening(Address.parse(f"unix:{tmp_path / 'board'}")),
+    ):
+        pass
     assert (tmp_path / "board").read_text() == "precious"
 
 

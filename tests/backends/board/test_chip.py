@@ -8,7 +8,7 @@ import pytest
 
 from spikeport.backends.board.board import Board
 from spikeport.backends.board.chip import BoardChip
-from spikeport.backends.board.record import Recorder
+from spikeport.backends.board.record import SessionRecorder
 from spikeport.backends.board.timing import RealTime, SimulatedTime, Timing
 from spikeport.backends.native.chip import NativeChip
 from spikeport.backends.replay import ReplayChip
@@ -22,7 +22,7 @@ STEPS = 200
 
 
 def board_chip(
-    faults: Sequence[str] = (), timing: Timing = REAL, recorder: Recorder | None = None
+    faults: Sequence[str] = (), timing: Timing = REAL, recorder: SessionRecorder | None = None
 ) -> BoardChip:
     clock = FakeClock()
     line = FakeLine(Board(MACHINE), clock, faults)
@@ -40,6 +40,11 @@ def equal_steps(chip: BoardChip, n: int = STEPS) -> int:
         for one, other in zip(outputs, native.step(spikes, {}), strict=True):
             np.testing.assert_array_equal(one, other)
     return n
+
+
+def run(chip: BoardChip, n: int) -> None:
+    for spikes in spike_train(n):
+        chip.step(spikes, {})
 
 
 @pytest.mark.parametrize("timing", [REAL, SimulatedTime()])
@@ -116,8 +121,7 @@ def test_simulated_time_waits_for_a_slow_board() -> None:
 def test_a_board_that_is_gone_ends_the_session(fault: str, step: int, reason: str) -> None:
     chip = board_chip([fault])
     with pytest.raises(BoardLostError, match=reason):
-        for spikes in spike_train(STEPS):
-            chip.step(spikes, {})
+        run(chip, STEPS)
     assert chip.figures.steps == step
     assert chip.figures.held == step - 100
     chip.close()
@@ -126,8 +130,7 @@ def test_a_board_that_is_gone_ends_the_session(fault: str, step: int, reason: st
 def test_in_simulated_time_a_silent_board_is_given_up() -> None:
     chip = board_chip(["half-open@5"], SimulatedTime(patience_s=10))
     with pytest.raises(BoardLostError, match="step 5: the board did not answer within 10 s"):
-        for spikes in spike_train(10):
-            chip.step(spikes, {})
+        run(chip, 10)
 
 
 def test_a_board_without_the_image_gets_it_once() -> None:
@@ -160,17 +163,19 @@ def test_figures_are_ready_for_json() -> None:
     chip = board_chip(["loss@3"])
     equal_steps(chip, 10)
     link = chip.link
+    assert link is not None
     assert link["runs"] == "native"
     assert link["real_time"] is True
     assert (link["steps"], link["asked_again"], link["held"]) == (10, 1, 0)
     trips = link["round_trip_us"]
+    assert isinstance(trips, dict)
     assert trips["median"] == pytest.approx(50, rel=0.03)
 
 
 @pytest.mark.parametrize("faults", [(), ("slow=2.5@11", "loss@20")])
 def test_a_record_plays_back_what_the_host_got(tmp_path: Path, faults: Sequence[str]) -> None:
     path = tmp_path / "record"
-    chip = board_chip(faults, recorder=Recorder(path))
+    chip = board_chip(faults, recorder=SessionRecorder(path))
     trains = spike_train(60)
     got = [[array.copy() for array in chip.step(spikes, {})] for spikes in trains]
     chip.close()
@@ -185,7 +190,7 @@ def test_a_record_plays_back_what_the_host_got(tmp_path: Path, faults: Sequence[
 @pytest.mark.slow
 def test_a_record_longer_than_the_log_keeps_its_counts(tmp_path: Path) -> None:
     path = tmp_path / "record"
-    chip = board_chip(recorder=Recorder(path))
+    chip = board_chip(recorder=SessionRecorder(path))
     trains = spike_train(KEPT_STEPS + 100)
     for spikes in trains:
         chip.step(spikes, {})

@@ -21,5 +21,7 @@ def test_plans_are_read() -> None:
     "text", ["", "loss", "loss@", "lost@7", "slow@7", "loss=3@7", "flip:1.5", "flip:.", "slow=.@1"]
 )
 def test_other_texts_are_refused(text: str) -> None:
-    with pytest.raises(UsageError, match=r"write KIND@STEP, slow=MS@STEP or KIND:SHARE, with a kin"):
+    with pytest.raises(
+        UsageError, match=r"write KIND@STEP, slow=MS@STEP or KIND:SHARE, with a kin"
+    ):
         Fault.parse(text)

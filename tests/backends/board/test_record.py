@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from spikeport.backends.board.chip import BoardChip
 from spikeport.backends.board.board import Board
-from spikeport.backends.board.record import Record, Recorder
+from spikeport.backends.board.chip import BoardChip
+from spikeport.backends.board.record import Record, SessionRecorder
 from spikeport.errors import BackendError
 from tests.helpers.fake_board import MACHINE, FakeClock, FakeLine, small_image, spike_train
 
@@ -20,7 +20,11 @@ def content(tmp_path: Path) -> bytes:
     path = tmp_path / "good"
     clock = FakeClock()
     chip = BoardChip(
-        small_image(), 3, FakeLine(Board(MACHINE), clock), recorder=Recorder(path), clock=clock
+        small_image(),
+        3,
+        FakeLine(Board(MACHINE), clock),
+        recorder=SessionRecorder(path),
+        clock=clock,
     )
     for spikes in spike_train(STEPS):
         chip.step(spikes, {})

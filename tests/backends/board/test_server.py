@@ -40,9 +40,7 @@ def served(address: str, tls: Certificates | None = None) -> Iterator[list[str]]
         said.append(line)
         listens.set()
 
-    service = Service(
-        address=Address.parse(address), machine=MACHINE, certificates=tls, idle_s=1.0
-    )
+    service = Service(address=Address.parse(address), machine=MACHINE, certificates=tls, idle_s=1.0)
     thread = threading.Thread(target=serve, args=(service, say), daemon=True)
     thread.start()
     assert listens.wait(WAIT_S)

@@ -9,7 +9,7 @@ import pytest
 
 from spikeport.backends.board.board import Board
 from spikeport.backends.board.chip import BoardChip
-from spikeport.backends.board.record import Recorder
+from spikeport.backends.board.record import SessionRecorder
 from spikeport.commands.board import ServeRequest, inspect, serve
 from spikeport.commands.options import Tls
 from spikeport.errors import UsageError
@@ -33,7 +33,7 @@ def test_a_machine_that_is_none_is_refused() -> None:
 def recorded(path: Path, faults: tuple[str, ...] = ()) -> None:
     clock = FakeClock()
     line = FakeLine(Board(MACHINE), clock, faults)
-    chip = BoardChip(small_image(), 5, line, recorder=Recorder(path), clock=clock)
+    chip = BoardChip(small_image(), 5, line, recorder=SessionRecorder(path), clock=clock)
     for spikes in spike_train(10):
         chip.step(spikes, {})
     chip.close()
