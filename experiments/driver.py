@@ -165,8 +165,8 @@ def link_line(link: Mapping[str, Any]) -> str:
     }
     clock = "real time" if link["real_time"] else "simulated time"
     return (
-        f"board ({link['runs']}, {clock}): round trip {trips['median']} us, p99 {trips['p99']}, worst "
-        f"{trips['worst']}; {link['held']:,} of {link['steps']:,} steps held, "
+        f"board ({link['runs']}, {clock}): round trip {trips['median']} us, p99 {trips['p99']}, "
+        f"worst {trips['worst']}; {link['held']:,} of {link['steps']:,} steps held, "
         f"{link['overruns']:,} began late"
     )
 

@@ -47,6 +47,11 @@ class Stub:
         )
         self._await_start()
 
+    @property
+    def process_id(self) -> int:
+        """The number of the server's process."""
+        return self._process.pid
+
     def _await_start(self) -> None:
         """Wait for its first line, which it prints once it listens."""
         assert self._process.stdout is not None

@@ -1,4 +1,4 @@
-"""Experiments on a board's stub: native's figures, and a robot in damping where the board is gone."""
+"""Experiments on a board's stub: native's figures, and damping where the board is gone."""
 
 from pathlib import Path
 
