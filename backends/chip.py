@@ -25,7 +25,8 @@ class Chip(Protocol):
         ----------
         spikes : (n,) int array
             The sources that spike on the host in this step, counted through all inputs of the
-            image, one after the other. They reach the chip's synapses in the next step.
+            image, one after the other; one that is there twice spikes twice. They reach the chip's
+            synapses in the next step.
         errors : mapping of int to (d,) float array
             Learning errors by number of synapse group, in effect from this step on.
 

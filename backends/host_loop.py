@@ -14,6 +14,7 @@ from spikeport.backends.decoding import Decoder, OutputRecording
 from spikeport.backends.host_program import HostProgram, host_program
 from spikeport.backends.tape import Flattener, PooledSignals
 from spikeport.compile.ground.rewrite import Built
+from spikeport.compile.image.tables import offsets, part
 from spikeport.compile.pipeline import Compilation
 from spikeport.hardware_models.activity import Activity
 
@@ -50,24 +51,27 @@ class HostLoop:
             probe: OutputRecording(image, output, probe) for probe, output in program.probes.items()
         }
         self._flatten(program)
+        first = offsets(image.inputs.size)
+        self._events = [(first[i], one) for i, one in compilation.blocks.floats.events.items()]
+        self._n_steps = 0
 
     def _flatten(self, program: HostProgram) -> None:
         """Turn the host into functions, with a place in memory for all that crosses its edge."""
-        edge = [*program.senders, *program.error_senders]
-        size = sum(port.size for port in edge) + self._decoder.size
+        image = self.compilation.image
+        errors = sum(port.size for port in program.error_senders)
+        size = image.n_inputs + errors + self._decoder.size
         signals = PooledSignals(program.model, extra=size)
-        self._sources = signals.allocate(sum(port.size for port in program.senders))
-        ends = np.cumsum([port.size for port in program.senders]).astype(int)
-        parts = np.split(self._sources, ends[:-1])
-        boxes = {id(p.process): part for p, part in zip(program.senders, parts, strict=False)}
+        self._sources = signals.allocate(image.n_inputs)
+        starts = offsets(image.inputs.size)
+        boxes = {id(p.process): self._sources[part(starts, p.target)] for p in program.senders}
         boxes |= {id(port.process): signals.allocate(port.size) for port in program.error_senders}
-        learning = np.flatnonzero(self.compilation.image.learns).tolist()
+        learning = np.flatnonzero(image.learns).tolist()
         self._errors = [
             (learning[port.target], boxes[id(port.process)]) for port in program.error_senders
         ]
         self._inbox = signals.allocate(self._decoder.size)
-        for (_, process), part in zip(program.receivers, self._decoder.parts, strict=True):
-            boxes[id(process)] = self._inbox[part]
+        for (_, process), place in zip(program.receivers, self._decoder.parts, strict=True):
+            boxes[id(process)] = self._inbox[place]
         self._functions = Flattener(self._host, signals, boxes).functions()
 
     @property
@@ -82,10 +86,19 @@ class HostLoop:
                 function()
         if self._host.model.probes:
             self._host._probe()
-        held = self._chip.step(self._sources.nonzero()[0], self._sum_errors())
+        self._n_steps += 1
+        held = self._chip.step(self._spikes(), self._sum_errors())
         self._decoder.decode(held, self._inbox)
         for recording in self._recordings.values():
             recording.append(held)
+
+    def _spikes(self) -> np.ndarray:
+        """Return the sources that spike in this step, those of files once for each event."""
+        spikes = self._sources.nonzero()[0]
+        if not self._events:
+            return spikes
+        events = [first + one.at(self._n_steps) for first, one in self._events]
+        return np.concatenate([spikes, *events])
 
     def _sum_errors(self) -> dict[int, np.ndarray]:
         errors: dict[int, np.ndarray] = {}

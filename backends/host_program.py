@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 class HostPort(NamedTuple):
     """A process that sends values to the chip: their number, and the input or learning group.
 
+    Inputs are counted through the image, those too that read a file, which have no process here.
     Learning groups are counted by themselves: passes keep their order, not that of all groups.
     """
 
@@ -51,6 +52,7 @@ def host_program(model: "Model") -> HostProgram:
         senders=tuple(
             HostPort(node_of[id(source)].output, source.n_neurons, i)
             for i, source in enumerate(model.inputs)
+            if id(source) in node_of
         ),
         error_senders=tuple(
             HostPort(node.output, node.size_in, groups[_learning_synapse(model, target)])

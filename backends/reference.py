@@ -19,6 +19,7 @@ from spikeport.backends.step_log import SUMS_ONLY, LogOptions
 from spikeport.compile.ground.names import Names, base
 from spikeport.compile.ground.rewrite import Built, Rewrite
 from spikeport.compile.image.fanout import Fanout
+from spikeport.compile.loihi.events import read_here
 from spikeport.compile.loihi.solver import FLOAT
 from spikeport.compile.passes.base import Context
 from spikeport.compile.passes.fuse import Fuse
@@ -57,9 +58,10 @@ class Reference:
         model.seeded[network] = True
         # Nengo's optimiser merges operators in an order that differs from run to run, and with it
         # the rounding of sums: without it a run depends on its seeds alone.
-        self._sim = nengo.Simulator(
-            network, dt=dt_s, seed=seed, model=model, progress_bar=False, optimize=False
-        )
+        with read_here():
+            self._sim = nengo.Simulator(
+                network, dt=dt_s, seed=seed, model=model, progress_bar=False, optimize=False
+            )
         ensembles = [
             e for e in network.all_ensembles if not isinstance(e.neuron_type, nengo.Direct)
         ]

@@ -29,6 +29,7 @@ from spikeport.compile.placing.load import block_loads, capacity
 from spikeport.compile.placing.lower_bound import lower_bound
 from spikeport.compile.report.neurobench import neurobench
 from spikeport.compile.report.report import Report
+from spikeport.compile.rewriting.slices import whole_targets
 from spikeport.constants import DT_S
 from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.chip import ChipModel
@@ -142,7 +143,7 @@ def _rewritten(
     if broken := lint(network, names, rewritten=not run.rewrites):
         raise DoesNotFitError(chip, broken)
     with collected_warnings() as said:
-        rewrite = run.networks(Rewrite(network, names))
+        rewrite = whole_targets(run.networks(Rewrite(network, names)), run.dt_s)
     if broken := lint(rewrite.network, rewrite.names):
         raise DoesNotFitError(chip, broken)
     return rewrite, [without_addresses(one.message) for one in said]

@@ -41,7 +41,8 @@ class NativeChip:
         self._image = image.checked
         self._wiring = wire(image)
         self.state = resting_state(image, self._wiring)
-        self._loaded = Loaded(self._wiring, neurons_of(image), self.state)
+        self._neurons = neurons_of(image)
+        self._loaded = Loaded(self._wiring, self._neurons, self.state)
         rng = np.random.RandomState(seed)
         self._learning = _learning(image, self._wiring, rng)
         self._noise = Noise(image, rng, drawn_anyway=self._learning is not None)
@@ -67,6 +68,8 @@ class NativeChip:
         if self._closed:
             raise BackendError("the chip is closed: it cannot step any more")
         sources = _sources(spikes)
+        if len(sources) > len(self.state.pending):
+            self._make_room(len(sources))
         counts = np.zeros(self._counted, dtype=np.int64)
         if self._learning is None:
             _refuse_errors(errors)
@@ -79,6 +82,15 @@ class NativeChip:
         self._n_arriving = n_arriving
         self.log.append(counts)
         return self._views
+
+    def _make_room(self, n: int) -> None:
+        """Let the host send n spikes in a step: a source may spike more than once."""
+        more = 2 * n - len(self.state.pending)
+        self.state = self.state._replace(
+            pending=np.zeros(2 * n, dtype=np.int32),
+            arriving=np.append(self.state.arriving, np.zeros(more, dtype=np.int32)),
+        )
+        self._loaded = Loaded(self._wiring, self._neurons, self.state)
 
     def _step_learning(
         self,
@@ -99,8 +111,7 @@ class NativeChip:
     def _refusal(self, sources: np.ndarray) -> BackendError:
         return BackendError(
             f"{len(sources)} spikes of sources {sources.min()} to {sources.max()} of the host; "
-            f"the image's inputs have {len(self.state.pending)}, counted from 0, "
-            "of which each can spike once in a step"
+            f"the image's inputs have {self._image.n_inputs}, counted from 0"
         )
 
     def activity(self) -> Activity:

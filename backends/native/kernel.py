@@ -50,11 +50,12 @@ def step(
 
 @compiled
 def accept(loaded: Loaded, sources: np.ndarray) -> int:
-    """Put the host's spikes into ``pending``; return their number, or -1 if one is of no source."""
+    """Put the host's spikes into ``pending``; return their number, or -1 if one is of no source.
+
+    The caller has made room for as many.
+    """
     first, pending = len(loaded.state.q), loaded.state.pending
-    size = len(pending)
-    if len(sources) > size:
-        return -1
+    size = len(loaded.wiring.fan) - first
     for n in range(len(sources)):
         if sources[n] < 0 or sources[n] >= size:
             return -1

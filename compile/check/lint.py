@@ -13,12 +13,20 @@ import numpy as np
 from nengo.dists import Distribution
 from nengo.ensemble import Neurons
 from nengo.params import iter_params
+from nengo_loihi.dvs import DVSFileChipProcess
 from nengo_loihi.inputs import ChipProcess
 
 from spikeport.compile.check import rules
 from spikeport.compile.check.violation import Violation
 from spikeport.compile.ground.names import Names, base
-from spikeport.compile.ground.scope import NEURON_TYPES, PROBEABLE, REGULAR_BASES, Scope
+from spikeport.compile.ground.scope import (
+    MATRICES,
+    NEURON_TYPES,
+    PROBEABLE,
+    REGULAR_BASES,
+    Scope,
+    in_full,
+)
 
 ARRAYS = ("gain", "bias", "encoders", "max_rates", "intercepts", "eval_points", "function")
 """Parameters of ensembles and connections that can be arrays, beside transforms."""
@@ -76,14 +84,14 @@ def synapse(scope: Scope) -> Iterator[Violation]:
 
 
 def post_slice(scope: Scope) -> Iterator[Violation]:
-    """Refuse connections to a part of an ensemble on the chip: nengo-loihi connects to all."""
+    """Refuse convolutions into a part of an ensemble on the chip: their weights would be unshared.
+
+    Everything else is connected to the whole, see `spikeport.compile.rewriting.slices`.
+    """
     for connection in scope.network.all_connections:
-        part = connection.post_slice
-        whole = isinstance(part, slice) and part == slice(None)
-        whole = whole or not scope.on_chip(connection.post_obj)
-        full_weights = isinstance(connection.pre_obj, nengo.Ensemble) and connection.solver.weights
-        if not whole and not full_weights:
-            part = f"{connection.size_out} of {connection.post_obj.size_in} dimensions"
+        matrix = isinstance(connection.transform, MATRICES)
+        if scope.reaches_part(connection) and not matrix and not in_full(connection):
+            part = f"{connection.size_out} of {connection.post_obj.size_in} neurons"
             yield rules.get("SP006").broken(scope.names[connection], part)
 
 
@@ -108,10 +116,14 @@ def place_of_learning(scope: Scope) -> Iterator[Violation]:
 
 
 def chip_process(scope: Scope) -> Iterator[Violation]:
-    """Refuse nodes that would run on the board: they are not part of an image."""
+    """Refuse nodes that would run on the board, but for event files, and what reads these here."""
     for node in scope.network.all_nodes:
-        if isinstance(node.output, ChipProcess):
+        if isinstance(node.output, ChipProcess) and type(node.output) is not DVSFileChipProcess:
             yield rules.get("SP009").broken(scope.names[node], type(node.output).__name__)
+    for connection in scope.network.all_connections:
+        from_chip = isinstance(connection.pre_obj, nengo.Node) and scope.on_chip(connection.pre_obj)
+        if from_chip and not scope.on_chip(connection.post_obj):
+            yield rules.get("SP009").broken(scope.names[connection], "to the host")
 
 
 def probe(scope: Scope) -> Iterator[Violation]:
@@ -164,5 +176,5 @@ RULES: tuple[Callable[[Scope], Iterator[Violation]], ...] = (
     probe,
     finite,
 )
-MENDED = (synapse, post_slice)
+MENDED = (synapse,)
 """Rules that a pass over a network can mend."""

@@ -1,10 +1,14 @@
 """Violations of a network or a placement, row by row, and the error that carries all rows."""
 
+import re
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from spikeport.compile.ground.refusal import RefusedError
 from spikeport.errors import CompileError
+
+MOST_NAMED = 8
+"""Objects that a line names, of those that break a rule alike."""
 
 
 class Violation(NamedTuple):
@@ -44,6 +48,21 @@ class OverBudgetError(CompileError):
 
 
 def _rows(violations: Sequence[Violation]) -> str:
-    """Return every violation on a line, and the way to learn more."""
-    lines = [f"  {violation}" for violation in violations]
-    return "\n".join([*lines, f"more: spikeport compile --explain {violations[0].id}"])
+    """Return lines of violations by rule, those that differ in their objects alone on one line."""
+    alike: dict[Violation, list[str]] = {}
+    for violation in sorted(violations, key=lambda violation: violation.id):
+        alike.setdefault(violation._replace(object=""), []).append(violation.object)
+    lines = [f"  {one._replace(object=_listed(names))}" for one, names in alike.items()]
+    return "\n".join([*lines, f"more: spikeport compile --explain {next(iter(alike)).id}"])
+
+
+def _listed(names: Sequence[str]) -> str:
+    """Return names in order, of many the first; numbers in them count as numbers."""
+    ordered = sorted(names, key=_by_number)
+    more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
+    return ", ".join(ordered[:MOST_NAMED]) + more
+
+
+def _by_number(name: str) -> list[tuple[int, str]]:
+    # Every second part is digits, of which more are a larger number.
+    return [(i % 2 * len(part), part) for i, part in enumerate(re.split("([0-9]+)", name))]

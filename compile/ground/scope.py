@@ -3,15 +3,18 @@
 from collections.abc import Iterator
 
 import nengo
+import numpy as np
 from nengo.base import NengoObject
 from nengo.connection import LearningRule
 from nengo.ensemble import Neurons
+from nengo_loihi.inputs import ChipProcess
 from nengo_loihi.neurons import LoihiLIF, LoihiSpikingRectifiedLinear
 
 from spikeport.compile.ground.names import End, Names, base
 
 NEURON_TYPES = (nengo.LIF, nengo.SpikingRectifiedLinear, LoihiLIF, LoihiSpikingRectifiedLinear)
 REGULAR_BASES = (nengo.LIFRate, nengo.RectifiedLinear)
+MATRICES = (nengo.Dense, nengo.Sparse, nengo.transforms.NoTransform)
 PROBEABLE = {
     nengo.Ensemble: ("decoded_output",),
     Neurons: ("output", "spikes", "voltage", "input"),
@@ -29,18 +32,42 @@ class Scope:
         self._ends_of_learning = set(_ends_of_learning(network))
 
     def on_chip(self, obj: End) -> bool:
-        """Return whether an object's ensemble is meant for the chip."""
+        """Return whether an object is meant for the chip: its ensemble, or events of a file."""
         ensemble = base(obj)
+        if isinstance(ensemble, nengo.Node):
+            return isinstance(ensemble.output, ChipProcess)
         if not isinstance(ensemble, nengo.Ensemble) or ensemble in self._ends_of_learning:
             return False
         if isinstance(ensemble.neuron_type, nengo.Direct):
             return False
         return not (self._switchable and self.network.config[ensemble].on_chip is False)
 
+    def reaches_part(self, connection: nengo.Connection) -> bool:
+        """Return whether a connection ends in a part of an ensemble on the chip.
+
+        Full weights between ensembles are none: nengo-loihi solves them for the part by itself.
+        """
+        part = connection.post_slice
+        if isinstance(part, slice) and part == slice(None):
+            return False
+        full_weights = isinstance(connection.pre_obj, nengo.Ensemble) and connection.solver.weights
+        return self.on_chip(connection.post_obj) and not full_weights
+
     @property
     def ensembles(self) -> list[nengo.Ensemble]:
         """The ensembles meant for the chip."""
         return [e for e in self.network.all_ensembles if self.on_chip(e)]
+
+
+def target_rows(connection: nengo.Connection) -> np.ndarray:
+    """Return the entries of its whole target that a connection's values go to, (size_out,)."""
+    rows: np.ndarray = np.arange(connection.post_obj.size_in)[connection.post_slice]
+    return rows
+
+
+def in_full(connection: nengo.Connection) -> bool:
+    """Return whether a connection's values go to all entries of its target, in their order."""
+    return np.array_equal(target_rows(connection), np.arange(connection.post_obj.size_in))
 
 
 def _ends_of_learning(network: nengo.Network) -> Iterator[NengoObject]:

@@ -55,9 +55,11 @@ class NetworkSettings:
         except (ConfigError, AttributeError):
             return None
 
-    def copy(self, obj: NengoObject, network: nengo.Network) -> None:
-        """Give an object the same settings in another network."""
+    def copy(
+        self, obj: NengoObject, network: nengo.Network, onto: NengoObject | None = None
+    ) -> None:
+        """Give an object, or one that replaces it, the same settings in another network."""
         names = OF_CONTAINER.get(type(obj), ())
         for name in (*names, *(["on_chip"] if isinstance(obj, nengo.Ensemble) else [])):
             if (value := self.get(obj, name)) is not None:
-                setattr(network.config[obj], name, value)
+                setattr(network.config[onto or obj], name, value)

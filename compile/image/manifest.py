@@ -94,7 +94,8 @@ class Encoding:
         J_j = gain x_j + bias,   J_{d+j} = -gain x_j + bias       (in Hz, j = 0 .. d - 1)
 
     A value beyond -1 to 1 saturates. ``"spikes"`` sends the spikes of an ensemble on the host as
-    they are; ``gain`` and ``bias`` are 0.
+    they are, or the events of a file, of which a source may have several in a step; ``gain`` and
+    ``bias`` are 0.
     """
 
     kind: Literal["on_off", "spikes"]
@@ -111,7 +112,8 @@ class InputEntry:
     Attributes
     ----------
     name : str
-        Name of the connection that crosses from the host to the chip.
+        Name of the connection that crosses from the host to the chip, or of the node whose events
+        of a file do.
     size : int
         Number of sources.
     encoding : Encoding

@@ -2,11 +2,13 @@
 
 Counts are those of the chip, and in three places stricter than nengo-loihi's own: an output axon
 is counted for every compartment that has one (nengo-loihi counts distinct targets, too few where
-compartments share an axon after splitting); synapses whose targets are not consecutive carry index
-bits, whatever their format says; profiles are counted at all.
+compartments share an axon after splitting), unless compartments share a list of population axons;
+synapses whose targets are not consecutive carry index bits, whatever their format says; profiles
+are counted at all.
 """
 
 import itertools
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -51,11 +53,15 @@ def core_uses(image: ChipImage, chip: ChipModel) -> list[CoreUse]:
 
 
 def block_amounts(image: ChipImage, chip: ChipModel) -> np.ndarray:
-    """Return the resources that each block takes, in the order of `AMOUNTS`, (n_blocks, 4)."""
+    """Return the resources that each block takes, in the order of `AMOUNTS`, (n_blocks, 4).
+
+    Compartments of a block that send to the same population axons share these.
+    """
     n, block = image.n_blocks, image.groups.block
     sizes = np.diff(image.blocks.start)
     in_axons = np.bincount(block, weights=np.diff(image.groups.axon_start), minlength=n)
-    slots = out_slots(image, chip)
+    # The atom of a spike stands with its compartment, so one list serves all atoms.
+    slots = np.where(_share_lists(image), 0, out_slots(image, chip))
     out_axons = np.bincount(image.compartment_block, weights=slots, minlength=n)
     bits = np.bincount(block, weights=_group_bits(image, chip), minlength=n)
     return np.stack([sizes, in_axons, out_axons, bits], axis=1).astype(int)
@@ -69,13 +75,52 @@ def axon_slots(image: ChipImage, chip: ChipModel) -> np.ndarray:
 
 
 def out_slots(image: ChipImage, chip: ChipModel) -> np.ndarray:
-    """Return the slots that the output axons of each compartment take, (n_compartments,)."""
+    """Return the slots that the axons of each compartment take by itself, (n_compartments,).
+
+    Compartments of a population may share theirs, see `block_amounts`.
+    """
     ways = deliveries(image)
     n = image.n_compartments
     # Inputs of the host send over axons of their own, which take nothing of a core.
     mine = ways.of(ways.source < n)
     slots = axon_slots(image, chip)[mine.group]
     return np.bincount(mine.source, weights=slots, minlength=n).astype(int)
+
+
+def _share_lists(image: ChipImage) -> np.ndarray:
+    """Return the compartments whose axons are an earlier one's of their block, (n_compartments,).
+
+    A compartment points to a list of axons, and names its atom in the population; compartments
+    that send to the same axons, all of populations, point to one list. Source: nengo-loihi,
+    hardware/builder.py before commit e994804, where it writes these registers (axonMap, axonCfg)
+    itself.
+    """
+    shares = np.zeros(image.n_compartments, dtype=bool)
+    if image.groups.pop_type.any():
+        seen: set[tuple[int, bytes]] = set()
+        block = image.compartment_block.tolist()
+        for source, axons in _population_lists(image):
+            key = (block[source], axons)
+            shares[source] = key in seen
+            seen.add(key)
+    return shares
+
+
+def _population_lists(image: ChipImage) -> Iterator[tuple[int, bytes]]:
+    """Yield the axons, ascending, of each compartment that has axons of populations alone."""
+    ways = deliveries(image)
+    ways = ways.of(ways.source < image.n_compartments)
+    plain = np.zeros(image.n_compartments, dtype=bool)
+    plain[ways.source[image.groups.pop_type[ways.group] == 0]] = True
+    order = np.lexsort((ways.axon, ways.source))
+    ways = ways.of(order[~plain[ways.source[order]]])
+    first = np.flatnonzero(np.diff(ways.source, prepend=-1))
+    ends = np.append(first, len(ways.axon)) * ways.axon.itemsize
+    content = ways.axon.tobytes()  # slices of bytes compare faster than those of arrays
+    for source, (start, end) in zip(
+        ways.source[first].tolist(), itertools.pairwise(ends.tolist()), strict=True
+    ):
+        yield source, content[start:end]
 
 
 def layout(chip: ChipModel) -> SynapseLayout:

@@ -5,8 +5,8 @@ value of its own: blocks are copied before anything in them changes.
 """
 
 import copy
-from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -16,6 +16,7 @@ from nengo_loihi.probe import LoihiProbe
 
 from spikeport.compile.ground.quantisation import BlockError
 from spikeport.compile.image.manifest import BlockEntry, Filter, InputEntry
+from spikeport.compile.loihi.events import EventSteps
 
 
 class OutputName(NamedTuple):
@@ -43,6 +44,8 @@ class FloatBlocks:
         The name and filter of each of the model's probes.
     warnings : tuple of str
         The builder's warnings.
+    events : mapping of int to EventSteps
+        The spikes of inputs that are read from files, by number.
     """
 
     model: Model
@@ -51,6 +54,7 @@ class FloatBlocks:
     inputs: tuple[InputEntry, ...]
     outputs: tuple[OutputName, ...]
     warnings: tuple[str, ...]
+    events: Mapping[int, EventSteps] = field(default_factory=dict)
 
     @property
     def labels(self) -> tuple[str, ...]:

@@ -9,7 +9,7 @@ import contextlib
 import hashlib
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Literal
+from typing import Literal, TypeAlias
 
 import nengo
 import numpy as np
@@ -17,7 +17,8 @@ from nengo.ensemble import Neurons
 from nengo_loihi.block import LoihiBlock
 from nengo_loihi.builder import Model
 from nengo_loihi.builder.builder import ValidationLevel
-from nengo_loihi.inputs import LoihiInput
+from nengo_loihi.dvs import DVSFileChipProcess
+from nengo_loihi.inputs import LoihiInput, SpikeInput
 from nengo_loihi.probe import LoihiProbe
 
 from spikeport.compile.check.finite import refused_or_not_finite
@@ -26,31 +27,38 @@ from spikeport.compile.ground.refusal import RefusedError, collected_warnings, w
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.image.manifest import BlockEntry, Encoding, Filter, InputEntry
 from spikeport.compile.loihi.blocks import FloatBlocks, OutputName, first_of
+from spikeport.compile.loihi.events import EventSteps, event_steps
 from spikeport.compile.loihi.lean import lean
 from spikeport.compile.loihi.numpy1 import numpy1_semantics
 from spikeport.compile.loihi.relay import RELAYS, relayed
+from spikeport.errors import UsageError
 
 SEED_LIMIT = 2**31 - 1
 NAMED = (nengo.Ensemble, nengo.Node, nengo.Connection, nengo.Probe)
+Crossing: TypeAlias = nengo.Connection | nengo.Probe | nengo.Node
 
 
 class OrderedModel(Model):
     """nengo-loihi's model, which also remembers which object it builds.
 
     ``building`` is the name of the object under construction, for error messages; ``crossings``
-    maps inputs and probes to the connection or probe of the network that made them.
+    maps inputs and probes to the connection, probe or node of the network that made them;
+    ``events`` has the spikes of inputs that are read from files.
     """
 
     def __init__(self, dt_s: float, names: Names) -> None:
         super().__init__(dt=dt_s, label="spikeport")
         self.names = names
         self.building = "network"
-        self.crossings: dict[LoihiInput | LoihiProbe, nengo.Connection | nengo.Probe] = {}
+        self.crossings: dict[LoihiInput | LoihiProbe, Crossing] = {}
+        self.events: dict[LoihiInput, EventSteps] = {}
         # Limits are checked by spikeport.compile.check.verify, which reports all of them at once.
         self.validation_level = ValidationLevel.NONE
 
     def build(self, obj: object, *args: object, **kwargs: object) -> object:
         """Build one object; passthrough replacements are put in order before the first of them."""
+        if isinstance(obj, DVSFileChipProcess):
+            return self._add_events(obj)
         if self.split is not None:
             self._order_passthrough()
         if isinstance(obj, NAMED):
@@ -65,6 +73,12 @@ class OrderedModel(Model):
             crossing = [*list(self.inputs)[n_inputs:], *list(self.probes)[n_probes:]]
             self.crossings.update(dict.fromkeys(crossing, obj))
         return built
+
+    def _add_events(self, process: DVSFileChipProcess) -> SpikeInput:
+        source = SpikeInput(process.size, label=self.building)
+        self.add_input(source)
+        self.events[source] = event_steps(process, self.dt)
+        return source
 
     def _path(self, obj: object) -> contextlib.AbstractContextManager[None]:
         """Return a context for the decode neurons that the network's config asks for, if any."""
@@ -112,6 +126,8 @@ def build(rewrite: Rewrite, dt_s: float) -> FloatBlocks:
     with collected_warnings() as collected, numpy1_semantics():
         try:
             model.build(network, precompute=False, discretize=False)
+        except UsageError:  # of a file of events
+            raise
         except Exception as error:  # it refuses by errors of any kind, not only by its own
             raise refused_or_not_finite(model.building, error) from error
     floats = FloatBlocks(
@@ -121,6 +137,7 @@ def build(rewrite: Rewrite, dt_s: float) -> FloatBlocks:
         tuple(_input_entry(model, source) for source in model.inputs),
         tuple(_output_name(model, probe) for probe in model.probes),
         tuple(sorted({without_addresses(one.message) for one in collected})),
+        {number: model.events[i] for number, i in enumerate(model.inputs) if i in model.events},
     )
     _check_probed_nodes(network, model, names)
     _check_order_of_reads(model, names)
@@ -204,14 +221,14 @@ def _pieces(
 
 
 def _input_entry(model: OrderedModel, source: LoihiInput) -> InputEntry:
-    connection = model.crossings[source]
+    crossing = model.crossings[source]
     size = int(source.n_neurons)
-    name = model.names[connection]
-    if connection not in model.connection_decode_neurons:
+    name = model.names[crossing]
+    if crossing not in model.connection_decode_neurons:
         return InputEntry(name, size, Encoding("spikes"))  # their filter is on the chip
     neurons = model.node_neurons
     encoding = Encoding("on_off", float(neurons.gain[0]), float(neurons.bias[0]))
-    return InputEntry(name, size, encoding, _filter(connection.synapse))
+    return InputEntry(name, size, encoding, _filter(crossing.synapse))
 
 
 def _output_name(model: OrderedModel, probe: LoihiProbe) -> OutputName:

@@ -66,7 +66,7 @@ class PassRun:
     ) -> None:
         self._pipeline = pipeline
         self._chip = chip
-        self._dt_s = dt_s
+        self.dt_s = dt_s
         self._observe = observer
         self.record: list[dict[str, object]] = []
 
@@ -91,7 +91,7 @@ class PassRun:
         for one in passes:
             notes: dict[str, object] = {}
             after = self._pipeline.passes[self._pipeline.passes.index(one) + 1 :]
-            value = one.apply(value, Context(self._chip, self._dt_s, notes.__setitem__, after))
+            value = one.apply(value, Context(self._chip, self.dt_s, notes.__setitem__, after))
             self.record.append({"name": one.name, "options": asdict(one), "notes": notes})
             self._observe(one, value)
         return value

@@ -54,9 +54,11 @@ class Search:
 
     def _load(self, block: int, slots: np.ndarray) -> Load:
         # A cut of its targets changes nothing of a block but its output axons.
-        compartments, in_axons, _, bits = self._loads[block].amounts
-        out = int(slots[part(self._image.blocks.start, block)].sum())
-        return self._loads[block]._replace(amounts=(compartments, in_axons, out, bits))
+        compartments, in_axons, out, bits = self._loads[block].amounts
+        # Whole, it may share axons of populations; pieces are reckoned as if they did not.
+        more = (slots - self._uncut_slots)[part(self._image.blocks.start, block)]
+        amounts = (compartments, in_axons, out + int(more.sum()), bits)
+        return self._loads[block]._replace(amounts=amounts)
 
     def _demand(self, block: int) -> Demand:
         if block not in self._demands:

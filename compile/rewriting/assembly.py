@@ -6,6 +6,7 @@ import nengo
 import numpy as np
 import scipy.sparse as sparse
 from nengo.base import NengoObject
+from nengo.connection import LearningRule
 from nengo.solvers import NoSolver
 
 from spikeport.compile.ground.names import End, Named
@@ -58,6 +59,18 @@ class FlatNetwork:
     def inherit(self, new: NengoObject, old: NengoObject) -> None:
         """Give a new object the seed of an old one."""
         self.seeds[new] = self._all_seeds[old]
+
+    def configure(self, new: NengoObject, old: NengoObject) -> None:
+        """Give a new object the settings of an old one."""
+        self._settings.copy(old, self.network, onto=new)
+
+
+def construction_order(network: nengo.Network) -> list[nengo.Connection]:
+    """Return all connections of a network, errors of learning last.
+
+    Nengo builds subnetworks before what leads into them, and an error after what it corrects.
+    """
+    return sorted(network.all_connections, key=lambda c: isinstance(c.post_obj, LearningRule))
 
 
 class Assembly:

@@ -11,7 +11,7 @@ from nengo.solvers import NoSolver
 from spikeport.compile.ground.names import base
 from spikeport.compile.ground.rewrite import Built, Piece, Rewrite
 from spikeport.compile.loihi.solver import Builder, ParameterSolver
-from spikeport.compile.rewriting.assembly import Assembly
+from spikeport.compile.rewriting.assembly import Assembly, construction_order
 from spikeport.compile.rewriting.edges import EdgeMatrices
 from spikeport.compile.rewriting.partition import Partition, Position
 
@@ -59,7 +59,7 @@ def regroup(
     gone = {*folded, *partition.places, *matrices.replaced, *probes.replaced}.difference(probed)
     sums = [read.post_obj for read in reads]
     nodes, ensembles = [*network.all_nodes, *sums], network.all_ensembles
-    for obj in (*ensembles, *nodes, *network.all_connections, *network.all_probes):
+    for obj in (*ensembles, *nodes, *construction_order(network), *network.all_probes):
         if obj not in gone:
             assembly.flat.keep(obj)
     assembly.connect()

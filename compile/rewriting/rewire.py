@@ -9,7 +9,7 @@ import scipy.sparse as sparse
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.loihi.relay import RELAYS
 from spikeport.compile.loihi.solver import ParameterSolver, nengo_transform
-from spikeport.compile.rewriting.assembly import DECODING, FlatNetwork
+from spikeport.compile.rewriting.assembly import DECODING, FlatNetwork, construction_order
 from spikeport.compile.rewriting.decode_paths import link
 
 
@@ -32,7 +32,7 @@ def rewire(
     for obj in (*network.all_ensembles, *network.all_nodes):
         flat.keep(obj)
     gone = [c for c, path in chosen.items() if path not in RELAYS]
-    for connection in network.all_connections:
+    for connection in construction_order(network):
         path = chosen.get(connection)
         if path == "direct":
             _connect_directly(connection, flat, solver)

@@ -1,6 +1,7 @@
 import dataclasses
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import nengo
 import numpy as np
@@ -11,6 +12,7 @@ from spikeport.backends.host_loop import HostLoop
 from spikeport.backends.nengo_loihi import NengoLoihiChip
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.pipeline import compile_network
+from tests.helpers.event_files import camera_network, process_of, random_events, write_events
 
 STEPS = 200
 
@@ -110,3 +112,57 @@ def test_another_time_step_is_used_throughout(
         assert simulator.activity.dt_s == 0.002
     assert set(np.unique(simulator.data[loop.all_probes[1]])) == {0.0, 500.0}
     assert len(simulator.data[loop.all_probes[0]]) == 50
+
+
+EVENTS = {
+    "sparse": (random_events(400, last_us=79_999), {"channels_last": False}),
+    # More events in a step than there are sources, and several of one source.
+    "dense": (random_events(3_000, last_us=79_999), {"pool": (4, 4)}),
+}
+
+
+@pytest.mark.parametrize("backend", ["native", "nengo-loihi"])
+@pytest.mark.parametrize("case", EVENTS)
+def test_events_of_a_file_are_nengo_loihis_spike_for_spike(
+    case: str, backend: str, tmp_path: Path, nengo_loihi_simulator: Callable[..., Any]
+) -> None:
+    events, options = EVENTS[case]
+    path = write_events(tmp_path / "camera.aedat", **events)
+    network = camera_network(process_of(path, **options))
+    with nengo_loihi_simulator(network) as theirs:
+        for _ in range(100):
+            theirs.step()
+    with spikeport.Simulator(network, backend=backend, seed=5) as ours:
+        ours.run_steps(100)
+    for probe in network.probes:
+        assert np.array_equal(theirs.data[probe], ours.data[probe])
+        assert np.ptp(ours.data[probe]) > 0
+    image = ours.compilation.image
+    assert [(i.name, i.encoding.kind) for i in image.manifest.inputs] == [("camera", "spikes")]
+
+
+def test_events_reach_a_network_that_is_rewritten_and_float_nengo(tmp_path: Path) -> None:
+    events, options = EVENTS["sparse"]
+    path = write_events(tmp_path / "camera.events", **events)
+    network = camera_network(process_of(path, **options))
+    counts = []
+    for backend, pipeline in (("native", "as_written"), ("native", "compact"), ("reference", None)):
+        with spikeport.Simulator(network, backend=backend, pipeline=pipeline) as simulator:
+            simulator.run_steps(100)
+        spikes = [simulator.data[probe] != 0 for probe in network.probes[:2]]
+        counts.append(sum(np.count_nonzero(part) for part in spikes))
+    as_written, compact, reference = counts
+    assert as_written == compact > 50
+    assert as_written == pytest.approx(reference, rel=0.1)
+
+
+def test_events_arrive_one_step_after_theirs_also_where_probes_are_cleared(tmp_path: Path) -> None:
+    path = write_events(tmp_path / "c.events", t=[4_500, 4_600], y=[0, 0], x=[0, 1], p=[1, 1])
+    found = []
+    with spikeport.Simulator(camera_network(process_of(path))) as simulator:
+        assert simulator.compilation.image.n_cores == 1
+        for n_steps in (3, 2, 1, 5):
+            simulator.run_steps(n_steps)
+            simulator.clear_probes()
+            found.append(simulator.activity.messages_host.sum())
+    assert found == [0, 0, 2, 2]

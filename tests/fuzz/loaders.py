@@ -23,6 +23,7 @@ from spikeport.commands import report_file
 from spikeport.commands.diff import changes
 from spikeport.commands.step import by_step
 from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.loihi.events import event_steps
 from spikeport.experiments import calibration
 from spikeport.experiments.calibration import DecoderCalibration
 from spikeport.experiments.policy.observations import read_observations
@@ -34,6 +35,7 @@ from spikeport.hardware_models.chip import BUILT_IN
 from spikeport.networks import walking_policy
 from spikeport.networks.loading.files import load_mlp
 from spikeport.networks.walking_policy import WalkingPolicy
+from tests.helpers.event_files import process_of, random_events, write_events
 from tests.helpers.fake_board import MACHINE, FakeClock, FakeLine, small_image, spike_train
 from tests.helpers.foreign import ENVIRONMENT, Policy, described, state
 from tests.helpers.forging import good
@@ -123,6 +125,9 @@ def _spikes(folder: Path) -> None:
     np.savez(folder / "spikes.npz", steps=np.arange(3), sources=np.arange(3))
 
 
+def _events(folder: Path) -> None:
+    for suffix in ("events", "aedat"):
+        write_events(folder / f"camera.{suffix}", **random_events(50, last_us=9_000))
 def _record(folder: Path) -> None:
     clock = FakeClock()
     line, recorder = FakeLine(Board(MACHINE), clock), SessionRecorder(folder / "session.record")
@@ -194,6 +199,7 @@ LOADERS = {
     "schedule": Loader(_copies(SCHEDULE), lambda path: schedule.load(path, 26.0)),
     "chip": Loader(_copies(BUILT_IN / "loihi.toml"), lambda path: chips.get(str(path))),
     "report": Loader(_report, _diff),
+    "events": Loader(_events, lambda path: event_steps(process_of(path), 0.001)),
     "spikes": Loader(_spikes, lambda path: by_step(good(), path, 5)),
     "record": Loader(_record, _replay),
     "frames": Loader(_frames, _answered),

@@ -33,7 +33,16 @@ ROOMS: dict[str, set[str]] = {
     "loihi": {"ground", "image", "check"},
     "rewriting": {"ground", "loihi"},
     "passes": {"ground", "image", "placing", "loihi", "rewriting"},
-    "pipeline": {"ground", "image", "placing", "check", "report", "loihi", "passes"},
+    "pipeline": {
+        "ground",
+        "image",
+        "placing",
+        "check",
+        "report",
+        "loihi",
+        "rewriting",
+        "passes",
+    },
 }
 """The rooms of compile/, from the ground up: none imports one above it."""
 

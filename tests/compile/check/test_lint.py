@@ -22,8 +22,12 @@ GAIN = (
     "intercepts instead"
 )
 PART = (
-    "a -> b: SP006 slice of an on-chip target: {} of 3 dimensions, limit all; cure: connect to the "
-    "whole target with a dense transform that has zero rows"
+    "a -> b: SP006 slice of an on-chip target: {} of 8 neurons, limit all; cure: give these "
+    "neurons an ensemble of their own"
+)
+BOARD = (
+    "{}: SP009 node on the chip: {}, limit events of a file, to ensembles on the chip; cure: feed "
+    "the events from a node on the host"
 )
 FINITE = (
     "{}: SP011 finite numbers: NaN or infinity in {}, limit finite numbers; cure: look for a "
@@ -68,14 +72,10 @@ def second_order_synapse() -> None:
     nengo.Connection(a, a, synapse=nengo.Alpha(0.01))
 
 
-def part_of_a_target() -> None:
-    a, b = nengo.Ensemble(4, 1, label="a"), nengo.Ensemble(4, 3, label="b")
-    nengo.Connection(a, b[1])
-
-
-def scattered_part_of_a_target() -> None:
-    a, b = nengo.Ensemble(4, 2, label="a"), nengo.Ensemble(4, 3, label="b")
-    nengo.Connection(a, b[np.array([0, 2])])
+def convolution_into_a_part(part: slice = slice(4, None)) -> None:
+    a, b = nengo.Ensemble(16, 1, label="a"), nengo.Ensemble(8, 1, label="b")
+    transform = nengo.Convolution(1, (4, 4, 1), strides=(2, 2), kernel_size=(2, 2))
+    nengo.Connection(a.neurons, b.neurons[part], transform=transform)
 
 
 def foreign_learning_rule() -> None:
@@ -93,11 +93,25 @@ def learning_on_the_host() -> None:
     nengo.Connection(out, learned.learning_rule)
 
 
-def process_on_the_board() -> None:
+class LiveCamera(nengo_loihi.dvs.DVSFileChipProcess):
+    """A process of the board's own."""
+
+
+def process_on_the_board(camera: type = LiveCamera) -> nengo.Node:
     a = nengo.Ensemble(4, 1, label="a")
-    camera = nengo_loihi.dvs.DVSFileChipProcess("recording.aedat")
-    events = nengo.Node(camera, label="events")
+    events = nengo.Node(camera("recording.aedat"), label="events")
     nengo.Connection(events[:4], a.neurons)
+    return events
+
+
+def events_to_the_host() -> None:
+    events = process_on_the_board(nengo_loihi.dvs.DVSFileChipProcess)
+    nengo.Connection(events[0], nengo.Node(size_in=1, label="out"))
+
+
+def probed_events() -> None:
+    events = process_on_the_board(nengo_loihi.dvs.DVSFileChipProcess)
+    nengo.Probe(events, label="p")
 
 
 def infinite_gain() -> None:
@@ -151,8 +165,7 @@ CASES: list[tuple[Callable[[], None], str]] = [
         "a -> a: SP005 synapse: Alpha, limit Lowpass or None; cure: use nengo.Lowpass(tau) with "
         "the same group delay",
     ),
-    (part_of_a_target, PART.format(1)),
-    (scattered_part_of_a_target, PART.format(2)),
+    (convolution_into_a_part, PART.format(4)),
     (
         foreign_learning_rule,
         "a -> out: SP007 learning rule: RLS, limit PES; cure: learn with PES, or off the chip",
@@ -164,8 +177,12 @@ CASES: list[tuple[Callable[[], None], str]] = [
     ),
     (
         process_on_the_board,
-        "events: SP009 node on the chip: DVSFileChipProcess, limit none; cure: feed the events "
-        "from a node on the host",
+        BOARD.format("events", "LiveCamera"),
+    ),
+    (events_to_the_host, BOARD.format("events -> out", "to the host")),
+    (
+        probed_events,
+        f"p: SP010 probed attribute: output, limit none; cure: probe one of these, {HOST}",
     ),
     (
         foreign_probe,

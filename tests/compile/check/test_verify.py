@@ -42,8 +42,8 @@ def test_eight_thousand_decoded_neurons_do_not_fit() -> None:
     )
     assert str(error) == (
         "the network does not fit chip 'loihi':\n"
-        f"  big -> read-out[1/2]: SP102 in-axons: 8,000, limit 4,096; cure: {cure}\n"
-        f"  big -> read-out[2/2]: SP102 in-axons: 8,000, limit 4,096; cure: {cure}\n"
+        "  big -> read-out[1/2], big -> read-out[2/2]: SP102 in-axons: 8,000, limit 4,096; "
+        f"cure: {cure}\n"
         "more: spikeport compile --explain SP102"
     )
     assert isinstance(error, CompileError)

@@ -25,3 +25,17 @@ def test_an_error_has_a_row_for_each_violation_and_where_to_learn_more() -> None
         f"  {FREE}",
         "more: spikeport compile --explain SP404",
     ]
+
+
+def test_what_differs_in_its_object_alone_is_one_row_sorted_by_rule_and_name() -> None:
+    numbers = (2, 10, 1, 7, 9, 4, 3, 11, 8)
+    pieces = [FULL._replace(object=f"conv[{i}/11]") for i in numbers]
+    other = FULL._replace(object="conv[5/11]", used="4,100")
+    error = DoesNotFitError("loihi", [FREE, *pieces, other])
+    named = ", ".join(f"conv[{i}/11]" for i in (1, 2, 3, 4, 7, 8, 9, 10))
+    assert str(error).splitlines()[1:-1] == [
+        f"  {FULL._replace(object=f'{named} and 1 more')}",
+        f"  {other}",
+        f"  {FREE}",
+    ]
+    assert len(error.violations) == 11

@@ -1,10 +1,15 @@
 """The part of a network that is meant for the chip."""
 
+from collections.abc import Callable
+from typing import Any
+
 import nengo
 import nengo_loihi
+import numpy as np
+import pytest
 
 from spikeport.compile.ground.names import Names
-from spikeport.compile.ground.scope import Scope
+from spikeport.compile.ground.scope import Scope, in_full, target_rows
 
 
 def scope_of(network: nengo.Network) -> Scope:
@@ -51,3 +56,27 @@ def test_ensembles_of_subnetworks_are_there_too() -> None:
     with nengo.Network() as network, nengo.Network():
         inner = nengo.Ensemble(4, 1)
     assert scope_of(network).ensembles == [inner]
+
+
+@pytest.mark.parametrize(
+    ("part", "in_order"),
+    [(slice(0, 3), True), ([0, 1, 2], True), ([2, 1, 0], False), (1, False), ([-1, 0], False)],
+)
+def test_some_connections_reach_a_part_of_an_ensemble(part: Any, in_order: bool) -> None:
+    with nengo.Network() as network:
+        a, b = nengo.Ensemble(4, 1), nengo.Ensemble(4, 3)
+        node = nengo.Node(size_in=3)
+        targets = (b[part], b, node[part])
+        partly, whole, host = (nengo.Connection(a, x, function=_zeros(x.size_in)) for x in targets)
+        weights = nengo.Connection(
+            a, b[part], function=_zeros(b[part].size_in), solver=nengo.solvers.LstsqL2(weights=True)
+        )
+    scope = scope_of(network)
+    found = [scope.reaches_part(c) for c in (partly, whole, host, weights)]
+    assert found == [True, False, False, False]
+    assert target_rows(partly).tolist() == np.arange(3)[[part] if part == 1 else part].tolist()
+    assert in_full(partly) is in_order
+
+
+def _zeros(size: int) -> Callable[[np.ndarray], np.ndarray]:
+    return lambda _x: np.zeros(size)

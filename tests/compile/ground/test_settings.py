@@ -64,6 +64,10 @@ def test_settings_are_copied_to_another_network() -> None:
     settings = NetworkSettings(network)
     settings.copy(a, other)
     settings.copy(connection, other)
+    with other:
+        *_, replacement = pair()
+    settings.copy(connection, other, onto=replacement)
+    assert other.config[replacement].decode_path == "direct"
     assert other.config[a].on_chip is False
     assert other.config[a].block_shape.shape == (2,)
     assert other.config[connection].decode_path == "direct"

@@ -4,14 +4,16 @@ width is 8 bits for the weight and, if the targets are not 0, 1, 2 ..., the bits
 from collections.abc import Callable
 
 import nengo
+import nengo_loihi
 import numpy as np
 import pytest
 
 from spikeport.compile.image.chip_image import ChipImage
-from spikeport.compile.image.usage import core_uses
+from spikeport.compile.image.usage import AMOUNTS, block_amounts, core_uses
 from spikeport.compile.pipeline import Compilation, compile_network
 from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.limits import CoreUse
+from tests.helpers.images import Block, Group, Parts, Route
 
 Make = Callable[..., nengo.Network]
 
@@ -149,3 +151,54 @@ def test_without_a_public_layout_bits_of_weights_are_counted(neuron_network: Mak
     image = compile_network(neuron_network(np.ones((70, 3)), 3, 70), pipeline="").image
     unknown = LOIHI.model_copy(update={"synapse_memory": None})
     assert core_uses(image, unknown)[1].synapse_bits == 70 * 3 * 8
+
+
+def populations(pop_type: int = 32, blocks: int = 1, plain: bool = False) -> ChipImage:
+    """Blocks of 4 pixels of 3 channels; a pixel's channels send to one axon of a last block."""
+    group = Group([np.full((3, 2), 64)] * 4, block=blocks, pop_type=pop_type)
+    route = {"axon": np.repeat(np.arange(4), 3), "atom": np.tile(np.arange(3), 4)}
+    routes = [Route(**route, block=block) for block in range(blocks)]
+    groups, more = [group], [Route([0] + [-1] * 11, group=1, block=0)] if plain else []
+    if plain:
+        groups.append(Group([[64]], block=blocks))
+    return Parts([Block(12)] * blocks + [Block(2)], groups, routes=[*routes, *more]).image()
+
+
+def out_axons(image: ChipImage) -> list[int]:
+    return block_amounts(image, LOIHI)[:, AMOUNTS.index("out_axons")].tolist()
+
+
+@pytest.mark.parametrize(("pop_type", "slots"), [(32, 2), (16, 1)])
+def test_compartments_of_a_population_share_their_axons(pop_type: int, slots: int) -> None:
+    assert out_axons(populations(pop_type)) == [4 * slots, 0]
+
+
+def test_each_block_has_axons_of_its_own() -> None:
+    image = populations(blocks=2)
+    assert out_axons(image) == [8, 8, 0]
+    assert core_uses(image.on_cores(np.zeros(3)), LOIHI)[0].out_axons == 16
+
+
+def test_a_compartment_with_plain_axons_too_shares_none() -> None:
+    # Channels 1 and 2 of the first pixel share one axon; channel 0 has it again, beside the plain.
+    assert out_axons(populations(plain=True)) == [4 * 2 + 2 + 1, 0]
+
+
+def test_plain_axons_are_never_shared() -> None:
+    assert out_axons(populations(pop_type=0)) == [12, 0]
+
+
+def test_a_convolution_takes_the_axons_that_nengo_loihi_counts() -> None:
+    with nengo.Network(seed=3) as network:
+        nengo_loihi.add_params(network)
+        transform = nengo.Convolution(6, (5, 5, 4), strides=(2, 2), kernel_size=(3, 3))
+        image, maps = (
+            nengo.Ensemble(n, 1, gain=np.ones(n), bias=np.zeros(n), label=label)
+            for n, label in ((100, "image"), (24, "maps"))
+        )
+        network.config[image].block_shape = nengo_loihi.BlockShape((5, 5, 2), (5, 5, 4))
+        network.config[maps].block_shape = nengo_loihi.BlockShape((2, 2, 2), (2, 2, 6))
+        nengo.Connection(image.neurons, maps.neurons, transform=transform)
+    compilation = compile_network(network, pipeline="")
+    theirs = [block.utilization()["out-axons"][0] for block in compilation.model.blocks]
+    assert out_axons(compilation.image) == theirs == [2 * 25 * 3] * 2 + [0] * 3

@@ -90,6 +90,15 @@ def test_population_axons_and_learning_keep_a_block_whole(group: Group) -> None:
     assert Split().apply(image, context(small_chip(compartments=4))) is image
 
 
+def test_a_block_that_shares_the_axons_of_populations_may_fit_whole() -> None:
+    group = Group([np.full((3, 2), 64)] * 4, block=1, pop_type=32)
+    route = Route(np.repeat(np.arange(4), 3), np.tile(np.arange(3), 4), block=0)
+    image = Parts([Block(12, bias=9_000, vth=2**16), Block(2)], [group], routes=[route]).image()
+    assert Split().apply(image, context(small_chip(out_axons=8))) is image
+    # A piece is reckoned as if none were shared: 2 for each compartment.
+    assert sizes(split(image, small_chip(out_axons=7))) == [3, 3, 3, 3, 2]
+
+
 def test_what_one_compartment_exceeds_is_left_whole() -> None:
     image = dense()
     assert Split().apply(image, context(small_chip(in_axons=5))) is image

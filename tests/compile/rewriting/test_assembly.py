@@ -7,7 +7,7 @@ from nengo.solvers import NoSolver
 
 import spikeport
 from spikeport.compile.loihi.solver import ParameterSolver
-from spikeport.compile.rewriting.assembly import Assembly, FlatNetwork
+from spikeport.compile.rewriting.assembly import Assembly, FlatNetwork, construction_order
 from spikeport.compile.rewriting.partition import Part, Partition
 from tests.helpers.small_networks import (
     DT_S,
@@ -256,3 +256,40 @@ def test_ensembles_that_stay_keep_their_decoders_and_seed() -> None:
     np.testing.assert_array_equal(new.eval_points, old.eval_points)
     np.testing.assert_array_equal(dense(new), [[3]])
     assert assembly.flat.seeds[new] == rewrite_of(network).all_seeds()[old]
+
+
+def learning_inside() -> nengo.Network:
+    """What learns is in a subnetwork, and its error comes from outside, itself learned."""
+    with nengo.Network(seed=1) as network:
+        u, pre = nengo.Node(0.5, label="u"), nengo.Ensemble(20, 1, label="pre")
+        error = nengo.Node(lambda _t, x: x - 0.3, size_in=1, label="error")
+        with nengo.Network():
+            inner, out = nengo.Ensemble(20, 1, label="inner"), nengo.Node(size_in=1, label="out")
+            learned = nengo.Connection(inner, out, learning_rule_type=nengo.PES())
+        nengo.Connection(error, learned.learning_rule)
+        nengo.Connection(u, pre)
+        nengo.Connection(pre, inner)
+        nengo.Connection(out, error)
+        nengo.Probe(out, synapse=0.02)
+    return network
+
+
+def test_what_learns_is_built_before_its_error() -> None:
+    with nengo.Network() as network:
+        a, b = nengo.Ensemble(5, 1, label="a"), nengo.Ensemble(5, 1, label="b")
+        with nengo.Network():
+            learned = nengo.Connection(a, b, learning_rule_type=nengo.PES())
+        error = nengo.Connection(b, learned.learning_rule)
+        other = nengo.Connection(a, b)
+    assert construction_order(network) == [other, learned, error]
+
+
+@pytest.mark.parametrize("pipeline", ["fuse", "decode_path", "compact"])
+def test_learning_inside_a_subnetwork_compiles_and_learns(pipeline: str) -> None:
+    network = learning_inside()
+    with spikeport.Simulator(network, pipeline=pipeline) as simulator:
+        assert simulator.compilation.image.learns.sum() == 1
+        simulator.run_steps(500)
+    value = simulator.data[network.probes[0]]
+    assert value[100:200].mean() == pytest.approx(0.5, abs=0.05)
+    assert value[400:].mean() < 0.46  # on the way to 0.3

@@ -1,0 +1,167 @@
+"""Event files of cameras (DVS): their events as the spikes of an input, step by step.
+
+    source = (y // pool_y) s_y + (x // pool_x) s_x + polarity s_p
+    step = 1 + floor((t - t_start) / dt)
+
+The strides s are those of nengo-loihi's `DVSFileChipProcess`, whose formats these are. Its own
+reader neither limits nor checks what it reads; it needs NumPy 1, and sends all that happened before
+``t_start`` in the first step, which is left out here, as in float Nengo.
+"""
+
+import contextlib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from nengo_loihi.dvs import DVSFileChipProcess
+
+from spikeport.compile.ground.refusal import TURN
+from spikeport.errors import UsageError, printable
+from spikeport.reading.archive import read_bytes
+from spikeport.reading.mismatch import MismatchError
+
+FILE_BYTES = 2**28
+"""Largest file: 33 million events, which is minutes of a busy camera."""
+HEADER_BYTES = 2**16
+"""Longest header of an AEDAT file; those of cameras have a few lines of text."""
+US_PER_S = 1e6
+FORMATS = ("aedat", "events")
+EVENTS = np.dtype([("y", "<u2"), ("x", "<u2"), ("t_us", "<u4")])
+"""An event in an ``.events`` file; y has the polarity in bit 1, and x begins at bit 1."""
+AEDAT = np.dtype([("address", ">u4"), ("t_us", ">u4")])
+"""An event in an ``.aedat`` file of version 2.0. Source: inivation's documentation of AEDAT."""
+
+
+class Events(NamedTuple):
+    """The events of a file, in the order of time; arrays of (n,).
+
+    Attributes
+    ----------
+    t_us : array
+        The time, in microseconds.
+    y, x : array
+        The row and column of the pixel.
+    polarity : array
+        1 where it became brighter, 0 where darker.
+    """
+
+    t_us: np.ndarray
+    y: np.ndarray
+    x: np.ndarray
+    polarity: np.ndarray
+
+
+class EventSteps(NamedTuple):
+    """The spikes of an input in the order of time: step, from 1, and source; arrays of (n,)."""
+
+    step: np.ndarray
+    source: np.ndarray
+
+    def at(self, step: int) -> np.ndarray:
+        """Return the sources that spike in a step, as often as they have events in it."""
+        first, end = np.searchsorted(self.step, (step, step + 1))
+        return self.source[first:end]
+
+
+def event_steps(process: DVSFileChipProcess, dt_s: float) -> EventSteps:
+    """Read the file of a process, and return its events as spikes in steps of ``dt_s`` seconds.
+
+    Raises
+    ------
+    UsageError
+        If the file cannot be read, is of another format, too large, or has pixels that its camera
+        lacks; the message gives path and reason.
+    """
+    t_us, source = read_sources(process)
+    since_us = t_us - process.t_start * US_PER_S
+    begun = since_us >= 0
+    step = np.floor(since_us[begun] / (dt_s * US_PER_S)).astype(np.int64) + 1
+    return EventSteps(step, source[begun])
+
+
+def read_sources(process: DVSFileChipProcess) -> tuple[np.ndarray, np.ndarray]:
+    """Return time in microseconds and source of each event, (n,) both; see `event_steps`."""
+    path = Path(process.file_path)
+    try:
+        events = _read(path, process.file_fmt, process.rel_time)
+        _check_pixels(events, process)
+    except FileNotFoundError:
+        raise UsageError(f"{path}: no such file") from None
+    except OSError as error:
+        raise UsageError(f"{path}: cannot be read: {error.strerror}") from error
+    except MismatchError as error:
+        raise UsageError(printable(f"{path}: not a file of events: {error}")) from None
+    across, down = process.polarity, process.polarity * process.width
+    of_polarity = 1
+    if not process.channels_last:
+        across, down, of_polarity = 1, process.width, process.width * process.height
+    rows, columns = events.y // process.pool[0], events.x // process.pool[1]
+    return events.t_us, rows * down + columns * across + events.polarity * of_polarity
+
+
+@contextlib.contextmanager
+def read_here() -> Iterator[None]:
+    """Let float Nengo read the files of nengo-loihi's processes by `read_sources`."""
+    with TURN:
+        theirs = DVSFileChipProcess._read_events
+        DVSFileChipProcess._read_events = read_sources
+        try:
+            yield
+        finally:
+            DVSFileChipProcess._read_events = theirs
+
+
+def _read(path: Path, kind: str | None, relative: bool | None) -> Events:
+    """Read a file of a kind, or of that of its suffix, with times from its first event or not."""
+    kind = kind or path.suffix.lower().removeprefix(".")
+    if kind not in FORMATS:
+        raise MismatchError(f"file_fmt or suffix {' or '.join(FORMATS)}", kind or "none")
+    content = read_bytes(path, FILE_BYTES)
+    events = _from_aedat(content) if kind == "aedat" else _from_events(content)
+    events = Events(*(array[np.argsort(events.t_us, kind="stable")] for array in events))
+    if len(events.t_us) and (kind == "aedat" if relative is None else relative):
+        events = events._replace(t_us=events.t_us - events.t_us[0])
+    return events
+
+
+def _from_events(content: bytes) -> Events:
+    table = _table(content, EVENTS)
+    y, x = table["y"].astype(np.int64), table["x"].astype(np.int64)
+    return Events(table["t_us"].astype(np.int64), y >> 2, x >> 1, y >> 1 & 1)
+
+
+def _from_aedat(content: bytes) -> Events:
+    table = _table(content[_header_length(content) :], AEDAT)
+    address = table["address"].astype(np.int64)
+    y, x = address >> 22 & 0x1FF, address >> 12 & 0x3FF
+    return Events(table["t_us"].astype(np.int64), y, x, address >> 11 & 1)
+
+
+def _header_length(content: bytes) -> int:
+    """Return the bytes of the lines with # that an AEDAT file begins with."""
+    first = content[:HEADER_BYTES].split(b"\n", 1)[0].strip()
+    if first != b"#!AER-DAT2.0":
+        raise MismatchError("#!AER-DAT2.0, the only version that is read", repr(first[:40]))
+    length = 0
+    while content[length : length + 1] == b"#":
+        length = content.find(b"\n", length, HEADER_BYTES) + 1
+        if not length:
+            raise MismatchError(f"a header of at most {HEADER_BYTES:,} bytes", "no end of it")
+    return length
+
+
+def _table(content: bytes, event: np.dtype[np.void]) -> np.ndarray:
+    if rest := len(content) % event.itemsize:
+        raise MismatchError(f"events of {event.itemsize} bytes", f"{rest} bytes behind the last")
+    return np.frombuffer(content, dtype=event)
+
+
+def _check_pixels(events: Events, process: DVSFileChipProcess) -> None:
+    outside = (events.y >= process.dvs_height) | (events.x >= process.dvs_width)
+    if outside.any():
+        first = int(np.argmax(outside))
+        raise MismatchError(
+            f"{process.dvs_height} rows and {process.dvs_width} columns (dvs_height, dvs_width)",
+            f"an event in row {events.y[first]}, column {events.x[first]}, counted from 0",
+        )

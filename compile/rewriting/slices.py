@@ -1,0 +1,91 @@
+"""Connections to a part of an ensemble on the chip, as connections to the whole of it.
+
+    W' = S W,   S[rows[i], i] += 1
+
+nengo-loihi builds the axons of whole targets alone. An entry that occurs twice in a slice receives
+the sum, as in Nengo.
+"""
+
+import nengo
+import numpy as np
+import scipy.sparse as sparse
+from nengo.ensemble import Neurons
+
+from spikeport.compile.ground.rewrite import Rewrite
+from spikeport.compile.ground.scope import Scope, in_full, target_rows
+from spikeport.compile.loihi.solver import ParameterSolver, full, nengo_transform
+from spikeport.compile.rewriting.assembly import DECODING, FlatNetwork, construction_order
+
+
+def whole_targets(rewrite: Rewrite, dt_s: float) -> Rewrite:
+    """Connect to whole ensembles wherever a connection ends in a part of one on the chip.
+
+    Float behaviour stays equal, to rounding. A network without such connections stays itself.
+
+    Parameters
+    ----------
+    rewrite : Rewrite
+        The network; no convolution in it ends in a part of an ensemble.
+    dt_s : float
+        The time step, in seconds.
+
+    Raises
+    ------
+    RefusedError
+        If nengo-loihi's builder refuses one of the connections, or its ensemble.
+    """
+    network = rewrite.network
+    scope = Scope(network, rewrite.names)
+    parts = dict.fromkeys(c for c in network.all_connections if scope.reaches_part(c))
+    if not parts:
+        return rewrite
+    solver = ParameterSolver(rewrite, dt_s)
+    flat = FlatNetwork(network, solver.seeds)
+    for obj in (*network.all_ensembles, *network.all_nodes):
+        flat.keep(obj)
+    for connection in construction_order(network):
+        if connection in parts:
+            _connect_whole(connection, flat, solver)
+        else:
+            flat.keep(connection)
+    for probe in network.all_probes:
+        flat.keep(probe)
+    # What an ensemble on the host decodes, Nengo's own builder solves, later.
+    known = [c for c in parts if not isinstance(c.pre_obj, nengo.Ensemble) or scope.on_chip(c.pre)]
+    return rewrite.then(flat.network, {}, {c: solver.built(c) for c in known}, flat.seeds)
+
+
+def _connect_whole(
+    connection: nengo.Connection, flat: FlatNetwork, solver: ParameterSolver
+) -> None:
+    """Connect to all of a target what a connection sends to a part of it."""
+    pre, post = connection.pre, connection.post_obj
+    from_neurons = isinstance(connection.pre_obj, Neurons)
+    options = {} if from_neurons else {name: getattr(connection, name) for name in DECODING}
+    with flat.network:
+        whole = nengo.Connection(
+            pre,
+            post,
+            synapse=connection.synapse,
+            transform=_whole_transform(connection, solver),
+            label=connection.label,
+            **options,
+        )
+    flat.inherit(whole, connection)
+    flat.configure(whole, connection)
+
+
+def _whole_transform(
+    connection: nengo.Connection, solver: ParameterSolver
+) -> nengo.transforms.Transform | np.ndarray:
+    if in_full(connection):
+        return connection.transform
+    rows, size = target_rows(connection), connection.post_obj.size_in
+    matrix = np.zeros((size, connection.size_mid))
+    # Assignment would keep the last of several values for one row.
+    np.add.at(matrix, rows, full(solver.transform(connection), connection.size_mid))
+    between_neurons = isinstance(connection.pre_obj, Neurons) and isinstance(
+        connection.post_obj, Neurons
+    )
+    # Rows of zeros would be stored with each neuron's synapses; elsewhere weights must be dense.
+    return nengo_transform(sparse.csr_array(matrix)) if between_neurons else matrix
