@@ -128,6 +128,8 @@ def _spikes(folder: Path) -> None:
 def _events(folder: Path) -> None:
     for suffix in ("events", "aedat"):
         write_events(folder / f"camera.{suffix}", **random_events(50, last_us=9_000))
+
+
 def _record(folder: Path) -> None:
     clock = FakeClock()
     line, recorder = FakeLine(Board(MACHINE), clock), SessionRecorder(folder / "session.record")
