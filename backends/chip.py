@@ -14,6 +14,10 @@ class Chip(Protocol):
     A chip starts with all state at zero. `step` advances it by one time step.
     """
 
+    @property
+    def link(self) -> dict[str, object] | None:
+        """The figures of the link to a board, for JSON; None where there is none."""
+
     def step(self, spikes: np.ndarray, errors: Mapping[int, np.ndarray]) -> list[np.ndarray]:
         """Advance by one step.
 

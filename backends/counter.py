@@ -36,7 +36,7 @@ class Counter:
         self._source_core = source_core
         self._fanout = fanout
         self._delivered = np.zeros(len(fanout.messages), dtype=np.int64)
-        self._log = StepLog(cores, dt_s, self._messages, options)
+        self.log = StepLog(cores, dt_s, self._messages, options)
         self.readout_spikes = 0
 
     def step(
@@ -59,7 +59,7 @@ class Counter:
         """
         n = self._n_cores
         np.add.at(self._delivered, delivered, 1)
-        self._log.append(
+        self.log.append(
             np.stack(
                 [
                     np.bincount(self._source_core[spiked], minlength=n),
@@ -74,7 +74,7 @@ class Counter:
 
     def activity(self) -> Activity:
         """Return all counts so far."""
-        return self._log.activity(self.readout_spikes)
+        return self.log.activity(self.readout_spikes)
 
     def _messages(self) -> MessageCounts:
         n, compartments = self._n_cores, len(self._source_core)
@@ -85,4 +85,4 @@ class Counter:
 
     def close(self) -> None:
         """Write what the log still holds."""
-        self._log.close()
+        self.log.close()

@@ -18,6 +18,10 @@ class Execution(Protocol):
     def compilation(self) -> Compilation | None:
         """The compiled network; None where no chip is involved."""
 
+    @property
+    def link(self) -> dict[str, object] | None:
+        """The figures of the link to a board, for JSON; None where there is none."""
+
     def step(self) -> None:
         """Advance by one time step."""
 

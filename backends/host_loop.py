@@ -74,6 +74,11 @@ class HostLoop:
             boxes[id(process)] = self._inbox[place]
         self._functions = Flattener(self._host, signals, boxes).functions()
 
+    @property
+    def link(self) -> dict[str, object] | None:
+        """The figures of the link to a board; see `spikeport.backends.chip.Chip.link`."""
+        return self._chip.link
+
     def step(self) -> None:
         """Advance host and chip by one step."""
         with np.errstate(invalid="raise", divide="ignore"):  # as Nengo does

@@ -18,7 +18,7 @@ from nengo_loihi.emulator import EmulatorInterface
 from nengo_loihi.inputs import SpikeInput
 
 from spikeport.backends.counter import Counter
-from spikeport.backends.step_log import SUMS_ONLY, LogOptions
+from spikeport.backends.step_log import SUMS_ONLY, LogOptions, StepLog
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.fanout import fanout
 from spikeport.compile.image.tables import offsets, part
@@ -37,6 +37,8 @@ class NengoLoihiChip:
     log : LogOptions
         See `spikeport.backends.step_log.StepLog`.
     """
+
+    link: dict[str, object] | None = None
 
     def __init__(self, image: ChipImage, seed: int, log: LogOptions = SUMS_ONLY) -> None:
         self._image = image.checked
@@ -91,6 +93,11 @@ class NengoLoihiChip:
             if synapse.learning and self._emulator.t % synapse.learn_epoch == 0:
                 updates[self._synapse_core[group]] += synapse.size()
         return updates
+
+    @property
+    def log(self) -> StepLog:
+        """The counts of its steps."""
+        return self._counter.log
 
     def activity(self) -> Activity:
         """Return the counts; see `spikeport.backends.chip.Chip.activity`."""

@@ -18,6 +18,11 @@ class Recorder:
         self._chip = chip
         self.spikes: list[np.ndarray] = []
 
+    @property
+    def link(self) -> dict[str, object] | None:
+        """The chip's figures of its link; see `spikeport.backends.chip.Chip.link`."""
+        return self._chip.link
+
     def step(self, spikes: np.ndarray, errors: Mapping[int, np.ndarray]) -> list[np.ndarray]:
         """Record the spikes, and step the chip; see `spikeport.backends.chip.Chip.step`."""
         self.spikes.append(np.array(spikes, dtype=np.int64))

@@ -47,6 +47,7 @@ class Reference:
     """
 
     compilation = None
+    link = None
 
     def __init__(
         self, rewrite: Rewrite, dt_s: float, seed: int, log: LogOptions = SUMS_ONLY

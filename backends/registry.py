@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import nengo
 
+from spikeport.backends.board.link import OWN_STUB, LinkOptions, on_board, replayed
 from spikeport.backends.chip import Chip
 from spikeport.backends.execution import Execution
 from spikeport.backends.host_loop import HostLoop
@@ -26,9 +27,10 @@ from spikeport.progress import Progress, silent
 
 
 class Source(NamedTuple):
-    """A network, the arguments of `spikeport.compile.pipeline.compile_network`, and its counts.
+    """A network, the arguments of `spikeport.compile.pipeline.compile_network`, and of its run.
 
-    ``counts`` is a folder for the counts of every step, see `spikeport.backends.step_log.StepLog`.
+    ``counts`` is a folder for the counts of every step, see `spikeport.backends.step_log.StepLog`;
+    ``link`` is the way to a board.
     """
 
     network: nengo.Network
@@ -39,6 +41,7 @@ class Source(NamedTuple):
     offload: bool = False
     settings: BuildSettings = AS_USUAL
     progress: Progress = silent
+    link: LinkOptions = OWN_STUB
 
     def compiled(self) -> Compilation:
         """Compile the network."""
@@ -66,7 +69,7 @@ class Backend:
     open: Open
 
 
-def _on(load: Callable[[ChipImage, int, LogOptions], Chip]) -> Open:
+def _on(load: Callable[[ChipImage, int, LogOptions, LinkOptions], Chip]) -> Open:
     """Compile a network, load its image with ``load``, and keep the rest on the host.
 
     A network with nothing for the chip is all host, and that is float Nengo.
@@ -79,7 +82,7 @@ def _on(load: Callable[[ChipImage, int, LogOptions], Chip]) -> Open:
             warnings.warn(nothing.verdict, stacklevel=4)  # the caller of Simulator or its reset
             return _without_chip(source, seed, None)
         log = LogOptions(compiled.report.chip, source.counts)
-        return HostLoop(compiled, load(compiled.image, seed, log), seed)
+        return HostLoop(compiled, load(compiled.image, seed, log, source.link), seed)
 
     return open_source
 
@@ -92,10 +95,14 @@ def _without_chip(source: Source, seed: int, _: Compilation | None) -> Execution
     return Reference(rewrite, source.dt_s, seed, LogOptions(folder=source.counts))
 
 
-def _native(image: ChipImage, seed: int, log: LogOptions) -> Chip:
+def _native(image: ChipImage, seed: int, log: LogOptions, _: LinkOptions) -> Chip:
     from spikeport.backends.native.chip import NativeChip  # loads the kernels: not before use
 
     return NativeChip(image, seed, log)
+
+
+def _nengo_loihi(image: ChipImage, seed: int, log: LogOptions, _: LinkOptions) -> Chip:
+    return NengoLoihiChip(image, seed, log)
 
 
 BACKENDS = {
@@ -105,7 +112,9 @@ BACKENDS = {
         Backend(
             "native", "the image on compiled kernels, equal to nengo-loihi's emulator", _on(_native)
         ),
-        Backend("nengo-loihi", "the image on nengo-loihi's emulator", _on(NengoLoihiChip)),
+        Backend("nengo-loihi", "the image on nengo-loihi's emulator", _on(_nengo_loihi)),
+        Backend("board", "the image on a board, or its stub, at the end of a link", _on(on_board)),
+        Backend("replay", "a recorded session of a board, played back", _on(replayed)),
     )
 }
 

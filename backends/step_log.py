@@ -63,6 +63,11 @@ class StepLog:
         Returns the messages so far.
     options : LogOptions
         Chip and folder.
+
+    Attributes
+    ----------
+    last : (6, n_cores) array
+        The counts of the last step; zeros before the first.
     """
 
     def __init__(
@@ -77,11 +82,13 @@ class StepLog:
         self._cores, self._dt_s, self._messages = cores, dt_s, messages
         self._options = options
         self._rows: list[np.ndarray] = []
+        self.last = np.zeros((len(PER_STEP), len(cores)), dtype=np.int64)
         self._folded: Folded | None = None
 
     def append(self, counts: np.ndarray) -> None:
         """Add the counts of a step, (6, n_cores), in the order of `PER_STEP`."""
         self._rows.append(counts)
+        self.last = counts
         if len(self._rows) == KEPT_STEPS:
             self._fold()
 

@@ -2,24 +2,28 @@
 
 import dataclasses
 import time
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Generic, NamedTuple, TypeVar
+from typing import Any, Generic, NamedTuple, TypeVar
 
 from nengo.exceptions import SimulationError
 
 from spikeport.constants import DT_S
-from spikeport.errors import DivergedError
+from spikeport.errors import BoardLostError, DivergedError
 from spikeport.experiments import run_folder
 from spikeport.experiments.options import Options, Outcome
 from spikeport.experiments.pictures import Scenes, check_video, draw_scenes, write_video
 from spikeport.experiments.run_folder import Result
 from spikeport.experiments.trial import Closed, Rig, Trial
+from spikeport.robot.plant import Plant
 from spikeport.simulator import Simulator
 
 K = TypeVar("K", bound=Rig)
 R = TypeVar("R")
 ON_CHIP = ("image_digest", "resources", "energy", "timing")
 """The parts of a report that are in ``result.json``, too."""
+DAMPED_STEPS = 150
+"""Steps of the robot after its controller was lost: they, and those just before, are kept."""
 PROGRESS_STEPS = 50
 """Steps from one report of progress to the next."""
 
@@ -54,10 +58,23 @@ def run(trial: Trial[K, R], folder: Path) -> Outcome:
         except (DivergedError, SimulationError) as error:  # Nengo's: a node gave NaN or infinity
             path = run_folder.write_last_states(folder, rig.plant.history())
             raise DivergedError(f"{error}; the last states are in {path}") from error
+        except BoardLostError as error:
+            damp(rig.plant)
+            path = run_folder.write_last_states(folder, rig.plant.history())
+            raise BoardLostError(
+                f"{error}; the robot went into damping, its last states are in {path}"
+            ) from None
     outcome = _outcome(trial, sim, trial.metrics(done))
     options.progress("writing", None)
     _write(trial, rig, done, outcome.result, folder)
     return outcome
+
+
+def damp(plant: Plant) -> None:
+    """Let a robot that nobody commands any more sink in damping, and not fall without torque."""
+    plant.damp()
+    for _ in range(DAMPED_STEPS):
+        plant.step()
 
 
 def prepare(trial: Trial[K, R]) -> Ready[K]:
@@ -79,6 +96,7 @@ def prepare(trial: Trial[K, R]) -> Ready[K]:
         seed=options.seed,
         pipeline="" if analytic else options.pipeline,
         progress=options.progress,
+        link=options.link,
     )
     return Ready(closed, sim)
 
@@ -123,6 +141,7 @@ def _outcome(trial: Trial[K, R], sim: Simulator, metrics: dict[str, object]) -> 
         "settings": dataclasses.asdict(settings),
         "metrics": metrics,
         "activity": sim.activity.totals(),
+        "link": sim.link,
         **on_chip(sim),
     }
     report = None if sim.compilation is None else sim.compilation.report
@@ -137,13 +156,31 @@ def on_chip(sim: Simulator) -> dict[str, object]:
     return {key: report[key] for key in ON_CHIP}
 
 
+def link_line(link: Mapping[str, Any]) -> str:
+    """Return a line on a run's link to a board: its round trips, and the steps it was late for."""
+    if "round_trip_us" not in link:
+        return f"replayed: {link['replays']}"
+    trips = {
+        name: "-" if us is None else f"{us:,.0f}" for name, us in link["round_trip_us"].items()
+    }
+    clock = "real time" if link["real_time"] else "simulated time"
+    return (
+        f"board ({link['runs']}, {clock}): round trip {trips['median']} us, p99 {trips['p99']}, "
+        f"worst {trips['worst']}; {link['held']:,} of {link['steps']:,} steps held, "
+        f"{link['overruns']:,} began late"
+    )
+
+
 def _write(trial: Trial[K, R], rig: Rig, done: R, result: Result, folder: Path) -> None:
     """Write a run's folder: its pictures are drawn before an earlier run makes room."""
     scenes: Scenes = trial.scenes(done)
     pictures = draw_scenes(rig.film, scenes)
     run_folder.clear(folder)
     run_folder.write_probes(folder, trial.probes(done))
-    run_folder.write_figure(folder, trial.figure(done, pictures, result))
+    figure = trial.figure(done, pictures, result)
+    if result["link"] is not None:
+        figure.text(0.995, 0.003, link_line(result["link"]), ha="right", va="bottom", size=6)
+    run_folder.write_figure(folder, figure)
     if rig.loop.over:
         run_folder.add_last_states(folder, rig.plant.history())
     if trial.options.video:

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from spikeport.backends.board.link import OWN_STUB, LinkOptions
 from spikeport.compile.report.report import Report
 from spikeport.experiments.run_folder import Result
 from spikeport.hardware_models.activity import Activity
@@ -12,7 +13,7 @@ from spikeport.progress import Progress, silent
 if TYPE_CHECKING:
     from spikeport.experiments.trial import Settings, Trial
 
-BACKENDS = ("analytic", "reference", "native", "nengo-loihi")
+BACKENDS = ("analytic", "reference", "native", "nengo-loihi", "board", "replay")
 """Where experiments run: on a backend, or without neurons."""
 
 
@@ -30,6 +31,8 @@ class Options:
         Draws what varies from run to run of the same controller.
     video : bool
         Whether a video is made.
+    link : LinkOptions
+        The way to a board, for backends that have one.
     progress : callable
         See `spikeport.progress.Progress`.
     command : tuple of str
@@ -42,6 +45,7 @@ class Options:
     pipeline: str | None = None
     seed: int = 0
     video: bool = False
+    link: LinkOptions = OWN_STUB
     progress: Progress = field(default=silent, compare=False)
     command: tuple[str, ...] = ()
 

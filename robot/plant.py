@@ -14,6 +14,8 @@ from spikeport.robot.engine import mujoco
 from spikeport.robot.history import History
 from spikeport.robot.state import RobotState, read
 
+DAMPING_KD = 8.0
+"""In N m s/rad. Source: unitree_rl_gym, the damping command of its deployment."""
 _FEET = ("left_heel", "left_toe", "right_heel", "right_toe")
 
 
@@ -167,6 +169,10 @@ class Plant:
             kps, kds = actuators.values("kp", kp, joints), actuators.values("kd", kd, joints)
             actuators.set_position_mode(self.model, index, kps, kds)
         self.data.ctrl[index] = targets
+
+    def damp(self) -> None:
+        """Brake all joints and hold none: torque = -DAMPING_KD dq, until commanded otherwise."""
+        self.hold(JOINTS, 0.0, kp=0.0, kd=DAMPING_KD)
 
     def torque(self, joints: Sequence[str], torques_nm: ArrayLike) -> None:
         """Apply torques, clipped to the torque limits, until told otherwise.

@@ -35,6 +35,8 @@ class NativeChip:
         See `StepLog`.
     """
 
+    link: dict[str, object] | None = None
+
     def __init__(self, image: ChipImage, seed: int, log: LogOptions = SUMS_ONLY) -> None:
         self._image = image.checked
         self._wiring = wire(image)
@@ -45,7 +47,7 @@ class NativeChip:
         self._learning = _learning(image, self._wiring, rng)
         self._noise = Noise(image, rng, drawn_anyway=self._learning is not None)
         self._n_arriving = 0
-        self._log = StepLog(image.cores, image.manifest.dt_s, self._messages, log)
+        self.log = StepLog(image.cores, image.manifest.dt_s, self._messages, log)
         self._counted = len(PER_STEP), image.n_cores
         parts = [part(image.outputs.start, i) for i in range(len(image.manifest.outputs))]
         self._views = [self.state.held[part] for part in parts]
@@ -78,7 +80,7 @@ class NativeChip:
         if n_arriving < 0:
             raise self._refusal(sources)
         self._n_arriving = n_arriving
-        self._log.append(counts)
+        self.log.append(counts)
         return self._views
 
     def _make_room(self, n: int) -> None:
@@ -114,7 +116,7 @@ class NativeChip:
 
     def activity(self) -> Activity:
         """Return the counts; see `spikeport.backends.chip.Chip.activity`."""
-        return self._log.activity(int(self.state.spike_count[self._image.readouts].sum()))
+        return self.log.activity(int(self.state.spike_count[self._image.readouts].sum()))
 
     def _messages(self) -> MessageCounts:
         core, _, home = self._wiring.cost.T
@@ -131,7 +133,7 @@ class NativeChip:
 
     def close(self) -> None:
         """Free the arrays; see `spikeport.backends.chip.Chip.close`."""
-        self._log.close()
+        self.log.close()
         self._closed = True
 
 

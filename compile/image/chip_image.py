@@ -13,6 +13,7 @@ Equal networks give equal images, byte for byte, and hence equal digests.
 
 import functools
 import hashlib
+import io
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -206,8 +207,22 @@ class ChipImage:
 
     def save(self, path: str | Path) -> None:
         """Write the image, whole or not at all."""
-        header = Header(self.digest, self.manifest).to_json()
-        files.write(Path(path), header, self.arrays)
+        files.write(Path(path), self._header, self.arrays)
+
+    @property
+    def _header(self) -> bytes:
+        return Header(self.digest, self.manifest).to_json()
+
+    def to_bytes(self) -> bytes:
+        """Return the content of the image's file."""
+        file = io.BytesIO()
+        files.pack(file, self._header, self.arrays)
+        return file.getvalue()
+
+    @classmethod
+    def from_bytes(cls, content: bytes) -> "ChipImage":
+        """Return the image in the content of a file; ImageError as of `load`."""
+        return cls._of(*files.parse(content))
 
     @classmethod
     def load(cls, path: str | Path) -> "ChipImage":
@@ -220,13 +235,12 @@ class ChipImage:
             if its numbers point outside its tables.
         """
         try:
-            return cls._read(Path(path))
+            return cls._of(*files.read(Path(path)))
         except ImageError as error:
             raise ImageError(f"{path}: {error}") from None
 
     @classmethod
-    def _read(cls, path: Path) -> "ChipImage":
-        header, arrays = files.read(path)
+    def _of(cls, header: Header, arrays: Mapping[str, np.ndarray]) -> "ChipImage":
         image = cls.from_arrays(header.manifest, arrays)
         if image.digest != header.digest:
             raise ImageError(

@@ -19,6 +19,7 @@ from spikeport.compile.image.manifest import Header, read_header
 from spikeport.compile.image.tables import LAYOUT
 from spikeport.errors import ImageError
 from spikeport.reading.archive import Archive, read_bytes
+from spikeport.reading.mismatch import MismatchError
 from spikeport.reading.text import TEXT_BYTES
 
 HEADER = "header"
@@ -34,8 +35,13 @@ DAMAGED = "not a chip image, or truncated or altered"
 def write(path: Path, header: bytes, arrays: Mapping[str, np.ndarray]) -> None:
     """Write a file, whole or not at all."""
     with atomic_path(path) as temporary, open(temporary, "wb") as file:
-        members: dict[str, Any] = {HEADER: np.frombuffer(header, np.uint8), **arrays}
-        np.savez_compressed(file, **members)
+        pack(file, header, arrays)
+
+
+def pack(file: IO[bytes], header: bytes, arrays: Mapping[str, np.ndarray]) -> None:
+    """Write the content of a file."""
+    members: dict[str, Any] = {HEADER: np.frombuffer(header, np.uint8), **arrays}
+    np.savez_compressed(file, **members)
 
 
 def read(path: Path) -> tuple[Header, dict[str, np.ndarray]]:
@@ -47,18 +53,26 @@ def read(path: Path) -> tuple[Header, dict[str, np.ndarray]]:
         If it is missing or not a file of `write`.
     """
     try:
-        return _read(read_bytes(path, FILE_BYTES))
+        return parse(read_bytes(path, FILE_BYTES))
     except FileNotFoundError:
         raise ImageError("no such file") from None
     except OSError as error:
         raise ImageError(error.strerror or str(error)) from None
+    except MismatchError:
+        raise ImageError(DAMAGED) from None
+
+
+def parse(content: bytes) -> tuple[Header, dict[str, np.ndarray]]:
+    """Return the header and the arrays in the bytes of a file; ImageError if they hold none."""
+    try:
+        return _parse(content)
     except ImageError:
         raise
     except Exception:  # a mismatch, or whatever NumPy makes of foreign bytes
         raise ImageError(DAMAGED) from None
 
 
-def _read(content: bytes) -> tuple[Header, dict[str, np.ndarray]]:
+def _parse(content: bytes) -> tuple[Header, dict[str, np.ndarray]]:
     most = max(SMALL_BYTES, MOST_RATIO * len(content))
     archive = Archive(content, most)
     if archive.size > most:

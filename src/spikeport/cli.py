@@ -16,12 +16,14 @@ import typer.core
 from spikeport import __version__
 from spikeport.commands.options import (
     ChipOption,
+    Link,
     PassesOption,
     RunOptions,
     SecondsOption,
     SeedOption,
     SettingsOption,
     Target,
+    Tls,
     Workers,
     with_options,
     written,
@@ -266,11 +268,15 @@ def diff_command(
 
 @app.command("run")
 @with_options
-def run_command(experiment: ExperimentName, target: Target, options: RunOptions) -> None:
+def run_command(
+    experiment: ExperimentName, target: Target, options: RunOptions, link: Link, tls: Tls
+) -> None:
     """Run an experiment of the paper in closed loop, and write its folder."""
+    from spikeport.commands.links import link_options
     from spikeport.commands.run import RunRequest, run
 
-    run(RunRequest(experiment=experiment, target=target, options=options))
+    to_board = link_options(link, tls, target.backend)
+    run(RunRequest(experiment=experiment, target=target, options=options, link=to_board))
 
 
 @app.command("calibrate")
@@ -362,6 +368,63 @@ def sweep_command(
         probes=probes,
     )
     raise typer.Exit(run(request))
+
+
+board_app = typer.Typer(help="Boards at the end of a link, and records of them.")
+app.add_typer(board_app, name="board", no_args_is_help=True)
+
+
+@board_app.command("serve")
+@with_options
+def board_serve_command(
+    *,
+    listen: Annotated[str, typer.Option(metavar="ADDRESS", help="unix:PATH or tcp://HOST:PORT.")],
+    machine: Annotated[
+        str, typer.Option("--machine", help="The chip of the board: native or nengo-loihi.")
+    ] = "native",
+    fault: Annotated[
+        list[str],
+        typer.Option(
+            metavar="KIND@STEP",
+            help="A fault of the link; repeatable.",
+            default_factory=list,
+            show_default=False,
+        ),
+    ],
+    once: Annotated[bool, typer.Option("--once", help="End after one session.")] = False,
+    idle: Annotated[
+        float | None,
+        typer.Option(metavar="SECONDS", help="End after so long without a host.", min=0.1),
+    ] = None,
+    allow_remote: Annotated[
+        bool, typer.Option("--allow-remote", help="Listen for other machines, over TLS.")
+    ] = False,
+    tls: Tls,
+) -> None:
+    """Be a board: take images from a host and step them, until ended."""
+    from spikeport.commands.board import ServeRequest, serve
+
+    serve(
+        ServeRequest(
+            listen=listen,
+            machine=machine,
+            faults=tuple(fault),
+            once=once,
+            idle_s=idle,
+            allow_remote=allow_remote,
+            tls=tls,
+        )
+    )
+
+
+@board_app.command("inspect")
+def board_inspect_command(
+    record: Annotated[Path, typer.Argument(help="A file that `run --record` wrote.")],
+) -> None:
+    """Print what a record of a board's session holds."""
+    from spikeport.commands.board import inspect
+
+    inspect(record)
 
 
 @app.command()

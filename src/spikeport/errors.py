@@ -14,6 +14,7 @@
     │   └── OverBudgetError                ... within the user's budget: carries all violations
     ├── ImageError (ValueError)            an image file is foreign, truncated or altered
     ├── BackendError (RuntimeError)        a backend cannot run what it was given
+    │   └── BoardLostError                 ... a board does not answer, or ended the session
     ├── RenderError (RuntimeError)         no picture can be made on this machine
     └── DivergedError (ArithmeticError)    a simulation left the numbers it can work with
 
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
 __all__ = [
     "ArgumentError",
     "BackendError",
+    "BoardLostError",
     "ChipFileError",
     "CompileError",
     "DivergedError",
@@ -118,6 +120,10 @@ class ImageError(SpikeportError, ValueError):
 
 class BackendError(SpikeportError, RuntimeError):
     """A backend cannot run what it was given."""
+
+
+class BoardLostError(BackendError):
+    """A board does not answer in time, hung up or refused: the state of its neurons is gone."""
 
 
 class RenderError(SpikeportError, RuntimeError):

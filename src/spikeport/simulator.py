@@ -20,6 +20,7 @@ from nengo.utils.progress import ProgressBar, ProgressTracker
 
 from spikeport import migration
 from spikeport.backends import registry
+from spikeport.backends.board.link import OWN_STUB, LinkOptions
 from spikeport.backends.execution import Execution
 from spikeport.backends.sampling import sampled
 from spikeport.backends.step_log import counts_files
@@ -46,8 +47,9 @@ class Simulator:
     chip : str or Path
         The chip it is compiled for: a name, or the path of a TOML file.
     backend : str
-        ``"native"``, ``"nengo-loihi"`` for its emulator (the same bits, slower), or
-        ``"reference"`` for float Nengo without a chip.
+        ``"native"``, ``"nengo-loihi"`` for its emulator (the same bits, slower), ``"board"`` for
+        a board or its stub, ``"replay"`` for a record of one, or ``"reference"`` for float Nengo
+        without a chip.
     dt : float
         The time step, in seconds.
     seed : int, optional
@@ -69,6 +71,9 @@ class Simulator:
         ``pes_error_scale``, and options of boards are refused. See docs/migrating.md.
     progress : callable
         Called when a stage of the compile begins, see `spikeport.progress.Progress`.
+    link : LinkOptions, optional
+        The way to a board, for the backends ``"board"`` and ``"replay"``; by default a board's
+        stub in simulated time.
 
     Attributes
     ----------
@@ -106,6 +111,7 @@ class Simulator:
         model: "Model | None" = None,
         hardware_options: Mapping[str, object] | None = None,
         progress: Progress = silent,
+        link: LinkOptions = OWN_STUB,
     ) -> None:
         check_arguments(network, chip, dt, pipeline)
         migration.check_target(target, backend)
@@ -121,6 +127,7 @@ class Simulator:
             offload,
             migration.build_settings(model, dt, remove_passthrough),
             progress,
+            link,
         )
         self._open = functools.partial(registry.get(backend).open, source)
         self._probes = network.all_probes
@@ -172,6 +179,11 @@ class Simulator:
     def activity(self) -> Activity:
         """Exact counts of all steps so far; those of long runs are folded into sums."""
         return self._execution.activity()
+
+    @property
+    def link(self) -> dict[str, object] | None:
+        """Round trips, held steps and faults of the link to a board; None where there is none."""
+        return self._execution.link
 
     def report(self) -> dict[str, Any]:
         """What the compiled network takes, with energy and time where steps were run."""

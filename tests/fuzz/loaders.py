@@ -12,6 +12,13 @@ import yaml
 from torch import nn
 
 from spikeport import compile_network
+from spikeport.backends.board.board import Board, pieces
+from spikeport.backends.board.chip import BoardChip
+from spikeport.backends.board.frame import Frame, Kind, Splitter
+from spikeport.backends.board.hello import Hello
+from spikeport.backends.board.messages import Codec
+from spikeport.backends.board.record import SessionRecorder
+from spikeport.backends.replay import ReplayChip
 from spikeport.commands import report_file
 from spikeport.commands.diff import changes
 from spikeport.commands.step import by_step
@@ -30,6 +37,7 @@ from spikeport.networks.loading.files import load_mlp
 from spikeport.networks.walking_policy import WalkingPolicy
 from spikeport.reading.notebook import read_notebook
 from tests.helpers.event_files import process_of, random_events, write_events
+from tests.helpers.fake_board import MACHINE, FakeClock, FakeLine, small_image, spike_train
 from tests.helpers.foreign import ENVIRONMENT, Policy, described, state
 from tests.helpers.forging import good
 
@@ -129,6 +137,64 @@ def _notebook(folder: Path) -> None:
     write_json(folder / "model.ipynb", {"nbformat": 4, "metadata": {}, "cells": cells})
 
 
+def _record(folder: Path) -> None:
+    clock = FakeClock()
+    line, recorder = FakeLine(Board(MACHINE), clock), SessionRecorder(folder / "session.record")
+    chip = BoardChip(small_image(), 0, line, recorder=recorder, clock=clock)
+    for spikes in spike_train(20):
+        chip.step(spikes, {})
+    chip.close()
+
+
+def _replay(path: Path) -> None:
+    chip = ReplayChip(small_image(), path)
+    for spikes in spike_train(20):
+        chip.step(spikes, {})
+    chip.activity()
+
+
+def _frames(folder: Path) -> None:
+    image = small_image()
+    body, flags = Codec(image).pack_step(spike_train(1)[0], {})
+    frames = [
+        Frame(Kind.HELLO, body=Hello(image.digest, 0).pack()),
+        *pieces(Kind.IMAGE, image.to_bytes(), 0),
+        Frame(Kind.STEP, 1, 1, body, flags),
+        Frame(Kind.ASK_TOTALS, 1, 1),
+    ]
+    (folder / "session.frames").write_bytes(b"".join(frame.encode() for frame in frames))
+
+
+def _answered(path: Path) -> None:
+    """Let a board answer all frames; the session's number is not known when they are written."""
+    board, splitter = Board(MACHINE), Splitter()
+    splitter.feed(path.read_bytes())
+    while (frame := splitter.next()) is not None:
+        number = 0 if board.session is None else board.session.number
+        list(board.answer(frame._replace(session=number)))
+
+
+def _bodies(folder: Path) -> None:
+    image = small_image()
+    body, flags = Codec(image).pack_step(spike_train(1)[0], {2: np.ones(3)})
+    (folder / "hello.body").write_bytes(bytes([Kind.HELLO, 0]) + Hello(image.digest, 0).pack())
+    (folder / "step.body").write_bytes(bytes([Kind.STEP, flags]) + body)
+    (folder / "image.body").write_bytes(bytes([Kind.IMAGE, 0]) + image.to_bytes())
+
+
+def _answered_whole(path: Path) -> None:
+    """Let a board in a session answer a body whose CRC is right, whatever is in it."""
+    image, (kind, flags, *_) = small_image(), (*path.read_bytes()[:2], 0, 0)
+    board = Board(MACHINE)
+    opening = [Frame(Kind.HELLO, body=Hello(image.digest, 0).pack())]
+    if kind != Kind.IMAGE:
+        opening += pieces(Kind.IMAGE, image.to_bytes(), 0)
+    for frame in opening:
+        list(board.answer(frame))
+    number, step = (0, 0) if board.session is None else (board.session.number, 1)
+    list(board.answer(Frame(kind, number, step, path.read_bytes()[2:], flags)))
+
+
 LOADERS = {
     "npz": Loader(_npz, walking_policy.load),
     "TorchScript": Loader(_torchscript, load_mlp),
@@ -145,4 +211,7 @@ LOADERS = {
     "report": Loader(_report, _diff),
     "events": Loader(_events, lambda path: event_steps(process_of(path), 0.001)),
     "spikes": Loader(_spikes, lambda path: by_step(good(), path, 5)),
+    "record": Loader(_record, _replay),
+    "frames": Loader(_frames, _answered),
+    "bodies": Loader(_bodies, _answered_whole),
 }

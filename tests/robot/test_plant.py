@@ -51,6 +51,18 @@ def test_time_advances_by_5_ms(free):
     assert free.time_s == pytest.approx(0.05)
 
 
+def test_damping_brakes_joints_and_holds_none(anchored):
+    anchored.data.qvel[6:] = 1.0
+    anchored.damp()
+    anchored.step()
+    kd = -anchored.model.actuator_biasprm[:, 2]
+    np.testing.assert_array_equal(kd, 8.0)
+    np.testing.assert_array_equal(anchored.model.actuator_gainprm[:, 0], 0.0)
+    run(anchored, 3.0)
+    assert np.abs(anchored.data.qvel[6:]).max() < 0.2
+    assert abs(anchored.data.qpos[7:][ELBOW] - POSE[ELBOW]) > 0.1  # nothing holds it up
+
+
 def test_reset_is_reproducible_bit_for_bit(free):
     first = trajectory(free, 3)
     free.torque(JOINTS, 1e3)

@@ -84,6 +84,43 @@ class Workers:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Link:
+    """The link to a board, for the backends ``board`` and ``replay``."""
+
+    board: Annotated[
+        str, typer.Option(metavar="ADDRESS", help="stub, unix:PATH or tcp://HOST:PORT.")
+    ] = "stub"
+    real_time: Annotated[
+        bool, typer.Option("--real-time", help="Keep to the clock; a late board is not waited for.")
+    ] = False
+    hold: Annotated[
+        int, typer.Option(help="In real time, steps for which outputs are held.", min=0, max=1000)
+    ] = 5
+    fault: Annotated[
+        list[str],
+        typer.Option(
+            metavar="KIND@STEP",
+            help="A fault of the stub, also slow=MS@STEP or KIND:SHARE; repeatable.",
+            default_factory=list,
+            show_default=False,
+        ),
+    ]
+    record: Annotated[Path | None, written("File to record the board's session in.")] = None
+    replay: Annotated[Path | None, typer.Option(help="A record for the backend replay.")] = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tls:
+    """The files of TLS, which a link to another machine is in need of."""
+
+    cert: Annotated[Path | None, typer.Option(help="Own certificate, PEM; for TLS.")] = None
+    key: Annotated[Path | None, typer.Option(help="Its private key, PEM.")] = None
+    ca: Annotated[
+        Path | None, typer.Option(help="Authority of the other side's certificate, PEM.")
+    ] = None
+
+
+@dataclass(frozen=True, kw_only=True)
 class RunOptions:
     """The options of a run: seed, time, settings of the experiment, and what is written where."""
 

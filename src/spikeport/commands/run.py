@@ -9,6 +9,7 @@ from rich.console import Console
 from rich.table import Table
 
 from spikeport import key_values
+from spikeport.backends.board.link import OWN_STUB, LinkOptions
 from spikeport.commands.options import RunOptions, Target
 from spikeport.commands.progress import progress_bar
 from spikeport.commands.tables import cost_notes, cost_table, resource_table
@@ -27,6 +28,7 @@ class RunRequest:
     experiment: str
     target: Target
     options: RunOptions
+    link: LinkOptions = OWN_STUB
 
 
 def run(request: RunRequest) -> None:
@@ -49,6 +51,7 @@ def run(request: RunRequest) -> None:
             pipeline=experiment.passes(target.passes),
             seed=asked.seed,
             video=asked.video,
+            link=request.link,
             progress=progress,
             command=("spikeport", *sys.argv[1:]),
         )

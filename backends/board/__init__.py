@@ -1,0 +1,1 @@
+"""A board behind a link: frames, both ends of a session, faults and records; see docs/link.md."""

@@ -1,0 +1,188 @@
+"""A board: it takes an image, builds the chip of it, and answers one frame after the other.
+
+It knows nothing of sockets and clocks, so that tests can step it by hand.
+"""
+
+import secrets
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from spikeport.backends.board.frame import MORE, MOST_BODY, VERSION, Frame, Kind
+from spikeport.backends.board.hello import Hello, Welcome
+from spikeport.backends.board.messages import BodyError, Codec, Totals
+from spikeport.backends.chip import Chip
+from spikeport.backends.step_log import MessageCounts, StepLog
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.errors import SpikeportError
+
+IMAGE_BYTES = 256 << 20
+"""Size of the largest image's file that a board takes."""
+IMAGES_KEPT = 4
+WARM_STEPS = 50
+"""Steps of a chip that is then thrown away: the first steps of a process are slow ones."""
+
+
+class CountingChip(Chip, Protocol):
+    """A chip that counts what happens on its cores."""
+
+    @property
+    def log(self) -> StepLog:
+        """The counts of its steps."""
+
+
+class Machine(NamedTuple):
+    """A kind of chip that a board may run: its name, and how an image is loaded with a seed."""
+
+    name: str
+    load: Callable[[ChipImage, int], CountingChip]
+
+
+@dataclass
+class Session:
+    """A chip in use by one host; ``last`` is the answer to step ``at``."""
+
+    number: int
+    chip: CountingChip
+    codec: Codec
+    at: int = 0
+    last: Frame | None = None
+
+
+class Board:
+    """A board without its link.
+
+    Parameters
+    ----------
+    machine : Machine
+        The chip that it runs.
+
+    Attributes
+    ----------
+    session : Session or None
+        The session under way.
+    """
+
+    def __init__(self, machine: Machine) -> None:
+        self._machine = machine
+        self._images: dict[str, ChipImage] = {}
+        self.session: Session | None = None
+        self._hello: Hello | None = None
+        self._upload = bytearray()
+
+    def answer(self, frame: Frame) -> Iterator[Frame]:
+        """Yield the answers to a frame; what cannot be answered ends the session with a reason."""
+        try:
+            yield from self._answer(frame)
+        except (BodyError, SpikeportError) as error:
+            number = 0 if self.session is None else self.session.number
+            self.end()
+            yield Frame(Kind.REFUSAL, number, frame.step, str(error).encode())
+
+    def _answer(self, frame: Frame) -> Iterator[Frame]:
+        if frame.version != VERSION:
+            raise BodyError(f"the host speaks version {frame.version} of the link, not {VERSION}")
+        match frame.kind:
+            case Kind.HELLO:
+                yield self._greet(Hello.unpack(frame.body))
+            case Kind.IMAGE:
+                yield from self._receive(frame)
+            case Kind.STEP:
+                yield self._step(frame)
+            case Kind.ASK_TOTALS:
+                yield from pieces(Kind.TOTALS, self._totals(frame), frame.session)
+            case Kind.STOP:
+                self.end()
+
+    def end(self) -> None:
+        """End the session: the state of its neurons is gone."""
+        if self.session is not None:
+            self.session.chip.close()
+        self.session, self._hello = None, None
+        self._upload.clear()
+
+    def _greet(self, hello: Hello) -> Frame:
+        self.end()
+        self._hello = hello
+        if hello.digest not in self._images:
+            return Frame(Kind.WANT_IMAGE)
+        return self._open(self._images[hello.digest], hello)
+
+    def _receive(self, frame: Frame) -> Iterator[Frame]:
+        """Take a piece of an image; after the last one, build it."""
+        if self._hello is None or frame.step != len(self._upload):
+            raise BodyError(f"byte {frame.step} of an image, after {len(self._upload)}")
+        self._upload += frame.body
+        if len(self._upload) > IMAGE_BYTES:
+            raise BodyError(f"an image of more than {IMAGE_BYTES:,} bytes")
+        if frame.flags & MORE:
+            return
+        image = ChipImage.from_bytes(bytes(self._upload))
+        if image.digest != self._hello.digest:
+            raise BodyError(f"an image {image.digest[:12]}, not {self._hello.digest[:12]}")
+        while len(self._images) >= IMAGES_KEPT:
+            del self._images[next(iter(self._images))]
+        self._images[image.digest] = image
+        yield self._open(image, self._hello)
+
+    def _open(self, image: ChipImage, hello: Hello) -> Frame:
+        """Begin a session, with the chip at rest; it answers when the first step can come."""
+        self._upload.clear()
+        steps_per_s = _warm(self._machine.load(image, hello.seed))
+        number = secrets.randbelow(2**32 - 1) + 1
+        self.session = Session(number, self._machine.load(image, hello.seed), Codec(image))
+        body = Welcome(image.digest, self._machine.name, steps_per_s).pack()
+        return Frame(Kind.WELCOME, number, body=body)
+
+    def _step(self, frame: Frame) -> Frame:
+        """Step the chip; a step that was asked for before is answered again, and not repeated."""
+        session = self._session_of(frame)
+        if frame.step == session.at and session.last is not None:
+            return session.last
+        if frame.step != session.at + 1:
+            raise BodyError(f"step {frame.step} after step {session.at}: some are missing")
+        spikes, errors = session.codec.unpack_step(frame.body, frame.flags)
+        begin = time.perf_counter_ns()
+        held = session.chip.step(spikes, errors)
+        lasted_us = min((time.perf_counter_ns() - begin) // 1000, 2**32 - 1)
+        body = session.codec.pack_state(held, session.chip.log.last)
+        session.at = frame.step
+        session.last = Frame(Kind.STATE, session.number, frame.step, body, lasted_us=int(lasted_us))
+        return session.last
+
+    def _session_of(self, frame: Frame) -> Session:
+        """Return the session of a frame: one from before a restart is never gone on with."""
+        if self.session is None or frame.session != self.session.number:
+            raise BodyError(
+                f"session {frame.session:08x} is not known: the board was started anew, and the "
+                "state of its neurons is gone"
+            )
+        return self.session
+
+    def _totals(self, frame: Frame) -> bytes:
+        session = self._session_of(frame)
+        activity = session.chip.activity()
+        messages = MessageCounts(activity.messages, activity.messages_host)
+        return session.codec.pack_totals(Totals(messages, activity.readout_spikes))
+
+
+def pieces(kind: Kind, data: bytes, session: int) -> Iterator[Frame]:
+    """Yield the frames of a content that may be too large for one."""
+    for start in range(0, max(1, len(data)), MOST_BODY):
+        body = data[start : start + MOST_BODY]
+        more = MORE if start + MOST_BODY < len(data) else 0
+        yield Frame(kind, session, start, body, more)
+
+
+def _warm(chip: CountingChip) -> float:
+    """Step a chip that is thrown away, and return its steps a second."""
+    silence = np.zeros(0, dtype=np.int64)
+    begin = time.perf_counter()
+    for _ in range(WARM_STEPS):
+        chip.step(silence, {})
+    lasted_s = time.perf_counter() - begin
+    chip.close()
+    return WARM_STEPS / lasted_s

@@ -1,0 +1,293 @@
+"""`BoardChip`: an image on a board, at the other end of a link."""
+
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from spikeport.backends.board.board import pieces
+from spikeport.backends.board.frame import MORE, VERSION, Frame, Kind
+from spikeport.backends.board.hello import Hello, Welcome
+from spikeport.backends.board.line import Clock, Line, SystemClock
+from spikeport.backends.board.messages import BodyError, Codec, Totals
+from spikeport.backends.board.record import SessionRecorder
+from spikeport.backends.board.timing import WAITING, Pace, RealTime, RoundTrips, Timing
+from spikeport.backends.step_log import SUMS_ONLY, LogOptions, MessageCounts, StepLog
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.errors import BackendError, BoardLostError
+from spikeport.hardware_models.activity import Activity
+
+BUILD_S = 120.0
+"""Time that a board has to build a chip."""
+TOTALS_S = 30.0
+
+
+@dataclass
+class LinkFigures:
+    """The figures of a session.
+
+    Attributes
+    ----------
+    steps : int
+        Steps of the host.
+    held : int
+        Steps in which the last outputs were held, because the board's were late.
+    skipped_spikes : int
+        Spikes of steps that never were sent, because the board was still in an earlier one.
+    asked_again, discarded : int
+        Steps that were asked for again; frames that were no answer to the step under way.
+    damaged : int
+        How often bytes came that were no frame.
+    overruns : int
+        Steps that began late, in real time.
+    """
+
+    steps: int = 0
+    held: int = 0
+    skipped_spikes: int = 0
+    asked_again: int = 0
+    discarded: int = 0
+    damaged: int = 0
+    overruns: int = 0
+
+
+class BoardChip:
+    """An image on a board. Implements `spikeport.backends.chip.Chip`.
+
+    Parameters
+    ----------
+    image : ChipImage
+        The image to run; the board gets it if it does not have it.
+    seed : int
+        Seed of the chip.
+    line : Line
+        The link.
+    timing : SimulatedTime or RealTime
+        The clock of the run.
+    log : LogOptions
+        See `spikeport.backends.step_log.StepLog`.
+    recorder : SessionRecorder, optional
+        A record of the session.
+    clock : Clock, optional
+        The clock that times are measured by.
+
+    Attributes
+    ----------
+    figures : LinkFigures
+        The figures of the session.
+    welcome : Welcome
+        The board's own words.
+
+    Raises
+    ------
+    BackendError
+        If the board refuses the image.
+    BoardLostError
+        If it does not answer.
+    """
+
+    def __init__(
+        self,
+        image: ChipImage,
+        seed: int,
+        line: Line,
+        timing: Timing = WAITING,
+        log: LogOptions = SUMS_ONLY,
+        recorder: SessionRecorder | None = None,
+        clock: Clock | None = None,
+    ) -> None:
+        self._clock = SystemClock() if clock is None else clock
+        self._line, self._timing, self._recorder = line, timing, recorder
+        self._codec = Codec(image)
+        self._session = 0
+        self.welcome = self._greeted(image, seed)
+        self._pace = Pace(timing, self._clock)
+        self._trips = RoundTrips()
+        self.figures = LinkFigures()
+        self._log = StepLog(image.cores, image.manifest.dt_s, self._messages, log)
+        self._totals: Totals | None = None
+        self._held = self._codec.silence()
+        self._open: Frame | None = None
+        self._sent_s = self._ask_again_s = 0.0
+        self._late = self._at = 0
+        self._closed = self._lost = False
+
+    def _greeted(self, image: ChipImage, seed: int) -> Welcome:
+        """Open a session, and send the image if the board asks for it."""
+        hello = Hello(image.digest, seed)
+        self._line.send(Frame(Kind.HELLO, body=hello.pack()))
+        answer = self._answer(BUILD_S, Kind.WELCOME, Kind.WANT_IMAGE)
+        if answer.kind == Kind.WANT_IMAGE:
+            for piece in pieces(Kind.IMAGE, image.to_bytes(), 0):
+                self._line.send(piece)
+            answer = self._answer(BUILD_S, Kind.WELCOME)
+        try:
+            welcome = Welcome.unpack(answer.body)
+        except BodyError as error:
+            raise BackendError(f"the board's welcome is none: {error}") from None
+        if welcome.digest != image.digest:
+            raise BackendError(
+                f"the board runs image {welcome.digest[:12]}, not {image.digest[:12]}"
+            )
+        self._session = answer.session
+        if self._recorder is not None:
+            self._recorder.begin(hello, welcome)
+        return welcome
+
+    def _answer(self, within_s: float, *kinds: Kind) -> Frame:
+        """Return the next frame of some kinds; others are discarded."""
+        end = self._clock.now() + within_s
+        while (left := end - self._clock.now()) > 0:
+            frame = self._line.receive(left)
+            if frame is None:
+                continue
+            self._check(frame)
+            if frame.kind in kinds:
+                return frame
+        raise BoardLostError(f"the board does not answer within {within_s:g} s")
+
+    def _check(self, frame: Frame) -> None:
+        """Raise the reason of a refusal, which ends the session."""
+        if frame.kind == Kind.REFUSAL and frame.session in (0, self._session):
+            raise BoardLostError(f"the board refuses: {frame.body.decode(errors='replace')}")
+        if frame.version != VERSION:
+            raise BackendError(
+                f"the board speaks version {frame.version} of the link, this spikeport {VERSION}"
+            )
+
+    def step(self, spikes: np.ndarray, errors: Mapping[int, np.ndarray]) -> list[np.ndarray]:
+        """Advance by one step; see `spikeport.backends.chip.Chip.step`.
+
+        Raises
+        ------
+        BoardLostError
+            If the board hung up, refused, or was late for more steps than outputs are held. The
+            state of its neurons is unknown: the session is never gone on with.
+        """
+        if self._closed:
+            raise BackendError("the chip is closed: it cannot step any more")
+        end = self._pace.begin()
+        self.figures.steps += 1
+        body, flags = self._codec.pack_step(spikes, errors)
+        try:
+            answer = self._exchanged(end, spikes, body, flags)
+        except BoardLostError:
+            self._lost = True
+            raise
+        if self._recorder is not None:
+            self._recorder.step(self._at, flags, body, answer)
+        return self._held
+
+    def _exchanged(self, end: float, spikes: np.ndarray, body: bytes, flags: int) -> bytes | None:
+        """Send a step, and return its answer; None if the last outputs are held."""
+        if self._open is None:
+            self._open = Frame(Kind.STEP, self._session, self._at + 1, body, flags)
+            self._send_open()
+        else:  # the board is behind, and what it missed is never delivered late
+            self.figures.skipped_spikes += len(spikes)
+        answer = self._awaited(end)
+        if answer is None:
+            self._hold()
+        return answer
+
+    def _send_open(self) -> None:
+        assert self._open is not None
+        self._sent_s = self._clock.now()
+        self._ask_again_s = self._sent_s + self._timing.ask_again_s
+        self._line.send(self._open)
+
+    def _awaited(self, end: float) -> bytes | None:
+        """Return the body of the answer to the step under way; None if it is late."""
+        while (now := self._clock.now()) < end:
+            if now >= self._ask_again_s:
+                self.figures.asked_again += 1
+                self._send_open()
+            frame = self._line.receive(min(end, self._ask_again_s) - now)
+            if frame is not None and self._taken(frame):
+                return frame.body
+        return None
+
+    def _taken(self, frame: Frame) -> bool:
+        """Take a frame as the answer, if it is the one."""
+        self._check(frame)
+        if (frame.kind, frame.session, frame.step) != (Kind.STATE, self._session, self._at + 1):
+            self.figures.discarded += 1
+            return False
+        try:
+            stepped = self._codec.unpack_state(frame.body)
+        except BodyError as error:
+            raise BackendError(f"step {frame.step}: the board sent {error}") from None
+        self._trips.add(self._clock.now() - self._sent_s)
+        self._held, self._open = stepped.held, None
+        self._at, self._late = frame.step, 0
+        self._log.append(stepped.counts)
+        return True
+
+    def _hold(self) -> None:
+        """Hold the last outputs for this step, or give the board up."""
+        self._late += 1
+        if self._late > self._timing.hold:
+            raise BoardLostError(
+                f"step {self._at + 1}: the board did not answer within {self._timing.limit}; its "
+                "session is over, start the run again"
+            )
+        self.figures.held += 1
+
+    def _messages(self) -> MessageCounts:
+        return self._asked_totals().messages
+
+    def _asked_totals(self) -> Totals:
+        """Ask the board for its totals; after the session, return the last ones."""
+        if self._totals is not None:
+            return self._totals
+        self._line.send(Frame(Kind.ASK_TOTALS, self._session, self._at))
+        body = b"".join(self._received_pieces())
+        if self._recorder is not None:
+            self._recorder.totals(body)
+        try:
+            return self._codec.unpack_totals(body)
+        except BodyError as error:
+            raise BackendError(f"the board sent {error}") from None
+
+    def _received_pieces(self) -> Iterator[bytes]:
+        at, more = 0, MORE
+        while more:
+            frame = self._answer(TOTALS_S, Kind.TOTALS)
+            if frame.step == at:  # another one is a piece that came twice
+                yield frame.body
+                at, more = at + len(frame.body), frame.flags & MORE
+
+    def activity(self) -> Activity:
+        """Return the counts; see `spikeport.backends.chip.Chip.activity`."""
+        return self._log.activity(self._asked_totals().readout_spikes)
+
+    @property
+    def link(self) -> dict[str, object] | None:
+        """The figures of the session and its round trips, in us."""
+        figures = self.figures
+        figures.damaged, figures.overruns = self._line.bad, self._pace.overruns
+        trips = {"median": self._trips.quantile_s(0.5), "p99": self._trips.quantile_s(0.99)}
+        return {
+            "runs": self.welcome.runs,
+            "real_time": isinstance(self._timing, RealTime),
+            **asdict(figures),
+            "round_trip_us": {
+                **{name: None if t is None else round(1e6 * t, 1) for name, t in trips.items()},
+                "worst": round(1e6 * self._trips.worst_s, 1),
+            },
+        }
+
+    def close(self) -> None:
+        """End the session; its counts stay readable."""
+        if self._closed:
+            return
+        self._closed = True
+        if not self._lost:
+            with suppress(BackendError):  # it may be lost by now
+                self._totals = self._asked_totals()
+                self._line.send(Frame(Kind.STOP, self._session, self._at))
+        if self._recorder is not None:
+            self._recorder.close()
+        self._log.close()
+        self._line.close()

@@ -1,0 +1,141 @@
+"""Frames of the link, and the splitter that finds them in a stream of bytes.
+
+A frame is a head of 36 bytes, a body, and a CRC-32 behind each, all little-endian; docs/link.md has
+the table. A stream that was damaged is searched for the next frame that is whole, so that one
+flipped bit costs one frame: a head has a CRC of its own, because a length that was flipped up would
+make the reader wait for bytes that never come.
+"""
+
+import struct
+import time
+import zlib
+from enum import IntEnum
+from typing import NamedTuple
+
+MAGIC = b"SPKL"
+VERSION = 1
+HEAD = struct.Struct("<4sBBHIQQII")
+"""Magic, version, kind, flags, session, step, time of sending, length of the body, time it took."""
+CRC = struct.Struct("<I")
+BODY = HEAD.size + CRC.size
+"""The place of the body's first byte."""
+SMALLEST = BODY + CRC.size
+MOST_BODY = 1 << 20
+"""Bytes in the largest body; images and totals, which may be larger, go in several frames."""
+MORE = 1
+"""The flag of a frame whose content goes on in the next one."""
+
+
+class Kind(IntEnum):
+    """The kind of a frame; ``H`` frames are the host's, ``B`` frames the board's."""
+
+    HELLO = 1  # H: the digest of the image, and the seed
+    WELCOME = 2  # B: the chip is built and warm
+    WANT_IMAGE = 3  # B: no image of that digest is known
+    IMAGE = 4  # H: a piece of the image's file; `step` is its first byte
+    STEP = 5  # H: spikes and learning errors of a step
+    STATE = 6  # B: what the outputs hold after the step, and its counts
+    ASK_TOTALS = 7  # H: for the messages of all steps
+    TOTALS = 8  # B: a piece of them; `step` is its first byte
+    REFUSAL = 9  # B: why the session ends, in words
+    STOP = 10  # H: the session ends
+
+
+class Frame(NamedTuple):
+    """A frame.
+
+    Attributes
+    ----------
+    kind : int
+        A `Kind`; a number that is none is a frame of somebody else.
+    session, step : int
+        The session, 0 before there is one, and the step that the frame belongs to.
+    body : bytes
+        The content.
+    flags : int
+        What the body is like, by kind.
+    lasted_us : int
+        Time, in us, that the board took for the step.
+    version : int
+        The version of the link that the sender speaks.
+    """
+
+    kind: int
+    session: int = 0
+    step: int = 0
+    body: bytes = b""
+    flags: int = 0
+    lasted_us: int = 0
+    version: int = VERSION
+
+    def encode(self) -> bytes:
+        """Return the bytes of the frame."""
+        head = HEAD.pack(
+            MAGIC,
+            self.version,
+            self.kind,
+            self.flags,
+            self.session,
+            self.step,
+            time.monotonic_ns(),
+            len(self.body),
+            self.lasted_us,
+        )
+        crcs = CRC.pack(zlib.crc32(head)), CRC.pack(zlib.crc32(self.body))
+        return b"".join((head, crcs[0], self.body, crcs[1]))
+
+
+class Splitter:
+    """A finder of frames in the bytes that arrive.
+
+    Attributes
+    ----------
+    bad : int
+        How often bytes were skipped because they were no whole frame.
+    """
+
+    def __init__(self) -> None:
+        self._buffer = bytearray()
+        self.bad = 0
+
+    def feed(self, data: bytes) -> None:
+        """Add bytes that arrived."""
+        self._buffer += data
+
+    def next(self) -> Frame | None:
+        """Return the next frame; None until more bytes arrive."""
+        while len(self._buffer) >= SMALLEST:
+            length = self._length()
+            if length is None:
+                self._skip()
+            elif len(self._buffer) < SMALLEST + length:
+                return None
+            elif (frame := self._taken(length)) is not None:
+                return frame
+        return None
+
+    def _length(self) -> int | None:
+        """Return the length of the body that follows; None if no head is here."""
+        head = memoryview(self._buffer)[: HEAD.size]
+        (crc,) = CRC.unpack_from(self._buffer, HEAD.size)
+        magic, *_, length, _ = HEAD.unpack(head)
+        whole = magic == MAGIC and crc == zlib.crc32(head) and length <= MOST_BODY
+        return length if whole else None
+
+    def _taken(self, length: int) -> Frame | None:
+        """Take a frame off the stream; None if its body is damaged."""
+        _, version, kind, flags, session, step, _, _, lasted_us = HEAD.unpack_from(self._buffer)
+        body = bytes(memoryview(self._buffer)[BODY : BODY + length])
+        (crc,) = CRC.unpack_from(self._buffer, BODY + length)
+        del self._buffer[: SMALLEST + length]
+        if crc != zlib.crc32(body):
+            self.bad += 1
+            return None
+        return Frame(kind, session, step, body, flags, lasted_us, version)
+
+    def _skip(self) -> None:
+        """Drop what is before the next magic, and at least one byte."""
+        found = self._buffer.find(MAGIC, 1)
+        # the last bytes may be the beginning of a magic
+        del self._buffer[: found if found > 0 else max(1, len(self._buffer) - len(MAGIC) + 1)]
+        self.bad += 1

@@ -1,0 +1,191 @@
+"""The record of a session: what the host sent and got, step by step, in an append-only file.
+
+Every entry has its length, its kind and a CRC-32, so that a file that was cut anywhere is read to
+the last whole entry. Entries are those of the host, not the frames of the link: a step whose
+outputs were held because the board was late is in it as such, and is played back as such.
+"""
+
+import json
+import struct
+import zlib
+from collections.abc import Iterator
+from dataclasses import asdict
+from enum import IntEnum
+from pathlib import Path
+from typing import BinaryIO, NamedTuple
+
+from pydantic import TypeAdapter, ValidationError
+
+from spikeport.backends.board.hello import Hello, Welcome
+from spikeport.errors import BackendError
+
+MAGIC = b"SPKLREC1"
+ENTRY = struct.Struct("<IB3x")
+CRC = struct.Struct("<I")
+STEP = struct.Struct("<QIBB2x")
+"""Step of the board, bytes of what the host sent, its flags, and 1 where the board answered."""
+MOST = 1 << 28
+"""Bytes in the largest entry."""
+FLUSH_STEPS = 1000
+"""Steps after which entries reach the disk: of a program that is killed, no more are lost."""
+
+
+class Entry(IntEnum):
+    """The kind of an entry."""
+
+    SESSION = 1
+    STEP = 2
+    TOTALS = 3
+
+
+class RecordedStep(NamedTuple):
+    """A step of the host.
+
+    Attributes
+    ----------
+    board_step, flags, sent : int, int, bytes
+        The step that the board was in, and what the host sent.
+    answer : bytes or None
+        The board's answer; None where the last outputs were held.
+    totals : bytes or None
+        The totals up to this step, if the host asked for them.
+    """
+
+    board_step: int
+    flags: int
+    sent: bytes
+    answer: bytes | None
+    totals: bytes | None
+
+
+class SessionRecorder:
+    """A writer of records.
+
+    Parameters
+    ----------
+    path : Path
+        The file; one that is there is replaced.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._file: BinaryIO = open(path, "wb", buffering=1 << 16)  # noqa: SIM115
+        self._file.write(MAGIC)
+        self._steps = 0
+
+    def begin(self, hello: Hello, welcome: Welcome) -> None:
+        """Write what both sides said of themselves."""
+        self._add(Entry.SESSION, json.dumps({**asdict(hello), **asdict(welcome)}).encode())
+
+    def step(self, board_step: int, flags: int, sent: bytes, answer: bytes | None) -> None:
+        """Write a step of the host."""
+        head = STEP.pack(board_step, len(sent), flags, answer is not None)
+        self._add(Entry.STEP, b"".join((head, sent, answer or b"")))
+        self._steps += 1
+        if self._steps % FLUSH_STEPS == 0:
+            self._file.flush()
+
+    def _add(self, kind: Entry, payload: bytes) -> None:
+        head = ENTRY.pack(len(payload), kind)
+        crc = CRC.pack(zlib.crc32(payload, zlib.crc32(head)))
+        self._file.write(b"".join((head, crc, payload)))
+
+    def totals(self, body: bytes) -> None:
+        """Write totals that the host asked for, before the step at whose end they were."""
+        self._add(Entry.TOTALS, body)
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+
+class RecordedSession(NamedTuple):
+    """The session that a record is of."""
+
+    digest: str
+    seed: int
+    runs: str
+    steps_per_s: float
+
+
+class Record:
+    """A record that is read.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Attributes
+    ----------
+    session : RecordedSession
+        Image, seed and machine.
+    totals : bytes or None
+        The totals at the end; None before it, and of a session that had no end.
+    whole : bool
+        Whether the file ends where an entry ends; False before the end.
+
+    Raises
+    ------
+    BackendError
+        If the file is missing or no record.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        try:
+            self._file: BinaryIO = open(path, "rb")  # noqa: SIM115
+        except OSError as error:
+            raise BackendError(f"{path}: {error.strerror}") from None
+        self.totals: bytes | None = None
+        self.whole = False
+        self._entries = self._read()
+        self.session = self._session()
+
+    def _session(self) -> RecordedSession:
+        kind, payload = next(self._entries, (None, b""))
+        try:
+            if kind == Entry.SESSION:
+                return TypeAdapter(RecordedSession).validate_json(payload)
+        except ValidationError:
+            pass
+        raise BackendError(f"{self._path}: no record of a board's session")
+
+    def _read(self) -> Iterator[tuple[int, bytes]]:
+        """Yield entries, up to the first that is cut or damaged."""
+        with self._file as file:
+            if file.read(len(MAGIC)) != MAGIC:
+                return
+            while len(head := file.read(ENTRY.size)) == ENTRY.size:
+                length, kind = ENTRY.unpack(head)
+                crc = file.read(CRC.size)
+                payload = file.read(length) if length <= MOST else b""
+                if len(payload) < length or len(crc) < CRC.size:
+                    return
+                if CRC.unpack(crc)[0] != zlib.crc32(payload, zlib.crc32(head)):
+                    return
+                yield kind, payload
+            self.whole = not head
+
+    def steps(self) -> Iterator[RecordedStep]:
+        """Yield the steps, once."""
+        totals = None
+        for kind, payload in self._entries:
+            if kind == Entry.TOTALS:
+                totals = payload
+            elif kind == Entry.STEP and len(payload) >= STEP.size:
+                yield _step(payload, totals)
+                totals = None
+            else:
+                raise BackendError(f"{self._path}: an entry of kind {kind} among the steps")
+        self.totals = totals
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+
+def _step(payload: bytes, totals: bytes | None) -> RecordedStep:
+    board_step, size, flags, answered = STEP.unpack_from(payload)
+    end = STEP.size + size
+    answer = payload[end:] if answered else None
+    return RecordedStep(board_step, flags, payload[STEP.size : end], answer, totals)

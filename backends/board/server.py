@@ -1,0 +1,139 @@
+"""``spikeport board serve``: a process that is a board, for one host at a time."""
+
+import selectors
+import socket
+import ssl
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+
+from spikeport.backends.board.address import Address, Certificates, accepted, listening
+from spikeport.backends.board.board import Board, Machine
+from spikeport.backends.board.faults import Fault, FaultyLine
+from spikeport.backends.board.frame import Frame, Kind
+from spikeport.backends.board.line import SocketLine, SystemClock
+from spikeport.errors import BoardLostError
+
+BUSY = b"it is in use by another host; one at a time"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Service:
+    """The settings of a server.
+
+    Attributes
+    ----------
+    address : Address
+        Where it listens.
+    machine : Machine
+        The chip that it runs.
+    certificates : Certificates, optional
+        Files of TLS; a host must show a certificate too.
+    allow_remote : bool
+        Whether it may listen where other machines reach it.
+    faults : sequence of Fault
+        A plan of faults, for each connection anew.
+    once : bool
+        End after the first session.
+    idle_s : float, optional
+        End after so long without a connection.
+    """
+
+    address: Address
+    machine: Machine
+    certificates: Certificates | None = None
+    allow_remote: bool = False
+    faults: Sequence[Fault] = ()
+    once: bool = False
+    idle_s: float | None = None
+
+
+def serve(service: Service, say: Callable[[str], None]) -> None:
+    """Serve until the process is ended, or as long as the settings say.
+
+    Parameters
+    ----------
+    service : Service
+        The settings.
+    say : callable
+        Prints a line.
+
+    Raises
+    ------
+    UsageError
+        If the address cannot be listened on, or a certificate's file is wrong.
+    """
+    certificates = service.certificates
+    context = None if certificates is None else certificates.context(server=True)
+    with listening(service.address, certificates, service.allow_remote) as listener:
+        say(f"board: {service.machine.name} on {service.address}")
+        board = Board(service.machine)
+        waiting = selectors.DefaultSelector()
+        waiting.register(listener, selectors.EVENT_READ)
+        while waiting.select(service.idle_s):
+            connected = accepted(listener, context)
+            if connected is not None:
+                _host(service, board, connected, listener, context, say)
+                if service.once:
+                    return
+
+
+def _host(
+    service: Service,
+    board: Board,
+    connected: socket.socket,
+    listener: socket.socket,
+    context: ssl.SSLContext | None,
+    say: Callable[[str], None],
+) -> None:
+    """Serve one host until it goes; others are refused meanwhile."""
+    with closing(SocketLine(connected, "the host")) as line:
+        faulty = FaultyLine(line, service.faults, SystemClock(), board.end)
+        try:
+            for frame in _frames(line, listener, context):
+                for answer in board.answer(frame):
+                    faulty.send(answer)
+                    _report(answer, say)
+                if frame.kind == Kind.STOP:
+                    break
+        except BoardLostError as error:
+            say(f"board: {error}")
+    steps = 0 if board.session is None else board.session.at
+    say(f"board: the host is gone{f' after step {steps:,}' if steps else ''}")
+    board.end()
+
+
+def _report(answer: Frame, say: Callable[[str], None]) -> None:
+    if answer.kind == Kind.WELCOME:
+        say(f"board: session {answer.session:08x}: {answer.body.decode()}")
+    if answer.kind == Kind.REFUSAL:
+        say(f"board: refused: {answer.body.decode()}")
+
+
+def _frames(
+    line: SocketLine, listener: socket.socket, context: ssl.SSLContext | None
+) -> Iterator[Frame]:
+    """Yield the host's frames, and refuse other hosts while there are none."""
+    with selectors.DefaultSelector() as waiting:
+        waiting.register(line, selectors.EVENT_READ)
+        waiting.register(listener, selectors.EVENT_READ)
+        while True:
+            for key, _ in waiting.select():
+                if key.fileobj is listener:
+                    _refuse(listener, context)
+                else:
+                    while (frame := line.receive(0.0)) is not None:
+                        yield frame
+
+
+def _refuse(listener: socket.socket, context: ssl.SSLContext | None) -> None:
+    connected = accepted(listener, context)
+    if connected is not None:
+        with closing(SocketLine(connected, "another host")) as line:
+            try:
+                line.receive(
+                    1.0
+                )  # its greeting: bytes that nobody reads would reset the connection
+                line.send(Frame(Kind.REFUSAL, body=BUSY))
+            except BoardLostError:
+                pass

@@ -1,0 +1,130 @@
+"""`ReplayChip`: a recorded session of a board, played back to a host that sends the same."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from spikeport.backends.board.messages import BodyError, Codec, Totals
+from spikeport.backends.board.record import Record, RecordedStep
+from spikeport.backends.step_log import SUMS_ONLY, LogOptions, MessageCounts, StepLog
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.errors import BackendError
+from spikeport.hardware_models.activity import Activity
+
+
+class ReplayChip:
+    """A record in place of a board. Implements `spikeport.backends.chip.Chip`.
+
+    Parameters
+    ----------
+    image : ChipImage
+        The image that was recorded.
+    path : Path
+        The record, see `spikeport.backends.board.record`.
+    log : LogOptions
+        See `spikeport.backends.step_log.StepLog`.
+
+    Raises
+    ------
+    BackendError
+        If the file is no record, or is one of another image.
+    """
+
+    def __init__(self, image: ChipImage, path: Path, log: LogOptions = SUMS_ONLY) -> None:
+        self._path, self._codec = path, Codec(image)
+        self._record = Record(path)
+        self.link: dict[str, object] | None = {
+            "replays": str(path),
+            "runs": self._record.session.runs,
+        }
+        if self._record.session.digest != image.digest:
+            raise BackendError(
+                f"{path}: a record of image {self._record.session.digest[:12]}, but the network is "
+                f"image {image.digest[:12]}; play it back with the network it was made with"
+            )
+        self._steps = self._record.steps()
+        self._next = next(self._steps, None)
+        self._totals: bytes | None = None
+        self._held = self._codec.silence()
+        self._number = 0
+        self._log = StepLog(image.cores, image.manifest.dt_s, self._messages, log)
+
+    def step(self, spikes: np.ndarray, errors: Mapping[int, np.ndarray]) -> list[np.ndarray]:
+        """Return what the host got in this step; see `spikeport.backends.chip.Chip.step`.
+
+        Raises
+        ------
+        BackendError
+            If the record ends here, or the host does not send what it sent then.
+        """
+        recorded = self._next
+        if recorded is None:
+            reason = "ends" if self._record.whole else "is cut or damaged"
+            raise BackendError(f"{self._path}: the record {reason} after step {self._number}")
+        self._number += 1
+        self._compare(recorded, spikes, errors)
+        if recorded.answer is not None:
+            try:
+                stepped = self._codec.unpack_state(recorded.answer)
+            except BodyError as error:
+                raise BackendError(f"{self._path}: step {self._number}: {error}") from None
+            self._held, self._totals = stepped.held, recorded.totals
+            self._log.append(stepped.counts)
+        self._next = next(self._steps, None)
+        return self._held
+
+    def _compare(
+        self, recorded: RecordedStep, spikes: np.ndarray, errors: Mapping[int, np.ndarray]
+    ) -> None:
+        sent = self._codec.pack_step(spikes, errors)
+        if sent == (recorded.sent, recorded.flags):
+            return
+        raise BackendError(
+            f"{self._path}: step {self._number}: {self._difference(recorded, *sent)}"
+        )
+
+    def _difference(self, recorded: RecordedStep, body: bytes, flags: int) -> str:
+        """Return in words what the host sends otherwise."""
+        try:
+            then, errors_then = self._codec.unpack_step(recorded.sent, recorded.flags)
+        except BodyError as error:
+            return str(error)
+        now, errors_now = self._codec.unpack_step(body, flags)
+        other = np.setxor1d(then, now)
+        if other.size:
+            verb = "sends" if other[0] in now else "does not send"
+            return (
+                f"the host {verb} the spike of source {other[0]}, unlike then; {len(other)} "
+                f"sources differ ({len(now)} spikes now, {len(then)} then)"
+            )
+        groups = [
+            group
+            for group in sorted({*errors_now, *errors_then})
+            if not np.array_equal(errors_now.get(group, ()), errors_then.get(group, ()))
+        ]
+        return f"the host sends other learning errors to synapse groups {groups}"
+
+    def _messages(self) -> MessageCounts:
+        return self._unpacked().messages
+
+    def _unpacked(self) -> Totals:
+        if self._totals is None:
+            raise BackendError(
+                f"{self._path}: there are no counts after step {self._number}: run as long as was "
+                "recorded, of a session that was not broken off"
+            )
+        try:
+            return self._codec.unpack_totals(self._totals)
+        except BodyError as error:
+            raise BackendError(f"{self._path}: {error}") from None
+
+    def activity(self) -> Activity:
+        """Return the counts; see `spikeport.backends.chip.Chip.activity`."""
+        self._totals = self._record.totals if self._next is None else self._next.totals
+        return self._log.activity(self._unpacked().readout_spikes)
+
+    def close(self) -> None:
+        """Close the record; see `spikeport.backends.chip.Chip.close`."""
+        self._log.close()
+        self._record.close()

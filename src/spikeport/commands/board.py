@@ -1,0 +1,97 @@
+"""``spikeport board``: be a board, and look into records of boards."""
+
+import signal
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NoReturn
+
+import numpy as np
+import typer
+
+from spikeport.backends.board.address import Address
+from spikeport.backends.board.board import CountingChip, Machine
+from spikeport.backends.board.faults import Fault
+from spikeport.backends.board.messages import SPIKES
+from spikeport.backends.board.record import Record
+from spikeport.backends.board.server import Service
+from spikeport.backends.board.server import serve as serve_board
+from spikeport.commands.links import certificates
+from spikeport.commands.options import Tls
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.errors import unknown
+
+
+def _native(image: ChipImage, seed: int) -> CountingChip:
+    from spikeport.backends.native.chip import NativeChip
+
+    return NativeChip(image, seed)
+
+
+def _nengo_loihi(image: ChipImage, seed: int) -> CountingChip:
+    from spikeport.backends.nengo_loihi import (
+        NengoLoihiChip,
+    )  # needs Nengo, a native board does not
+
+    return NengoLoihiChip(image, seed)
+
+
+MACHINES = {"native": _native, "nengo-loihi": _nengo_loihi}
+
+
+@dataclass(frozen=True, kw_only=True)
+class ServeRequest:
+    """A board, as the user asked for it."""
+
+    listen: str
+    machine: str
+    faults: tuple[str, ...]
+    once: bool
+    idle_s: float | None
+    allow_remote: bool
+    tls: Tls
+
+
+def serve(request: ServeRequest) -> None:
+    """Be a board until the process is ended; its socket goes with it."""
+    if request.machine not in MACHINES:
+        raise unknown("machine", request.machine, MACHINES)
+    service = Service(
+        address=Address.parse(request.listen),
+        machine=Machine(request.machine, MACHINES[request.machine]),
+        certificates=certificates(request.tls),
+        allow_remote=request.allow_remote,
+        faults=[Fault.parse(text) for text in request.faults],
+        once=request.once,
+        idle_s=request.idle_s,
+    )
+    signal.signal(signal.SIGTERM, _ended)
+    serve_board(service, _say)
+
+
+def _ended(_signal: int, _frame: object) -> NoReturn:
+    sys.exit(0)
+
+
+def _say(line: str) -> None:
+    print(line, flush=True)  # whoever starts a board waits for its first line
+
+
+def inspect(path: Path) -> None:
+    """Print image, machine, steps, spikes and holds of a record."""
+    record = Record(path)
+    steps, held, sent_bytes = 0, 0, []
+    for step in record.steps():
+        steps += 1
+        held += step.answer is None
+        sent_bytes.append(len(step.sent) - SPIKES.size)
+    session = record.session
+    typer.echo(f"image {session.digest[:12]}, seed {session.seed}, on {session.runs}")
+    mean = np.mean(sent_bytes) if steps else 0.0
+    typer.echo(f"{steps:,} steps, of which {held:,} held; {mean:.0f} bytes of spikes a step")
+    if record.whole and record.totals is not None:
+        typer.echo("whole: the session ended as it should")
+    elif record.whole:
+        typer.echo("whole, but the session was broken off: there are no totals")
+    else:
+        typer.echo(f"cut or damaged after step {steps:,}")

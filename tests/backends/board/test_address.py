@@ -1,0 +1,91 @@
+"""Addresses that are none are refused, and nothing listens beyond this machine by accident."""
+
+import socket
+import stat
+from pathlib import Path
+
+import pytest
+
+from spikeport.backends.board.address import Address, connect, listening
+from spikeport.errors import BackendError, UsageError
+from tests.helpers.certificates import certificates
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "unix:", "tcp://", "tcp://127.0.0.1", "tcp://:80", "tcp://a:b", "tcp://a:70000", "x"],
+)
+def test_texts_that_are_no_address_are_refused(text: str) -> None:
+    with pytest.raises(UsageError, match="write unix:PATH or tcp://HOST:PORT"):
+        Address.parse(text)
+
+
+@pytest.mark.parametrize(
+    ("text", "is_local"),
+    [
+        ("unix:/tmp/x", True),
+        ("tcp://127.0.0.1:80", True),
+        ("tcp://[::1]:80", True),
+        ("tcp://localhost:80", True),
+        ("tcp://0.0.0.0:80", False),
+        ("tcp://192.168.1.5:80", False),
+        ("tcp://board.example:80", False),
+    ],
+)
+def test_it_is_known_what_other_machines_reach(text: str, is_local: bool) -> None:
+    assert Address.parse(text).is_local is is_local
+
+
+def test_other_machines_are_listened_for_with_permission_and_certificates_alone(
+    tmp_path: Path,
+) -> None:
+    address = Address.parse("tcp://0.0.0.0:1")
+    files = certificates(tmp_path, "board")
+    for given in ((None, False), (None, True), (files, False)):
+        with (
+            pytest.raises(UsageError, match="--allow-remote with --cert, --key and --ca"),
+            listening(address, *given),
+        ):
+            pass
+
+
+def test_other_machines_are_not_spoken_to_without_certificates() -> None:
+    with pytest.raises(UsageError, match="reached over TLS alone; give --cert"):
+        connect(Address.parse("tcp://192.0.2.1:80"))
+
+
+def test_a_socket_is_its_owners_and_goes_when_it_is_left(tmp_path: Path) -> None:
+    address = Address.parse(f"unix:{tmp_path / 'board'}")
+    with listening(address):
+        assert stat.S_IMODE((tmp_path / "board").stat().st_mode) == 0o600
+        with pytest.raises(UsageError, match="cannot be listened on"), listening(address):
+            pass
+        connect(address).close()
+    assert list(tmp_path.iterdir()) == []
+    with pytest.raises(BackendError, match=r"is `spikeport board serve --listen unix:.*` running"):
+        connect(address)
+
+
+def test_the_socket_of_a_killed_server_is_replaced(tmp_path: Path) -> None:
+    dead = socket.socket(socket.AF_UNIX)
+    dead.bind(str(tmp_path / "board"))
+    dead.close()
+    with listening(Address.parse(f"unix:{tmp_path / 'board'}")):
+        pass
+
+
+def test_a_file_that_is_no_socket_stays(tmp_path: Path) -> None:
+    (tmp_path / "board").write_text("precious")
+    with (
+        pytest.raises(UsageError, match="cannot be listened on"),
+        listening(Address.parse(f"unix:{tmp_path / 'board'}")),
+    ):
+        pass
+    assert (tmp_path / "board").read_text() == "precious"
+
+
+def test_certificates_that_are_missing_are_named(tmp_path: Path) -> None:
+    files = certificates(tmp_path, "board")
+    files.key.write_text("no key")
+    with pytest.raises(UsageError, match=f"TLS: .*{files.key}"):
+        files.context(server=True)

@@ -1,0 +1,100 @@
+"""A board, stepped by hand: it repeats no step, skips none, and knows no session but its own."""
+
+import numpy as np
+import pytest
+
+from spikeport.backends.board.board import IMAGES_KEPT, Board, pieces
+from spikeport.backends.board.frame import MORE, MOST_BODY, Frame, Kind
+from spikeport.backends.board.hello import Hello
+from spikeport.backends.board.messages import Codec
+from tests.helpers.fake_board import MACHINE, small_image
+from tests.helpers.images import Parts
+
+IMAGE = small_image()
+BODY, FLAGS = Codec(IMAGE).pack_step(np.array([1]), {})
+
+
+def answers(board: Board, *frames: Frame) -> list[Frame]:
+    return [answer for frame in frames for answer in board.answer(frame)]
+
+
+@pytest.fixture
+def board() -> Board:
+    """A board in a session."""
+    made = Board(MACHINE)
+    found = answers(made, Frame(Kind.HELLO, body=Hello(IMAGE.digest, 0).pack()))
+    assert [answer.kind for answer in found] == [Kind.WANT_IMAGE]
+    found = answers(made, *pieces(Kind.IMAGE, IMAGE.to_bytes(), 0))
+    assert [answer.kind for answer in found] == [Kind.WELCOME]
+    return made
+
+
+def step(board: Board, number: int) -> Frame:
+    assert board.session is not None
+    (answer,) = answers(board, Frame(Kind.STEP, board.session.number, number, BODY, FLAGS))
+    return answer
+
+
+def refusal(answer: Frame) -> str:
+    assert answer.kind == Kind.REFUSAL
+    return answer.body.decode()
+
+
+def test_a_step_that_is_asked_for_again_is_answered_again_and_not_repeated(board: Board) -> None:
+    first = step(board, 1)
+    assert step(board, 1) is first
+    assert board.session is not None
+    assert board.session.chip.activity().n_steps == 1
+    assert step(board, 2).step == 2
+
+
+@pytest.mark.parametrize("number", [0, 2, 9])
+def test_a_missing_step_ends_the_session(board: Board, number: int) -> None:
+    assert refusal(step(board, number)) == f"step {number} after step 0: some are missing"
+    assert board.session is None
+
+
+def test_a_new_greeting_begins_at_rest(board: Board) -> None:
+    before = [step(board, number).body for number in (1, 2, 3)]
+    (welcome,) = answers(board, Frame(Kind.HELLO, body=Hello(IMAGE.digest, 0).pack()))
+    assert welcome.kind == Kind.WELCOME
+    assert [step(board, number).body for number in (1, 2, 3)] == before
+
+
+def test_another_image_than_was_greeted_is_refused(board: Board) -> None:
+    other = Parts(inputs=[2]).image()
+    answers(board, Frame(Kind.HELLO, body=Hello("0" * 64, 0).pack()))
+    (answer,) = answers(board, *pieces(Kind.IMAGE, other.to_bytes(), 0))
+    assert refusal(answer) == f"an image {other.digest[:12]}, not 000000000000"
+
+
+def test_pieces_of_an_image_must_follow_each_other() -> None:
+    board = Board(MACHINE)
+    answers(board, Frame(Kind.HELLO, body=Hello(IMAGE.digest, 0).pack()))
+    (answer,) = answers(board, Frame(Kind.IMAGE, step=5, body=b"x", flags=MORE))
+    assert refusal(answer) == "byte 5 of an image, after 0"
+
+
+def test_the_images_kept_are_the_last_ones() -> None:
+    board = Board(MACHINE)
+    for n in range(IMAGES_KEPT + 1):
+        image = Parts(inputs=[n + 1]).image()
+        answers(board, Frame(Kind.HELLO, body=Hello(image.digest, 0).pack()))
+        answers(board, *pieces(Kind.IMAGE, image.to_bytes(), 0))
+    for n, kind in ((IMAGES_KEPT, Kind.WELCOME), (0, Kind.WANT_IMAGE)):
+        digest = Parts(inputs=[n + 1]).image().digest
+        (answer,) = answers(board, Frame(Kind.HELLO, body=Hello(digest, 0).pack()))
+        assert answer.kind == kind
+
+
+def test_a_large_content_goes_in_pieces() -> None:
+    data = bytes(range(256)) * (MOST_BODY // 128) + b"end"
+    frames = list(pieces(Kind.IMAGE, data, 0))
+    assert [frame.flags for frame in frames] == [MORE, MORE, 0]
+    assert b"".join(frame.body for frame in frames) == data
+
+
+def test_an_image_that_is_none_is_refused(board: Board) -> None:
+    answers(board, Frame(Kind.HELLO, body=Hello("0" * 64, 0).pack()))
+    (answer,) = answers(board, Frame(Kind.IMAGE, body=b"no image"))
+    assert refusal(answer) == "not a chip image, or truncated or altered"

@@ -1,0 +1,202 @@
+"""A board does to the bit what the image does in process, and every fault has the end it should."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from spikeport.backends.board.board import Board
+from spikeport.backends.board.chip import BoardChip
+from spikeport.backends.board.record import SessionRecorder
+from spikeport.backends.board.timing import RealTime, SimulatedTime, Timing
+from spikeport.backends.native.chip import NativeChip
+from spikeport.backends.replay import ReplayChip
+from spikeport.backends.step_log import KEPT_STEPS
+from spikeport.errors import BackendError, BoardLostError
+from tests.helpers.fake_board import MACHINE, FakeClock, FakeLine, small_image, spike_train
+
+IMAGE = small_image()
+REAL = RealTime(0.001)
+STEPS = 200
+
+
+def board_chip(
+    faults: Sequence[str] = (), timing: Timing = REAL, recorder: SessionRecorder | None = None
+) -> BoardChip:
+    clock = FakeClock()
+    line = FakeLine(Board(MACHINE), clock, faults)
+    return BoardChip(IMAGE, 0, line, timing, recorder=recorder, clock=clock)
+
+
+def equal_steps(chip: BoardChip, n: int = STEPS) -> int:
+    """Return how many steps are equal to native's before one is held, or all are done."""
+    native = NativeChip(IMAGE, 0)
+    for number, spikes in enumerate(spike_train(n)):
+        held = chip.figures.held
+        outputs = chip.step(spikes, {})
+        if chip.figures.held > held:
+            return number
+        for one, other in zip(outputs, native.step(spikes, {}), strict=True):
+            np.testing.assert_array_equal(one, other)
+    return n
+
+
+def run(chip: BoardChip, n: int) -> None:
+    for spikes in spike_train(n):
+        chip.step(spikes, {})
+
+
+@pytest.mark.parametrize("timing", [REAL, SimulatedTime()])
+def test_a_board_is_native_bit_for_bit(timing: Timing) -> None:
+    chip, native = board_chip(timing=timing), NativeChip(IMAGE, 0)
+    assert equal_steps(chip) == STEPS
+    for spikes in spike_train(STEPS):
+        native.step(spikes, {})
+    assert chip.activity().totals() == native.activity().totals()
+    chip.close()
+    assert chip.activity().totals() == native.activity().totals()
+    assert chip.figures.skipped_spikes == chip.figures.asked_again == 0
+
+
+@pytest.mark.parametrize(
+    "fault",
+    ["duplicate", "reorder", "flip", "garbage", "wrong-step", "wrong-session", "loss"],
+)
+def test_a_spoilt_answer_is_asked_for_again(fault: str) -> None:
+    chip = board_chip([f"{fault}@100"])
+    assert equal_steps(chip) == STEPS
+    assert chip.figures.held == 0
+    assert chip.figures.asked_again == (0 if fault == "duplicate" else 1)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_bad_link_loses_no_step_in_simulated_time(seed: int) -> None:
+    kinds = ["loss", "duplicate", "reorder", "flip", "garbage", "wrong-step", "wrong-session"]
+    clock = FakeClock()
+    line = FakeLine(Board(MACHINE), clock, [f"{kind}:0.05" for kind in kinds], seed)
+    chip = BoardChip(IMAGE, 0, line, SimulatedTime(), clock=clock)
+    assert equal_steps(chip) == STEPS
+    assert chip.figures.asked_again > 20
+
+
+def test_a_late_answer_is_held_for_and_its_spikes_are_counted() -> None:
+    chip = board_chip(["slow=2.5@101"])
+    trains = spike_train(STEPS)
+    outputs = [[array.copy() for array in chip.step(spikes, {})] for spikes in trains]
+    assert chip.figures.held == 2
+    for held in outputs[100:102]:
+        for one, other in zip(held, outputs[99], strict=True):
+            np.testing.assert_array_equal(one, other)
+    assert chip.figures.skipped_spikes == len(trains[101]) + len(trains[102])
+    assert chip.activity().n_steps == STEPS - 2
+
+
+def test_after_a_late_answer_the_board_goes_on_from_where_it_was() -> None:
+    chip, native = board_chip(["slow=2.5@101"]), NativeChip(IMAGE, 0)
+    trains = spike_train(STEPS)
+    outputs = [[array.copy() for array in chip.step(spikes, {})] for spikes in trains]
+    sent = trains[:101] + trains[103:]
+    expected = [[array.copy() for array in native.step(spikes, {})] for spikes in sent]
+    for held, wanted in zip(outputs[103:], expected[101:], strict=True):
+        for one, other in zip(held, wanted, strict=True):
+            np.testing.assert_array_equal(one, other)
+
+
+def test_simulated_time_waits_for_a_slow_board() -> None:
+    chip = board_chip(["slow=4000@100"], SimulatedTime())
+    assert equal_steps(chip) == STEPS
+    assert chip.figures.held == 0
+
+
+@pytest.mark.parametrize(
+    ("fault", "step", "reason"),
+    [
+        ("cut@100", 100, r"the board: the link is gone \(it hung up\)"),
+        ("half-open@100", 105, "step 100: the board did not answer within 6 steps of 1 ms"),
+        ("slow=900@100", 105, "step 100: the board did not answer within 6 steps of 1 ms"),
+        ("restart@100", 100, "the board refuses: session .* the state of its neurons is gone"),
+    ],
+)
+def test_a_board_that_is_gone_ends_the_session(fault: str, step: int, reason: str) -> None:
+    chip = board_chip([fault])
+    with pytest.raises(BoardLostError, match=reason):
+        run(chip, STEPS)
+    assert chip.figures.steps == step
+    assert chip.figures.held == step - 100
+    chip.close()
+
+
+def test_in_simulated_time_a_silent_board_is_given_up() -> None:
+    chip = board_chip(["half-open@5"], SimulatedTime(patience_s=10))
+    with pytest.raises(BoardLostError, match="step 5: the board did not answer within 10 s"):
+        run(chip, 10)
+
+
+def test_a_board_without_the_image_gets_it_once() -> None:
+    clock = FakeClock()
+    board = Board(MACHINE)
+    sent = []
+    for _ in range(2):
+        line = FakeLine(board, clock)
+        answers = line.send
+        line.send = lambda frame, answers=answers: (sent.append(frame.kind), answers(frame))  # type: ignore[method-assign]
+        BoardChip(IMAGE, 0, line, clock=clock).close()
+    assert [kind.name for kind in sent].count("IMAGE") == 1
+    assert [kind.name for kind in sent].count("HELLO") == 2
+
+
+def test_what_the_chip_refuses_is_said_by_the_board() -> None:
+    chip = board_chip()
+    with pytest.raises(BoardLostError, match="refuses: synapse group 0 does not learn"):
+        chip.step(np.zeros(0, dtype=int), {0: np.zeros(1)})
+
+
+def test_a_closed_chip_does_not_step() -> None:
+    chip = board_chip()
+    chip.close()
+    with pytest.raises(BackendError, match="closed"):
+        chip.step(np.zeros(0, dtype=int), {})
+
+
+def test_figures_are_ready_for_json() -> None:
+    chip = board_chip(["loss@3"])
+    equal_steps(chip, 10)
+    link = chip.link
+    assert link is not None
+    assert link["runs"] == "native"
+    assert link["real_time"] is True
+    assert (link["steps"], link["asked_again"], link["held"]) == (10, 1, 0)
+    trips = link["round_trip_us"]
+    assert isinstance(trips, dict)
+    assert trips["median"] == pytest.approx(50, rel=0.03)
+
+
+@pytest.mark.parametrize("faults", [(), ("slow=2.5@11", "loss@20")])
+def test_a_record_plays_back_what_the_host_got(tmp_path: Path, faults: Sequence[str]) -> None:
+    path = tmp_path / "record"
+    chip = board_chip(faults, recorder=SessionRecorder(path))
+    trains = spike_train(60)
+    got = [[array.copy() for array in chip.step(spikes, {})] for spikes in trains]
+    chip.close()
+    replay = ReplayChip(IMAGE, path)
+    for spikes, wanted in zip(trains, got, strict=True):
+        for one, other in zip(replay.step(spikes, {}), wanted, strict=True):
+            np.testing.assert_array_equal(one, other)
+    assert replay.activity().totals() == chip.activity().totals()
+    replay.close()
+
+
+@pytest.mark.slow
+def test_a_record_longer_than_the_log_keeps_its_counts(tmp_path: Path) -> None:
+    path = tmp_path / "record"
+    chip = board_chip(recorder=SessionRecorder(path))
+    trains = spike_train(KEPT_STEPS + 100)
+    for spikes in trains:
+        chip.step(spikes, {})
+    chip.close()
+    replay = ReplayChip(IMAGE, path)
+    for spikes in trains:
+        replay.step(spikes, {})
+    assert replay.activity().totals() == chip.activity().totals()
+    assert replay.activity().n_steps == len(trains)

@@ -1,0 +1,83 @@
+"""Bodies come back as they were sent, whichever form is shorter, and others are refused."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from spikeport.backends.board.messages import BITMAP, BodyError, Codec, Totals
+from spikeport.backends.step_log import MessageCounts
+from spikeport.errors import BackendError
+from tests.helpers.fake_board import small_image
+from tests.helpers.images import Parts
+
+CODEC = Codec(small_image())
+WIDE = Codec(Parts(inputs=[300]).image())
+
+
+@given(st.sets(st.integers(0, 299)), st.dictionaries(st.integers(0, 9), st.lists(st.floats())))
+def test_a_step_comes_back(spikes: set[int], errors: dict[int, list[float]]) -> None:
+    sent = {group: np.array(values) for group, values in errors.items()}
+    body, flags = WIDE.pack_step(np.array(sorted(spikes), dtype=int), sent)
+    got, got_errors = WIDE.unpack_step(body, flags)
+    assert got.tolist() == sorted(spikes)
+    assert bool(flags & BITMAP) == (4 * len(spikes) > 38)
+    assert got_errors.keys() == sent.keys()
+    for group, values in sent.items():
+        np.testing.assert_array_equal(got_errors[group], values)
+
+
+def test_spikes_of_no_source_are_refused_by_the_host() -> None:
+    with pytest.raises(BackendError, match="sources 2 to 5; the image's inputs have 5, counted"):
+        CODEC.pack_step(np.array([5, 2]), {})
+
+
+@pytest.mark.parametrize(
+    ("body", "flags", "reason"),
+    [
+        (b"", 0, "cut or damaged"),
+        (b"\4\0\0\0\0\0\5\0\0\0", 0, "sources must ascend from 0 to 4"),
+        (b"\x08\0\0\0\0\0\1\0\0\0\1\0\0\0", 0, "sources must ascend from 0 to 4"),
+        (b"\1\0\0\0\0\0\x04", BITMAP, "a bitmap of 1 bytes for 5 sources"),
+        (b"\2\0\0\0\0\0\0\0", BITMAP, "a bitmap of 2 bytes for 5 sources"),
+        (b"\0\0\0\0\1\0\0\0\0\0\3\0", 0, "cut or damaged"),
+        (b"\0\0\0\0\0\0\0", 0, "has 7 bytes, its content 6"),
+        (b"\xff\xff\xff\xff\0\0", 0, "has 6 bytes, its content 4294967301"),
+    ],
+)
+def test_steps_that_are_none_are_refused(body: bytes, flags: int, reason: str) -> None:
+    with pytest.raises(BodyError, match=reason):
+        CODEC.unpack_step(body, flags)
+
+
+@given(st.integers(-(2**31), 2**31 - 1), st.lists(st.booleans(), min_size=3, max_size=3))
+def test_a_state_comes_back(value: int, spiked: list[bool]) -> None:
+    held = [np.array([value, 1]), np.array(spiked, dtype=int), np.array([-value - 1])]
+    counts = np.arange(12).reshape(6, 2)
+    got = CODEC.unpack_state(CODEC.pack_state(held, counts))
+    for one, other in zip(got.held, held, strict=True):
+        np.testing.assert_array_equal(one, other)
+    np.testing.assert_array_equal(got.counts, counts)
+
+
+def test_a_state_of_another_size_is_refused() -> None:
+    body = CODEC.pack_state(CODEC.silence(), np.zeros((6, 2), dtype=int))
+    with pytest.raises(BodyError, match=f"an answer of {len(body) - 1} bytes, not {len(body)}"):
+        CODEC.unpack_state(body[:-1])
+
+
+def test_totals_come_back() -> None:
+    between = np.array([[0, 3], [2**40, 0]])
+    totals = Totals(MessageCounts(between, np.array([7, 8])), 9)
+    got = CODEC.unpack_totals(CODEC.pack_totals(totals))
+    np.testing.assert_array_equal(got.messages.between, between)
+    np.testing.assert_array_equal(got.messages.from_host, [7, 8])
+    assert got.readout_spikes == 9
+
+
+def test_totals_that_are_none_are_refused() -> None:
+    body = CODEC.pack_totals(Totals(MessageCounts(np.eye(2, dtype=int), np.zeros(2, int)), 0))
+    with pytest.raises(BodyError, match="cut or damaged"):
+        CODEC.unpack_totals(body[:-1])
+    with pytest.raises(BodyError, match="name a core above 1"):
+        CODEC.unpack_totals(body[:-16] + b"\2" + body[-15:])

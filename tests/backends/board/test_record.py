@@ -1,0 +1,80 @@
+"""A record that was cut or damaged anywhere is read to the last whole step."""
+
+import random
+from pathlib import Path
+
+import pytest
+
+from spikeport.backends.board.board import Board
+from spikeport.backends.board.chip import BoardChip
+from spikeport.backends.board.record import Record, SessionRecorder
+from spikeport.errors import BackendError
+from tests.helpers.fake_board import MACHINE, FakeClock, FakeLine, small_image, spike_train
+
+STEPS = 30
+
+
+@pytest.fixture
+def content(tmp_path: Path) -> bytes:
+    """The bytes of a record of so many steps."""
+    path = tmp_path / "good"
+    clock = FakeClock()
+    chip = BoardChip(
+        small_image(),
+        3,
+        FakeLine(Board(MACHINE), clock),
+        recorder=SessionRecorder(path),
+        clock=clock,
+    )
+    for spikes in spike_train(STEPS):
+        chip.step(spikes, {})
+    chip.close()
+    return path.read_bytes()
+
+
+def test_a_whole_record_has_session_steps_and_totals(tmp_path: Path, content: bytes) -> None:
+    record = Record(tmp_path / "good")
+    assert record.session.digest == small_image().digest
+    assert (record.session.seed, record.session.runs) == (3, "native")
+    steps = list(record.steps())
+    assert [step.board_step for step in steps] == list(range(1, STEPS + 1))
+    assert record.whole
+    assert record.totals is not None
+
+
+def test_any_cut_leaves_the_whole_steps_before_it(tmp_path: Path, content: bytes) -> None:
+    path, before = tmp_path / "cut", 0
+    first = len(content) - len(content.split(b"steps_per_s", 1)[1]) + 40
+    for end in range(first, len(content), 37):
+        path.write_bytes(content[:end])
+        record = Record(path)
+        steps = [step.board_step for step in record.steps()]
+        assert steps == list(range(1, len(steps) + 1))
+        assert len(steps) >= before
+        before = len(steps)
+    assert before == STEPS
+
+
+def test_a_damaged_step_ends_the_record(tmp_path: Path, content: bytes) -> None:
+    rng, path = random.Random(0), tmp_path / "damaged"
+    for _ in range(50):
+        data = bytearray(content)
+        data[rng.randrange(len(content) // 2, len(content))] ^= 1 << rng.randrange(8)
+        path.write_bytes(data)
+        record = Record(path)
+        steps = [step.board_step for step in record.steps()]
+        assert steps == list(range(1, len(steps) + 1))
+        assert not record.whole or record.totals is None
+
+
+@pytest.mark.parametrize("wrong", [b"", b"SPKLREC1", b"other"])
+def test_other_files_are_refused(tmp_path: Path, wrong: bytes) -> None:
+    path = tmp_path / "other"
+    path.write_bytes(wrong)
+    with pytest.raises(BackendError, match=f"{path}: no record of a board's session"):
+        Record(path)
+
+
+def test_a_missing_file_is_named(tmp_path: Path) -> None:
+    with pytest.raises(BackendError, match="missing: No such file"):
+        Record(tmp_path / "missing")

@@ -1,0 +1,153 @@
+"""A server in a thread: one host at a time, over every transport, until it is over."""
+
+import socket
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from spikeport.backends.board.address import Address, Certificates, connect
+from spikeport.backends.board.chip import BoardChip
+from spikeport.backends.board.frame import Frame, Kind
+from spikeport.backends.board.line import SocketLine
+from spikeport.backends.board.server import Service, serve
+from spikeport.backends.native.chip import NativeChip
+from spikeport.errors import BackendError, BoardLostError
+from tests.helpers.certificates import certificates
+from tests.helpers.fake_board import MACHINE, small_image, spike_train
+
+IMAGE = small_image()
+WAIT_S = 20.0
+
+
+def free_port() -> int:
+    with socket.create_server(("127.0.0.1", 0)) as probe:
+        port: int = probe.getsockname()[1]
+        return port
+
+
+@contextmanager
+def served(address: str, tls: Certificates | None = None) -> Iterator[list[str]]:
+    """Serve until nobody is there for a moment; yields what the server says."""
+    listens, said = threading.Event(), []
+
+    def say(line: str) -> None:
+        said.append(line)
+        listens.set()
+
+    service = Service(address=Address.parse(address), machine=MACHINE, certificates=tls, idle_s=1.0)
+    thread = threading.Thread(target=serve, args=(service, say), daemon=True)
+    thread.start()
+    assert listens.wait(WAIT_S)
+    yield said
+    thread.join(WAIT_S)
+    assert not thread.is_alive()
+
+
+def line_to(address: str, tls: Certificates | None = None) -> SocketLine:
+    return SocketLine(connect(Address.parse(address), tls), "the board")
+
+
+def check_equal(chip: BoardChip) -> None:
+    native = NativeChip(IMAGE, 0)
+    for spikes in spike_train(50):
+        for one, other in zip(chip.step(spikes, {}), native.step(spikes, {}), strict=True):
+            np.testing.assert_array_equal(one, other)
+
+
+@pytest.fixture(params=["unix", "tcp", "tls"])
+def transport(
+    request: pytest.FixtureRequest, tmp_path: Path
+) -> tuple[str, Certificates | None, Certificates | None]:
+    """Address, and certificates of board and host that know each other."""
+    if request.param == "unix":
+        return f"unix:{tmp_path / 'board'}", None, None
+    address = f"tcp://127.0.0.1:{free_port()}"
+    if request.param == "tcp":
+        return address, None, None
+    board, host = certificates(tmp_path, "board"), certificates(tmp_path, "host")
+    return (
+        address,
+        replace(board, authority=host.authority),
+        replace(host, authority=board.authority),
+    )
+
+
+def test_a_session_over_a_socket_is_native(
+    transport: tuple[str, Certificates | None, Certificates | None], tmp_path: Path
+) -> None:
+    address, of_board, of_host = transport
+    with served(address, of_board) as said:
+        for _ in range(2):  # the second host finds the board at rest
+            chip = BoardChip(IMAGE, 0, line_to(address, of_host))
+            check_equal(chip)
+            chip.close()
+    assert said[0] == f"board: native on {address}"
+    assert said.count("board: the host is gone") == 2
+    assert not (tmp_path / "board").exists()
+
+
+def test_a_second_host_is_refused_while_the_first_goes_on(tmp_path: Path) -> None:
+    address = f"unix:{tmp_path / 'board'}"
+    with served(address):
+        first = BoardChip(IMAGE, 0, line_to(address))
+        second = line_to(address)
+        with pytest.raises(BoardLostError, match="in use by another host; one at a time"):
+            BoardChip(IMAGE, 0, second)
+        second.close()
+        check_equal(first)
+        first.close()
+
+
+def test_a_host_of_another_authority_is_not_let_in(tmp_path: Path) -> None:
+    address = f"tcp://127.0.0.1:{free_port()}"
+    board, host = certificates(tmp_path, "board"), certificates(tmp_path, "host")
+    with served(address, board) as said:
+        stranger = replace(host, authority=board.authority)
+        with pytest.raises((BackendError, BoardLostError)):
+            BoardChip(IMAGE, 0, line_to(address, stranger))
+        with pytest.raises(BackendError, match="no connection"):
+            line_to(address, host)  # who does not believe the board either
+    assert not any("session" in line for line in said)
+
+
+def test_a_host_without_a_greeting_gets_no_step(tmp_path: Path) -> None:
+    address = f"unix:{tmp_path / 'board'}"
+    with served(address):
+        line = line_to(address)
+        line.send(Frame(Kind.STEP, 7, 1))
+        answer = line.receive(WAIT_S)
+        assert answer is not None
+        assert answer.kind == Kind.REFUSAL
+        assert b"session 00000007 is not known" in answer.body
+        line.close()
+
+
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        lambda rng: rng.bytes(300),
+        lambda rng: Frame(Kind.HELLO, body=b'{"digest": 5}').encode(),
+        lambda rng: Frame(Kind.HELLO, version=9).encode(),
+        lambda rng: Frame(Kind.IMAGE, step=0, body=rng.bytes(50)).encode(),
+        lambda rng: Frame(99, body=b"x").encode() * 50,
+    ],
+)
+def test_a_board_outlives_what_hosts_send(
+    tmp_path: Path, spoil: Callable[[np.random.RandomState], bytes]
+) -> None:
+    address = f"unix:{tmp_path / 'board'}"
+    with served(address) as said:
+        line = line_to(address)
+        line.send_bytes(spoil(np.random.RandomState(0)))
+        line.close()
+        while not any("gone" in text for text in said):
+            time.sleep(0.01)
+        chip = BoardChip(IMAGE, 0, line_to(address))
+        check_equal(chip)
+        chip.close()

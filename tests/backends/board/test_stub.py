@@ -1,0 +1,24 @@
+"""A stub is started, used and gone, without a process or a file left."""
+
+from pathlib import Path
+
+import pytest
+
+from spikeport.backends.board.stub import Stub
+from spikeport.errors import BackendError
+
+
+def test_a_stub_that_cannot_start_says_why() -> None:
+    with pytest.raises(BackendError, match="did not start: error: --fault 'nonsense'"):
+        Stub(["nonsense"])
+
+
+@pytest.mark.slow
+def test_a_stub_that_nobody_speaks_to_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("spikeport.backends.board.stub.STOP_S", 0.2)
+    stub = Stub()
+    assert stub.address.path is not None
+    folder = stub.address.path.parent
+    assert folder.exists()
+    stub.close()
+    assert not Path(folder).exists()

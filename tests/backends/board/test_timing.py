@@ -1,0 +1,57 @@
+"""Steps begin at t_0 + n dt; a stall is counted, and never made up for in a burst."""
+
+import pytest
+
+from spikeport.backends.board.timing import Pace, RealTime, RoundTrips, SimulatedTime
+from tests.helpers.fake_board import FakeClock
+
+
+def begins(clock: FakeClock, pace: Pace, lasts_s: list[float]) -> list[float]:
+    """Return when steps that last so long begin, in ms after the first."""
+    found = []
+    for last_s in lasts_s:
+        pace.begin()
+        found.append(round(1000 * (clock.now() - 100), 3))
+        clock.time_s += last_s
+    return found
+
+
+def test_steps_begin_at_multiples_of_the_period_whatever_they_take() -> None:
+    clock = FakeClock()
+    pace = Pace(RealTime(0.001), clock)
+    assert begins(clock, pace, [0.0002, 0.0009, 0.0, 0.0005]) == [0, 1, 2, 3]
+    assert pace.overruns == 0
+
+
+def test_a_step_that_is_a_little_late_does_not_shift_the_next() -> None:
+    clock = FakeClock()
+    pace = Pace(RealTime(0.001), clock)
+    assert begins(clock, pace, [0.0013, 0.0001, 0.0]) == [0, 1.3, 2]
+    assert pace.overruns == 1
+
+
+def test_after_a_stall_time_goes_on_from_there() -> None:
+    clock = FakeClock()
+    pace = Pace(RealTime(0.001), clock)
+    assert begins(clock, pace, [0.0001, 0.0504, 0.0001, 0.0001]) == [0, 1, 51.4, 52.4]
+    assert pace.overruns == 1
+
+
+def test_simulated_time_does_not_wait() -> None:
+    clock = FakeClock()
+    pace = Pace(SimulatedTime(patience_s=2.0), clock)
+    assert begins(clock, pace, [0.5, 0.0, 0.0]) == [0, 500, 500]
+    assert pace.begin() == clock.now() + 2.0
+    assert pace.overruns == 0
+
+
+def test_round_trips_are_known_to_two_per_cent() -> None:
+    trips = RoundTrips()
+    assert trips.quantile_s(0.5) is None
+    for i in range(1, 1001):
+        trips.add(i * 1e-5)
+    assert trips.quantile_s(0.5) == pytest.approx(5e-3, rel=0.02)
+    assert trips.quantile_s(0.99) == pytest.approx(9.9e-3, rel=0.02)
+    assert trips.worst_s == 1e-2
+    trips.add(1e9)
+    assert trips.quantile_s(1.0) <= 1e9

@@ -1,0 +1,76 @@
+"""A record is played back to the host that it was made with, and to no other."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from spikeport.backends.board.board import Board
+from spikeport.backends.board.chip import BoardChip
+from spikeport.backends.board.record import SessionRecorder
+from spikeport.backends.replay import ReplayChip
+from spikeport.errors import BackendError
+from tests.helpers.fake_board import MACHINE, FakeClock, FakeLine, small_image, spike_train
+from tests.helpers.images import Parts
+
+STEPS = 20
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    """A record of so many steps."""
+    clock = FakeClock()
+    made = tmp_path / "record"
+    line = FakeLine(Board(MACHINE), clock)
+    chip = BoardChip(small_image(), 0, line, recorder=SessionRecorder(made), clock=clock)
+    for spikes in spike_train(STEPS):
+        chip.step(spikes, {})
+    chip.close()
+    return made
+
+
+def test_a_host_that_differs_is_refused_at_that_step(path: Path) -> None:
+    chip = ReplayChip(small_image(), path)
+    trains = spike_train(STEPS)
+    for spikes in trains[:5]:
+        chip.step(spikes, {})
+    other = np.setdiff1d(np.arange(5), trains[5])
+    with pytest.raises(
+        BackendError, match=r"step 6: the host sends the spike of source \d, unlike"
+    ):
+        chip.step(other, {})
+
+
+def test_other_learning_errors_are_refused(path: Path) -> None:
+    chip = ReplayChip(small_image(), path)
+    with pytest.raises(BackendError, match=r"step 1: .* learning errors to synapse groups \[3\]"):
+        chip.step(spike_train(1)[0], {3: np.ones(2)})
+
+
+def test_the_end_of_a_record_is_said(path: Path) -> None:
+    chip = ReplayChip(small_image(), path)
+    for spikes in spike_train(STEPS):
+        chip.step(spikes, {})
+    with pytest.raises(BackendError, match="the record ends after step 20"):
+        chip.step(np.zeros(0, dtype=int), {})
+
+
+def test_a_cut_record_plays_up_to_the_cut(path: Path) -> None:
+    path.write_bytes(path.read_bytes()[:-190])
+    chip = ReplayChip(small_image(), path)
+    for spikes in spike_train(STEPS)[:-2]:
+        chip.step(spikes, {})
+    with pytest.raises(BackendError, match="the record is cut or damaged after step 18"):
+        chip.step(np.zeros(0, dtype=int), {})
+
+
+def test_counts_are_those_of_all_of_it(path: Path) -> None:
+    chip = ReplayChip(small_image(), path)
+    chip.step(spike_train(1)[0], {})
+    with pytest.raises(BackendError, match="no counts after step 1: run as long as was recorded"):
+        chip.activity()
+
+
+def test_a_record_of_another_image_is_refused(path: Path) -> None:
+    with pytest.raises(BackendError, match=r"a record of image .*, but the network is image"):
+        ReplayChip(Parts(inputs=[5]).image(), path)

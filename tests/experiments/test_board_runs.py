@@ -1,0 +1,64 @@
+"""Experiments on a board's stub: native's figures, and damping where the board is gone."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from spikeport.backends.board.link import LinkOptions
+from spikeport.errors import BoardLostError
+from spikeport.experiments import registry
+from spikeport.experiments.driver import link_line
+from spikeport.experiments.options import Options
+
+
+def reach(folder: Path, seconds: float, backend: str, link: LinkOptions) -> dict[str, object]:
+    experiment = registry.get("reach")
+    folder.mkdir()
+    options = Options(seconds=seconds, backend=backend, link=link)
+    return experiment.run(experiment.settings(), options, folder).result
+
+
+@pytest.mark.slow
+def test_a_reach_on_the_stub_is_native(tmp_path: Path) -> None:
+    found = {
+        backend: reach(tmp_path / backend, 0.3, backend, LinkOptions())
+        for backend in ("native", "board")
+    }
+    one, other = (xr.open_dataset(tmp_path / name / "probes.nc") for name in found)
+    assert one.identical(other)
+    assert found["native"]["activity"] == found["board"]["activity"]
+    assert found["native"]["link"] is None
+    link = found["board"]["link"]
+    assert isinstance(link, dict)
+    assert (link["steps"], link["held"], link["damaged"]) == (300, 0, 0)
+
+
+@pytest.mark.slow
+def test_a_board_that_is_gone_leaves_the_robot_in_damping(tmp_path: Path) -> None:
+    folder = tmp_path / "run"
+    with pytest.raises(BoardLostError, match="the robot went into damping, its last states are in"):
+        reach(folder, 0.5, "board", LinkOptions(faults=("cut@300",)))
+    with np.load(folder / "last_states.npz") as states:
+        time_s, arm_rad_s = states["time_s"], np.abs(states["qvel"][:, -5:]).max(axis=1)
+    lost = np.searchsorted(time_s, 0.3)
+    assert len(time_s) - lost >= 150
+    assert arm_rad_s[-1] < 0.5 * arm_rad_s[:lost].max()
+
+
+def test_figures_say_how_the_link_was() -> None:
+    trips = {"median": 182.7, "p99": 5089.5, "worst": None}
+    link = {
+        "runs": "native",
+        "real_time": True,
+        "steps": 1000,
+        "held": 3,
+        "overruns": 12,
+        "round_trip_us": trips,
+    }
+    assert link_line(link) == (
+        "board (native, real time): round trip 183 us, p99 5,090, worst -; "
+        "3 of 1,000 steps held, 12 began late"
+    )
+    assert link_line({"replays": "x.rec", "runs": "native"}) == "replayed: x.rec"

@@ -1,0 +1,70 @@
+"""`board serve` and `board inspect` as commands."""
+
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from spikeport.backends.board.board import Board
+from spikeport.backends.board.chip import BoardChip
+from spikeport.backends.board.record import SessionRecorder
+from spikeport.commands.board import ServeRequest, inspect, serve
+from spikeport.commands.options import Tls
+from spikeport.errors import UsageError
+from tests.helpers.fake_board import MACHINE, FakeClock, FakeLine, small_image, spike_train
+
+
+def test_a_machine_that_is_none_is_refused() -> None:
+    request = ServeRequest(
+        listen="unix:x",
+        machine="nativ",
+        faults=(),
+        once=False,
+        idle_s=None,
+        allow_remote=False,
+        tls=Tls(),
+    )
+    with pytest.raises(UsageError, match="unknown machine 'nativ'"):
+        serve(request)
+
+
+def recorded(path: Path, faults: tuple[str, ...] = ()) -> None:
+    clock = FakeClock()
+    line = FakeLine(Board(MACHINE), clock, faults)
+    chip = BoardChip(small_image(), 5, line, recorder=SessionRecorder(path), clock=clock)
+    for spikes in spike_train(10):
+        chip.step(spikes, {})
+    chip.close()
+
+
+def test_a_record_is_summed_up(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    recorded(tmp_path / "record")
+    inspect(tmp_path / "record")
+    assert capsys.readouterr().out.splitlines() == [
+        f"image {small_image().digest[:12]}, seed 5, on native",
+        "10 steps, of which 0 held; 1 bytes of spikes a step",
+        "whole: the session ended as it should",
+    ]
+
+
+def test_a_cut_record_says_where(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "record"
+    recorded(path)
+    path.write_bytes(path.read_bytes()[:-150])
+    inspect(path)
+    assert capsys.readouterr().out.splitlines()[-1] == "cut or damaged after step 9"
+
+
+@pytest.mark.slow
+def test_a_server_that_is_ended_leaves_no_socket(tmp_path: Path) -> None:
+    path = tmp_path / "socket"
+    command = [sys.executable, "-m", "spikeport", "board", "serve", "--listen", f"unix:{path}"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == f"board: native on unix:{path}\n"
+        assert path.is_socket()
+        process.send_signal(signal.SIGTERM)
+        assert process.wait(20) == 0
+    assert not path.exists()

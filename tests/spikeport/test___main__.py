@@ -1,0 +1,12 @@
+"""``python -m spikeport`` is the command line."""
+
+import subprocess
+import sys
+
+from spikeport import __version__
+
+
+def test_it_is_the_command_line() -> None:
+    command = [sys.executable, "-m", "spikeport", "--version"]
+    found = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert found.stdout == f"spikeport {__version__}\n"
