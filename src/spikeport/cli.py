@@ -150,10 +150,11 @@ def compile_command(
 
 
 @app.command("simulate")
+@with_options
 def simulate_command(
     model: Annotated[str, typer.Argument(metavar="MODEL", help=MODEL)],
     backend: Annotated[
-        str, typer.Option(help="native, nengo-loihi or reference; see `backends`.")
+        str, typer.Option(help="native, nengo-loihi, board, replay or reference; see `backends`.")
     ] = "native",
     chip: ChipOption = "loihi",
     passes: PassesOption = None,
@@ -167,8 +168,11 @@ def simulate_command(
     out: Annotated[Path | None, written("Folder of the run.")] = None,
     overwrite: Annotated[bool, typer.Option(help="Replace an earlier run in --out.")] = False,
     build_timeout: BuildTimeout = None,
+    link: Link,
+    tls: Tls,
 ) -> None:
     """Simulate a network on a chip, with a picture of every probe beside float Nengo."""
+    from spikeport.commands.links import link_options
     from spikeport.commands.simulate import SimulateRequest, simulate
 
     simulate(
@@ -182,6 +186,7 @@ def simulate_command(
             out=out,
             overwrite=overwrite,
             build_timeout_s=build_timeout,
+            link=link_options(link, tls, backend),
         )
     )
 

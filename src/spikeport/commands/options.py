@@ -60,9 +60,7 @@ SettingsOption = Annotated[
 class Target:
     """The backend and chip that an experiment runs on, and the passes of its compile."""
 
-    backend: Annotated[
-        str, typer.Option(help="analytic, reference, native or nengo-loihi; see `backends`.")
-    ] = "native"
+    backend: Annotated[str, typer.Option(help="analytic, or a backend; see `backends`.")] = "native"
     chip: ChipOption = "loihi"
     passes: PassesOption = None
 

@@ -13,6 +13,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from spikeport.backends import registry as backends
+from spikeport.backends.board.link import OWN_STUB, LinkOptions
 from spikeport.commands.options import Target
 from spikeport.commands.progress import progress_bar
 from spikeport.commands.run import check_target
@@ -45,6 +46,7 @@ class SimulateRequest:
     out: Path | None
     overwrite: bool
     build_timeout_s: float | None = None
+    link: LinkOptions = OWN_STUB
 
 
 def simulate(request: SimulateRequest) -> None:
@@ -104,6 +106,7 @@ def _options(request: SimulateRequest) -> RunOptions:
         pipeline=request.target.passes,
         seed=request.seed,
         beside_float=request.beside_float,
+        link=request.link,
     )
 
 
@@ -145,6 +148,7 @@ def _result(request: SimulateRequest, ran: Ran, network: nengo.Network) -> dict[
             "real_time_factor": request.seconds / ran.wall_s,
         },
         "activity": ran.activity.totals(),
+        "link": ran.link,
         **{key: ran.report_json and ran.report_json[key] for key in OF_REPORT},
     }
 

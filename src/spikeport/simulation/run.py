@@ -9,6 +9,7 @@ import nengo
 import numpy as np
 
 from spikeport.backends import registry
+from spikeport.backends.board.link import OWN_STUB, LinkOptions
 from spikeport.compile.passes.pipeline import Pipeline
 from spikeport.compile.report.report import Report
 from spikeport.errors import BackendError, SpikeportError
@@ -37,6 +38,8 @@ class RunOptions:
         Seed of noise and processes.
     beside_float : bool
         Run it in float Nengo, too, after the run on the backend.
+    link : LinkOptions
+        The way to a board, for backends that have one.
     """
 
     steps: int
@@ -45,13 +48,14 @@ class RunOptions:
     pipeline: Pipeline | str | None = None
     seed: int = 0
     beside_float: bool = True
+    link: LinkOptions = OWN_STUB
 
 
 class Ran(NamedTuple):
     """The outcome of a run: recordings by probe, and what the chip's report says, if there was one.
 
     ``report`` and ``report_json`` are None where nothing was compiled; ``wall_s`` is the wall-clock
-    time that the run on the backend took.
+    time that the run on the backend took; ``link`` has the figures of the link to a board.
     """
 
     backend: str
@@ -60,6 +64,7 @@ class Ran(NamedTuple):
     report: Report | None
     report_json: dict[str, Any] | None
     wall_s: float
+    link: dict[str, object] | None
 
 
 def run(network: nengo.Network, options: RunOptions, progress: Progress = silent) -> Ran:
@@ -84,7 +89,7 @@ def run(network: nengo.Network, options: RunOptions, progress: Progress = silent
         wall_s = time.perf_counter() - start
         values = {name: sim.data[probe] for name, probe in probes.items()}
         times = {name: sim.trange(probe.sample_every) for name, probe in probes.items()}
-        activity, compilation = sim.activity, sim.compilation
+        activity, compilation, link = sim.activity, sim.compilation, sim.link
         report_json = None if compilation is None else sim.report()
     exact: dict[str, np.ndarray] = {}
     if beside is not None:
@@ -96,7 +101,7 @@ def run(network: nengo.Network, options: RunOptions, progress: Progress = silent
         for name, probe in probes.items()
     }
     report = None if compilation is None else compilation.report
-    return Ran(backend, recorded, activity, report, report_json, wall_s)
+    return Ran(backend, recorded, activity, report, report_json, wall_s, link)
 
 
 def _twin(network: nengo.Network) -> nengo.Network:
@@ -119,6 +124,7 @@ def _opened(
         seed=options.seed,
         pipeline="" if backend == FLOAT else options.pipeline,
         progress=progress,
+        link=options.link,
     )
 
 
