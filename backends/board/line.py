@@ -1,14 +1,17 @@
 """A line: frames over a socket, within a time; and the clock that times are measured by."""
 
+import select
 import socket
 import ssl
 import time
+from collections.abc import Iterator
 from typing import Protocol
 
 from spikeport.backends.board.frame import Frame, Splitter
 from spikeport.errors import BoardLostError
 
 CHUNK = 1 << 18
+NOT_YET = (BlockingIOError, ssl.SSLWantReadError, ssl.SSLWantWriteError)
 SEND_S = 5.0
 """Time in which the other side must take a frame; buffers of the system hold hundreds of them."""
 
@@ -72,9 +75,13 @@ class SocketLine:
     """
 
     def __init__(self, connected: socket.socket, name: str) -> None:
+        connected.setblocking(False)  # waits are ours: a timeout of the socket costs a call each
         self._socket = connected
         self._splitter = Splitter()
         self._name = name
+        self._arrival, self._room = select.poll(), select.poll()
+        self._arrival.register(connected, select.POLLIN)
+        self._room.register(connected, select.POLLOUT)
 
     def fileno(self) -> int:
         """Return the number by which selectors know the socket."""
@@ -91,37 +98,50 @@ class SocketLine:
 
     def send_bytes(self, data: bytes) -> None:
         """Send bytes as they are."""
-        try:
-            self._socket.settimeout(SEND_S)
-            self._socket.sendall(data)
-        except OSError as error:
-            raise self._lost(error.strerror or str(error)) from None
+        left = memoryview(data)
+        while left:
+            try:
+                left = left[self._socket.send(left) :]
+            except NOT_YET:
+                if not self._room.poll(1000 * SEND_S):
+                    raise self._lost("it does not read") from None
+            except OSError as error:
+                raise self._lost(error.strerror or str(error)) from None
 
     def receive(self, within_s: float) -> Frame | None:
         """Return the next frame, or None if none came in time; see `Line.receive`."""
-        frame = self._splitter.next()
         end = time.perf_counter() + within_s
-        left = within_s
-        while frame is None and left >= 0:
-            if not self._take(left):
+        while (frame := self._splitter.next()) is None:
+            left_s = max(0.0, end - time.perf_counter())
+            if not (self._is_buffered() or self._arrival.poll(1000 * left_s)):
                 return None
-            frame = self._splitter.next()
-            left = end - time.perf_counter()
+            self._take()
         return frame
 
-    def _take(self, within_s: float) -> bool:
-        """Take bytes that have arrived, or arrive in time; True if there were any."""
+    def arrived(self) -> Iterator[Frame]:
+        """Yield the frames in what has arrived; there is something, by a selector's word."""
+        more = True
+        while more:
+            self._take()
+            while (frame := self._splitter.next()) is not None:
+                yield frame
+            more = self._is_buffered()
+
+    def _is_buffered(self) -> bool:
+        """Return whether TLS holds bytes that a selector knows nothing of."""
+        return isinstance(self._socket, ssl.SSLSocket) and self._socket.pending() > 0
+
+    def _take(self) -> None:
+        """Take bytes off the socket, if there are any."""
         try:
-            self._socket.settimeout(within_s)
             data = self._socket.recv(CHUNK)
-        except (TimeoutError, BlockingIOError, ssl.SSLWantReadError):
-            return False
+        except NOT_YET:
+            return
         except OSError as error:
             raise self._lost(error.strerror or str(error)) from None
         if not data:
             raise self._lost("it hung up")
         self._splitter.feed(data)
-        return True
 
     def _lost(self, reason: str) -> BoardLostError:
         return BoardLostError(f"{self._name}: the link is gone ({reason})")

@@ -52,14 +52,25 @@ class Codec:
     def __init__(self, image: ChipImage) -> None:
         self._n_inputs = image.n_inputs
         self._bitmap_bytes = -(-image.n_inputs // 8)
+        keys = [output.key for output in image.manifest.outputs]
         sizes = np.diff(image.outputs.start).tolist()
-        self._outputs = [
-            (output.key == "spiked", size)
-            for output, size in zip(image.manifest.outputs, sizes, strict=True)
-        ]
+        self._as_bits = [key == "spiked" for key in keys]
+        self._n_values = sum(n for n, bits in zip(sizes, self._as_bits, strict=True) if not bits)
+        self._n_spikes = sum(sizes) - self._n_values
+        self._held = np.zeros(sum(sizes), dtype=np.int32)
+        self._views = self._laid_out(sizes)
         self._n_cores = image.n_cores
-        held = sum(-(-n // 8) if as_bits else 4 * n for as_bits, n in self._outputs)
-        self._state_bytes = held + 4 * len(PER_STEP) * self._n_cores
+        self._counts = 4 * self._n_values - (-self._n_spikes // 8)
+        self._state_bytes = self._counts + 4 * len(PER_STEP) * self._n_cores
+
+    def _laid_out(self, sizes: list[int]) -> list[np.ndarray]:
+        """Return a view for each output: values lie before spikes."""
+        ends = {False: 0, True: self._n_values}
+        views = []
+        for as_bits, n in zip(self._as_bits, sizes, strict=True):
+            views.append(self._held[ends[as_bits] : ends[as_bits] + n])
+            ends[as_bits] += n
+        return views
 
     def pack_step(self, spikes: np.ndarray, errors: Mapping[int, np.ndarray]) -> tuple[bytes, int]:
         """Return the body of a step and its flags; see `spikeport.backends.chip.Chip.step`.
@@ -122,31 +133,28 @@ class Codec:
 
     def pack_state(self, held: Iterable[np.ndarray], counts: np.ndarray) -> bytes:
         """Return the body of an answer: spikes as bits, other values and counts as 32 bits."""
-        parts = [
-            np.packbits(values != 0).tobytes() if as_bits else values.astype("<i4").tobytes()
-            for (as_bits, _), values in zip(self._outputs, held, strict=True)
-        ]
-        return b"".join((*parts, counts.astype("<u4").tobytes()))
+        for view, values in zip(self._views, held, strict=True):
+            view[:] = values
+        values, spikes = self._held[: self._n_values], self._held[self._n_values :]
+        bits = np.packbits(spikes != 0)
+        parts = values.astype("<i4", copy=False), bits, counts.astype("<u4")
+        return b"".join(part.tobytes() for part in parts)
 
     def unpack_state(self, body: bytes) -> Stepped:
-        """Return what an answer holds; BodyError if it has another size."""
+        """Return the content of an answer, valid until the next one; BodyError if it is another."""
         if len(body) != self._state_bytes:
             raise BodyError(f"an answer of {len(body)} bytes, not {self._state_bytes}")
-        held, at = [], 0
-        for as_bits, n in self._outputs:
-            size = -(-n // 8) if as_bits else 4 * n
-            if as_bits:
-                bits = np.frombuffer(body, np.uint8, size, at)
-                held.append(np.unpackbits(bits, count=n).astype(np.int32))
-            else:
-                held.append(np.frombuffer(body, "<i4", n, at))
-            at += size
-        counts = np.frombuffer(body, "<u4", -1, at).reshape(len(PER_STEP), self._n_cores)
-        return Stepped(held, counts.astype(np.int64))
+        n, at = self._n_values, 4 * self._n_values
+        self._held[:n] = np.frombuffer(body, "<i4", n)
+        bits = np.frombuffer(body, np.uint8, self._counts - at, at)
+        self._held[n:] = np.unpackbits(bits, count=self._n_spikes)
+        counts = np.frombuffer(body, "<u4", -1, self._counts).astype(np.int64)
+        return Stepped(self._views, counts.reshape(len(PER_STEP), self._n_cores))
 
     def silence(self) -> list[np.ndarray]:
-        """Return what outputs hold before the first step: zeros."""
-        return [np.zeros(n, dtype=np.int32) for _, n in self._outputs]
+        """Return the content of outputs before the first step: zeros."""
+        self._held[:] = 0
+        return self._views
 
     def pack_totals(self, totals: Totals) -> bytes:
         """Return totals as bytes: only pairs of cores with messages between them."""

@@ -122,8 +122,7 @@ def _frames(
                 if key.fileobj is listener:
                     _refuse(listener, context)
                 else:
-                    while (frame := line.receive(0.0)) is not None:
-                        yield frame
+                    yield from line.arrived()
 
 
 def _refuse(listener: socket.socket, context: ssl.SSLContext | None) -> None:
