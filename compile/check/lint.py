@@ -19,6 +19,7 @@ from spikeport.compile.check import rules
 from spikeport.compile.check.violation import Violation
 from spikeport.compile.ground.names import Names, base
 from spikeport.compile.ground.scope import NEURON_TYPES, PROBEABLE, REGULAR_BASES, Scope
+from spikeport.neurons import OWN_TYPES
 
 ARRAYS = ("gain", "bias", "encoders", "max_rates", "intercepts", "eval_points", "function")
 """Parameters of ensembles and connections that can be arrays, beside transforms."""
@@ -45,7 +46,7 @@ def neuron_type(scope: Scope) -> Iterator[Violation]:
     for ensemble in scope.ensembles:
         kind = ensemble.neuron_type
         regular = type(kind) is nengo.RegularSpiking and type(kind.base_type) in REGULAR_BASES
-        if not regular and type(kind) not in NEURON_TYPES:
+        if not regular and type(kind) not in (*NEURON_TYPES, *OWN_TYPES):
             yield rules.get("SP002").broken(scope.names[ensemble], type(kind).__name__)
 
 

@@ -10,6 +10,7 @@ from spikeport.compile.ground.quantisation import block_error, block_values
 from spikeport.compile.ground.refusal import collected_warnings, refused, without_addresses
 from spikeport.compile.loihi.blocks import FloatBlocks, IntegerBlocks, copied, copied_probe
 from spikeport.compile.loihi.numpy1 import numpy1_semantics
+from spikeport.compile.loihi.own_neurons import discretise_own, own_blocks
 
 
 def discretise(floats: FloatBlocks) -> IntegerBlocks:
@@ -22,9 +23,13 @@ def discretise(floats: FloatBlocks) -> IntegerBlocks:
     """
     blocks = tuple(copied(block) for block in floats.blocks)
     probes = tuple(copied_probe(probe) for probe in floats.model.probes)
+    own = own_blocks(floats.model)
     with collected_warnings() as collected, numpy1_semantics():
         pairs = zip(floats.model.blocks, floats.labels, blocks, strict=True)
-        scales = {built: _discretise(block, label) for built, label, block in pairs}
+        scales = {
+            built: _discretise(block, label, floats.model.dt if built in own else None)
+            for built, label, block in pairs
+        }
         for probe in probes:
             for i, block in enumerate(probe.target):
                 discretize_probe(probe, i, scales[block])
@@ -37,10 +42,12 @@ def discretise(floats: FloatBlocks) -> IntegerBlocks:
     return IntegerBlocks(floats, blocks, probes, errors, warnings)
 
 
-def _discretise(block: LoihiBlock, label: str) -> float:
+def _discretise(block: LoihiBlock, label: str, own_dt_s: float | None) -> float:
     values = block_values(block)
     if not all(np.isfinite(part).all() for part in (values.bias, *values.weights)):
         raise not_finite(label, "weights or biases")
+    if own_dt_s is not None:
+        return discretise_own(block, label, own_dt_s)
     try:
         scale: float = discretize_block(block)
     except (NengoException, AssertionError) as error:

@@ -6,7 +6,10 @@ from pathlib import Path
 
 import pytest
 
-EVERYONE = {"errors", "atomic", "arrays", "constants", "files", "key_values", "progress", "reading"}
+EVERYONE = {
+    *("errors", "atomic", "arrays", "constants", "files", "key_values", "neurons", "progress"),
+    "reading",
+}
 FOLDERS: dict[str, set[str]] = {
     "networks": set(),
     "hardware_models": set(),

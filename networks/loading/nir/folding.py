@@ -1,0 +1,258 @@
+"""A graph with one sparse matrix between two populations, in place of all linear nodes there.
+
+    x_k = sum_j M_kj s_j + b_k
+
+where s_j are the spikes of population or input j. A linear node adds its bias once, however many
+nodes lead to it.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from scipy import sparse
+
+from spikeport.networks.loading.nir.dynamics import Dynamics, dynamics
+from spikeport.networks.loading.nir.graph import NEURONS, READOUTS, Graph, Node
+from spikeport.networks.loading.nir.operators import SIZE, Shape, operator
+from spikeport.reading.mismatch import MismatchError
+
+
+class Signal(NamedTuple):
+    """A sum of spikes times matrices, by source, and a constant; and its shape."""
+
+    parts: dict[str, sparse.csr_matrix]
+    constant: np.ndarray
+    shape: Shape
+
+
+@dataclass(frozen=True)
+class Population:
+    """Neurons of one node, and what reaches them.
+
+    Attributes
+    ----------
+    node : Node
+        The node.
+    dynamics : Dynamics
+        Its equations in a time step.
+    input : Signal
+        Its input.
+    depth : int
+        The longest way of spikes from an input to it, in connections.
+    """
+
+    node: Node
+    dynamics: Dynamics
+    input: Signal
+    depth: int
+
+    @property
+    def size(self) -> int:
+        """The number of neurons."""
+        return self.dynamics.size
+
+    @property
+    def spikes(self) -> bool:
+        """Whether the neurons spike; others are read."""
+        return self.node.kind not in READOUTS
+
+
+@dataclass(frozen=True)
+class Folded:
+    """A graph of populations.
+
+    Attributes
+    ----------
+    dt_s : float
+        The time step, in seconds.
+    inputs : dict of str to Shape
+        The shape of each input.
+    populations : dict of str to Population
+        The populations by name, each after those that lead to it, but for recurrence.
+    outputs : dict of str to Signal
+        What is read.
+    """
+
+    dt_s: float
+    inputs: dict[str, Shape]
+    populations: dict[str, Population]
+    outputs: dict[str, Signal]
+
+    def late(self, population: Population) -> Iterator[tuple[str, int]]:
+        """Yield the sources of which spikes arrive early, or late (negative), and the steps.
+
+        NIR's ways within a step take none; on the chip each connection takes one.
+        """
+        names = list(self.populations)
+        for source in population.input.parts:
+            depth = self.populations[source].depth if source in self.populations else 0
+            recurrent = source in names and names.index(source) >= names.index(population.node.name)
+            steps = population.depth - depth - (0 if recurrent else 1)
+            if steps:
+                yield source, steps
+
+
+def folded(graph: Graph, dt_s: float) -> Folded:
+    """Fold the linear nodes of a graph.
+
+    Raises
+    ------
+    MismatchError
+        Shapes do not fit, or something cannot be put on a chip: the message names the node.
+    """
+    inputs = {node.name: _shape(node) for node in graph.kinds("Input")}
+    found = {node.name: dynamics(node, dt_s) for node in graph.kinds(*NEURONS)}
+    signals = _Signals(graph, inputs, found, dt_s)
+    order = _order(graph, signals)
+    depths: dict[str, int] = {}
+    populations = {}
+    for name in order:
+        signal = signals.into(name)
+        before = [depths.get(source, 0) for source in signal.parts]
+        depths[name] = 1 + max(before, default=0)
+        populations[name] = Population(graph.nodes[name], found[name], signal, depths[name])
+    outputs = {node.name: signals.into(node.name) for node in graph.kinds("Output")}
+    _check_readouts(populations)
+    return Folded(dt_s, inputs, populations, outputs)
+
+
+def _shape(node: Node) -> Shape:
+    shape = node.whole("shape")
+    if not shape or min(shape) < 1 or math.prod(shape) > SIZE:
+        raise MismatchError(f"from 1 to {SIZE:,} values of input {node.name}", f"{shape}")
+    return shape
+
+
+def _order(graph: Graph, signals: "_Signals") -> list[str]:
+    """Return populations such that each comes after its sources, but for those of a cycle."""
+    order: dict[str, None] = {}
+    sources = {node.name: signals.sources(node.name) for node in graph.kinds(*NEURONS)}
+    after: dict[str, list[str]] = {name: [] for name in [*signals.inputs, *sources]}
+    for name, before in sources.items():
+        for source in before:
+            after[source].append(name)
+    started: set[str] = set()
+
+    # Depth first from the inputs, as a feed-forward run of the graph goes: what closes a cycle is
+    # what leads back to a node that is not done.
+    def visit(start: str) -> None:
+        stack = [(start, iter(after[start]))]
+        started.add(start)
+        while stack:
+            name, rest = stack[-1]
+            following = next((one for one in rest if one not in started), None)
+            if following is None:
+                order[name] = None
+                stack.pop()
+            else:
+                started.add(following)
+                stack.append((following, iter(after[following])))
+
+    for name in [*signals.inputs, *sources]:
+        if name not in started:
+            visit(name)
+    return [name for name in reversed(order) if name in sources]
+
+
+def _check_readouts(populations: dict[str, Population]) -> None:
+    for name, population in populations.items():
+        for source in population.input.parts:
+            if source in populations and not populations[source].spikes:
+                raise MismatchError(
+                    f"spikes into node {name}",
+                    f"the voltage of {populations[source].node.kind} {source}",
+                    cure="neurons on the chip send spikes alone: read such a node, or make it a LIF",
+                )
+
+
+class _Signals:
+    """The signals of a graph, each computed once."""
+
+    def __init__(
+        self, graph: Graph, inputs: dict[str, Shape], found: dict[str, Dynamics], dt_s: float
+    ) -> None:
+        self.inputs = inputs
+        self._graph, self._dt_s = graph, dt_s
+        self._shapes = inputs | {name: one.shape for name, one in found.items()}
+        self._before: dict[str, list[str]] = {name: [] for name in graph.nodes}
+        for source, target in graph.edges:
+            self._before[target].append(source)
+        self._done: dict[str, Signal] = {}
+
+    def sources(self, name: str) -> set[str]:
+        """Return the inputs and populations of which spikes reach a node over linear nodes."""
+        found: set[str] = set()
+        seen: set[str] = set()
+        waiting = list(self._before[name])
+        while waiting:
+            one = waiting.pop()
+            if one in self._shapes:
+                found.add(one)
+            elif one not in seen:
+                seen.add(one)
+                waiting += self._before[one]
+        return found
+
+    def into(self, name: str) -> Signal:
+        """Return the sum of what leads to a node."""
+        for linear in self._linear_before(name):
+            self._done[linear] = self._through(linear)
+        return self._sum(name)
+
+    def _linear_before(self, name: str) -> list[str]:
+        """Return the linear nodes before a node that are not done, each after those before it."""
+        order: list[str] = []
+        on_way: list[tuple[str, Iterator[str]]] = [(name, iter(self._before[name]))]
+        names = {name}
+        while on_way:
+            one, rest = on_way[-1]
+            following = next((b for b in rest if b not in self._shapes and b not in self._done), None)
+            if following is None:
+                on_way.pop()
+                names.discard(one)
+                if on_way and one not in order:
+                    order.append(one)
+            elif following in names:
+                raise MismatchError("neurons in every cycle", f"none in that of node {following}")
+            elif following not in order:
+                names.add(following)
+                on_way.append((following, iter(self._before[following])))
+        return order
+
+    def _through(self, name: str) -> Signal:
+        node = self._graph.nodes[name]
+        if node.kind == "Output":
+            raise MismatchError(f"output {name} to end a path", "more nodes after it")
+        signal = self._sum(name)
+        found = operator(node, signal.shape, self._dt_s)
+        parts = {source: (found.matrix @ matrix).tocsr() for source, matrix in signal.parts.items()}
+        return Signal(parts, found.matrix @ signal.constant + found.bias, found.shape)
+
+    def _sum(self, name: str) -> Signal:
+        signals = [self._done.get(one) or self._spikes(one) for one in self._before[name]]
+        if not signals:
+            return self._nothing(name)
+        sizes = {math.prod(signal.shape) for signal in signals}
+        wanted = self._shapes.get(name)
+        if len(sizes) > 1 or (wanted is not None and sizes != {math.prod(wanted)}):
+            shapes = " and ".join(str(signal.shape) for signal in signals)
+            raise MismatchError(f"{wanted or 'equal shapes'} into node {name}", shapes)
+        parts: dict[str, sparse.csr_matrix] = {}
+        for signal in signals:
+            for source, matrix in signal.parts.items():
+                parts[source] = parts[source] + matrix if source in parts else matrix
+        return Signal(parts, sum(signal.constant for signal in signals), signals[0].shape)
+
+    def _spikes(self, name: str) -> Signal:
+        shape = self._shapes[name]
+        n = math.prod(shape)
+        return Signal({name: sparse.eye_array(n, format="csr")}, np.zeros(n), shape)
+
+    def _nothing(self, name: str) -> Signal:
+        if name not in self._shapes:
+            raise MismatchError(f"an edge that leads to node {name}", "none")
+        shape = self._shapes[name]
+        return Signal({}, np.zeros(math.prod(shape)), shape)
