@@ -85,11 +85,21 @@ def root(
 @app.command("compile")
 def compile_command(
     network: Annotated[
-        str, typer.Argument(help="A built-in name, path/to/file.py:function or module:function.")
+        str,
+        typer.Argument(help="A built-in name, file.py:function, module:function or graph.nir."),
     ],
     chip: ChipOption = "loihi",
     *,
     settings: SettingsOption,
+    dt: Annotated[
+        float | None, typer.Option(metavar="SECONDS", help="Time step of a NIR graph.")
+    ] = None,
+    spikes: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE.npz", help="Measure a NIR graph with these, or with `random` spikes."
+        ),
+    ] = None,
     out: ImageFolder = None,
     json: ReportFile = None,
     passes: PassesOption = None,
@@ -133,6 +143,8 @@ def compile_command(
             passes=passes,
             print_after=print_after,
             build_timeout_s=build_timeout,
+            dt_s=dt,
+            spikes=spikes,
         )
     )
 
@@ -162,6 +174,17 @@ def step_command(
     from spikeport.commands.step import run
 
     run(image, spikes=spikes, n_steps=steps, out=out, seed=seed)
+
+
+@app.command("export")
+def export_command(
+    image: ImageFile,
+    nir: Annotated[Path, written("NIR graph to write.")],
+) -> None:
+    """Export a chip image to another form: as a NIR graph, in the chip's integers."""
+    from spikeport.commands.export import run
+
+    run(image, nir)
 
 
 @app.command("convert")

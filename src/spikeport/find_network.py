@@ -1,5 +1,6 @@
 """Finds the network a user names: built in, in a file, or in a module."""
 
+import functools
 import importlib
 import importlib.util
 import inspect
@@ -7,6 +8,7 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import nengo
 
@@ -37,7 +39,7 @@ def find_network(
     Parameters
     ----------
     spec : str
-        A built-in name, ``path/to/file.py:function`` or ``module:function``.
+        A built-in name, ``path/to/file.py:function``, ``module:function`` or ``graph.nir``.
     pairs : list of str
         ``KEY=VALUE`` arguments of the function; of a built-in network, its experiment's settings.
     chip, passes : str
@@ -54,14 +56,30 @@ def find_network(
     """
     if spec in BUILT_IN:
         return _built_in(spec, pairs, chip, passes)
+    if spec.endswith(".nir"):
+        return _graph(spec, pairs)
     with watched(spec, timeout_s):
         return _users(spec, pairs)
+
+
+def _graph(spec: str, pairs: list[str]) -> nengo.Network:
+    """Load a NIR graph; its time step and other arguments are settings."""
+    from spikeport import nir
+
+    load = functools.partial(nir.load, spec)
+    arguments: dict[str, Any] = dict(key_values.parse(pairs, load, f"NIR graph '{spec}'"))
+    if "dt" not in arguments:
+        raise UsageError(
+            f"{spec}: a NIR graph has no time step; give that of its equations, in seconds, with "
+            "--dt, or --set dt=SECONDS"
+        )
+    return load(**arguments)
 
 
 def _users(spec: str, pairs: list[str]) -> nengo.Network:
     where, _, name = spec.rpartition(":")
     if not (where and name):
-        raise unknown("network", spec, [*BUILT_IN, "path/to/file.py:function", "module:function"])
+        raise unknown("network", spec, [*BUILT_IN, "path/to/file.py:function", "module:function", "graph.nir"])
     function = _function(where, name)
     arguments = key_values.parse(pairs, function, f"network '{spec}'")
     try:

@@ -20,6 +20,26 @@ DENSE_FROM = 0.5
 """Share of weights other than zero from which on a matrix is stored whole."""
 
 
+class Feed:
+    """The function of an input's node: what is connected to it, or rows that are played."""
+
+    def __init__(self) -> None:
+        self._rows: np.ndarray | None = None
+        self._dt_s = 0.0
+
+    def play(self, rows: np.ndarray, dt_s: float) -> None:
+        """Have a row, (n_steps, size), for each of the first steps of dt_s; then nothing."""
+        self._rows, self._dt_s = rows, dt_s
+
+    def __call__(self, t: float, x: np.ndarray) -> np.ndarray:
+        """Return the values of a step."""
+        if self._rows is None:
+            return x
+        step = round(t / self._dt_s) - 1
+        row: np.ndarray = self._rows[step] if 0 <= step < len(self._rows) else 0 * x
+        return row
+
+
 class NirNetwork(nengo.Network):
     """A network of a NIR graph.
 
@@ -35,11 +55,13 @@ class NirNetwork(nengo.Network):
     Attributes
     ----------
     inputs : dict of str to nengo.Node
-        A passthrough node for each input: connect to it what is above 0.5 in steps with a spike.
+        A node for each input: connect to it what is above 0.5 in steps with a spike.
     populations : dict of str to nengo.Ensemble
         The neurons of each node.
     outputs : dict of str to nengo.Node
         What is read: spikes 1/dt high, times the weights on their way; voltages as they are.
+    feeds : dict of str to Feed
+        The functions of the inputs' nodes.
     """
 
     def __init__(self, folded: Folded, n_parts: int, label: str) -> None:
@@ -48,11 +70,14 @@ class NirNetwork(nengo.Network):
         with warnings.catch_warnings(action="ignore"):  # of every nengo newer than 3.2
             import nengo_loihi
         nengo_loihi.add_params(self)
-        self.units = {name: units(one) for name, one in folded.populations.items() if one.spikes}
+        self.units = {
+            name: units(one, n_parts) for name, one in folded.populations.items() if one.spikes
+        }
         with self:
+            self.feeds = {name: Feed() for name in folded.inputs}
             self.inputs = {
-                name: nengo.Node(size_in=math.prod(shape), label=name)
-                for name, shape in folded.inputs.items()
+                name: nengo.Node(self.feeds[name], size_in=n, size_out=n, label=name)
+                for name, n in ((name, math.prod(s)) for name, s in folded.inputs.items())
             }
             self._sources = {name: self._source(name, node) for name, node in self.inputs.items()}
             self.populations = {

@@ -1,8 +1,8 @@
 r"""Weights and thresholds of a population in units of the chip.
 
-A neuron may have its weights and threshold scaled together. A threshold of :math:`2^p` units takes
-as much of the chip's range as fits: a large one keeps more of small weights, which are multiples of
-64 units, and loses less to decays, which are rounded towards zero in every step.
+A neuron may have its weights and threshold scaled together. A threshold of nearly :math:`2^p` units
+takes as much of the chip's range as fits: a large one keeps more of small weights, which are
+multiples of 64 units, and loses less to decays, which are rounded towards zero in every step.
 
 .. math::
     2^p \max(\Sigma^+, \Sigma^-) \le \min(2^{21}, d_u 2^{23}), \qquad 2^p \le 2^{22}
@@ -23,8 +23,10 @@ from spikeport.reading.mismatch import MismatchError
 
 INPUT, CURRENT = 2.0**21, 2.0**23
 """What input and current of a step may be, in units."""
-THRESHOLDS = (6, 22)
-"""Exponents of thresholds."""
+THRESHOLDS = (7, 22)
+"""Exponents p of thresholds."""
+UNIT = 64
+"""Thresholds are multiples of this."""
 LEAK = 2.0**18
 """What a step may add to a voltage."""
 LEVELS = 4
@@ -45,8 +47,8 @@ class Units(NamedTuple):
     threshold: np.ndarray
 
 
-def units(population: Population) -> Units:
-    """Return a population in units of the chip.
+def units(population: Population, n_parts: int) -> Units:
+    """Return a population in units of the chip, for weights of 1 or 2 synapses.
 
     Raises
     ------
@@ -59,9 +61,11 @@ def units(population: Population) -> Units:
     bias, leak = per_threshold * signal.constant, of.leak / of.threshold
     if (of.current_decay == 1).all():
         bias, leak = bias + leak, leak * 0  # without a filter, both are the same
-    exponents = _exponents(population, [*weights.values(), _column(bias)], leak)
+    together = sparse.hstack([*weights.values(), sparse.csr_matrix(bias[:, np.newaxis])]).tocsr()
+    exponents = _exponents(population, together, leak)
+    threshold = np.exp2(exponents) if n_parts > 1 else _full(exponents, together)
     current, voltage = integrals(of.current_decay, of.voltage_decay)
-    scale = np.exp2(exponents) * current * voltage
+    scale = threshold * current * voltage
     scaled = {name: _rows(scale, matrix) for name, matrix in weights.items()}
     return Units(scaled, bias * scale, leak * scale, scale)
 
@@ -70,19 +74,14 @@ def _rows(scale: np.ndarray, matrix: sparse.csr_matrix) -> sparse.csr_matrix:
     return sparse.csr_matrix(sparse.diags_array(scale) @ matrix)
 
 
-def _column(values: np.ndarray) -> sparse.csr_matrix:
-    return sparse.csr_matrix(values[:, np.newaxis])
-
-
 def _exponents(
-    population: Population, weights: list[sparse.csr_matrix], leak: np.ndarray
+    population: Population, weights: sparse.csr_matrix, leak: np.ndarray
 ) -> np.ndarray:
     """Return p of each neuron, (n,), by weights in thresholds."""
-    all_of = sparse.hstack(weights).tocsr()
-    above = np.asarray(all_of.maximum(0).sum(axis=1)).ravel()
-    below = -np.asarray(all_of.minimum(0).sum(axis=1)).ravel()
+    above = np.asarray(weights.maximum(0).sum(axis=1)).ravel()
+    below = -np.asarray(weights.minimum(0).sum(axis=1)).ravel()
     room = np.minimum(INPUT, CURRENT * population.dynamics.current_decay)
-    largest = np.abs(all_of.data).max(initial=0)
+    largest = np.abs(weights.data).max(initial=0)
     with np.errstate(divide="ignore"):
         safe = np.maximum(room / np.maximum(above, below), ONE_WEIGHT / largest)
         found = np.floor(np.log2(np.minimum(safe, LEAK / np.abs(leak))))
@@ -96,6 +95,22 @@ def _exponents(
     capped = np.minimum(found, most)
     result: np.ndarray = np.minimum(capped, capped.min() + LEVELS - 1)
     return result
+
+
+def _full(exponents: np.ndarray, weights: sparse.csr_matrix) -> np.ndarray:
+    """Return thresholds, (n,), with which the largest weights take all bits of one synapse.
+
+    All weights share one step, hence no row's become larger than the largest are.
+    """
+    rows = abs(weights).max(axis=1).toarray().ravel()
+    lowest, largest = 2.0 ** exponents.min(), rows.max(initial=0)
+    if largest == 0:
+        return np.exp2(exponents)
+    with np.errstate(divide="ignore"):
+        raised = np.clip(np.floor(np.log2(largest / rows)), 0, exponents - exponents.min())
+    share = MANTISSA / (largest * lowest)
+    share *= 2.0 ** np.floor(np.log2(1 / share))
+    return np.exp2(raised) * max(np.floor(share * lowest / UNIT), 1) * UNIT
 
 
 def parts(matrix: sparse.csr_matrix, most: int) -> Iterator[sparse.csr_matrix]:

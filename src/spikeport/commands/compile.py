@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from spikeport.backends.loss import measure
-from spikeport.commands import rates
+from spikeport.commands import nir, rates
 from spikeport.commands.passes import printer
 from spikeport.commands.progress import progress_bar
 from spikeport.commands.screen import Findings, show_findings
@@ -41,6 +41,8 @@ class CompileRequest:
     passes: str | None = None
     print_after: str | None = None
     build_timeout_s: float | None = None
+    dt_s: float | None = None
+    spikes: str | None = None
 
 
 def run(request: CompileRequest) -> None:
@@ -51,6 +53,7 @@ def run(request: CompileRequest) -> None:
     _check_run(request.loss_s)
     request.budget.check_basis(stated is not None or request.loss_s is not None)
     check_places(out=request.out, json=request.json)
+    settings = nir.with_dt(request.network, request.settings, request.dt_s, request.spikes)
     chip = chips.get(request.chip)
     passes = request.passes if request.passes is not None else needed_passes(request.network)
     passes = chip.pipeline if passes is None else passes
@@ -59,11 +62,12 @@ def run(request: CompileRequest) -> None:
         progress("building the network", None)
         network = find_network(
             request.network,
-            request.settings,
+            settings,
             request.chip,
             request.passes,
             request.build_timeout_s,
         )
+        played = nir.read_spikes(network, request.spikes)
         progress("compiling", None)
         compilation = compile_network(network, request.chip, DT_S, passes, observer)
         findings = _reckoned(compilation, stated)
@@ -71,6 +75,7 @@ def run(request: CompileRequest) -> None:
             findings = _measured(compilation, request.loss_s, progress)
     write_findings(compilation, findings, out=request.out, json=request.json)
     show_findings(findings, request.cores)
+    nir.show(network, compilation, played)
     if exceeded := request.budget.exceeded(findings.report, findings.activity):
         raise OverBudgetError(exceeded)
 
