@@ -40,7 +40,7 @@ class OwnFilter(Compartment):
         """Keep the filter."""
 
 
-@Builder.register(IntegrateAndFire)
+@Builder.register(IntegrateAndFire)  # type: ignore[untyped-decorator]  # nengo-loihi's
 def build_integrate_and_fire(
     model: Model, kind: IntegrateAndFire, neurons: Neurons, block: LoihiBlock
 ) -> None:
@@ -111,7 +111,8 @@ def _rounded_biases(values: np.ndarray, label: str) -> np.ndarray:
     if largest > BIAS_MANTISSA << BIAS_EXPONENT:
         raise _beyond(label, "leak", largest, BIAS_MANTISSA << BIAS_EXPONENT)
     step = np.exp2(np.ceil(np.log2(np.maximum(np.abs(values) / BIAS_MANTISSA, 1))))
-    return np.round(values / step) * step
+    rounded: np.ndarray = np.round(values / step) * step
+    return rounded
 
 
 def _beyond(label: str, what: str, used: float, limit: int) -> RefusedError:

@@ -21,6 +21,9 @@ from spikeport.experiments.options import Experiment, Options
 BUILT_IN = {"arm": "reach", "humanoid": "switch", "walk": "walk"}
 """The built-in networks, each with the experiment that runs it."""
 
+FORMS = ("path/to/file.py:function", "module:function", "graph.nir")
+"""Forms of other networks' names."""
+
 
 def needed_passes(spec: str) -> str | None:
     """The passes that a network is made for, if it says so."""
@@ -79,7 +82,7 @@ def _graph(spec: str, pairs: list[str]) -> nengo.Network:
 def _users(spec: str, pairs: list[str]) -> nengo.Network:
     where, _, name = spec.rpartition(":")
     if not (where and name):
-        raise unknown("network", spec, [*BUILT_IN, "path/to/file.py:function", "module:function", "graph.nir"])
+        raise unknown("network", spec, [*BUILT_IN, *FORMS])
     function = _function(where, name)
     arguments = key_values.parse(pairs, function, f"network '{spec}'")
     try:

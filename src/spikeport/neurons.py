@@ -64,7 +64,8 @@ class Integrator(NeuronType):
     def _per_step(self, x: np.ndarray, gain: np.ndarray, bias: np.ndarray) -> np.ndarray:
         """Return what a step adds to the voltage, once the current has settled."""
         charge: np.ndarray = self.current(x, gain, bias) * DT_S
-        return charge / self.current_decay + self.leak
+        settled: np.ndarray = charge / self.current_decay + self.leak
+        return settled
 
 
 class IntegrateAndFire(Integrator):
@@ -142,7 +143,9 @@ class LeakyIntegrator(Integrator):
 
     def rates(self, x: np.ndarray, gain: np.ndarray, bias: np.ndarray) -> np.ndarray:
         """Return the voltages that constant input leads to, in steps of 1 ms."""
-        return self._per_step(x, gain, bias) / np.maximum(self.voltage_decay, 1e-12)
+        held: np.ndarray = np.maximum(self.voltage_decay, 1e-12)
+        voltages: np.ndarray = self._per_step(x, gain, bias) / held
+        return voltages
 
 
 class SpikeSource(NeuronType):

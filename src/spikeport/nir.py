@@ -16,10 +16,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from spikeport.errors import UsageError
-from spikeport.networks.loading.nir.folding import folded
 from spikeport.networks.loading.nir.graph import flattened
 from spikeport.networks.loading.nir.hdf5 import read
 from spikeport.networks.loading.nir.network import NirNetwork
+from spikeport.networks.loading.nir.populations import folded
 from spikeport.reading.mismatch import MismatchError
 
 CURE = "what can be read: docs/nir.md"

@@ -12,6 +12,7 @@ voltage and the rests that the metadata hold, such a run has the spikes of the c
 
 import json
 from collections.abc import Iterator
+from importlib import import_module
 from importlib.metadata import version
 from pathlib import Path
 from types import ModuleType
@@ -54,13 +55,12 @@ def export(image: ChipImage, path: str | Path) -> None:
 
 def _nir() -> ModuleType:
     try:
-        import nir
+        return import_module("nir")
     except ModuleNotFoundError as error:
         raise MissingExtraError(
             f"writing a NIR graph needs the package {error.name}, which is not installed; install "
             "it with: pip install 'spikeport[nir]'"
         ) from error
-    return nir
 
 
 def _check(image: ChipImage) -> None:
@@ -188,7 +188,7 @@ class _Exporter:
                 here = image.compartment_block[read] == block
                 matrix = np.zeros((entry.size, self._size(block)))
                 local = read[here] - image.blocks.start[block]
-                np.add.at(matrix, (slice(None), local), weights[:, here])
+                np.add.at(matrix.T, local, weights[:, here].T)
                 self._link(f"block{block}", f"{name}_block{block}", name, matrix)
 
     def _decoders(self, number: int, n_read: int) -> np.ndarray:

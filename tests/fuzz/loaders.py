@@ -11,7 +11,7 @@ import torch
 import yaml
 from torch import nn
 
-from spikeport import compile_network
+from spikeport import compile_network, nir
 from spikeport.commands import report_file
 from spikeport.commands.diff import changes
 from spikeport.commands.step import by_step
@@ -27,6 +27,7 @@ from spikeport.hardware_models.chip import BUILT_IN
 from spikeport.networks import walking_policy
 from spikeport.networks.loading.files import load_mlp
 from spikeport.networks.walking_policy import WalkingPolicy
+from tests.helpers import nir_graphs
 from tests.helpers.foreign import ENVIRONMENT, Policy, described, state
 from tests.helpers.forging import good
 
@@ -115,6 +116,11 @@ def _spikes(folder: Path) -> None:
     np.savez(folder / "spikes.npz", steps=np.arange(3), sources=np.arange(3))
 
 
+def _nir(folder: Path) -> None:
+    for name, graph in (("recurrent", nir_graphs.recurrent()), ("nested", nir_graphs.nested())):
+        nir_graphs.written(folder, graph, f"{name}.nir")
+
+
 LOADERS = {
     "npz": Loader(_npz, walking_policy.load),
     "TorchScript": Loader(_torchscript, load_mlp),
@@ -128,5 +134,6 @@ LOADERS = {
     "schedule": Loader(_copies(SCHEDULE), lambda path: schedule.load(path, 26.0)),
     "chip": Loader(_copies(BUILT_IN / "loihi.toml"), lambda path: chips.get(str(path))),
     "report": Loader(_report, _diff),
+    "NIR": Loader(_nir, lambda path: nir.load(path, nir_graphs.DT_S)),
     "spikes": Loader(_spikes, lambda path: by_step(good(), path, 5)),
 }

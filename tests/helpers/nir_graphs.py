@@ -1,5 +1,6 @@
 """Small NIR graphs, written with the package nir, which spikeport reads without."""
 
+import itertools
 from pathlib import Path
 
 import nir
@@ -42,7 +43,7 @@ def affine(rng: np.random.Generator, n_out: int, n_in: int, bias: float = 0.0) -
 def graph(**nodes: nir.NIRNode) -> nir.NIRGraph:
     """Return a graph of nodes that follow each other."""
     names = list(nodes)
-    edges = list(zip(names, names[1:], strict=False))
+    edges = list(itertools.pairwise(names))
     return nir.NIRGraph(nodes=nodes, edges=edges, type_check=False)
 
 
@@ -75,7 +76,6 @@ def recurrent(bias: float = 0.0, seed: int = 0) -> nir.NIRGraph:
 def convolutional() -> nir.NIRGraph:
     """Return a small convolutional graph: two channels of 6 by 6 to three neurons."""
     rng = np.random.default_rng(1)
-    first, last = ends(1, 3)
     weight = rng.normal(0.03, 0.2, (3, 2, 3, 3))
     one = (1, 1)
     return graph(
@@ -86,7 +86,7 @@ def convolutional() -> nir.NIRGraph:
         flat=nir.Flatten({"input": np.array([3, 3, 3])}, start_dim=0),
         out=affine(rng, 3, 27),
         read=integrate(3),
-        output=last,
+        output=ends(1, 3)[1],
     )
 
 

@@ -48,7 +48,7 @@ def test_a_function_in_a_module_is_found(net_py, monkeypatch):
 @pytest.mark.parametrize("spec", ["leg", "leg:", ":make", "", "net.py"])
 def test_an_unknown_name_lists_what_can_be_given(spec):
     assert refusal(spec) == (
-        f"unknown network '{spec}'; there is: arm, humanoid, module:function, "
+        f"unknown network '{spec}'; there is: arm, graph.nir, humanoid, module:function, "
         "path/to/file.py:function, walk"
     )
 

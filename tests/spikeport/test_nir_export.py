@@ -1,4 +1,4 @@
-"""Images as NIR graphs, run by NIR's equations with the chip's decays: every spike is the chip's."""
+"""Images as NIR graphs, run by NIR's equations with the chip's decays: spikes are the chip's."""
 
 import nengo
 import nir
@@ -102,9 +102,9 @@ def test_a_readout_decodes_to_its_output(tmp_path):
 
 def test_learning_is_refused(tmp_path):
     with nengo.Network(seed=0) as net:
-        u, error, a = nengo.Node([0.5]), nengo.Ensemble(20, 1), nengo.Ensemble(20, 1)
-        nengo.Connection(u, a)
-        learned = nengo.Connection(a, nengo.Node(size_in=1), learning_rule_type=nengo.PES())
+        pupil, error = nengo.Ensemble(20, 1), nengo.Node(lambda t, x: x, size_in=1)
+        nengo.Connection(nengo.Node([0.5]), pupil)
+        learned = nengo.Connection(pupil, error, learning_rule_type=nengo.PES())
         nengo.Connection(error, learned.learning_rule)
     image = spikeport.compile_network(net).image
     with pytest.raises(UsageError) as caught:

@@ -4,8 +4,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from spikeport.networks.loading.nir.folding import Folded, Population
 from spikeport.networks.loading.nir.network import NirNetwork
+from spikeport.networks.loading.nir.populations import Folded, Population
 from spikeport.networks.loading.nir.units import all_parts
 from spikeport.neurons import STEPS, chip_decays
 
@@ -22,14 +22,14 @@ def differences(network: NirNetwork) -> Iterator[tuple[str, str]]:
 
 def _on_host(one: Population) -> Iterator[str]:
     yield "computed on the host, in floating point: it reads spikes and sends none"
-    yield f"its voltage is {one.depth} steps late"
+    yield f"its voltage is {_steps(one.depth)} late"
     if one.dynamics.leak.any() or one.input.constant.any():
         yield f"its bias and leak act from the first step on, {one.depth} before its input can"
 
 
 def _on_chip(network: NirNetwork, one: Population) -> Iterator[str]:
     of, mine = one.dynamics, network.units[one.node.name]
-    yield f"spikes are {one.depth} steps late: each connection takes one"
+    yield f"spikes are {_steps(one.depth)} late: each connection takes one"
     if of.reset.any():
         yield f"starts at its reset voltage, {_range(of.reset)}, not at 0"
     yield from _rounding(one)
@@ -66,8 +66,12 @@ def _rounding(one: Population) -> Iterator[str]:
 
 def _ways(folded: Folded, one: Population) -> Iterator[str]:
     for source, steps in folded.late(one):
-        when = f"{steps} steps early" if steps > 0 else f"{-steps} steps late"
-        yield f"spikes of {source} arrive {when}, beside those of its longest way"
+        when = "early" if steps > 0 else "late"
+        yield f"spikes of {source} arrive {_steps(abs(steps))} {when}, beside its longest way's"
+
+
+def _steps(n: int) -> str:
+    return "1 step" if n == 1 else f"{n} steps"
 
 
 def _range(values: np.ndarray) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from spikeport.networks.loading.nir.folding import Folded, Population
+from spikeport.networks.loading.nir.populations import Folded, Population
 
 
 def run(folded: Folded, inputs: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:

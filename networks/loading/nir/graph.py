@@ -3,7 +3,6 @@
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import cast
 
 import numpy as np
 
@@ -151,7 +150,8 @@ class _Flattening:
         for field in FIELDS[kind]:
             if field not in values:
                 raise MismatchError(f"{field} in {kind} {name}", "none")
-        return Node(name, kind if top or kind not in ("Input", "Output") else f"Inner{kind}", values)
+        inner = not top and kind in ("Input", "Output")
+        return Node(name, f"Inner{kind}" if inner else kind, values)
 
 
 def _ends(graph: Graph, name: str) -> tuple[str, str]:
@@ -166,12 +166,11 @@ def _ends(graph: Graph, name: str) -> tuple[str, str]:
 
 
 def _pairs(value: Value | None, name: str) -> Iterator[tuple[str, str]]:
-    texts = cast("list[str]", value) if isinstance(value, list) else []
     if isinstance(value, np.ndarray) and not value.size:
         return
-    if not isinstance(value, list) or len(texts) % 2 or len(texts) > 2 * EDGES:
+    if not isinstance(value, list) or len(value) % 2 or len(value) > 2 * EDGES:
         raise MismatchError(f"at most {EDGES:,} edges in {name}, each of two names", "others")
-    yield from zip(texts[::2], texts[1::2], strict=True)
+    yield from zip(value[::2], value[1::2], strict=True)
 
 
 def _known(names: Mapping[str, str], name: str) -> str:

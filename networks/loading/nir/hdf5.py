@@ -6,6 +6,7 @@ h5py would follow. Sizes are checked before anything is inflated.
 
 import io
 from collections.abc import Iterator
+from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 from typing import Any, TypeAlias
@@ -66,13 +67,12 @@ def read(path: Path) -> dict[str, Value]:
 
 def _h5py() -> ModuleType:
     try:
-        import h5py
+        return import_module("h5py")
     except ModuleNotFoundError as error:
         raise MissingExtraError(
             "reading a NIR graph needs the package h5py, which is not installed; install it with: "
             "pip install 'spikeport[nir]'"
         ) from error
-    return h5py
 
 
 class _Reader:

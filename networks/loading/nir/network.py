@@ -12,7 +12,7 @@ import numpy as np
 from nengo.transforms import Dense, Sparse
 from scipy import sparse
 
-from spikeport.networks.loading.nir.folding import Folded, Population, Signal
+from spikeport.networks.loading.nir.populations import Folded, Population, Signal
 from spikeport.networks.loading.nir.units import Units, all_parts, parts, units
 from spikeport.neurons import IntegrateAndFire, LeakyIntegrator, SpikeSource
 
@@ -97,8 +97,8 @@ class NirNetwork(nengo.Network):
 
     def _neurons(self, population: Population) -> nengo.Ensemble:
         of, mine = population.dynamics, self.units[population.node.name]
-        decays = map(_one_if_equal, (of.current_decay, of.voltage_decay))
-        kind = IntegrateAndFire(_one_if_equal(mine.threshold), *decays, _one_if_equal(mine.leak))
+        values = (mine.threshold, of.current_decay, of.voltage_decay, mine.leak)
+        kind = IntegrateAndFire(*map(_one_if_equal, values))
         return _ensemble(population.size, kind, population.node.name)
 
     def _readout(self, population: Population) -> nengo.Ensemble:

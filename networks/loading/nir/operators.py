@@ -193,7 +193,9 @@ def _padding(node: Node, kernel: Shape, dilation: Shape) -> list[tuple[int, int]
     if isinstance(given, str):
         if given not in ("same", "valid"):
             raise MismatchError(f"padding same or valid in node {node.name}", given)
-        around = [d * (k - 1) if given == "same" else 0 for d, k in zip(dilation, kernel, strict=True)]
+        around = [
+            d * (k - 1) if given == "same" else 0 for d, k in zip(dilation, kernel, strict=True)
+        ]
         return [(n // 2, n - n // 2) for n in around]
     return [(n, n) for n in _each(node, "padding", len(kernel), least=0)]
 

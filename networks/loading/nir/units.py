@@ -7,8 +7,8 @@ multiples of 64 units, and loses less to decays, which are rounded towards zero 
 .. math::
     2^p \max(\Sigma^+, \Sigma^-) \le \min(2^{21}, d_u 2^{23}), \qquad 2^p \le 2^{22}
 
-where :math:`\Sigma^\pm` are the sums of a neuron's weights of one sign, in thresholds: no input wraps
-a register around, were all sources to spike at once.
+where :math:`\Sigma^\pm` are the sums of a neuron's weights of one sign, in thresholds: no input
+wraps a register around, were all sources to spike at once.
 """
 
 from collections.abc import Iterator, Mapping
@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import sparse
 
-from spikeport.networks.loading.nir.folding import Population
+from spikeport.networks.loading.nir.populations import Population
 from spikeport.neurons import integrals
 from spikeport.reading.mismatch import MismatchError
 
@@ -62,9 +62,11 @@ def units(population: Population, n_parts: int) -> Units:
     if (of.current_decay == 1).all():
         bias, leak = bias + leak, leak * 0  # without a filter, both are the same
     together = sparse.hstack([*weights.values(), sparse.csr_matrix(bias[:, np.newaxis])]).tocsr()
-    exponents = _exponents(population, together, leak)
-    threshold = np.exp2(exponents) if n_parts > 1 else _full(exponents, together)
+    # The chip lowers thresholds by what its decays take away; here weights are raised by it.
     current, voltage = integrals(of.current_decay, of.voltage_decay)
+    raised = _rows(current * voltage, together)
+    exponents = _exponents(population, raised, leak)
+    threshold = np.exp2(exponents) if n_parts > 1 else _full(exponents, raised)
     scale = threshold * current * voltage
     scaled = {name: _rows(scale, matrix) for name, matrix in weights.items()}
     return Units(scaled, bias * scale, leak * scale, scale)
@@ -74,9 +76,7 @@ def _rows(scale: np.ndarray, matrix: sparse.csr_matrix) -> sparse.csr_matrix:
     return sparse.csr_matrix(sparse.diags_array(scale) @ matrix)
 
 
-def _exponents(
-    population: Population, weights: sparse.csr_matrix, leak: np.ndarray
-) -> np.ndarray:
+def _exponents(population: Population, weights: sparse.csr_matrix, leak: np.ndarray) -> np.ndarray:
     """Return p of each neuron, (n,), by weights in thresholds."""
     above = np.asarray(weights.maximum(0).sum(axis=1)).ravel()
     below = -np.asarray(weights.minimum(0).sum(axis=1)).ravel()
@@ -102,15 +102,17 @@ def _full(exponents: np.ndarray, weights: sparse.csr_matrix) -> np.ndarray:
 
     All weights share one step, hence no row's become larger than the largest are.
     """
+    flat: np.ndarray = np.exp2(exponents)
     rows = abs(weights).max(axis=1).toarray().ravel()
     lowest, largest = 2.0 ** exponents.min(), rows.max(initial=0)
     if largest == 0:
-        return np.exp2(exponents)
+        return flat
     with np.errstate(divide="ignore"):
         raised = np.clip(np.floor(np.log2(largest / rows)), 0, exponents - exponents.min())
     share = MANTISSA / (largest * lowest)
     share *= 2.0 ** np.floor(np.log2(1 / share))
-    return np.exp2(raised) * max(np.floor(share * lowest / UNIT), 1) * UNIT
+    result: np.ndarray = np.exp2(raised) * max(np.floor(share * lowest / UNIT), 1) * UNIT
+    return result
 
 
 def parts(matrix: sparse.csr_matrix, most: int) -> Iterator[sparse.csr_matrix]:

@@ -15,8 +15,8 @@ from spikeport.compile.image.tables import part
 from spikeport.compile.pipeline import Compilation
 from spikeport.errors import UsageError
 from spikeport.networks.loading.nir.equations import run
-from spikeport.networks.loading.nir.folding import Folded
 from spikeport.networks.loading.nir.network import NirNetwork
+from spikeport.networks.loading.nir.populations import Folded
 from spikeport.reading import npz
 from spikeport.reading.archive import NUMBERS
 from spikeport.reading.mismatch import MismatchError
@@ -43,9 +43,7 @@ class Played(NamedTuple):
     origin: str
 
 
-def measured(
-    network: NirNetwork, compilation: Compilation, played: Played
-) -> Iterator[Agreement]:
+def measured(network: NirNetwork, compilation: Compilation, played: Played) -> Iterator[Agreement]:
     """Yield the agreement of each population on the chip, its spikes as late as its depth."""
     wanted = run(network.folded, played.rows)
     n_steps = len(next(iter(played.rows.values())))

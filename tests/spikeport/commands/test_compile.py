@@ -147,7 +147,7 @@ def test_unknown_names_of_compile_list_what_there_is(spikeport, net_py):
         return done.err
 
     assert error("leg") == (
-        "error: unknown network 'leg'; there is: arm, humanoid, module:function, "
+        "error: unknown network 'leg'; there is: arm, graph.nir, humanoid, module:function, "
         "path/to/file.py:function, walk\n"
     )
     assert error("arm", "--set", "preset=fat") == (

@@ -9,6 +9,7 @@ nodes lead to it.
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from graphlib import CycleError, TopologicalSorter
 from typing import NamedTuple
 
 import numpy as np
@@ -18,6 +19,9 @@ from spikeport.networks.loading.nir.dynamics import Dynamics, dynamics
 from spikeport.networks.loading.nir.graph import NEURONS, READOUTS, Graph, Node
 from spikeport.networks.loading.nir.operators import SIZE, Shape, operator
 from spikeport.reading.mismatch import MismatchError
+
+PRODUCTS = 2**27
+"""Of weights of two nodes in a row: seconds of work, and at most so many weights."""
 
 
 class Signal(NamedTuple):
@@ -84,7 +88,7 @@ class Folded:
     def late(self, population: Population) -> Iterator[tuple[str, int]]:
         """Yield the sources of which spikes arrive early, or late (negative), and the steps.
 
-        NIR's ways within a step take none; on the chip each connection takes one.
+        NIR's ways within a step take no time; on the chip each connection takes a step.
         """
         names = list(self.populations)
         for source in population.input.parts:
@@ -164,7 +168,7 @@ def _check_readouts(populations: dict[str, Population]) -> None:
                 raise MismatchError(
                     f"spikes into node {name}",
                     f"the voltage of {populations[source].node.kind} {source}",
-                    cure="neurons on the chip send spikes alone: read such a node, or make it a LIF",
+                    cure="neurons on the chip send spikes alone: read it, or make it a LIF",
                 )
 
 
@@ -179,8 +183,26 @@ class _Signals:
         self._shapes = inputs | {name: one.shape for name, one in found.items()}
         self._before: dict[str, list[str]] = {name: [] for name in graph.nodes}
         for source, target in graph.edges:
+            for end, name in (("Output", source), ("Input", target)):
+                if graph.nodes[name].kind == end:
+                    raise MismatchError(f"{end.lower()} {name} at an end", "it within a path")
             self._before[target].append(source)
         self._done: dict[str, Signal] = {}
+        for name in self._linear():
+            self._done[name] = self._through(name)
+
+    def _linear(self) -> Iterator[str]:
+        """Yield the linear nodes, each after those that lead to it."""
+        ends = self._shapes.keys() | {node.name for node in self._graph.kinds("Output")}
+        before = {
+            name: [one for one in before if one not in ends]
+            for name, before in self._before.items()
+            if name not in ends
+        }
+        try:
+            yield from list(TopologicalSorter(before).static_order())
+        except CycleError as error:
+            raise MismatchError("neurons in every cycle", f"none at {error.args[1][0]}") from None
 
     def sources(self, name: str) -> set[str]:
         """Return the inputs and populations of which spikes reach a node over linear nodes."""
@@ -198,40 +220,6 @@ class _Signals:
 
     def into(self, name: str) -> Signal:
         """Return the sum of what leads to a node."""
-        for linear in self._linear_before(name):
-            self._done[linear] = self._through(linear)
-        return self._sum(name)
-
-    def _linear_before(self, name: str) -> list[str]:
-        """Return the linear nodes before a node that are not done, each after those before it."""
-        order: list[str] = []
-        on_way: list[tuple[str, Iterator[str]]] = [(name, iter(self._before[name]))]
-        names = {name}
-        while on_way:
-            one, rest = on_way[-1]
-            following = next((b for b in rest if b not in self._shapes and b not in self._done), None)
-            if following is None:
-                on_way.pop()
-                names.discard(one)
-                if on_way and one not in order:
-                    order.append(one)
-            elif following in names:
-                raise MismatchError("neurons in every cycle", f"none in that of node {following}")
-            elif following not in order:
-                names.add(following)
-                on_way.append((following, iter(self._before[following])))
-        return order
-
-    def _through(self, name: str) -> Signal:
-        node = self._graph.nodes[name]
-        if node.kind == "Output":
-            raise MismatchError(f"output {name} to end a path", "more nodes after it")
-        signal = self._sum(name)
-        found = operator(node, signal.shape, self._dt_s)
-        parts = {source: (found.matrix @ matrix).tocsr() for source, matrix in signal.parts.items()}
-        return Signal(parts, found.matrix @ signal.constant + found.bias, found.shape)
-
-    def _sum(self, name: str) -> Signal:
         signals = [self._done.get(one) or self._spikes(one) for one in self._before[name]]
         if not signals:
             return self._nothing(name)
@@ -244,7 +232,17 @@ class _Signals:
         for signal in signals:
             for source, matrix in signal.parts.items():
                 parts[source] = parts[source] + matrix if source in parts else matrix
-        return Signal(parts, sum(signal.constant for signal in signals), signals[0].shape)
+        constant = np.sum([signal.constant for signal in signals], axis=0)
+        return Signal(parts, constant, signals[0].shape)
+
+    def _through(self, name: str) -> Signal:
+        node = self._graph.nodes[name]
+        signal = self.into(name)
+        found = operator(node, signal.shape, self._dt_s)
+        parts = {
+            source: _product(found.matrix, matrix, name) for source, matrix in signal.parts.items()
+        }
+        return Signal(parts, found.matrix @ signal.constant + found.bias, found.shape)
 
     def _spikes(self, name: str) -> Signal:
         shape = self._shapes[name]
@@ -256,3 +254,13 @@ class _Signals:
             raise MismatchError(f"an edge that leads to node {name}", "none")
         shape = self._shapes[name]
         return Signal({}, np.zeros(math.prod(shape)), shape)
+
+
+def _product(a: sparse.csr_matrix, b: sparse.csr_matrix, name: str) -> sparse.csr_matrix:
+    """Return the product of two matrices, if it is of a size that can be."""
+    n_products = int(np.bincount(a.indices, minlength=a.shape[1]) @ np.diff(b.indptr))
+    if n_products > PRODUCTS:
+        raise MismatchError(
+            f"matrices with at most {PRODUCTS:,} products up to node {name}", f"{n_products:,}"
+        )
+    return (a @ b).tocsr()
