@@ -11,6 +11,9 @@ from spikeport.backends.native.chip import NativeChip
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.tables import part
 from spikeport.errors import UsageError
+from spikeport.experiments.policy.conversion import Conversion, convert
+from spikeport.networks.loading.mlp import Mlp
+from spikeport.networks.policy import Layer, PolicyOptions
 from spikeport.nir_export import export
 from tests.helpers import nir_graphs
 from tests.helpers.nir_graphs import DT_S
@@ -72,6 +75,15 @@ def network() -> nengo.Network:
 def test_rests_floors_and_decode_neurons_leave_spike_for_spike(tmp_path, pipeline):
     image = spikeport.compile_network(network(), pipeline=pipeline).image
     assert assert_spikes_are_native(image, tmp_path, 0.5) > 100
+
+
+def test_a_converted_policy_leaves_spike_for_spike(tmp_path):
+    rng = np.random.default_rng(0)
+    sizes = [(3, 2), (1, 3)]
+    layers = tuple(Layer(rng.normal(0, 0.7, size), np.zeros(size[0])) for size in sizes)
+    conversion = Conversion(Mlp(layers, "relu"), PolicyOptions(10), rng.normal(0, 1, (20, 2)))
+    image = convert(conversion, "loihi", "compact", lambda *_: None).compilation.image
+    assert assert_spikes_are_native(image, tmp_path, 0.3) > 100
 
 
 def test_metadata_hold_what_nir_has_no_field_for(tmp_path):

@@ -20,6 +20,8 @@ from spikeport.networks.loading.nir.graph import NEURONS, READOUTS, Graph, Node
 from spikeport.networks.loading.nir.operators import SIZE, Shape, operator
 from spikeport.reading.mismatch import MismatchError
 
+WEIGHTS = 2**26
+"""In all matrices up to a node, of all nodes: a gigabyte."""
 PRODUCTS = 2**27
 """Of weights of two nodes in a row: seconds of work, and at most so many weights."""
 
@@ -109,15 +111,15 @@ def folded(graph: Graph, dt_s: float) -> Folded:
     """
     inputs = {node.name: _shape(node) for node in graph.kinds("Input")}
     found = {node.name: dynamics(node, dt_s) for node in graph.kinds(*NEURONS)}
+    _check_size([*map(math.prod, inputs.values()), *(one.size for one in found.values())])
     signals = _Signals(graph, inputs, found, dt_s)
-    order = _order(graph, signals)
+    into = {name: signals.into(name) for name in found}
     depths: dict[str, int] = {}
     populations = {}
-    for name in order:
-        signal = signals.into(name)
-        before = [depths.get(source, 0) for source in signal.parts]
+    for name in _order(list(inputs), {name: list(one.parts) for name, one in into.items()}):
+        before = [depths.get(source, 0) for source in into[name].parts]
         depths[name] = 1 + max(before, default=0)
-        populations[name] = Population(graph.nodes[name], found[name], signal, depths[name])
+        populations[name] = Population(graph.nodes[name], found[name], into[name], depths[name])
     outputs = {node.name: signals.into(node.name) for node in graph.kinds("Output")}
     _check_readouts(populations)
     return Folded(dt_s, inputs, populations, outputs)
@@ -130,11 +132,15 @@ def _shape(node: Node) -> Shape:
     return shape
 
 
-def _order(graph: Graph, signals: "_Signals") -> list[str]:
+def _check_size(sizes: list[int]) -> None:
+    if sum(sizes) > SIZE:
+        raise MismatchError(f"at most {SIZE:,} inputs and neurons", f"{sum(sizes):,}")
+
+
+def _order(inputs: list[str], sources: dict[str, list[str]]) -> list[str]:
     """Return populations such that each comes after its sources, but for those of a cycle."""
     order: dict[str, None] = {}
-    sources = {node.name: signals.sources(node.name) for node in graph.kinds(*NEURONS)}
-    after: dict[str, list[str]] = {name: [] for name in [*signals.inputs, *sources]}
+    after: dict[str, list[str]] = {name: [] for name in [*inputs, *sources]}
     for name, before in sources.items():
         for source in before:
             after[source].append(name)
@@ -155,7 +161,7 @@ def _order(graph: Graph, signals: "_Signals") -> list[str]:
                 started.add(following)
                 stack.append((following, iter(after[following])))
 
-    for name in [*signals.inputs, *sources]:
+    for name in [*inputs, *sources]:
         if name not in started:
             visit(name)
     return [name for name in reversed(order) if name in sources]
@@ -178,8 +184,8 @@ class _Signals:
     def __init__(
         self, graph: Graph, inputs: dict[str, Shape], found: dict[str, Dynamics], dt_s: float
     ) -> None:
-        self.inputs = inputs
         self._graph, self._dt_s = graph, dt_s
+        self._left = WEIGHTS
         self._shapes = inputs | {name: one.shape for name, one in found.items()}
         self._before: dict[str, list[str]] = {name: [] for name in graph.nodes}
         for source, target in graph.edges:
@@ -204,20 +210,6 @@ class _Signals:
         except CycleError as error:
             raise MismatchError("neurons in every cycle", f"none at {error.args[1][0]}") from None
 
-    def sources(self, name: str) -> set[str]:
-        """Return the inputs and populations of which spikes reach a node over linear nodes."""
-        found: set[str] = set()
-        seen: set[str] = set()
-        waiting = list(self._before[name])
-        while waiting:
-            one = waiting.pop()
-            if one in self._shapes:
-                found.add(one)
-            elif one not in seen:
-                seen.add(one)
-                waiting += self._before[one]
-        return found
-
     def into(self, name: str) -> Signal:
         """Return the sum of what leads to a node."""
         signals = [self._done.get(one) or self._spikes(one) for one in self._before[name]]
@@ -233,6 +225,9 @@ class _Signals:
             for source, matrix in signal.parts.items():
                 parts[source] = parts[source] + matrix if source in parts else matrix
         constant = np.sum([signal.constant for signal in signals], axis=0)
+        self._left -= constant.size + sum(matrix.nnz for matrix in parts.values())
+        if self._left < 0:
+            raise MismatchError(f"at most {WEIGHTS:,} weights in all", f"more up to node {name}")
         return Signal(parts, constant, signals[0].shape)
 
     def _through(self, name: str) -> Signal:

@@ -4,6 +4,7 @@ import nir
 import numpy as np
 import pytest
 
+from spikeport.networks.loading.nir import populations
 from spikeport.networks.loading.nir.graph import flattened
 from spikeport.networks.loading.nir.hdf5 import read
 from spikeport.networks.loading.nir.populations import Folded, folded
@@ -65,9 +66,22 @@ def test_populations_come_after_those_that_lead_to_them(tmp_path):
          "expected output o at an end, found it within a path"),
         ({"i": nir.Input(input_type={"input": np.array([2**10, 2**11])}), "n": lif(2)}, "n>o",
          "expected from 1 to 1,048,576 values of input i, found (1024, 2048)"),
+        ({"i": nir.Input(input_type={"input": np.array([2**20])}), "n": lif(2)}, "n>o",
+         "expected at most 1,048,576 inputs and neurons, found 1,048,578"),
+        ({"a": weights(1, 2**15), "b": weights(2**15, 1), "n": lif(2),
+          "i": nir.Input(input_type={"input": np.array([2**15])})}, "i>a a>b n>o",
+         "expected matrices with at most 134,217,728 products up to node b, found 1,073,741,824"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_on_a_chip_is_refused_by_name(tmp_path, nodes, edges, message):
     with pytest.raises(MismatchError) as caught:
         fold(tmp_path, {"i": FIRST, "o": LAST} | nodes, edges)
     assert str(caught.value).startswith(message)
+
+
+def test_weights_of_all_nodes_are_counted(tmp_path, monkeypatch):
+    monkeypatch.setattr(populations, "WEIGHTS", 100)
+    nodes = {"i": FIRST, "n": lif(2), "o": LAST} | {f"w{i}": weights(2, 2) for i in range(30)}
+    edges = "i>w0 w29>n n>o " + " ".join(f"w{i}>w{i + 1}" for i in range(29))
+    with pytest.raises(MismatchError, match="at most 100 weights in all, found more up to node w1"):
+        fold(tmp_path, nodes, edges)
