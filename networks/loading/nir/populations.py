@@ -138,33 +138,32 @@ def _check_size(sizes: list[int]) -> None:
 
 
 def _order(inputs: list[str], sources: dict[str, list[str]]) -> list[str]:
-    """Return populations such that each comes after its sources, but for those of a cycle."""
-    order: dict[str, None] = {}
+    """Return populations such that each comes after its sources, but for those of a cycle.
+
+    A cycle is closed by what leads back to where a walk from the inputs, depth first, came from.
+    """
     after: dict[str, list[str]] = {name: [] for name in [*inputs, *sources]}
     for name, before in sources.items():
         for source in before:
             after[source].append(name)
     started: set[str] = set()
+    done = [one for name in after for one in _finished(name, after, started)]
+    return [name for name in reversed(done) if name in sources]
 
-    # Depth first from the inputs, as a feed-forward run of the graph goes: what closes a cycle is
-    # what leads back to a node that is not done.
-    def visit(start: str) -> None:
-        stack = [(start, iter(after[start]))]
-        started.add(start)
-        while stack:
-            name, rest = stack[-1]
-            following = next((one for one in rest if one not in started), None)
-            if following is None:
-                order[name] = None
-                stack.pop()
-            else:
-                started.add(following)
-                stack.append((following, iter(after[following])))
 
-    for name in [*inputs, *sources]:
-        if name not in started:
-            visit(name)
-    return [name for name in reversed(order) if name in sources]
+def _finished(start: str, after: dict[str, list[str]], started: set[str]) -> Iterator[str]:
+    """Yield what a walk from a node reaches that none before has, each after all behind it."""
+    on_way = [] if start in started else [(start, iter(after[start]))]
+    started.add(start)
+    while on_way:
+        name, rest = on_way[-1]
+        following = next((one for one in rest if one not in started), None)
+        if following is None:
+            yield name
+            on_way.pop()
+        else:
+            started.add(following)
+            on_way.append((following, iter(after[following])))
 
 
 def _check_readouts(populations: dict[str, Population]) -> None:

@@ -1,6 +1,6 @@
 """Our own graphs in other frameworks, which must have the spikes of NIR's equations as we run them.
 
-Both need torch, and neither is needed elsewhere: `pip install -c constraints.txt snntorch norse`.
+Both need torch, and neither is needed elsewhere: extra `nir-referee`.
 """
 
 import logging
@@ -16,7 +16,7 @@ from tests.helpers import nir_graphs
 from tests.helpers.nir_graphs import DT_S, spikes, written
 
 N_STEPS = 200
-REASON = "{} is a referee, and not installed: pip install -c constraints.txt snntorch norse"
+REASON = "{} is a referee, and not installed: pip install -c constraints.txt -e '.[nir-referee]'"
 
 
 def test_norse_has_the_same_spikes(tmp_path):
