@@ -37,7 +37,7 @@ READOUTS = ("LI", "CubaLI")
 NEURONS = (*SPIKING, *READOUTS)
 
 NODES = 10_000
-EDGES = 4 * NODES
+EDGES = 2 * NODES
 
 
 @dataclass(frozen=True)

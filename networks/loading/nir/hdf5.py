@@ -1,12 +1,17 @@
 """HDF5 files of others as plain values: groups, numbers and texts, and nothing that they point to.
 
 HDF5 can link to other files, take its data out of them, and ask for libraries that undo a filter:
-h5py would follow. Sizes are checked before anything is inflated.
+h5py would follow. Sizes are checked before anything is inflated. On a damaged file the HDF5 library
+may loop for ever, or end its process: it reads in a process of its own, of limited time.
 """
 
 import io
+import multiprocessing
+import resource
+import warnings
 from collections.abc import Iterator
 from importlib import import_module
+from multiprocessing.connection import Connection
 from pathlib import Path
 from types import ModuleType
 from typing import Any, TypeAlias
@@ -25,6 +30,11 @@ OBJECTS = 2**16
 """Groups and arrays: ten thousand nodes."""
 TEXT_BYTES = 2**22
 """Of all texts: names of edges."""
+TEXTS = 40_000
+"""In an array: two for each of 20,000 edges, which take seconds one by one."""
+CPU_S = 4
+"""That reading may take: a file of all that is allowed takes two."""
+CONTEXT = multiprocessing.get_context("fork")
 SKIPPED = "metadata"
 """A group that says nothing of what a graph computes."""
 
@@ -55,8 +65,39 @@ def read(path: Path) -> dict[str, Value]:
     MissingExtraError
         h5py is absent.
     """
-    h5py = _h5py()
+    _h5py()
     content = read_bytes(path)
+    receiver, sender = CONTEXT.Pipe(duplex=False)
+    child = CONTEXT.Process(target=_send, args=(sender, content), daemon=True)
+    with warnings.catch_warnings(action="ignore"):  # of threads, which the child does not use
+        child.start()
+    sender.close()
+    try:
+        found = receiver.recv()
+    except EOFError:
+        raise MismatchError("a whole HDF5 file", "one on which its library breaks off") from None
+    finally:
+        child.join()
+        receiver.close()
+    if isinstance(found, str):
+        expected, _, other = found.removeprefix("expected ").partition(", found ")
+        raise MismatchError(expected, other)
+    values: dict[str, Value] = found
+    return values
+
+
+def _send(sender: Connection, content: bytes) -> None:
+    """Send what is in a file, or why it is refused, before the time is over."""
+    resource.setrlimit(resource.RLIMIT_CPU, (CPU_S, CPU_S))
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    try:
+        sender.send(_values(content))
+    except MismatchError as error:
+        sender.send(str(error))
+
+
+def _values(content: bytes) -> dict[str, Value]:
+    h5py = _h5py()
     try:
         with h5py.File(io.BytesIO(content), "r") as file:
             return _Reader(h5py).group(file, depth=0)
@@ -118,8 +159,8 @@ class _Reader:
 
     def _texts(self, item: Any, name: str) -> str | list[str]:
         """Return texts one after the other, since their sizes are not known before."""
-        if item.shape is None or item.size > TEXT_BYTES:
-            raise MismatchError(f"texts in {name}", f"{item.size} of them")
+        if item.shape is None or item.size > TEXTS:
+            raise MismatchError(f"at most {TEXTS:,} texts in {name}", f"{item.size}")
         texts = [self._text_of(one, name) for one in self._rows(item)]
         return texts if item.shape else texts[0]
 

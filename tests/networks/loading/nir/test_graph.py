@@ -44,7 +44,7 @@ INNER = {"type": "NIRGraph", "nodes": {"a": INPUT}, "edges": []}
         ({"node": {"type": "NIRGraph"}}, "expected nodes in the graph, found none"),
         (values({"a": np.zeros(1)}), "expected a node a, found an array"),
         (values({"a": {"type": "Linear"}}), "expected weight in Linear a, found none"),
-        (values({"a": INPUT}, ["a"]), "expected at most 40,000 edges in the graph, each of two"),
+        (values({"a": INPUT}, ["a"]), "expected at most 20,000 edges in the graph, each of two"),
         (values({"a": INPUT}, ["a", "b"]), "expected edges between a, found one of b"),
         (values({"a": INPUT, "b": LINEAR}, ["a", "b"] * 2), "expected edges once, found a to b tw"),
         (values({"a": INNER}), "expected one Output in the graph a, found 0"),

@@ -1,5 +1,7 @@
 """HDF5 files as plain values; what leads out of them, or is too much, is refused."""
 
+import os
+
 import h5py
 import numpy as np
 import pytest
@@ -90,3 +92,24 @@ def test_filters_of_others_are_refused(path):
     with h5py.File(path, "w") as file:
         file.create_dataset("x", (10,), "f8", chunks=(10,), scaleoffset=2)
     assert refusal(path) == "expected x deflated, or as it is, found another filter"
+
+
+def test_texts_are_no_more_than_edges_need(path):
+    with h5py.File(path, "w") as file:
+        file.create_dataset("x", (20_001, 2), h5py.string_dtype())
+    assert refusal(path) == "expected at most 40,000 texts in x, found 40002"
+
+
+def test_a_library_that_loops_or_breaks_off_is_left(path, monkeypatch):
+    path.write_bytes(b"content")
+    message = "expected a whole HDF5 file, found one on which its library breaks off"
+    monkeypatch.setattr(hdf5, "_values", lambda _: os.abort())
+    assert refusal(path) == message
+    monkeypatch.setattr(hdf5, "CPU_S", 1)
+    monkeypatch.setattr(hdf5, "_values", _loop)
+    assert refusal(path) == message
+
+
+def _loop(_content):
+    while True:
+        pass
