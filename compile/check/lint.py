@@ -28,6 +28,7 @@ from spikeport.compile.ground.scope import (
     Scope,
     in_full,
 )
+from spikeport.neurons import OWN_TYPES
 
 ARRAYS = ("gain", "bias", "encoders", "max_rates", "intercepts", "eval_points", "function")
 """Parameters of ensembles and connections that can be arrays, beside transforms."""
@@ -62,7 +63,7 @@ def neuron_type(scope: Scope) -> Iterator[Violation]:
     for ensemble in scope.ensembles:
         kind = ensemble.neuron_type
         regular = type(kind) is nengo.RegularSpiking and type(kind.base_type) in REGULAR_BASES
-        if not regular and type(kind) not in NEURON_TYPES:
+        if not regular and type(kind) not in (*NEURON_TYPES, *OWN_TYPES):
             yield rules.get("SP002").broken(scope.names[ensemble], type(kind).__name__)
 
 

@@ -22,6 +22,7 @@ from spikeport.compile.ground.quantisation import block_error, block_values
 from spikeport.compile.ground.refusal import refused, warnings_about
 from spikeport.compile.loihi.blocks import FloatBlocks, IntegerBlocks, copied, copied_probe
 from spikeport.compile.loihi.numpy1 import numpy1_semantics
+from spikeport.compile.loihi.own_neurons import discretise_own, own_blocks
 
 LEAST_EXPONENT = -6
 """The least exponent of weights: 2^6 is the unit of what they add to a current."""
@@ -40,11 +41,13 @@ def discretise(floats: FloatBlocks) -> IntegerBlocks:
     """
     blocks = tuple(copied(block) for block in floats.blocks)
     probes = tuple(copied_probe(probe) for probe in floats.model.probes)
+    own, dt_s = own_blocks(floats.model), floats.model.dt
     scales: dict[LoihiBlock, float] = {}
     with numpy1_semantics():
         for built, entry, block in zip(floats.model.blocks, floats.entries, blocks, strict=True):
+            about = (entry.label, *floats.about(entry.owner))
             with warnings_about(entry.label):
-                scales[built] = _discretise(block, (entry.label, *floats.about(entry.owner)))
+                scales[built] = _discretise(block, about, dt_s if built in own else None)
         for probe in probes:
             for i, block in enumerate(probe.target):
                 discretize_probe(probe, i, scales[block])
@@ -55,10 +58,12 @@ def discretise(floats: FloatBlocks) -> IntegerBlocks:
     return IntegerBlocks(floats, blocks, probes, errors)
 
 
-def _discretise(block: LoihiBlock, about: tuple[str, ...]) -> float:
+def _discretise(block: LoihiBlock, about: tuple[str, ...], own_dt_s: float | None) -> float:
     values = block_values(block)
     if not all(np.isfinite(part).all() for part in (values.bias, *values.weights)):
         raise not_finite(about[0], "weights or biases")
+    if own_dt_s is not None:
+        return discretise_own(block, about[0], own_dt_s)
     try:
         return _round(block)
     except (NengoException, AssertionError) as error:

@@ -101,6 +101,15 @@ def compile_command(
     chip: ChipOption = "loihi",
     *,
     settings: SettingsOption,
+    dt: Annotated[
+        float | None, typer.Option(metavar="SECONDS", help="Time step of a NIR graph.")
+    ] = None,
+    spikes: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE.npz", help="Measure a NIR graph with these, or with `random` spikes."
+        ),
+    ] = None,
     out: ImageFolder = None,
     json: ReportFile = None,
     passes: PassesOption = None,
@@ -145,6 +154,8 @@ def compile_command(
             print_after=print_after,
             build_timeout_s=build_timeout,
             offload=offload,
+            dt_s=dt,
+            spikes=spikes,
         )
     )
 
@@ -216,6 +227,17 @@ def step_command(
     from spikeport.commands.step import run
 
     run(image, spikes=spikes, n_steps=steps, out=out, seed=seed)
+
+
+@app.command("export")
+def export_command(
+    image: ImageFile,
+    nir: Annotated[Path, written("NIR graph to write.")],
+) -> None:
+    """Export a chip image to another form: as a NIR graph, in the chip's integers."""
+    from spikeport.commands.export import run
+
+    run(image, nir)
 
 
 @app.command("convert")

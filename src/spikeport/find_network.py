@@ -1,8 +1,10 @@
 """Finds the network a user names: built in, in a file, a notebook, or in a module."""
 
+import functools
 import inspect
 from collections.abc import Callable
 from types import ModuleType
+from typing import Any
 
 import nengo
 
@@ -17,7 +19,8 @@ BUILT_IN = {"arm": "reach", "humanoid": "switch", "walk": "walk"}
 """The built-in networks, each with the experiment that runs it."""
 USUAL = ("model", "net")
 """Names that Nengo's documentation and GUI give to the network of a script."""
-FORMS = ("FILE.py", "FILE.ipynb", "FILE.py:NAME", "module:NAME")
+FORMS = ("FILE.py", "FILE.ipynb", "FILE.py:NAME", "module:NAME", "graph.nir")
+"""Forms of other networks' names."""
 
 
 def needed_passes(spec: str) -> str | None:
@@ -39,7 +42,8 @@ def find_network(
     spec : str
         A built-in name; ``FILE.py:NAME``, ``FILE.ipynb:NAME`` or ``module:NAME``, where the name is
         that of a network, or of a function or class that makes one; or a file alone, in which it is
-        a network called ``model`` or ``net``, or the only network, or all that makes one.
+        a network called ``model`` or ``net``, or the only network, or all that makes one; or
+        ``graph.nir``.
     pairs : list of str
         ``KEY=VALUE`` arguments of the function; of a built-in network, its experiment's settings.
     chip, passes : str
@@ -56,8 +60,24 @@ def find_network(
     """
     if spec in BUILT_IN:
         return _built_in(spec, pairs, chip, passes)
+    if spec.endswith(".nir"):
+        return _graph(spec, pairs)
     with watched(spec, timeout_s):
         return _users(spec, pairs)
+
+
+def _graph(spec: str, pairs: list[str]) -> nengo.Network:
+    """Load a NIR graph; its time step and other arguments are settings."""
+    from spikeport import nir
+
+    load = functools.partial(nir.load, spec)
+    arguments: dict[str, Any] = dict(key_values.parse(pairs, load, f"NIR graph '{spec}'"))
+    if "dt" not in arguments:
+        raise UsageError(
+            f"{spec}: a NIR graph has no time step; give that of its equations, in seconds, with "
+            "--dt, or --set dt=SECONDS"
+        )
+    return load(**arguments)
 
 
 def _users(spec: str, pairs: list[str]) -> nengo.Network:

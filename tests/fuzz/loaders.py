@@ -11,7 +11,7 @@ import torch
 import yaml
 from torch import nn
 
-from spikeport import compile_network
+from spikeport import compile_network, nir
 from spikeport.backends.board.board import Board, pieces
 from spikeport.backends.board.chip import BoardChip
 from spikeport.backends.board.frame import Frame, Kind, Splitter
@@ -36,6 +36,7 @@ from spikeport.networks import walking_policy
 from spikeport.networks.loading.files import load_mlp
 from spikeport.networks.walking_policy import WalkingPolicy
 from spikeport.reading.notebook import read_notebook
+from tests.helpers import nir_graphs
 from tests.helpers.event_files import process_of, random_events, write_events
 from tests.helpers.fake_board import MACHINE, FakeClock, FakeLine, small_image, spike_train
 from tests.helpers.foreign import ENVIRONMENT, Policy, described, state
@@ -195,6 +196,11 @@ def _answered_whole(path: Path) -> None:
     list(board.answer(Frame(kind, number, step, path.read_bytes()[2:], flags)))
 
 
+def _nir(folder: Path) -> None:
+    for name, graph in (("recurrent", nir_graphs.recurrent()), ("nested", nir_graphs.nested())):
+        nir_graphs.written(folder, graph, f"{name}.nir")
+
+
 LOADERS = {
     "npz": Loader(_npz, walking_policy.load),
     "TorchScript": Loader(_torchscript, load_mlp),
@@ -210,6 +216,7 @@ LOADERS = {
     "chip": Loader(_copies(BUILT_IN / "loihi.toml"), lambda path: chips.get(str(path))),
     "report": Loader(_report, _diff),
     "events": Loader(_events, lambda path: event_steps(process_of(path), 0.001)),
+    "NIR": Loader(_nir, lambda path: nir.load(path, nir_graphs.DT_S)),
     "spikes": Loader(_spikes, lambda path: by_step(good(), path, 5)),
     "record": Loader(_record, _replay),
     "frames": Loader(_frames, _answered),

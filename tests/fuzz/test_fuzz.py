@@ -11,15 +11,17 @@ from tests.fuzz.mutations import mutated
 
 pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning")
 MUTATIONS = 300
+FEWER = {"NIR": 100}
+"""Of a loader that reads each file in a process of its own."""
 
 
 @pytest.mark.parametrize("name", LOADERS)
 def test_spoilt_files_are_read_or_refused(name, tmp_path):
-    loader, tally = LOADERS[name], Tally()
-    fuzz(loader, good_files(loader, tmp_path), MUTATIONS, seed=0, tally=tally)
+    loader, tally, mutations = LOADERS[name], Tally(), FEWER.get(name, MUTATIONS)
+    fuzz(loader, good_files(loader, tmp_path), mutations, seed=0, tally=tally)
     assert tally.failures == []
-    assert tally.tried == MUTATIONS
-    assert tally.refused > MUTATIONS / 10
+    assert tally.tried == mutations
+    assert tally.refused > mutations / 10
 
 
 def test_what_is_neither_read_nor_refused_is_kept(tmp_path):

@@ -48,8 +48,8 @@ def test_a_function_in_a_module_is_found(net_py, monkeypatch):
 @pytest.mark.parametrize("spec", ["leg", "leg:", ":make", ""])
 def test_an_unknown_name_lists_what_can_be_given(spec):
     assert refusal(spec) == (
-        f"unknown network '{spec}'; there is: FILE.ipynb, FILE.py, FILE.py:NAME, arm, humanoid, "
-        "module:NAME, walk"
+        f"unknown network '{spec}'; there is: FILE.ipynb, FILE.py, FILE.py:NAME, arm, graph.nir, "
+        "humanoid, module:NAME, walk"
     )
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import nengo
 
 from spikeport.backends.loss import measure, network_error
-from spikeport.commands import rates
+from spikeport.commands import nir, rates
 from spikeport.commands.against_written import as_written, more_cores, more_loss
 from spikeport.commands.passes import printer
 from spikeport.commands.progress import progress_bar
@@ -46,6 +46,8 @@ class CompileRequest:
     print_after: str | None = None
     build_timeout_s: float | None = None
     offload: bool = False
+    dt_s: float | None = None
+    spikes: str | None = None
 
 
 def run(request: CompileRequest) -> None:
@@ -56,6 +58,7 @@ def run(request: CompileRequest) -> None:
     _check_run(request.loss_s)
     request.budget.check_basis(stated is not None or request.loss_s is not None)
     check_places(out=request.out, json=request.json)
+    settings = nir.with_dt(request.network, request.settings, request.dt_s, request.spikes)
     chip = chips.get(request.chip)
     passes = request.passes if request.passes is not None else needed_passes(request.network)
     passes = chip.pipeline if passes is None else passes
@@ -64,11 +67,12 @@ def run(request: CompileRequest) -> None:
         progress("building the network", None)
         network = find_network(
             request.network,
-            request.settings,
+            settings,
             request.chip,
             request.passes,
             request.build_timeout_s,
         )
+        played = nir.read_spikes(network, request.spikes)
         try:
             compilation = compile_network(
                 network,
@@ -91,6 +95,7 @@ def run(request: CompileRequest) -> None:
             findings = _compared(findings, network, compilation, written, request.loss_s)
     write_findings(compilation, findings, out=request.out, json=request.json)
     show_findings(findings, request.cores)
+    nir.show(network, compilation, played)
     if exceeded := request.budget.exceeded(findings.report, findings.activity):
         raise OverBudgetError(exceeded)
 

@@ -27,6 +27,7 @@ PACKAGES = {
     "torch": "train",
     "rsl-rl-lib": "train",
     "pyyaml": "convert",
+    "nir": "nir",
     "dask": "sweep",
     "distributed": "sweep",
 }

@@ -155,8 +155,8 @@ def test_unknown_names_of_compile_list_what_there_is(spikeport, net_py):
         return done.err
 
     assert error("leg") == (
-        "error: unknown network 'leg'; there is: FILE.ipynb, FILE.py, FILE.py:NAME, arm, humanoid, "
-        "module:NAME, walk\n"
+        "error: unknown network 'leg'; there is: FILE.ipynb, FILE.py, FILE.py:NAME, arm, "
+        "graph.nir, humanoid, module:NAME, walk\n"
     )
     assert error("arm", "--set", "preset=fat") == (
         "error: unknown preset 'fat'; there is: lean, paper\n"

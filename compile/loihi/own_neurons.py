@@ -1,0 +1,126 @@
+"""Builds `spikeport.neurons.IntegrateAndFire`, and rounds it, in units that the network chose.
+
+nengo-loihi's builder would end voltages at zero, and set all currents of a block to one decay. Its
+discretiser never raises weights above 8 bits times 2^6, so that a large weight leaves little of the
+threshold: here each group of synapses has the exponent that its weights need, as on the chip.
+
+    weight = m 2^(7 + e),   -127 <= m <= 127,   -1 <= e <= 7
+"""
+
+import nengo
+import numpy as np
+from nengo.ensemble import Neurons
+from nengo_loihi.block import Compartment, LoihiBlock, Synapse
+from nengo_loihi.builder import Builder, Model
+
+from spikeport.compile.ground.refusal import RefusedError
+from spikeport.neurons import OWN_TYPES, IntegrateAndFire, chip_decays, integrals
+
+MANTISSA = 127
+EXPONENTS = (-1, 7)
+"""Of weights; below, a chip's weights lose bits that they have in memory."""
+
+VOLTAGE = 2**23 - 1
+"""The voltage goes from -VOLTAGE to VOLTAGE."""
+
+UNIT = 64
+"""Thresholds are multiples of this."""
+
+THRESHOLD = (2**17 - 1) * UNIT
+BIAS_MANTISSA, BIAS_EXPONENT = 2**12 - 1, 7
+
+
+class OwnFilter(Compartment):
+    """Compartments whose neurons filter their current: connections bring no filter."""
+
+    def configure_filter(self, tau_s: float, dt: float = 0.001) -> None:
+        """Keep the filter."""
+
+    def configure_default_filter(self, tau_s: float, dt: float = 0.001) -> None:
+        """Keep the filter."""
+
+
+@Builder.register(IntegrateAndFire)  # type: ignore[untyped-decorator]  # nengo-loihi's
+def build_integrate_and_fire(
+    model: Model, kind: IntegrateAndFire, neurons: Neurons, block: LoihiBlock
+) -> None:
+    """Configure a block; spikes are 1/dt high, hence all but decays is in units of 1/dt."""
+    state = OwnFilter(block.n_neurons, label=block.compartment.label)
+    current, voltage = integrals(kind.current_decay, kind.voltage_decay)
+    state.decay_u[:], state.decay_v[:] = kind.current_decay, kind.voltage_decay
+    state.vth[:] = kind.threshold / (current * voltage) / model.dt
+    state.bias[:] = block.compartment.bias + kind.leak / current / model.dt
+    state.refract_delay[:] = 1
+    state.vmin, state.scale_u, state.scale_v = -np.inf, False, False
+    block.compartment = state
+
+
+def own_blocks(model: Model) -> set[LoihiBlock]:
+    """Return the blocks of our own neurons, of which nengo-loihi may have made several of one."""
+    found: set[LoihiBlock] = set()
+    for obj, parts in model.objs.items():
+        if isinstance(obj, nengo.Ensemble) and type(obj.neuron_type) in OWN_TYPES:
+            blocks = parts["in"]
+            found.update(blocks if isinstance(blocks, list) else [blocks])
+    return found
+
+
+def discretise_own(block: LoihiBlock, label: str, dt_s: float) -> float:
+    """Round a block of our own neurons in place, and return the units in a float block's 1.
+
+    Raises
+    ------
+    RefusedError
+        If a weight, threshold or leak is beyond what the chip can hold.
+    """
+    state = block.compartment
+    for synapse in block.synapses:
+        _round_weights(synapse, label, dt_s)
+    current, voltage = chip_decays(state.decay_u, state.decay_v)
+    state.decay_u, state.decay_v = _integers(current - 1), _integers(voltage)  # the chip adds 1
+    state.vth = _integers(_rounded_thresholds(state.vth * dt_s, label))
+    state.bias = _integers(_rounded_biases(state.bias * dt_s, label))
+    state.vmin, state.vmax, state.noise_exp = -VOLTAGE, VOLTAGE, 1
+    state.discretize_info = {
+        "w_exp": 0,
+        "w_scale": dt_s / UNIT,  # weights with exponent 0 are multiples of a unit
+        "v_scale": dt_s,
+        "b_scale": dt_s,
+    }
+    return dt_s
+
+
+def _round_weights(synapse: Synapse, label: str, dt_s: float) -> None:
+    largest = max((np.abs(w).max(initial=0) for w in synapse.weights), default=0) * dt_s
+    exponent = max(EXPONENTS[0], int(np.ceil(np.log2(max(largest, 1) / MANTISSA))) - 7)
+    if exponent > EXPONENTS[1]:
+        raise _beyond(label, "weight", largest, MANTISSA << (7 + EXPONENTS[1]))
+    synapse.format(weight_exp=exponent)
+    step = 2.0 ** (7 + exponent)
+    synapse.weights = [_integers(np.round(w * (dt_s / step)) * step) for w in synapse.weights]
+
+
+def _rounded_thresholds(values: np.ndarray, label: str) -> np.ndarray:
+    if values.max() > THRESHOLD:
+        raise _beyond(label, "threshold", values.max(), THRESHOLD)
+    return np.maximum(np.round(values / UNIT), 1) * UNIT
+
+
+def _rounded_biases(values: np.ndarray, label: str) -> np.ndarray:
+    largest = np.abs(values).max()
+    if largest > BIAS_MANTISSA << BIAS_EXPONENT:
+        raise _beyond(label, "leak", largest, BIAS_MANTISSA << BIAS_EXPONENT)
+    step = np.exp2(np.ceil(np.log2(np.maximum(np.abs(values) / BIAS_MANTISSA, 1))))
+    rounded: np.ndarray = np.round(values / step) * step
+    return rounded
+
+
+def _beyond(label: str, what: str, used: float, limit: int) -> RefusedError:
+    return RefusedError(
+        f"{label}: a {what} of {used:,.0f} units, at most {limit:,}; cure: scale the thresholds, "
+        "weights and leaks of its neurons down together"
+    )
+
+
+def _integers(values: np.ndarray) -> np.ndarray:
+    return np.asarray(values).astype(np.int32)

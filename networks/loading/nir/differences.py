@@ -1,0 +1,79 @@
+"""What the chip does otherwise than NIR's equations, population by population, in words."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from spikeport.networks.loading.nir.network import NirNetwork
+from spikeport.networks.loading.nir.populations import Folded, Population
+from spikeport.networks.loading.nir.units import all_parts
+from spikeport.neurons import STEPS, chip_decays
+
+LOWEST = 2**23
+"""Units below zero at which the chip's voltage ends."""
+
+
+def differences(network: NirNetwork) -> Iterator[tuple[str, str]]:
+    """Yield the name of a population, and a difference."""
+    for name, one in network.folded.populations.items():
+        texts = _on_chip(network, one) if one.spikes else _on_host(one)
+        yield from ((name, text) for text in (*texts, *_ways(network.folded, one)))
+
+
+def _on_host(one: Population) -> Iterator[str]:
+    yield "computed on the host, in floating point: it reads spikes and sends none"
+    yield f"its voltage is {_steps(one.depth)} late"
+    if one.dynamics.leak.any() or one.input.constant.any():
+        yield f"its bias and leak act from the first step on, {one.depth} before its input can"
+
+
+def _on_chip(network: NirNetwork, one: Population) -> Iterator[str]:
+    of, mine = one.dynamics, network.units[one.node.name]
+    yield f"spikes are {_steps(one.depth)} late: each connection takes one"
+    if of.reset.any():
+        yield f"starts at its reset voltage, {_range(of.reset)}, not at 0"
+    yield from _rounding(one)
+    lowest = -LOWEST / mine.threshold.max()
+    yield f"the voltage ends at {lowest:.0f} thresholds; NIR's has no end"
+    if n_levels := len(np.unique(mine.threshold)) - 1:
+        yield f"{n_levels + 1} thresholds, so that small weights keep more bits"
+    connected = [part for _, part in all_parts(mine.weights, network.n_parts)]
+    if len(connected) > len(mine.weights):
+        yield f"weights are two synapses each: {sum(p.nnz for p in connected):,} synapses"
+    if mine.bias.any():
+        yield f"its bias is a source on the host, which spikes in every step from {one.depth} on"
+    if mine.leak.any():
+        yield f"its leak voltage acts from the first step on, {one.depth} before its input can"
+
+
+def _rounding(one: Population) -> Iterator[str]:
+    of = one.dynamics
+    for name, decay, rounded in zip(
+        ("current", "voltage"),
+        (of.current_decay, of.voltage_decay),
+        chip_decays(of.current_decay, of.voltage_decay),
+        strict=True,
+    ):
+        error = np.abs(rounded / STEPS - decay) / np.maximum(decay, 1 / STEPS)
+        if error.max() > 0:
+            yield (
+                f"{name} decays by {_range(rounded)}/{STEPS} a step, up to {error.max():.2%} off, "
+                "and rounds towards 0"
+            )
+        if (n_decays := len(np.unique(decay))) > 1:
+            yield f"{n_decays} {name} decays; each is a profile of its core"
+
+
+def _ways(folded: Folded, one: Population) -> Iterator[str]:
+    for source, steps in folded.late(one):
+        when = "early" if steps > 0 else "late"
+        yield f"spikes of {source} arrive {_steps(abs(steps))} {when}, beside its longest way's"
+
+
+def _steps(n: int) -> str:
+    return "1 step" if n == 1 else f"{n} steps"
+
+
+def _range(values: np.ndarray) -> str:
+    low, high = values.min(), values.max()
+    return f"{low:g}" if low == high else f"{low:g} to {high:g}"

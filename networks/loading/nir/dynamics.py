@@ -1,0 +1,150 @@
+r"""Nodes of neurons as equations of one time step, as NIR's are discretised by Euler's method.
+
+.. math::
+    I &\leftarrow I + \tfrac{dt}{\tau_{syn}} (w_{in} x - I) \\
+    v &\leftarrow v + \tfrac{dt}{\tau_{mem}} (v_{leak} - v + R I)
+
+and a spike where :math:`v > v_{thr}`, which sets v to :math:`v_{reset}`. x is a sum of weights, one
+for each spike of the step, as all frameworks have it. Neurons without a current have I = x; IF has
+no time constant, v <- v + R x; a threshold has neither, v = x.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from spikeport.networks.loading.nir.graph import Node
+from spikeport.networks.loading.nir.operators import SIZE, Shape
+from spikeport.reading.mismatch import MismatchError
+
+LONGEST = 8192
+"""Steps of the longest time constant: beyond it, the chip's 12 bits of decay are none."""
+
+
+@dataclass(frozen=True)
+class Dynamics:
+    """Coefficients of neurons, each (n,); voltages count from the reset voltage.
+
+    Attributes
+    ----------
+    shape : tuple of int
+        The shape of the node.
+    current_decay, voltage_decay : array
+        dt / tau_syn and dt / tau_mem; 1 and 0 where there is no such time constant.
+    gain : array
+        What a weight adds to v in the step of a spike.
+    leak : array
+        What is added to v in every step.
+    threshold, reset : array
+        The threshold, from the reset voltage on, and that voltage; a read-out has infinity and 0.
+    """
+
+    shape: Shape
+    current_decay: np.ndarray
+    voltage_decay: np.ndarray
+    gain: np.ndarray
+    leak: np.ndarray
+    threshold: np.ndarray
+    reset: np.ndarray
+
+    @property
+    def size(self) -> int:
+        """The number of neurons."""
+        return self.gain.size
+
+
+def dynamics(node: Node, dt_s: float) -> Dynamics:
+    """Return the equations of a node of neurons.
+
+    Raises
+    ------
+    MismatchError
+        A parameter is absent or out of range.
+    """
+    return _Parameters(node, dt_s).dynamics()
+
+
+class _Parameters:
+    """The parameters of a node, of one shape."""
+
+    def __init__(self, node: Node, dt_s: float) -> None:
+        self._node, self._dt_s = node, dt_s
+        first = "threshold" if node.kind == "Threshold" else "r"
+        self._shape = node.numbers(first).shape or (1,)
+        if not 1 <= np.prod(self._shape) <= SIZE:
+            raise MismatchError(f"from 1 to {SIZE:,} neurons in node {node.name}", f"{self._shape}")
+
+    def dynamics(self) -> Dynamics:
+        """Return the equations."""
+        current, voltage, gain = DECAYS[self._node.kind](self)
+        threshold, reset = self._threshold()
+        leak = voltage * (self.get("v_leak", 0) - reset)
+        return Dynamics(self._shape, current, voltage, gain, leak, threshold, reset)
+
+    def get(self, field: str, absent: float | None = None) -> np.ndarray:
+        """Return a parameter, (n,)."""
+        n = int(np.prod(self._shape))
+        if absent is not None and field not in self._node.values:
+            return np.full(n, absent)
+        value = self._node.numbers(field)
+        if value.size not in (1, n):
+            raise MismatchError(f"{n} values {field} in node {self._node.name}", f"{value.size}")
+        return np.resize(value, n)
+
+    def decay(self, field: str) -> np.ndarray:
+        """Return dt / tau."""
+        tau_s = self.get(field)
+        least, most = self._dt_s * (1 - 1e-6), self._dt_s * LONGEST
+        odd = tau_s[(tau_s < least) | (tau_s > most)]
+        if odd.size:
+            raise MismatchError(
+                f"{field} from {self._dt_s:g} to {most:g} s, 1 to {LONGEST} steps of --dt, in node "
+                f"{self._node.name}",
+                f"{odd[0]:g} s",
+                cure="give another --dt",
+            )
+        return np.minimum(self._dt_s / tau_s, 1.0)
+
+    def _threshold(self) -> tuple[np.ndarray, np.ndarray]:
+        if self._node.kind in ("LI", "CubaLI"):
+            return np.full(self.get("r").size, np.inf), self.get("r") * 0
+        name = "threshold" if self._node.kind == "Threshold" else "v_threshold"
+        reset = self.get("v_reset", 0)
+        threshold = self.get(name) - reset
+        if threshold.min() <= 0:
+            raise MismatchError(
+                f"thresholds above what node {self._node.name} is reset to", f"{threshold.min():g}"
+            )
+        return threshold, reset
+
+
+def _cuba(of: _Parameters) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    current, voltage = of.decay("tau_syn"), of.decay("tau_mem")
+    return current, voltage, current * of.get("w_in", 1) * voltage * of.get("r")
+
+
+def _leaky(of: _Parameters) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    voltage = of.decay("tau")
+    return np.ones_like(voltage), voltage, voltage * of.get("r")
+
+
+def _integrating(of: _Parameters) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    r = of.get("r")
+    return np.ones_like(r), np.zeros_like(r), r
+
+
+def _memoryless(of: _Parameters) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    one = np.ones_like(of.get("threshold"))
+    return one, one, one
+
+
+DECAYS: dict[str, Callable[[_Parameters], tuple[np.ndarray, np.ndarray, np.ndarray]]] = {
+    "LIF": _leaky,
+    "LI": _leaky,
+    "CubaLIF": _cuba,
+    "CubaLI": _cuba,
+    "IF": _integrating,
+    "Threshold": _memoryless,
+}
+"""Current decay, voltage decay and gain, by the kind of a node."""

@@ -1,0 +1,55 @@
+"""NIR's own equations, by Euler's method, for as many steps as there are inputs.
+
+Within a step populations follow each other; what leads back takes one step.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from spikeport.networks.loading.nir.populations import Folded, Population
+
+
+def run(folded: Folded, inputs: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Run a graph from rest.
+
+    Parameters
+    ----------
+    folded : Folded
+        The graph.
+    inputs : mapping of str to (n_steps, size) array
+        The spikes of each input, 0 or 1.
+
+    Returns
+    -------
+    outputs : dict of str to (n_steps, n) array
+        The spikes of each population, of a read-out its voltage.
+    """
+    n_steps = min(len(rows) for rows in inputs.values())
+    states = {name: _State(one) for name, one in folded.populations.items()}
+    outputs = {name: np.zeros((n_steps, one.size)) for name, one in folded.populations.items()}
+    sent = {name: np.zeros(one.size) for name, one in folded.populations.items()}
+    for step in range(n_steps):
+        sent |= {name: rows[step] for name, rows in inputs.items()}
+        for name, state in states.items():
+            sent[name] = outputs[name][step] = state.step(sent)
+    return outputs
+
+
+class _State:
+    """The current and voltage of a population."""
+
+    def __init__(self, population: Population) -> None:
+        self._of = population
+        self._current, self._voltage = np.zeros((2, population.size))
+
+    def step(self, sent: Mapping[str, np.ndarray]) -> np.ndarray:
+        signal, of = self._of.input, self._of.dynamics
+        x = sum((matrix @ sent[name] for name, matrix in signal.parts.items()), signal.constant)
+        self._current = self._current + of.gain * x - of.current_decay * self._current
+        self._voltage = self._voltage + self._current - of.voltage_decay * self._voltage + of.leak
+        if not self._of.spikes:
+            return self._voltage
+        spiked = self._voltage > of.threshold
+        self._voltage = np.where(spiked, 0, self._voltage)
+        return spiked.astype(float)

@@ -1,0 +1,180 @@
+"""HDF5 files of others as plain values: groups, numbers and texts, and nothing that they point to.
+
+HDF5 can link to other files, take its data out of them, and ask for libraries that undo a filter:
+h5py would follow. Sizes are checked before anything is inflated. On a damaged file the HDF5 library
+may loop for ever, or end its process: it reads in a process of its own, of limited time.
+"""
+
+import io
+import multiprocessing
+import resource
+import warnings
+from collections.abc import Iterator
+from importlib import import_module
+from multiprocessing.connection import Connection
+from pathlib import Path
+from types import ModuleType
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from spikeport.errors import MissingExtraError
+from spikeport.reading.archive import FILE_BYTES, read_bytes
+from spikeport.reading.mismatch import MismatchError
+
+Value: TypeAlias = np.ndarray | str | list[str] | dict[str, "Value"]
+
+DEPTH = 32
+"""Groups within groups: a nested graph takes two."""
+OBJECTS = 2**16
+"""Groups and arrays: ten thousand nodes."""
+TEXT_BYTES = 2**22
+"""Of all texts: names of edges."""
+TEXTS = 40_000
+"""In an array: two for each of 20,000 edges, which take seconds one by one."""
+CPU_S = 4
+"""That reading may take: a file of all that is allowed takes two."""
+CONTEXT = multiprocessing.get_context("fork")
+SKIPPED = "metadata"
+"""A group that says nothing of what a graph computes."""
+
+DAMAGES = (
+    OSError,
+    KeyError,
+    RuntimeError,
+    ValueError,
+    TypeError,
+    AttributeError,
+    MemoryError,
+    OverflowError,
+    IndexError,
+)
+"""What h5py raises of a damaged file."""
+
+FILTERS = (1, 2, 3, 32000)
+"""Deflate, shuffle, check sums and LZF, by HDF5's numbers: what h5py writes, and brings itself."""
+
+
+def read(path: Path) -> dict[str, Value]:
+    """Return what is in a file, group by group.
+
+    Raises
+    ------
+    MismatchError
+        It is no such file, damaged, too large, or holds more than numbers, texts and groups.
+    MissingExtraError
+        h5py is absent.
+    """
+    _h5py()
+    content = read_bytes(path)
+    receiver, sender = CONTEXT.Pipe(duplex=False)
+    child = CONTEXT.Process(target=_send, args=(sender, content), daemon=True)
+    with warnings.catch_warnings(action="ignore"):  # of threads, which the child does not use
+        child.start()
+    sender.close()
+    try:
+        found = receiver.recv()
+    except EOFError:
+        raise MismatchError("a whole HDF5 file", "one on which its library breaks off") from None
+    finally:
+        child.join()
+        receiver.close()
+    if isinstance(found, str):
+        expected, _, other = found.removeprefix("expected ").partition(", found ")
+        raise MismatchError(expected, other)
+    values: dict[str, Value] = found
+    return values
+
+
+def _send(sender: Connection, content: bytes) -> None:
+    """Send what is in a file, or why it is refused, before the time is over."""
+    resource.setrlimit(resource.RLIMIT_CPU, (CPU_S, CPU_S))
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    try:
+        sender.send(_values(content))
+    except MismatchError as error:
+        sender.send(str(error))
+
+
+def _values(content: bytes) -> dict[str, Value]:
+    h5py = _h5py()
+    try:
+        with h5py.File(io.BytesIO(content), "r") as file:
+            return _Reader(h5py).group(file, depth=0)
+    except DAMAGES as error:
+        reason = (str(error) or type(error).__name__).splitlines()[0]
+        raise MismatchError("a whole HDF5 file", reason) from error
+
+
+def _h5py() -> ModuleType:
+    try:
+        return import_module("h5py")
+    except ModuleNotFoundError as error:
+        raise MissingExtraError(
+            "reading a NIR graph needs the package h5py, which is not installed; install it with: "
+            "pip install 'spikeport[nir]'"
+        ) from error
+
+
+class _Reader:
+    """What reading a file may still take."""
+
+    def __init__(self, h5py: ModuleType) -> None:
+        self._h5py = h5py
+        self._bytes, self._objects, self._text = FILE_BYTES, OBJECTS, TEXT_BYTES
+
+    def group(self, group: Any, depth: int) -> dict[str, Value]:
+        if depth > DEPTH:
+            raise MismatchError(f"groups {DEPTH} deep", "deeper ones")
+        return {name: self._member(group, name, depth) for name in group if name != SKIPPED}
+
+    def _member(self, group: Any, name: str, depth: int) -> Value:
+        self._objects -= 1
+        if self._objects < 0:
+            raise MismatchError(f"at most {OBJECTS:,} groups and arrays", "more")
+        link = group.get(name, getlink=True)
+        if not isinstance(link, self._h5py.HardLink):
+            raise MismatchError(f"{name} in the file itself", "a link")
+        item = group[name]
+        if isinstance(item, self._h5py.Group):
+            return self.group(item, depth + 1)
+        if not isinstance(item, self._h5py.Dataset):
+            raise MismatchError(f"a group or an array {name}", type(item).__name__)
+        return self._array(item, name)
+
+    def _array(self, item: Any, name: str) -> Value:
+        if item.external or item.is_virtual:
+            raise MismatchError(f"{name} in the file itself", "data out of another")
+        filters = item.id.get_create_plist()
+        if any(filters.get_filter(i)[0] not in FILTERS for i in range(filters.get_nfilters())):
+            raise MismatchError(f"{name} deflated, or as it is", "another filter")
+        if self._h5py.check_string_dtype(item.dtype) is not None:
+            return self._texts(item, name)
+        if item.dtype.kind not in "biuf":
+            raise MismatchError(f"numbers or texts in {name}", f"type {item.dtype}")
+        self._bytes -= int(item.size or 0) * item.dtype.itemsize
+        if item.shape is None or self._bytes < 0:
+            raise MismatchError(f"arrays of at most {FILE_BYTES:,} bytes", f"more in {name}")
+        return np.asarray(item[()])
+
+    def _texts(self, item: Any, name: str) -> str | list[str]:
+        """Return texts one after the other, since their sizes are not known before."""
+        if item.shape is None or item.size > TEXTS:
+            raise MismatchError(f"at most {TEXTS:,} texts in {name}", f"{item.size}")
+        texts = [self._text_of(one, name) for one in self._rows(item)]
+        return texts if item.shape else texts[0]
+
+    def _rows(self, item: Any) -> Iterator[bytes | str]:
+        if not item.shape:
+            yield item[()]
+        for index in np.ndindex(item.shape if item.shape else (0,)):
+            yield item[index]
+
+    def _text_of(self, value: bytes | str, name: str) -> str:
+        self._text -= len(value)
+        if self._text < 0:
+            raise MismatchError(f"texts of at most {TEXT_BYTES:,} bytes", f"more in {name}")
+        try:
+            return value.decode() if isinstance(value, bytes) else value
+        except UnicodeDecodeError as error:
+            raise MismatchError(f"a text in {name}", str(error)) from error

@@ -1,0 +1,220 @@
+"""The linear nodes of NIR as sparse matrices: y = M x + b, over arrays laid out in C order.
+
+A convolution's output (o, p) is the sum over input channels i of its group and kernel offsets a
+
+    y[o, p] = sum_{i, a} w[o, i, a] x[i, p s + a d - l] + b[o]
+
+with stride s, dilation d and l zeros before the input; pooling is a convolution of each channel by
+itself, with weights of 1, or of 1 over the size of the kernel.
+"""
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from scipy import sparse
+
+from spikeport.networks.loading.nir.graph import Node
+from spikeport.reading.mismatch import MismatchError
+
+Shape = tuple[int, ...]
+
+SIZE = 2**20
+"""Values between nodes: eight times the compartments of a chip."""
+ENTRIES = 2**23
+"""Weights of a matrix: some times what the synapses of a chip can be."""
+
+
+class Operator(NamedTuple):
+    """A matrix (n_out, n_in), what it adds, (n_out,), and the shape of its output."""
+
+    matrix: sparse.csr_matrix
+    bias: np.ndarray
+    shape: Shape
+
+
+def operator(node: Node, shape: Shape, dt_s: float) -> Operator:
+    """Return what a linear node does with an input of a shape.
+
+    Raises
+    ------
+    MismatchError
+        The node does not take that shape, or is too large.
+    """
+    found = OPERATORS[node.kind](node, shape, dt_s)
+    if math.prod(found.shape) > SIZE:
+        raise MismatchError(f"at most {SIZE:,} values after node {node.name}", f"{found.shape}")
+    return found
+
+
+def _identity(shape: Shape, scale: np.ndarray | None = None) -> sparse.csr_matrix:
+    n = math.prod(shape)
+    return sparse.diags_array(np.ones(n) if scale is None else scale).tocsr()
+
+
+def _same(node: Node, shape: Shape, dt_s: float) -> Operator:
+    return Operator(_identity(shape), np.zeros(math.prod(shape)), shape)
+
+
+def _affine(node: Node, shape: Shape, dt_s: float) -> Operator:
+    weight = node.numbers("weight")
+    if weight.ndim != 2:
+        raise MismatchError(f"a weight of 2 axes in node {node.name}", f"{weight.ndim}")
+    _match(node, math.prod(shape), weight.shape[1])
+    bias = np.zeros(len(weight))
+    if node.kind == "Affine":
+        bias = np.ravel(node.numbers("bias"))
+        if bias.size != len(weight):
+            raise MismatchError(f"{len(weight)} biases in node {node.name}", f"{bias.size}")
+    return Operator(sparse.csr_matrix(weight), bias, (len(weight),))
+
+
+def _scale(node: Node, shape: Shape, dt_s: float) -> Operator:
+    scale = node.numbers("scale")
+    n = math.prod(shape)
+    if scale.size not in (1, n):
+        raise MismatchError(f"{n} values of scale in node {node.name}", f"{scale.size}")
+    return Operator(_identity(shape, np.resize(scale, n)), np.zeros(n), shape)
+
+
+def _delay(node: Node, shape: Shape, dt_s: float) -> Operator:
+    delay = np.ravel(node.numbers("delay"))
+    if not (np.isclose(delay, dt_s, rtol=1e-6) | (delay == 0)).all():
+        raise MismatchError(
+            f"node {node.name} to delay by {dt_s:g} s, the step that every path takes on the chip",
+            f"{delay.min():g} to {delay.max():g} s",
+            cure="give a --dt that equals the delay, or leave the node out",
+        )
+    return _same(node, shape, dt_s)
+
+
+def _flatten(node: Node, shape: Shape, dt_s: float) -> Operator:
+    (start,), (end,) = node.whole("start_dim"), node.whole("end_dim")
+    end = end + len(shape) if end < 0 else end
+    start = start + len(shape) if start < 0 else start
+    if not 0 <= start <= end < len(shape):
+        raise MismatchError(f"axes of {shape} to flatten in node {node.name}", f"{start} to {end}")
+    flat = (*shape[:start], math.prod(shape[start : end + 1]), *shape[end + 1 :])
+    return _same(node, flat, dt_s)
+
+
+def _convolution(node: Node, shape: Shape, dt_s: float) -> Operator:
+    weight = node.numbers("weight")
+    n_axes = 1 if node.kind == "Conv1d" else 2
+    if weight.ndim != 2 + n_axes or len(shape) != 1 + n_axes:
+        raise MismatchError(f"{n_axes} axes of space in node {node.name}", f"input {shape}")
+    (groups,) = node.whole("groups")
+    if groups < 1 or len(weight) % groups or weight.shape[1] * groups != shape[0]:
+        raise MismatchError(
+            f"{shape[0]} channels in node {node.name}", f"{groups} groups of {weight.shape[1]}"
+        )
+    stride, dilation = (_each(node, name, n_axes) for name in ("stride", "dilation"))
+    padding = _padding(node, weight.shape[2:], dilation)
+    matrix, space = _convolved(node, weight, groups, shape, stride, dilation, padding)
+    bias = np.ravel(node.numbers("bias"))
+    if bias.size not in (1, len(weight)):
+        raise MismatchError(f"{len(weight)} biases in node {node.name}", f"{bias.size}")
+    biases = np.repeat(np.resize(bias, len(weight)), math.prod(space))
+    return Operator(matrix, biases, (len(weight), *space))
+
+
+def _pooling(node: Node, shape: Shape, dt_s: float) -> Operator:
+    if len(shape) != 3:
+        raise MismatchError(f"channels, rows and columns into node {node.name}", f"{shape}")
+    kernel, stride = (_each(node, name, 2) for name in ("kernel_size", "stride"))
+    if math.prod(kernel) * math.prod(shape) > ENTRIES:
+        raise MismatchError(f"at most {ENTRIES:,} weights in node {node.name}", f"kernel {kernel}")
+    padding = [(n, n) for n in _each(node, "padding", 2, least=0)]
+    value = 1.0 / math.prod(kernel) if node.kind == "AvgPool2d" else 1.0
+    weight = np.full((shape[0], 1, *kernel), value)
+    matrix, space = _convolved(node, weight, shape[0], shape, stride, (1, 1), padding)
+    return Operator(matrix, np.zeros(matrix.shape[0]), (shape[0], *space))
+
+
+def _convolved(
+    node: Node,
+    weight: np.ndarray,
+    groups: int,
+    shape: Shape,
+    stride: Shape,
+    dilation: Shape,
+    padding: list[tuple[int, int]],
+) -> tuple[sparse.csr_matrix, Shape]:
+    """Return the matrix of a convolution, and the space of its output."""
+    kernel, extent = weight.shape[2:], shape[1:]
+    steps = zip(extent, padding, dilation, kernel, stride, strict=True)
+    space = tuple((n + a + b - d * (k - 1) - 1) // s + 1 for n, (a, b), d, k, s in steps)
+    if min(space) < 1 or weight.size * math.prod(space) > ENTRIES:
+        raise MismatchError(
+            f"from 1 to {ENTRIES:,} weights in node {node.name}",
+            f"kernel {kernel} over {extent} into {space}",
+        )
+    places = [
+        np.arange(m)[:, np.newaxis] * s + np.arange(k) * d - a
+        for m, k, s, d, (a, _) in zip(space, kernel, stride, dilation, padding, strict=True)
+    ]
+    return _entries(weight, groups, shape, space, places), space
+
+
+def _entries(
+    weight: np.ndarray, groups: int, shape: Shape, space: Shape, places: list[np.ndarray]
+) -> sparse.csr_matrix:
+    """Return the matrix; ``places`` has the inputs of each output and offset, axis by axis."""
+    n_out, per_group, *kernel = weight.shape
+    axes = (n_out, per_group, *space, *kernel)
+    index = np.indices(axes, sparse=True)
+    channel = index[1] + index[0] // (n_out // groups) * per_group
+    column, inside = channel, np.ones((1,) * len(axes), dtype=bool)
+    row = index[0]
+    for axis, (place, extent) in enumerate(zip(places, shape[1:], strict=True)):
+        here = place[index[2 + axis], index[2 + len(space) + axis]]
+        column, inside = column * extent + here, inside & (here >= 0) & (here < extent)
+        row = row * space[axis] + index[2 + axis]
+    values = weight.reshape(n_out, per_group, *(1,) * len(space), *kernel)
+    found = np.broadcast_to(inside, axes) & (np.broadcast_to(values, axes) != 0)
+    entries = (np.broadcast_to(array, axes)[found] for array in (values, row, column))
+    data, rows, columns = entries
+    size = (n_out * math.prod(space), math.prod(shape))
+    return sparse.csr_matrix((data, (rows, columns)), shape=size)
+
+
+def _each(node: Node, field: str, n_axes: int, least: int = 1) -> Shape:
+    """Return a whole number for each axis of space, where one may stand for all."""
+    found = node.whole(field)
+    if len(found) not in (1, n_axes) or min(found) < least:
+        raise MismatchError(f"{field} from {least} in node {node.name}", f"{found}")
+    return found * n_axes if len(found) == 1 else found
+
+
+def _padding(node: Node, kernel: Shape, dilation: Shape) -> list[tuple[int, int]]:
+    """Return the zeros before and after each axis."""
+    given = node.values["padding"]
+    if isinstance(given, str):
+        if given not in ("same", "valid"):
+            raise MismatchError(f"padding same or valid in node {node.name}", given)
+        around = [
+            d * (k - 1) if given == "same" else 0 for d, k in zip(dilation, kernel, strict=True)
+        ]
+        return [(n // 2, n - n // 2) for n in around]
+    return [(n, n) for n in _each(node, "padding", len(kernel), least=0)]
+
+
+def _match(node: Node, found: int, wanted: int) -> None:
+    if found != wanted:
+        raise MismatchError(f"{wanted} values into node {node.name}", f"{found}")
+
+
+OPERATORS: dict[str, Callable[[Node, Shape, float], Operator]] = {
+    "InnerInput": _same,
+    "InnerOutput": _same,
+    "Affine": _affine,
+    "Linear": _affine,
+    "Scale": _scale,
+    "Delay": _delay,
+    "Flatten": _flatten,
+    "Conv1d": _convolution,
+    "Conv2d": _convolution,
+    "SumPool2d": _pooling,
+    "AvgPool2d": _pooling,
+}

@@ -1,0 +1,260 @@
+"""A graph with one sparse matrix between two populations, in place of all linear nodes there.
+
+    x_k = sum_j M_kj s_j + b_k
+
+where s_j are the spikes of population or input j. A linear node adds its bias once, however many
+nodes lead to it.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from graphlib import CycleError, TopologicalSorter
+from typing import NamedTuple
+
+import numpy as np
+from scipy import sparse
+
+from spikeport.networks.loading.nir.dynamics import Dynamics, dynamics
+from spikeport.networks.loading.nir.graph import NEURONS, READOUTS, Graph, Node
+from spikeport.networks.loading.nir.operators import SIZE, Shape, operator
+from spikeport.reading.mismatch import MismatchError
+
+WEIGHTS = 2**26
+"""In all matrices up to a node, of all nodes: a gigabyte."""
+PRODUCTS = 2**27
+"""Of weights of two nodes in a row: seconds of work, and at most so many weights."""
+
+
+class Signal(NamedTuple):
+    """A sum of spikes times matrices, by source, and a constant; and its shape."""
+
+    parts: dict[str, sparse.csr_matrix]
+    constant: np.ndarray
+    shape: Shape
+
+
+@dataclass(frozen=True)
+class Population:
+    """Neurons of one node, and what reaches them.
+
+    Attributes
+    ----------
+    node : Node
+        The node.
+    dynamics : Dynamics
+        Its equations in a time step.
+    input : Signal
+        Its input.
+    depth : int
+        The longest way of spikes from an input to it, in connections.
+    """
+
+    node: Node
+    dynamics: Dynamics
+    input: Signal
+    depth: int
+
+    @property
+    def size(self) -> int:
+        """The number of neurons."""
+        return self.dynamics.size
+
+    @property
+    def spikes(self) -> bool:
+        """Whether the neurons spike; others are read."""
+        return self.node.kind not in READOUTS
+
+
+@dataclass(frozen=True)
+class Folded:
+    """A graph of populations.
+
+    Attributes
+    ----------
+    dt_s : float
+        The time step, in seconds.
+    inputs : dict of str to Shape
+        The shape of each input.
+    populations : dict of str to Population
+        The populations by name, each after those that lead to it, but for recurrence.
+    outputs : dict of str to Signal
+        What is read.
+    """
+
+    dt_s: float
+    inputs: dict[str, Shape]
+    populations: dict[str, Population]
+    outputs: dict[str, Signal]
+
+    def late(self, population: Population) -> Iterator[tuple[str, int]]:
+        """Yield the sources of which spikes arrive early, or late (negative), and the steps.
+
+        NIR's ways within a step take no time; on the chip each connection takes a step.
+        """
+        names = list(self.populations)
+        for source in population.input.parts:
+            depth = self.populations[source].depth if source in self.populations else 0
+            recurrent = source in names and names.index(source) >= names.index(population.node.name)
+            steps = population.depth - depth - (0 if recurrent else 1)
+            if steps:
+                yield source, steps
+
+
+def folded(graph: Graph, dt_s: float) -> Folded:
+    """Fold the linear nodes of a graph.
+
+    Raises
+    ------
+    MismatchError
+        Shapes do not fit, or something cannot be put on a chip: the message names the node.
+    """
+    inputs = {node.name: _shape(node) for node in graph.kinds("Input")}
+    found = {node.name: dynamics(node, dt_s) for node in graph.kinds(*NEURONS)}
+    _check_size([*map(math.prod, inputs.values()), *(one.size for one in found.values())])
+    signals = _Signals(graph, inputs, found, dt_s)
+    into = {name: signals.into(name) for name in found}
+    depths: dict[str, int] = {}
+    populations = {}
+    for name in _order(list(inputs), {name: list(one.parts) for name, one in into.items()}):
+        before = [depths.get(source, 0) for source in into[name].parts]
+        depths[name] = 1 + max(before, default=0)
+        populations[name] = Population(graph.nodes[name], found[name], into[name], depths[name])
+    outputs = {node.name: signals.into(node.name) for node in graph.kinds("Output")}
+    _check_readouts(populations)
+    return Folded(dt_s, inputs, populations, outputs)
+
+
+def _shape(node: Node) -> Shape:
+    shape = node.whole("shape")
+    if not shape or min(shape) < 1 or math.prod(shape) > SIZE:
+        raise MismatchError(f"from 1 to {SIZE:,} values of input {node.name}", f"{shape}")
+    return shape
+
+
+def _check_size(sizes: list[int]) -> None:
+    if sum(sizes) > SIZE:
+        raise MismatchError(f"at most {SIZE:,} inputs and neurons", f"{sum(sizes):,}")
+
+
+def _order(inputs: list[str], sources: dict[str, list[str]]) -> list[str]:
+    """Return populations such that each comes after its sources, but for those of a cycle.
+
+    A cycle is closed by what leads back to where a walk from the inputs, depth first, came from.
+    """
+    after: dict[str, list[str]] = {name: [] for name in [*inputs, *sources]}
+    for name, before in sources.items():
+        for source in before:
+            after[source].append(name)
+    started: set[str] = set()
+    done = [one for name in after for one in _finished(name, after, started)]
+    return [name for name in reversed(done) if name in sources]
+
+
+def _finished(start: str, after: dict[str, list[str]], started: set[str]) -> Iterator[str]:
+    """Yield what a walk from a node reaches that none before has, each after all behind it."""
+    on_way = [] if start in started else [(start, iter(after[start]))]
+    started.add(start)
+    while on_way:
+        name, rest = on_way[-1]
+        following = next((one for one in rest if one not in started), None)
+        if following is None:
+            yield name
+            on_way.pop()
+        else:
+            started.add(following)
+            on_way.append((following, iter(after[following])))
+
+
+def _check_readouts(populations: dict[str, Population]) -> None:
+    for name, population in populations.items():
+        for source in population.input.parts:
+            if source in populations and not populations[source].spikes:
+                raise MismatchError(
+                    f"spikes into node {name}",
+                    f"the voltage of {populations[source].node.kind} {source}",
+                    cure="neurons on the chip send spikes alone: read it, or make it a LIF",
+                )
+
+
+class _Signals:
+    """The signals of a graph, each computed once."""
+
+    def __init__(
+        self, graph: Graph, inputs: dict[str, Shape], found: dict[str, Dynamics], dt_s: float
+    ) -> None:
+        self._graph, self._dt_s = graph, dt_s
+        self._left = WEIGHTS
+        self._shapes = inputs | {name: one.shape for name, one in found.items()}
+        self._before: dict[str, list[str]] = {name: [] for name in graph.nodes}
+        for source, target in graph.edges:
+            for end, name in (("Output", source), ("Input", target)):
+                if graph.nodes[name].kind == end:
+                    raise MismatchError(f"{end.lower()} {name} at an end", "it within a path")
+            self._before[target].append(source)
+        self._done: dict[str, Signal] = {}
+        for name in self._linear():
+            self._done[name] = self._through(name)
+
+    def _linear(self) -> Iterator[str]:
+        """Yield the linear nodes, each after those that lead to it."""
+        ends = self._shapes.keys() | {node.name for node in self._graph.kinds("Output")}
+        before = {
+            name: [one for one in before if one not in ends]
+            for name, before in self._before.items()
+            if name not in ends
+        }
+        try:
+            yield from list(TopologicalSorter(before).static_order())
+        except CycleError as error:
+            raise MismatchError("neurons in every cycle", f"none at {error.args[1][0]}") from None
+
+    def into(self, name: str) -> Signal:
+        """Return the sum of what leads to a node."""
+        signals = [self._done.get(one) or self._spikes(one) for one in self._before[name]]
+        if not signals:
+            return self._nothing(name)
+        sizes = {math.prod(signal.shape) for signal in signals}
+        wanted = self._shapes.get(name)
+        if len(sizes) > 1 or (wanted is not None and sizes != {math.prod(wanted)}):
+            shapes = " and ".join(str(signal.shape) for signal in signals)
+            raise MismatchError(f"{wanted or 'equal shapes'} into node {name}", shapes)
+        parts: dict[str, sparse.csr_matrix] = {}
+        for signal in signals:
+            for source, matrix in signal.parts.items():
+                parts[source] = parts[source] + matrix if source in parts else matrix
+        constant = np.sum([signal.constant for signal in signals], axis=0)
+        self._left -= constant.size + sum(matrix.nnz for matrix in parts.values())
+        if self._left < 0:
+            raise MismatchError(f"at most {WEIGHTS:,} weights in all", f"more up to node {name}")
+        return Signal(parts, constant, signals[0].shape)
+
+    def _through(self, name: str) -> Signal:
+        node = self._graph.nodes[name]
+        signal = self.into(name)
+        found = operator(node, signal.shape, self._dt_s)
+        parts = {
+            source: _product(found.matrix, matrix, name) for source, matrix in signal.parts.items()
+        }
+        return Signal(parts, found.matrix @ signal.constant + found.bias, found.shape)
+
+    def _spikes(self, name: str) -> Signal:
+        shape = self._shapes[name]
+        n = math.prod(shape)
+        return Signal({name: sparse.eye_array(n, format="csr")}, np.zeros(n), shape)
+
+    def _nothing(self, name: str) -> Signal:
+        if name not in self._shapes:
+            raise MismatchError(f"an edge that leads to node {name}", "none")
+        shape = self._shapes[name]
+        return Signal({}, np.zeros(math.prod(shape)), shape)
+
+
+def _product(a: sparse.csr_matrix, b: sparse.csr_matrix, name: str) -> sparse.csr_matrix:
+    """Return the product of two matrices, if it is of a size that can be."""
+    n_products = int(np.bincount(a.indices, minlength=a.shape[1]) @ np.diff(b.indptr))
+    if n_products > PRODUCTS:
+        raise MismatchError(
+            f"matrices with at most {PRODUCTS:,} products up to node {name}", f"{n_products:,}"
+        )
+    return (a @ b).tocsr()

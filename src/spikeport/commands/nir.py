@@ -1,0 +1,70 @@
+"""What `spikeport compile` says of a NIR graph: what the chip does otherwise, and how it agrees."""
+
+from collections.abc import Iterator
+
+import nengo
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
+
+from spikeport.commands.agreement import Agreement, Played, measured, spikes_of
+from spikeport.compile.pipeline import Compilation
+from spikeport.errors import UsageError
+from spikeport.networks.loading.nir.differences import differences
+from spikeport.networks.loading.nir.network import NirNetwork
+
+SUFFIX = ".nir"
+
+
+def with_dt(network: str, settings: list[str], dt_s: float | None, spikes: str | None) -> list[str]:
+    """Return the settings of a network with the time step that a graph needs.
+
+    Raises
+    ------
+    UsageError
+        A graph has no time step, or another network has one.
+    """
+    if network.endswith(SUFFIX):
+        return settings if dt_s is None else [*settings, f"dt={dt_s!r}"]
+    option = "--dt" if dt_s is not None else "--spikes" if spikes is not None else None
+    if option is not None:
+        raise UsageError(f"{option}: for a NIR graph, a file ending in {SUFFIX}, not for {network}")
+    return settings
+
+
+def read_spikes(network: nengo.Network, spikes: str | None) -> Played | None:
+    """Return the spikes that a user wants to measure with; of a graph alone."""
+    return spikes_of(network.folded, spikes) if isinstance(network, NirNetwork) and spikes else None
+
+
+def show(network: nengo.Network, compilation: Compilation, played: Played | None) -> None:
+    """Print what differs, and the agreement on spikes where there are any; of a graph alone."""
+    if not isinstance(network, NirNetwork):
+        return
+    console = Console(highlight=False)
+    console.print("on the chip, otherwise than in NIR:")
+    for line in _lines(network):
+        console.print(line, markup=False, soft_wrap=True)
+    if played is not None:
+        console.print(_table(list(measured(network, compilation, played))))
+        console.print(f"input: {played.origin}", markup=False, soft_wrap=True)
+
+
+def _lines(network: NirNetwork) -> Iterator[str]:
+    last = None
+    for name, text in differences(network):
+        if name != last:
+            yield f"  {name}"
+        yield f"    {text}"
+        last = name
+
+
+def _table(found: list[Agreement]) -> Table:
+    table = Table(box=SIMPLE_HEAD, title="equal neuron-steps, chip and NIR's equations")
+    table.add_column("population", no_wrap=True)
+    for name in ("silent", "chip", "spikes in NIR", "on the chip"):
+        table.add_column(name, justify="right", no_wrap=True)
+    for one in found:
+        shares = (f"{100 * share:.2f} %" for share in (one.silent, one.equal))
+        table.add_row(one.name, *shares, f"{one.wanted:,}", f"{one.spikes:,}")
+    return table

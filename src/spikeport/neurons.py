@@ -1,0 +1,210 @@
+"""Neuron types of our own: neurons in steps of the chip, and what feeds and reads them on the host.
+
+Nengo's types have no filtered current of their own and end the voltage at zero. Those of NIR and of
+most frameworks have the one and do not do the other, and nor does the chip.
+"""
+
+from typing import ClassVar
+
+import nengo
+import numpy as np
+from nengo.dists import Choice, Distribution
+from nengo.neurons import NeuronType
+from nengo.params import NdarrayParam, NumberParam
+
+from spikeport.constants import DT_S
+from spikeport.errors import UsageError
+
+STEPS = 4096
+"""The parts of a step's current or voltage that the chip can let decay: 12 bits."""
+
+REST = Choice([0])
+
+
+class Integrator(NeuronType):
+    r"""Leaky integrators of a filtered current; `IntegrateAndFire` and `LeakyIntegrator` are such.
+
+    .. math:: u \leftarrow (1 - d_u) u + J\,dt, \qquad v \leftarrow (1 - d_v) v + u + l
+
+    Parameters
+    ----------
+    current_decay, voltage_decay : float or (n,) array
+        The shares :math:`d_u`, from above 0 to 1, and :math:`d_v`, from 0 to 1, that a step takes
+        away; of all neurons, or of each.
+    leak : float or (n,) array
+        What a step adds to the voltage, :math:`l`.
+
+    Raises
+    ------
+    UsageError
+        If a decay is out of range.
+    """
+
+    state: ClassVar[dict[str, Distribution]] = {"current": REST, "voltage": REST}
+    current_decay = NdarrayParam("current_decay")
+    voltage_decay = NdarrayParam("voltage_decay")
+    leak = NdarrayParam("leak")
+
+    def __init__(
+        self,
+        current_decay: np.ndarray | float = 1.0,
+        voltage_decay: np.ndarray | float = 0.0,
+        leak: np.ndarray | float = 0.0,
+    ) -> None:
+        super().__init__()
+        _check("current_decay", current_decay, np.nextafter(0, 1), 1)
+        _check("voltage_decay", voltage_decay, 0, 1)
+        _check("leak", leak, -np.inf, np.inf)
+        self.current_decay, self.voltage_decay, self.leak = current_decay, voltage_decay, leak
+
+    def _integrate(self, charge: np.ndarray, current: np.ndarray, voltage: np.ndarray) -> None:
+        current += charge - self.current_decay * current
+        voltage += current - self.voltage_decay * voltage + self.leak
+
+    def _per_step(self, x: np.ndarray, gain: np.ndarray, bias: np.ndarray) -> np.ndarray:
+        """Return what a step adds to the voltage, once the current has settled."""
+        charge: np.ndarray = self.current(x, gain, bias) * DT_S
+        settled: np.ndarray = charge / self.current_decay + self.leak
+        return settled
+
+
+class IntegrateAndFire(Integrator):
+    r"""Integrators that spike where :math:`v > \theta`, and then start from zero.
+
+    The chip computes them in integers, :math:`\theta` in units of its voltage: weights become
+    multiples of 64, of a size of 8 bits for each connection, so that a large threshold keeps more
+    of them. There is no lower end of the voltage here; on the chip it is at -2^23.
+
+    Parameters
+    ----------
+    threshold : float or (n,) array
+        The threshold :math:`\theta`, in the unit of weights, above 0.
+    current_decay, voltage_decay, leak : float or (n,) array
+        See `Integrator`; on the chip decays are multiples of 1/4096.
+    """
+
+    negative = False
+    spiking = True
+    threshold = NdarrayParam("threshold")
+
+    def __init__(
+        self,
+        threshold: np.ndarray | float = 2.0**15,
+        current_decay: np.ndarray | float = 1.0,
+        voltage_decay: np.ndarray | float = 0.0,
+        leak: np.ndarray | float = 0.0,
+    ) -> None:
+        super().__init__(current_decay, voltage_decay, leak)
+        _check("threshold", threshold, np.nextafter(0, 1), np.inf)
+        self.threshold = threshold
+
+    def step(
+        self,
+        dt: float,
+        J: np.ndarray,
+        output: np.ndarray,
+        current: np.ndarray,
+        voltage: np.ndarray,
+    ) -> None:
+        """Advance by a step; a spike is 1/dt high."""
+        self._integrate(J * dt, current, voltage)
+        spiked = voltage > self.threshold
+        output[:] = spiked / dt
+        voltage[spiked] = 0
+
+    def rates(self, x: np.ndarray, gain: np.ndarray, bias: np.ndarray) -> np.ndarray:
+        """Return the rates in Hz that constant input leads to, in steps of 1 ms."""
+        drive = self._per_step(x, gain, bias)
+        decay = np.maximum(self.voltage_decay, 1e-12)  # next to none, of those that have none
+        fires = drive > decay * self.threshold
+        share = np.where(fires, decay * self.threshold / np.where(fires, drive, 1), 0)
+        with np.errstate(divide="ignore"):
+            n_steps = np.ceil(np.maximum(np.log1p(-share) / np.log1p(-decay), 1))
+        rates: np.ndarray = fires / (n_steps * DT_S)
+        return rates
+
+
+class LeakyIntegrator(Integrator):
+    """Integrators whose output is their voltage: they read spikes, on the host."""
+
+    spiking = False
+
+    def step(
+        self,
+        dt: float,
+        J: np.ndarray,
+        output: np.ndarray,
+        current: np.ndarray,
+        voltage: np.ndarray,
+    ) -> None:
+        """Advance by a step."""
+        self._integrate(J * dt, current, voltage)
+        output[:] = voltage
+
+    def rates(self, x: np.ndarray, gain: np.ndarray, bias: np.ndarray) -> np.ndarray:
+        """Return the voltages that constant input leads to, in steps of 1 ms."""
+        held: np.ndarray = np.maximum(self.voltage_decay, 1e-12)
+        voltages: np.ndarray = self._per_step(x, gain, bias) / held
+        return voltages
+
+
+class SpikeSource(NeuronType):
+    """Neurons for the host, which spike in each step in which their input is above one half.
+
+    Parameters
+    ----------
+    wait : int
+        Steps at the begin in which they do not.
+    """
+
+    negative = False
+    spiking = True
+    state: ClassVar[dict[str, Distribution]] = {"elapsed": REST}
+    wait = NumberParam("wait", low=0)
+
+    def __init__(self, wait: int = 0) -> None:
+        super().__init__()
+        self.wait = wait
+
+    def step(self, dt: float, J: np.ndarray, output: np.ndarray, elapsed: np.ndarray) -> None:
+        """Advance by a step."""
+        output[:] = ((J > 0.5) & (elapsed >= self.wait)) / dt
+        elapsed += 1
+
+    def rates(self, x: np.ndarray, gain: np.ndarray, bias: np.ndarray) -> np.ndarray:
+        """Return the rates in Hz, in steps of 1 ms."""
+        rates: np.ndarray = (self.current(x, gain, bias) > 0.5) / DT_S
+        return rates
+
+
+def chip_decays(
+    current_decay: np.ndarray | float, voltage_decay: np.ndarray | float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the decays that the chip has for these, in 1/4096: any but zero stay above it."""
+    current = np.clip(np.round(np.asarray(current_decay) * STEPS), 1, STEPS)
+    voltage = np.clip(np.round(np.asarray(voltage_decay) * STEPS), 1, STEPS - 1)
+    return current.astype(int), np.where(np.asarray(voltage_decay) == 0, 0, voltage).astype(int)
+
+
+def integrals(
+    current_decay: np.ndarray | float, voltage_decay: np.ndarray | float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the ratios of the chip's decays to these, of current and voltage.
+
+    What a spike adds up to in all steps after it is smaller on the chip by these factors.
+    """
+    current, voltage = chip_decays(current_decay, voltage_decay)
+    wanted = np.asarray(voltage_decay, dtype=float)
+    none = wanted == 0
+    ratio = np.where(none, 1.0, voltage / STEPS / np.where(none, 1.0, wanted))
+    return current / STEPS / np.asarray(current_decay), ratio
+
+
+def _check(name: str, value: np.ndarray | float, low: float, high: float) -> None:
+    odd = np.ravel(value)[~((np.ravel(value) >= low) & (np.ravel(value) <= high))]
+    if odd.size:
+        raise UsageError(f"{name}: {odd[0]:g} is out of range; it goes from {low:.3g} to {high:g}")
+
+
+OWN_TYPES: tuple[type[nengo.neurons.NeuronType], ...] = (IntegrateAndFire,)
+"""Types that the chip computes; the others are for the host."""

@@ -1,0 +1,65 @@
+"""NIR, the form in which spiking networks travel between frameworks: graphs in, images out.
+
+::
+
+    network = spikeport.nir.load("graph.nir", dt=1e-3)
+    with network:
+        nengo.Connection(events, network.inputs["input"], synapse=None)
+    with spikeport.Simulator(network) as sim: ...
+
+Needs the extra ``nir``.
+"""
+
+import contextlib
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+from spikeport.errors import UsageError
+from spikeport.networks.loading.nir.graph import flattened
+from spikeport.networks.loading.nir.hdf5 import read
+from spikeport.networks.loading.nir.network import NirNetwork
+from spikeport.networks.loading.nir.populations import folded
+from spikeport.reading.mismatch import MismatchError
+
+CURE = "what can be read: docs/nir.md"
+
+
+def load(path: str | Path, dt: float, parts: int = 2) -> NirNetwork:
+    """Read a graph as a network for the chip.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file. It is not trusted: it is read within limits.
+    dt : float
+        The time step of the graph's equations, in seconds, which NIR does not have. The chip takes
+        one of its own steps for each, however long those are.
+    parts : int
+        Synapses of a weight: 2 hold it to 15 bits, 1 holds it to 8 with half of the memory.
+
+    Raises
+    ------
+    UsageError
+        It is no NIR graph, or something in it cannot be put on a chip: the message names the node.
+    MissingExtraError
+        h5py is absent.
+    """
+    if not (isinstance(dt, float | int) and 0 < dt < math.inf):
+        raise UsageError(f"dt={dt}: the time step of a NIR graph is a number of seconds above 0")
+    if parts not in (1, 2):
+        raise UsageError(f"parts={parts}: a weight has 1 or 2 synapses")
+    path = Path(path)
+    with refusing(path):
+        return NirNetwork(folded(flattened(read(path)), float(dt)), parts, path.stem)
+
+
+@contextlib.contextmanager
+def refusing(path: Path) -> Iterator[None]:
+    """Refuse the file at ``path`` for what does not match while it is read."""
+    try:
+        yield
+    except FileNotFoundError:
+        raise UsageError(f"{path}: no such file") from None
+    except MismatchError as error:
+        raise UsageError(f"NIR graph '{path}': {error}; {error.cure or CURE}") from error

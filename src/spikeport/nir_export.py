@@ -1,0 +1,222 @@
+"""A chip image as a NIR graph, in the chip's integers.
+
+Each block is a node of CubaLIF neurons, of which Euler's method with time step dt makes
+
+    I <- (1 - d_u) I + q,   v <- (1 - d_v) v + I + bias,   spike where v > threshold
+
+with the image's own numbers: tau_syn = dt / d_u, tau_mem = dt / d_v, w_in = tau_syn / dt,
+R = tau_mem / dt, v_leak = bias / d_v. A block that is read and sends no spikes is one of CubaLI
+neurons. Each edge takes one step. With decays of 12 bits that round towards zero, the end of the
+voltage and the rests that the metadata hold, such a run has the spikes of the chip.
+"""
+
+import json
+from collections.abc import Iterator
+from importlib import import_module
+from importlib.metadata import version
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from spikeport.atomic import atomic_path
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.deliveries import synapses_of
+from spikeport.compile.image.tables import part
+from spikeport.errors import MissingExtraError, UsageError
+
+ONE = 4096
+"""Decays are in parts of this."""
+
+NO_DECAY = ONE**2
+"""Steps of a time constant that stands for none: of 12 bits of decay, it leaves no bit."""
+
+ENTRIES = 2**27
+"""Weights in all matrices, 1 GiB: NIR stores those that are zero, too."""
+
+
+def export(image: ChipImage, path: str | Path) -> None:
+    """Write an image as a NIR graph, whole or not at all.
+
+    Raises
+    ------
+    UsageError
+        The image learns or has noise, or is too large to be written as matrices.
+    MissingExtraError
+        The package nir is absent.
+    """
+    nir, path = _nir(), Path(path)
+    _check(image.checked)
+    graph = _Exporter(image, nir).graph()
+    with atomic_path(path) as temporary:
+        nir.write(temporary, graph)
+
+
+def _nir() -> ModuleType:
+    try:
+        return import_module("nir")
+    except ModuleNotFoundError as error:
+        raise MissingExtraError(
+            f"writing a NIR graph needs the package {error.name}, which is not installed; install "
+            "it with: pip install 'spikeport[nir]'"
+        ) from error
+
+
+def _check(image: ChipImage) -> None:
+    for what, there in (
+        ("learns", image.learns.any()),
+        ("has noise", image.compartments.enable_noise.any()),
+    ):
+        if there:
+            raise UsageError(
+                f"image {image.digest[:12]} {what}, for which NIR has no form; cure: compile the "
+                "network without it"
+            )
+
+
+class _Exporter:
+    """The nodes and edges of an image."""
+
+    def __init__(self, image: ChipImage, nir: ModuleType) -> None:
+        self._image, self._nir = image, nir
+        self._dt_s = image.manifest.dt_s
+        self._nodes: dict[str, Any] = {}
+        self._edges: list[tuple[str, str]] = []
+
+    def graph(self) -> Any:
+        """Return the graph."""
+        image, nir = self._image, self._nir
+        for number, size in enumerate(image.inputs.size):
+            self._nodes[f"input{number}"] = nir.Input(input_type={"input": np.array([int(size)])})
+        for block in range(image.n_blocks):
+            self._nodes[f"block{block}"] = self._block(block)
+        self._add_weights()
+        self._add_outputs()
+        return nir.NIRGraph(
+            nodes=self._nodes, edges=self._edges, metadata=self._metadata(), type_check=False
+        )
+
+    def _block(self, block: int) -> Any:
+        mine, of = part(self._image.blocks.start, block), self._image.compartments
+        current = (of.decay_u[mine] + 1) / ONE  # the chip adds 1
+        voltage = np.where(of.decay_v[mine] > 0, of.decay_v[mine] / ONE, 1 / NO_DECAY)
+        values = {
+            "tau_syn": self._dt_s / current,
+            "tau_mem": self._dt_s / voltage,
+            "w_in": 1 / current,
+            "r": 1 / voltage,
+            "v_leak": of.bias[mine] / voltage,
+            "metadata": self._of_block(block, mine),
+        }
+        if block in self._readouts():
+            return self._nir.CubaLI(**values)
+        threshold = of.vth[mine].astype(float)
+        reset = np.zeros_like(threshold)
+        return self._nir.CubaLIF(**values, v_threshold=threshold, v_reset=reset)
+
+    def _of_block(self, block: int, mine: slice) -> dict[str, Any]:
+        blocks = self._image.blocks
+        return {
+            "label": self._image.manifest.blocks[block].label,
+            "core": int(blocks.core[block]),
+            "v_min": int(blocks.vmin[block]),
+            "v_max": int(blocks.vmax[block]),
+            "rest_steps": np.maximum(self._image.compartments.refract_delay[mine] - 1, 0),
+        }
+
+    def _readouts(self) -> set[int]:
+        """Return the blocks whose voltage is read, and which send no spikes."""
+        image = self._image
+        read = set(image.compartment_block[image.readouts].tolist())
+        return read - set(image.routes.source[image.routes.from_input == 0].tolist())
+
+    def _add_weights(self) -> None:
+        """Add a matrix for each pair of a source and a block."""
+        matrices: dict[tuple[str, int], np.ndarray] = {}
+        left = ENTRIES
+        for source, block, rows, columns, weights in self._synapses():
+            key = source, block
+            if key not in matrices:
+                size = (self._size(block), self._source_size(source))
+                left -= size[0] * size[1]
+                if left < 0:
+                    raise UsageError(
+                        f"image {self._image.digest[:12]}: its matrices have more than {ENTRIES:,} "
+                        "entries, zeros among them; cure: compile it without the pass fuse"
+                    )
+                matrices[key] = np.zeros(size, dtype=np.float32)
+            np.add.at(matrices[key], (rows, columns), weights)
+        for (source, block), matrix in matrices.items():
+            self._link(source, f"{source}_block{block}", f"block{block}", matrix)
+
+    def _synapses(self) -> Iterator[tuple[str, int, np.ndarray, np.ndarray, np.ndarray]]:
+        """Yield source, block, rows, columns and weights of each route."""
+        image, routes = self._image, self._image.routes
+        inputs = image.n_compartments + np.cumsum(image.inputs.size) - image.inputs.size
+        for number, synapses in enumerate(synapses_of(image)):
+            of, block = int(routes.source[number]), int(image.groups.block[routes.group[number]])
+            from_input = routes.from_input[number] == 1
+            first = inputs[of] if from_input else image.blocks.start[of]
+            yield (
+                f"input{of}" if from_input else f"block{of}",
+                block,
+                synapses.target - image.blocks.start[block],
+                synapses.source - first,
+                image.synapses.weight[synapses.number],
+            )
+
+    def _size(self, block: int) -> int:
+        return int(np.diff(self._image.blocks.start)[block])
+
+    def _source_size(self, source: str) -> int:
+        if source.startswith("input"):
+            return int(self._image.inputs.size[int(source.removeprefix("input"))])
+        return self._size(int(source.removeprefix("block")))
+
+    def _add_outputs(self) -> None:
+        """Add an output for each that reads spikes or voltages, over its decoders."""
+        image = self._image
+        for number, entry in enumerate(image.manifest.outputs):
+            name = f"output{number}"
+            self._nodes[name] = self._nir.Output(
+                output_type={"output": np.array([entry.size])}, metadata={"label": entry.name}
+            )
+            read = image.reads.compartment[part(image.outputs.start, number)]
+            weights = self._decoders(number, len(read))
+            for block in np.unique(image.compartment_block[read]).tolist():
+                here = image.compartment_block[read] == block
+                matrix = np.zeros((entry.size, self._size(block)))
+                local = read[here] - image.blocks.start[block]
+                np.add.at(matrix.T, local, weights[:, here].T)
+                self._link(f"block{block}", f"{name}_block{block}", name, matrix)
+
+    def _decoders(self, number: int, n_read: int) -> np.ndarray:
+        """Return an output's weights, (n_values, n_read)."""
+        image, entry = self._image, self._image.manifest.outputs[number]
+        values = image.decoders.weight[part(image.outputs.weight_start, number)]
+        if entry.weights == "matrix":
+            matrix = values.reshape(entry.shape).T
+        else:
+            matrix = np.eye(n_read) * (values[0] if entry.weights == "scale" else 1.0)
+        order = range(len(matrix)) if entry.order is None else entry.order
+        result: np.ndarray = matrix[list(order)]
+        return result
+
+    def _link(self, source: str, name: str, target: str, weight: np.ndarray) -> None:
+        self._nodes[name] = self._nir.Linear(weight=weight)
+        self._edges += [(source, name), (name, target)]
+
+    def _metadata(self) -> dict[str, Any]:
+        """Return what NIR has no field for."""
+        manifest = self._image.manifest
+        return {
+            "spikeport": version("spikeport"),
+            "image": self._image.digest,
+            "chip": manifest.chip,
+            "arithmetic": manifest.arithmetic,
+            "dt": self._dt_s,
+            "decay_bits": 12,
+            "edge_steps": 1,
+            "manifest": json.dumps(json.loads(manifest.to_json()), sort_keys=True),
+        }

@@ -1,0 +1,56 @@
+"""Coefficients of neurons in a time step, and parameters out of range."""
+
+import numpy as np
+import pytest
+
+from spikeport.networks.loading.nir.dynamics import dynamics
+from spikeport.networks.loading.nir.graph import Node
+from spikeport.reading.mismatch import MismatchError
+
+DT_S = 1e-3
+
+
+def node(kind: str, **values: object) -> Node:
+    return Node("n", kind, {name: np.asarray(value, float) for name, value in values.items()})
+
+
+CUBA = {"tau_syn": [4e-3, 2e-3], "tau_mem": [1e-2, 5e-3], "r": [10, 20], "v_leak": [0, 1]}
+
+
+def test_a_current_based_neuron_has_both_decays():
+    of = dynamics(node("CubaLIF", **CUBA, v_threshold=[1, 2], v_reset=[-1, 0.5], w_in=3), DT_S)
+    np.testing.assert_allclose(of.current_decay, [0.25, 0.5])
+    np.testing.assert_allclose(of.voltage_decay, [0.1, 0.2])
+    np.testing.assert_allclose(of.gain, [0.25 * 3 * 0.1 * 10, 0.5 * 3 * 0.2 * 20])
+    np.testing.assert_allclose(of.threshold, [2, 1.5])
+    np.testing.assert_allclose(of.leak, [0.1 * 1, 0.2 * 0.5])
+
+
+def test_others_have_what_they_are():
+    lif = dynamics(node("LIF", tau=[1e-2], r=[2], v_leak=[0], v_threshold=[1]), DT_S)
+    assert (lif.current_decay, lif.voltage_decay, lif.gain) == (1, pytest.approx(0.1), 0.2)
+    fire = dynamics(node("IF", r=np.full((2, 3), 2), v_threshold=np.ones((2, 3))), DT_S)
+    assert fire.shape == (2, 3)
+    assert (fire.voltage_decay.max(), fire.gain.min(), fire.size) == (0, 2, 6)
+    gate = dynamics(node("Threshold", threshold=[0.5]), DT_S)
+    assert (gate.voltage_decay, gate.gain, gate.threshold) == (1, 1, 0.5)
+    read = dynamics(node("CubaLI", **CUBA), DT_S)
+    assert (read.threshold == np.inf).all()
+
+
+@pytest.mark.parametrize(
+    ("made", "message"),
+    [
+        (node("Threshold", threshold=[0.0]), "expected thresholds above what node n is reset to"),
+        (node("IF", r=[1], v_threshold=[1], v_reset=[1]), "expected thresholds above what node n"),
+        (node("LIF", tau=[1e-4], r=[1], v_leak=[0], v_threshold=[1]),
+         "expected tau from 0.001 to 8.192 s, 1 to 8192 steps of --dt, in node n, found 0.0001 s"),
+        (node("LIF", tau=[9.0], r=[1], v_leak=[0], v_threshold=[1]), "expected tau from 0.001 to"),
+        (node("IF", r=np.ones(3), v_threshold=np.ones(2)), "expected 3 values v_threshold in nod"),
+        (node("IF", r=np.ones(0), v_threshold=np.ones(0)), "expected from 1 to 1,048,576 neurons"),
+    ],
+)  # fmt: skip
+def test_parameters_out_of_range_are_refused(made, message):
+    with pytest.raises(MismatchError) as caught:
+        dynamics(made, DT_S)
+    assert str(caught.value).startswith(message)

@@ -1,0 +1,62 @@
+"""The equations of a folded graph, against NIR's node by node."""
+
+import nir
+import numpy as np
+import pytest
+
+from spikeport.networks.loading.nir import equations
+from spikeport.networks.loading.nir.graph import flattened
+from spikeport.networks.loading.nir.hdf5 import read
+from spikeport.networks.loading.nir.populations import Folded, folded
+from tests.helpers import nir_graphs
+from tests.helpers.nir_graphs import DT_S, spikes, written
+from tests.helpers.nir_referee import Referee
+
+
+def fold(folder, graph, dt_s=DT_S) -> Folded:
+    return folded(flattened(read(written(folder, graph))), dt_s)
+
+
+@pytest.mark.parametrize("bias", [0.0, 0.3])
+def test_recurrent_neurons_are_those_of_the_referee(tmp_path, bias):
+    graph = nir_graphs.recurrent(bias)
+    inputs = {"input": spikes(6)}
+    found = equations.run(fold(tmp_path, graph), inputs)
+    wanted = Referee(graph, DT_S).run(inputs)
+    assert wanted["read"].sum() > 10
+    for name, rows in wanted.items():
+        np.testing.assert_array_equal(found[name], rows)
+
+
+def test_readouts_have_the_voltage_of_the_referee(tmp_path):
+    rng = np.random.default_rng(0)
+    first, last = nir_graphs.ends(6, 2)
+    values = {"r": np.full(2, 3.0), "v_leak": np.full(2, 0.1)}
+    filtered = nir.CubaLI(
+        tau_syn=np.full(2, 2e-3), tau_mem=np.array([5e-3, 9e-3]), w_in=np.full(2, 2.0), **values
+    )
+    graph = nir_graphs.graph(
+        input=first, a=nir_graphs.affine(rng, 8, 6), hidden=nir_graphs.lif(8),
+        b=nir_graphs.affine(rng, 2, 8, bias=0.1), read=filtered, output=last,
+    )  # fmt: skip
+    inputs = {"input": spikes(6)}
+    wanted = Referee(graph, DT_S).run(inputs)["read"]
+    assert np.abs(wanted).max() > 0.3
+    np.testing.assert_allclose(equations.run(fold(tmp_path, graph), inputs)["read"], wanted)
+
+
+def test_pools_and_nested_graphs_are_those_of_the_referee(tmp_path):
+    rng = np.random.default_rng(0)
+    graph = nir_graphs.graph(
+        input=nir.Input(input_type={"input": np.array([2, 6, 6])}),
+        pool=nir.SumPool2d(np.array([3, 2]), np.array([1, 2]), np.array([0, 0])),
+        flat=nir.Flatten({"input": np.array([2, 4, 3])}, start_dim=0),
+        weights=nir_graphs.affine(rng, 5, 24),
+        neurons=nir_graphs.integrate(5),
+        output=nir_graphs.ends(1, 5)[1],
+    )
+    rows = spikes(72)
+    wanted = Referee(graph, DT_S).run({"input": rows.reshape(-1, 2, 6, 6)})["neurons"]
+    found = equations.run(fold(tmp_path, graph), {"input": rows})["neurons"]
+    assert wanted.sum() > 20
+    np.testing.assert_array_equal(found, wanted)

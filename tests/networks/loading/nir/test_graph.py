@@ -1,0 +1,79 @@
+"""Graphs of nodes and edges, flat; and what is no such graph."""
+
+import numpy as np
+import pytest
+
+from spikeport.networks.loading.nir.graph import Node, flattened
+from spikeport.networks.loading.nir.hdf5 import read
+from spikeport.reading.mismatch import MismatchError
+from tests.helpers import nir_graphs
+
+
+def values(nodes, edges=()):
+    return {"node": {"type": "NIRGraph", "nodes": nodes, "edges": list(edges)}}
+
+
+INPUT = {"type": "Input", "shape": np.array([2])}
+LINEAR = {"type": "Linear", "weight": np.eye(2)}
+
+
+def test_nodes_of_nested_graphs_are_nodes_with_their_path(tmp_path):
+    graph = flattened(read(nir_graphs.written(tmp_path, nir_graphs.nested())))
+    assert set(graph.nodes) == {
+        *("delay", "gate", "input", "out", "output"),
+        *("inner.input", "inner.scale", "inner.weights", "inner.neurons", "inner.output"),
+    }
+    assert ("input", "inner.input") in graph.edges
+    assert ("inner.output", "out") in graph.edges
+    assert graph.nodes["inner.input"].kind == "InnerInput"
+    assert graph.nodes["input"].kind == "Input"
+
+
+def wide(n):
+    return {f"n{i}": INPUT for i in range(n)}
+
+
+INNER = {"type": "NIRGraph", "nodes": {"a": INPUT}, "edges": []}
+
+
+@pytest.mark.parametrize(
+    ("found", "message"),
+    [
+        ({}, "expected a NIR graph, found another HDF5 file"),
+        ({"node": {"type": "LIF"}}, "expected the graph of type NIRGraph, found LIF"),
+        ({"node": {"type": "NIRGraph"}}, "expected nodes in the graph, found none"),
+        (values({"a": np.zeros(1)}), "expected a node a, found an array"),
+        (values({"a": {"type": "Linear"}}), "expected weight in Linear a, found none"),
+        (values({"a": INPUT}, ["a"]), "expected at most 20,000 edges in the graph, each of two"),
+        (values({"a": INPUT}, ["a", "b"]), "expected edges between a, found one of b"),
+        (values({"a": INPUT, "b": LINEAR}, ["a", "b"] * 2), "expected edges once, found a to b tw"),
+        (values({"a": INNER}), "expected one Output in the graph a, found 0"),
+        (values(wide(10_001)), "expected at most 10,000 nodes, found more"),
+    ],
+)
+def test_what_is_no_graph_is_refused(found, message):
+    with pytest.raises(MismatchError) as caught:
+        flattened(found)
+    assert str(caught.value).startswith(message)
+
+
+def test_kinds_that_are_not_known_are_refused_with_those_that_are():
+    with pytest.raises(MismatchError, match=r"node a of a kind in Input, Output, .*, found Sine"):
+        flattened(values({"a": {"type": "Sine"}}))
+
+
+@pytest.mark.parametrize(
+    ("value", "message"),
+    [
+        (None, "expected numbers x in node a, found none"),
+        ("text", "expected numbers x in node a, found another value"),
+        (np.array([np.nan]), "expected finite numbers x in node a, found NaN or infinity"),
+        (np.array([1.5]), r"expected whole numbers x in node a, found [1.5]"),
+        (np.array([2**21]), "expected x from -1 to 1,048,576 in node a, found [2097152.]"),
+    ],
+)
+def test_parameters_are_numbers(value, message):
+    node = Node("a", "Scale", {} if value is None else {"x": value})
+    with pytest.raises(MismatchError) as caught:
+        node.whole("x")
+    assert str(caught.value) == message

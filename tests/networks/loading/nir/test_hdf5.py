@@ -1,0 +1,115 @@
+"""HDF5 files as plain values; what leads out of them, or is too much, is refused."""
+
+import os
+
+import h5py
+import numpy as np
+import pytest
+
+from spikeport.networks.loading.nir import hdf5
+from spikeport.reading.mismatch import MismatchError
+
+
+def refusal(path) -> str:
+    with pytest.raises(MismatchError) as caught:
+        hdf5.read(path)
+    return str(caught.value)
+
+
+@pytest.fixture
+def path(tmp_path):
+    return tmp_path / "file.nir"
+
+
+def test_groups_numbers_and_texts_are_read(path):
+    with h5py.File(path, "w") as file:
+        file["node/type"] = "NIRGraph"
+        file["node/edges"] = [["a", "b"], ["b", "c"]]
+        file.create_dataset("node/weight", data=np.arange(6.0).reshape(2, 3), compression="gzip")
+        file["node/metadata/anything"] = np.zeros(3)
+    node = hdf5.read(path)["node"]
+    assert set(node) == {"type", "edges", "weight"}
+    assert (node["type"], node["edges"]) == ("NIRGraph", ["a", "b", "b", "c"])
+    np.testing.assert_array_equal(node["weight"], [[0, 1, 2], [3, 4, 5]])
+
+
+def test_another_file_is_refused(path):
+    path.write_bytes(b"no HDF5")
+    assert refusal(path).startswith("expected a whole HDF5 file, found ")
+
+
+@pytest.mark.parametrize("link", [h5py.ExternalLink("/etc/passwd", "/"), h5py.SoftLink("/node")])
+def test_links_are_not_followed(path, link):
+    with h5py.File(path, "w") as file:
+        file["node/x"] = link
+    assert refusal(path) == "expected x in the file itself, found a link"
+
+
+def test_data_of_other_files_are_not_read(path, tmp_path):
+    (tmp_path / "secret").write_bytes(bytes(8))
+    with h5py.File(path, "w") as file:
+        file.create_dataset("x", (1,), "f8", external=[(str(tmp_path / "secret"), 0, 8)])
+    assert refusal(path) == "expected x in the file itself, found data out of another"
+
+
+def test_virtual_data_are_not_read(path, tmp_path):
+    layout = h5py.VirtualLayout((1,), "f8")
+    layout[0] = h5py.VirtualSource(tmp_path / "other.h5", "x", (1,))[0]
+    with h5py.File(path, "w") as file:
+        file.create_virtual_dataset("x", layout)
+    assert refusal(path) == "expected x in the file itself, found data out of another"
+
+
+def test_arrays_are_not_inflated_beyond_the_limit(path):
+    with h5py.File(path, "w") as file:
+        for i in range(3):
+            file.create_dataset(f"x{i}", (2**24,), "f8", compression="gzip", chunks=(2**20,))
+    assert path.stat().st_size < 10_000
+    assert refusal(path) == "expected arrays of at most 268,435,456 bytes, found more in x2"
+
+
+def test_groups_end_at_a_depth_in_a_circle_too(path):
+    with h5py.File(path, "w") as file:
+        file["node/x"] = 1.0
+        file["node/again"] = file["node"]
+    assert refusal(path) == "expected groups 32 deep, found deeper ones"
+
+
+def test_texts_that_are_stored_once_are_counted_each_time(path):
+    with h5py.File(path, "w") as file:
+        text = file.create_dataset("x", (60,), h5py.string_dtype())
+        text[:] = ["a" * 2**17] * 60
+    assert refusal(path) == "expected texts of at most 4,194,304 bytes, found more in x"
+
+
+def test_objects_are_refused(path):
+    with h5py.File(path, "w") as file:
+        file["x"] = np.zeros(2, dtype=[("a", "f8"), ("b", "i4")])
+    assert refusal(path).startswith("expected numbers or texts in x, found type [('a'")
+
+
+def test_filters_of_others_are_refused(path):
+    with h5py.File(path, "w") as file:
+        file.create_dataset("x", (10,), "f8", chunks=(10,), scaleoffset=2)
+    assert refusal(path) == "expected x deflated, or as it is, found another filter"
+
+
+def test_texts_are_no_more_than_edges_need(path):
+    with h5py.File(path, "w") as file:
+        file.create_dataset("x", (20_001, 2), h5py.string_dtype())
+    assert refusal(path) == "expected at most 40,000 texts in x, found 40002"
+
+
+def test_a_library_that_loops_or_breaks_off_is_left(path, monkeypatch):
+    path.write_bytes(b"content")
+    message = "expected a whole HDF5 file, found one on which its library breaks off"
+    monkeypatch.setattr(hdf5, "_values", lambda _: os.abort())
+    assert refusal(path) == message
+    monkeypatch.setattr(hdf5, "CPU_S", 1)
+    monkeypatch.setattr(hdf5, "_values", _loop)
+    assert refusal(path) == message
+
+
+def _loop(_content):
+    while True:
+        pass

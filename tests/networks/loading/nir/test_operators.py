@@ -1,0 +1,109 @@
+"""Linear nodes as matrices, against torch."""
+
+import numpy as np
+import pytest
+import torch
+
+from spikeport.networks.loading.nir.graph import Node
+from spikeport.networks.loading.nir.operators import operator
+from spikeport.reading.mismatch import MismatchError
+
+DT_S = 1e-3
+
+
+def node(kind: str, **values) -> Node:
+    return Node(
+        "n", kind, {k: v if isinstance(v, str) else np.asarray(v) for k, v in values.items()}
+    )
+
+
+def applied(node: Node, x: np.ndarray) -> np.ndarray:
+    found = operator(node, x.shape, DT_S)
+    return (found.matrix @ x.ravel() + found.bias).reshape(found.shape)
+
+
+@pytest.mark.parametrize(
+    ("stride", "padding", "dilation", "groups"),
+    [
+        (1, 0, 1, 1),
+        ([2, 1], [1, 2], 1, 2),
+        (1, "same", 2, 1),
+        (2, "valid", [1, 2], 4),
+        (1, 2, 1, 1),
+    ],
+)
+def test_convolutions_are_those_of_torch(stride, padding, dilation, groups):
+    rng = np.random.default_rng(0)
+    x, weight = rng.random((4, 9, 8)), rng.random((8, 4 // groups, 3, 2))
+    bias = rng.random(8)
+    made = node(
+        "Conv2d", weight=weight, bias=bias, stride=stride, padding=padding, dilation=dilation,
+        groups=groups,
+    )  # fmt: skip
+    wanted = torch.nn.functional.conv2d(
+        *map(torch.from_numpy, (x, weight, bias)), stride, padding, dilation, groups
+    )
+    np.testing.assert_allclose(applied(made, x), wanted.numpy())
+
+
+@pytest.mark.parametrize(("stride", "padding"), [(1, 0), (3, 2), (1, "same")])
+def test_convolutions_of_one_axis_are_those_of_torch(stride, padding):
+    rng = np.random.default_rng(0)
+    x, weight, bias = rng.random((3, 20)), rng.random((5, 3, 4)), rng.random(5)
+    made = node(
+        "Conv1d", weight=weight, bias=bias, stride=stride, padding=padding, dilation=1, groups=1
+    )
+    wanted = torch.nn.functional.conv1d(*map(torch.from_numpy, (x, weight, bias)), stride, padding)
+    np.testing.assert_allclose(applied(made, x), wanted.numpy())
+
+
+def test_pools_are_those_of_torch():
+    x = np.random.default_rng(0).random((3, 8, 7))
+    values = {"kernel_size": [3, 2], "stride": [2, 1], "padding": [1, 0]}
+    wanted = torch.nn.functional.avg_pool2d(torch.from_numpy(x), (3, 2), (2, 1), (1, 0)).numpy()
+    np.testing.assert_allclose(applied(node("AvgPool2d", **values), x), wanted)
+    np.testing.assert_allclose(applied(node("SumPool2d", **values), x), 6 * wanted)
+
+
+def test_other_nodes_are_what_they_say():
+    x = np.arange(6.0).reshape(2, 3)
+    np.testing.assert_array_equal(applied(node("Scale", scale=2 * x), x), 2 * x**2)
+    np.testing.assert_array_equal(applied(node("Scale", scale=3), x), 3 * x)
+    flat = applied(node("Flatten", start_dim=0, end_dim=-1), x)
+    np.testing.assert_array_equal(flat, np.arange(6))
+    weight, bias = np.arange(12.0).reshape(2, 6), np.array([1.0, 2])
+    wanted = weight @ x.ravel()
+    np.testing.assert_array_equal(applied(node("Linear", weight=weight), x), wanted)
+    np.testing.assert_array_equal(
+        applied(node("Affine", weight=weight, bias=bias), x), wanted + bias
+    )
+    np.testing.assert_array_equal(applied(node("Delay", delay=np.full(6, DT_S)), x), x)
+
+
+CONV = {"weight": np.ones((2, 1, 3, 3)), "bias": np.zeros(2), "stride": 1, "dilation": 1}
+WHOLE = {**CONV, "padding": 0, "groups": 1}
+
+
+@pytest.mark.parametrize(
+    ("made", "shape", "message"),
+    [
+        (node("Linear", weight=np.ones((2, 3))), (4,), "expected 3 values into node n, found 4"),
+        (node("Linear", weight=np.ones(3)), (3,), "expected a weight of 2 axes in node n, found 1"),
+        (node("Affine", weight=np.eye(2), bias=[1]), (2,), "expected 2 biases in node n, found 1"),
+        (node("Scale", scale=[1, 2]), (3,), "expected 3 values of scale in node n, found 2"),
+        (node("Delay", delay=[0.002]), (1,), "expected node n to delay by 0.001 s, the step that"),
+        (node("Flatten", start_dim=2, end_dim=3), (3,), "expected axes of (3,) to flatten in node"),
+        (node("Conv2d", **WHOLE), (1, 9), "expected 2 axes of space in node n, found input (1, 9)"),
+        (node("Conv2d", **WHOLE), (2, 9, 9), "expected 2 channels in node n, found 1 groups of 1"),
+        (node("Conv2d", **WHOLE), (1, 2, 9), "expected from 1 to 8,388,608 weights in node n, fo"),
+        (node("Conv2d", **WHOLE), (1, 2000, 2000), "expected from 1 to 8,388,608 weights in nod"),
+        (node("Conv2d", **{**WHOLE, "stride": 0}), (1, 9, 9), "expected stride from 1 in node n,"),
+        (node("Conv2d", **CONV, groups=1, padding="all"), (1, 9, 9), "expected padding same or v"),
+        (node("SumPool2d", kernel_size=2, stride=2, padding=0), (9,), "expected channels, rows"),
+        (node("SumPool2d", kernel_size=2**20, stride=1, padding=0), (1, 9, 9), "expected at most"),
+    ],
+)  # fmt: skip
+def test_shapes_that_do_not_fit_are_refused(made, shape, message):
+    with pytest.raises(MismatchError) as caught:
+        operator(made, shape, DT_S)
+    assert str(caught.value).startswith(message)

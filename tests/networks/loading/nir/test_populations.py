@@ -1,0 +1,87 @@
+"""Graphs folded between populations: matrices, biases, order, depths and what cannot be."""
+
+import nir
+import numpy as np
+import pytest
+
+from spikeport.networks.loading.nir import populations
+from spikeport.networks.loading.nir.graph import flattened
+from spikeport.networks.loading.nir.hdf5 import read
+from spikeport.networks.loading.nir.populations import Folded, folded
+from spikeport.reading.mismatch import MismatchError
+from tests.helpers import nir_graphs
+from tests.helpers.nir_graphs import DT_S, lif, written
+
+
+def fold(folder, nodes, edges) -> Folded:
+    pairs = [tuple(edge.split(">")) for edge in edges.split()]
+    graph = nir.NIRGraph(nodes=nodes, edges=pairs, type_check=False)
+    return folded(flattened(read(written(folder, graph))), DT_S)
+
+
+def weights(n_out, n_in, value=1.0, bias=0.0):
+    return nir.Affine(weight=np.full((n_out, n_in), value), bias=np.full(n_out, bias))
+
+
+FIRST, LAST = nir_graphs.ends(2, 2)
+
+
+def test_matrices_multiply_and_a_bias_is_added_once(tmp_path):
+    nodes = {"i": FIRST, "w": weights(3, 2, 2.0, 1.0), "s": nir.Scale(scale=np.full(3, 10.0))}
+    nodes |= {
+        "again": weights(3, 2, -1.0),
+        "n": lif(3),
+        "back": weights(2, 3, 0.5, 0.25),
+        "o": LAST,
+    }
+    found = fold(tmp_path, nodes, "i>w i>again w>s again>s s>n n>back back>w n>o")
+    signal = found.populations["n"].input
+    assert signal.constant.tolist() == [10 * (1 + 2 * 2 * 0.25)] * 3
+    assert signal.parts["i"].toarray().tolist() == [[10 * (2 - 1)] * 2] * 3
+    assert signal.parts["n"].toarray().tolist() == [[10 * 2 * 2 * 0.5] * 3] * 3
+
+
+def test_populations_come_after_those_that_lead_to_them(tmp_path):
+    nodes = {"a": lif(2), "b": lif(2), "c": lif(2), "i": FIRST, "o": LAST}
+    nodes |= {f"w{n}": weights(2, 2) for n in range(5)}
+    edges = "i>w0 w0>c c>w1 w1>b b>w2 w2>a a>w3 w3>c c>w4 w4>a a>o"
+    found = fold(tmp_path, nodes, edges)
+    assert list(found.populations) == ["c", "b", "a"]
+    assert [one.depth for one in found.populations.values()] == [1, 2, 3]
+    late = {name: dict(found.late(one)) for name, one in found.populations.items()}
+    assert late == {"c": {"a": -2}, "b": {}, "a": {"c": 1}}
+
+
+@pytest.mark.parametrize(
+    ("nodes", "edges", "message"),
+    [
+        ({"w": weights(2, 2), "v": weights(2, 2), "n": lif(2)}, "i>w w>v v>w v>n n>o",
+         "expected neurons in every cycle, found none at "),
+        ({"n": lif(3)}, "i>n n>o", "expected (3,) into node n, found (2,)"),
+        ({"w": weights(3, 2), "n": lif(3)}, "i>w i>n w>n n>o", "expected (3,) into node n, found"),
+        ({"w": weights(2, 2), "n": lif(2)}, "w>n n>o", "expected an edge that leads to node w, f"),
+        ({"r": nir.LI(*np.ones((3, 2)) * 0.01), "n": lif(2)}, "i>r r>n n>o",
+         "expected spikes into node n, found the voltage of LI r"),
+        ({"n": lif(2), "w": weights(2, 2), "m": lif(2)}, "i>n n>o o>w w>m",
+         "expected output o at an end, found it within a path"),
+        ({"i": nir.Input(input_type={"input": np.array([2**10, 2**11])}), "n": lif(2)}, "n>o",
+         "expected from 1 to 1,048,576 values of input i, found (1024, 2048)"),
+        ({"i": nir.Input(input_type={"input": np.array([2**20])}), "n": lif(2)}, "n>o",
+         "expected at most 1,048,576 inputs and neurons, found 1,048,578"),
+        ({"a": weights(1, 2**15), "b": weights(2**15, 1), "n": lif(2),
+          "i": nir.Input(input_type={"input": np.array([2**15])})}, "i>a a>b n>o",
+         "expected matrices with at most 134,217,728 products up to node b, found 1,073,741,824"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_on_a_chip_is_refused_by_name(tmp_path, nodes, edges, message):
+    with pytest.raises(MismatchError) as caught:
+        fold(tmp_path, {"i": FIRST, "o": LAST} | nodes, edges)
+    assert str(caught.value).startswith(message)
+
+
+def test_weights_of_all_nodes_are_counted(tmp_path, monkeypatch):
+    monkeypatch.setattr(populations, "WEIGHTS", 100)
+    nodes = {"i": FIRST, "n": lif(2), "o": LAST} | {f"w{i}": weights(2, 2) for i in range(30)}
+    edges = "i>w0 w29>n n>o " + " ".join(f"w{i}>w{i + 1}" for i in range(29))
+    with pytest.raises(MismatchError, match="at most 100 weights in all, found more up to node w1"):
+        fold(tmp_path, nodes, edges)

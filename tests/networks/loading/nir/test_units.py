@@ -1,0 +1,77 @@
+"""Units of the chip: what they leave of weights, and what they keep within its registers."""
+
+import numpy as np
+import pytest
+from scipy import sparse
+
+from spikeport.networks.loading.nir import units as module
+from spikeport.networks.loading.nir.dynamics import dynamics
+from spikeport.networks.loading.nir.graph import Node
+from spikeport.networks.loading.nir.populations import Population, Signal
+from spikeport.networks.loading.nir.units import CURRENT, INPUT, parts, units
+from spikeport.reading.mismatch import MismatchError
+
+DT_S = 1e-3
+
+
+def population(weights: np.ndarray, bias: float = 0.0, **values: object) -> Population:
+    """Return neurons with a filtered current, a weight of 1 being a quarter of the threshold."""
+    n = len(weights)
+    taus = {"tau_syn": 4e-3, "tau_mem": 1e-2, "r": 10.0, "v_leak": 0.0, "v_threshold": 1.0}
+    all_of = {name: np.full(n, value) for name, value in {**taus, **values}.items()}
+    node = Node("n", "CubaLIF", all_of)
+    signal = Signal({"i": sparse.csr_matrix(weights)}, np.full(n, bias), (n,))
+    return Population(node, dynamics(node, DT_S), signal, 1)
+
+
+@pytest.mark.parametrize("n_parts", [1, 2])
+def test_neurons_keep_what_their_weights_are_of_their_threshold(n_parts):
+    rng = np.random.default_rng(0)
+    weights = rng.normal(0, 1, (30, 50)) * rng.choice([1, 0.1], (30, 1))
+    found = units(population(weights, bias=0.2), n_parts)
+    ratio = found.threshold[:, np.newaxis] / 4
+    np.testing.assert_allclose(found.weights["i"].toarray(), weights * ratio)
+    np.testing.assert_allclose(found.bias, 0.2 * ratio[:, 0])
+    assert len(np.unique(found.threshold)) <= module.LEVELS
+
+
+def test_no_input_wraps_a_register_around():
+    weights = np.random.default_rng(0).normal(0, 1, (10, 400))
+    found = units(population(weights), 2)
+    weights = found.weights["i"].toarray()
+    sums = np.abs([weights.clip(min=0).sum(axis=1), weights.clip(max=0).sum(axis=1)])
+    assert INPUT / 4 < np.max(sums) <= INPUT
+    assert np.max(sums) / 0.25 <= CURRENT
+
+
+def test_one_synapse_takes_all_of_its_bits():
+    weights = np.random.default_rng(0).normal(0, 1, (10, 40))
+    largest = np.abs(units(population(weights), 1).weights["i"].data).max()
+    step = 2.0 ** np.ceil(np.log2(largest / 127))
+    assert 126 < largest / step <= 127.5
+
+
+def test_leaks_of_neurons_without_a_current_are_their_bias():
+    node = Node("n", "LIF", {k: np.array([v]) for k, v in
+                {"tau": 0.01, "r": 10, "v_leak": 0.5, "v_threshold": 1}.items()})  # fmt: skip
+    signal = Signal({"i": sparse.csr_matrix([[1.0]])}, np.array([0.1]), (1,))
+    found = units(Population(node, dynamics(node, DT_S), signal, 1), 2)
+    assert found.leak == 0
+    assert found.bias / found.threshold == pytest.approx(0.1 + 0.1 * 0.5)
+
+
+def test_a_rest_holds_what_8_bits_do_not():
+    matrix = sparse.csr_matrix(np.random.default_rng(0).normal(0, 2**18, (10, 20)))
+    coarse, fine = parts(matrix, 2)
+    np.testing.assert_array_equal((coarse + fine).toarray(), matrix.toarray())
+    step = 2.0 ** np.ceil(np.log2(np.abs(matrix.data).max() / 127))
+    assert set(coarse.data % step) == {0}
+    assert np.abs(fine.data).max() <= step / 2
+    (only,) = parts(matrix, 1)
+    assert (only != matrix).nnz == 0
+
+
+def test_weights_of_many_thresholds_are_refused():
+    with pytest.raises(MismatchError) as caught:
+        units(population(np.full((1, 1), 1e5), tau_mem=8e-3, r=8.0), 2)
+    assert str(caught.value) == "expected weights of at most 128 thresholds in node n, found 25,000"

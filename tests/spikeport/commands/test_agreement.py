@@ -1,0 +1,64 @@
+"""Agreement with NIR's equations, and the spikes it is measured on."""
+
+import numpy as np
+import pytest
+
+import spikeport.nir
+from spikeport.commands.agreement import compartments, measured, spikes_of
+from spikeport.errors import UsageError
+from tests.helpers import nir_graphs
+from tests.helpers.nir_graphs import DT_S, spikes, written
+
+
+@pytest.fixture
+def network(tmp_path):
+    return spikeport.nir.load(written(tmp_path, nir_graphs.recurrent(bias=0.2)), DT_S)
+
+
+def test_shares_are_of_the_spikes_of_both(network):
+    compilation = spikeport.compile_network(network)
+    played = spikes_of(network.folded, "random")
+    hidden, read = measured(network, compilation, played)
+    assert (hidden.name, read.name) == ("hidden", "read")
+    assert hidden.equal > max(0.98, hidden.silent)
+    network.folded.populations["hidden"].dynamics.threshold[:] = 0.2  # the equations fire more
+    other, _ = measured(network, compilation, played)
+    assert other.spikes == hidden.spikes < other.wanted
+    n_missed = other.wanted - other.spikes
+    assert other.equal < 1 - n_missed / (256 * 12) + 1e-9
+
+
+def test_compartments_are_those_of_the_owner(network):
+    image = spikeport.compile_network(network).image
+    found = [compartments(image, name) for name in ("hidden", "read")]
+    assert sorted(np.concatenate(found).tolist()) == list(range(16))
+
+
+def test_spikes_of_a_file_are_taken_as_they_are(network, tmp_path):
+    rows = spikes(6, 30)
+    np.savez(tmp_path / "in.npz", input=rows.reshape(30, 2, 3).astype(bool))
+    played = spikes_of(network.folded, str(tmp_path / "in.npz"))
+    np.testing.assert_array_equal(played.rows["input"], rows)
+
+
+@pytest.mark.parametrize(
+    ("arrays", "message"),
+    [
+        ({"other": np.zeros((3, 6))}, "expected numbers input, found none"),
+        ({"input": np.zeros((3, 5))}, "expected input of shape (n_steps, 6), found (3, 5)"),
+        ({"input": np.full((3, 6), 0.5)}, "expected at most 8,388,608 values of 0 and 1 in input"),
+        ({"input": np.zeros((0, 6))}, "expected input of shape (n_steps, 6), found (0, 6)"),
+    ],
+)
+def test_other_files_are_refused(network, tmp_path, arrays, message):
+    path = tmp_path / "in.npz"
+    np.savez(path, **arrays)
+    with pytest.raises(UsageError) as caught:
+        spikes_of(network.folded, str(path))
+    assert str(caught.value).startswith(f"{path}: {message}")
+    assert str(caught.value).endswith("; give an npz with arrays of 0 and 1: input (n_steps, 6)")
+
+
+def test_a_file_that_is_not_there_is_refused(network, tmp_path):
+    with pytest.raises(UsageError, match=r"in\.npz: no such file"):
+        spikes_of(network.folded, str(tmp_path / "in.npz"))

@@ -1,0 +1,21 @@
+"""``spikeport export``: an image as a NIR graph."""
+
+import nir
+
+
+def test_export_writes_a_graph_and_says_what_is_in_it(spikeport, image, image_file, tmp_path):
+    out = tmp_path / "image.nir"
+    done = spikeport("export", image_file, "--nir", out)
+    assert (done.code, done.err) == (0, "")
+    blocks = [n for n in nir.read(out, type_check=False).nodes if n in ("block0", "block1")]
+    assert len(blocks) == image.n_blocks
+    assert done.out == (
+        f"image {image.digest[:12]}: {image.n_compartments} neurons in {image.n_blocks} nodes, in "
+        f"steps of 0.001 s; written: {out}\n"
+    )
+
+
+def test_a_folder_is_no_file(spikeport, image_file, tmp_path):
+    done = spikeport("export", image_file, "--nir", tmp_path)
+    assert done.code == 2
+    assert done.err == f"error: --nir {tmp_path}: is a folder; give the path of a file\n"

@@ -1,0 +1,45 @@
+"""``spikeport compile graph.nir``: what it says and measures, and what it refuses."""
+
+import numpy as np
+
+from tests.helpers import nir_graphs
+from tests.helpers.nir_graphs import spikes, written
+
+
+def test_compile_says_what_differs_and_measures_on_spikes_of_a_file(spikeport, tmp_path):
+    path = written(tmp_path, nir_graphs.recurrent())
+    np.savez(tmp_path / "in.npz", input=spikes(6, 100))
+    done = spikeport("compile", path, "--dt", "0.001", "--spikes", tmp_path / "in.npz")
+    assert (done.code, done.err) == (0, "")
+    assert "on the chip, otherwise than in NIR:\n  hidden\n    spikes are 1 step late" in done.out
+    assert f"input: {tmp_path / 'in.npz'}, 100 steps" in done.out
+    rows = [line.split() for line in done.out.splitlines() if line.strip().startswith("hidden ")]
+    (_, silent, _, chip, _, wanted, found) = rows[-1]
+    assert float(silent) < float(chip) > 98
+    assert int(wanted) > 20
+    assert abs(int(wanted) - int(found)) <= 3
+
+
+def test_random_spikes_say_that_they_are(spikeport, tmp_path):
+    path = written(tmp_path, nir_graphs.recurrent())
+    done = spikeport("compile", path, "--set", "dt=0.001", "--set", "parts=1", "--spikes", "random")
+    assert done.code == 0
+    assert "input: random: each source in 5% of 256 steps, from seed 0\n" in done.out
+
+
+def test_a_graph_without_a_time_step_is_refused(spikeport, tmp_path):
+    path = written(tmp_path, nir_graphs.recurrent())
+    done = spikeport("compile", path)
+    assert (done.code, done.out) == (2, "")
+    assert done.err == (
+        f"error: {path}: a NIR graph has no time step; give that of its equations, in seconds, "
+        "with --dt, or --set dt=SECONDS\n"
+    )
+
+
+def test_other_networks_have_no_use_for_them(spikeport):
+    for option, value in (("--dt", "0.001"), ("--spikes", "random")):
+        done = spikeport("compile", "arm", option, value)
+        assert done.code == 2
+        expected = f"error: {option}: for a NIR graph, a file ending in .nir, not for arm\n"
+        assert done.err == expected

@@ -1,0 +1,96 @@
+"""Neuron types of our own, against their equations."""
+
+import nengo
+import numpy as np
+import pytest
+
+from spikeport.errors import UsageError
+from spikeport.neurons import (
+    IntegrateAndFire,
+    LeakyIntegrator,
+    SpikeSource,
+    chip_decays,
+    integrals,
+)
+
+DT_S = 1e-3
+
+
+def stepped(kind: nengo.neurons.NeuronType, charges: list[float], n: int = 1) -> np.ndarray:
+    """Return the outputs of n neurons for charges, one each step."""
+    state, rows = kind.make_state(n), []
+    for charge in charges:
+        output = np.zeros(n)
+        kind.step(DT_S, np.full(n, charge / DT_S), output, **state)
+        rows.append(output)
+    return np.array(rows)
+
+
+def test_a_current_decays_and_a_voltage_adds_it_up():
+    kind = LeakyIntegrator(current_decay=0.5, voltage_decay=0.25, leak=1.0)
+    #     u: 8, 4, 2       v: 8 + 1, 9 - 2.25 + 4 + 1, 11.75 - 2.9375 + 2 + 1
+    np.testing.assert_allclose(stepped(kind, [8, 0, 0])[:, 0], [9, 11.75, 11.8125])
+
+
+def test_neurons_spike_above_the_threshold_and_start_from_zero():
+    spikes = stepped(IntegrateAndFire(threshold=2.0), [1, 1, 0.5, -4, 5, 2])[:, 0] * DT_S
+    np.testing.assert_array_equal(spikes, [0, 0, 1, 0, 0, 1])
+
+
+def test_parameters_may_be_of_each_neuron():
+    kind = IntegrateAndFire(np.array([1.0, 3.0]), voltage_decay=np.array([0.0, 1.0]))
+    np.testing.assert_array_equal(stepped(kind, [2, 2], n=2) * DT_S, [[1, 0], [1, 0]])
+    assert kind == IntegrateAndFire(np.array([1.0, 3.0]), voltage_decay=np.array([0.0, 1.0]))
+    assert kind != IntegrateAndFire(np.array([1.0, 3.0]))
+
+
+@pytest.mark.parametrize(
+    ("decays", "charge"), [((1.0, 0.0), 0.3), ((0.5, 0.1), 0.2), ((1.0, 0.1), 0.05), ((1, 0.2), 3)]
+)
+def test_rates_are_those_of_constant_input(decays, charge):
+    kind = IntegrateAndFire(1.0, *decays)
+    x = np.array([charge / DT_S])
+    (rate,) = kind.rates(x, np.ones(1), np.zeros(1))[0]
+    late = stepped(kind, [charge] * 2000)[1000:]
+    assert rate == pytest.approx(late.mean(), rel=0.02)
+
+
+def test_rates_of_readouts_are_their_voltages():
+    kind = LeakyIntegrator(0.5, 0.25, leak=0.125)
+    (voltage,) = kind.rates(np.array([0.1 / DT_S]), np.ones(1), np.zeros(1))[0]
+    assert voltage == pytest.approx(stepped(kind, [0.1] * 200)[-1, 0])
+
+
+def test_sources_spike_above_one_half_and_wait():
+    kind = SpikeSource(wait=2)
+    state, found = kind.make_state(1), []
+    for value in (1, 1, 0.4, 1, 0.6):
+        output = np.zeros(1)
+        kind.step(DT_S, np.array([value]), output, **state)
+        found.append(output[0] * DT_S)
+    assert found == [0, 0, 0, 1, 1]
+    rates = kind.rates(np.array([[0.0, 1.0]]), np.ones(2), np.zeros(2))
+    assert rates.tolist() == [[0, 1 / DT_S]]
+
+
+def test_decays_of_the_chip_are_the_nearest_of_12_bits_and_any_stays_one():
+    current, voltage = chip_decays(np.array([1.0, 0.1, 1e-6]), np.array([1.0, 0.1, 0.0]))
+    assert current.tolist() == [4096, 410, 1]
+    assert voltage.tolist() == [4095, 410, 0]
+    ratios = integrals(0.1, np.array([0.1, 0.0]))
+    np.testing.assert_allclose(ratios[0], 410 / 409.6)
+    np.testing.assert_allclose(ratios[1], [410 / 409.6, 1])
+
+
+@pytest.mark.parametrize(
+    ("kind", "arguments", "message"),
+    [
+        (IntegrateAndFire, {"threshold": 0}, "threshold: 0 is out of range"),
+        (LeakyIntegrator, {"current_decay": 0}, "current_decay: 0 is out of range"),
+        (LeakyIntegrator, {"voltage_decay": [0, 1.5]}, "voltage_decay: 1.5 is out of range"),
+        (IntegrateAndFire, {"leak": np.nan}, "leak: nan is out of range"),
+    ],
+)
+def test_parameters_out_of_range_are_refused(kind, arguments, message):
+    with pytest.raises(UsageError, match=message):
+        kind(**arguments)

@@ -1,0 +1,54 @@
+"""The door to NIR: what is loaded, and what is refused."""
+
+import numpy as np
+import pytest
+
+import spikeport.nir
+from spikeport.errors import MissingExtraError, UsageError
+from tests.helpers import nir_graphs
+from tests.helpers.nir_graphs import DT_S, written
+
+
+def test_a_graph_is_a_network_with_named_ends(tmp_path):
+    network = spikeport.nir.load(str(written(tmp_path, nir_graphs.recurrent())), DT_S)
+    assert network.label == "graph"
+    assert {name: node.size_out for name, node in network.inputs.items()} == {"input": 6}
+    assert {name: e.n_neurons for name, e in network.populations.items()} == {
+        "hidden": 12,
+        "read": 4,
+    }
+    assert {name: node.size_in for name, node in network.outputs.items()} == {"output": 4}
+
+
+@pytest.mark.parametrize("dt", [0, -1e-3, float("nan"), float("inf"), "1 ms"])
+def test_a_time_step_is_a_number_of_seconds(tmp_path, dt):
+    with pytest.raises(UsageError, match="the time step of a NIR graph is a number of seconds abo"):
+        spikeport.nir.load(tmp_path / "graph.nir", dt)
+
+
+def test_a_weight_has_one_or_two_synapses(tmp_path):
+    with pytest.raises(UsageError, match="parts=3: a weight has 1 or 2 synapses"):
+        spikeport.nir.load(tmp_path / "graph.nir", DT_S, parts=3)
+
+
+def test_a_file_that_is_none_is_refused_with_its_path(tmp_path):
+    path = tmp_path / "graph.nir"
+    with pytest.raises(UsageError) as caught:
+        spikeport.nir.load(path, DT_S)
+    assert str(caught.value) == f"{path}: no such file"
+    graph = nir_graphs.recurrent()
+    graph.nodes["hidden"].tau_mem = np.full(12, 1e-4)
+    written(tmp_path, graph)
+    with pytest.raises(UsageError) as caught:
+        spikeport.nir.load(path, DT_S)
+    assert str(caught.value) == (
+        f"NIR graph '{path}': expected tau_mem from 0.001 to 8.192 s, 1 to 8192 steps of --dt, in "
+        "node hidden, found 0.0001 s; give another --dt"
+    )
+
+
+def test_the_extra_is_named_where_it_is_absent(tmp_path, monkeypatch):
+    path = written(tmp_path, nir_graphs.recurrent())
+    monkeypatch.setitem(__import__("sys").modules, "h5py", None)
+    with pytest.raises(MissingExtraError, match=r"install it with: pip install 'spikeport\[nir\]'"):
+        spikeport.nir.load(path, DT_S)

@@ -1,0 +1,128 @@
+"""Images as NIR graphs, run by NIR's equations with the chip's decays: spikes are the chip's."""
+
+import nengo
+import nir
+import numpy as np
+import pytest
+
+import spikeport
+import spikeport.nir
+from spikeport.backends.native.chip import NativeChip
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.tables import part
+from spikeport.errors import UsageError
+from spikeport.experiments.policy.conversion import Conversion, convert
+from spikeport.networks.loading.mlp import Mlp
+from spikeport.networks.policy import Layer, PolicyOptions
+from spikeport.nir_export import export
+from tests.helpers import nir_graphs
+from tests.helpers.nir_graphs import DT_S
+from tests.helpers.nir_referee import Referee
+
+N_STEPS = 120
+RATES = nengo.dists.Uniform(100, 200)
+
+
+def native(image: ChipImage, rows: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
+    """Return spikes of compartments, (n_steps, n), and their voltages, for spikes of the host."""
+    chip = NativeChip(image, seed=0)
+    counts, voltages = [np.zeros(image.n_compartments, dtype=int)], []
+    for row in rows:
+        chip.step(np.flatnonzero(row), {})
+        counts.append(np.array(chip.state.spike_count))
+        voltages.append(np.array(chip.state.v))
+    return np.diff(counts, axis=0), voltages
+
+
+def assert_spikes_are_native(image: ChipImage, folder, share: float) -> int:
+    """Export an image, run both on random spikes, and return how many spikes there were."""
+    path = folder / "image.nir"
+    export(image, path)
+    graph = nir.read(path, type_check=False)
+    rows = nir_graphs.spikes(image.n_inputs, N_STEPS, share)
+    wanted, _ = native(image, rows)
+    ends = np.cumsum(image.inputs.size)[:-1]
+    inputs = {f"input{i}": each for i, each in enumerate(np.split(rows, ends, axis=1))}
+    found = Referee(graph, image.manifest.dt_s, chip=True).run(inputs)
+    for block in range(image.n_blocks):
+        mine = wanted[:, part(image.blocks.start, block)]
+        if isinstance(graph.nodes[f"block{block}"], nir.CubaLI):
+            assert not mine.any()  # read, and below its threshold
+        else:
+            np.testing.assert_array_equal(found[f"block{block}"], mine)
+    return int(wanted.sum())
+
+
+@pytest.mark.parametrize("bias", [0.0, 0.3])
+def test_an_imported_graph_leaves_spike_for_spike(tmp_path, bias):
+    path = nir_graphs.written(tmp_path, nir_graphs.recurrent(bias))
+    image = spikeport.compile_network(spikeport.nir.load(path, DT_S)).image
+    assert assert_spikes_are_native(image, tmp_path, 0.3) > 100
+
+
+def network() -> nengo.Network:
+    with nengo.Network(seed=1) as net:
+        u = nengo.Node([0.5])
+        a = nengo.Ensemble(40, 1, neuron_type=nengo.LIF(tau_ref=0.004), max_rates=RATES, label="a")
+        b = nengo.Ensemble(30, 1, neuron_type=nengo.SpikingRectifiedLinear(), label="b")
+        nengo.Connection(u, a)
+        nengo.Connection(a, b)
+        nengo.Probe(b, synapse=0.01)
+    return net
+
+
+@pytest.mark.parametrize("pipeline", ["as_written", "compact"])
+def test_rests_floors_and_decode_neurons_leave_spike_for_spike(tmp_path, pipeline):
+    image = spikeport.compile_network(network(), pipeline=pipeline).image
+    assert assert_spikes_are_native(image, tmp_path, 0.5) > 100
+
+
+def test_a_converted_policy_leaves_spike_for_spike(tmp_path):
+    rng = np.random.default_rng(0)
+    sizes = [(3, 2), (1, 3)]
+    layers = tuple(Layer(rng.normal(0, 0.7, size), np.zeros(size[0])) for size in sizes)
+    conversion = Conversion(Mlp(layers, "relu"), PolicyOptions(10), rng.normal(0, 1, (20, 2)))
+    image = convert(conversion, "loihi", "compact", lambda *_: None).compilation.image
+    assert assert_spikes_are_native(image, tmp_path, 0.3) > 100
+
+
+def test_metadata_hold_what_nir_has_no_field_for(tmp_path):
+    image = spikeport.compile_network(network()).image
+    export(image, tmp_path / "image.nir")
+    graph = nir.read(tmp_path / "image.nir", type_check=False)
+    assert graph.metadata["image"] == image.digest
+    assert graph.metadata["dt"] == DT_S
+    a = graph.nodes["block0"]
+    assert a.metadata["label"] == "a"
+    assert a.metadata["v_min"] == 0
+    assert set(a.metadata["rest_steps"]) == {4}
+    assert set(np.concatenate([a.v_threshold % 64, a.v_reset])) == {0}
+
+
+def test_a_readout_decodes_to_its_output(tmp_path):
+    image = spikeport.compile_network(network()).image
+    export(image, tmp_path / "image.nir")
+    graph = nir.read(tmp_path / "image.nir", type_check=False)
+    rows = nir_graphs.spikes(image.n_inputs, N_STEPS, 0.5)
+    _, voltages = native(image, rows)
+    found = Referee(graph, DT_S, chip=True).run({"input0": rows})
+    (block,) = (k for k, n in graph.nodes.items() if isinstance(n, nir.CubaLI))
+    mine = part(image.blocks.start, int(block.removeprefix("block")))
+    np.testing.assert_array_equal(found[block], np.array(voltages)[:, mine])
+    assert graph.nodes[f"output0_{block}"].weight.any()
+
+
+def test_learning_is_refused(tmp_path):
+    with nengo.Network(seed=0) as net:
+        pupil, error = nengo.Ensemble(20, 1), nengo.Node(lambda t, x: x, size_in=1)
+        nengo.Connection(nengo.Node([0.5]), pupil)
+        learned = nengo.Connection(pupil, error, learning_rule_type=nengo.PES())
+        nengo.Connection(error, learned.learning_rule)
+    image = spikeport.compile_network(net).image
+    with pytest.raises(UsageError) as caught:
+        export(image, tmp_path / "image.nir")
+    assert str(caught.value) == (
+        f"image {image.digest[:12]} learns, for which NIR has no form; cure: compile the network "
+        "without it"
+    )
+    assert not (tmp_path / "image.nir").exists()
