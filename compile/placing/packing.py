@@ -5,7 +5,7 @@ Several simple rules fill core after core; the best result is improved by emptyi
 blocks go, or push smaller ones, to where there is room. Everything is deterministic.
 """
 
-from collections import Counter, defaultdict
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,6 +13,7 @@ from itertools import product
 from typing import NamedTuple
 
 import numpy as np
+from scipy import sparse
 
 from spikeport.compile.image.tables import part
 from spikeport.compile.image.traffic import BlockTraffic
@@ -93,17 +94,14 @@ class Problem:
 
     def cost(self, bins: Bins) -> tuple[int, float]:
         """Return the number of cores, and the spikes within cores, negated."""
-        core_of = {block: core for core, blocks in enumerate(bins) for block in blocks}
-        within = sum(
-            n
-            for block, core in core_of.items()
-            for partner, n in self.partners[block].items()
-            if core_of.get(partner) == core
-        )
-        for blocks, sources in self.traffic.audiences.items():
-            together = Counter(core_of[block] for block in blocks if block in core_of)
-            within += sources * sum(n * (n - 1) for n in together.values())
-        return len(bins), -float(within)
+        blocks = np.array([block for mine in bins for block in mine], dtype=int)
+        cores = np.repeat(np.arange(len(bins)), [len(mine) for mine in bins])
+        shape = (len(bins), len(self.loads))
+        on_core = sparse.csr_matrix((np.ones(len(blocks), int), (cores, blocks)), shape)
+        # The blocks of each audience on each core: pairs of them would be too many.
+        heard = on_core @ self.traffic.members
+        pairs = heard.data * (heard.data - 1)
+        return len(bins), -float(self.traffic.sources[heard.indices] @ pairs)
 
 
 def pack(problem: Problem, effort: int) -> Bins:

@@ -1,4 +1,5 @@
 import copy
+import sys
 
 import numpy as np
 import pytest
@@ -36,6 +37,18 @@ def test_cost_counts_cores_first_then_spikes_between_them() -> None:
     assert of.cost([[0, 1], [2]]) == (2, -6)
     assert of.cost([[0], [1, 2]]) == (2, -10)
     assert min([[0, 1, 2]], [[0], [1, 2]], key=of.cost) == [[0, 1, 2]]
+
+
+def test_the_cost_of_many_audiences_takes_no_more_calls_than_that_of_few() -> None:
+    def n_calls(n: int) -> int:
+        of = problem(*[1] * n, audiences={(i, i + 1): 1 for i in range(n - 1)})
+        calls: list[object] = []
+        sys.setprofile(lambda *event: calls.append(event[1]))
+        of.cost([list(range(n))])
+        sys.setprofile(None)
+        return calls.count("call")
+
+    assert n_calls(200) <= n_calls(20)
 
 
 def test_blocks_fit_as_far_as_every_resource_reaches() -> None:
