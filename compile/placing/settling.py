@@ -8,7 +8,7 @@ import numpy as np
 
 from spikeport.compile.placing.gains import Gains
 from spikeport.compile.placing.load import Load
-from spikeport.compile.placing.packing import Bins, Problem
+from spikeport.compile.placing.problem import Bins, Problem
 
 
 def settled(problem: Problem, bins: Bins) -> Bins:

@@ -2,7 +2,8 @@ import numpy as np
 from hypothesis import given, settings
 
 from spikeport.compile.placing.gains import Gains
-from spikeport.compile.placing.packing import Problem, pack
+from spikeport.compile.placing.packing import pack
+from spikeport.compile.placing.problem import Problem
 from tests.helpers.packing_problems import problem, problems
 
 

@@ -4,7 +4,8 @@ from hypothesis import given, settings
 
 from spikeport.compile.placing.gains import Gains
 from spikeport.compile.placing.load import Load
-from spikeport.compile.placing.packing import Bins, Problem, pack
+from spikeport.compile.placing.packing import pack
+from spikeport.compile.placing.problem import Bins, Problem
 from spikeport.compile.placing.settling import Settling, settled
 from tests.helpers.packing_problems import assert_packed, cores_of, pairs, problem, problems
 
