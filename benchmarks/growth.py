@@ -66,10 +66,20 @@ def distinct(n: int) -> nengo.Network:
 
 def decoded(n: int) -> nengo.Network:
     """n connections that decode, between random pairs of n / 50 ensembles of 50 neurons."""
-    rng, size = np.random.RandomState(0), 50
+    return between(max(n // 50, 2), n)
+
+
+def decoded20(n: int) -> nengo.Network:
+    """n connections that decode, between random pairs of 20 ensembles of 50 neurons."""
+    return between(20, n)
+
+
+def between(n_ensembles: int, n: int) -> nengo.Network:
+    """Connections that decode, between random pairs of ensembles of 50 neurons."""
+    rng = np.random.RandomState(0)
     with nengo.Network(seed=0) as network:
-        ensembles = [nengo.Ensemble(size, 1) for _ in range(max(n // 50, 2))]
-        for pre, post in rng.randint(len(ensembles), size=(n, 2)):
+        ensembles = [nengo.Ensemble(50, 1) for _ in range(n_ensembles)]
+        for pre, post in rng.randint(n_ensembles, size=(n, 2)):
             nengo.Connection(ensembles[pre], ensembles[post], transform=0.01, synapse=0.005)
         nengo.Probe(ensembles[-1], synapse=0.01)
     return network
@@ -89,7 +99,7 @@ def neurons(n: int) -> nengo.Network:
 
 
 NETWORKS: dict[str, Callable[[int], nengo.Network]] = {
-    make.__name__: make for make in (equal, distinct, decoded, neurons)
+    make.__name__: make for make in (equal, distinct, decoded, decoded20, neurons)
 }
 
 

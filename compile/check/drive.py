@@ -44,10 +44,10 @@ def silenced(image: ChipImage) -> np.ndarray:
     where q_max is the sum of a neuron's positive weights: every excitatory source spikes in every
     step, and no other. Read-outs and neurons with noise or learning are not silenced.
     """
-    most = np.zeros(n := image.n_compartments)
+    most = np.zeros(image.n_compartments)
     for synapses in synapses_of(image):
         positive = np.maximum(image.synapses.weight[synapses.number], 0)
-        most += np.bincount(synapses.target, weights=positive, minlength=n)
+        np.add.at(most, synapses.target, positive)  # a route reaches few of all compartments
     current = most * ONE / (image.compartments.decay_u + 1.0) + image.compartments.bias
     with np.errstate(divide="ignore", invalid="ignore"):
         voltage = np.where(current > 0, current * ONE / image.compartments.decay_v, 0)

@@ -3,12 +3,14 @@
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy import sparse
 
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.deliveries import deliveries
+from spikeport.compile.image.tables import flat
 
 
 @dataclass(frozen=True)
@@ -28,6 +30,26 @@ class BlockTraffic:
 
     direct: sparse.csr_matrix
     audiences: Mapping[tuple[int, ...], int]
+
+    @cached_property
+    def members(self) -> sparse.csr_matrix:
+        """The audiences that each block is in, as 1, (n_blocks, n_audiences).
+
+        A pair of blocks of `direct` is an audience of two; these follow all others.
+        """
+        pairs = sparse.triu(self.direct, format="coo")
+        sizes = [len(blocks) for blocks in self.audiences]
+        heard, sent = np.arange(len(sizes)), len(sizes) + np.arange(pairs.nnz)
+        block = flat([*map(np.array, self.audiences), pairs.row, pairs.col])
+        number = flat([np.repeat(heard, sizes), sent, sent])
+        shape = (self.direct.shape[0], len(heard) + len(sent))
+        return sparse.csr_matrix((np.ones(len(block), int), (block, number)), shape)
+
+    @cached_property
+    def sources(self) -> np.ndarray:
+        """The sources of each audience of `members`, (n_audiences,)."""
+        pairs = sparse.triu(self.direct, format="coo")
+        return flat([np.array(list(self.audiences.values()), int), pairs.data])
 
 
 def reached_blocks(image: ChipImage) -> sparse.csr_matrix:

@@ -14,7 +14,8 @@ from spikeport.compile.placing.cut import cut
 from spikeport.compile.placing.exact import pack_exactly
 from spikeport.compile.placing.load import block_loads, capacity, core_loads
 from spikeport.compile.placing.lower_bound import lower_bound, sums
-from spikeport.compile.placing.packing import Bins, Problem, pack
+from spikeport.compile.placing.packing import pack
+from spikeport.compile.placing.problem import Bins, Problem
 from spikeport.compile.placing.search import Search
 from spikeport.compile.placing.settling import settled
 from spikeport.hardware_models.chip import ChipModel

@@ -13,7 +13,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, NamedTuple
 
 from spikeport.compile.placing.lower_bound import lower_bound
-from spikeport.compile.placing.packing import Bins, Problem
+from spikeport.compile.placing.problem import Bins, Problem
 from spikeport.errors import MissingExtraError
 
 if TYPE_CHECKING:

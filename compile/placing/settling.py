@@ -4,8 +4,11 @@ from collections import Counter
 from collections.abc import Iterable
 from itertools import accumulate
 
+import numpy as np
+
+from spikeport.compile.placing.gains import Gains
 from spikeport.compile.placing.load import Load
-from spikeport.compile.placing.packing import Bins, Problem
+from spikeport.compile.placing.problem import Bins, Problem
 
 
 def settled(problem: Problem, bins: Bins) -> Bins:
@@ -48,6 +51,7 @@ class Settling:
         self._heard = [
             Counter(self._core[block] for block in blocks) for blocks in problem.traffic.audiences
         ]
+        self._gains = Gains(problem.traffic, self.bins)
         # Moves are counted; at which of them a core last changed, and a block last stayed.
         self._n_moves = 1
         self._changed = [1] * len(bins)
@@ -80,13 +84,14 @@ class Settling:
 
     def _swapped(self, block: int, core: int) -> bool:
         """Swap a block with one of a core if both fit and more spikes are within cores then."""
+        gains = self._gains.of(block, self._core[block], core)
         # Images have many equal blocks: where one does not fit, equal ones do not.
         fitting: dict[int, bool] = {}
-        for other in self.bins[core]:
+        for other in (self.bins[core][i] for i in np.flatnonzero(gains > 0)):
             kind = self._kinds[other]
             if kind not in fitting:
                 fitting[kind] = self._fit_swapped(block, other)
-            if fitting[kind] and self._gain(block, other) > 0:
+            if fitting[kind]:
                 self._swap(block, other)
                 return True
         return False
@@ -106,14 +111,6 @@ class Settling:
         self._set(home, [*left, other])
         self._set(there, [*rest, block])
 
-    def _gain(self, block: int, other: int) -> float:
-        """Return how many more spikes are within the cores of two blocks once these are swapped."""
-        home, there = self._core[block], self._core[other]
-        ours, theirs = self._spikes(block), self._spikes(other)
-        between = self._problem.exchanged(block, [other])
-        gain = ours.get(there, 0) + theirs.get(home, 0) - 2 * between
-        return gain - ours.get(home, 0) - theirs.get(there, 0)
-
     def _spikes(self, block: int) -> dict[int, float]:
         """Return the spikes between a block and each core that it exchanges any with."""
         spikes: dict[int, float] = {}
@@ -129,6 +126,7 @@ class Settling:
     def _set(self, core: int, blocks: list[int]) -> None:
         """Give a core other blocks."""
         self.bins[core] = blocks
+        self._gains.put(core, blocks)
         for block in blocks:
             if (home := self._core[block]) != core:
                 self._leave(block, home, core)

@@ -8,7 +8,7 @@ from scipy import sparse
 
 from spikeport.compile.image.traffic import BlockTraffic
 from spikeport.compile.placing.load import Capacity, Load
-from spikeport.compile.placing.packing import Bins, Problem
+from spikeport.compile.placing.problem import Bins, Problem
 
 ROOM = Capacity((10, 10, 10, 10), (2, 2, 2, 1, 1, 1))
 HARD = (13, 14, 18, 12, 18, 21)

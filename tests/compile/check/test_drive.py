@@ -1,18 +1,21 @@
 """Neurons that are copies of others, and neurons that cannot fire."""
 
 from collections.abc import Callable
+from types import SimpleNamespace
 
 import nengo
 import numpy as np
 import pytest
 
 from spikeport.backends.native.chip import NativeChip
+from spikeport.compile.check import drive
 from spikeport.compile.check.drive import duplicated, silenced
 from spikeport.compile.check.hints import image_hints
 from spikeport.compile.ground.quantisation import BlockError
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.pipeline import compile_network
 from tests.helpers.chip_networks import neurons, wired
+from tests.helpers.images import Block, Group, Parts, Route
 
 
 def hints(image: ChipImage, *errors: BlockError) -> list[str]:
@@ -51,6 +54,29 @@ def test_neurons_that_cannot_reach_threshold_are_silenced() -> None:
         "post: SP405 silenced neurons: 2 of 4; cure: lower their intercepts or raise their gain, "
         "or use fewer neurons"
     ]
+
+
+def test_routes_are_not_each_counted_for_all_neurons(monkeypatch: pytest.MonkeyPatch) -> None:
+    n = 100
+    groups = [Group([[64]], block=block) for block in range(1, n)]
+    routes = [Route([0], group=group, block=0) for group in range(n - 1)]
+    image = Parts([Block(1) for _ in range(n)], groups, routes=routes).image()
+    sizes: list[int] = []
+    add, count = np.add.at, np.bincount
+
+    def added(total: np.ndarray, index: np.ndarray, values: np.ndarray) -> None:
+        sizes.append(len(index))
+        add(total, index, values)
+
+    def counted(*arguments: object, **named: object) -> np.ndarray:
+        result: np.ndarray = count(*arguments, **named)
+        sizes.append(len(result))
+        return result
+
+    monkeypatch.setattr(drive, "np", SimpleNamespace(**{**vars(np), "bincount": counted}))
+    monkeypatch.setattr(drive.np, "add", SimpleNamespace(at=added))
+    silenced(image)
+    assert sum(sizes) == n - 1
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -36,6 +36,12 @@ def test_traffic_of_two_blocks_is_what_they_send_and_what_both_are_sent() -> Non
     assert traffic.audiences == {(1, 2): 2}
 
 
+def test_pairs_are_audiences_of_two_after_all_others() -> None:
+    traffic = block_traffic(network())
+    assert traffic.members.toarray().tolist() == [[0, 1, 1], [1, 1, 0], [1, 0, 1]]
+    assert traffic.sources.tolist() == [2, 2, 1]
+
+
 def test_a_source_of_many_blocks_makes_no_pairs() -> None:
     n = 200
     groups = [Group([[64]], block=b) for b in range(1, n)]

@@ -5,7 +5,8 @@ from hypothesis import given, settings
 
 from spikeport.compile.placing import exact
 from spikeport.compile.placing.exact import pack_exactly
-from spikeport.compile.placing.packing import Bins, Problem, pack
+from spikeport.compile.placing.packing import pack
+from spikeport.compile.placing.problem import Bins, Problem
 from spikeport.errors import MissingExtraError
 from tests.helpers.packing_problems import (
     HARD,

@@ -1,10 +1,11 @@
 import numpy as np
 import pytest
 
-from spikeport.compile.placing import packing
+from spikeport.compile.placing.emptying import Emptying, emptied
 from spikeport.compile.placing.exchange import Exchanges
 from spikeport.compile.placing.load import Load
-from spikeport.compile.placing.packing import Bins, Problem, emptied
+from spikeport.compile.placing.packing import pack
+from spikeport.compile.placing.problem import Bins, Problem
 from spikeport.compile.placing.tally import Tally
 from tests.helpers.packing_problems import cores_of, load, problem
 
@@ -50,7 +51,7 @@ def test_whatever_could_make_room_is_possible(seed: int) -> None:
             for _ in range(30)
         )
     )
-    bins = packing.pack(of, 0)
+    bins = pack(of, 0)
     wanted = load(3, thresholds=0b11, clipping=0b1)
     fitting = {
         other
@@ -74,10 +75,8 @@ def n_tried(n: int, monkeypatch: pytest.MonkeyPatch) -> int:
     of = problem(*profiles, room=cores_of(9)._replace(profiles=(2, 2, 2, 1, 1, 1)))
     bins = [[2 * core, 2 * core + 1] for core in range(n)]
     tried = [1]
-    push = packing._Emptying._push
+    push = Emptying._push
     with monkeypatch.context() as patch:
-        patch.setattr(
-            packing._Emptying, "_push", lambda me, *blocks: tried.append(1) or push(me, *blocks)
-        )
+        patch.setattr(Emptying, "_push", lambda me, *blocks: tried.append(1) or push(me, *blocks))
         assert emptied(of, bins) == bins
     return len(tried)

@@ -4,7 +4,7 @@ from hypothesis import given, settings
 
 from spikeport.compile.placing.load import Load
 from spikeport.compile.placing.lower_bound import lower_bound, sums
-from spikeport.compile.placing.packing import Problem
+from spikeport.compile.placing.problem import Problem
 from tests.helpers.packing_problems import ROOM, cores_of, fewest_cores, load, problem, problems
 
 AMOUNTS = ("compartments", "in_axons", "out_axons", "synapse_bits")

@@ -2,9 +2,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
+from spikeport.compile.placing.gains import Gains
 from spikeport.compile.placing.load import Load
-from spikeport.compile.placing.packing import Bins, Problem, pack
-from spikeport.compile.placing.settling import settled
+from spikeport.compile.placing.packing import pack
+from spikeport.compile.placing.problem import Bins, Problem
+from spikeport.compile.placing.settling import Settling, settled
 from tests.helpers.packing_problems import assert_packed, cores_of, pairs, problem, problems
 
 
@@ -101,6 +103,21 @@ def tried(of: Problem, bins: Bins, block: int) -> bool:
 def test_swaps_with_equal_blocks_are_checked_once(monkeypatch: pytest.MonkeyPatch) -> None:
     few, many = (n_joins(n, monkeypatch) for n in (20, 80))
     assert many < 4**1.2 * few
+
+
+def test_spikes_of_the_blocks_of_another_core_are_counted_at_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The blocks of the smaller core would go to the other, which is full, and gains nothing."""
+    of = problem(*[1] * 79, room=cores_of(40), audiences={tuple(range(79)): 3})
+    bins = [list(range(40)), list(range(40, 79))]
+    spikes, gains = [], []
+    count, gain = Settling._spikes, Gains.of
+    monkeypatch.setattr(Settling, "_spikes", lambda *of: spikes.append(1) or count(*of))
+    monkeypatch.setattr(Gains, "of", lambda *of: gains.append(1) or gain(*of))
+    assert settled(of, bins) == bins
+    assert len(spikes) == 79
+    assert len(gains) == 39
 
 
 def test_blocks_that_the_same_sources_reach_come_together() -> None:

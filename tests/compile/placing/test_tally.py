@@ -2,7 +2,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from spikeport.compile.placing.load import Load
-from spikeport.compile.placing.packing import Problem
+from spikeport.compile.placing.problem import Problem
 from spikeport.compile.placing.tally import Tally
 from tests.helpers.packing_problems import ROOM, load, problems
 

@@ -1,0 +1,69 @@
+"""Spikes that come to be within cores where two blocks are swapped, for many blocks at once."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from spikeport.compile.image.tables import flat
+from spikeport.compile.image.traffic import BlockTraffic
+
+
+class _Heard(NamedTuple):
+    """The audiences of the blocks of a core: their numbers, and the position of each one's block.
+
+    ``n`` is the number of blocks.
+    """
+
+    audience: np.ndarray
+    position: np.ndarray
+    n: int
+
+
+class Gains:
+    """The spikes that swaps bring within cores, beyond those that they take out.
+
+    A pair of blocks that one sends to the other is an audience of two. With 1 for i_a where block i
+    is in audience a and n_ca such blocks on core c, the swap of block i of core h with j of core c
+    brings, for s_a sources,
+
+        sum_a s_a (i_a - j_a) (n_ca - n_ha + i_a - j_a)
+
+    Parameters
+    ----------
+    traffic : BlockTraffic
+        The spikes between blocks.
+    bins : sequence of sequence of int
+        The blocks of each core.
+    """
+
+    def __init__(self, traffic: BlockTraffic, bins: Sequence[Sequence[int]]) -> None:
+        members = traffic.members
+        self._audiences = np.split(members.indices, members.indptr[1:-1])
+        self._sources = traffic.sources
+        # Zeros, but while gains are counted: most audiences are on few cores.
+        self._count = np.zeros(len(self._sources), dtype=int)
+        self._cores = [self._heard(blocks) for blocks in bins]
+
+    def put(self, core: int, blocks: Sequence[int]) -> None:
+        """Set the blocks of a core."""
+        self._cores[core] = self._heard(blocks)
+
+    def of(self, block: int, home: int, core: int) -> np.ndarray:
+        """Return the gain of swapping a block of one core with each of another, in their order."""
+        mine, sources, count = self._audiences[block], self._sources, self._count
+        ours, theirs = self._cores[home], self._cores[core]
+        np.add.at(count, theirs.audience, 1)
+        np.subtract.at(count, ours.audience, 1)
+        gain = (sources[mine] * (count[mine] + 1)).sum()
+        # The formula's products of i_a and j_a, which are 0 for all other audiences.
+        count[mine] += 2
+        each = sources[theirs.audience] * (1 - count[theirs.audience])
+        count[theirs.audience] = count[ours.audience] = 0
+        gains: np.ndarray = gain + np.bincount(theirs.position, each, theirs.n)
+        return gains
+
+    def _heard(self, blocks: Sequence[int]) -> _Heard:
+        audiences = [self._audiences[block] for block in blocks]
+        sizes = [len(mine) for mine in audiences]
+        return _Heard(flat(audiences), np.repeat(np.arange(len(blocks)), sizes), len(blocks))

@@ -1,0 +1,54 @@
+import pytest
+
+from spikeport.compile.placing.emptying import emptied
+from spikeport.compile.placing.load import Load
+from tests.helpers.packing_problems import load, problem
+
+
+def test_a_core_is_emptied_into_the_room_of_others() -> None:
+    of = problem(7, 6, 2, 3)
+    assert emptied(of, [[0], [1], [2, 3]]) == [[0, 3], [1, 2]]
+
+
+def test_a_block_takes_the_place_of_a_smaller_one_that_fits_elsewhere() -> None:
+    of = problem(5, 4, 6, 5)
+    assert emptied(of, [[0, 1], [2], [3]]) == [[0, 3], [2, 1]]
+
+
+def test_cores_are_emptied_one_after_another() -> None:
+    assert emptied(problem(2, 2, 2, 2), [[0], [1], [2], [3]]) == [[1, 0, 2, 3]]
+
+
+def test_a_core_that_cannot_be_emptied_keeps_its_blocks() -> None:
+    of = problem(6, 6, 2, 5)
+    assert emptied(of, [[0, 2], [1], [3]]) == [[0, 2], [1], [3]]
+
+
+def test_only_smaller_blocks_make_room() -> None:
+    """The last, which is tried first, could take the place of either, which fit together."""
+    of = problem(load(4, in_axons=6), load(6), load(5, in_axons=5))
+    assert emptied(of, [[0], [1], [2]]) == [[1, 0], [2]]
+
+
+def test_the_emptiest_core_that_can_be_emptied_is() -> None:
+    of = problem(load(2, clipping=0b10), load(3, clipping=0b01), load(4, clipping=0b01))
+    assert emptied(of, [[0], [1], [2]]) == [[0], [2, 1]]
+
+
+def test_exchanges_are_tried_as_often_as_is_said() -> None:
+    """Without any, the emptiest core stays, and the blocks of another find room."""
+    of, bins = problem(5, 4, 6, 5), [[0, 1], [2], [3]]
+    assert emptied(of, bins, exchanges=2) == [[0, 3], [2, 1]]
+    assert emptied(of, bins, exchanges=0) == [[2, 1], [3, 0]]
+
+
+def test_loads_of_cores_are_not_counted_anew_for_each_that_is_emptied(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    of = problem(*(load(6, thresholds=1 << number) for number in range(50)))
+    joins: list[tuple[Load, ...]] = []
+    join = Load.joined
+    monkeypatch.setattr(Load, "joined", lambda *both: joins.append(both) or join(*both))
+    bins = [[block] for block in range(50)]
+    assert emptied(of, bins) == bins
+    assert len(joins) == 100  # once for each core, and once for the union of all

@@ -1,0 +1,51 @@
+import sys
+
+import numpy as np
+from hypothesis import given, settings
+
+from spikeport.compile.placing.packing import pack
+from spikeport.compile.placing.problem import Problem
+from tests.helpers.packing_problems import load, pairs, problem, problems
+
+
+def test_cost_counts_cores_first_then_spikes_between_them() -> None:
+    of = problem(1, 1, 1, traffic={(0, 1): 3, (1, 2): 5})
+    assert of.cost([[0, 1], [2]]) == (2, -6)
+    assert of.cost([[0], [1, 2]]) == (2, -10)
+    assert min([[0, 1, 2]], [[0], [1, 2]], key=of.cost) == [[0, 1, 2]]
+
+
+def test_the_cost_of_many_audiences_takes_no_more_calls_than_that_of_few() -> None:
+    def n_calls(n: int) -> int:
+        of = problem(*[1] * n, audiences={(i, i + 1): 1 for i in range(n - 1)})
+        calls: list[object] = []
+        sys.setprofile(lambda *event: calls.append(event[1]))
+        of.cost([list(range(n))])
+        sys.setprofile(None)
+        return calls.count("call")
+
+    assert n_calls(200) <= n_calls(20)
+
+
+def test_blocks_fit_as_far_as_every_resource_reaches() -> None:
+    full = load(10, thresholds=0b11, clipping=0b1, in_axons=10)
+    for more in (load(1), load(in_axons=1), load(thresholds=0b100), load(clipping=0b10)):
+        of = problem(full, more)
+        assert of.fits([0])
+        assert not of.fits([0, 1])
+    assert problem(full, load(thresholds=0b1, clipping=0b1)).fits([0, 1])
+
+
+def test_traffic_is_of_pairs() -> None:
+    of = problem(1, 1, traffic={(0, 1): 2})
+    np.testing.assert_array_equal(of.traffic.direct.toarray(), [[0, 2], [2, 0]])
+
+
+@given(problems())
+@settings(deadline=None, max_examples=30)
+def test_the_cost_counts_spikes_of_pairs_and_of_audiences(of: Problem) -> None:
+    between, bins = pairs(of), pack(of, 0)
+    assert of.cost(bins)[1] == -sum(between[np.ix_(blocks, blocks)].sum() for blocks in bins)
+    for blocks in bins:
+        expected = between[blocks[0], blocks].sum()
+        assert of.exchanged(blocks[0], [b for b in blocks if b != blocks[0]]) == expected
