@@ -26,6 +26,7 @@ from spikeport.commands.options import (
     with_options,
     written,
 )
+from spikeport.constants import MOST_POINTS
 from spikeport.errors import SpikeportError, printable
 
 
@@ -107,7 +108,9 @@ def compile_command(
     ] = False,
     build_timeout: Annotated[
         float | None,
-        typer.Option(metavar="SECONDS", min=0.001, help="End the building of the network then."),
+        typer.Option(
+            metavar="SECONDS", min=0.001, max=10**6, help="End the building of the network then."
+        ),
     ] = None,
     explain: Annotated[
         str | None,
@@ -293,7 +296,7 @@ def sweep_command(
         list[str] | None,
         typer.Option(metavar="KEY=VALUE,...", help="Values of a setting or `backend`; repeatable."),
     ] = None,
-    seeds: Annotated[int, typer.Option(help="How many, from 0 on.", min=1)] = 1,
+    seeds: Annotated[int, typer.Option(help="How many, from 0 on.", min=1, max=MOST_POINTS)] = 1,
     target: Target,
     seconds: SecondsOption = None,
     settings: SettingsOption,
