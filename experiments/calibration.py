@@ -16,7 +16,7 @@ from spikeport.atomic import atomic_path
 from spikeport.compile.image.manifest import SCHEMA
 from spikeport.errors import UsageError, printable
 from spikeport.reading import npz
-from spikeport.reading.mismatch import MismatchError
+from spikeport.reading.mismatch import MismatchError, shown
 from spikeport.reading.text import parse_json
 from spikeport.simulator import Simulator
 
@@ -121,7 +121,7 @@ def _read(path: Path) -> dict[str, np.ndarray]:
 
 
 def _text(values: Mapping[str, object], keys: list[str]) -> str:
-    return ", ".join(f"{key}={values.get(key)}" for key in keys)
+    return ", ".join(f"{shown(key)}={shown(values.get(key))}" for key in keys)
 
 
 def _refusal(path: Path, found: str) -> UsageError:

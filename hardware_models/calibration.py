@@ -5,6 +5,7 @@ from typing import Annotated
 
 from pydantic import AfterValidator, Field, StrictInt, field_validator
 
+from spikeport.files import Line, Name
 from spikeport.hardware_models.figure import Energy, Figure, Strictly, Time, in_si
 
 
@@ -60,8 +61,8 @@ class EnergyCalibration(Strictly):
         The barrier for numbers of tiles, in increasing order; empty: no public figure.
     """
 
-    name: Annotated[str, Field(min_length=1)]
-    description: str
+    name: Name
+    description: Line
     energies: Energies = Energies()
     times: Times = Times()
     barrier: tuple[Annotated[BarrierPoint, AfterValidator(partial(in_si, "s"))], ...] = ()

@@ -10,7 +10,7 @@ from typing import Annotated
 from pydantic import Field, ValidationInfo, field_validator
 
 from spikeport.errors import ChipFileError, unknown
-from spikeport.files import read_model
+from spikeport.files import Line, Name, read_model
 from spikeport.hardware_models.calibration import EnergyCalibration
 from spikeport.hardware_models.figure import Bits, Count, Figure, Power, Strictly
 
@@ -99,10 +99,10 @@ class ChipModel(Strictly):
     """
 
     schema_version: Annotated[int, Field(alias="schema")]
-    name: Annotated[str, Field(min_length=1)]
-    title: str
-    caveat: str = ""
-    pipeline: str = ""
+    name: Name
+    title: Line
+    caveat: Line = ""
+    pipeline: Line = ""
     limits: Limits
     synapse_memory: SynapseMemory | None = None
     topology: Topology | None = None

@@ -5,6 +5,7 @@ from typing import Annotated, Literal, TypeVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Strict, model_validator
 
+from spikeport.files import Line, Name
 from spikeport.hardware_models.estimate import Estimate
 
 # The SI unit of each unit and how many of the unit make one of it: a divisor, as 10^12 is exact in
@@ -59,11 +60,11 @@ class Figure(Strictly):
 
     value: NonNegative
     unit: Annotated[str, AfterValidator(_known_unit)]
-    source: Annotated[str, Field(min_length=1)]
+    source: Name
     evidence: Literal["code", "transcribed", "abstract", "vendor"]
     low: NonNegative | None = None
     high: NonNegative | None = None
-    note: str = ""
+    note: Line = ""
 
     @model_validator(mode="after")
     def _bounds_enclose_value(self) -> "Figure":

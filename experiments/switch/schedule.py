@@ -12,8 +12,9 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator, model_valida
 from spikeport.errors import UsageError
 from spikeport.experiments.arm.draw_task import SHORTEST_S
 from spikeport.experiments.walk.path_file import FASTEST_M_S
-from spikeport.files import read_model
+from spikeport.files import Name, read_model
 from spikeport.networks.humanoid import ACTIONS
+from spikeport.reading.mismatch import shown
 
 SHIPPED = {file.stem: file for file in sorted(Path(__file__).parent.glob("*.toml"))}
 """Schedules by name."""
@@ -42,7 +43,7 @@ class Phase(_Strictly):
     them; ``arm`` is that of drawing.
     """
 
-    name: Annotated[str, Field(min_length=1)]
+    name: Name
     begin_s: Seconds
     end_s: Seconds
     utilities: dict[str, Utility]
@@ -145,7 +146,7 @@ def load(path: Path, seconds: float) -> Schedule:
     for phase in schedule.phases:
         if phase.end_s > seconds:
             raise UsageError(
-                f"{path}: phase '{phase.name}' ends at {phase.end_s:g} s, the run at {seconds:g} "
-                f"s; cure: --seconds {schedule.end_s:g}, or shorter phases"
+                f"{path}: phase '{shown(phase.name)}' ends at {phase.end_s:g} s, the run "
+                f"at {seconds:g} s; cure: --seconds {schedule.end_s:g}, or shorter phases"
             )
     return schedule

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from spikeport.errors import UsageError, printable
-from spikeport.reading.mismatch import MismatchError
+from spikeport.errors import UsageError
+from spikeport.reading.mismatch import MismatchError, shown
 from spikeport.reading.text import read_text
 
 COLUMNS = "t_s,x_m,y_m"
@@ -14,6 +14,10 @@ FASTEST_RAD_S = 1.0
 """The walking policy is trained up to here."""
 FARTHEST_START_M = 0.5
 """How far from the robot a path may begin."""
+LONGEST_M = 10_000.0
+"""Way of a path: it becomes points that are close to each other, and walking it takes hours."""
+LARGEST = 1e10
+"""Of a number: seconds may be counted from 1970; larger ones overflow in what is made of them."""
 ROUNDING = 1e-6
 TABLE_BYTES = 2**22
 """Of the file: a row for every millisecond of two minutes."""
@@ -30,8 +34,9 @@ def read_path(file: Path, seconds: float) -> tuple[np.ndarray, np.ndarray]:
         If it cannot be read.
     """
     table = _read_table(file)
-    if not np.isfinite(table).all() or (np.diff(table[:, 0]) <= 0).any():
-        raise _no_table(file, "times that do not rise, or numbers that are not finite")
+    if not (np.abs(table) <= LARGEST).all() or (np.diff(table[:, 0]) <= 0).any():
+        found = f"times that do not rise, or numbers that are not finite or above {LARGEST:g}"
+        raise _no_table(file, found)
     time_s, points = table[:, 0] - table[0, 0], table[:, 1:]
     _check_start(file, points[0])
     _check_speed(file, time_s, points)
@@ -64,7 +69,7 @@ def _read_table(file: Path) -> np.ndarray:
 def _no_table(file: Path, found: str) -> UsageError:
     return UsageError(
         f"path '{file}': expected columns '{COLUMNS}' and two rows or more of rising times, found "
-        f"{printable(found)}; cure: write such a table"
+        f"{shown(found)}; cure: write such a table"
     )
 
 
@@ -80,6 +85,11 @@ def _check_start(file: Path, start: np.ndarray) -> None:
 def _check_speed(file: Path, time_s: np.ndarray, points: np.ndarray) -> None:
     moved_m = np.linalg.norm(np.diff(points, axis=0), axis=1)
     speed_m_s = moved_m / np.diff(time_s)
+    if moved_m.sum() > LONGEST_M:
+        raise UsageError(
+            f"path '{file}': is {moved_m.sum():,.0f} m long, limit {LONGEST_M:,.0f} m; cure: a "
+            "shorter path"
+        )
     worst = int(np.argmax(speed_m_s))
     if speed_m_s[worst] > FASTEST_M_S * (1 + ROUNDING):
         raise UsageError(

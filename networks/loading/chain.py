@@ -206,6 +206,8 @@ def only(outputs: list[object]) -> Chain:
     raise MismatchError("one output that depends on the observation", f"{len(outputs)} outputs")
 
 
-def gelu(x: Chain, approximate: str) -> Chain:
+def gelu(x: Chain, approximate: object) -> Chain:
     """The exact GELU has a name of its own; approximations are other functions."""
+    if not isinstance(approximate, str):
+        raise TypeError(type(approximate).__name__)
     return x.activated("gelu" if approximate == "none" else f"gelu ({approximate})")

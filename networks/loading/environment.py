@@ -141,6 +141,12 @@ def _loader(yaml: ModuleType) -> "type[SafeLoader]":
             self.depth -= 1
             return node
 
+        def construct_object(self, node: "Node", deep: bool = False) -> object:
+            try:
+                return super().construct_object(node, deep)
+            except (AttributeError, LookupError):  # PyYAML's, of a text that its tag does not fit
+                raise MismatchError(f"YAML with a value of {node.tag}", f"'{node.value}'") from None
+
         def flatten_mapping(self, node: "MappingNode") -> None:
             """Refuse merge keys: merges of merges may make of a line a thousand million items."""
             if any(key.tag == MERGE for key, _ in node.value):

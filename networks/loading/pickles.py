@@ -122,7 +122,12 @@ class _Machine:
         self.stack.append(self._names(str(name).replace(" ", ".")))
 
     def named_on_stack(self, _: object) -> None:
-        self.named(" ".join(map(str, self.taken(2))))
+        match self.taken(2):
+            # what else lies there may be too deep to be shown, or a text without end
+            case (str(module), str(name)):
+                self.named(f"{module} {name}")
+            case _:
+                raise TypeError("a name of other values than texts")
 
     def persistent(self, _: object) -> None:
         self.stack.append(self._persistent(self.stack.pop()))

@@ -126,6 +126,8 @@ class Interpreter:
         self, function: ast.FunctionDef, values: list[object], named: Mapping[str, object]
     ) -> object:
         """Return what a function returns for these arguments."""
+        if not _is_plain(function.args):
+            raise MismatchError("functions of plain arguments", f"{function.name} of others")
         names = [argument.arg for argument in function.args.args]
         defaults = function.args.defaults
         variables = {
@@ -292,6 +294,12 @@ class Interpreter:
         self._steps += 1
         if self._steps > STEPS:
             raise MismatchError(f"a forward of at most {STEPS:,} steps", "more")
+
+
+def _is_plain(arguments: ast.arguments) -> bool:
+    """Return whether all arguments may be given by place and by name."""
+    others = (arguments.posonlyargs, arguments.vararg, arguments.kwonlyargs, arguments.kwarg)
+    return not any(others)
 
 
 def _foreign(node: ast.stmt | ast.expr) -> MismatchError:

@@ -95,6 +95,8 @@ class Tensor:
         if len(self.shape) != len(self.strides) or len(self.shape) > MAX_AXES:
             found = f"{len(self.shape)} and {len(self.strides)}"
             raise MismatchError(f"a tensor of as many sizes as strides, at most {MAX_AXES}", found)
+        if max(self.shape, default=0) > NUMBERS:  # also beside an axis of none: a bias has as many
+            raise MismatchError(f"axes of at most {NUMBERS:,}", f"shape {self.shape}")
         count = math.prod(self.shape)
         if count > min(self.storage.count, NUMBERS):
             most = f"a tensor of at most {min(self.storage.count, NUMBERS):,} numbers"

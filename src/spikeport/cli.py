@@ -28,6 +28,7 @@ from spikeport.commands.options import (
     with_options,
     written,
 )
+from spikeport.constants import MOST_POINTS
 from spikeport.errors import SpikeportError, printable
 
 
@@ -66,7 +67,9 @@ PrintAfter = Annotated[
 ]
 BuildTimeout = Annotated[
     float | None,
-    typer.Option(metavar="SECONDS", min=0.001, help="End the building of the network then."),
+    typer.Option(
+        metavar="SECONDS", min=0.001, max=10**6, help="End the building of the network then."
+    ),
 ]
 ExperimentName = Annotated[str, typer.Argument(help="The experiment, e.g. reach.")]
 ImageFile = Annotated[Path, typer.Argument(help="The image.npz that a compile wrote.")]
@@ -372,7 +375,7 @@ def sweep_command(
         list[str] | None,
         typer.Option(metavar="KEY=VALUE,...", help="Values of a setting or `backend`; repeatable."),
     ] = None,
-    seeds: Annotated[int, typer.Option(help="How many, from 0 on.", min=1)] = 1,
+    seeds: Annotated[int, typer.Option(help="How many, from 0 on.", min=1, max=MOST_POINTS)] = 1,
     target: Target,
     seconds: SecondsOption = None,
     settings: SettingsOption,

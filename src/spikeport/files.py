@@ -4,10 +4,10 @@ import json
 import math
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Annotated, Any, TypeVar
 
 import numpy as np
-from pydantic import BaseModel, ValidationError
+from pydantic import AfterValidator, BaseModel, Field, ValidationError
 from pydantic_core import ErrorDetails
 
 from spikeport.atomic import write_text
@@ -20,6 +20,19 @@ Refusal = type[SpikeportError]
 
 MOST_LISTED = 20
 """Errors in a file that are listed, each on a line."""
+
+
+def _on_a_line(text: str) -> str:
+    if not text.isprintable():
+        raise ValueError(f"holds control characters: '{shown(text)}'")
+    return text
+
+
+Line = Annotated[str, AfterValidator(_on_a_line)]
+"""A text of a file that stands in reports: a terminal would obey control characters in it."""
+
+Name = Annotated[str, Field(min_length=1), AfterValidator(_on_a_line)]
+"""One that is not empty."""
 
 REASONS = {"missing": "is missing", "extra_forbidden": "is not a known key"}
 

@@ -37,6 +37,7 @@ def test_decoders_of_another_network_are_refused_and_all_differences_named(path)
     assert refusal(path, m1=50, passes="compact") == (
         "made for m1=40, passes=by default, but the run has m1=50, passes=compact"
     )
+    assert len(refusal(path, box="small" * 10**6)) < 1000
     assert refusal(path, box="small") == "made for box=None, but the run has box=small"
 
 

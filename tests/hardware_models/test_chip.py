@@ -91,6 +91,11 @@ CORES = '[limits.cores]\nvalue = 128\nunit = "1"\nsource = "Davies 2018"\n'
             "calibrations: two have the same name: davies2018, davies2018",
         ),
         (
+            'title = "Intel Loihi"',
+            'title = "\\u001b[2JLoihi"',
+            r"title: holds control characters: '\x1b[2JLoihi'",
+        ),
+        (
             'evidence = "abstract"',
             'evidence = "hearsay"',
             "power.board_idle_w.evidence: "

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from spikeport import key_values
@@ -90,7 +91,7 @@ def show_outcome(outcome: Outcome, folder: Path) -> None:
         "metric", "value", box=SIMPLE_HEAD, title=f"{result['experiment']} on {result['backend']}"
     )
     for name, value in result["metrics"].items():
-        table.add_row(name, _text(value))
+        table.add_row(name, escape(_text(value)))
     console.print(table)
     names = ", ".join(sorted(p.name for p in folder.iterdir()))
     console.print(f"written: {folder}/ ({names})", markup=False)

@@ -1,5 +1,6 @@
 """``spikeport sweep``: an experiment at many settings, from several seeds."""
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +12,7 @@ from spikeport.atomic import atomic_path
 from spikeport.commands.options import Target, Workers
 from spikeport.commands.progress import progress_bar
 from spikeport.commands.run import check_target, seconds_of
+from spikeport.constants import MOST_POINTS
 from spikeport.errors import UsageError, unknown
 from spikeport.experiments import registry
 from spikeport.experiments.options import Experiment
@@ -124,6 +126,12 @@ def _check(sweep: Sweep, experiment: Experiment) -> None:
     for backend in sweep.varied.get(BACKEND, (sweep.backend,)):
         if backend not in experiment.backends:
             raise unknown(f"backend of {experiment.name}", backend, experiment.backends)
+    n_points = math.prod(map(len, sweep.axes.values()))
+    if n_points > MOST_POINTS:
+        raise UsageError(
+            f"a sweep of {n_points:,} points, limit {MOST_POINTS:,}; cure: fewer values of --vary, "
+            "or fewer --seeds"
+        )
     for point in sweep.points():
         chosen = experiment.settings(**point.settings)
         experiment.trial(chosen, point.options).check()

@@ -102,6 +102,7 @@ def test_phases_that_do_not_follow_each_other(reason, changed, to, message):
         ("end_s = 12", "end_s = -1", "end_s: Input should be greater than or equal to 0"),
         ("end_s = 12", 'end_s = "12"', "end_s: Input should be a valid number"),
         ('name = "phase 1"\n', "", "name: is missing"),
+        ('"phase 1"', '"\\u001b[2J"', r"name: holds control characters: '\x1b[2J'"),
         ('arm = "digit"', 'arm = "digit"\nhaste = 1', "haste: is not a known key"),
         ('"digit"', '"wave"', "arm: Input should be 'digit', 'retract' or 'reach'"),
     ],

@@ -25,6 +25,7 @@ def test_a_file_has_its_own_times(written):
 
 
 TABLE = "expected columns 't_s,x_m,y_m' and two rows or more of rising times, found "
+NUMBERS = "times that do not rise, or numbers that are not finite or above 1e+10"
 
 
 @pytest.mark.parametrize(
@@ -42,13 +43,19 @@ TABLE = "expected columns 't_s,x_m,y_m' and two rows or more of rising times, fo
         ),
         (
             ["0,0,0", "0,1,0"],
-            TABLE + "times that do not rise, or numbers that are not finite; "
-            "cure: write such a table",
+            f"{TABLE}{NUMBERS}; cure: write such a table",
         ),
         (
             ["0,0,0", "20,nan,0"],
-            TABLE + "times that do not rise, or numbers that are not finite; "
-            "cure: write such a table",
+            f"{TABLE}{NUMBERS}; cure: write such a table",
+        ),
+        (
+            ["-1e308,0,0", "1e308,1,0"],
+            f"{TABLE}{NUMBERS}; cure: write such a table",
+        ),
+        (
+            ["0,0,0", "10001,10001,0"],
+            "is 10,001 m long, limit 10,000 m; cure: a shorter path",
         ),
         (
             ["0,3,4", "20,3,5"],
@@ -79,6 +86,12 @@ def test_a_file_with_other_columns_is_refused(written, tmp_path):
     assert str(caught.value) == (
         f"path '{tmp_path / 'mine.csv'}': {TABLE}columns 'x,y,t'; cure: write such a table"
     )
+
+
+def test_of_a_long_line_the_begin_is_shown(written):
+    with pytest.raises(UsageError) as caught:
+        written(header="x," * 10**6)
+    assert len(str(caught.value)) < 1000
 
 
 def test_a_table_that_would_fill_the_memory_is_refused(written, tmp_path):

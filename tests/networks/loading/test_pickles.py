@@ -38,6 +38,8 @@ PICKLES = {
         by_instructions(b"}\x8b" + struct.pack("<i", 5000) + b"\x7f" * 5000 + b"Ns"),
         "keys that are plain values",
     ),
+    "a name of a deep list": (by_instructions(b"]" * 3000 + b"a" * 2999 + b"N\x93"), "damaged"),
+    "a name of doubled tuples": (by_instructions(b")", b"q\0h\0\x86" * 20, b"N\x93"), "damaged"),
     "a list that holds itself": (by_instructions(b"]q\0h\0a"), ""),
     "a persistent number": (by_instructions(b"X\1\0\0\0aQ"), "storages of numbers"),
     "no end": (b"\x80\x02N", "damaged"),

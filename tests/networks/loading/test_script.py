@@ -176,6 +176,15 @@ DOUBLING += "def f60(x: Tensor) -> Tensor:\n  return x\n"
         (HEAD + "    # \udcff\n", "expected text in"),
         (HEAD + "    x = 1\n" * 30_000, "at most 262,144 bytes"),
         (HEAD + "    while True:\n      x = x\n", "While in line 4 of its text"),
+        (
+            HEAD.replace("self: __torch__.Policy, x: Tensor", "z=1, /, self=2, x=3") + "    pass\n",
+            "functions of plain arguments",
+        ),
+        (HEAD.replace("Tensor) ->", "Tensor, *, y=1) ->") + "    return x\n", "of plain arguments"),
+        (
+            HEAD + "    y = 1\n" + "    y = [y, y]\n" * 20 + "    torch.gelu(x, approximate=y)\n",
+            "operation aten::gelu of other values",
+        ),
         (HEAD + "    return missing\n", "Name in line 4"),
         (HEAD + "    return self.missing\n", "an attribute missing of"),
         (HEAD.replace("forward", "backward") + "    return x\n", "a method forward of"),

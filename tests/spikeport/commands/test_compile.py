@@ -141,6 +141,13 @@ def test_a_network_that_is_built_for_ever_is_ended(spikeport, net_py):
     )
 
 
+@pytest.mark.parametrize("limit", ["inf", "nan", "-1", "1e300"])
+def test_a_time_that_no_clock_counts_is_refused(spikeport, net_py, limit):
+    done = spikeport("compile", f"{net_py}:make", "--build-timeout", limit)
+    assert (done.code, done.out) == (2, "")
+    assert "--build-timeout" in done.err
+
+
 @pytest.mark.parametrize("option", ["--out", "--json"])
 def test_an_empty_path_is_refused(spikeport, net_py, option):
     done = spikeport("compile", f"{net_py}:make", option, "")

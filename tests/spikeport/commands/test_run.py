@@ -184,3 +184,10 @@ def test_metrics_of_parts_are_named_line_by_line(tmp_path, capsys):
     first = next(i for i, line in enumerate(printed) if line.startswith("phases"))
     assert printed[first].split(maxsplit=1)[1] == "walk: success yes, behind_m 0.1"
     assert printed[first + 1] == "draw: success no"
+
+
+def test_names_of_phases_are_no_markup(tmp_path, capsys):
+    phases = [{"name": "[/a] [red]b", "success": True}]
+    result = {"experiment": "switch", "backend": "native", "metrics": {"phases": phases}}
+    show_outcome(Outcome(result, report=None, activity=None), tmp_path)
+    assert "[/a] [red]b: success yes" in capsys.readouterr().out

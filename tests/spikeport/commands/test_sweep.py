@@ -51,6 +51,19 @@ def test_a_sweep_leaves_points_table_and_figure(spikeport, counted, tmp_path):
     }
 
 
+def test_a_sweep_of_too_many_points_is_refused(spikeport, counted, tmp_path):
+    values = ",".join(map(str, range(10, 1010)))
+    done = spikeport(*REACH, "--vary", f"m1={values}", "--seeds", 101, "--out", tmp_path / "out")
+    assert done == (
+        2,
+        "",
+        "error: a sweep of 101,000 points, limit 100,000; cure: fewer values of --vary, or fewer "
+        "--seeds\n",
+    )
+    assert spikeport(*REACH, "--seeds", 10**11, "--out", tmp_path / "out").code == 2
+    assert not (tmp_path / "out").exists()
+
+
 def test_a_point_that_failed_is_told(spikeport, counted, tmp_path):
     done = spikeport(*REACH, "--vary", "m1=10,30", "--out", tmp_path)
     assert done == (
