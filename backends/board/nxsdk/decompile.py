@@ -11,7 +11,7 @@ from nengo_loihi.block import SynapseConfig
 
 from spikeport.backends.board.nxsdk.groups import Group, groups_of, value, values
 from spikeport.backends.board.nxsdk.recording import Contact, Core
-from spikeport.backends.board.nxsdk.written import Written
+from spikeport.backends.board.nxsdk.written import AxonMap, Written
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.manifest import (
     BlockEntry,
@@ -116,7 +116,7 @@ def decompile(written: Written, dt_s: float) -> ChipImage:
     """
     cores = [core for core in written.board.cores if core.bank("cxCfg")]
     groups = [group for number, core in enumerate(cores) for group in groups_of(number, core)]
-    input_sizes = [len(source.axon_map) for source in written.inputs]
+    input_sizes = [len(axon_map) for axon_map in written.inputs]
     routes, out_axons = _routes(cores, groups, written)
     return ChipImage(
         manifest=_manifest(len(cores), len(groups), input_sizes, dt_s),
@@ -239,8 +239,8 @@ def _routes(cores: Sequence[Core], groups: Sequence[Group], written: Written) ->
         _Source(0, i, len(core.bank("cxCfg")), core.contacts) for i, core in enumerate(cores)
     ]
     sources += [
-        _Source(1, i, len(source.axon_map), host_contacts(source.axon_map))
-        for i, source in enumerate(written.inputs)
+        _Source(1, i, len(axon_map), host_contacts(axon_map))
+        for i, axon_map in enumerate(written.inputs)
     ]
     routes = [route for source in sources for route in _source_routes(source, number, place)]
     return Routed(
@@ -284,7 +284,7 @@ def chip_and_core(core: Core) -> tuple[int, int]:
     return core.parent.id, core.id
 
 
-def host_contacts(axon_map: dict[int, list[np.ndarray]]) -> Iterable[Contact]:
+def host_contacts(axon_map: AxonMap) -> Iterable[Contact]:
     """Yield the axons that the sources of an input reach."""
     for source, axons in axon_map.items():
         for axon in axons:

@@ -10,6 +10,8 @@ from dataclasses import dataclass, field
 from types import ModuleType, SimpleNamespace
 from typing import NamedTuple, Protocol
 
+import numpy as np
+
 from spikeport.backends.board.nxsdk.registers import Bank, Register, SynapseMemory
 
 VERSION = "1.0.0"
@@ -134,6 +136,12 @@ class Running(Protocol):
         """Stop it."""
 
 
+class AxonSource(Protocol):
+    """An input of the host, as nengo-loihi keeps it: the axons that each of its sources reaches."""
+
+    axon_map: dict[int, list[np.ndarray]]
+
+
 @dataclass
 class Executor:
     """The part of a board that says whether it has started, and where its host is."""
@@ -169,6 +177,7 @@ class Board(Graph):
     """
 
     runs: Callable[["Board"], Running] | None = None
+    spike_inputs: Mapping[object, AxonSource]  # nengo-loihi's builder adds it
 
     def __init__(
         self,

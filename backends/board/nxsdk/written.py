@@ -1,9 +1,10 @@
 """An image, written through nengo-loihi's hardware half into registers."""
 
 import traceback
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from nengo_loihi.hardware.nxsdk_objects import LoihiSpikeInput
+import numpy as np
 from nengo_loihi.hardware.validate import validate_board
 
 from spikeport.backends.board.nxsdk import recording
@@ -17,11 +18,15 @@ REFUSALS = (AssertionError, NotImplementedError, TypeError, ValueError)
 """The errors by which nengo-loihi's builder refuses what it cannot write."""
 
 
+AxonMap = Mapping[int, Sequence[np.ndarray]]
+"""The axons that each source of an input reaches, as nengo-loihi's ``LoihiSpikeInput`` has them."""
+
+
 class Written(NamedTuple):
     """The registers of a board, and the axons that each source of the host's inputs reaches."""
 
     board: recording.Board
-    inputs: list[LoihiSpikeInput]
+    inputs: list[AxonMap]
 
 
 def write(image: ChipImage, placement: Placement, half: Half | None = None) -> Written:
@@ -50,7 +55,7 @@ def write(image: ChipImage, placement: Placement, half: Half | None = None) -> W
         board = half.builder.build_board(allocated, use_snips=True, seed=0)
     except REFUSALS as error:
         raise refusal(error) from None
-    return Written(board, [board.spike_inputs[source] for source in model.inputs])
+    return Written(board, [board.spike_inputs[source].axon_map for source in model.inputs])
 
 
 def refusal(error: Exception) -> BackendError:
