@@ -1,8 +1,5 @@
 """Our placement as an allocator of nengo-loihi."""
 
-import spikeport.compile.ground  # noqa: F401 (imports nengo-loihi in silence)
-
-# isort: split
 from nengo_loihi.block import LoihiBlock
 from nengo_loihi.hardware import allocators
 from nengo_loihi.hardware.nxsdk_objects import Board, Core
@@ -18,7 +15,7 @@ def n_chips(placement: Placement) -> int:
     return -(-(int(placement.core.max()) + 1) // CORES_PER_CHIP)
 
 
-class Allocator(allocators.Allocator):  # type: ignore[misc]
+class Allocator(allocators.Allocator):
     """Puts blocks on the cores of a placement, also several on one.
 
     nengo-loihi's own allocators give each block a core; its builder takes any number.

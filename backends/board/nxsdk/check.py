@@ -2,13 +2,15 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from spikeport.backends.board.nxsdk.decompile import decompile
-from spikeport.backends.board.nxsdk.findings import Finding, findings
+from spikeport.backends.board.nxsdk.findings import findings, spikes_read
 from spikeport.backends.board.nxsdk.learning import learning_differs
 from spikeport.backends.board.nxsdk.model import NOISE, Placement
+from spikeport.backends.board.nxsdk.traps import SPIKE_VOLTAGE, Finding
 from spikeport.backends.board.nxsdk.written import write
 from spikeport.backends.native.chip import NativeChip
 from spikeport.compile.image.chip_image import ChipImage
@@ -16,7 +18,6 @@ from spikeport.compile.image.chip_image import ChipImage
 SPIKING = 0.5
 """Share of the host's sources that spike in a step: half of an on/off pair does."""
 COMPARED = ("u", "v", "spiked")
-NO_NOISE = 0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,6 +34,8 @@ class Checked:
         What was written; 0 if it was refused.
     n_steps, n_spikes : int
         What was compared.
+    n_read, n_phantoms : int
+        Spikes that outputs would have read (0 or 1), and those that were none: see `PHANTOMS`.
     differing : mapping of str to int
         Values that differ: of u, v and spikes over all steps, of the settings of noise, and
         registers of learning.
@@ -45,6 +48,8 @@ class Checked:
     n_registers: int = 0
     n_steps: int = 0
     n_spikes: int = 0
+    n_read: int = 0
+    n_phantoms: int = 0
     differing: Mapping[str, int]
 
     @property
@@ -86,7 +91,7 @@ def check(image: ChipImage, placement: Placement, n_steps: int, seed: int = 0) -
     written = write(image, placement)
     back = decompile(written, image.manifest.dt_s)
     order = placement.compartments(image)
-    states, n_spikes = _stepped(image, back, order, n_steps, seed)
+    stepped = _stepped(image, back, order, n_steps, seed)
     return Checked(
         placement=placement,
         findings=found,
@@ -94,31 +99,43 @@ def check(image: ChipImage, placement: Placement, n_steps: int, seed: int = 0) -
         n_synapses=len(back.synapses),
         n_registers=sum(core.n_registers for core in written.board.cores),
         n_steps=n_steps,
-        n_spikes=n_spikes,
+        n_spikes=stepped.n_spikes,
+        n_read=n_steps * len(spikes_read(image)),
+        n_phantoms=stepped.n_phantoms,
         differing={
-            **states,
+            **stepped.differing,
             "noise": _noise_differs(image, back, order),
             "learning": len(learning_differs(image, placement, written)),
         },
     )
 
 
+class _Stepped(NamedTuple):
+    """Spikes and phantom spikes of all steps, and the values of each state that differ."""
+
+    n_spikes: int
+    n_phantoms: int
+    differing: dict[str, int]
+
+
 def _stepped(
     image: ChipImage, back: ChipImage, order: np.ndarray, n_steps: int, seed: int
-) -> tuple[dict[str, int], int]:
-    """Return the number of values of each state that differ over all steps, and of spikes."""
+) -> _Stepped:
+    """Step both images on the same spikes of the host."""
     one, other = NativeChip(quiet(image), seed), NativeChip(quiet(back), seed)
-    rng = np.random.default_rng(seed)
-    n, n_spikes, differing = image.n_compartments, 0, dict.fromkeys(COMPARED, 0)
+    rng, read = np.random.default_rng(seed), spikes_read(image)
+    looks_fired = SPIKE_VOLTAGE * image.compartments.refract_delay[read]
+    n_spikes, n_phantoms, differing = 0, 0, dict.fromkeys(COMPARED, 0)
     for _ in range(n_steps):
         spikes = np.flatnonzero(rng.random(image.n_inputs) < SPIKING)
         one.step(spikes, {})
         other.step(spikes, {})
         for name in COMPARED:
-            mine, theirs = getattr(one.state, name)[:n], getattr(other.state, name)[:n]
+            mine, theirs = getattr(one.state, name), getattr(other.state, name)
             differing[name] += int((mine[order] != theirs).sum())
-        n_spikes += int(one.state.spiked[:n].sum())
-    return differing, n_spikes
+        n_spikes += int(one.state.spiked.sum())
+        n_phantoms += int((one.state.v[read] == looks_fired).sum())
+    return _Stepped(n_spikes, n_phantoms, differing)
 
 
 def quiet(image: ChipImage) -> ChipImage:
@@ -126,7 +143,7 @@ def quiet(image: ChipImage) -> ChipImage:
     state, groups = image.compartments, image.groups
     return replace(
         image,
-        compartments=replace(state, enable_noise=np.full(len(state), NO_NOISE)),
+        compartments=replace(state, enable_noise=np.zeros(len(state))),
         groups=replace(groups, learning=np.zeros_like(groups.learning)),
     )
 

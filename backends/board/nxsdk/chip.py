@@ -3,19 +3,23 @@
 import contextlib
 import multiprocessing
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from multiprocessing.connection import Connection
 
 import numpy as np
 
 from spikeport.backends.board.nxsdk.half import Half, real_half, recording_half
+from spikeport.backends.board.nxsdk.traps import SPIKE_VOLTAGE
 from spikeport.backends.native.chip import NativeChip
 from spikeport.backends.step_log import StepLog
 from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.tables import part
 from spikeport.errors import BackendError, SpikeportError
 from spikeport.hardware_models.activity import Activity
 
 SPAWN = multiprocessing.get_context("spawn")
+NEVER = 2**31 - 1
+"""A voltage that no compartment has."""
 END_S = 10.0
 """How long the board's process may take to end; then it is killed."""
 
@@ -23,11 +27,16 @@ END_S = 10.0
 def snips_half() -> Half:
     """Import the hardware half on recorded registers that step behind nengo-loihi's snips."""
     from spikeport.backends.board.nxsdk.live import Live
-    from spikeport.backends.board.nxsdk.recording import BANKS, modules
+    from spikeport.backends.board.nxsdk.package import modules
+    from spikeport.backends.board.nxsdk.recording import BANKS
 
     half = recording_half(modules(Live))
     half.allow_thresholds(BANKS["vthProfileCfg"])
     return half
+
+
+def say_nothing(_line: str) -> None:
+    """Say nothing."""
 
 
 class NxsdkChip:
@@ -45,11 +54,17 @@ class NxsdkChip:
         Seed of the native chip, and of what nengo-loihi draws.
     half : callable
         Imports nengo-loihi's hardware half in that process: `real_half`, or `snips_half`.
+    say : callable
+        Is called with a line on what differed, at the end.
 
     Attributes
     ----------
-    n_values, n_differing : int
-        Values read from the board, and those that the native chip holds otherwise.
+    n_values : int
+        Values read from the board.
+    n_phantoms : int
+        Spikes among them that the native chip does not have, and whose voltage looks like one.
+    n_differing : int
+        Others that the native chip holds otherwise.
 
     Raises
     ------
@@ -62,10 +77,15 @@ class NxsdkChip:
     link: dict[str, object] | None = None
 
     def __init__(
-        self, image: ChipImage, seed: int, half: Callable[[], Half] = real_half
+        self,
+        image: ChipImage,
+        seed: int,
+        half: Callable[[], Half] = real_half,
+        say: Callable[[str], None] = say_nothing,
     ) -> None:
-        self._twin = NativeChip(image, seed)
-        self.n_values = self.n_differing = 0
+        self._twin, self._say = NativeChip(image, seed), say
+        self._looks = list(_look_fired(image))
+        self.n_values = self.n_phantoms = self.n_differing = 0
         self._pipe, theirs = SPAWN.Pipe()
         self._process = SPAWN.Process(
             target=_serve, args=(theirs, image.to_bytes(), seed, half), daemon=True
@@ -79,9 +99,12 @@ class NxsdkChip:
         self._pipe.send((np.asarray(spikes), dict(errors)))
         expected = self._twin.step(spikes, errors)
         held = self._answer()
-        for mine, theirs in zip(expected, held, strict=True):
-            self.n_values += len(mine)
-            self.n_differing += int((mine != theirs).sum())
+        for native, read, (compartments, voltage) in zip(expected, held, self._looks, strict=True):
+            differs = native != read
+            explained = differs & (self._twin.state.v[compartments] == voltage)
+            self.n_values += len(read)
+            self.n_phantoms += int(explained.sum())
+            self.n_differing += int((differs & ~explained).sum())
         return held
 
     def _answer(self) -> list[np.ndarray]:
@@ -107,7 +130,11 @@ class NxsdkChip:
         return self._twin.activity()
 
     def close(self) -> None:
-        """Shut the board down, and end its process."""
+        """Shut the board down, end its process, and say what differed."""
+        self._say(
+            f"{self.n_values:,} values read; other than the native chip's: {self.n_phantoms:,} "
+            f"phantom spikes, {self.n_differing:,} more"
+        )
         with contextlib.suppress(OSError):  # it is gone already
             self._pipe.send(None)
         self._process.join(END_S)
@@ -115,6 +142,14 @@ class NxsdkChip:
         self._process.join()
         self._pipe.close()
         self._twin.close()
+
+
+def _look_fired(image: ChipImage) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Yield the compartments of each output, and the voltages that are read as their spikes."""
+    for number, output in enumerate(image.manifest.outputs):
+        read = image.reads.compartment[part(image.outputs.start, number)]
+        voltage = SPIKE_VOLTAGE * image.compartments.refract_delay[read]
+        yield read, voltage if output.key == "spiked" else np.full(len(read), NEVER)
 
 
 def _serve(pipe: Connection, content: bytes, seed: int, half: Callable[[], Half]) -> None:

@@ -3,15 +3,15 @@
 A core becomes a block, since registers do not say where one block of a core ends.
 """
 
-from collections.abc import Iterable, Sequence
-from typing import NamedTuple, TypedDict
+from collections.abc import Sequence
 
 import numpy as np
 from nengo_loihi.block import SynapseConfig
 
 from spikeport.backends.board.nxsdk.groups import Group, groups_of, value, values
-from spikeport.backends.board.nxsdk.recording import Contact, Core
-from spikeport.backends.board.nxsdk.written import AxonMap, Written
+from spikeport.backends.board.nxsdk.recording import Core
+from spikeport.backends.board.nxsdk.routes import routes_of
+from spikeport.backends.board.nxsdk.written import Written
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.manifest import (
     BlockEntry,
@@ -21,17 +21,14 @@ from spikeport.compile.image.manifest import (
     Manifest,
 )
 from spikeport.compile.image.tables import (
-    NONE,
     Blocks,
     Compartments,
     Decoders,
     Groups,
     InAxons,
     Inputs,
-    OutAxons,
     Outputs,
     Reads,
-    Routes,
     Rows,
     RowTables,
     Synapses,
@@ -74,31 +71,6 @@ PHASES = 4
 """Compartments whose phases are in one register."""
 
 
-class Routed(NamedTuple):
-    """The tables of routes."""
-
-    routes: Routes
-    out_axons: OutAxons
-
-
-class _Source(NamedTuple):
-    """A block or an input: its number, its size, and where spikes go."""
-
-    from_input: int
-    number: int
-    size: int
-    contacts: Iterable[Contact]
-
-
-class _Route(NamedTuple):
-    """A route of a source to a group: the axon and atom of each compartment."""
-
-    source: _Source
-    group: int
-    axon: np.ndarray
-    atom: np.ndarray
-
-
 def decompile(written: Written, dt_s: float) -> ChipImage:
     """Return the image that registers hold: without outputs, learning and names.
 
@@ -114,10 +86,10 @@ def decompile(written: Written, dt_s: float) -> ChipImage:
     BackendError
         If a register was not written, or two do not fit each other.
     """
-    cores = [core for core in written.board.cores if core.bank("cxCfg")]
+    cores = [core for core in written.board.cores if core.compartments]
     groups = [group for number, core in enumerate(cores) for group in groups_of(number, core)]
     input_sizes = [len(axon_map) for axon_map in written.inputs]
-    routes, out_axons = _routes(cores, groups, written)
+    routes, out_axons = routes_of(cores, groups, written.inputs)
     return ChipImage(
         manifest=_manifest(len(cores), len(groups), input_sizes, dt_s),
         blocks=_blocks(cores),
@@ -159,7 +131,7 @@ def _blocks(cores: Sequence[Core]) -> Blocks:
     shared = [core.dendriteSharedCfg for core in cores]
     exponent = values(shared, "noiseExp0")
     return Blocks(
-        start=offsets(len(core.bank("cxCfg")) for core in cores),
+        start=offsets(len(core.compartments) for core in cores),
         core=np.arange(len(cores)),
         vmin=1 - 2 ** values(shared, "negVmLimit"),
         vmax=2 ** (2 * values(shared, "posVmLimit") + 9) - 1,
@@ -171,7 +143,7 @@ def _blocks(cores: Sequence[Core]) -> Blocks:
 
 def _compartments(cores: Sequence[Core]) -> Compartments:
     """Return constants of compartments; each points at profiles of its core."""
-    used = [(core, core.bank("cxCfg")[i]) for core in cores for i in _updated(core)]
+    used = [(core, core.compartments[i]) for core in cores for i in _updated(core)]
     states = [state for _, state in used]
     profiles = [core.bank("cxProfileCfg")[value(state, "cxProfile")] for core, state in used]
     thresholds = [
@@ -189,7 +161,7 @@ def _compartments(cores: Sequence[Core]) -> Compartments:
 
 def _updated(core: Core) -> range:
     """Return the compartments of a core, each of which must be set to be updated."""
-    n = len(core.bank("cxCfg"))
+    n = len(core.compartments)
     phase = core.bank("cxMetaState")
     on = all(value(phase[i // PHASES], f"phase{i % PHASES}") == UPDATED for i in range(n))
     if not on or value(core.numUpdates, "numUpdates") != -(-n // PHASES):
@@ -226,67 +198,3 @@ def _rows(cores: Sequence[Core], groups: Sequence[Group]) -> RowTables:
         rows=Rows(atoms=flat(atoms), start=offsets(flat(sizes))),
         synapses=Synapses(weight=flat(weights), index=flat(indices)),
     )
-
-
-def _routes(cores: Sequence[Core], groups: Sequence[Group], written: Written) -> Routed:
-    number = {(chip_and_core(core)): i for i, core in enumerate(cores)}
-    place = {
-        (group.core, axon.number): (g, a)
-        for g, group in enumerate(groups)
-        for a, axon in enumerate(group.axons)
-    }
-    sources = [
-        _Source(0, i, len(core.bank("cxCfg")), core.contacts) for i, core in enumerate(cores)
-    ]
-    sources += [
-        _Source(1, i, len(axon_map), host_contacts(axon_map))
-        for i, axon_map in enumerate(written.inputs)
-    ]
-    routes = [route for source in sources for route in _source_routes(source, number, place)]
-    return Routed(
-        Routes(
-            from_input=np.array([route.source.from_input for route in routes], dtype=int),
-            source=np.array([route.source.number for route in routes], dtype=int),
-            group=np.array([route.group for route in routes], dtype=int),
-            start=offsets(route.source.size for route in routes),
-        ),
-        OutAxons(
-            axon=flat([route.axon for route in routes]),
-            atom=flat([route.atom for route in routes]),
-        ),
-    )
-
-
-def _source_routes(
-    source: _Source,
-    number: dict[tuple[int, int], int],
-    place: dict[tuple[int, int], tuple[int, int]],
-) -> list[_Route]:
-    """Return the routes of a source: where it reaches a group by n axons, there are n routes."""
-    made: dict[tuple[int, int], _Route] = {}
-    for contact in source.contacts:
-        group, axon = place[number[contact.chip_id, contact.core_id], contact.axon]
-        layer = 0
-        while True:
-            if (group, layer) not in made:
-                nowhere = np.full(source.size, NONE)
-                made[group, layer] = _Route(source, group, nowhere, np.zeros(source.size, int))
-            route = made[group, layer]
-            if route.axon[contact.compartment] == NONE:
-                break
-            layer += 1
-        route.axon[contact.compartment], route.atom[contact.compartment] = axon, contact.atom
-    return [made[key] for key in sorted(made)]
-
-
-def chip_and_core(core: Core) -> tuple[int, int]:
-    """Return the ids by which axons name a core."""
-    return core.parent.id, core.id
-
-
-def host_contacts(axon_map: AxonMap) -> Iterable[Contact]:
-    """Yield the axons that the sources of an input reach."""
-    for source, axons in axon_map.items():
-        for axon in axons:
-            place = (int(axon[name]) for name in ("chip_id", "core_id", "axon_id", "atom"))
-            yield Contact(int(source), *place)

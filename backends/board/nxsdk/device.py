@@ -14,7 +14,7 @@ from spikeport.compile.image.chip_image import ChipImage
 from spikeport.errors import BackendError
 
 RETRIES = 1_000
-"""Times 10 ms that the host waits for an answer; nengo-loihi's own 10 are too few on a busy host."""
+"""Times 10 ms that the host waits for an answer; nengo-loihi's 10 are too few on a busy host."""
 ENDLESS = 2**30
 """Steps that a board is asked for: it runs until it is shut down."""
 

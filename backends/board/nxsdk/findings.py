@@ -1,77 +1,35 @@
 """Findings: what stands between an image in a placement and a real chip, each with a cure.
 
-They are of nengo-loihi's hardware half, not of the chip, so they are no rules of a compile: an image
-that fits the chip can still not be written, or be written and not read back as it is.
+They are of nengo-loihi's hardware half, not of the chip, so they are no rules of a compile: an
+image that fits the chip can still not be written, or be written and not read back as it is.
 """
 
 from collections.abc import Callable, Iterator
-from typing import NamedTuple
 
 import numpy as np
 
 from spikeport.backends.board.nxsdk.half import MOST_THRESHOLDS
 from spikeport.backends.board.nxsdk.model import NOISE, Placement
+from spikeport.backends.board.nxsdk.traps import (
+    BASES,
+    DEFAULT_SPIKES,
+    DUMMIES,
+    INDICES,
+    LEARNERS,
+    MOST_BASE,
+    NOISES,
+    PHANTOMS,
+    POPULATIONS,
+    RANGES,
+    SEEDS,
+    SPIKE_VOLTAGE,
+    SPIKES,
+    THRESHOLDS,
+    Finding,
+)
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.tables import part
-
-MOST_BASE = 256
-"""The largest compartment that targets may count from: nengo-loihi's builder asserts it."""
-DEFAULT_SPIKES = 50
-"""The default of nengo-loihi's ``snip_max_spikes_per_step``."""
-SPIKE_VOLTAGE = 128
-"""Snips take a voltage of this times the refractory delay for a spike."""
-SINGLE = "one block a core: compile with --passes unpacked"
-
-
-class Trap(NamedTuple):
-    """What can go wrong: its id, its name, whether nengo-loihi refuses it, and the cure."""
-
-    id: str
-    name: str
-    refused: bool
-    cure: str
-
-
-THRESHOLDS = Trap("NX01", "threshold profiles of a core", False, SINGLE)
-NOISES = Trap("NX02", "noise settings of a core", True, SINGLE)
-RANGES = Trap("NX03", "voltage ranges of a core", True, SINGLE)
-POPULATIONS = Trap("NX04", "population axons of a shared core", True, SINGLE)
-LEARNERS = Trap("NX05", "groups of synapses on a core that learns", True, SINGLE)
-DUMMIES = Trap("NX06", "axon without synapses at the end of a group", True, SINGLE)
-BASES = Trap("NX07", "compartment that targets count from", True, "convolve fewer neurons at once")
-SPIKES = Trap(
-    "NX08",
-    "host spikes in a step",
-    False,
-    "snip_max_spikes_per_step of that number, as `board serve --machine nxsdk` sets it",
-)
-PHANTOMS = Trap(
-    "NX09",
-    "phantom spikes",
-    False,
-    "read decoded values (a Probe of the ensemble) in place of spikes, or a longer filter",
-)
-INDICES = Trap("NX10", "not provable offline: index bits", False, SINGLE)
-SEEDS = Trap("NX11", "noise without a seed", False, "compare spikes with noise off, rates with it")
-TRAPS = (
-    *(THRESHOLDS, NOISES, RANGES, POPULATIONS, LEARNERS, DUMMIES),
-    *(BASES, SPIKES, PHANTOMS, INDICES, SEEDS),
-)
-
-
-class Finding(NamedTuple):
-    """A trap that an image is in, where, and what is used against the limit."""
-
-    trap: Trap
-    where: str
-    used: str
-
-    def __str__(self) -> str:
-        verb = "refused: " if self.trap.refused else ""
-        return (
-            f"{self.trap.id} {verb}{self.trap.name}: {self.where}: {self.used}; "
-            f"cure: {self.trap.cure}"
-        )
+from spikeport.compile.image.usage import INDEXED, is_consecutive
 
 
 def findings(image: ChipImage, placement: Placement) -> list[Finding]:
@@ -121,16 +79,15 @@ def _learners(image: ChipImage, placement: Placement) -> Iterator[Finding]:
 
 def _dummies(image: ChipImage, placement: Placement) -> Iterator[Finding]:
     """Yield groups that end in an axon of nothing, after which nengo-loihi cannot count on."""
-    core = placement.core[image.groups.block]
     for number, blocks in enumerate(placement.blocks_of):
         mine = [g for b in blocks for g in np.flatnonzero(image.groups.block == b)]
         for group in mine[:-1]:
             if _ends_in_nothing(image, group):
                 label = image.manifest.groups[group].label
-                yield Finding(DUMMIES, f"core {core[group]}, {label}", "followed by a group")
+                yield Finding(DUMMIES, f"core {number}, {label}", "followed by a group")
 
 
-def _ends_in_nothing(image: ChipImage, group: int) -> bool:
+def _ends_in_nothing(image: ChipImage, group: np.integer) -> bool:
     axons = part(image.groups.axon_start, group)
     row = image.groups.row_start[group] + image.in_axons.row[axons.stop - 1]
     size = image.rows.start[row + 1] - image.rows.start[row]
@@ -157,11 +114,14 @@ def _spikes(image: ChipImage, placement: Placement) -> Iterator[Finding]:
         yield Finding(SPIKES, "all inputs", used)
 
 
+def spikes_read(image: ChipImage) -> np.ndarray:
+    """Return the compartments whose spikes outputs read, (n,)."""
+    keys = [entry.key == "spiked" for entry in image.manifest.outputs]
+    return np.unique(image.reads.compartment[np.repeat(keys, np.diff(image.outputs.start))])
+
+
 def _phantoms(image: ChipImage, placement: Placement) -> Iterator[Finding]:
-    spikes = [o for o, entry in enumerate(image.manifest.outputs) if entry.key == "spiked"]
-    read = [image.reads.compartment[part(image.outputs.start, output)] for output in spikes]
-    mine = np.unique(np.concatenate(read)) if read else np.zeros(0, dtype=int)
-    state = image.compartments
+    mine, state = spikes_read(image), image.compartments
     n = int((state.vth[mine] >= SPIKE_VOLTAGE * state.refract_delay[mine]).sum())
     if n:
         used = f"a voltage of {SPIKE_VOLTAGE} x refractory delay is read as a spike"
@@ -169,19 +129,32 @@ def _phantoms(image: ChipImage, placement: Placement) -> Iterator[Finding]:
 
 
 def _indices(image: ChipImage, placement: Placement) -> Iterator[Finding]:
-    """Yield rows whose targets are no run from 0, though their format stores no targets."""
-    if placement.is_single:
-        return
-    order = np.argsort(placement.core, kind="stable")
-    sizes = np.diff(image.blocks.start)[order]
-    before = np.cumsum(sizes) - sizes
-    first = np.array([before[placement.core[order] == core][0] for core in placement.core[order]])
+    """Yield rows whose format was chosen for other targets than those that are written."""
+    moved = _moved(image, placement)
+    by_blocks = moved[image.groups.block]
+    by_format = ~is_consecutive(image) & ~indexed(image)
+    rows = np.diff(image.groups.row_start)
+    for where, groups, used in (
+        ("blocks that share a core", by_blocks, "blocks before theirs move the targets"),
+        ("a format without targets", by_format & ~by_blocks, "targets that are no run from 0"),
+    ):
+        if n := int(rows[groups].sum()):
+            yield Finding(INDICES, where, f"{n:,} of {rows.sum():,} weight rows, {used}")
+
+
+def _moved(image: ChipImage, placement: Placement) -> np.ndarray:
+    """Return the blocks that do not begin at compartment 0 of their core, (n_blocks,)."""
     moved = np.zeros(image.n_blocks, dtype=bool)
-    moved[order] = before > first
-    n = int(np.diff(image.groups.row_start)[moved[image.groups.block]].sum())
-    if n:
-        used = f"targets of {n:,} of {len(image.rows):,} weight rows are moved by the blocks before"
-        yield Finding(INDICES, f"{int(moved.sum())} blocks that share a core", used)
+    for blocks in placement.blocks_of:
+        moved[blocks[1:]] = True
+    return moved
+
+
+def indexed(image: ChipImage) -> np.ndarray:
+    """Return the groups whose format stores a target with every weight, (n_groups,)."""
+    column = image.manifest.synapse_format.index("compression")
+    result: np.ndarray = image.groups.format[:, column] == INDEXED
+    return result
 
 
 def _seeds(image: ChipImage, placement: Placement) -> Iterator[Finding]:

@@ -78,7 +78,8 @@ def _axon(number: int, entry: Register) -> tuple[int, InAxon]:
     kind, unit = BASE_UNITS[name]
     base = unit * value(getattr(entry, name), "cxBase")
     atoms = value(entry, "popSize") if kind else 1
-    return kind, InAxon(number, (value(entry, "synapsePtr"), value(entry, "synapseLen"), atoms), base)
+    row = value(entry, "synapsePtr"), value(entry, "synapseLen"), atoms
+    return kind, InAxon(number, row, base)
 
 
 def value(register: Register, field: str) -> int:

@@ -13,7 +13,6 @@ from importlib.util import find_spec
 from types import ModuleType
 from typing import Any, NamedTuple
 
-import spikeport.compile.ground  # noqa: F401 (imports nengo-loihi in silence)
 from spikeport.errors import MissingExtraError
 
 KEEPERS = tuple(f"nengo_loihi.hardware.{name}" for name in ("nxsdk_shim", "builder", "interface"))
@@ -39,27 +38,32 @@ def recording_half(modules: Mapping[str, ModuleType]) -> Half:
     Parameters
     ----------
     modules : mapping of str to module
-        The return value of `spikeport.backends.board.nxsdk.recording.modules`.
+        The return value of `spikeport.backends.board.nxsdk.package.modules`.
     """
     with _in_place({**dict.fromkeys(KEEPERS), **modules}):
         _, builder, interface = map(import_module, KEEPERS)
     return Half(builder, interface)
 
 
-def real_half() -> Half:
-    """Return the hardware half on the NxSDK of this machine.
+def require_nxsdk() -> None:
+    """Look for NxSDK.
 
     Raises
     ------
     MissingExtraError
-        If NxSDK is not installed.
+        If it is not installed.
     """
     if find_spec("nxsdk") is None:
         raise MissingExtraError(
             "no NxSDK is installed here: Intel gives it to members of its research community "
-            "(INRC), and pip cannot install it; without a board, use --machine snips, which runs "
-            "nengo-loihi's snips on recorded registers, or `spikeport board check`"
+            "(INRC), and pip cannot install it; without it, `board check` compares what would be "
+            "written, and `board serve --machine snips` steps it"
         )
+
+
+def real_half() -> Half:
+    """Return the hardware half on the NxSDK of this machine; MissingExtraError if there is none."""
+    require_nxsdk()
     _, builder, interface = map(import_module, KEEPERS)
     return Half(builder, interface)
 

@@ -33,11 +33,11 @@ def learning_differs(image: ChipImage, placement: Placement, written: Written) -
     written : Written
         What was written of it.
     """
-    cores = written.board.cores
-    learns = dict(zip(placement.core[image.groups.block[image.learns]], image.groups.learning[image.learns], strict=True))
+    core_of_group = placement.core[image.groups.block]
+    learns = {core_of_group[g]: image.groups.learning[g] for g in np.flatnonzero(image.learns)}
     return [
         f"core {number}: {name}"
-        for number, core in enumerate(cores)
+        for number, core in enumerate(written.board.cores)
         for name in _differing(core, learns.get(number))
     ]
 
@@ -56,7 +56,8 @@ def _differing(core: Core, expected: np.ndarray | None) -> Iterator[str]:
         yield "stdpPreCfg.spikeLevel"
     if value(trace, "tau") != settings["tracing_tau"]:
         yield "stdpPreCfg.tau"
-    if tuple(core.bank("stdpUcodeMem")[i].word for i in range(2)) != RULES:
+    rules: list[object] = [core.bank("stdpUcodeMem")[i].word for i in range(2)]
+    if rules != list(RULES):
         yield "stdpUcodeMem"
     if settings["lr_int"] * 2.0 ** settings["lr_exp"] != RATE:
         yield "learning rate"

@@ -6,29 +6,23 @@ over TCP to the host's snip, over a channel to the chip's, into registers, and b
 """
 
 import ctypes
-import shutil
-import subprocess
-import tempfile
 import threading
 import time
-from collections import defaultdict
-from pathlib import Path
 
 import numpy as np
 
+from spikeport.backends.board.nxsdk.compiled import compiled
 from spikeport.backends.board.nxsdk.decompile import decompile
-from spikeport.backends.board.nxsdk.findings import SPIKE_VOLTAGE
-from spikeport.backends.board.nxsdk.recording import Board, Phase
+from spikeport.backends.board.nxsdk.recording import Board
+from spikeport.backends.board.nxsdk.traps import SPIKE_VOLTAGE
 from spikeport.backends.board.nxsdk.written import Written
 from spikeport.backends.native.kernel import accept, deliver, update
 from spikeport.backends.native.loaded import Loaded, neurons_of, resting_state
 from spikeport.backends.native.noise import NONE as NO_NOISE
 from spikeport.backends.native.wiring import wire
-from spikeport.compile.image.chip_image import ChipImage
-from spikeport.errors import BackendError, MissingExtraError
+from spikeport.errors import BackendError
 from spikeport.hardware_models.activity import PER_STEP
 
-SNIPS = Path(__file__).with_name("snips")
 LISTENS_S = 10.0
 """How long the host's snip may take until it can be connected to."""
 ENDS_S = 5.0
@@ -99,7 +93,7 @@ class Live:
             raise BackendError(f"{len(board.n2Chips)} chips; recorded registers step on 1")
         axon_maps = [source.axon_map for source in board.spike_inputs.values()]
         self._registers = Registers(Written(board, axon_maps))
-        cores = [core for core in board.cores if core.bank("cxCfg")]
+        cores = [core for core in board.cores if core.compartments]
         sizes = np.diff(self._registers.image.blocks.start)
         self._core = np.repeat([core.id for core in cores], sizes).astype(np.int32)
         self._compartment = np.concatenate([np.arange(n) for n in sizes]).astype(np.int32)
@@ -138,37 +132,3 @@ class Live:
 
 def _pointer(array: np.ndarray) -> ctypes.c_void_p:
     return array.ctypes.data_as(ctypes.c_void_p)
-
-
-def compiled(board: Board) -> ctypes.CDLL:
-    """Compile a board's snips, and load them.
-
-    Raises
-    ------
-    MissingExtraError
-        If there is no gcc.
-    BackendError
-        If they do not compile; has the compiler's first line.
-    """
-    chip = next(s for s in board.snips if s["phase"] is Phase.EMBEDDED_MGMT)
-    host = next(s for s in board.snips if s["phase"] is Phase.HOST_CONCURRENT_EXECUTION)
-    with tempfile.TemporaryDirectory(prefix="spikeport-snips-") as folder:
-        options = ["-O1", "-w", "-fPIC", f"-I{SNIPS}", f"-I{chip['includeDir']}"]
-        snip, library = f"{folder}/chip.o", f"{folder}/board.so"
-        # gnu89: nengo-loihi's snip has `inline` functions without another definition
-        _gcc("gcc", *options, "-std=gnu11", "-fgnu89-inline", "-c", str(chip["cFilePath"]), "-o", snip)
-        sources = [str(host["cppFile"]), str(SNIPS / "board.cpp"), snip]
-        _gcc("g++", *options, "-shared", *sources, "-pthread", "-o", library)
-        return ctypes.CDLL(library)
-
-
-def _gcc(program: str, *arguments: str) -> None:
-    if shutil.which(program) is None:
-        raise MissingExtraError(
-            f"no {program} is installed here, which compiles nengo-loihi's snips; "
-            "install it with: apt-get install g++"
-        )
-    done = subprocess.run([program, *arguments], capture_output=True, text=True, check=False)
-    if done.returncode:
-        first = next(iter(done.stderr.splitlines()), f"exit code {done.returncode}")
-        raise BackendError(f"nengo-loihi's snips do not compile: {first}")

@@ -4,10 +4,6 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-
-import spikeport.compile.ground  # noqa: F401 (imports nengo-loihi in silence)
-
-# isort: split
 from nengo_loihi.block import LoihiBlock, Synapse
 from nengo_loihi.inputs import SpikeInput
 from nengo_loihi.probe import LoihiProbe

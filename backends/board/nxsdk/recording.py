@@ -1,21 +1,19 @@
 """A recording NxSDK: boards of registers that nengo-loihi's hardware half writes into.
 
-It has the names that nengo-loihi 1.1.0 imports and calls, and no others; their meaning is read from
-nengo-loihi's source alone. `modules` gives them as the package ``nxsdk`` would.
+It has the names that nengo-loihi 1.1.0 calls, and no others; their meaning is read from its
+source alone. `spikeport.backends.board.nxsdk.package` gives them as the package ``nxsdk`` would.
 """
 
 import enum
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from types import ModuleType, SimpleNamespace
+from types import SimpleNamespace
 from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from spikeport.backends.board.nxsdk.registers import Bank, Register, SynapseMemory
 
-VERSION = "1.0.0"
-"""The newest version that nengo-loihi 1.1.0 knows."""
 BANKS = {
     "cxProfileCfg": 32,
     "vthProfileCfg": 8,
@@ -34,7 +32,7 @@ BANKS = {
 }
 """Registers of a core by name and number. Sizes: Davies et al. 2018, and nengo-loihi's limits."""
 FIRST_CORE_ID = 4
-"""Ids of a chip's cores begin here, so that nothing that takes a number for an id goes unnoticed."""
+"""Ids of a chip's cores begin here: what takes a number for an id does not go unnoticed."""
 
 
 class Contact(NamedTuple):
@@ -60,6 +58,16 @@ class Core(Register):
         """Return the registers of a name."""
         bank: Bank = self.__dict__[name]
         return bank
+
+    @property
+    def ids(self) -> tuple[int, int]:
+        """The ids by which axons name the core: that of its chip, and its own."""
+        return self.parent.id, self.id
+
+    @property
+    def compartments(self) -> Bank:
+        """The registers of compartments, by number; empty if the core is not used."""
+        return self.bank("cxCfg")
 
     @property
     def n_registers(self) -> int:
@@ -117,7 +125,7 @@ class Graph:
     def __init__(self) -> None:
         self.snips: list[Snip] = []
 
-    def createSnip(self, phase: "Phase", **settings: object) -> Snip:  # noqa: N802 (NxSDK's)
+    def createSnip(self, phase: enum.Enum, **settings: object) -> Snip:  # noqa: N802 (NxSDK's)
         """Record a snip."""
         self.snips.append({"phase": phase, **settings})
         return self.snips[-1]
@@ -203,80 +211,12 @@ class Board(Graph):
 
     def run(self, steps: int, aSync: bool = False) -> None:
         """Bring the board to life, if it can be."""
-        if type(self).runs is not None:
-            self._running = type(self).runs(self)
+        runs = type(self).runs
+        if runs is not None:
+            self._running = runs(self)
 
     def disconnect(self) -> None:
         """Stop what runs."""
         self.executor.started = False
         if self._running is not None:
             self._running.close()
-
-
-class Phase(enum.Enum):
-    """The times of a step at which a snip can run."""
-
-    EMBEDDED_MGMT = enum.auto()
-    EMBEDDED_PRELEARN_MGMT = enum.auto()
-    HOST_CONCURRENT_EXECUTION = enum.auto()
-
-
-class TraceConfig(Register):
-    """The settings of a learning trace."""
-
-    def genTraceCfg(self, **settings: object) -> "TraceConfig":  # noqa: N802 (NxSDK's)
-        """Take settings."""
-        self.configure(**settings)
-        return self
-
-    def writeToRegister(self, register: Register) -> None:  # noqa: N802 (NxSDK's)
-        """Write the settings to a register."""
-        register.configure(**self.__dict__)
-
-
-def rule_to_microcode(rules: Sequence[str], doOptimize: bool = True) -> SimpleNamespace:
-    """Return the learning rules as they are: what microcode they become, only NxSDK knows."""
-    return SimpleNamespace(numUCodes=len(rules), uCodes=list(rules))
-
-
-class SpikeProbe:
-    """A probe of spikes, of which nengo-loihi clears a list."""
-
-    probeDict: dict[str, object] = {}  # noqa: RUF012, N815 (NxSDK's)
-
-
-class SpikeGenerator:
-    """A generator of spikes that are known beforehand: not used, since snips take all spikes."""
-
-
-def modules(runs: Callable[[Board], Running] | None) -> dict[str, ModuleType]:
-    """Return the modules of a package ``nxsdk``, by name.
-
-    Parameters
-    ----------
-    runs : callable, optional
-        See `Board`.
-    """
-    board = type("N2Board", (Board,), {"runs": None if runs is None else staticmethod(runs)})
-    content: dict[str, dict[str, object]] = {
-        "nxsdk": {"__version__": VERSION, "__file__": __file__},
-        "nxsdk.arch.n2a.compiler.tracecfggen.tracecfggen": {"TraceCfgGen": TraceConfig},
-        "nxsdk.arch.n2a.n2board": {"N2Board": board},
-        "nxsdk.compiler.microcodegen.interface": {"ruleToUCode": rule_to_microcode},
-        "nxsdk.graph.graph": {"Graph": Graph},
-        "nxsdk.graph.nxinputgen.nxinputgen": {"BasicSpikeGenerator": SpikeGenerator},
-        "nxsdk.graph.nxprobes": {"N2SpikeProbe": SpikeProbe},
-        "nxsdk.graph.processes.phase_enums": {"Phase": Phase},
-    }
-    return _packages(content)
-
-
-def _packages(content: Mapping[str, Mapping[str, object]]) -> dict[str, ModuleType]:
-    """Return modules with this content, and the packages around them."""
-    made: dict[str, ModuleType] = {}
-    for name in content:
-        parts = name.split(".")
-        for depth in range(1, len(parts) + 1):
-            path = ".".join(parts[:depth])
-            made.setdefault(path, ModuleType(path)).__dict__.update(content.get(path, {}))
-    return made

@@ -11,6 +11,7 @@ from spikeport.backends.board.nxsdk import recording
 from spikeport.backends.board.nxsdk.allocator import Allocator, n_chips
 from spikeport.backends.board.nxsdk.half import Half, recording_half
 from spikeport.backends.board.nxsdk.model import Placement, model_of
+from spikeport.backends.board.nxsdk.package import modules
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.errors import BackendError
 
@@ -26,7 +27,7 @@ class Written(NamedTuple):
     """The registers of a board, and the axons that each source of the host's inputs reaches."""
 
     board: recording.Board
-    inputs: list[AxonMap]
+    inputs: Sequence[AxonMap]
 
 
 def write(image: ChipImage, placement: Placement, half: Half | None = None) -> Written:
@@ -46,7 +47,7 @@ def write(image: ChipImage, placement: Placement, half: Half | None = None) -> W
     BackendError
         If nengo-loihi's builder refuses the image; has its words.
     """
-    half = recording_half(recording.modules(None)) if half is None else half
+    half = recording_half(modules(None)) if half is None else half
     half.allow_thresholds(recording.BANKS["vthProfileCfg"])
     model = model_of(image, placement)._replace(probes=[])
     try:
