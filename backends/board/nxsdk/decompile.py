@@ -85,6 +85,8 @@ def decompile(written: Written, dt_s: float) -> ChipImage:
     ------
     BackendError
         If a register was not written, or two do not fit each other.
+    ImageError
+        If a register points at something that does not exist.
     """
     cores = [core for core in written.board.cores if core.compartments]
     groups = [group for number, core in enumerate(cores) for group in groups_of(number, core)]

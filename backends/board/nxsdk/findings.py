@@ -116,7 +116,7 @@ def _spikes(image: ChipImage, placement: Placement) -> Iterator[Finding]:
 
 def spikes_read(image: ChipImage) -> np.ndarray:
     """Return the compartments whose spikes outputs read, (n,)."""
-    keys = [entry.key == "spiked" for entry in image.manifest.outputs]
+    keys = np.array([entry.key == "spiked" for entry in image.manifest.outputs], dtype=bool)
     return np.unique(image.reads.compartment[np.repeat(keys, np.diff(image.outputs.start))])
 
 

@@ -65,5 +65,5 @@ def refusal(error: Exception) -> BackendError:
     words = str(error) or (last.line or type(error).__name__)
     return BackendError(
         f"nengo-loihi's hardware half refuses the image ({last.name}: {words}); "
-        "cure: one block a core (--passes unpacked), and the findings of `spikeport board check`"
+        "cure: one block a core, compiled with -p unpacked or compact_unpacked"
     )
