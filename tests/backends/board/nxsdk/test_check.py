@@ -10,6 +10,8 @@ from spikeport.backends.board.nxsdk import check as module
 from spikeport.backends.board.nxsdk.check import check, quiet
 from spikeport.backends.board.nxsdk.model import Placement
 from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.pipeline import compile_network
+from spikeport.find_network import find_network
 from tests.helpers.images import Block, Group, Output, Parts, Route
 from tests.helpers.two_blocks import two_blocks
 from tests.helpers.writable import writable, writable_images
@@ -78,3 +80,17 @@ def test_noise_and_learning_are_off_while_stepping() -> None:
     assert not still.compartments.enable_noise.any()
     assert not still.learns.any()
     assert np.array_equal(still.synapses.weight, image.synapses.weight)
+
+
+@pytest.mark.slow
+def test_the_arm_runs_from_registers_alone() -> None:
+    image = compile_network(find_network("arm", [])).image
+    single = check(image, Placement.single(image), 100)
+    packed = check(image, Placement.packed(image), 100)
+    assert (single.n_cores, packed.n_cores) == (image.n_blocks, image.n_cores) == (26, 6)
+    assert single.equal
+    assert packed.equal
+    assert single.n_synapses == len(image.synapses)
+    assert single.n_spikes == packed.n_spikes > 10_000
+    assert [one.trap.id for one in single.findings] == ["NX08", "NX09"]
+    assert [one.trap.id for one in packed.findings] == ["NX01", "NX08", "NX09", "NX10"]
