@@ -21,6 +21,7 @@ from spikeport.backends.board.nxsdk.traps import (
     PHANTOMS,
     POPULATIONS,
     RANGES,
+    SCATTERED,
     SEEDS,
     SPIKE_VOLTAGE,
     SPIKES,
@@ -130,16 +131,15 @@ def _phantoms(image: ChipImage, placement: Placement) -> Iterator[Finding]:
 
 def _indices(image: ChipImage, placement: Placement) -> Iterator[Finding]:
     """Yield rows whose format was chosen for other targets than those that are written."""
-    moved = _moved(image, placement)
-    by_blocks = moved[image.groups.block]
-    by_format = ~is_consecutive(image) & ~indexed(image)
+    moved = _moved(image, placement)[image.groups.block]
+    scattered = ~moved & ~is_consecutive(image) & ~indexed(image)
     rows = np.diff(image.groups.row_start)
-    for where, groups, used in (
-        ("blocks that share a core", by_blocks, "blocks before theirs move the targets"),
-        ("a format without targets", by_format & ~by_blocks, "targets that are no run from 0"),
+    for trap, where, mine, used in (
+        (INDICES, "blocks that share a core", moved, "moved by the blocks before theirs"),
+        (SCATTERED, "formats without targets", scattered, "whose targets are no run from 0"),
     ):
-        if n := int(rows[groups].sum()):
-            yield Finding(INDICES, where, f"{n:,} of {rows.sum():,} weight rows, {used}")
+        if n := int(rows[mine].sum()):
+            yield Finding(trap, where, f"{n:,} of {rows.sum():,} weight rows, {used}")
 
 
 def _moved(image: ChipImage, placement: Placement) -> np.ndarray:

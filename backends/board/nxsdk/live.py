@@ -91,6 +91,11 @@ class Live:
     def __init__(self, board: Board) -> None:
         if len(board.n2Chips) > 1:
             raise BackendError(f"{len(board.n2Chips)} chips; recorded registers step on 1")
+        if any(core.synapses.column("LrnEn").any() for core in board.cores):
+            raise BackendError(
+                "the image learns: what microcode NxSDK makes of a rule is not known, so recorded "
+                "registers do not learn; cure: --machine native"
+            )
         axon_maps = [source.axon_map for source in board.spike_inputs.values()]
         self._registers = Registers(Written(board, axon_maps))
         cores = [core for core in board.cores if core.compartments]

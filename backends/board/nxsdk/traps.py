@@ -25,8 +25,18 @@ THRESHOLDS = Trap("NX01", "threshold profiles of a core", False, SINGLE)
 NOISES = Trap("NX02", "noise settings of a core", True, SINGLE)
 RANGES = Trap("NX03", "voltage ranges of a core", True, SINGLE)
 POPULATIONS = Trap("NX04", "population axons of a shared core", True, SINGLE)
-LEARNERS = Trap("NX05", "groups of synapses on a core that learns", True, SINGLE)
-DUMMIES = Trap("NX06", "axon without synapses at the end of a group", True, SINGLE)
+LEARNERS = Trap(
+    "NX05",
+    "groups of synapses on a core that learns",
+    True,
+    f"{SINGLE}; a block that learns twice has to be two",
+)
+DUMMIES = Trap(
+    "NX06",
+    "axon without synapses at the end of a group",
+    True,
+    "the pass merge_axons, which is in all named pipelines, drops it",
+)
 BASES = Trap("NX07", "compartment that targets count from", True, "convolve fewer neurons at once")
 SPIKES = Trap(
     "NX08",
@@ -42,9 +52,15 @@ PHANTOMS = Trap(
 )
 INDICES = Trap("NX10", "not provable offline: index bits", False, f"{SINGLE}; then a board")
 SEEDS = Trap("NX11", "noise without a seed", False, "compare spikes with noise off, rates with it")
+SCATTERED = Trap(
+    "NX12",
+    "not provable offline: scattered targets",
+    False,
+    "none here; nengo-loihi writes its own sparse connections so, and a board shows what differs",
+)
 TRAPS = (
     *(THRESHOLDS, NOISES, RANGES, POPULATIONS, LEARNERS, DUMMIES),
-    *(BASES, SPIKES, PHANTOMS, INDICES, SEEDS),
+    *(BASES, SPIKES, PHANTOMS, INDICES, SEEDS, SCATTERED),
 )
 
 

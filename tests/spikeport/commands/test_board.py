@@ -31,7 +31,8 @@ def test_a_machine_that_is_none_is_refused() -> None:
 
 
 @pytest.mark.parametrize(
-    ("machine", "reason"), [("nxsdk", "no NxSDK is installed here"), ("snips", "no gcc is installed")]
+    ("machine", "reason"),
+    [("nxsdk", "no NxSDK is installed here"), ("snips", "no gcc is installed")],
 )
 def test_a_machine_that_lacks_a_program_is_refused_before_a_host_comes(
     machine: str, reason: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path

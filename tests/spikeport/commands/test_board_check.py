@@ -39,8 +39,8 @@ def test_both_placements_are_checked(tmp_path: Path, capsys: pytest.CaptureFixtu
         nothing,
         unread,
         "  NX10 not provable offline: index bits: blocks that share a core: 2 of 2 weight rows, "
-        "blocks before theirs move the targets; cure: one block a core: compile with -p unpacked, "
-        "or compact_unpacked; then a board",
+        "moved by the blocks before theirs; cure: one block a core: compile with -p unpacked, or "
+        "compact_unpacked; then a board",
     ]
 
 

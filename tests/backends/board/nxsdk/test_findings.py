@@ -5,11 +5,13 @@ import pytest
 from spikeport.backends.board.nxsdk.findings import findings, host_axons, spikes_read
 from spikeport.backends.board.nxsdk.model import Placement
 from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.passes.base import Context
+from spikeport.compile.passes.merge_axons import MergeAxons
+from spikeport.hardware_models import chip
 from tests.helpers.images import Block, Group, Output, Parts, Route
 from tests.helpers.writable import writable
 
 LEARNED = (1, 1, -7, 10, 2.5, 2, 4)
-SAFE = {"vth": 64}
 
 
 def found(image: ChipImage) -> dict[str, list[str]]:
@@ -100,9 +102,20 @@ def test_a_row_of_scattered_targets_in_a_format_without_targets_is_found() -> No
     arrays = {**image.arrays, "synapse_format": form}
     (only,) = findings(ChipImage.from_arrays(image.manifest, arrays), Placement.single(image))
     assert (only.trap.id, only.used) == (
-        "NX10",
-        "1 of 1 weight rows, targets that are no run from 0",
+        "NX12",
+        "1 of 1 weight rows, whose targets are no run from 0",
     )
+
+
+def test_merging_axons_cures_a_group_that_ends_in_nothing() -> None:
+    groups = [Group([[64], [128]], axon_row=[0, 1, 0], axon_base=[0, 1, -1]), Group([[64], []])]
+    routes = [Route([0, 1, 2], group=0, input=0), Route([0, 1, 0], group=1, input=0)]
+    image = Parts([Block(2), Block(1)], [*groups, Group([[64]], block=1)], [3], routes).image()
+    (found,) = (one for one in findings(image, Placement.single(image)) if one.trap.refused)
+    assert found.trap.id == "NX06"
+    context = Context(chip.get("loihi"), 0.001, lambda *_note: None)
+    merged = MergeAxons().apply(image, context)
+    assert [one for one in findings(merged, Placement.single(merged)) if one.trap.refused] == []
 
 
 def test_findings_say_how_many() -> None:

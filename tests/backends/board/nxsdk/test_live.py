@@ -89,6 +89,14 @@ def test_several_chips_do_not_step() -> None:
         Live(Board(1, 2, [1, 1], [[0], [0]]))
 
 
+def test_registers_do_not_learn() -> None:
+    group = Group([[64, 64]], learning=(1, 1, -7, 10, 2.5, 2, 4))
+    learns = writable(Parts([Block(2)], [group], [1], [Route([0], input=0)]).image())
+    board = write(learns, Placement.single(learns)).board
+    with pytest.raises(BackendError, match="the image learns: .*; cure: --machine native"):
+        Live(board)
+
+
 @pytest.mark.slow
 @pytest.mark.skipif(shutil.which("g++") is None, reason="compiles nengo-loihi's snips with g++")
 @pytest.mark.parametrize("core", [[0, 1], [0, 0]], ids=["one block a core", "packed"])

@@ -4,7 +4,7 @@ import numpy as np
 
 from spikeport.backends.board.nxsdk.model import Placement, model_of
 from tests.helpers.fake_board import small_image
-from tests.helpers.images import Block, Output, Parts
+from tests.helpers.images import Block, Parts
 
 
 def test_placements_say_where_blocks_and_compartments_are() -> None:

@@ -22,9 +22,7 @@ def test_registers_synapses_and_axons_are_counted() -> None:
     core.numUpdates.configure(numUpdates=1)
     core.synapses[0].configure(CIdx=0, Wgt=1, synFmtId=1, LrnEn=0)
     core.createDiscreteAxon(srcCxId=0, dstChipId=0, dstCoreId=4, dstSynMapId=2)
-    core.createPop16Axon(
-        popId=0, srcCxId=1, srcRelCxId=3, dstChipId=0, dstCoreId=4, dstSynMapId=2
-    )
+    core.createPop16Axon(popId=0, srcCxId=1, srcRelCxId=3, dstChipId=0, dstCoreId=4, dstSynMapId=2)
     assert before == 0
     assert core.n_registers == 5
     assert core.contacts == [Contact(0, 0, 4, 2, 0), Contact(1, 0, 4, 2, 3)]

@@ -1,6 +1,6 @@
 """Traps have ids in order, and findings say everything in one line."""
 
-from spikeport.backends.board.nxsdk.traps import THRESHOLDS, TRAPS, BASES, Finding
+from spikeport.backends.board.nxsdk.traps import BASES, THRESHOLDS, TRAPS, Finding
 
 
 def test_ids_are_in_order() -> None:
