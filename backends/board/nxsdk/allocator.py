@@ -12,7 +12,7 @@ CORES_PER_CHIP: int = allocators.Greedy().cores_per_chip
 
 def n_chips(placement: Placement) -> int:
     """Return the number of chips that a placement takes."""
-    return -(-(int(placement.core.max()) + 1) // CORES_PER_CHIP)
+    return -(-len(placement.blocks_of) // CORES_PER_CHIP)
 
 
 class Allocator(allocators.Allocator):

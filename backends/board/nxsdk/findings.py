@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from spikeport.backends.board.nxsdk.half import MOST_THRESHOLDS
 from spikeport.backends.board.nxsdk.model import NOISE, Placement
 from spikeport.backends.board.nxsdk.traps import (
     BASES,
@@ -17,6 +16,7 @@ from spikeport.backends.board.nxsdk.traps import (
     INDICES,
     LEARNERS,
     MOST_BASE,
+    MOST_THRESHOLDS,
     NOISES,
     PHANTOMS,
     POPULATIONS,
@@ -40,7 +40,7 @@ def findings(image: ChipImage, placement: Placement) -> list[Finding]:
 
 def _thresholds(image: ChipImage, placement: Placement) -> Iterator[Finding]:
     core = placement.core[image.compartment_block]
-    for number in range(int(core.max()) + 1):
+    for number in np.unique(core):
         n = np.unique(image.compartments.vth[core == number]).size
         if n > MOST_THRESHOLDS:
             used = f"{n}, nengo-loihi's builder takes {MOST_THRESHOLDS}"
@@ -49,7 +49,7 @@ def _thresholds(image: ChipImage, placement: Placement) -> Iterator[Finding]:
 
 def _shared(image: ChipImage, placement: Placement) -> Iterator[Finding]:
     """Yield settings that blocks of a core have apart, though a core has them once."""
-    noisy = np.bitwise_or.reduceat(image.compartments.enable_noise, image.blocks.start[:-1])
+    noisy = np.bincount(image.compartment_block, image.compartments.enable_noise, image.n_blocks)
     for number, blocks in enumerate(placement.blocks_of):
         for trap, names, mine in (
             (NOISES, NOISE, blocks[noisy[blocks] != 0]),
@@ -90,6 +90,8 @@ def _dummies(image: ChipImage, placement: Placement) -> Iterator[Finding]:
 
 def _ends_in_nothing(image: ChipImage, group: np.integer) -> bool:
     axons = part(image.groups.axon_start, group)
+    if axons.start == axons.stop:
+        return True
     row = image.groups.row_start[group] + image.in_axons.row[axons.stop - 1]
     size = image.rows.start[row + 1] - image.rows.start[row]
     return bool(image.in_axons.base[axons.stop - 1] < 0 or size == 0)

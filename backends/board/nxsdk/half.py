@@ -17,8 +17,6 @@ from spikeport.errors import MissingExtraError
 
 KEEPERS = tuple(f"nengo_loihi.hardware.{name}" for name in ("nxsdk_shim", "builder", "interface"))
 """The modules that keep what they find of NxSDK, in the order they import each other."""
-MOST_THRESHOLDS = 7
-"""Threshold profiles that nengo-loihi's builder takes on a core: it asserts fewer than 8."""
 
 
 class Half(NamedTuple):

@@ -4,13 +4,13 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from nengo_loihi.block import LoihiBlock, Synapse
+from nengo_loihi.block import Axon, LoihiBlock, Synapse
 from nengo_loihi.inputs import SpikeInput
 from nengo_loihi.probe import LoihiProbe
 
 from spikeport.backends.nengo_loihi import load_blocks, load_inputs
 from spikeport.compile.image.chip_image import ChipImage
-from spikeport.compile.image.tables import offsets, part
+from spikeport.compile.image.tables import NONE, flat, offsets, part
 
 NOISE = ("noise_exp", "noise_offset", "noise_at_membrane")
 """Settings of noise, which are registers of a core."""
@@ -52,13 +52,14 @@ class Placement:
     @property
     def blocks_of(self) -> list[np.ndarray]:
         """Blocks of each core, in order."""
-        return [np.flatnonzero(self.core == core) for core in range(int(self.core.max()) + 1)]
+        n_cores = int(self.core.max(initial=-1)) + 1
+        return [np.flatnonzero(self.core == core) for core in range(n_cores)]
 
     def compartments(self, image: ChipImage) -> np.ndarray:
         """Return the compartments of an image in the order of cores, (n_compartments,)."""
         order = np.argsort(self.core, kind="stable")
         starts = image.blocks.start
-        return np.concatenate([np.arange(starts[b], starts[b + 1]) for b in order])
+        return flat([np.arange(starts[b], starts[b + 1]) for b in order])
 
 
 def model_of(image: ChipImage, placement: Placement) -> Model:
@@ -69,10 +70,14 @@ def model_of(image: ChipImage, placement: Placement) -> Model:
     """
     blocks, synapses = load_blocks(image)
     _share_noise(blocks, placement)
+    inputs = load_inputs(image, synapses)
+    for source in inputs:
+        if not source.axons and synapses:  # the builder asserts that every input has some
+            source.add_axon(_nowhere(source.n_neurons, synapses[0]))
     return Model(
         blocks=blocks,
         synapses=synapses,
-        inputs=load_inputs(image, synapses),
+        inputs=inputs,
         probes=[_probe(image, i, blocks) for i in range(len(image.outputs))],
         dt=image.manifest.dt_s,
         pes_error_scale=image.manifest.pes_error_scale,
@@ -87,6 +92,14 @@ def _share_noise(blocks: list[LoihiBlock], placement: Placement) -> None:
             if not state.enable_noise.any():
                 for name in NOISE:
                     setattr(state, name, getattr((noisy or states)[0], name))
+
+
+def _nowhere(n_sources: int, synapse: Synapse) -> Axon:
+    """Return an axon that no source of an input reaches."""
+    axon = Axon(0)
+    axon.target = synapse
+    axon.set_compartment_axon_map(np.full(n_sources, NONE))
+    return axon
 
 
 def _probe(image: ChipImage, number: int, blocks: list[LoihiBlock]) -> LoihiProbe:

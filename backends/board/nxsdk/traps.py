@@ -2,6 +2,8 @@
 
 from typing import NamedTuple
 
+MOST_THRESHOLDS = 7
+"""Threshold profiles that nengo-loihi's builder takes on a core: it asserts fewer than 8."""
 MOST_BASE = 256
 """The largest compartment that targets may count from: nengo-loihi's builder asserts it."""
 DEFAULT_SPIKES = 50

@@ -16,10 +16,8 @@ def test_cores_have_their_blocks_and_these_share_profiles() -> None:
     model = model_of(IMAGE, placement)
     board = Allocator(placement)(model, 1)
     cores = board.chips[0].cores
-    assert [core.blocks for core in cores] == [
-        [model.blocks[1]],
-        [model.blocks[0], model.blocks[2]],
-    ]
+    first, second, third = model.blocks
+    assert [core.blocks for core in cores] == [[second], [first, third]]
     assert [len(core.vth_cfgs) for core in cores] == [1, 2]
     assert [len(core.compartment_cfgs) for core in cores] == [1, 1]
 

@@ -64,6 +64,14 @@ def test_a_phantom_spike_is_counted() -> None:
     assert (checked.n_read, checked.n_phantoms, checked.n_spikes) == (4, 1, 1)
 
 
+def test_an_input_that_reaches_nothing_is_written() -> None:
+    routes = [Route([0, 0], input=1)]
+    image = writable(Parts([Block(2)], [Group([[64, 64]])], [3, 2], routes).image())
+    checked = check(image, Placement.single(image), 5)
+    assert checked.equal
+    assert checked.n_registers > 0
+
+
 def test_a_refused_placement_is_not_written() -> None:
     group = Group([[64]], pop_type=32)
     routes = [Route([0], block=0), Route([0], input=0)]

@@ -15,7 +15,7 @@ def test_without_gcc_it_is_said_how_to_get_it(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setenv("PATH", str(tmp_path))
-    with pytest.raises(MissingExtraError, match="no gcc is installed here.*apt-get install g"):
+    with pytest.raises(MissingExtraError, match=r"no gcc is installed here.*apt-get install g"):
         require_gcc()
 
 

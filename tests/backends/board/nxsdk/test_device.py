@@ -72,7 +72,7 @@ def test_spikes_and_all_errors_are_sent_in_each_step() -> None:
 
 def test_an_image_in_a_trap_is_refused_by_the_finding() -> None:
     image = Parts([Block(1), Block(1, vmin=-1)]).image()
-    with pytest.raises(BackendError, match="^NX03 refused: voltage ranges of a core: core 0"):
+    with pytest.raises(BackendError, match=r"^NX03 refused: voltage ranges of a core: core 0"):
         Device(image, half(), 0)
 
 

@@ -93,7 +93,7 @@ def test_registers_do_not_learn() -> None:
     group = Group([[64, 64]], learning=(1, 1, -7, 10, 2.5, 2, 4))
     learns = writable(Parts([Block(2)], [group], [1], [Route([0], input=0)]).image())
     board = write(learns, Placement.single(learns)).board
-    with pytest.raises(BackendError, match="the image learns: .*; cure: --machine native"):
+    with pytest.raises(BackendError, match=r"the image learns: .*; cure: --machine native"):
         Live(board)
 
 
