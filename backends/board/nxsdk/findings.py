@@ -21,6 +21,7 @@ from spikeport.backends.board.nxsdk.traps import (
     PHANTOMS,
     POPULATIONS,
     RANGES,
+    REFRACTORY,
     SCATTERED,
     SEEDS,
     SPIKE_VOLTAGE,
@@ -164,8 +165,17 @@ def _seeds(image: ChipImage, placement: Placement) -> Iterator[Finding]:
         yield Finding(SEEDS, f"{n:,} compartments", "nengo-loihi does not set the seed of noise")
 
 
+def _refractory(image: ChipImage, placement: Placement) -> Iterator[Finding]:
+    """Yield blocks whose spikes snips would tell by the first compartment's delay alone."""
+    for block in np.unique(image.compartment_block[spikes_read(image)]):
+        delays = np.unique(image.compartments.refract_delay[part(image.blocks.start, block)])
+        if len(delays) > 1:
+            label = image.manifest.blocks[block].label
+            yield Finding(REFRACTORY, label, f"{len(delays)} different ones, snips compare with 1")
+
+
 LOOKS: tuple[Callable[[ChipImage, Placement], Iterator[Finding]], ...] = (
     *(_thresholds, _shared, _populations, _learners, _dummies),
-    *(_bases, _spikes, _phantoms, _indices, _seeds),
+    *(_bases, _spikes, _phantoms, _indices, _seeds, _refractory),
 )
 """The looks at an image, in the order of ids."""

@@ -60,9 +60,15 @@ SCATTERED = Trap(
     False,
     "none here; nengo-loihi writes its own sparse connections so, and a board shows what differs",
 )
+REFRACTORY = Trap(
+    "NX13",
+    "refractory delays of a block whose spikes are read",
+    True,
+    "give ensembles that are fused the same tau_ref, or do not fuse them: -p unpacked",
+)
 TRAPS = (
     *(THRESHOLDS, NOISES, RANGES, POPULATIONS, LEARNERS, DUMMIES),
-    *(BASES, SPIKES, PHANTOMS, INDICES, SEEDS, SCATTERED),
+    *(BASES, SPIKES, PHANTOMS, INDICES, SEEDS, SCATTERED, REFRACTORY),
 )
 
 

@@ -80,6 +80,18 @@ CASES: list[tuple[str, Parts, list[str], list[str]]] = [
         ["NX09"],
     ),
     (
+        "refractory delays",
+        Parts([Block(2, vth=64, refract_delay=[1, 2])], outputs=[Output("spiked", [0])]),
+        ["NX13"],
+        ["NX13"],
+    ),
+    (
+        "refractory delays that nobody reads",
+        Parts([Block(2, refract_delay=[1, 2])], outputs=[Output("voltage", [0])]),
+        [],
+        [],
+    ),
+    (
         "targets that move",
         Parts([Block(1), Block(1)], [Group([[64]], block=1)]),
         ["NX10"],
