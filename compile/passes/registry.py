@@ -21,9 +21,12 @@ PASSES: dict[str, str] = {
 PIPELINES = {
     "as_written": "merge_axons,split,pack,place",
     "compact": "split_ensembles,fuse,decode_path,scale_rows,merge_axons,split,pack,place",
+    "unpacked": "merge_axons,split,place",
+    "compact_unpacked": "split_ensembles,fuse,decode_path,scale_rows,merge_axons,split,place",
 }
-"""Pipelines with a name: what nengo-loihi computes, bit for bit, on fewer cores; and a network that
-is rewritten first, equal in float, on fewer still."""
+"""Pipelines with a name: what nengo-loihi computes, bit for bit, on fewer cores; a network that is
+rewritten first, equal in float, on fewer still; and both with one block a core, for the first day
+with a board (docs/board.md)."""
 
 
 def get(name: str) -> type[AnyPass]:

@@ -410,7 +410,7 @@ def board_serve_command(
     *,
     listen: Annotated[str, typer.Option(metavar="ADDRESS", help="unix:PATH or tcp://HOST:PORT.")],
     machine: Annotated[
-        str, typer.Option("--machine", help="The chip of the board: native or nengo-loihi.")
+        str, typer.Option("--machine", help="The chip: native, nengo-loihi, snips or nxsdk.")
     ] = "native",
     fault: Annotated[
         list[str],
@@ -445,6 +445,19 @@ def board_serve_command(
             tls=tls,
         )
     )
+
+
+@board_app.command("check")
+def board_check_command(
+    image: ImageFile,
+    *,
+    steps: Annotated[int, typer.Option(help="Steps to compare.", min=1, max=1_000_000)] = 200,
+    seed: SeedOption = 0,
+) -> None:
+    """Compare what would be written to a real chip with the image; exit with 1 if it differs."""
+    from spikeport.commands.board_check import run
+
+    raise typer.Exit(run(image, n_steps=steps, seed=seed))
 
 
 @board_app.command("inspect")

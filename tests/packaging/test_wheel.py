@@ -40,6 +40,9 @@ def make():
 """
 
 
+PATTERNS = [f"**/*.{end}" for end in ("py", "toml", "xml", "npz", "md", "h", "cpp")] + ["py.typed"]
+
+
 def names(wheel):
     return zipfile.ZipFile(wheel).namelist()
 
@@ -55,7 +58,7 @@ def test_the_wheel_holds_every_module_and_data_file_of_the_package(wheel, checko
     wanted = {
         path.relative_to(package).as_posix()
         for folder in (package, *filter(Path.is_dir, package.iterdir()))
-        for pattern in ("**/*.py", "**/*.toml", "**/*.xml", "**/*.npz", "**/*.md", "py.typed")
+        for pattern in PATTERNS
         for path in folder.glob(pattern)
     }
     assert {"robot/h1.xml", "hardware_models/chips/loihi.toml", "cli.py", "py.typed"} <= wanted

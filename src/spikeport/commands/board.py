@@ -36,7 +36,34 @@ def _nengo_loihi(image: ChipImage, seed: int) -> CountingChip:
     return NengoLoihiChip(image, seed)
 
 
-MACHINES = {"native": _native, "nengo-loihi": _nengo_loihi}
+def _snips(image: ChipImage, seed: int) -> CountingChip:
+    from spikeport.backends.board.nxsdk.chip import NxsdkChip, snips_half
+
+    return NxsdkChip(image, seed, snips_half, _say_of_board)
+
+
+def _nxsdk(image: ChipImage, seed: int) -> CountingChip:
+    from spikeport.backends.board.nxsdk.chip import NxsdkChip
+    from spikeport.backends.board.nxsdk.half import real_half
+
+    return NxsdkChip(image, seed, real_half, _say_of_board)
+
+
+def _need_gcc() -> None:
+    from spikeport.backends.board.nxsdk.compiled import require_gcc
+
+    require_gcc()
+
+
+def _need_nxsdk() -> None:
+    from spikeport.backends.board.nxsdk.half import require_nxsdk
+
+    require_nxsdk()
+
+
+MACHINES = {"native": _native, "nengo-loihi": _nengo_loihi, "snips": _snips, "nxsdk": _nxsdk}
+NEEDS = {"snips": _need_gcc, "nxsdk": _need_nxsdk}
+"""What looks for the programs that a machine cannot do without, before a host comes."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,6 +83,8 @@ def serve(request: ServeRequest) -> None:
     """Be a board until the process is ended; its socket goes with it."""
     if request.machine not in MACHINES:
         raise unknown("machine", request.machine, MACHINES)
+    if request.machine in NEEDS:
+        NEEDS[request.machine]()
     service = Service(
         address=Address.parse(request.listen),
         machine=Machine(request.machine, MACHINES[request.machine]),
@@ -75,6 +104,10 @@ def _ended(_signal: int, _frame: object) -> NoReturn:
 
 def _say(line: str) -> None:
     print(line, flush=True)  # whoever starts a board waits for its first line
+
+
+def _say_of_board(line: str) -> None:
+    _say(f"board: {line}")
 
 
 def inspect(path: Path) -> None:

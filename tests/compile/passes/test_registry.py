@@ -1,9 +1,11 @@
 """Passes by name."""
 
+import nengo
 import pytest
 
 from spikeport.compile.passes.parse import parse
 from spikeport.compile.passes.registry import PASSES, PIPELINES, get
+from spikeport.compile.pipeline import compile_network
 from spikeport.errors import UsageError
 
 
@@ -33,3 +35,19 @@ def test_a_named_pipeline_has_its_passes_in_the_order_of_the_list(name: str) -> 
     names = [one.name for one in parse(name).passes]
     assert ",".join(names) == PIPELINES[name]
     assert names == [one for one in PASSES if one in names]
+
+
+@pytest.mark.parametrize("name", ["unpacked", "compact_unpacked"])
+def test_pipelines_of_one_block_a_core_pack_nothing(name: str) -> None:
+    image = compile_network(two_ensembles(), pipeline=name).image
+    assert image.n_blocks > 1
+    assert sorted(image.blocks.core) == list(range(image.n_blocks))
+
+
+def two_ensembles() -> nengo.Network:
+    with nengo.Network(seed=2) as network:
+        first, second = nengo.Ensemble(20, 1), nengo.Ensemble(20, 1)
+        nengo.Connection(nengo.Node(0.5), first)
+        nengo.Connection(first, second)
+        nengo.Probe(second)
+    return network

@@ -12,7 +12,7 @@ from spikeport.backends.board.chip import BoardChip
 from spikeport.backends.board.record import SessionRecorder
 from spikeport.commands.board import ServeRequest, inspect, serve
 from spikeport.commands.options import Tls
-from spikeport.errors import UsageError
+from spikeport.errors import MissingExtraError, UsageError
 from tests.helpers.fake_board import MACHINE, FakeClock, FakeLine, small_image, spike_train
 
 
@@ -28,6 +28,28 @@ def test_a_machine_that_is_none_is_refused() -> None:
     )
     with pytest.raises(UsageError, match="unknown machine 'nativ'"):
         serve(request)
+
+
+@pytest.mark.parametrize(
+    ("machine", "reason"),
+    [("nxsdk", "no NxSDK is installed here"), ("snips", "no gcc is installed")],
+)
+def test_a_machine_that_lacks_a_program_is_refused_before_a_host_comes(
+    machine: str, reason: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))
+    request = ServeRequest(
+        listen=f"unix:{tmp_path / 'socket'}",
+        machine=machine,
+        faults=(),
+        once=False,
+        idle_s=None,
+        allow_remote=False,
+        tls=Tls(),
+    )
+    with pytest.raises(MissingExtraError, match=reason):
+        serve(request)
+    assert list(tmp_path.iterdir()) == []
 
 
 def recorded(path: Path, faults: tuple[str, ...] = ()) -> None:

@@ -1,0 +1,171 @@
+"""`NxsdkChip`: an image on a board of NxSDK, in a process of its own."""
+
+import contextlib
+import multiprocessing
+import os
+from collections.abc import Callable, Iterator, Mapping
+from multiprocessing.connection import Connection
+
+import numpy as np
+
+from spikeport.backends.board.nxsdk.half import Half, real_half, recording_half
+from spikeport.backends.board.nxsdk.traps import SPIKE_VOLTAGE
+from spikeport.backends.native.chip import NativeChip
+from spikeport.backends.step_log import StepLog
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.tables import part
+from spikeport.errors import BackendError, SpikeportError
+from spikeport.hardware_models.activity import Activity
+
+SPAWN = multiprocessing.get_context("spawn")
+NEVER = 2**31 - 1
+"""A voltage that no compartment has."""
+END_S = 10.0
+"""How long the board's process may take to end; then it is killed."""
+
+
+def snips_half() -> Half:
+    """Import the hardware half on recorded registers that step behind nengo-loihi's snips."""
+    from spikeport.backends.board.nxsdk.live import Live
+    from spikeport.backends.board.nxsdk.package import modules
+    from spikeport.backends.board.nxsdk.recording import BANKS
+
+    half = recording_half(modules(Live))
+    half.allow_thresholds(BANKS["vthProfileCfg"])
+    return half
+
+
+def say_nothing(_line: str) -> None:
+    """Say nothing."""
+
+
+class NxsdkChip:
+    """An image on a board of NxSDK. Implements `spikeport.backends.board.board.CountingChip`.
+
+    A second board in one process was seen to die with the first one's last words, so each has a
+    process. A board counts nothing, so the native chip steps beside it: counts are of that one, and
+    the values in which the two differ are counted.
+
+    Parameters
+    ----------
+    image : ChipImage
+        The image.
+    seed : int
+        Seed of the native chip, and of what nengo-loihi draws.
+    half : callable
+        Imports nengo-loihi's hardware half in that process: `real_half`, or `snips_half`.
+    say : callable
+        Is called with a line on what differed, at the end.
+
+    Attributes
+    ----------
+    n_values : int
+        Values read from the board.
+    n_phantoms : int
+        Spikes among them that the native chip does not have, and whose voltage looks like one.
+    n_differing : int
+        Others that the native chip holds otherwise.
+
+    Raises
+    ------
+    MissingExtraError
+        If NxSDK, or gcc for `snips_half`, is not installed.
+    BackendError
+        If nengo-loihi's hardware half refuses the image, or the process dies.
+    """
+
+    link: dict[str, object] | None = None
+
+    def __init__(
+        self,
+        image: ChipImage,
+        seed: int,
+        half: Callable[[], Half] = real_half,
+        say: Callable[[str], None] = say_nothing,
+    ) -> None:
+        self._twin, self._say = NativeChip(image, seed), say
+        self._looks = list(_look_fired(image))
+        self.n_values = self.n_phantoms = self.n_differing = 0
+        self._pipe, theirs = SPAWN.Pipe()
+        self._process = SPAWN.Process(
+            target=_serve, args=(theirs, image.to_bytes(), seed, half), daemon=True
+        )
+        self._process.start()
+        theirs.close()
+        self._answer()
+
+    def step(self, spikes: np.ndarray, errors: Mapping[int, np.ndarray]) -> list[np.ndarray]:
+        """Advance by one step; see `spikeport.backends.chip.Chip.step`."""
+        self._pipe.send((np.asarray(spikes), dict(errors)))
+        expected = self._twin.step(spikes, errors)
+        held = self._answer()
+        for native, read, (compartments, voltage) in zip(expected, held, self._looks, strict=True):
+            differs = native != read
+            explained = differs & (self._twin.state.v[compartments] == voltage)
+            self.n_values += len(read)
+            self.n_phantoms += int(explained.sum())
+            self.n_differing += int((differs & ~explained).sum())
+        return held
+
+    def _answer(self) -> list[np.ndarray]:
+        """Return what outputs hold; raise what the board's process raised."""
+        try:
+            answer = self._pipe.recv()
+        except (EOFError, ConnectionError):
+            self._process.join(END_S)
+            code = self._process.exitcode
+            raise BackendError(f"the board's process ended with exit code {code}") from None
+        if isinstance(answer, Exception):
+            raise answer
+        held: list[np.ndarray] = answer
+        return held
+
+    @property
+    def log(self) -> StepLog:
+        """The counts of the native chip's steps."""
+        return self._twin.log
+
+    def activity(self) -> Activity:
+        """Return the native chip's counts."""
+        return self._twin.activity()
+
+    def close(self) -> None:
+        """Shut the board down, end its process, and say what differed."""
+        self._say(
+            f"{self.n_values:,} values read; other than the native chip's: {self.n_phantoms:,} "
+            f"phantom spikes, {self.n_differing:,} more"
+        )
+        with contextlib.suppress(OSError):  # it is gone already
+            self._pipe.send(None)
+        self._process.join(END_S)
+        self._process.kill()
+        self._process.join()
+        self._pipe.close()
+        self._twin.close()
+
+
+def _look_fired(image: ChipImage) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Yield the compartments of each output, and the voltages that are read as their spikes."""
+    for number, output in enumerate(image.manifest.outputs):
+        read = image.reads.compartment[part(image.outputs.start, number)]
+        voltage = SPIKE_VOLTAGE * image.compartments.refract_delay[read]
+        yield read, voltage if output.key == "spiked" else np.full(len(read), NEVER)
+
+
+def _serve(pipe: Connection, content: bytes, seed: int, half: Callable[[], Half]) -> None:
+    """Be the process of a board: build it, and step it until the other end is done."""
+    os.dup2(2, 1)  # snips print to standard output, which belongs to the server
+    try:
+        from spikeport.backends.board.nxsdk.device import Device
+
+        device = Device(ChipImage.from_bytes(content), half(), seed)
+        pipe.send([])
+        while (asked := pipe.recv()) is not None:
+            pipe.send(device.step(*asked))
+        device.close()
+    except SpikeportError as error:
+        pipe.send(error)
+    except (EOFError, KeyboardInterrupt):
+        pass  # the server is gone: the board goes with it
+    except Exception as error:  # NxSDK's own, of which nothing is known
+        pipe.send(BackendError(f"the board failed: {type(error).__name__}: {error}"))

@@ -1,0 +1,53 @@
+"""nengo-loihi's snips, compiled against headers of ours."""
+
+import ctypes
+import shutil
+import subprocess
+import tempfile
+from pathlib import Path
+
+from spikeport.backends.board.nxsdk.package import Phase
+from spikeport.backends.board.nxsdk.recording import Board
+from spikeport.errors import BackendError, MissingExtraError
+
+SNIPS = Path(__file__).with_name("snips")
+
+
+def compiled(board: Board) -> ctypes.CDLL:
+    """Compile a board's snips, and load them.
+
+    Raises
+    ------
+    MissingExtraError
+        If there is no gcc.
+    BackendError
+        If they do not compile; has the compiler's first line.
+    """
+    require_gcc()
+    chip = next(s for s in board.snips if s["phase"] is Phase.EMBEDDED_MGMT)
+    host = next(s for s in board.snips if s["phase"] is Phase.HOST_CONCURRENT_EXECUTION)
+    with tempfile.TemporaryDirectory(prefix="spikeport-snips-") as folder:
+        options = ["-O1", "-w", "-fPIC", f"-I{SNIPS}", f"-I{chip['includeDir']}"]
+        snip, library = f"{folder}/chip.o", f"{folder}/board.so"
+        # nengo-loihi's snip has `inline` functions without another definition
+        _gcc("gcc", *options, "-fgnu89-inline", "-c", str(chip["cFilePath"]), "-o", snip)
+        sources = [str(host["cppFile"]), str(SNIPS / "board.cpp"), snip]
+        _gcc("g++", *options, "-shared", *sources, "-pthread", "-o", library)
+        return ctypes.CDLL(library)
+
+
+def require_gcc() -> None:
+    """Look for the compilers of snips; MissingExtraError if one is not installed."""
+    for program in ("gcc", "g++"):
+        if shutil.which(program) is None:
+            raise MissingExtraError(
+                f"no {program} is installed here, which compiles nengo-loihi's snips; "
+                "install it with: apt-get install g++"
+            )
+
+
+def _gcc(*command: str) -> None:
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode:
+        first = next(iter(done.stderr.splitlines()), f"exit code {done.returncode}")
+        raise BackendError(f"nengo-loihi's snips do not compile: {first}")

@@ -1,0 +1,84 @@
+"""A board on nengo-loihi's hardware interface: an image in, spikes and errors to it, state back."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from spikeport.backends.board.nxsdk.allocator import Allocator, n_chips
+from spikeport.backends.board.nxsdk.findings import findings, host_axons
+from spikeport.backends.board.nxsdk.half import Half
+from spikeport.backends.board.nxsdk.model import Placement, model_of
+from spikeport.backends.board.nxsdk.written import REFUSALS, refusal
+from spikeport.backends.nengo_loihi import by_input
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.errors import BackendError
+
+RETRIES = 1_000
+"""Times 10 ms that the host waits for an answer; nengo-loihi's 10 are too few on a busy host."""
+ENDLESS = 2**30
+"""Steps that a board is asked for: it runs until it is shut down."""
+
+
+class Device:
+    """An image on a board.
+
+    Parameters
+    ----------
+    image : ChipImage
+        The image; its own placement is used.
+    half : Half
+        nengo-loihi's hardware half, on a real NxSDK or a recording one.
+    seed : int
+        Seed of what nengo-loihi draws: the rounding of traces, not noise.
+
+    Raises
+    ------
+    BackendError
+        If nengo-loihi's hardware half refuses the image.
+    """
+
+    def __init__(self, image: ChipImage, half: Half, seed: int) -> None:
+        placement = Placement.packed(image)
+        for found in findings(image, placement):
+            if found.trap.refused:
+                raise BackendError(str(found))
+        self._image, self._at = image, 0
+        self._model = model_of(image, placement)
+        self._errors = self._no_errors()
+        half.interface.HostSnip.recv_retries = RETRIES
+        try:
+            self._hardware = half.interface.HardwareInterface(
+                self._model,
+                use_snips=True,
+                seed=seed,
+                snip_max_spikes_per_step=max(host_axons(image), 1),
+                n_chips=n_chips(placement),
+                allocator=Allocator(placement),
+            )
+        except REFUSALS as error:
+            raise refusal(error) from None
+        self._hardware.connect()
+        self._hardware.run_steps(ENDLESS, blocking=False)
+
+    def _no_errors(self) -> dict[int, np.ndarray]:
+        """Return zeros for each group that learns: the chip waits for all of them in each step."""
+        sizes = np.diff(self._image.blocks.start)
+        groups = np.flatnonzero(self._image.learns)
+        return {int(g): np.zeros(sizes[self._image.groups.block[g]] // 2) for g in groups}
+
+    def step(self, spikes: np.ndarray, errors: Mapping[int, np.ndarray]) -> list[np.ndarray]:
+        """Advance by one step; see `spikeport.backends.chip.Chip.step`."""
+        self._at += 1
+        self._errors.update(errors)
+        sent = by_input(self._image, spikes)
+        self._hardware.host2chip(
+            [(source, self._at, s) for source, s in zip(self._model.inputs, sent, strict=True)],
+            [(self._model.synapses[g], self._at, error) for g, error in self._errors.items()],
+        )
+        self._hardware.chip2host({})
+        held = self._hardware.snips.probe_data
+        return [np.ravel(held[probe].pop()).astype(np.int32) for probe in self._model.probes]
+
+    def close(self) -> None:
+        """Shut the board down."""
+        self._hardware.close()

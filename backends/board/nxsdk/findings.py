@@ -1,0 +1,181 @@
+"""Findings: what stands between an image in a placement and a real chip, each with a cure.
+
+They are of nengo-loihi's hardware half, not of the chip, so they are no rules of a compile: an
+image that fits the chip can still not be written, or be written and not read back as it is.
+"""
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from spikeport.backends.board.nxsdk.model import NOISE, Placement
+from spikeport.backends.board.nxsdk.traps import (
+    BASES,
+    DEFAULT_SPIKES,
+    DUMMIES,
+    INDICES,
+    LEARNERS,
+    MOST_BASE,
+    MOST_THRESHOLDS,
+    NOISES,
+    PHANTOMS,
+    POPULATIONS,
+    RANGES,
+    REFRACTORY,
+    SCATTERED,
+    SEEDS,
+    SPIKE_VOLTAGE,
+    SPIKES,
+    THRESHOLDS,
+    Finding,
+)
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.tables import part
+from spikeport.compile.image.usage import INDEXED, is_consecutive
+
+
+def findings(image: ChipImage, placement: Placement) -> list[Finding]:
+    """Return the traps that an image is in, if it is placed so."""
+    return [found for look in LOOKS for found in look(image, placement)]
+
+
+def _thresholds(image: ChipImage, placement: Placement) -> Iterator[Finding]:
+    core = placement.core[image.compartment_block]
+    for number in np.unique(core):
+        n = np.unique(image.compartments.vth[core == number]).size
+        if n > MOST_THRESHOLDS:
+            used = f"{n}, nengo-loihi's builder takes {MOST_THRESHOLDS}"
+            yield Finding(THRESHOLDS, f"core {number}", used)
+
+
+def _shared(image: ChipImage, placement: Placement) -> Iterator[Finding]:
+    """Yield settings that blocks of a core have apart, though a core has them once."""
+    noisy = np.bincount(image.compartment_block, image.compartments.enable_noise, image.n_blocks)
+    for number, blocks in enumerate(placement.blocks_of):
+        for trap, names, mine in (
+            (NOISES, NOISE, blocks[noisy[blocks] != 0]),
+            (RANGES, ("vmin", "vmax"), blocks),
+        ):
+            columns = [getattr(image.blocks, name)[mine] for name in names]
+            n = np.unique(np.stack(columns), axis=1).shape[1]
+            if n > 1:
+                yield Finding(trap, f"core {number}", f"{n} different ones, a core has 1")
+
+
+def _populations(image: ChipImage, placement: Placement) -> Iterator[Finding]:
+    sends = (image.routes.from_input == 0) & (image.groups.pop_type[image.routes.group] != 0)
+    for number, blocks in enumerate(placement.blocks_of):
+        if len(blocks) > 1 and np.isin(blocks, image.routes.source[sends]).any():
+            yield Finding(POPULATIONS, f"core {number}", f"{len(blocks)} blocks, at most 1")
+
+
+def _learners(image: ChipImage, placement: Placement) -> Iterator[Finding]:
+    core = placement.core[image.groups.block]
+    for number in np.unique(core[image.learns]):
+        n = int((core == number).sum())
+        blocks = int((placement.core == number).sum())
+        if n > 1 or blocks > 1:
+            used = f"{n} groups of {blocks} blocks, 1 of 1 can learn"
+            yield Finding(LEARNERS, f"core {number}", used)
+
+
+def _dummies(image: ChipImage, placement: Placement) -> Iterator[Finding]:
+    """Yield groups that end in an axon of nothing, after which nengo-loihi cannot count on."""
+    for number, blocks in enumerate(placement.blocks_of):
+        mine = [g for b in blocks for g in np.flatnonzero(image.groups.block == b)]
+        for group in mine[:-1]:
+            if _ends_in_nothing(image, group):
+                label = image.manifest.groups[group].label
+                yield Finding(DUMMIES, f"core {number}, {label}", "followed by a group")
+
+
+def _ends_in_nothing(image: ChipImage, group: np.integer) -> bool:
+    axons = part(image.groups.axon_start, group)
+    if axons.start == axons.stop:
+        return True
+    row = image.groups.row_start[group] + image.in_axons.row[axons.stop - 1]
+    size = image.rows.start[row + 1] - image.rows.start[row]
+    return bool(image.in_axons.base[axons.stop - 1] < 0 or size == 0)
+
+
+def _bases(image: ChipImage, placement: Placement) -> Iterator[Finding]:
+    for group in range(len(image.groups)):
+        most = int(image.in_axons.base[part(image.groups.axon_start, group)].max(initial=0))
+        if most > MOST_BASE:
+            label = image.manifest.groups[group].label
+            yield Finding(BASES, label, f"{most}, nengo-loihi's builder takes {MOST_BASE}")
+
+
+def host_axons(image: ChipImage) -> int:
+    """Return the number of axons that all sources of the host reach: spikes of a step, at most."""
+    mine = np.repeat(image.routes.from_input == 1, np.diff(image.routes.start))
+    return int((image.out_axons.axon[mine] >= 0).sum())
+
+
+def _spikes(image: ChipImage, placement: Placement) -> Iterator[Finding]:
+    if (n := host_axons(image)) > DEFAULT_SPIKES:
+        used = f"up to {n:,}; by default nengo-loihi sends {DEFAULT_SPIKES} and drops the others"
+        yield Finding(SPIKES, "all inputs", used)
+
+
+def spikes_read(image: ChipImage) -> np.ndarray:
+    """Return the compartments whose spikes outputs read, (n,)."""
+    keys = np.array([entry.key == "spiked" for entry in image.manifest.outputs], dtype=bool)
+    return np.unique(image.reads.compartment[np.repeat(keys, np.diff(image.outputs.start))])
+
+
+def _phantoms(image: ChipImage, placement: Placement) -> Iterator[Finding]:
+    mine, state = spikes_read(image), image.compartments
+    n = int((state.vth[mine] >= SPIKE_VOLTAGE * state.refract_delay[mine]).sum())
+    if n:
+        used = f"a voltage of {SPIKE_VOLTAGE} x refractory delay is read as a spike"
+        yield Finding(PHANTOMS, f"{n:,} compartments whose spikes are read", used)
+
+
+def _indices(image: ChipImage, placement: Placement) -> Iterator[Finding]:
+    """Yield rows whose format was chosen for other targets than those that are written."""
+    moved = _moved(image, placement)[image.groups.block]
+    scattered = ~moved & ~is_consecutive(image) & ~indexed(image)
+    rows = np.diff(image.groups.row_start)
+    for trap, where, mine, used in (
+        (INDICES, "blocks that share a core", moved, "moved by the blocks before theirs"),
+        (SCATTERED, "formats without targets", scattered, "whose targets are no run from 0"),
+    ):
+        if n := int(rows[mine].sum()):
+            yield Finding(trap, where, f"{n:,} of {rows.sum():,} weight rows, {used}")
+
+
+def _moved(image: ChipImage, placement: Placement) -> np.ndarray:
+    """Return the blocks that do not begin at compartment 0 of their core, (n_blocks,)."""
+    moved = np.zeros(image.n_blocks, dtype=bool)
+    for blocks in placement.blocks_of:
+        moved[blocks[1:]] = True
+    return moved
+
+
+def indexed(image: ChipImage) -> np.ndarray:
+    """Return the groups whose format stores a target with every weight, (n_groups,)."""
+    column = image.manifest.synapse_format.index("compression")
+    result: np.ndarray = image.groups.format[:, column] == INDEXED
+    return result
+
+
+def _seeds(image: ChipImage, placement: Placement) -> Iterator[Finding]:
+    if n := int(image.compartments.enable_noise.sum()):
+        yield Finding(SEEDS, f"{n:,} compartments", "nengo-loihi does not set the seed of noise")
+
+
+def _refractory(image: ChipImage, placement: Placement) -> Iterator[Finding]:
+    """Yield blocks whose spikes snips would tell by the first compartment's delay alone."""
+    for block in np.unique(image.compartment_block[spikes_read(image)]):
+        delays = np.unique(image.compartments.refract_delay[part(image.blocks.start, block)])
+        if len(delays) > 1:
+            label = image.manifest.blocks[block].label
+            yield Finding(REFRACTORY, label, f"{len(delays)} different ones, snips compare with 1")
+
+
+LOOKS: tuple[Callable[[ChipImage, Placement], Iterator[Finding]], ...] = (
+    *(_thresholds, _shared, _populations, _learners, _dummies),
+    *(_bases, _spikes, _phantoms, _indices, _seeds, _refractory),
+)
+"""The looks at an image, in the order of ids."""

@@ -1,0 +1,88 @@
+"""nengo-loihi's hardware half, imported on a NxSDK of choice.
+
+nengo-loihi looks for NxSDK once, when it is imported, and keeps what it finds. So the modules that
+keep it are imported a second time, with the other NxSDK in the place of the package; nothing of the
+first import changes.
+"""
+
+import contextlib
+import sys
+from collections.abc import Iterator, Mapping
+from importlib import import_module
+from importlib.util import find_spec
+from types import ModuleType
+from typing import Any, NamedTuple
+
+from spikeport.errors import MissingExtraError
+
+KEEPERS = tuple(f"nengo_loihi.hardware.{name}" for name in ("nxsdk_shim", "builder", "interface"))
+"""The modules that keep what they find of NxSDK, in the order they import each other."""
+
+
+class Half(NamedTuple):
+    """nengo-loihi's hardware half: its modules ``builder`` and ``interface``."""
+
+    builder: Any
+    interface: Any
+
+    def allow_thresholds(self, most: int) -> None:
+        """Have this import of the builder take as many threshold profiles on a core."""
+        self.builder.MAX_VTH_CFGS = most + 1
+
+
+def recording_half(modules: Mapping[str, ModuleType]) -> Half:
+    """Import the hardware half on a recording NxSDK.
+
+    Parameters
+    ----------
+    modules : mapping of str to module
+        The return value of `spikeport.backends.board.nxsdk.package.modules`.
+    """
+    with _in_place({**dict.fromkeys(KEEPERS), **modules}):
+        _, builder, interface = map(import_module, KEEPERS)
+    return Half(builder, interface)
+
+
+def require_nxsdk() -> None:
+    """Look for NxSDK.
+
+    Raises
+    ------
+    MissingExtraError
+        If it is not installed.
+    """
+    if find_spec("nxsdk") is None:
+        raise MissingExtraError(
+            "no NxSDK is installed here: Intel gives it to members of its research community "
+            "(INRC), and pip cannot install it; without it, `board check` compares what would be "
+            "written, and `board serve --machine snips` steps it"
+        )
+
+
+def real_half() -> Half:
+    """Return the hardware half on the NxSDK of this machine; MissingExtraError if there is none."""
+    require_nxsdk()
+    _, builder, interface = map(import_module, KEEPERS)
+    return Half(builder, interface)
+
+
+@contextlib.contextmanager
+def _in_place(modules: Mapping[str, ModuleType | None]) -> Iterator[None]:
+    """Put modules in the place of others, or out of the way; put the others back at the end."""
+    package = sys.modules["nengo_loihi.hardware"]
+    before = {name: sys.modules.get(name) for name in modules}
+    attributes = dict(vars(package))
+    _put(modules)
+    try:
+        yield
+    finally:
+        _put(before)
+        vars(package).update(attributes)
+
+
+def _put(modules: Mapping[str, ModuleType | None]) -> None:
+    for name, module in modules.items():
+        if module is None:
+            sys.modules.pop(name, None)
+        else:
+            sys.modules[name] = module

@@ -1,0 +1,75 @@
+"""Learning, as registers hold it, beside what an image asks for.
+
+Learning is compared and not run: what microcode NxSDK makes of the rule, nengo-loihi's source does
+not say.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+from nengo_loihi.builder.discretize import tracing_mag_int_frac
+
+from spikeport.backends.board.nxsdk.groups import value
+from spikeport.backends.board.nxsdk.model import Placement
+from spikeport.backends.board.nxsdk.recording import Core
+from spikeport.backends.board.nxsdk.written import Written
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.validation import LEARNING
+
+RULES = ("dw = u1*x1*y1*(2^-7)", "dw = -u1*x1*y1*(2^-7)")
+"""The rules of positive and negative errors; nengo-loihi scales weights to fit their rate."""
+RATE = 2.0**-7
+
+
+def learning_differs(image: ChipImage, placement: Placement, written: Written) -> list[str]:
+    """Return the names of the registers of learning that differ from the image's, with the core.
+
+    Parameters
+    ----------
+    image : ChipImage
+        The image.
+    placement : Placement
+        The core of each block.
+    written : Written
+        What was written of it.
+    """
+    core_of_group = placement.core[image.groups.block]
+    learns = {core_of_group[g]: image.groups.learning[g] for g in np.flatnonzero(image.learns)}
+    return [
+        f"core {number}: {name}"
+        for number, core in enumerate(written.board.cores)
+        for name in _differing(core, learns.get(number))
+    ]
+
+
+def _differing(core: Core, expected: np.ndarray | None) -> Iterator[str]:
+    """Yield the registers of a core that are not what a group needs, or no group does."""
+    enabled = core.synapses.column("LrnEn")
+    if (enabled != (expected is not None)).any():
+        yield "LrnEn"
+    if expected is None:
+        return
+    settings = dict(zip(LEARNING, expected, strict=True))
+    trace = core.bank("stdpPreCfg")[0]
+    magnitude = tracing_mag_int_frac(settings["tracing_mag"])
+    if (value(trace, "spikeLevelInt"), value(trace, "spikeLevelFrac")) != magnitude:
+        yield "stdpPreCfg.spikeLevel"
+    if value(trace, "tau") != settings["tracing_tau"]:
+        yield "stdpPreCfg.tau"
+    rules: list[object] = [core.bank("stdpUcodeMem")[i].word for i in range(2)]
+    if rules != list(RULES):
+        yield "stdpUcodeMem"
+    if settings["lr_int"] * 2.0 ** settings["lr_exp"] != RATE:
+        yield "learning rate"
+    yield from _axons_differing(core)
+
+
+def _axons_differing(core: Core) -> Iterator[str]:
+    """Yield what is wrong with axons: each is followed by an entry that names its trace."""
+    entries = core.bank("synapseMap")
+    axons = [number for number, entry in entries.items() if "synapsePtr" in vars(entry)]
+    traced = [n + 1 for n in axons if "singleTraceEntry" in vars(entries.get(n + 1, core))]
+    if len(traced) != len(axons) or len(entries) != 2 * len(axons):
+        yield "synapseMap.singleTraceEntry"
+    if value(core.numUpdates, "numStdp") != len(axons):
+        yield "numUpdates.numStdp"

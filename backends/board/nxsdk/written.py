@@ -1,0 +1,69 @@
+"""An image, written through nengo-loihi's hardware half into registers."""
+
+import traceback
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from nengo_loihi.hardware.validate import validate_board
+
+from spikeport.backends.board.nxsdk import recording
+from spikeport.backends.board.nxsdk.allocator import Allocator, n_chips
+from spikeport.backends.board.nxsdk.half import Half, recording_half
+from spikeport.backends.board.nxsdk.model import Placement, model_of
+from spikeport.backends.board.nxsdk.package import modules
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.errors import BackendError
+
+REFUSALS = (AssertionError, NotImplementedError, TypeError, ValueError)
+"""The errors by which nengo-loihi's builder refuses what it cannot write."""
+
+
+AxonMap = Mapping[int, Sequence[np.ndarray]]
+"""The axons that each source of an input reaches, as nengo-loihi's ``LoihiSpikeInput`` has them."""
+
+
+class Written(NamedTuple):
+    """The registers of a board, and the axons that each source of the host's inputs reaches."""
+
+    board: recording.Board
+    inputs: Sequence[AxonMap]
+
+
+def write(image: ChipImage, placement: Placement, half: Half | None = None) -> Written:
+    """Write an image into recorded registers.
+
+    Parameters
+    ----------
+    image : ChipImage
+        The image.
+    placement : Placement
+        The core of each block.
+    half : Half, optional
+        nengo-loihi's hardware half on a recording NxSDK; by default a new import.
+
+    Raises
+    ------
+    BackendError
+        If nengo-loihi's builder refuses the image; has its words.
+    """
+    half = recording_half(modules(None)) if half is None else half
+    half.allow_thresholds(recording.BANKS["vthProfileCfg"])
+    model = model_of(image, placement)._replace(probes=[])
+    try:
+        allocated = Allocator(placement)(model, n_chips(placement))
+        validate_board(allocated)
+        board = half.builder.build_board(allocated, use_snips=True, seed=0)
+    except REFUSALS as error:
+        raise refusal(error) from None
+    return Written(board, [board.spike_inputs[source].axon_map for source in model.inputs])
+
+
+def refusal(error: Exception) -> BackendError:
+    """Return the error of what nengo-loihi's hardware half refuses: its words, or its assertion."""
+    last = traceback.extract_tb(error.__traceback__)[-1]
+    words = str(error) or (last.line or type(error).__name__)
+    return BackendError(
+        f"nengo-loihi's hardware half refuses the image ({last.name}: {words}); "
+        "cure: one block a core, compiled with -p unpacked or compact_unpacked"
+    )

@@ -1,0 +1,48 @@
+"""A board of NxSDK in a process of its own: what differs is counted, what fails is said."""
+
+import os
+import shutil
+
+import numpy as np
+import pytest
+
+from spikeport.backends.board.nxsdk.chip import NxsdkChip, snips_half
+from spikeport.backends.board.nxsdk.half import Half
+from spikeport.errors import BackendError, MissingExtraError
+from tests.helpers.images import Block, Output, Parts
+
+RAMP = Parts(
+    [Block(2, bias=[64, 0], vth=1280, refract_delay=2)],
+    inputs=[],
+    outputs=[Output("spiked", [0, 1]), Output("voltage", [1])],
+).image()
+"""A voltage that is 256, as in a spike, once on its way to each spike."""
+
+
+def dies() -> Half:
+    os._exit(7)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("g++") is None, reason="compiles nengo-loihi's snips with g++")
+def test_phantom_spikes_are_told_from_other_differences() -> None:
+    lines: list[str] = []
+    chip = NxsdkChip(RAMP, 0, snips_half, lines.append)
+    spikes = [chip.step(np.zeros(0, dtype=int), {})[0].tolist() for _ in range(60)]
+    n_spikes = chip.activity().totals()["spikes"]
+    chip.close()
+    assert lines == ["180 values read; other than the native chip's: 3 phantom spikes, 0 more"]
+    assert sum(first for first, _ in spikes) == n_spikes + 3
+    assert n_spikes == 2
+
+
+@pytest.mark.slow
+def test_a_process_that_dies_is_said_to_have_died() -> None:
+    with pytest.raises(BackendError, match="the board's process ended with exit code 7"):
+        NxsdkChip(RAMP, 0, dies)
+
+
+@pytest.mark.slow
+def test_what_the_process_raises_arrives_here() -> None:
+    with pytest.raises(MissingExtraError, match="no NxSDK is installed here"):
+        NxsdkChip(RAMP, 0)

@@ -1,0 +1,84 @@
+"""A device sends all that a step needs, and is refused before anything is written."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from spikeport.backends.board.nxsdk.device import RETRIES, Device
+from spikeport.backends.board.nxsdk.half import Half
+from spikeport.errors import BackendError
+from tests.helpers.images import Block, Group, Output, Parts, Route
+
+
+class Hardware:
+    """nengo-loihi's hardware interface, as far as a device calls it; it answers step numbers."""
+
+    def __init__(self, model, **settings) -> None:
+        self.model, self.settings = model, settings
+        self.sent: list = []
+        self.calls: list[object] = []
+        self.snips = SimpleNamespace(probe_data={probe: [] for probe in model.probes})
+
+    def connect(self) -> None:
+        self.calls.append("connect")
+
+    def run_steps(self, steps: int, blocking: bool) -> None:
+        self.calls.append(blocking)
+
+    def host2chip(self, spikes, errors) -> None:
+        self.sent.append((spikes, errors))
+
+    def chip2host(self, receivers) -> None:
+        for values in self.snips.probe_data.values():
+            values.append(np.array([[len(self.sent)]], dtype=np.uint8))
+
+    def close(self) -> None:
+        self.calls.append("close")
+
+
+def half(hardware: type = Hardware) -> Half:
+    snip = SimpleNamespace(recv_retries=10)
+    return Half(None, SimpleNamespace(HardwareInterface=hardware, HostSnip=snip))
+
+
+LEARNS = Parts(
+    [Block(4)],
+    [Group([[64] * 4], learning=(1, 1, -7, 10, 2.5, 2, 4))],
+    [2],
+    [Route([0, 0], input=0)],
+    [Output("voltage", [1])],
+).image()
+
+
+def test_spikes_and_all_errors_are_sent_in_each_step() -> None:
+    interface = half()
+    device = Device(LEARNS, interface, 3)
+    hardware = device._hardware
+    assert hardware.settings["snip_max_spikes_per_step"] == 2
+    assert (hardware.settings["n_chips"], hardware.settings["seed"]) == (1, 3)
+    assert interface.interface.HostSnip.recv_retries == RETRIES
+    assert [held.tolist() for held in device.step(np.array([1]), {})] == [[1]]
+    device.step(np.array([], dtype=int), {0: np.array([0.5, -0.5])})
+    held = device.step(np.array([], dtype=int), {})  # errors stay in effect
+    assert held[0].dtype == np.int32
+    spikes = [[s.tolist() for _, _, s in sent] for sent, _ in hardware.sent]
+    errors = [[e.tolist() for _, _, e in errors] for _, errors in hardware.sent]
+    assert spikes == [[[1]], [[]], [[]]]
+    assert errors == [[[0, 0]], [[0.5, -0.5]], [[0.5, -0.5]]]
+    device.close()
+    assert hardware.calls == ["connect", False, "close"]
+
+
+def test_an_image_in_a_trap_is_refused_by_the_finding() -> None:
+    image = Parts([Block(1), Block(1, vmin=-1)]).image()
+    with pytest.raises(BackendError, match=r"^NX03 refused: voltage ranges of a core: core 0"):
+        Device(image, half(), 0)
+
+
+def test_what_nengo_loihi_refuses_is_quoted() -> None:
+    def refuse(*_args: object, **_settings: object) -> None:
+        raise AssertionError("too many")
+
+    with pytest.raises(BackendError, match=r"hardware half refuses the image \(refuse: too many\)"):
+        Device(LEARNS, half(refuse), 0)  # type: ignore[arg-type]

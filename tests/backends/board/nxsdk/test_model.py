@@ -1,0 +1,37 @@
+"""An image as nengo-loihi's model, and its blocks on cores."""
+
+import numpy as np
+
+from spikeport.backends.board.nxsdk.model import Placement, model_of
+from tests.helpers.fake_board import small_image
+from tests.helpers.images import Block, Parts
+
+
+def test_placements_say_where_blocks_and_compartments_are() -> None:
+    image = Parts([Block(2, core=1), Block(3), Block(1, core=1)]).image()
+    single, packed = Placement.single(image), Placement.packed(image)
+    assert single.is_single
+    assert not packed.is_single
+    assert [blocks.tolist() for blocks in packed.blocks_of] == [[1], [0, 2]]
+    assert single.compartments(image).tolist() == [0, 1, 2, 3, 4, 5]
+    assert packed.compartments(image).tolist() == [2, 3, 4, 0, 1, 5]
+
+
+def test_outputs_are_probes_of_the_blocks_they_read() -> None:
+    image = small_image()
+    model = model_of(image, Placement.single(image))
+    assert [(probe.key, probe.slice) for probe in model.probes] == [
+        ("voltage", [[0, 1]]),
+        ("spiked", [[0, 1, 2]]),
+        ("current", [[0]]),
+    ]
+
+
+def test_blocks_without_noise_take_that_of_their_core() -> None:
+    blocks = [Block(1, noise_exp=3), Block(2, noise_exp=9, enable_noise=[0, 1]), Block(1, core=1)]
+    image = Parts(blocks).image()
+    shared = model_of(image, Placement.packed(image)).blocks
+    assert [block.compartment.noise_exp for block in shared] == [9, 9, 7]
+    alone = model_of(image, Placement.single(image)).blocks
+    assert [block.compartment.noise_exp for block in alone] == [3, 9, 7]
+    assert np.array_equal(shared[1].compartment.enable_noise, [False, True])

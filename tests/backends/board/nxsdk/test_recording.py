@@ -1,0 +1,47 @@
+"""A recording board counts what is written to it, and comes to life only where it can."""
+
+from spikeport.backends.board.nxsdk.recording import Board, Contact
+
+
+class Stepping:
+    closed = False
+
+    def close(self) -> None:
+        Stepping.closed = True
+
+
+def test_ids_are_no_numbers() -> None:
+    board = Board(1, 2, [2, 1], [[0, 0], [0]])
+    assert [core.ids for core in board.cores] == [(0, 4), (0, 5), (1, 4)]
+
+
+def test_registers_synapses_and_axons_are_counted() -> None:
+    core = Board(1, 1, [1], [[0]]).cores[0]
+    before = core.n_registers
+    core.cxCfg[0].configure(bias=1)
+    core.numUpdates.configure(numUpdates=1)
+    core.synapses[0].configure(CIdx=0, Wgt=1, synFmtId=1, LrnEn=0)
+    core.createDiscreteAxon(srcCxId=0, dstChipId=0, dstCoreId=4, dstSynMapId=2)
+    core.createPop16Axon(popId=0, srcCxId=1, srcRelCxId=3, dstChipId=0, dstCoreId=4, dstSynMapId=2)
+    assert before == 0
+    assert core.n_registers == 5
+    assert core.contacts == [Contact(0, 0, 4, 2, 0), Contact(1, 0, 4, 2, 3)]
+
+
+def test_a_board_runs_what_it_is_given_and_stops_it() -> None:
+    plain = Board(1, 1, [1], [[0]])
+    plain.run(3)
+    plain.disconnect()
+
+    class Alive(Board):
+        runs = staticmethod(lambda _board: Stepping())
+
+    board = Alive(1, 1, [1], [[0]])
+    assert not board.executor.hasStarted()
+    board.start()
+    assert board.executor.hasStarted()
+    board.run(3, aSync=True)
+    assert not Stepping.closed
+    board.disconnect()
+    assert Stepping.closed
+    assert not board.executor.hasStarted()

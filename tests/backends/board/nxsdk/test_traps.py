@@ -1,0 +1,15 @@
+"""Traps have ids in order, and findings say everything in one line."""
+
+from spikeport.backends.board.nxsdk.traps import BASES, THRESHOLDS, TRAPS, Finding
+
+
+def test_ids_are_in_order() -> None:
+    assert [trap.id for trap in TRAPS] == [f"NX{i + 1:02}" for i in range(len(TRAPS))]
+
+
+def test_a_finding_says_what_where_and_what_helps() -> None:
+    assert str(Finding(THRESHOLDS, "core 3", "8, at most 7")) == (
+        "NX01 threshold profiles of a core: core 3: 8, at most 7; "
+        "cure: one block a core: compile with -p unpacked, or compact_unpacked"
+    )
+    assert str(Finding(BASES, "g", "257, at most 256")).startswith("NX07 refused: compartment")
