@@ -1,5 +1,6 @@
 """`BoardChip`: an image on a board, at the other end of a link."""
 
+import os
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass
@@ -112,6 +113,7 @@ class BoardChip:
         self._sent_s = self._ask_again_s = 0.0
         self._late = self._at = 0
         self._closed = self._lost = False
+        self._process = os.getpid()
 
     def _greeted(self, image: ChipImage, seed: int) -> Welcome:
         """Open a session, and send the image if the board asks for it."""
@@ -167,6 +169,11 @@ class BoardChip:
         """
         if self._closed:
             raise BackendError("the chip is closed: it cannot step any more")
+        if os.getpid() != self._process:
+            raise BackendError(
+                "a forked process has no board of its own: build the simulator in the process that "
+                "runs it"
+            )
         end = self._pace.begin()
         self.figures.steps += 1
         body, flags = self._codec.pack_step(spikes, errors)

@@ -159,6 +159,13 @@ def test_a_closed_chip_does_not_step() -> None:
         chip.step(np.zeros(0, dtype=int), {})
 
 
+def test_a_fork_does_not_step_its_parents_board(monkeypatch: pytest.MonkeyPatch) -> None:
+    chip = board_chip()
+    monkeypatch.setattr("os.getpid", lambda: -1)
+    with pytest.raises(BackendError, match="a forked process has no board of its own"):
+        chip.step(np.zeros(0, dtype=int), {})
+
+
 def test_figures_are_ready_for_json() -> None:
     chip = board_chip(["loss@3"])
     equal_steps(chip, 10)

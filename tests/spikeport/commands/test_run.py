@@ -50,8 +50,8 @@ def test_unknown_names_of_run_list_what_there_is(spikeport, tmp_path):
     assert error("dance") == (
         f"error: unknown experiment 'dance'; there is: {', '.join(sorted(registry.EXPERIMENTS))}\n"
     )
-    assert error("reach", "--backend", "board") == (
-        f"error: unknown backend of reach 'board'; there is: {REACH_BACKENDS}\n"
+    assert error("reach", "--backend", "brd") == (
+        f"error: unknown backend of reach 'brd'; there is: {REACH_BACKENDS}\n"
     )
     assert error("reach", "--chip", "lohi") == (
         f"error: unknown chip 'lohi'; there is: {', '.join(chips.names())}\n"

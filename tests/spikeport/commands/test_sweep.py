@@ -104,7 +104,7 @@ def test_a_cluster_without_certificates_is_told_what_it_trusts(spikeport, counte
 
 
 KEYS = "appearance, box, calibrated, cb, m1, network_seed, preset, s1"
-BACKENDS = "analytic, native, nengo-loihi, reference"
+BACKENDS = "analytic, board, native, nengo-loihi, reference, replay"
 
 
 @pytest.mark.parametrize(
@@ -118,10 +118,10 @@ BACKENDS = "analytic, native, nengo-loihi, reference"
         (("--vary", "m1=10", "--vary", "m1=20"), "--vary m1: given twice"),
         (("--vary", "m1=10", "--set", "m1=20"), "--vary m1: also given with --set; choose one"),
         (
-            ("--vary", "backend=native,board"),
-            f"unknown backend of reach 'board'; there is: {BACKENDS}",
+            ("--vary", "backend=native,brd"),
+            f"unknown backend of reach 'brd'; there is: {BACKENDS}",
         ),
-        (("--backend", "board"), f"unknown backend of reach 'board'; there is: {BACKENDS}"),
+        (("--backend", "brd"), f"unknown backend of reach 'brd'; there is: {BACKENDS}"),
         (("--set", "m1=x"), "--set m1=x: expected a whole number"),
         (
             ("--seconds", "0"),
