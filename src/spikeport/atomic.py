@@ -24,7 +24,14 @@ def atomic_path(path: Path) -> Iterator[Path]:
 
     The file is flushed to disk before it is renamed; on an error it is removed, and what was at
     ``path`` before stays as it was. Several threads may write one path: the last one stays.
+
+    Raises
+    ------
+    UsageError
+        If a folder, a pipe or a device is there: renaming would remove a device for everybody.
     """
+    if path.exists() and not path.is_file():
+        raise UsageError(f"{path}: is not a file that can be replaced; choose another")
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = _made_anew(path)
     try:

@@ -5,6 +5,7 @@ of 1 and 2 it is belongs to the class of the error: `SpikeportError.exit_code`.
 """
 
 import io
+import os
 import sys
 import warnings
 from pathlib import Path
@@ -509,12 +510,26 @@ def main() -> None:
     if isinstance(sys.stdout, io.TextIOWrapper):  # a label may hold letters that it cannot print
         sys.stdout.reconfigure(errors="backslashreplace")
     try:
-        app(prog_name="spikeport")
+        try:
+            app(prog_name="spikeport")
+        finally:
+            _flush()
     except SpikeportError as error:
         fail(str(error), error.exit_code)
     except OSError as error:
         reason = error.strerror or ", ".join(map(str, error.args))
         fail(f"{error.filename or 'system'}: {reason}", 1)
+
+
+def _flush() -> None:
+    """Write what was printed while a full disk can be named: at its end, Python only warns."""
+    if sys.stdout is None:  # as a shell closes it, with >&-
+        return
+    try:
+        sys.stdout.flush()
+    except OSError:
+        sys.stdout = open(os.devnull, "w")  # noqa: SIM115 (what could not be written stays in it)
+        raise
 
 
 def warn(

@@ -80,7 +80,7 @@ def test_a_full_disk_leaves_the_old_file_and_names_it(tmp_path, monkeypatch, ste
 
 def test_a_folder_is_not_replaced(tmp_path):
     (tmp_path / "a").mkdir()
-    with pytest.raises(IsADirectoryError):
+    with pytest.raises(UsageError, match="is not a file that can be replaced"):
         write_text(tmp_path / "a", "x")
     assert names(tmp_path) == ["a"]
 
@@ -133,3 +133,16 @@ def test_a_lock_ends_with_the_process_that_holds_it(tmp_path):
         holder.kill()
     with locked(tmp_path):
         pass
+
+
+@pytest.mark.parametrize("link", [False, True])
+def test_what_is_no_file_is_not_replaced(tmp_path, link):
+    pipe, path = tmp_path / "pipe", tmp_path / "link"
+    os.mkfifo(pipe)
+    path.symlink_to(pipe)
+    path = path if link else pipe
+    with pytest.raises(UsageError) as caught:
+        write_text(path, "text")
+    assert str(caught.value) == f"{path}: is not a file that can be replaced; choose another"
+    assert pipe.is_fifo()
+    assert len(list(tmp_path.iterdir())) == 2

@@ -1,5 +1,6 @@
 """The command line as a whole; each command is tested in tests/spikeport/commands."""
 
+import os
 import subprocess
 import sys
 
@@ -79,3 +80,16 @@ def test_help_does_not_wait_for_nengo():
     )
     process = subprocess.run([sys.executable, "-c", code], capture_output=True, timeout=60)
     assert process.returncode == 0
+
+
+def test_a_full_disk_behind_the_output_is_one_line():
+    code = "from spikeport import cli; cli.app = lambda **_: print('x'); cli.main()"
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(
+            [sys.executable, "-c", code],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            env={**os.environ, "PYTHONUNBUFFERED": ""},  # the last flush fails, and not the first
+        )
+    assert (done.returncode, done.stderr) == (1, "error: system: No space left on device\n")
