@@ -116,7 +116,8 @@ def test_the_result_has_every_field(loihi):
     result = loihi.result
     assert list(result) == [
         *("schema", "command", "experiment", "backend", "seconds", "seeds", "settings"),
-        *("metrics", "activity", "image_digest", "resources", "energy", "timing", "versions"),
+        *("metrics", "activity", "link", "image_digest", "resources", "energy", "timing"),
+        "versions",
     ]
     assert result["command"] == ["spikeport", "run"]
     assert (result["experiment"], result["backend"]) == ("reach", "nengo-loihi")

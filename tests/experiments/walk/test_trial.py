@@ -122,7 +122,8 @@ def test_the_result_has_every_field(exact):
     result = exact[1]
     assert list(result) == [
         *("schema", "command", "experiment", "backend", "seconds", "seeds", "settings"),
-        *("metrics", "activity", "image_digest", "resources", "energy", "timing", "versions"),
+        *("metrics", "activity", "link", "image_digest", "resources", "energy", "timing"),
+        "versions",
     ]
     assert list(result["metrics"]) == [*METRICS, "spikes_per_second", "real_time_factor"]
     assert result["settings"]["path"] == "line"
