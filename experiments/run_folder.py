@@ -102,8 +102,15 @@ def _version(package: str) -> str | None:
 
 def write_probes(folder: Path, dataset: "xr.Dataset") -> None:
     """Write ``probes.nc``."""
-    with atomic_path(folder / "probes.nc") as temporary:
-        dataset.to_netcdf(temporary, engine="h5netcdf")
+    write_dataset(folder / "probes.nc", dataset)
+
+
+def write_dataset(path: Path, dataset: "xr.Dataset") -> None:
+    """Write time series as netCDF, whole or not at all."""
+    # In memory first: on a full disk HDF5's library ends the process instead of raising an error.
+    content = dataset.to_netcdf(engine="h5netcdf")
+    with atomic_path(path) as temporary:
+        temporary.write_bytes(content)
 
 
 def write_figure(folder: Path, figure: "Figure") -> None:

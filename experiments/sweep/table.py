@@ -5,7 +5,7 @@ from typing import Any
 import pandas as pd
 import xarray as xr
 
-from spikeport.atomic import atomic_path
+from spikeport.experiments.run_folder import write_dataset
 from spikeport.experiments.sweep.folder import SweepFolder
 from spikeport.experiments.sweep.plan import Sweep
 
@@ -40,5 +40,4 @@ def _numbers(metrics: dict[str, Any]) -> dict[str, float | None]:
 
 def write_table(folder: SweepFolder, dataset: xr.Dataset) -> None:
     """Write ``table.nc``."""
-    with atomic_path(folder.path / "table.nc") as temporary:
-        dataset.to_netcdf(temporary, engine="h5netcdf")
+    write_dataset(folder.path / "table.nc", dataset)

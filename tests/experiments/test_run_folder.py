@@ -1,5 +1,7 @@
 import json
 import platform
+import subprocess
+import sys
 from importlib import metadata
 from pathlib import Path
 
@@ -136,3 +138,24 @@ def test_the_last_states_replace_an_earlier_run(tmp_path):
     assert names(tmp_path) == ["last_states.npz"]
     with np.load(path) as file:
         assert {name: file[name].shape for name in file.files} == {"time_s": (3,), "qpos": (3, 26)}
+
+
+FULL = """
+import resource, sys
+import numpy as np, xarray as xr
+from pathlib import Path
+from spikeport.experiments.run_folder import write_probes
+
+resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
+try:
+    write_probes(Path(sys.argv[1]), xr.Dataset({"a": ("t", np.arange(10_000.0))}))
+except OSError as error:
+    print("refused:", error.strerror)
+"""
+
+
+def test_a_full_disk_is_an_error_and_not_the_end_of_the_process(tmp_path):
+    command = [sys.executable, "-c", FULL, str(tmp_path)]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert (done.returncode, done.stdout) == (0, "refused: File too large\n")
+    assert names(tmp_path) == []
