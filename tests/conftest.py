@@ -27,6 +27,14 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     items.sort(key=lambda item: item.path not in slow)
 
 
+@pytest.fixture(autouse=True)
+def _own_path() -> Iterator[None]:
+    """Forget folders of user code: a module there would stand in for one of Python's elsewhere."""
+    before = sys.path[:]
+    yield
+    sys.path[:] = before
+
+
 def _foreign_environment() -> dict[str, str]:
     """This environment, without what would let Python find the checkout."""
     return {k: v for k, v in os.environ.items() if not k.startswith("PYTHON")}

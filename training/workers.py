@@ -9,11 +9,14 @@ import multiprocessing
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from datetime import timedelta
 from pathlib import Path
 from typing import NamedTuple, TypeVarTuple
 
 from torch import distributed
 
+MEETING = timedelta(minutes=5)
+"""Time in which all processes must meet, and in which each must answer another."""
 Arguments = TypeVarTuple("Arguments")
 
 
@@ -26,7 +29,11 @@ class Worker(NamedTuple):
     def join(self, meeting: str) -> None:
         """Meet the others; ``meeting`` is the address of a file that all can reach."""
         distributed.init_process_group(
-            "gloo", init_method=meeting, rank=self.rank, world_size=self.world_size
+            "gloo",
+            init_method=meeting,
+            rank=self.rank,
+            world_size=self.world_size,
+            timeout=MEETING,  # a process that ended as it began would be waited for without end
         )
 
 

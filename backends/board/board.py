@@ -17,7 +17,7 @@ from spikeport.backends.board.messages import BodyError, Codec, Totals
 from spikeport.backends.chip import Chip
 from spikeport.backends.step_log import MessageCounts, StepLog
 from spikeport.compile.image.chip_image import ChipImage
-from spikeport.errors import SpikeportError
+from spikeport.errors import SpikeportError, printable
 
 IMAGE_BYTES = 256 << 20
 """Size of the largest image's file that a board takes."""
@@ -80,7 +80,7 @@ class Board:
         except (BodyError, SpikeportError) as error:
             number = 0 if self.session is None else self.session.number
             self.end()
-            yield Frame(Kind.REFUSAL, number, frame.step, str(error).encode())
+            yield Frame(Kind.REFUSAL, number, frame.step, printable(str(error)).encode())
 
     def _answer(self, frame: Frame) -> Iterator[Frame]:
         if frame.version != VERSION:

@@ -18,6 +18,7 @@ from spikeport.experiments.sweep.plan import Sweep
 from spikeport.experiments.sweep.table import table
 from spikeport.networks.operational_space import OperationalSpaceLaw
 from spikeport.robot.arm import ArmDynamics
+from tests.helpers import stages
 from tests.helpers.sweeps import VARIED, finish
 
 
@@ -85,7 +86,8 @@ def spikeport(
         monkeypatch.setattr(sys, "argv", ["spikeport", *map(str, arguments)])
         with pytest.raises(SystemExit) as end:
             main()
-        return (int(end.value.code or 0), *capsys.readouterr())
+        out, err = capsys.readouterr()
+        return int(end.value.code or 0), out, stages.taken_out(err)
 
     return command
 

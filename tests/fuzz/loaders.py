@@ -24,6 +24,7 @@ from spikeport.commands.diff import changes
 from spikeport.commands.step import by_step
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.loihi.events import event_steps
+from spikeport.errors import UsageError
 from spikeport.experiments import calibration
 from spikeport.experiments.calibration import DecoderCalibration
 from spikeport.experiments.policy.observations import read_observations
@@ -172,12 +173,20 @@ def _answered(path: Path) -> None:
     splitter.feed(path.read_bytes())
     while (frame := splitter.next()) is not None:
         number = 0 if board.session is None else board.session.number
-        list(board.answer(frame._replace(session=number)))
+        _check_answers(path, board, frame._replace(session=number))
+    if splitter.bad:
+        raise UsageError(f"{path}: {splitter.bad} frames skipped")
+
+
+def _check_answers(path: Path, board: Board, frame: Frame) -> None:
+    for answer in board.answer(frame):
+        if answer.kind == Kind.REFUSAL:
+            raise UsageError(f"{path}: {answer.body.decode()}")
 
 
 def _bodies(folder: Path) -> None:
     image = small_image()
-    body, flags = Codec(image).pack_step(spike_train(1)[0], {2: np.ones(3)})
+    body, flags = Codec(image).pack_step(spike_train(1)[0], {})
     (folder / "hello.body").write_bytes(bytes([Kind.HELLO, 0]) + Hello(image.digest, 0).pack())
     (folder / "step.body").write_bytes(bytes([Kind.STEP, flags]) + body)
     (folder / "image.body").write_bytes(bytes([Kind.IMAGE, 0]) + image.to_bytes())
@@ -193,7 +202,7 @@ def _answered_whole(path: Path) -> None:
     for frame in opening:
         list(board.answer(frame))
     number, step = (0, 0) if board.session is None else (board.session.number, 1)
-    list(board.answer(Frame(kind, number, step, path.read_bytes()[2:], flags)))
+    _check_answers(path, board, Frame(kind, number, step, path.read_bytes()[2:], flags))
 
 
 def _nir(folder: Path) -> None:

@@ -1,6 +1,5 @@
 """The command line, in this process and in one of its own, and a network that a user wrote."""
 
-import re
 import signal
 import subprocess
 import sys
@@ -11,6 +10,7 @@ from typing import NamedTuple
 import pytest
 
 from spikeport.cli import main
+from tests.helpers import stages
 
 SCRIPT = Path(sys.executable).with_name("spikeport")
 
@@ -109,10 +109,6 @@ def returns_text():
 """
 
 
-STAGE = re.compile(r"^\[ *\d+\.\d s\] .*\n", re.MULTILINE)
-"""A line of progress, see `spikeport.commands.progress`."""
-
-
 class Done(NamedTuple):
     """How a command ended, and what it printed, but for lines of progress."""
 
@@ -124,7 +120,7 @@ class Done(NamedTuple):
 @pytest.fixture
 def without_stages() -> Callable[[str], str]:
     """Take the lines of progress out of an error stream."""
-    return lambda err: STAGE.sub("", err)
+    return lambda err: stages.taken_out(err)
 
 
 @pytest.fixture

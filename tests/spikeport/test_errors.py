@@ -36,7 +36,8 @@ def test_the_tree_is_whole():
         for name, value in vars(errors).items()
         if inspect.isclass(value) and issubclass(value, errors.SpikeportError)
     }
-    assert found == {"SpikeportError", *TREE}
+    assert found == {"SpikeportError", "BoardLostError", *TREE}
+    assert errors.BoardLostError.__bases__ == (errors.BackendError,)
     assert errors.SpikeportError.__bases__ == (Exception,)
 
 

@@ -85,7 +85,7 @@ def test_a_missing_name_lists_the_networks_alone(tmp_path):
 
 
 def test_a_missing_name_in_a_file_without_networks_says_so(tmp_path):
-    path = tmp_path / "numbers.py"
+    path = tmp_path / "no_network.py"
     path.write_text("number = 1\n", encoding="utf-8")
     assert refusal(f"{path}:number") == f"unknown network of {path} 'number'; there is none in it"
     assert refusal(path) == (

@@ -52,7 +52,7 @@ def run(request: CalibrateRequest) -> None:
 
 
 def _check(request: CalibrateRequest, experiment: Experiment) -> None:
-    backends = [name for name in experiment.backends if name != WITHOUT_NEURONS]
+    backends = [name for name in experiment.backends if name not in (WITHOUT_NEURONS, "replay")]
     backend = request.target.backend
     if backend not in backends:
         raise unknown(f"backend with neurons of {experiment.name}", backend, backends)

@@ -127,5 +127,5 @@ def test_the_loss_to_rounding_can_be_measured():
     from spikeport.backends.loss import measure
 
     net = network(IntegrateAndFire(2.0**15, 0.5, 0.1), np.full((5, 2), 7000.0))
-    loss = measure(spikeport.compile_network(net), 0.1, 0, lambda *_: None).loss
+    loss = measure(net, spikeport.compile_network(net), 0.1, 0, lambda *_: None).loss
     assert 0 <= loss.output_error < 0.2

@@ -34,7 +34,7 @@ def test_the_name_of_a_pipeline_stands_for_its_passes() -> None:
 
 
 def test_a_pipeline_has_no_options() -> None:
-    with pytest.raises(UsageError, match="unknown pass 'compact'"):
+    with pytest.raises(UsageError, match="'compact' is a whole pipeline: write it alone"):
         parse("compact{effort=2}")
 
 
