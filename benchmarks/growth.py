@@ -35,7 +35,7 @@ HEADS = ("network", "n", "pipeline", "CPU s", "cores", "peak MB", "estimate MB",
 
 
 class Row(NamedTuple):
-    """What one compile took."""
+    """CPU time, cores, and memory, in bytes, of one compile."""
 
     cpu_s: float
     cores: int

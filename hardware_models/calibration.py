@@ -1,4 +1,4 @@
-"""What each event costs in energy and time, as one source has it."""
+"""Costs of events in energy and time, as one source has them."""
 
 from functools import partial
 from typing import Annotated
@@ -77,5 +77,5 @@ class EnergyCalibration(Strictly):
 
     @property
     def has_times(self) -> bool:
-        """Whether the time of anything has a public figure."""
+        """True if the time of any event has a public figure."""
         return bool(self.barrier) or any(figure is not None for _, figure in self.times)

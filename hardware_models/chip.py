@@ -19,7 +19,7 @@ BUILT_IN = Path(__file__).parent / "chips"
 
 
 class Limits(Strictly):
-    """What a chip has of each resource: cores per chip, chips per board, the rest per core.
+    """The limits of a chip: cores per chip, chips per board, the rest per core.
 
     None: not public, which is not unlimited. Nothing is checked against such a limit, and reports
     name it.
@@ -42,7 +42,7 @@ class Limits(Strictly):
 
 
 class SynapseMemory(Strictly):
-    """How a core stores synapses: lists of words, each list with a header.
+    """The memory for a core's synapses: lists of words, each list with a header.
 
     ``population_32_slots`` is what an output axon to synapses of population type 32 takes.
     """
@@ -78,7 +78,7 @@ class Powers(Strictly):
 
 
 class ChipModel(Strictly):
-    """All there is to know about a chip, in SI units, every figure with its source.
+    """A chip as data, in SI units, every figure with its source.
 
     Parameters
     ----------

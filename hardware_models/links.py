@@ -1,4 +1,4 @@
-"""What messages between cores ask of the links of a board."""
+"""The load that messages between cores put on the links of a board."""
 
 from typing import NamedTuple
 
@@ -9,7 +9,7 @@ from spikeport.hardware_models.topology import chip_of, tile_xy
 
 
 class Cost(NamedTuple):
-    """What messages cost on their way, the more important first.
+    """The cost of messages on their way, the more important part first.
 
     Messages between chips, messages on the fullest link between two neighbouring tiles in one
     direction, and hops between tiles.
@@ -21,7 +21,7 @@ class Cost(NamedTuple):
 
 
 class Usage(NamedTuple):
-    """What sets of messages ask, each array with a row for each set.
+    """The load of sets of messages, each array with a row for each set.
 
     Messages between chips, (n,); messages on each link between two tiles in one direction,
     (n, n_links); and hops between tiles, (n,).
@@ -56,14 +56,14 @@ class Links:
         return distance
 
     def cost(self, source: np.ndarray, target: np.ndarray, messages: np.ndarray) -> Cost:
-        """What messages cost between cores, each an (n,) array."""
+        """Return the cost of messages between cores, each an (n,) array."""
         usage = self.usage(source, target, messages, np.zeros(len(messages), dtype=int), 1)
         return Cost(int(usage.between_chips[0]), int(usage.links.max()), int(usage.hops[0]))
 
     def usage(
         self, source: np.ndarray, target: np.ndarray, messages: np.ndarray, of: np.ndarray, n: int
     ) -> Usage:
-        """What each of n sets of messages asks.
+        """Return the load of each of n sets of messages.
 
         ``of`` is the number of each message's set, an array like the others. A negative number of
         messages takes as many away.

@@ -69,7 +69,7 @@ class Plant:
 
     @property
     def anchored(self) -> bool:
-        """Whether the pelvis is welded to the world at present."""
+        """True while the pelvis is welded to the world."""
         return bool(self.data.eq_active[self._weld])
 
     def reset(
@@ -197,7 +197,7 @@ class Plant:
         self.data.ctrl[index] = np.minimum(np.maximum(torques, weakest), strongest)
 
     def _enters(self, mode: object, joints: Sequence[str]) -> bool:
-        """Whether joints change to a mode: to change takes longer than a step of the physics."""
+        """Return whether joints change to a mode; a change takes longer than a physics step."""
         together = tuple(joints)
         if self._modes.get(together) == mode:
             return False

@@ -57,7 +57,7 @@ class Line(Protocol):
 
     @property
     def bad(self) -> int:
-        """How often bytes came that were no frame."""
+        """The number of times that bytes were skipped, because they were no frame."""
 
     def close(self) -> None:
         """Hang up."""
@@ -79,9 +79,6 @@ class SocketLine:
         self._socket = connected
         self._splitter = Splitter()
         self._name = name
-        self._arrival, self._room = select.poll(), select.poll()
-        self._arrival.register(connected, select.POLLIN)
-        self._room.register(connected, select.POLLOUT)
 
     def fileno(self) -> int:
         """Return the number by which selectors know the socket."""
@@ -89,7 +86,7 @@ class SocketLine:
 
     @property
     def bad(self) -> int:
-        """How often bytes came that were no frame."""
+        """The number of times that bytes were skipped, because they were no frame."""
         return self._splitter.bad
 
     def send(self, frame: Frame) -> None:
@@ -103,7 +100,7 @@ class SocketLine:
             try:
                 left = left[self._socket.send(left) :]
             except NOT_YET:
-                if not self._room.poll(1000 * SEND_S):
+                if not select.select([], [self._socket], [], SEND_S)[1]:
                     raise self._lost("it does not read") from None
             except OSError as error:
                 raise self._lost(error.strerror or str(error)) from None
@@ -112,8 +109,7 @@ class SocketLine:
         """Return the next frame, or None if none came in time; see `Line.receive`."""
         end = time.perf_counter() + within_s
         while (frame := self._splitter.next()) is None:
-            left_s = max(0.0, end - time.perf_counter())
-            if not (self._is_buffered() or self._arrival.poll(1000 * left_s)):
+            if not self._has_arrived(max(0.0, end - time.perf_counter())):
                 return None
             self._take()
         return frame
@@ -126,6 +122,13 @@ class SocketLine:
             while (frame := self._splitter.next()) is not None:
                 yield frame
             more = self._is_buffered()
+
+    def _has_arrived(self, within_s: float) -> bool:
+        """Return whether bytes are there, or come in time."""
+        if self._socket.fileno() < 0:
+            raise self._lost("it is closed")
+        # poll() would round up to whole milliseconds, which is a step of real time
+        return self._is_buffered() or bool(select.select([self._socket], [], [], within_s)[0])
 
     def _is_buffered(self) -> bool:
         """Return whether TLS holds bytes that a selector knows nothing of."""

@@ -63,7 +63,7 @@ class NothingOnChipError(DoesNotFitError):
 
     @property
     def verdict(self) -> str:
-        """What becomes of the network."""
+        """The place where the network runs instead, in words."""
         used = self.violations[0].used
         return (
             f"no ensemble of the network is on the chip ({used}): all of it runs on the host, in "

@@ -60,7 +60,7 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
 
     @property
     def exact_follower(self) -> bool:
-        """Whether the path follower is computed without neurons."""
+        """True if the path follower is computed without neurons."""
         return self.options.backend == "analytic" or self.settings.follower == "exact"
 
     def path(self) -> WalkPath:

@@ -32,7 +32,7 @@ Operations = Mapping[str, Callable[..., object]]
 
 @dataclass(frozen=True, eq=False)
 class Chain:
-    """What operations have made of the observation; arithmetic with arrays goes on with it.
+    """The observation after some operations; arithmetic with arrays goes on with it.
 
     Attributes
     ----------
@@ -79,7 +79,7 @@ class Chain:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """That of its matrix."""
+        """The shape of its matrix."""
         return self.matrix.shape
 
     @property

@@ -50,19 +50,19 @@ class Robot(BaseModel):
 
 
 class Scene(BaseModel):
-    """What is simulated."""
+    """The part of a description that says what is simulated."""
 
     robot: Robot
 
 
 class Physics(BaseModel):
-    """Of the simulation: its step, in s."""
+    """The simulation, of which the step, in s, is read."""
 
     dt: float
 
 
 class Action(BaseModel):
-    """What becomes of the actions: target = default pose + scale * action."""
+    """The meaning of actions: target = default pose + scale * action."""
 
     class_type: str
     joint_names: list[str]

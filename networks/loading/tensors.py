@@ -60,7 +60,7 @@ class Storage:
 
     @property
     def type(self) -> np.dtype[Any]:
-        """That of its numbers."""
+        """The type of its numbers."""
         return np.dtype(TYPES[self.kind]).newbyteorder(self.order)
 
     def numbers(self) -> np.ndarray:

@@ -14,7 +14,7 @@ PART = ".part"
 
 
 def is_leftover(path: Path) -> bool:
-    """Whether a file is one that an interrupted program left half written."""
+    """Return whether a file is one that an interrupted program left half written."""
     return path.name.startswith(".") and PART in path.suffixes
 
 

@@ -17,6 +17,7 @@ import typer.core
 from spikeport import __version__
 from spikeport.commands.options import (
     ChipOption,
+    FaultsOption,
     Link,
     PassesOption,
     RunOptions,
@@ -413,15 +414,7 @@ def board_serve_command(
     machine: Annotated[
         str, typer.Option("--machine", help="The chip: native, nengo-loihi, snips or nxsdk.")
     ] = "native",
-    fault: Annotated[
-        list[str],
-        typer.Option(
-            metavar="KIND@STEP",
-            help="A fault of the link; repeatable.",
-            default_factory=list,
-            show_default=False,
-        ),
-    ],
+    fault: FaultsOption,
     once: Annotated[bool, typer.Option("--once", help="End after one session.")] = False,
     idle: Annotated[
         float | None,

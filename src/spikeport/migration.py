@@ -27,8 +27,8 @@ def check_target(target: object, backend: str) -> None:
     """
     if target == "loihi":
         raise UsageError(
-            "target='loihi': no board is driven from here; leave it out: the emulator computes the "
-            "same integers, and sim.image.save(PATH) keeps what a board would hold"
+            "target='loihi': a board is a backend here; give backend='board', which starts a stub, "
+            "or with link=LinkOptions(board=ADDRESS) reaches one that `spikeport board serve` runs"
         )
     if target == registry.FLOAT_EMULATION:
         registry.get(registry.FLOAT_EMULATION)  # refuses it, with what replaces it
@@ -48,8 +48,8 @@ def check_hardware_options(options: Mapping[str, object] | None) -> None:
     """Refuse options of boards; UsageError names them."""
     if options:
         raise UsageError(
-            f"hardware_options: {', '.join(sorted(options))}: options of NxSDK's boards, none of "
-            "which is driven from here; leave them out"
+            f"hardware_options: {', '.join(sorted(options))}: options of NxSDK, which the process "
+            "that is the board drives, `spikeport board serve --machine nxsdk`; leave them out"
         )
 
 

@@ -186,7 +186,7 @@ class Simulator:
         return self._execution.link
 
     def report(self) -> dict[str, Any]:
-        """What the compiled network takes, with energy and time where steps were run."""
+        """Return the report of the compile, with energy and time where steps were run."""
         if self.compilation is None:
             raise UsageError("nothing of the network is compiled for a chip: there is no report")
         return self.compilation.report.to_dict(self.activity if self.n_steps else None)

@@ -84,7 +84,7 @@ class FakeLine:
 
     @property
     def bad(self) -> int:
-        """How often bytes came that were no frame."""
+        """The number of times that bytes were skipped, because they were no frame."""
         return self._splitter.bad
 
     def send(self, frame: Frame) -> None:

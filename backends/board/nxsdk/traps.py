@@ -14,7 +14,7 @@ SINGLE = "one block a core: compile with -p unpacked, or compact_unpacked"
 
 
 class Trap(NamedTuple):
-    """What can go wrong: its id, its name, whether nengo-loihi refuses it, and the cure."""
+    """A way to go wrong: its id and name, whether nengo-loihi refuses it, and the cure."""
 
     id: str
     name: str

@@ -1,4 +1,4 @@
-"""What the chip does otherwise than NIR's equations, population by population, in words."""
+"""Differences between the chip and NIR's equations, population by population, in words."""
 
 from collections.abc import Iterator
 

@@ -117,7 +117,7 @@ def _h5py() -> ModuleType:
 
 
 class _Reader:
-    """What reading a file may still take."""
+    """A reader of one file, with what is left of its bytes, objects and letters."""
 
     def __init__(self, h5py: ModuleType) -> None:
         self._h5py = h5py

@@ -62,7 +62,7 @@ class Population:
 
     @property
     def spikes(self) -> bool:
-        """Whether the neurons spike; others are read."""
+        """True if the neurons spike; others are read."""
         return self.node.kind not in READOUTS
 
 

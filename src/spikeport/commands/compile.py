@@ -116,7 +116,7 @@ def _check_run(seconds: float | None) -> None:
 
 
 def _reckoned(compilation: Compilation, stated: Rates | None) -> Findings:
-    """What is known without a run: with rates, also what it costs at them."""
+    """Return the findings without a run: with rates, also the costs at them."""
     if stated is None:
         return Findings(compilation.report)
     image = compilation.image

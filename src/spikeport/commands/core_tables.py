@@ -1,4 +1,4 @@
-"""What every core and every module takes, as tables."""
+"""Tables of what every core and every module takes."""
 
 from rich.box import SIMPLE_HEAD
 from rich.markup import escape
@@ -35,7 +35,7 @@ def core_table(report: Report, activity: Activity | None) -> Table:
 
 
 def _core_costs(chip: ChipModel, activity: Activity) -> dict[str, list[str]]:
-    """What a step costs on each core, by calibration."""
+    """Return the energy of a step on each core, in words, by calibration."""
     return {
         c.name: [
             core.energy_step.format() if core.energy_step else NO_FIGURE
@@ -46,7 +46,7 @@ def _core_costs(chip: ChipModel, activity: Activity) -> dict[str, list[str]]:
 
 
 def module_table(chip: ChipModel, modules: Modules) -> Table:
-    """What a step of every module costs in energy, messages apart."""
+    """Return the table of the energy of a step of every module, without messages."""
     table = Table("module", title="modules, without messages", box=SIMPLE_HEAD)
     spent = modules.energies(chip)
     for name in spent:

@@ -1,4 +1,4 @@
-"""What `spikeport compile` says of a NIR graph: what the chip does otherwise, and how it agrees."""
+"""Lines of `spikeport compile` on a NIR graph: where the chip differs, and how far it agrees."""
 
 from collections.abc import Iterator
 

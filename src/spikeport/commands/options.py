@@ -56,6 +56,17 @@ SettingsOption = Annotated[
 ]
 
 
+FaultsOption = Annotated[
+    list[str],
+    typer.Option(
+        metavar="KIND@STEP",
+        help="A fault of a stub's link, also slow=MS@STEP or KIND:SHARE; repeatable.",
+        default_factory=list,
+        show_default=False,
+    ),
+]
+
+
 @dataclass(frozen=True, kw_only=True)
 class Target:
     """The backend and chip that an experiment runs on, and the passes of its compile."""
@@ -94,15 +105,7 @@ class Link:
     hold: Annotated[
         int, typer.Option(help="In real time, steps for which outputs are held.", min=0, max=1000)
     ] = 5
-    fault: Annotated[
-        list[str],
-        typer.Option(
-            metavar="KIND@STEP",
-            help="A fault of the stub, also slow=MS@STEP or KIND:SHARE; repeatable.",
-            default_factory=list,
-            show_default=False,
-        ),
-    ]
+    fault: FaultsOption
     record: Annotated[Path | None, written("File to record the board's session in.")] = None
     replay: Annotated[Path | None, typer.Option(help="A record for the backend replay.")] = None
 

@@ -72,7 +72,7 @@ def printer(chosen: str | None, passes: str) -> Observer:
 
 
 def pass_lines(report: Report) -> Iterator[str]:
-    """What passes did, one line a pass: ``pack: cores 26 -> 6``, ``decode_path: 3 direct``."""
+    """Yield a line for each pass: ``pack: cores 26 -> 6``, ``decode_path: 3 direct``."""
     for done in report.passes:
         notes = {key: note for key, note in done["notes"].items() if isinstance(note, dict)}
         if parts := [*_changes(notes), *_choices(notes)]:
@@ -93,6 +93,6 @@ def _figure(value: float | None) -> str:
 
 
 def _choices(notes: Mapping[str, Json]) -> Iterator[str]:
-    """How often each thing was chosen."""
+    """Yield each thing that was chosen, and how often."""
     chosen = Counter(note["chosen"] for note in notes.values() if "chosen" in note)
     yield from (f"{n:,} {what}" for what, n in sorted(chosen.items()))

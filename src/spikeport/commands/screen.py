@@ -21,7 +21,7 @@ MOST_NAMED = 3
 
 @dataclass(frozen=True)
 class Findings:
-    """All that is known of a compile.
+    """The findings on a compile.
 
     ``activity`` holds the counts of a run, or those expected at ``rates``, ``modules`` the same by
     module.

@@ -96,7 +96,7 @@ def _where_it_goes(spent: EnergyReport) -> str:
 
 
 def cost_notes(chip: ChipModel, activity: Activity) -> Iterator[str]:
-    """Where the figures of a table of costs are from."""
+    """Yield the sources of a table of costs."""
     for calibration in chip.calibrations:
         missing = energy(activity, chip, calibration).missing
         absent = f"; not public: {', '.join(missing)}" if missing else ""
@@ -107,7 +107,7 @@ def cost_notes(chip: ChipModel, activity: Activity) -> Iterator[str]:
 
 
 def against_float(loss: Loss) -> str:
-    """How far probes are off those of the network as it was written."""
+    """Return the error of probes against the network as it was written, in words."""
     if loss.network_error is None:
         return "not compared with float Nengo: no value is probed, or input is random"
     return (
@@ -116,7 +116,7 @@ def against_float(loss: Loss) -> str:
 
 
 def loss_table(loss: Loss) -> Table:
-    """What rounding cost the outputs, largest share first."""
+    """Return the table of what rounding cost the outputs, largest share first."""
     title = f"loss to rounding: outputs {100 * loss.output_error:.2g} % off, {loss.n_steps:,} steps"
     floor = f"a change in the last bit alone: {100 * loss.floor:.2g} %"
     caption = f"{floor}; {against_float(loss)}"
