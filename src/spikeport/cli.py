@@ -19,6 +19,7 @@ from spikeport.commands.options import (
     ChipOption,
     FaultsOption,
     Link,
+    NoCache,
     PassesOption,
     RunOptions,
     SecondsOption,
@@ -133,6 +134,7 @@ def compile_command(
         bool, typer.Option("--cores", help="Print the tables of all cores and modules.")
     ] = False,
     build_timeout: BuildTimeout = None,
+    no_cache: NoCache = False,
     explain: Annotated[
         str | None,
         typer.Option(
@@ -383,6 +385,7 @@ def sweep_command(
     settings: SettingsOption,
     probes: Annotated[bool, typer.Option("--probes", help="Keep the time series too.")] = False,
     out: Annotated[Path | None, written("Folder; a sweep that is there goes on.")] = None,
+    no_cache: NoCache = False,
     workers: Workers,
 ) -> None:
     """Run an experiment at many settings, each from several seeds; resumes where it was."""
@@ -400,6 +403,16 @@ def sweep_command(
         probes=probes,
     )
     raise typer.Exit(run(request))
+
+
+@app.command("cache")
+def cache_command(
+    clear: Annotated[bool, typer.Option("--clear", help="Remove all of it.")] = False,
+) -> None:
+    """Show what is kept from run to run: calibrations and rehearsals."""
+    from spikeport.commands.cache import run
+
+    run(clear)
 
 
 board_app = typer.Typer(help="Boards at the end of a link, and records of them.")
