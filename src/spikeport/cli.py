@@ -78,6 +78,7 @@ ExperimentName = Annotated[str, typer.Argument(help="The experiment, e.g. reach.
 ImageFile = Annotated[Path, typer.Argument(help="The image.npz that a compile wrote.")]
 ImageFolder = Annotated[Path | None, written("Folder to write image and report to.")]
 ReportFile = Annotated[Path | None, written("File to write the report to.")]
+ReportPage = Annotated[Path | None, written("File of the report as a page, for a browser.")]
 
 
 def explained(rule: str | None) -> None:
@@ -118,6 +119,7 @@ def compile_command(
     ] = None,
     out: ImageFolder = None,
     json: ReportFile = None,
+    html: ReportPage = None,
     passes: PassesOption = None,
     offload: Annotated[
         bool, typer.Option("--offload", help="Move what breaks a rule to the host, and say what.")
@@ -144,6 +146,7 @@ def compile_command(
 ) -> None:
     """Compile a network: say whether it fits, what it costs and what it loses."""
     from spikeport.commands.compile import CompileRequest, run
+    from spikeport.commands.destinations import Destinations
     from spikeport.compile.report.budget import Budget
 
     run(
@@ -151,8 +154,7 @@ def compile_command(
             network=network,
             chip=chip,
             settings=settings,
-            out=out,
-            json=json,
+            to=Destinations(out=out, json=json, html=html),
             rates=rate_hz or [],
             loss_s=loss,
             budget=Budget(cores=max_cores, power_w=max_power, step_us=max_step_us),
@@ -268,9 +270,11 @@ def convert_command(
     seed: SeedOption = 0,
     out: ImageFolder = None,
     json: ReportFile = None,
+    html: ReportPage = None,
 ) -> None:
     """Convert a perceptron into spikes: what it takes on the chip, and the error of each layer."""
     from spikeport.commands.convert import ConvertRequest, run
+    from spikeport.commands.destinations import Destinations
 
     run(
         ConvertRequest(
@@ -283,8 +287,7 @@ def convert_command(
             chip=chip,
             passes=passes,
             seed=seed,
-            out=out,
-            json=json,
+            to=Destinations(out=out, json=json, html=html),
         )
     )
 
@@ -293,11 +296,12 @@ def convert_command(
 def diff_command(
     a: Annotated[Path, typer.Argument(help="A report, or the folder of a compile or run.")],
     b: Annotated[Path, typer.Argument(help="Another.")],
+    html: ReportPage = None,
 ) -> None:
     """Compare two compiles or runs: exits with 1 if any figure differs, else 0."""
     from spikeport.commands.diff import run
 
-    raise typer.Exit(run(a, b))
+    raise typer.Exit(run(a, b, html))
 
 
 @app.command("run")
