@@ -43,7 +43,8 @@ def test_files_that_are_no_reports_are_refused(spikeport, two, tmp_path):
     report = json.loads((two[1] / "report.json").read_text())
     file.write_text(json.dumps(report | {"schema": 99}))
     assert error(file) == f"{file}: report schema 99, this spikeport reads 2; write it again"
-    file.write_text(json.dumps(report | {"experiment": "reach", "resources": None}))
+    result = {"schema": RESULT_SCHEMA, "experiment": "reach", "resources": None}
+    file.write_text(json.dumps(report | result))
     assert error(file) == f"{file}: the run was on no chip: it has no resources to compare"
     assert error(tmp_path) == f"{tmp_path}: has neither report.json nor result.json"
 
