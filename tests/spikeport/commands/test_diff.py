@@ -4,6 +4,8 @@ import json
 
 import pytest
 
+from spikeport.experiments.run_folder import RESULT_SCHEMA
+
 
 @pytest.fixture
 def two(spikeport, net_py, tmp_path):
