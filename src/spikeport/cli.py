@@ -50,7 +50,6 @@ app = typer.Typer(
     cls=CommandGroup,
     help="Nengo networks on Loihi-style neuromorphic chips, in closed loop with a robot.",
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
 )
 MODEL = (
