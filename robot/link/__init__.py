@@ -1,0 +1,1 @@
+"""The robot's interface: its signals, and the states of what controls it."""
