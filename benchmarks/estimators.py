@@ -3,8 +3,8 @@
     OPENBLAS_NUM_THREADS=1 python benchmarks/estimators.py [--seconds 40] [--seeds 3] [--into FILE]
 
 In an open loop the controllers observe the truth, and the estimator looks on; in a closed loop they
-observe the estimate alone, the path follower too. Errors are rms over all seeds up to a fall, without
-the first second; drift is at the end, in the worst of the seeds.
+observe the estimate alone, the path follower too. Errors are rms over all seeds up to a fall,
+without the first second; drift is at the end, in the worst of the seeds.
 """
 
 import argparse
@@ -175,7 +175,9 @@ def row(case: Case, seeds: int, seconds: float) -> list[str]:
     """The errors of a case."""
     walks = [walk(case, seed, seconds) for seed in range(seeds)]
     found = [errors(done, case.dt_s) for done in walks]
-    velocity, tilt, track = (np.concatenate([e[k] for e in found]) for k in ("velocity", "tilt", "track"))
+    velocity, tilt, track = (
+        np.concatenate([e[k] for e in found]) for k in ("velocity", "tilt", "track")
+    )
     yaw, place = (max(np.linalg.norm(e[k][-1]) for e in found) for k in ("yaw", "place"))
     return [
         case.estimator,

@@ -1,11 +1,11 @@
 """What the filter believes of the robot's motion, and how sure it is.
 
-The state is X = (R, v, p, d_1 ... d_n) in SE_(n+2)(3) of the IMU, and biases (b_g, b_a): orientation,
-velocity and place of the IMU in the world, and places of the contacts. Its error is right-invariant,
+The state is X = (R, v, p, d_1 ... d_n) in SE_(n+2)(3), and biases (b_g, b_a): orientation, velocity
+and place of the IMU in the world, and places of the contacts. Its error is right-invariant:
 
-    X_estimated X^-1 = exp(xi),    covariance of (xi, b_g - b_g,true, b_a - b_a,true)
+    exp(xi) = X_believed X_true^-1,    zeta = (b_g, b_a)_believed - (b_g, b_a)_true
 
-Source: Hartley et al. 2020, sections 4 and 7; see `group`.
+Source: Hartley et al. 2020 (see `group`), on the state and on the augmentation by biases.
 """
 
 from typing import NamedTuple
@@ -22,7 +22,10 @@ VELOCITY, PLACE, FIRST_CONTACT = 0, 1, 2
 N_VECTORS = FIRST_CONTACT + len(POINTS)
 N_ERRORS = 3 + 3 * N_VECTORS + 6
 ROTATION = slice(0, 3)
-GYROSCOPE_BIAS, ACCELEROMETER_BIAS = slice(N_ERRORS - 6, N_ERRORS - 3), slice(N_ERRORS - 3, N_ERRORS)
+GYROSCOPE_BIAS, ACCELEROMETER_BIAS = (
+    slice(N_ERRORS - 6, N_ERRORS - 3),
+    slice(N_ERRORS - 3, N_ERRORS),
+)
 
 
 def errors_of(row: int) -> slice:
@@ -54,8 +57,10 @@ def corrected(
 ) -> Belief:
     """Return a belief after an observation.
 
-    S = H P H^T + N,  K = P H^T S^-1,  delta = K z,  X <- exp(delta) X,  P <- (I - K H) P (I - K H)^T
-    + K N K^T. Source: eq. 20 and 21 of the paper, with Joseph's form of the last.
+        S = H P H^T + N,    K = P H^T S^-1,    delta = K z
+        X <- exp(delta) X,  b <- b + delta_b,  P <- (I - K H) P (I - K H)^T + K N K^T
+
+    Source: the paper's right-invariant correction, with Joseph's form of the covariance.
 
     Parameters
     ----------

@@ -3,15 +3,14 @@
 Source: Hartley et al. 2020, see `group`; `propagation` and `footholds` have its equations.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from spikeport.robot.estimator import footholds, group, legs, torso
+from spikeport.robot.estimator import footholds, legs, torso
 from spikeport.robot.estimator.base import Fix
 from spikeport.robot.estimator.belief import (
     ACCELEROMETER_BIAS,
-    FIRST_CONTACT,
     GYROSCOPE_BIAS,
     N_ERRORS,
     N_VECTORS,
@@ -31,7 +30,6 @@ from spikeport.robot.estimator.start import start
 from spikeport.robot.estimator.torso import IMU_OFFSET_M, waist_rotation
 from spikeport.robot.link.signals import Sensors
 from spikeport.robot.state import RobotState
-
 
 
 @dataclass(frozen=True)
@@ -56,12 +54,12 @@ class EkfNoise:
         Standard deviations at a reset; biases in rad/s and m/s^2.
     """
 
-    imu: ImuNoise = ImuNoise()
+    imu: ImuNoise = field(default_factory=ImuNoise)
     joint_rad: float = 0.001
     sole_m: float = 0.001
     floor_m: float | None = 0.05
-    fix: FixNoise = FixNoise()
-    contact: ContactLimits = ContactLimits()
+    fix: FixNoise = field(default_factory=FixNoise)
+    contact: ContactLimits = field(default_factory=ContactLimits)
     tilt_rad: float = 0.02
     velocity_m_s: float = 0.1
     gyroscope_bias: float = 0.01
@@ -153,10 +151,14 @@ class ContactAidedEkf:
         covariances = noise.joint_rad**2 * jacobians @ jacobians.transpose(0, 2, 1)
         return Points(places - IMU_OFFSET_M, covariances + noise.sole_m**2 * np.eye(3))
 
-    def _rolling(self, sensors: Sensors, soles: Soles, waist: np.ndarray, dt_s: float) -> np.ndarray:
-        """Return by how much (4, 3) the centres of shapes that stand roll: (w_foot x radius e_z) dt."""
+    def _rolling(
+        self, sensors: Sensors, soles: Soles, waist: np.ndarray, dt_s: float
+    ) -> np.ndarray:
+        """Return by how much (4, 3) shapes that stand have rolled: (w_foot x radius e_z) dt."""
         turned = self.belief.pose.rotation @ waist.T
-        pelvis = self.belief.pose.rotation @ sensors.gyroscope - turned[:, 2] * sensors.dq.item(WAIST)
+        pelvis = self.belief.pose.rotation @ sensors.gyroscope - turned[:, 2] * sensors.dq.item(
+            WAIST
+        )
         feet = soles.turning @ sensors.dq[: legs.LEG_JOINTS] @ turned.T + pelvis
         rolling = crossed_up(feet) * self._legs.radii_m[:, None] * dt_s
         return np.where(self.standing[:, None], rolling, 0.0)

@@ -1,7 +1,7 @@
 """Says which points of the soles stand on the floor; an H1 has no sensors there.
 
-A point stands if it is about as low as the lowest one, its foot carries weight, and both have been so
-for a while: a foot that lands still slides and sinks in.
+A point stands if it is about as low as the lowest one, its foot carries weight, and both have been
+so for a while: a foot that lands still slides and sinks in.
 """
 
 from dataclasses import dataclass
@@ -36,7 +36,7 @@ class ContactDetector:
         self._low_since_s = np.full(n_points, np.inf)
 
     def update(self, time_s: float, heights_m: np.ndarray, supports_n: np.ndarray) -> np.ndarray:
-        """Return (n,) of bool: which points stand, by heights (n,) and their feet's supports (n,)."""
+        """Return which points stand (n,), by their heights and by their feet's supports (n,)."""
         limits = self._limits
         low = heights_m - heights_m.min() < limits.height_m
         low &= supports_n > limits.support_n

@@ -1,7 +1,8 @@
 """Contacts of a belief: points of the soles that stand still in the world.
 
 A point is at R h(q) + p. It is added as it begins to stand, corrects the belief as long as it does,
-and is forgotten when it leaves the floor. Source: Hartley et al. 2020, eq. 26 to 29 and section 5.
+and is forgotten when it leaves the floor. Source: Hartley et al. 2020 (see `group`), on forward
+kinematics and on contacts that come and go; `rolled` and `levelled` are ours.
 """
 
 from typing import NamedTuple
@@ -38,7 +39,8 @@ class Points(NamedTuple):
 def observed(belief: Belief, points: Points, standing: np.ndarray) -> Belief:
     """Correct a belief by points that stand: z = R h + p - d, noise R J cov(q) J^T R^T.
 
-    H = -I for the place and I for the contact, as corrections add to both. Source: eq. 27 and 28.
+    H = -I for the place and I for the contact: a correction moves the foot as the place, and the
+    contact as itself. Source: the paper's forward kinematic measurement.
     """
     contacts = np.flatnonzero(standing)
     if not len(contacts):
@@ -72,11 +74,15 @@ def added(belief: Belief, points: Points, contacts: np.ndarray) -> Belief:
     """Return a belief with contacts, ``(4,)`` of bool, that stand from now on.
 
     d = R h + p, xi_d = xi_p + R J w_q: the new error is the place's, and the joints'.
-    Source: eq. 29 and section 5.2.
+    Source: the paper's addition of contacts.
     """
     if not contacts.any():
         return belief
-    rotation, vectors, covariance = belief.pose.rotation, belief.pose.vectors.copy(), belief.covariance
+    rotation, vectors, covariance = (
+        belief.pose.rotation,
+        belief.pose.vectors.copy(),
+        belief.covariance,
+    )
     grown = np.eye(N_ERRORS)
     extra = np.zeros((N_ERRORS, N_ERRORS))
     for contact in np.flatnonzero(contacts).tolist():
@@ -99,8 +105,9 @@ def rolled(belief: Belief, displacements: np.ndarray) -> Belief:
 def levelled(
     belief: Belief, contacts: np.ndarray, heights_m: np.ndarray, deviation_m: float
 ) -> Belief:
-    """Correct a belief by contacts (4,) of bool on a level floor: z = height - d_z; a correction moves it by
-    (delta_d + delta_R x d)_z.
+    """Correct a belief by contacts (4,) of bool on a level floor.
+
+    z = height - d_z, which a correction delta changes by (delta_d + delta_R x d)_z.
 
     ``heights_m`` (4,) are those of their shapes' centres above the floor; ``deviation_m`` is the
     standard deviation of a height.

@@ -2,9 +2,11 @@
 
     X = [R, x_1 ... x_n; 0, I],    X Y = (R_x R_y, R_x y_i + x_i)
 
-Coordinates of its Lie algebra are xi = (phi, rho_1, ..., rho_n) in R^(3 + 3 n). Equation numbers are
-those of R. Hartley, M. Ghaffari, R. M. Eustice, J. W. Grizzle, "Contact-Aided Invariant Extended
-Kalman Filtering for Robot State Estimation", IJRR 39(4), 2020, arXiv:1904.09251.
+Coordinates of its Lie algebra are xi = (phi, rho_1, ..., rho_n) in R^(3 + 3 n).
+
+Source: R. Hartley, M. Ghaffari, R. M. Eustice, J. W. Grizzle, "Contact-Aided Invariant Extended
+Kalman Filtering for Robot State Estimation", IJRR 39(4), 2020, arXiv:1904.09251, with its appendix
+on the group's functions.
 """
 
 from typing import NamedTuple
@@ -56,7 +58,7 @@ def gammas(phi: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return Gamma_0, Gamma_1 and Gamma_2 (3, 3) of a rotation vector (3,) in rad.
 
     Gamma_m(phi) = sum over n of hat(phi)^n / (n + m)!: Gamma_0 is the exponential of SO(3), Gamma_1
-    its left Jacobian. Source: eq. 42 and appendix A of the paper.
+    its left Jacobian. Source: the paper, on discretisation.
     """
     theta = float(np.sqrt(phi @ phi))
     square = theta * theta
@@ -77,13 +79,13 @@ def rotation_vector(rotation: np.ndarray) -> np.ndarray:
     sine = (skew - np.array([rotation[1, 2], rotation[2, 0], rotation[0, 1]])) / 2
     size = float(np.sqrt(sine @ sine))
     theta = float(np.arctan2(size, (np.trace(rotation) - 1) / 2))
-    return sine if size < SMALL_RAD else sine * (theta / size)
+    return np.asarray(sine if size < SMALL_RAD else sine * (theta / size))
 
 
 def exp(xi: np.ndarray) -> Pose:
-    """Return the exponential of coordinates (3 + 3 n,): R = Gamma_0(phi), x_i = Gamma_1(phi) rho_i.
+    """Return the exponential of coordinates (3 + 3 n,).
 
-    Source: eq. 9 and appendix A of the paper.
+    R = Gamma_0(phi), x_i = Gamma_1(phi) rho_i.
     """
     gamma_0, gamma_1, _ = gammas(xi[:3])
     return Pose(gamma_0, xi[3:].reshape(-1, 3) @ gamma_1.T)
@@ -116,7 +118,7 @@ def turning(pose: Pose) -> np.ndarray:
 def adjoint(pose: Pose) -> np.ndarray:
     """Return Ad_X (3 + 3 n, 3 + 3 n): X exp(xi) = exp(Ad_X xi) X.
 
-    R on the diagonal, and `turning` as its first columns. Source: eq. 11 and appendix A of the paper.
+    R on the diagonal, and `turning` as its first columns.
     """
     matrix = np.kron(np.eye(len(pose.vectors) + 1), pose.rotation)
     matrix[:, :3] = turning(pose)

@@ -1,8 +1,8 @@
 """Kinematics of the legs: where the soles' points are, how joints move them, what they carry.
 
-The legs are a copy of the H1's model without its torso and floor, its pelvis fixed at the origin, so
-everything is in the pelvis' frame. A leg's joints are five; the first ten of ``description.JOINTS``
-are those of both.
+The legs are a copy of the H1's model without its torso and floor, its pelvis fixed at the origin,
+so everything is in the pelvis' frame. A leg has five joints; the first ten of
+``description.JOINTS`` are those of both.
 """
 
 from typing import NamedTuple
@@ -78,15 +78,15 @@ class Legs:
 def support_n(soles: Soles, torque: np.ndarray, up: np.ndarray) -> np.ndarray:
     """Return (2,) the upward forces in N on both feet, from the torques (10 or more,) of the legs.
 
-    tau = -J^T f, solved for the force f of least squares at the middle of the foot:
-    f = -(J J^T + DAMPING)^-1 J tau. Weight and inertia of the legs are left out, so swinging legs have forces
-    of their own; ``up`` (3,) is the world's vertical in the pelvis' frame.
+    tau = -J^T f, solved for the force f at the middle of the foot, f = -(J J^T + DAMPING)^-1 J tau.
+    Weight and inertia of the legs are left out, so legs that swing have forces of their own; ``up``
+    (3,) is the world's vertical in the pelvis' frame.
     """
     middle = soles.jacobians.reshape(2, 2, 3, 2, _LEG).mean(axis=1)  # (foot, axis, leg, joint)
     own = middle[[0, 1], :, [0, 1]]
     pulled = own @ torque[:LEG_JOINTS].reshape(2, _LEG, 1)
     forces = np.linalg.solve(own @ own.transpose(0, 2, 1) + DAMPING, pulled)
-    return -forces[:, :, 0] @ up
+    return np.asarray(-forces[:, :, 0] @ up)
 
 
 def _without_torso(spec: mujoco.MjSpec) -> mujoco.MjModel:

@@ -1,9 +1,10 @@
 """Propagation of a belief by the IMU.
 
-    R' = R hat(w),  v' = R a + g,  p' = v,  d_i' = c_i,  with w = gyroscope - b_g, a = accelerometer - b_a
+    R' = R hat(w),    v' = R a + g,    p' = v,    d_i' = 0
+    w = gyroscope - b_g,    a = accelerometer - b_a
 
-c_i is how the centre of a round contact shape moves as it rolls, which the joints say; biases walk
-randomly. Source: Hartley et al. 2020, eq. 16 to 18, 42, 52 and 53; rolling is ours.
+Biases walk randomly, and contacts slip. Source: Hartley et al. 2020 (see `group`), on the dynamics
+of a robot with contacts, on biases and on discretisation.
 """
 
 from dataclasses import dataclass
@@ -52,7 +53,7 @@ class ImuNoise:
 
 
 def transition(belief: Belief, dt_s: float) -> np.ndarray:
-    """Return Phi (27, 27) = exp(A dt) up to dt^2: how errors grow, eq. 52 with A of the paper.
+    """Return Phi (27, 27) = exp(A dt) up to dt^2, by which errors grow.
 
     A is 0 but for hat(g) from rotation to velocity, I from velocity to place, and -Ad_X from the
     biases, as these are measured in the IMU's frame.
@@ -87,9 +88,10 @@ def growth(belief: Belief, standing: np.ndarray, noise: ImuNoise) -> np.ndarray:
 
 
 def moved(pose: Pose, omega: np.ndarray, force: np.ndarray, dt_s: float) -> Pose:
-    """Return a pose after dt at a constant angular velocity (3,) and specific force (3,) of the body.
+    """Return a pose after dt at the body's constant angular velocity (3,) and specific force (3,).
 
-    R <- R Gamma_0(w dt),  v <- v + (R Gamma_1 a + g) dt,  p <- p + v dt + (R Gamma_2 a + g / 2) dt^2.
+    R <- R Gamma_0(w dt),    v <- v + (R Gamma_1(w dt) a + g) dt
+    p <- p + v dt + (R Gamma_2(w dt) a + g / 2) dt^2
     """
     rotation, vectors = pose.rotation, pose.vectors.copy()
     gamma_0, gamma_1, gamma_2 = group.gammas(omega * dt_s)
@@ -107,7 +109,10 @@ def propagated(
     dt_s: float,
     noise: ImuNoise,
 ) -> Belief:
-    """Return a belief dt later, by what the IMU measured meanwhile; see `growth` for ``standing``."""
+    """Return a belief dt later, by the IMU's values (3,) meanwhile.
+
+    P <- Phi (P + growth dt) Phi^T; see `growth` for ``standing``.
+    """
     phi = transition(belief, dt_s)
     covariance = belief.covariance + growth(belief, standing, noise) * dt_s
     pose = moved(

@@ -103,7 +103,7 @@ class SimulatedSensors:
         last, self._last = self._last, (time_s, velocity)
         if last is None or time_s <= last[0]:
             return GRAVITY
-        return (velocity - last[1]) / (time_s - last[0]) + GRAVITY
+        return np.asarray((velocity - last[1]) / (time_s - last[0]) + GRAVITY)
 
     def _noise(self, deviation: float, size: int) -> np.ndarray:
         return deviation * self._rng.standard_normal(size)

@@ -21,9 +21,12 @@ def waist_rotation(waist_rad: float) -> np.ndarray:
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
-def pelvis_angular_velocity(gyroscope: np.ndarray, waist_rad: float, waist_rad_s: float) -> np.ndarray:
+def pelvis_angular_velocity(
+    gyroscope: np.ndarray, waist_rad: float, waist_rad_s: float
+) -> np.ndarray:
     """Return (3,) the pelvis' angular velocity in its own frame, rad/s."""
-    return waist_rotation(waist_rad) @ gyroscope - np.array([0.0, 0.0, waist_rad_s])
+    turned = waist_rotation(waist_rad) @ gyroscope
+    return np.asarray(turned - (0.0, 0.0, waist_rad_s))
 
 
 def quaternion(rotation: np.ndarray) -> np.ndarray:
@@ -47,4 +50,4 @@ def heading_rad(rotation: np.ndarray) -> float:
 
 def turned(rotation: np.ndarray, angle_rad: float) -> np.ndarray:
     """Return a rotation (3, 3) turned by an angle about the world's vertical."""
-    return waist_rotation(angle_rad) @ rotation
+    return np.asarray(waist_rotation(angle_rad) @ rotation)

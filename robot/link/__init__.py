@@ -1,1 +1,1 @@
-"""The robot's interface: its signals, and the states of what controls it."""
+"""The H1 behind Unitree's interface: messages, bus, the robot's process; see docs/robot.md."""

@@ -1,4 +1,4 @@
-"""What crosses between a robot and its controller, as arrays in the order of our joints."""
+"""Observations of a robot by its own sensors, and the commands of its motors."""
 
 from typing import NamedTuple
 
@@ -6,22 +6,22 @@ import numpy as np
 
 
 class Sensors(NamedTuple):
-    """Observation of a robot by its own sensors, from one LowState.
+    """Observation of a robot by its own sensors, at one moment.
 
     Attributes
     ----------
     time_s : float
-        Tick, s.
+        The robot's tick, s.
     quaternion : ndarray, (4,)
-        Torso IMU in the world, (w, x, y, z).
+        Orientation of the torso's IMU in the world, (w, x, y, z).
     gyroscope : ndarray, (3,)
         Angular velocity in the IMU's frame, rad/s.
     accelerometer : ndarray, (3,)
         Specific force in the IMU's frame, m/s^2.
     q, dq : ndarray, (19,)
-        Joint angles (rad) and velocities (rad/s) in the order of ``robot.description.JOINTS``.
+        Joint angles (rad) and velocities (rad/s) in the order of ``description.JOINTS``.
     torque : ndarray, (19,)
-        Estimated joint torques, N m.
+        Estimated torques of the joints, N m.
     """
 
     time_s: float
@@ -34,16 +34,16 @@ class Sensors(NamedTuple):
 
 
 class MotorCommands(NamedTuple):
-    """Commands of all joints: torque = tau + kp (q - q_joint) + kd (dq - dq_joint).
+    """The command of all joints: torque = tau + kp (q - q_joint) + kd (dq - dq_joint).
 
     Attributes
     ----------
     q, dq : ndarray, (19,)
-        Target angles (rad) and velocities (rad/s).
+        Target angles (rad) and velocities (rad/s) in the order of ``description.JOINTS``.
     kp, kd : ndarray, (19,)
         Gains, N m/rad and N m s/rad.
     tau : ndarray, (19,)
-        Torques added, N m.
+        Torques that are added, N m.
     """
 
     q: np.ndarray
