@@ -30,7 +30,8 @@ class StateEstimator(Protocol):
         """Start over, and return the motion at an observation.
 
         Without a fix, the pelvis is above the world's origin with its lowest sole at height 0, and
-        its heading is that of the IMU.
+        its heading is that of the IMU. Fixes that come later are in the frame of the one at the
+        reset: whoever has some, starts with one.
         """
 
     def update(self, sensors: Sensors, position: Fix | None = None) -> RobotState:

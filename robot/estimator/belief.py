@@ -52,27 +52,33 @@ class Belief(NamedTuple):
     covariance: np.ndarray
 
 
-def corrected(
-    belief: Belief, innovation: np.ndarray, sensitivity: np.ndarray, noise: np.ndarray
-) -> Belief:
+class Observation(NamedTuple):
+    """A linear observation of a belief's errors.
+
+    Attributes
+    ----------
+    innovation : ndarray, (m,)
+        z, observed minus expected.
+    sensitivity : ndarray, (m, 27)
+        H, derivative of what is expected by a correction delta.
+    noise : ndarray, (m, m)
+        N, covariance of what is observed.
+    """
+
+    innovation: np.ndarray
+    sensitivity: np.ndarray
+    noise: np.ndarray
+
+
+def corrected(belief: Belief, observation: Observation) -> Belief:
     """Return a belief after an observation.
 
         S = H P H^T + N,    K = P H^T S^-1,    delta = K z
         X <- exp(delta) X,  b <- b + delta_b,  P <- (I - K H) P (I - K H)^T + K N K^T
 
     Source: the paper's right-invariant correction, with Joseph's form of the covariance.
-
-    Parameters
-    ----------
-    belief : Belief
-        The one before.
-    innovation : ndarray, (m,)
-        z, observation minus expectation.
-    sensitivity : ndarray, (m, 27)
-        H, derivative of the expectation by a correction delta.
-    noise : ndarray, (m, m)
-        N, covariance of the observation.
     """
+    innovation, sensitivity, noise = observation
     crossed = belief.covariance @ sensitivity.T
     gain = np.linalg.solve(sensitivity @ crossed + noise, crossed.T).T
     delta = gain @ innovation

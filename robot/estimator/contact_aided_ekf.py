@@ -18,6 +18,7 @@ from spikeport.robot.estimator.belief import (
     ROTATION,
     VELOCITY,
     Belief,
+    corrected,
     errors_of,
 )
 from spikeport.robot.estimator.contacts import ContactDetector, ContactLimits
@@ -96,7 +97,8 @@ class ContactAidedEkf:
         """Start over at rest; see `StateEstimator.reset`."""
         noise = self._noise
         soles = self._legs.soles(sensors.q)
-        rotation, place = start(sensors, soles.points, self._legs.radii_m, position)
+        rotation, place, floor_m = start(sensors, soles.points, self._legs.radii_m, position)
+        self._heights_m = self._legs.radii_m + floor_m
         vectors, deviations = np.zeros((N_VECTORS, 3)), np.zeros(N_ERRORS)
         vectors[PLACE] = place + rotation @ IMU_OFFSET_M
         deviations[ROTATION] = noise.tilt_rad, noise.tilt_rad, 0.0
@@ -121,7 +123,8 @@ class ContactAidedEkf:
             self._correct_by_feet(sensors, dt_s)
         if position is not None:
             waist_rad = sensors.q.item(WAIST)
-            self.belief = fixed(self.belief, position, waist_rad, self._noise.fix)
+            observation = fixed(self.belief, position, waist_rad, self._noise.fix)
+            self.belief = corrected(self.belief, observation)
         return self._state(sensors)
 
     def _correct_by_feet(self, sensors: Sensors, dt_s: float) -> None:
@@ -134,13 +137,22 @@ class ContactAidedEkf:
         points = self._points(soles, waist)
         self.belief = footholds.forgotten(self.belief, self.standing & ~standing)
         self.belief = footholds.rolled(self.belief, self._rolling(sensors, soles, waist, dt_s))
-        self.belief = footholds.observed(self.belief, points, self.standing & standing)
-        new = standing & ~self.standing
+        stayed, new = self.standing & standing, standing & ~self.standing
+        if stayed.any():
+            observation = footholds.standing_still(self.belief, points, stayed)
+            self.belief = corrected(self.belief, observation)
+        self._add(points, new)
+        self.standing = standing
+
+    def _add(self, points: Points, new: np.ndarray) -> None:
+        """Add contacts, on a level floor if it is to be one."""
+        if not new.any():
+            return
         self.belief = footholds.added(self.belief, points, new)
         if self._noise.floor_m is not None:
-            heights = self._legs.radii_m
-            self.belief = footholds.levelled(self.belief, new, heights, self._noise.floor_m)
-        self.standing = standing
+            deviation_m = self._noise.floor_m
+            observation = footholds.level(self.belief, new, self._heights_m, deviation_m)
+            self.belief = corrected(self.belief, observation)
 
     def _points(self, soles: Soles, waist: np.ndarray) -> Points:
         """Turn the soles' points into the IMU's frame: h = Rz(waist)^T s - r."""

@@ -1,11 +1,18 @@
-"""Correction of a belief by a place, and a heading, from outside."""
+"""What a place, and a heading, from outside say of a belief."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from spikeport.robot.estimator.base import Fix
-from spikeport.robot.estimator.belief import N_ERRORS, PLACE, ROTATION, Belief, corrected, errors_of
+from spikeport.robot.estimator.belief import (
+    N_ERRORS,
+    PLACE,
+    ROTATION,
+    Belief,
+    Observation,
+    errors_of,
+)
 from spikeport.robot.estimator.group import hat
 from spikeport.robot.estimator.torso import IMU_OFFSET_M, heading_rad, waist_rotation
 
@@ -18,8 +25,8 @@ class FixNoise:
     yaw_rad: float = 0.02
 
 
-def fixed(belief: Belief, fix: Fix, waist_rad: float, noise: FixNoise) -> Belief:
-    """Return a belief after a fix.
+def fixed(belief: Belief, fix: Fix, waist_rad: float, noise: FixNoise) -> Observation:
+    """Return what a fix observes.
 
     The pelvis is at o = p - R r, and a correction delta moves it by delta_p + delta_R x o; its
     heading, that of e = R Rz(waist)^T e_x, changes by (e_x (delta_R x e)_y - e_y (delta_R x e)_x) /
@@ -40,4 +47,4 @@ def fixed(belief: Belief, fix: Fix, waist_rad: float, noise: FixNoise) -> Belief
         innovation[3] = (apart + np.pi) % (2 * np.pi) - np.pi
         size = 4
     deviations = np.array([*3 * (noise.position_m,), noise.yaw_rad])[:size]
-    return corrected(belief, innovation[:size], sensitivity[:size], np.diag(deviations**2))
+    return Observation(innovation[:size], sensitivity[:size], np.diag(deviations**2))

@@ -52,7 +52,7 @@ class LegOdometry:
         self._turn_rad = torso.heading_rad(begun.rotation) - own
         self._velocity, self._time_s = np.zeros(3), sensors.time_s
         rotation = self._pelvis(sensors)
-        self._floor_m = begun.position[2] - self._height_m(soles, rotation)
+        self._floor_m = begun.floor_m
         return self._state(sensors, rotation)
 
     def update(self, sensors: Sensors, position: Fix | None = None) -> RobotState:
