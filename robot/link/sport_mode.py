@@ -63,8 +63,8 @@ class SportModeRelease:
             return
         if self._releases == MOST_RELEASES:
             raise BackendError(
-                f"the robot is still in mode '{self.mode}' after {MOST_RELEASES} releases; put it "
-                "into damping by its remote (L2+B), then start again"
+                f"the robot is still in mode '{self.mode}' after {MOST_RELEASES} releases; end "
+                "what runs on it by its own remote or app, then start again"
             )
         self._releases += 1
         self._asked("ReleaseMode", RELEASE_MODE)
@@ -85,8 +85,12 @@ def _mode(data: str) -> str:
         name = json.loads(data)["name"]
     except (ValueError, TypeError, KeyError, RecursionError):
         name = None
-    if not isinstance(name, str) or len(name) > LONGEST_NAME:
+    if (
+        not isinstance(name, str)
+        or len(name) > LONGEST_NAME
+        or not (name.isascii() and name.isprintable())
+    ):
         raise BackendError(
-            f"the motion switcher answered CheckMode by {data[:80]!r}: no mode's name"
+            f"the motion switcher answered CheckMode by {data[:80]!a}: no mode's name"
         )
     return name

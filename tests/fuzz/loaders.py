@@ -24,7 +24,7 @@ from spikeport.commands.diff import changes
 from spikeport.commands.step import by_step
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.loihi.events import event_steps
-from spikeport.errors import UsageError
+from spikeport.errors import BackendError, UsageError
 from spikeport.experiments import calibration
 from spikeport.experiments.calibration import DecoderCalibration
 from spikeport.experiments.policy.observations import read_observations
@@ -37,7 +37,10 @@ from spikeport.networks import walking_policy
 from spikeport.networks.loading.files import load_mlp
 from spikeport.networks.walking_policy import WalkingPolicy
 from spikeport.reading.notebook import read_notebook
+from spikeport.robot.link.remote import decode
+from spikeport.robot.link.sport_mode import Answer, SportModeRelease
 from tests.helpers import nir_graphs
+from tests.helpers.arrivals import remote
 from tests.helpers.event_files import process_of, random_events, write_events
 from tests.helpers.fake_board import MACHINE, FakeClock, FakeLine, small_image, spike_train
 from tests.helpers.foreign import ENVIRONMENT, Policy, described, state
@@ -210,6 +213,31 @@ def _nir(folder: Path) -> None:
         nir_graphs.written(folder, graph, f"{name}.nir")
 
 
+def _remote(folder: Path) -> None:
+    (folder / "keys.remote").write_bytes(remote("start", "L1", sticks=(0.1, -0.2, 0.3, -0.4)))
+
+
+def _mode(folder: Path) -> None:
+    (folder / "mode.json").write_text('{"form": "0", "name": "ai"}')
+
+
+def _pressed(path: Path) -> None:
+    """Read a remote's message, whose refusals know no path."""
+    try:
+        decode(path.read_bytes())
+    except UsageError as error:
+        raise UsageError(f"{path}: {error}") from None
+
+
+def _released(path: Path) -> None:
+    """Take a robot out of the mode that a file says it is in."""
+    answer = Answer(0, path.read_bytes().decode(errors="replace"))
+    try:
+        SportModeRelease(lambda *_: answer).step()
+    except BackendError as error:
+        raise UsageError(f"{path}: {error}") from None
+
+
 LOADERS = {
     "npz": Loader(_npz, walking_policy.load),
     "TorchScript": Loader(_torchscript, load_mlp),
@@ -230,4 +258,6 @@ LOADERS = {
     "record": Loader(_record, _replay),
     "frames": Loader(_frames, _answered),
     "bodies": Loader(_bodies, _answered_whole),
+    "remote": Loader(_remote, _pressed),
+    "sport mode": Loader(_mode, _released),
 }

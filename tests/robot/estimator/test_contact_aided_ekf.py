@@ -9,7 +9,6 @@ from spikeport.robot.estimator.base import Fix
 from spikeport.robot.estimator.belief import ROTATION
 from spikeport.robot.estimator.contact_aided_ekf import ContactAidedEkf, EkfNoise
 from spikeport.robot.estimator.legs import LEG_JOINTS, Legs
-from spikeport.robot.link.signals import Sensors
 from spikeport.robot.state import RobotState
 from tests.helpers.arrivals import STANDING
 
@@ -117,17 +116,15 @@ def test_it_starts_at_a_fix_on_whatever_floor(floor_m):
     np.testing.assert_allclose(found.base_linear_velocity, 0.0, atol=2e-3)
 
 
-def test_fixes_draw_a_robot_that_drifted_back():
-    ekf = ContactAidedEkf()
-    ekf.reset(STILL)
-    for step in range(1, 400):
-        sensors: Sensors = STILL._replace(time_s=step * DT_S, gyroscope=np.array([0.0, 0.0, 0.05]))
-        drifted = ekf.update(sensors)
-    yaw_rad = torso.heading_rad(torso.rotation(drifted.base_quaternion))
-    fix = Fix(drifted.base_position + np.array([0.05, 0.0, 0.0]), yaw_rad - 0.05)
-    for step in range(400, 800):
-        found = ekf.update(sensors._replace(time_s=step * DT_S, gyroscope=np.zeros(3)), fix)
-    np.testing.assert_allclose(found.base_position, fix.position, atol=5e-3)
-    assert torso.heading_rad(torso.rotation(found.base_quaternion)) == pytest.approx(
-        yaw_rad - 0.05, abs=5e-3
+def test_fixes_draw_a_robot_that_drifted_back_and_find_what_made_its_heading_drift():
+    ekf, bias = ContactAidedEkf(), np.array([0.0, 0.0, 0.01])
+    drifted = stood(ekf, 4.0, gyroscope=bias)
+    assert torso.heading_rad(torso.rotation(drifted.base_quaternion)) == pytest.approx(
+        0.04, abs=5e-3
     )
+    fix = Fix(np.array([0.0, 0.0, drifted.base_position[2]]), 0.0)
+    for step in range(800, 2400):
+        found = ekf.update(STILL._replace(time_s=step * DT_S, gyroscope=bias), fix)
+    np.testing.assert_allclose(found.base_position, fix.position, atol=2e-3)
+    assert torso.heading_rad(torso.rotation(found.base_quaternion)) == pytest.approx(0.0, abs=2e-3)
+    np.testing.assert_allclose(ekf.belief.gyroscope_bias, bias, atol=2e-3)

@@ -77,7 +77,7 @@ def test_an_error_of_the_switcher_is_named(failing, name):
     "data",
     [
         *("", "null", "[]", "{", '{"name": 1}', '{"form": "0"}', '"name"', "[" * 10_000),
-        json.dumps({"name": "x" * 1000}),
+        *(json.dumps({"name": name}) for name in ("x" * 1000, "\x1b[2J", "\n", "é")),
     ],
 )
 def test_an_answer_that_is_no_mode_is_an_error(data):
