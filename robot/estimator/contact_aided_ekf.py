@@ -135,10 +135,11 @@ class ContactAidedEkf:
         support = np.repeat(legs.support_n(soles, sensors.torque, up), 2)
         standing = self._detector.update(sensors.time_s, lowest, support)
         points = self._points(soles, waist)
-        self.belief = footholds.forgotten(self.belief, self.standing & ~standing)
-        self.belief = footholds.rolled(self.belief, self._rolling(sensors, soles, waist, dt_s))
         stayed, new = self.standing & standing, standing & ~self.standing
+        self.belief = footholds.forgotten(self.belief, self.standing & ~standing)
         if stayed.any():
+            rolled = self._rolling(sensors, soles, waist, dt_s) * stayed[:, None]
+            self.belief = footholds.rolled(self.belief, rolled)
             observation = footholds.standing_still(self.belief, points, stayed)
             self.belief = corrected(self.belief, observation)
         self._add(points, new)
@@ -166,14 +167,12 @@ class ContactAidedEkf:
     def _rolling(
         self, sensors: Sensors, soles: Soles, waist: np.ndarray, dt_s: float
     ) -> np.ndarray:
-        """Return by how much (4, 3) shapes that stand have rolled: (w_foot x radius e_z) dt."""
-        turned = self.belief.pose.rotation @ waist.T
-        pelvis = self.belief.pose.rotation @ sensors.gyroscope - turned[:, 2] * sensors.dq.item(
-            WAIST
-        )
-        feet = soles.turning @ sensors.dq[: legs.LEG_JOINTS] @ turned.T + pelvis
-        rolling = crossed_up(feet) * self._legs.radii_m[:, None] * dt_s
-        return np.where(self.standing[:, None], rolling, 0.0)
+        """Return by how much (4, 3) shapes roll that stand: (w_foot x radius e_z) dt."""
+        rotation = self.belief.pose.rotation @ waist.T
+        rate, waist_rad_s = sensors.gyroscope, sensors.dq.item(WAIST)
+        pelvis = torso.pelvis_angular_velocity(rate, sensors.q.item(WAIST), waist_rad_s)
+        feet = (soles.turning @ sensors.dq[: legs.LEG_JOINTS] + pelvis) @ rotation.T
+        return crossed_up(feet) * self._legs.radii_m[:, None] * dt_s
 
     def _state(self, sensors: Sensors) -> RobotState:
         """Return the pelvis' motion, see `torso`."""

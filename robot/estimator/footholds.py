@@ -101,7 +101,8 @@ def added(belief: Belief, points: Points, contacts: np.ndarray) -> Belief:
     for contact in np.flatnonzero(contacts).tolist():
         place = errors_of(FIRST_CONTACT + contact)
         vectors[FIRST_CONTACT + contact] = rotation @ points.places[contact] + vectors[PLACE]
-        grown[place, errors_of(PLACE)] = np.eye(3)
+        grown[place] = 0.0
+        grown[place, errors_of(PLACE)] = _EYE
         extra[place, place] = rotation @ points.covariances[contact] @ rotation.T
     covariance = grown @ belief.covariance @ grown.T + extra
     return belief._replace(pose=Pose(rotation, vectors), covariance=covariance)

@@ -6,7 +6,12 @@ import pytest
 from spikeport.robot.description import JOINTS
 from spikeport.robot.estimator import torso
 from spikeport.robot.estimator.base import Fix
-from spikeport.robot.estimator.belief import ROTATION
+from spikeport.robot.estimator.belief import (
+    FIRST_CONTACT,
+    GYROSCOPE_BIAS,
+    ROTATION,
+    errors_of,
+)
 from spikeport.robot.estimator.contact_aided_ekf import ContactAidedEkf, EkfNoise
 from spikeport.robot.estimator.legs import LEG_JOINTS, Legs
 from spikeport.robot.state import RobotState
@@ -77,6 +82,18 @@ def test_a_robot_in_the_air_has_no_contacts():
     ekf = ContactAidedEkf()
     stood(ekf, 0.2, torque=np.zeros(len(JOINTS)))
     assert not ekf.standing.any()
+
+
+def test_contacts_that_left_the_floor_are_gone_without_a_trace():
+    ekf, rolling = ContactAidedEkf(), np.full(len(JOINTS), 0.5)
+    stood(ekf, 0.2, dq=rolling)
+    assert ekf.belief.pose.vectors[FIRST_CONTACT:].all()
+    for step in range(41, 60):
+        in_the_air = STILL._replace(time_s=step * DT_S, torque=np.zeros(len(JOINTS)), dq=rolling)
+        ekf.update(in_the_air)
+        errors = slice(errors_of(FIRST_CONTACT).start, GYROSCOPE_BIAS.start)
+        assert not ekf.belief.pose.vectors[FIRST_CONTACT:].any()
+        assert not ekf.belief.covariance[errors].any()
 
 
 def test_an_observation_that_comes_twice_counts_once():
