@@ -110,6 +110,31 @@ def _path(folder: Path) -> None:
     (folder / "utf-16.csv").write_text("t_s,x_m,y_m\n" + rows, encoding="utf-16")
 
 
+def _remote(folder: Path) -> None:
+    (folder / "keys.remote").write_bytes(remote("start", "L1", sticks=(0.1, -0.2, 0.3, -0.4)))
+
+
+def _mode(folder: Path) -> None:
+    (folder / "mode.json").write_text('{"form": "0", "name": "ai"}')
+
+
+def _pressed(path: Path) -> None:
+    """Read a remote's message, whose refusals know no path."""
+    try:
+        decode(path.read_bytes())
+    except UsageError as error:
+        raise UsageError(f"{path}: {error}") from None
+
+
+def _released(path: Path) -> None:
+    """Take a robot out of the mode that a file says it is in."""
+    answer = Answer(0, path.read_bytes().decode(errors="replace"))
+    try:
+        SportModeRelease(lambda *_: answer).step()
+    except BackendError as error:
+        raise UsageError(f"{path}: {error}") from None
+
+
 def _copies(source: Path) -> Callable[[Path], object]:
     """Return a function that copies a file which spikeport ships."""
     return lambda folder: shutil.copy(source, folder / source.name)
@@ -213,31 +238,6 @@ def _nir(folder: Path) -> None:
         nir_graphs.written(folder, graph, f"{name}.nir")
 
 
-def _remote(folder: Path) -> None:
-    (folder / "keys.remote").write_bytes(remote("start", "L1", sticks=(0.1, -0.2, 0.3, -0.4)))
-
-
-def _mode(folder: Path) -> None:
-    (folder / "mode.json").write_text('{"form": "0", "name": "ai"}')
-
-
-def _pressed(path: Path) -> None:
-    """Read a remote's message, whose refusals know no path."""
-    try:
-        decode(path.read_bytes())
-    except UsageError as error:
-        raise UsageError(f"{path}: {error}") from None
-
-
-def _released(path: Path) -> None:
-    """Take a robot out of the mode that a file says it is in."""
-    answer = Answer(0, path.read_bytes().decode(errors="replace"))
-    try:
-        SportModeRelease(lambda *_: answer).step()
-    except BackendError as error:
-        raise UsageError(f"{path}: {error}") from None
-
-
 LOADERS = {
     "npz": Loader(_npz, walking_policy.load),
     "TorchScript": Loader(_torchscript, load_mlp),
@@ -248,6 +248,8 @@ LOADERS = {
     "calibration": Loader(_calibration, lambda path: calibration.load(path, MADE_FOR)),
     "observations": Loader(_observations, lambda path: read_observations(path, 3)),
     "notebook": Loader(_notebook, read_notebook),
+    "remote": Loader(_remote, _pressed),
+    "sport mode": Loader(_mode, _released),
     "path": Loader(_path, lambda path: read_path(path, 5.0)),
     "schedule": Loader(_copies(SCHEDULE), lambda path: schedule.load(path, 26.0)),
     "chip": Loader(_copies(BUILT_IN / "loihi.toml"), lambda path: chips.get(str(path))),
@@ -258,6 +260,4 @@ LOADERS = {
     "record": Loader(_record, _replay),
     "frames": Loader(_frames, _answered),
     "bodies": Loader(_bodies, _answered_whole),
-    "remote": Loader(_remote, _pressed),
-    "sport mode": Loader(_mode, _released),
 }
