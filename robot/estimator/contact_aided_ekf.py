@@ -172,7 +172,7 @@ class ContactAidedEkf:
         rate, waist_rad_s = sensors.gyroscope, sensors.dq.item(WAIST)
         pelvis = torso.pelvis_angular_velocity(rate, sensors.q.item(WAIST), waist_rad_s)
         feet = (soles.turning @ sensors.dq[: legs.LEG_JOINTS] + pelvis) @ rotation.T
-        return crossed_up(feet) * self._legs.radii_m[:, None] * dt_s
+        return np.asarray(crossed_up(feet) * self._legs.radii_m[:, None] * dt_s)
 
     def _state(self, sensors: Sensors) -> RobotState:
         """Return the pelvis' motion, see `torso`."""
