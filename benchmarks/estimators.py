@@ -46,7 +46,7 @@ ESTIMATORS: dict[str, Callable[[Plant], StateEstimator]] = {
     "truth": lambda plant: Truth(lambda: plant.state),
     "leg odometry": lambda _: LegOdometry(),
     "contact-aided EKF": lambda _: ContactAidedEkf(),
-    "the same, floor not level": lambda _: ContactAidedEkf(replace(EkfNoise(), floor_m=None)),
+    "EKF, floor not level": lambda _: ContactAidedEkf(replace(EkfNoise(), floor_m=None)),
 }
 
 
