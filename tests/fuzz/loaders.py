@@ -24,7 +24,7 @@ from spikeport.commands.diff import changes
 from spikeport.commands.step import by_step
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.loihi.events import event_steps
-from spikeport.errors import UsageError
+from spikeport.errors import BackendError, UsageError
 from spikeport.experiments import calibration
 from spikeport.experiments.calibration import DecoderCalibration
 from spikeport.experiments.policy.observations import read_observations
@@ -38,7 +38,10 @@ from spikeport.networks.loading.files import load_mlp
 from spikeport.networks.walking_policy import WalkingPolicy
 from spikeport.reading.mismatch import MismatchError
 from spikeport.reading.notebook import read_notebook
+from spikeport.robot.link.remote import decode
+from spikeport.robot.link.sport_mode import Answer, SportModeRelease
 from tests.helpers import nir_graphs
+from tests.helpers.arrivals import remote
 from tests.helpers.event_files import process_of, random_events, write_events
 from tests.helpers.fake_board import MACHINE, FakeClock, FakeLine, small_image, spike_train
 from tests.helpers.foreign import ENVIRONMENT, Policy, described, state
@@ -106,6 +109,31 @@ def _path(folder: Path) -> None:
     rows = "".join(f"{t / 2},{t / 10},0\n" for t in range(20))
     (folder / "path.csv").write_text("t_s,x_m,y_m\n" + rows)
     (folder / "utf-16.csv").write_text("t_s,x_m,y_m\n" + rows, encoding="utf-16")
+
+
+def _remote(folder: Path) -> None:
+    (folder / "keys.remote").write_bytes(remote("start", "L1", sticks=(0.1, -0.2, 0.3, -0.4)))
+
+
+def _mode(folder: Path) -> None:
+    (folder / "mode.json").write_text('{"form": "0", "name": "ai"}')
+
+
+def _pressed(path: Path) -> None:
+    """Read a remote's message, whose refusals know no path."""
+    try:
+        decode(path.read_bytes())
+    except UsageError as error:
+        raise UsageError(f"{path}: {error}") from None
+
+
+def _released(path: Path) -> None:
+    """Take a robot out of the mode that a file says it is in."""
+    answer = Answer(0, path.read_bytes().decode(errors="replace"))
+    try:
+        SportModeRelease(lambda *_: answer).step()
+    except BackendError as error:
+        raise UsageError(f"{path}: {error}") from None
 
 
 def _copies(source: Path) -> Callable[[Path], object]:
@@ -234,6 +262,8 @@ LOADERS = {
     "calibration": Loader(_calibration, lambda path: calibration.load(path, MADE_FOR)),
     "observations": Loader(_observations, lambda path: read_observations(path, 3)),
     "notebook": Loader(_notebook, read_notebook),
+    "remote": Loader(_remote, _pressed),
+    "sport mode": Loader(_mode, _released),
     "path": Loader(_path, lambda path: read_path(path, 5.0)),
     "schedule": Loader(_copies(SCHEDULE), lambda path: schedule.load(path, 26.0)),
     "chip": Loader(_copies(BUILT_IN / "loihi.toml"), lambda path: chips.get(str(path))),
