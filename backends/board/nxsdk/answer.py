@@ -5,6 +5,7 @@ answer may end so by itself: its last packet is filled up with what was in the m
 snip, and the last voltage may be -1.
 """
 
+import socket
 from typing import Any
 
 import numpy as np
@@ -41,11 +42,21 @@ def recv_bytes(snip: Any, bytes_expected: int) -> np.ndarray:
         If the board shut down, hung up, or does not answer in time.
     """
     data = bytearray(bytes_expected)
+    _fill(data, snip.socket, snip.recv_retries * snip.recv_timeout)
+    values = np.frombuffer(data, np.int32)
+    last_write = values[(len(values) - 1) // WRITE * WRITE :]
+    if values[0] == END or (last_write == END).all():
+        raise BackendError("the board shut down: its snips sent -1 for the answer to a step")
+    return values
+
+
+def _fill(data: bytearray, connected: socket.socket, within_s: float) -> None:
+    """Read as many bytes as there is room for, each read within a time."""
     left = memoryview(data)
     while left:
         try:
-            snip.socket.settimeout(snip.recv_retries * snip.recv_timeout)
-            n = snip.socket.recv_into(left)
+            connected.settimeout(within_s)
+            n = connected.recv_into(left)
         except TimeoutError:
             raise _cut("does not answer", data, left) from None
         except OSError as error:
@@ -53,11 +64,6 @@ def recv_bytes(snip: Any, bytes_expected: int) -> np.ndarray:
         if n == 0:
             raise _cut("hung up", data, left)
         left = left[n:]
-    values = np.frombuffer(data, np.int32)
-    last_write = values[(len(values) - 1) // WRITE * WRITE :]
-    if values[0] == END or (last_write == END).all():
-        raise BackendError("the board shut down: its snips sent -1 for the answer to a step")
-    return values
 
 
 def _cut(reason: str, data: bytearray, left: memoryview) -> BackendError:
