@@ -7,7 +7,7 @@ STAMP  := $(VENV)/.installed
 # What tests compare with where it is there; without it they are skipped.
 REFEREES := .referees
 SANAFE   := sanafe==2.2.9
-DEBIAN   := libegl1 libegl-mesa0 openssl
+DEBIAN   := libegl1 libegl-mesa0 openssl chromium
 APT      := timeout 300 apt-get -qq -o Acquire::Retries=0 -o Acquire::http::Timeout=20
 
 # Tests of a file stay together: they share fixtures that take seconds.

@@ -34,6 +34,25 @@ def read(path: Path) -> Json:
     return report
 
 
+def check_whole(name: str, report: Json) -> None:
+    """Refuse the part of a report that a run's result has, and what is not a report's.
+
+    Raises
+    ------
+    UsageError
+        Naming what is absent, or wrong.
+    """
+    try:
+        ReportData.model_validate(report)
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = printable(".".join(map(str, first["loc"])))
+        raise UsageError(
+            f"{name}: not the whole report that a page is made of: {where}: "
+            f"{printable(first['msg'])}; give a report.json, or a folder with one"
+        ) from None
+
+
 def _file(path: Path) -> Path:
     try:
         path.stat()
