@@ -114,22 +114,39 @@ class RoundTrips:
     FIRST_S = 1e-6
     RATIO = 1.02
     N = 1200  # up to 21,000 s
+    KEPT = 1000  # until they are put into bins together
 
     def __init__(self) -> None:
+        self._kept: list[float] = []
         self._bins = np.zeros(self.N, dtype=np.int64)
-        self._log_ratio = np.log(self.RATIO)
-        self.worst_s = 0.0
+        self._worst_s = 0.0
 
     def add(self, time_s: float) -> None:
         """Count a round trip."""
-        number = int(np.log(max(time_s / self.FIRST_S, 1.0)) / self._log_ratio)
-        self._bins[min(number, self.N - 1)] += 1
-        self.worst_s = max(self.worst_s, time_s)
+        self._kept.append(time_s)
+        if len(self._kept) == self.KEPT:
+            self._count()
+
+    def _count(self) -> None:
+        """Put the times that are kept into their bins."""
+        if self._kept:
+            times_s = np.maximum(self._kept, self.FIRST_S)
+            bins = np.log(times_s / self.FIRST_S) / np.log(self.RATIO)
+            np.add.at(self._bins, np.minimum(bins.astype(int), self.N - 1), 1)
+            self._worst_s = max(self._worst_s, *self._kept)
+            self._kept.clear()
 
     def quantile_s(self, share: float) -> float | None:
         """Return the time below which a share of the round trips stayed; None without any."""
+        self._count()
         total = int(self._bins.sum())
         if total == 0:
             return None
         number = int(np.searchsorted(self._bins.cumsum(), share * total))
-        return min(float(self.FIRST_S * self.RATIO ** (number + 1)), self.worst_s)
+        return min(float(self.FIRST_S * self.RATIO ** (number + 1)), self._worst_s)
+
+    @property
+    def worst_s(self) -> float:
+        """The longest round trip; 0 without any."""
+        self._count()
+        return self._worst_s

@@ -1,8 +1,10 @@
 """The loaders that are fuzzed, by name, with good files of their own. A further one is one line."""
 
 import shutil
+import socket
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import NamedTuple
 
 import nengo
@@ -17,6 +19,7 @@ from spikeport.backends.board.chip import BoardChip
 from spikeport.backends.board.frame import Frame, Kind, Splitter
 from spikeport.backends.board.hello import Hello
 from spikeport.backends.board.messages import Codec
+from spikeport.backends.board.nxsdk.answer import recv_bytes
 from spikeport.backends.board.record import SessionRecorder
 from spikeport.backends.replay import ReplayChip
 from spikeport.commands import report_file
@@ -229,9 +232,27 @@ def _answered_whole(path: Path) -> None:
     if kind != Kind.IMAGE:
         opening += pieces(Kind.IMAGE, image.to_bytes(), 0)
     for frame in opening:
-        list(board.answer(frame))
+        board.answer(frame)
     number, step = (0, 0) if board.session is None else (board.session.number, 1)
     _check_answers(path, board, Frame(kind, number, step, path.read_bytes()[2:], flags))
+
+
+def _answers(folder: Path) -> None:
+    for step in (1, 300):
+        packets = np.arange(step, step + 128, dtype=np.int32)
+        (folder / f"step-{step}.answer").write_bytes(packets.tobytes())
+
+
+def _received(path: Path) -> None:
+    """Receive an answer of a board's host, which hangs up after it."""
+    ours, theirs = socket.socketpair()
+    with ours:
+        with theirs:
+            theirs.sendall(path.read_bytes()[:4096])
+        try:
+            recv_bytes(SimpleNamespace(socket=ours, recv_retries=1, recv_timeout=1.0), 512)
+        except BackendError as error:
+            raise UsageError(f"{path}: {error}") from None
 
 
 def _nir(folder: Path) -> None:
@@ -274,5 +295,6 @@ LOADERS = {
     "record": Loader(_record, _replay),
     "frames": Loader(_frames, _answered),
     "bodies": Loader(_bodies, _answered_whole),
+    "answers": Loader(_answers, _received),
     "cache": Loader(_entry, _kept),
 }

@@ -103,6 +103,15 @@ def test_after_a_late_answer_the_board_goes_on_from_where_it_was() -> None:
             np.testing.assert_array_equal(one, other)
 
 
+def test_a_source_that_spikes_twice_does_so_on_the_board() -> None:
+    chip, native = board_chip(), NativeChip(IMAGE, 0)
+    for spikes in spike_train(STEPS):
+        twice = np.concatenate([spikes, spikes[:1]])
+        for one, other in zip(chip.step(twice, {}), native.step(twice, {}), strict=True):
+            np.testing.assert_array_equal(one, other)
+    assert chip.activity().totals() == native.activity().totals()
+
+
 def test_simulated_time_waits_for_a_slow_board() -> None:
     chip = board_chip(["slow=4000@100"], SimulatedTime())
     assert equal_steps(chip) == STEPS

@@ -116,6 +116,20 @@ def test_the_built_in_network_gives_the_image_of_the_run(tmp_path):
     assert compile_network(network, pipeline="compact").image.digest == run["image_digest"]
 
 
+@pytest.mark.slow
+@pytest.mark.usefixtures("short_gait")
+def test_a_board_does_what_the_native_backend_does(tmp_path):
+    folders = [tmp_path / backend for backend in ("native", "board")]
+    native, board = (walked(f, 0.2, backend=f.name, n_neurons=2) for f in folders)
+    for found in (native, board):
+        del found["metrics"]["real_time_factor"]
+    for key in ("metrics", "activity", "image_digest", "energy"):
+        assert native[key] == board[key]
+    one, other = (xr.open_dataset(folder / "probes.nc") for folder in folders)
+    assert one.identical(other)
+    assert (board["link"]["steps"], board["link"]["held"]) == (200, 0)
+
+
 # what it writes
 
 
