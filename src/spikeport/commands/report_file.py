@@ -13,7 +13,7 @@ from spikeport.files import read_json
 
 IN_FOLDERS = ("report.json", "result.json")
 NEEDED = ("image_digest", "resources", "energy", "timing")
-COMPARED = (*NEEDED, "passes", "quantisation", "loss")
+COMPARED = (*NEEDED, "host_io", "passes", "quantisation", "loss")
 PARTS: dict[str, TypeAdapter[object]] = {
     name: TypeAdapter(get_type_hints(ReportData)[name]) for name in COMPARED
 }
