@@ -6,6 +6,7 @@ from spikeport.compile.passes.base import AnyPass
 from spikeport.errors import UsageError, unknown
 
 PASSES: dict[str, str] = {
+    "sparse_inputs": "spikeport.compile.passes.sparse_inputs:SparseInputs",
     "tie": "spikeport.compile.passes.tie:Tie",
     "split_ensembles": "spikeport.compile.passes.split_ensembles:SplitEnsembles",
     "fuse": "spikeport.compile.passes.fuse:Fuse",
