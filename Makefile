@@ -10,7 +10,7 @@ SANAFE   := sanafe==2.2.9
 LAVA     := lava-nc==0.10.0
 PYTHON310 ?= $(shell for one in python3.10 $(HOME)/.pyenv/versions/3.10.*/bin/python; do \
   "$$one" -c '' 2>/dev/null && echo "$$one" && break; done)
-DEBIAN   := libegl1 libegl-mesa0 openssl
+DEBIAN   := libegl1 libegl-mesa0 openssl chromium
 APT      := timeout 300 apt-get -qq -o Acquire::Retries=0 -o Acquire::http::Timeout=20
 
 # Tests of a file stay together: they share fixtures that take seconds.

@@ -66,7 +66,7 @@ def run(trial: Trial[K, R], folder: Path) -> Outcome:
             ) from None
     outcome = _outcome(trial, sim, trial.metrics(done))
     options.progress("writing", None)
-    _write(trial, rig, done, outcome.result, folder)
+    _write(trial, rig, done, outcome.result, sim, folder)
     return outcome
 
 
@@ -171,7 +171,9 @@ def link_line(link: Mapping[str, Any]) -> str:
     )
 
 
-def _write(trial: Trial[K, R], rig: Rig, done: R, result: Result, folder: Path) -> None:
+def _write(
+    trial: Trial[K, R], rig: Rig, done: R, result: Result, sim: Simulator, folder: Path
+) -> None:
     """Write a run's folder: its pictures are drawn before an earlier run makes room."""
     scenes: Scenes = trial.scenes(done)
     pictures = draw_scenes(rig.film, scenes)
@@ -181,6 +183,8 @@ def _write(trial: Trial[K, R], rig: Rig, done: R, result: Result, folder: Path) 
     if result["link"] is not None:
         figure.text(0.995, 0.003, link_line(result["link"]), ha="right", va="bottom", size=6)
     run_folder.write_figure(folder, figure)
+    if sim.compilation is not None:
+        run_folder.write_report(folder, sim.report(), trial.name)
     if rig.loop.over:
         run_folder.add_last_states(folder, rig.plant.history())
     if trial.options.video:

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from spikeport.backends.board.link import OWN_STUB, LinkOptions
+from spikeport.cache import NOTHING, Cache
 from spikeport.compile.report.report import Report
 from spikeport.experiments.run_folder import Result
 from spikeport.hardware_models.activity import Activity
@@ -33,6 +34,8 @@ class Options:
         Whether a video is made.
     link : LinkOptions
         The way to a board, for backends that have one.
+    cache : Cache
+        Keeps calibrations and rehearsals from run to run; by default nothing is kept.
     progress : callable
         See `spikeport.progress.Progress`.
     command : tuple of str
@@ -46,6 +49,7 @@ class Options:
     seed: int = 0
     video: bool = False
     link: LinkOptions = OWN_STUB
+    cache: Cache = field(default=NOTHING, compare=False)
     progress: Progress = field(default=silent, compare=False)
     command: tuple[str, ...] = ()
 

@@ -4,8 +4,9 @@ Published times are those of whole steps in which host and chip exchange spikes 
 their number; none is known per spike. They are never added to what a chip takes by itself.
 """
 
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
-from typing import Literal
+from typing import Any, Literal
 
 from spikeport.hardware_models.activity import Activity
 from spikeport.hardware_models.chip import ChipModel
@@ -91,9 +92,36 @@ class HostIoReport:
     verdict: Verdict
     reason: str
 
+    @property
+    def dt(self) -> str:
+        """The length of a step, in words."""
+        return f"dt = {1000 * self.dt_s:g} ms"
+
+    def rows(self) -> Iterator[tuple[str, str]]:
+        """Yield names and figures, in words: the rows of a table."""
+        mean = f"{self.spikes:,.1f} {'on average' if self.counted else 'expected'}"
+        most = "" if self.most_spikes is None else f", {self.most_spikes:,} at most"
+        unknown = "" if self.counted else _unknown(self.unknown_sources)
+        yield "spikes in", f"{mean}{most}, of {self.sources:,} sources{unknown}"
+        packets = f", {self.bytes_back:,} bytes in whole packets" if self.bytes_back else ""
+        what = f"{self.values_back:,} values, {self.spikes_back:,} spikes"
+        yield "read back", f"{self.words_back:,} words ({what}){packets}"
+        if self.errors:
+            yield "learning errors in", f"{self.errors:,} values"
+        if self.published is not None:
+            yield "published", f"{self.published.format()}: {self.published.source}"
+        yield self.dt, f"{self.verdict}: {self.reason}"
+
     def to_dict(self) -> dict[str, object]:
         """Plain data, ready for JSON."""
         return asdict(self)
+
+    @classmethod
+    def of(cls, data: Mapping[str, Any]) -> "HostIoReport":
+        """Return the report of plain data, see `to_dict`."""
+        published = data["published"]
+        figure = None if published is None else Estimate(**published)
+        return cls(**{**data, "published": figure})
 
 
 def host_io(
@@ -160,6 +188,10 @@ def _judged(traffic: HostTraffic, chip: ChipModel) -> tuple[Verdict, str]:
     bounds = [_ms(bound) for bound in (step.low, step.high) if bound is not None]
     published = " to ".join(bounds) if len(bounds) == 2 else _ms(step.value)
     return "not shown", f"published steps with host I/O take {published}"
+
+
+def _unknown(sources: int) -> str:
+    return f"; without {sources:,} that send spikes as they come" if sources else ""
 
 
 def _ms(seconds: float) -> str:

@@ -179,6 +179,20 @@ def happened(activity: Activity) -> list[events.OnCore]:
     return [event for event in EVENTS if activity.over_steps(event.counts).any()]
 
 
+def mean_core_time(activity: Activity, calibration: EnergyCalibration, core: int) -> Estimate:
+    """Return the mean time of a step on one core, in s: the mean of `core_times`, with its bounds.
+
+    A part without public figure is left out, which leaves no upper bound.
+    """
+    time = zero("s")
+    for event in happened(activity):
+        count = float(activity.over_steps(event.counts)[core])
+        figure = getattr(calibration.times, event.name)
+        if count:
+            time += at_least_zero("s") if figure is None else figure.estimate.scaled(count)
+    return time.scaled(1 / activity.n_steps)
+
+
 def between_chips(
     activity: Activity, chip: ChipModel, calibration: EnergyCalibration
 ) -> Estimate | None:

@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from spikeport.cache import Arrays
 from spikeport.constants import DT_S
 from spikeport.errors import UsageError
 from spikeport.experiments.calibration import DecoderCalibration
@@ -104,8 +105,14 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
         return refitted(self, layers, record_ranges(layers, gait), gait, rehearsals.walks)
 
     def _rehearsed(self, rehearsals: Rehearsals) -> Rehearsed:
-        self.options.progress("rehearsing with the exact controllers", None)
-        return rehearsals.record()
+        def rehearse() -> Arrays:
+            self.options.progress("rehearsing with the exact controllers", None)
+            return rehearsals.record().arrays()
+
+        paths = [goal.path for goal in self.goals(self.options.seed)]
+        exact = rehearsals.exact
+        inputs = (self.recorded, paths, exact.policy, exact.gains)
+        return Rehearsed.of(self.options.cache.kept("rehearsal", inputs, rehearse))
 
     def _spiking(self, exact: ExactControllers) -> tuple[HumanoidNetwork, Box]:
         """Build the humanoid for states that the exact controllers pass, and its encoding."""

@@ -19,6 +19,7 @@ from spikeport.commands.options import (
     ChipOption,
     FaultsOption,
     Link,
+    NoCache,
     PassesOption,
     RunOptions,
     SecondsOption,
@@ -49,7 +50,6 @@ app = typer.Typer(
     cls=CommandGroup,
     help="Nengo networks on Loihi-style neuromorphic chips, in closed loop with a robot.",
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
 )
 MODEL = (
@@ -77,6 +77,7 @@ ExperimentName = Annotated[str, typer.Argument(help="The experiment, e.g. reach.
 ImageFile = Annotated[Path, typer.Argument(help="The image.npz that a compile wrote.")]
 ImageFolder = Annotated[Path | None, written("Folder to write image and report to.")]
 ReportFile = Annotated[Path | None, written("File to write the report to.")]
+ReportPage = Annotated[Path | None, written("File of the report as a page, for a browser.")]
 
 
 def explained(rule: str | None) -> None:
@@ -117,6 +118,7 @@ def compile_command(
     ] = None,
     out: ImageFolder = None,
     json: ReportFile = None,
+    html: ReportPage = None,
     passes: PassesOption = None,
     offload: Annotated[
         bool, typer.Option("--offload", help="Move what breaks a rule to the host, and say what.")
@@ -133,6 +135,7 @@ def compile_command(
         bool, typer.Option("--cores", help="Print the tables of all cores and modules.")
     ] = False,
     build_timeout: BuildTimeout = None,
+    no_cache: NoCache = False,
     explain: Annotated[
         str | None,
         typer.Option(
@@ -142,6 +145,7 @@ def compile_command(
 ) -> None:
     """Compile a network: say whether it fits, what it costs and what it loses."""
     from spikeport.commands.compile import CompileRequest, run
+    from spikeport.commands.destinations import Destinations
     from spikeport.compile.report.budget import Budget
 
     run(
@@ -149,8 +153,7 @@ def compile_command(
             network=network,
             chip=chip,
             settings=settings,
-            out=out,
-            json=json,
+            to=Destinations(out=out, json=json, html=html),
             rates=rate_hz or [],
             loss_s=loss,
             budget=Budget(cores=max_cores, power_w=max_power, step_us=max_step_us),
@@ -266,9 +269,11 @@ def convert_command(
     seed: SeedOption = 0,
     out: ImageFolder = None,
     json: ReportFile = None,
+    html: ReportPage = None,
 ) -> None:
     """Convert a perceptron into spikes: what it takes on the chip, and the error of each layer."""
     from spikeport.commands.convert import ConvertRequest, run
+    from spikeport.commands.destinations import Destinations
 
     run(
         ConvertRequest(
@@ -281,8 +286,7 @@ def convert_command(
             chip=chip,
             passes=passes,
             seed=seed,
-            out=out,
-            json=json,
+            to=Destinations(out=out, json=json, html=html),
         )
     )
 
@@ -291,11 +295,12 @@ def convert_command(
 def diff_command(
     a: Annotated[Path, typer.Argument(help="A report, or the folder of a compile or run.")],
     b: Annotated[Path, typer.Argument(help="Another.")],
+    html: ReportPage = None,
 ) -> None:
     """Compare two compiles or runs: exits with 1 if any figure differs, else 0."""
     from spikeport.commands.diff import run
 
-    raise typer.Exit(run(a, b))
+    raise typer.Exit(run(a, b, html))
 
 
 @app.command("run")
@@ -383,6 +388,7 @@ def sweep_command(
     settings: SettingsOption,
     probes: Annotated[bool, typer.Option("--probes", help="Keep the time series too.")] = False,
     out: Annotated[Path | None, written("Folder; a sweep that is there goes on.")] = None,
+    no_cache: NoCache = False,
     workers: Workers,
 ) -> None:
     """Run an experiment at many settings, each from several seeds; resumes where it was."""
@@ -400,6 +406,16 @@ def sweep_command(
         probes=probes,
     )
     raise typer.Exit(run(request))
+
+
+@app.command("cache")
+def cache_command(
+    clear: Annotated[bool, typer.Option("--clear", help="Remove all of it.")] = False,
+) -> None:
+    """Show what is kept from run to run: calibrations and rehearsals."""
+    from spikeport.commands.cache import run
+
+    run(clear)
 
 
 board_app = typer.Typer(help="Boards at the end of a link, and records of them.")

@@ -11,7 +11,7 @@ import torch
 import yaml
 from torch import nn
 
-from spikeport import compile_network, nir
+from spikeport import cache, compile_network, nir
 from spikeport.backends.board.board import Board, pieces
 from spikeport.backends.board.chip import BoardChip
 from spikeport.backends.board.frame import Frame, Kind, Splitter
@@ -36,6 +36,7 @@ from spikeport.hardware_models.chip import BUILT_IN
 from spikeport.networks import walking_policy
 from spikeport.networks.loading.files import load_mlp
 from spikeport.networks.walking_policy import WalkingPolicy
+from spikeport.reading.mismatch import MismatchError
 from spikeport.reading.notebook import read_notebook
 from tests.helpers import nir_graphs
 from tests.helpers.event_files import process_of, random_events, write_events
@@ -210,6 +211,19 @@ def _nir(folder: Path) -> None:
         nir_graphs.written(folder, graph, f"{name}.nir")
 
 
+def _entry(folder: Path) -> None:
+    arrays = {"decoders": np.arange(6.0).reshape(2, 3), "digest": np.array("abc")}
+    cache.Cache(folder).kept("policy", "inputs", lambda: arrays)
+
+
+def _kept(path: Path) -> dict[str, np.ndarray]:
+    key = cache.digest_of(("policy", "inputs", cache.surroundings()))
+    try:
+        return cache.read(path, key)
+    except MismatchError as error:
+        raise UsageError(f"{path}: {error}") from None
+
+
 LOADERS = {
     "npz": Loader(_npz, walking_policy.load),
     "TorchScript": Loader(_torchscript, load_mlp),
@@ -230,4 +244,5 @@ LOADERS = {
     "record": Loader(_record, _replay),
     "frames": Loader(_frames, _answered),
     "bodies": Loader(_bodies, _answered_whole),
+    "cache": Loader(_entry, _kept),
 }

@@ -1,13 +1,14 @@
 """Host input and output: what crosses in a step, and a verdict in words."""
 
 import dataclasses
+import json
 from typing import Any
 
 import pytest
 
 from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.chip import ChipModel
-from spikeport.hardware_models.host_io import HostTraffic, host_io
+from spikeport.hardware_models.host_io import HostIoReport, HostTraffic, host_io
 from tests.hardware_models.conftest import figure, toy_data
 
 TRAFFIC = HostTraffic(
@@ -85,3 +86,9 @@ def test_spikes_are_expected_before_a_run_and_counted_in_one(make_activity):
     stated = make_activity(n_steps=1, host_spikes=[2.5])
     found = host_io(TRAFFIC, chips.get("loihi"), stated, counted=False)
     assert (found.counted, found.spikes, found.most_spikes) == (False, 2.5, None)
+
+
+@pytest.mark.parametrize("name", chips.names())
+def test_plain_data_is_the_report_again(name):
+    found = host_io(TRAFFIC, chips.get(name))
+    assert HostIoReport.of(json.loads(json.dumps(found.to_dict()))) == found

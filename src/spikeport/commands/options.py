@@ -27,6 +27,15 @@ def path_of(text: str) -> Path:
     return Path(text)
 
 
+def _no_cache(asked: bool) -> bool:
+    """Switch the cache off where that is asked for; workers inherit it."""
+    if asked:
+        from spikeport.cache import switch_off
+
+        switch_off()
+    return asked
+
+
 def written(help_text: str) -> Any:
     """Return the option of a file or folder that is written."""
     return typer.Option(help=help_text, parser=path_of, metavar="PATH")
@@ -56,6 +65,12 @@ SettingsOption = Annotated[
 ]
 
 
+NoCache = Annotated[
+    bool,
+    typer.Option(
+        "--no-cache", callback=_no_cache, help="Calibrate anew, and keep nothing; see `cache`."
+    ),
+]
 FaultsOption = Annotated[
     list[str],
     typer.Option(
@@ -131,6 +146,7 @@ class RunOptions:
     out: Annotated[Path | None, written("Folder of the run.")] = None
     overwrite: Annotated[bool, typer.Option(help="Replace an earlier run in --out.")] = False
     video: Annotated[bool, typer.Option("--video", help="Write video.mp4 too.")] = False
+    no_cache: NoCache = False
 
 
 def with_options(command: Callable[..., Result]) -> Callable[..., Result]:

@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from spikeport import key_values
+from spikeport import cache, key_values
 from spikeport.backends.board.link import OWN_STUB, LinkOptions
 from spikeport.commands.options import RunOptions, Target
 from spikeport.commands.progress import progress_bar
@@ -54,6 +54,7 @@ def run(request: RunRequest) -> None:
             seed=asked.seed,
             video=asked.video,
             link=request.link,
+            cache=cache.of_user(),
             progress=progress,
             command=("spikeport", *sys.argv[1:]),
         )

@@ -23,7 +23,6 @@ from spikeport.compile.report.summary import verdict
 from spikeport.constants import DT_S, LONGEST_RUN
 from spikeport.errors import UsageError, printable
 from spikeport.experiments import registry, run_folder
-from spikeport.files import write_json
 from spikeport.find_network import BUILT_IN, find_network
 from spikeport.simulation.probes import probe_outputs, probes_by_name
 from spikeport.simulation.run import Ran, RunOptions, run
@@ -125,7 +124,7 @@ def _write(
     run_folder.write_probes(folder, series.dataset(ran.recorded, ran.backend))
     run_folder.write_figure(folder, picture)
     if ran.report_json is not None:
-        write_json(folder / "report.json", ran.report_json)
+        run_folder.write_report(folder, ran.report_json, request.network)
     run_folder.write_result(folder, _result(request, ran, network))
 
 

@@ -50,41 +50,18 @@ def cost_table(
         for label, text in _cost_rows(chip, activity, calibration):
             rows.setdefault(label, []).append(text)
     if host_io is not None and any(c.has_times for c in chip.calibrations):
-        rows["with host I/O"] = [_in_words(host_io)] * len(chip.calibrations)
+        rows["with host I/O"] = [f"{host_io.dt} {host_io.verdict}"] * len(chip.calibrations)
     for label, texts in rows.items():
         table.add_row(label, *(escape(text) for text in texts))
     return table
 
 
-def _in_words(host_io: HostIoReport) -> str:
-    return f"dt = {1000 * host_io.dt_s:g} ms {host_io.verdict}"
-
-
 def host_io_table(host_io: HostIoReport) -> Table:
     """Traffic of a step between host and chip, and whether they are known to keep up."""
     table = Table("", box=SIMPLE_HEAD, title="host I/O of a step", show_header=False)
-    for label, text in _host_io_rows(host_io):
+    for label, text in host_io.rows():
         table.add_row(label, escape(text))
     return table
-
-
-def _host_io_rows(host_io: HostIoReport) -> Iterator[tuple[str, str]]:
-    mean = f"{host_io.spikes:,.1f} {'on average' if host_io.counted else 'expected'}"
-    most = "" if host_io.most_spikes is None else f", {host_io.most_spikes:,} at most"
-    unknown = "" if host_io.counted else _unknown(host_io.unknown_sources)
-    yield "spikes in", f"{mean}{most}, of {host_io.sources:,} sources{unknown}"
-    held = "" if host_io.bytes_back is None else f", {host_io.bytes_back:,} bytes in whole packets"
-    what = f"{host_io.values_back:,} values, {host_io.spikes_back:,} spikes"
-    yield "read back", f"{host_io.words_back:,} words ({what}){held}"
-    if host_io.errors:
-        yield "learning errors in", f"{host_io.errors:,} values"
-    if host_io.published is not None:
-        yield "published", f"{host_io.published.format()}: {host_io.published.source}"
-    yield f"dt = {1000 * host_io.dt_s:g} ms", f"{host_io.verdict}: {host_io.reason}"
-
-
-def _unknown(sources: int) -> str:
-    return f"; without {sources:,} that send spikes as they come" if sources else ""
 
 
 def _basis(activity: Activity, rates: Rates | None) -> str:

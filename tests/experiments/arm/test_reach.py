@@ -141,8 +141,8 @@ def test_the_resources_are_those_of_the_compiler(loihi):
 
 
 @pytest.mark.slow
-def test_the_folder_holds_three_files(loihi):
-    assert names(loihi.folder) == FILES
+def test_the_folder_holds_the_run_and_the_report(loihi):
+    assert names(loihi.folder) == sorted([*FILES, "report.html", "report.json"])
 
 
 @pytest.mark.slow

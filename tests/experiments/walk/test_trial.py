@@ -7,6 +7,7 @@ import pytest
 import xarray as xr
 from PIL import Image
 
+from spikeport.cache import Cache
 from spikeport.compile.pipeline import compile_network
 from spikeport.errors import UsageError
 from spikeport.experiments import driver
@@ -290,3 +291,19 @@ def test_the_experiments_pipeline_is_used_where_none_is_asked_for(tmp_path, spik
     spikeport(*ANALYTIC, "--out", tmp_path / "a")
     spikeport(*ANALYTIC, "--passes", "as_written", "--out", tmp_path / "b")
     assert asked == ["compact", "as_written"]
+
+
+def test_a_gait_is_recorded_once_for_a_policy(monkeypatch, tmp_path):
+    recorded = []
+
+    def record(policy):
+        recorded.append(policy)
+        return np.full((2, 69), float(len(recorded)))
+
+    monkeypatch.setattr(walk_trial, "record_gait", record)
+    trial = WalkTrial(WalkSettings(), Options(1.0, cache=Cache(tmp_path / "cache")))
+    weights = trial.settings.walking_policy()
+    for _ in range(2):
+        assert (trial._gait(weights) == 1).all()
+    other = dataclasses.replace(weights, pose_rad=weights.pose_rad + 0.01)
+    assert (trial._gait(other) == 2).all()

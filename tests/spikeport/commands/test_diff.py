@@ -4,6 +4,8 @@ import json
 
 import pytest
 
+from spikeport.experiments.run_folder import RESULT_SCHEMA
+
 
 @pytest.fixture
 def two(spikeport, net_py, tmp_path):
@@ -61,8 +63,9 @@ def test_files_that_are_no_reports_are_refused(spikeport, two, tmp_path):
     assert error(file) == f"{file}: not a report of a compile, nor of a run"
     report = json.loads((two[1] / "report.json").read_text())
     file.write_text(json.dumps(report | {"schema": 99}))
-    assert error(file) == f"{file}: report schema 99, this spikeport reads 1; write it again"
-    file.write_text(json.dumps(report | {"experiment": "reach", "resources": None}))
+    assert error(file) == f"{file}: report schema 99, this spikeport reads 2; write it again"
+    result = {"schema": RESULT_SCHEMA, "experiment": "reach", "resources": None}
+    file.write_text(json.dumps(report | result))
     assert error(file) == f"{file}: the run was on no chip: it has no resources to compare"
     assert error(tmp_path) == f"{tmp_path}: has neither report.json nor result.json"
 
