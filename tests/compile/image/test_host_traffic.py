@@ -87,7 +87,7 @@ def test_rates_are_those_of_values_spread_evenly(gain, bias, mean_hz):
 
 @pytest.mark.parametrize("backend", ["native", "nengo-loihi"])
 def test_what_a_run_counts_is_what_the_relays_send(backend):
-    """Half of a pair's steps each: a spike a dimension, whatever the value."""
+    """Count a spike a dimension in a step, whatever the value."""
     with Simulator(network(), backend=backend) as sim:
         sim.run_steps(200)
         sent = sim.activity.from_host

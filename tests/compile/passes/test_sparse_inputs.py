@@ -79,7 +79,7 @@ def test_the_emulator_agrees_in_every_bit(passes):
 
 @pytest.mark.parametrize("weight", [1, 2])
 def test_values_of_one_sign_err_no_more(weight):
-    """By the error of the input alone: what the host sent, filtered, against the value."""
+    """Compare decoded values of many neurons, whose own noise is small beside the input's."""
     with nengo.Network(seed=0) as net:
         value = nengo.Node(lambda t: 0.5 + 0.4 * np.sin(20 * t))
         target = nengo.Ensemble(1000, 1, neuron_type=nengo.SpikingRectifiedLinear())
