@@ -1,4 +1,4 @@
-"""What a placement uses of each resource against what the chip has, as (used, limit) throughout."""
+"""The use of each resource by a placement, against the chip's limits."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
@@ -10,7 +10,7 @@ from spikeport.hardware_models.topology import chips_used
 
 
 class CoreUse(NamedTuple):
-    """What one core holds of each resource."""
+    """The use of each resource by one core."""
 
     label: str
     compartments: int
@@ -23,7 +23,7 @@ class CoreUse(NamedTuple):
 
 
 class Usage(NamedTuple):
-    """What an object, a core or the chip, uses of a resource, and the most it may use.
+    """The use of a resource by an object, a core or the chip, and the most it may use.
 
     ``limit`` is None where it is not public.
     """
@@ -36,7 +36,7 @@ class Usage(NamedTuple):
 
     @property
     def exceeded(self) -> bool:
-        """Whether more is used than there is."""
+        """True if more is used than there is."""
         return self.limit is not None and self.used > self.limit
 
 

@@ -1,4 +1,4 @@
-"""Whether a chip keeps up with real time: the mean and the longest step of a run."""
+"""The mean and the longest step of a run, against real time."""
 
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
@@ -37,7 +37,7 @@ NOT_MODELLED = (
 
 @dataclass(frozen=True)
 class TimingReport:
-    """How long the steps of a run take.
+    """The times of a run's steps.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What is fuzzed: loaders by name, with good files of their own. A further one is one line."""
+"""The loaders that are fuzzed, by name, with good files of their own. A further one is one line."""
 
 import shutil
 from collections.abc import Callable

@@ -12,7 +12,7 @@ NAHUKU = LOIHI.calibration("nahuku-fit")
 
 
 def figures(model: BaseModel) -> list[Figure]:
-    """All figures inside a model, however deep."""
+    """Yield all figures inside a model, however deep."""
     found = [model] if isinstance(model, Figure) else []
     for name in type(model).model_fields:
         field = getattr(model, name)

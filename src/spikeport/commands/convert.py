@@ -105,7 +105,7 @@ def _observations(request: ConvertRequest, walker: WalkingPolicy | None, mlp: Ml
 
 
 def lint_table(lint: ConversionLint) -> Table:
-    """What the conversion costs, layer by layer."""
+    """Return the table of the conversion's errors, layer by layer."""
     table = Table(box=SIMPLE_HEAD, title="conversion, in float spikes")
     table.add_column("layer", no_wrap=True)
     columns = ("units", "range", "/ rms", "rate Hz", "tau ms", "spikes", "error")

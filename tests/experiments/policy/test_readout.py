@@ -1,4 +1,4 @@
-"""Whether a trial's policy is calibrated, and by what."""
+"""The choice of a trial's calibration: none, found, or from a file."""
 
 from types import SimpleNamespace
 
@@ -20,7 +20,7 @@ WALKS = Walks(lambda _policy: GAIT, lambda _policy: np.zeros(69))
 
 @pytest.fixture(autouse=True)
 def found(monkeypatch):
-    """What a calibration finds."""
+    """Return the decoders that a calibration finds."""
     decoders = {"weights": np.ones((2, 4)), "bias": np.zeros(2), "trim": np.ones(69)}
     monkeypatch.setattr(module, "calibrated_policy", lambda *_: Refitted(decoders, ""))
     return decoders

@@ -1,4 +1,4 @@
-"""What is written and read back runs as the image does; what no register holds is found."""
+"""An image that is written and read back runs as it is; what no register holds is found."""
 
 from dataclasses import replace
 
