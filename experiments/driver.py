@@ -20,7 +20,7 @@ from spikeport.simulator import Simulator
 
 K = TypeVar("K", bound=Rig)
 R = TypeVar("R")
-ON_CHIP = ("image_digest", "resources", "energy", "timing")
+ON_CHIP = ("image_digest", "resources", "energy", "timing", "host_io")
 """The parts of a report that are in ``result.json``, too."""
 DAMPED_STEPS = 150
 """Steps of the robot after its controller was lost: they, and those just before, are kept."""
@@ -149,7 +149,7 @@ def _outcome(trial: Trial[K, R], sim: Simulator, metrics: dict[str, object]) -> 
 
 
 def on_chip(sim: Simulator) -> dict[str, object]:
-    """Return image digest, resources, energy and timing; None for each without a chip."""
+    """Return digest, resources, energy, timing and host I/O; None for each without a chip."""
     if sim.compilation is None:
         return dict.fromkeys(ON_CHIP)
     report = sim.report()

@@ -115,7 +115,8 @@ def fold(activity: Activity, chip: ChipModel | None) -> Folded:
         times = {c.name: time_sums(activity, chip, c) for c in chip.calibrations}
     sums = {name: activity.over_steps(name) for name in PER_STEP}
     sums |= {name: getattr(activity, name) for name in PER_RUN}
-    return Folded(activity.n_steps, sums, chip, times)
+    sent = activity.from_host
+    return Folded(activity.n_steps, sums, chip, times, sent.total, sent.most)
 
 
 def step_times(activity: Activity, chip: ChipModel, calibration: EnergyCalibration) -> StepTimes:

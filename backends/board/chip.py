@@ -110,6 +110,7 @@ class BoardChip:
         self._totals: Totals | None = None
         self._held = self._codec.silence()
         self._open: Frame | None = None
+        self._open_spikes = 0
         self._sent_s = self._ask_again_s = 0.0
         self._late = self._at = 0
         self._closed = self._lost = False
@@ -190,6 +191,7 @@ class BoardChip:
         """Send a step, and return its answer; None if the last outputs are held."""
         if self._open is None:
             self._open = Frame(Kind.STEP, self._session, self._at + 1, body, flags)
+            self._open_spikes = len(spikes)
             self._send_open()
         else:  # the board is behind, and what it missed is never delivered late
             self.figures.skipped_spikes += len(spikes)
@@ -228,7 +230,7 @@ class BoardChip:
         self._trips.add(self._clock.now() - self._sent_s)
         self._held, self._open = stepped.held, None
         self._at, self._late = frame.step, 0
-        self._log.append(stepped.counts)
+        self._log.append(stepped.counts, self._open_spikes)
         return True
 
     def _hold(self) -> None:

@@ -15,6 +15,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 from spikeport.atomic import write_text
 from spikeport.compile.report.drawing import SIDE, Chip, chips, estimate
 from spikeport.compile.report.report import Json
+from spikeport.hardware_models.host_io import HostIoReport
 
 BITS_PER_KIB = 8 * 1024
 MOST_CELLS = 4000
@@ -153,6 +154,12 @@ class View:
     def chips(self) -> list[Chip]:
         """The drawings of the chips in use."""
         return chips(self.report, self.calibration)
+
+    @cached_property
+    def host_io(self) -> list[tuple[str, str]]:
+        """The host's input and output, in words; none without an image."""
+        found = self.report["host_io"]
+        return [] if found is None else list(HostIoReport.of(found).rows())
 
     @cached_property
     def modules(self) -> list[Row]:

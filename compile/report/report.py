@@ -14,6 +14,7 @@ from spikeport.compile.report.neurobench import NeuroBench, workload
 from spikeport.hardware_models.activity import Activity
 from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.energy import ModuleEnergy, energy, module_energies
+from spikeport.hardware_models.host_io import HostIoReport, HostTraffic, host_io
 from spikeport.hardware_models.limits import (
     CoreUse,
     Usage,
@@ -56,9 +57,10 @@ class Report:
     ``warnings`` what nengo-loihi's builder said on the way. ``placed`` names the blocks on each
     core, ``passes`` holds name, options and findings of every pass, ``lower_bound`` how few cores
     the blocks could take, by reason, ``neurobench`` NeuroBench's static metrics, ``hints`` what
-    compiles but is lost or left out, ``offloaded`` the ensembles that were moved to the host. The
-    report on a network with nothing on the chip has no cores, and an empty digest; so has one that
-    does not fit, whose ``violations`` say why.
+    compiles but is lost or left out, ``offloaded`` the ensembles that were moved to the host,
+    ``host`` the traffic with the host. The report on a network with nothing on the chip has no
+    cores, no traffic, and an empty digest; so has one that does not fit, whose ``violations`` say
+    why.
     """
 
     chip: ChipModel
@@ -72,6 +74,7 @@ class Report:
     neurobench: NeuroBench | None = None
     hints: tuple[Violation, ...] = ()
     offloaded: tuple[Offloaded, ...] = ()
+    host: HostTraffic | None = None
     violations: tuple[Violation, ...] = ()
 
     def __repr__(self) -> str:
@@ -97,6 +100,14 @@ class Report:
             if usage.resource not in rows or usage.used > rows[usage.resource].used:
                 rows[usage.resource] = usage
         return rows
+
+    def host_io(
+        self, activity: Activity | None = None, rates: Rates | None = None
+    ) -> HostIoReport | None:
+        """Return the host's input and output; None without an image. See `to_dict`."""
+        if self.host is None:
+            return None
+        return host_io(self.host, self.chip, activity, counted=rates is None)
 
     def to_dict(
         self,
@@ -140,10 +151,15 @@ class Report:
             "warnings": list(self.warnings),
             "basis": _basis(activity, rates),
             **costs(self.chip, activity),
+            "host_io": self._host_io(activity, rates),
             "traffic": None if activity is None else traffic(activity),
             "modules": None if modules is None else modules.to_dict(self.chip),
             "loss": None if loss is None else dict(loss),
         }
+
+    def _host_io(self, activity: Activity | None, rates: Rates | None) -> Json | None:
+        found = self.host_io(activity, rates)
+        return None if found is None else found.to_dict()
 
     def _resources(self) -> dict[str, dict[str, int | None]]:
         rows = {n: {"used": u.used, "limit": u.limit} for n, u in self.resources().items()}

@@ -13,6 +13,7 @@ from spikeport.compile.report.loss import Loss
 from spikeport.compile.report.neurobench import NeuroBench
 from spikeport.compile.report.report import SCHEMA, Json
 from spikeport.hardware_models.energy import EnergyReport, ModuleEnergy
+from spikeport.hardware_models.host_io import HostIoReport
 from spikeport.hardware_models.limits import CoreUse
 from spikeport.hardware_models.timing import TimingReport
 
@@ -105,6 +106,7 @@ class ReportData(BaseModel):
     basis: Basis | None
     energy: dict[str, EnergyReport] | None
     timing: dict[str, TimingReport | None] | None
+    host_io: HostIoReport | None
     traffic: Traffic | None
     modules: dict[str, list[ModuleEnergy]] | None
     loss: Loss | None

@@ -16,7 +16,7 @@ from spikeport.errors import printable
 SAME, DIFFERENT = 0, 1
 
 
-SECTIONS = ("passes", "quantisation", "energy", "timing", "loss")
+SECTIONS = ("passes", "quantisation", "energy", "timing", "host_io", "loss")
 
 Figures = dict[str, object]
 """Numbers, texts and what is not known (None), by name."""
@@ -100,6 +100,15 @@ def _times(timing: Json) -> Figures:
     }
 
 
+def _host_io(host_io: Json) -> Figures:
+    return {
+        "host spikes / step": host_io["spikes"],
+        "most host spikes in a step": host_io["most_spikes"],
+        "words back / step": host_io["words_back"],
+        "host I/O": host_io["verdict"],
+    }
+
+
 def _loss(loss: Json) -> Figures:
     parts = {f"loss by {p['object']}: {p['what']}": p["output_error"] for p in loss["parts"]}
     return {"loss at the outputs": loss["output_error"], **parts}
@@ -110,6 +119,7 @@ FIGURES: dict[str, Callable[[Any], Figures]] = {
     "quantisation": _rounding,
     "energy": _powers,
     "timing": _times,
+    "host_io": _host_io,
     "loss": _loss,
 }
 

@@ -13,11 +13,11 @@ from spikeport.files import read_json
 
 IN_FOLDERS = ("report.json", "result.json")
 NEEDED = ("image_digest", "resources", "energy", "timing")
-COMPARED = (*NEEDED, "passes", "quantisation", "loss")
+COMPARED = (*NEEDED, "host_io", "passes", "quantisation", "loss")
 PARTS: dict[str, TypeAdapter[object]] = {
     name: TypeAdapter(get_type_hints(ReportData)[name]) for name in COMPARED
 }
-"""The parts of reports that are compared; a run's result has those of `NEEDED` alone."""
+"""The parts of reports that are compared; a run's result has those of `NEEDED`, and ``host_io``."""
 
 
 def read(path: Path) -> Json:

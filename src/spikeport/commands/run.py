@@ -13,7 +13,8 @@ from spikeport import cache, key_values
 from spikeport.backends.board.link import OWN_STUB, LinkOptions
 from spikeport.commands.options import RunOptions, Target
 from spikeport.commands.progress import progress_bar
-from spikeport.commands.tables import cost_notes, cost_table, resource_table
+from spikeport.commands.screen import print_costs
+from spikeport.commands.tables import resource_table
 from spikeport.compile.passes.parse import parse
 from spikeport.constants import DT_S, LONGEST_RUN
 from spikeport.errors import UsageError, unknown
@@ -85,9 +86,7 @@ def show_outcome(outcome: Outcome, folder: Path) -> None:
     result = outcome.result
     if outcome.report is not None:
         console.print(resource_table(outcome.report))
-        console.print(cost_table(outcome.report.chip, outcome.activity))
-        for note in cost_notes(outcome.report.chip, outcome.activity):
-            console.print(note, style="dim", markup=False)
+        print_costs(console, outcome.report, outcome.activity)
     table = Table(
         "metric", "value", box=SIMPLE_HEAD, title=f"{result['experiment']} on {result['backend']}"
     )

@@ -89,6 +89,8 @@ def test_a_late_answer_is_held_for_and_its_spikes_are_counted() -> None:
         for one, other in zip(held, outputs[99], strict=True):
             np.testing.assert_array_equal(one, other)
     assert chip.figures.skipped_spikes == len(trains[101]) + len(trains[102])
+    taken = [len(spikes) for spikes in trains[:101] + trains[103:]]
+    np.testing.assert_array_equal(chip.activity().host_spikes, taken)
     assert chip.activity().n_steps == STEPS - 2
 
 
@@ -200,6 +202,7 @@ def test_a_record_plays_back_what_the_host_got(tmp_path: Path, faults: Sequence[
         for one, other in zip(replay.step(spikes, {}), wanted, strict=True):
             np.testing.assert_array_equal(one, other)
     assert replay.activity().totals() == chip.activity().totals()
+    np.testing.assert_array_equal(replay.activity().host_spikes, chip.activity().host_spikes)
     replay.close()
 
 

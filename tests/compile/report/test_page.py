@@ -71,6 +71,18 @@ def test_a_page_has_the_figures_of_the_report(page: Path, whole: dict[str, Any])
         assert hint["id"] in text
 
 
+def test_a_page_says_what_crosses_to_the_host_and_what_that_shows(page: Path) -> None:
+    text = read(page).text
+    assert "Host I/O of a step" in text
+    assert "not shown: published steps with host I/O take 0.95 ms to 9 ms" in text
+    assert text.count("dt = 1 ms not shown") == 2  # beside the longest step, twice
+
+
+def test_a_page_without_an_image_has_no_host(whole: dict[str, Any], tmp_path: Path) -> None:
+    write_page(tmp_path / "report.html", whole | {"host_io": None}, "nothing")
+    assert "Host I/O" not in read(tmp_path / "report.html").text
+
+
 def test_links_lead_to_rows_of_the_page_and_ids_are_unique(page: Path) -> None:
     tree = read(page)
     assert len(set(tree.ids)) == len(tree.ids)

@@ -116,7 +116,16 @@ def test_the_result_has_every_field(loihi):
     result = loihi.result
     assert list(result) == [
         *("schema", "command", "experiment", "backend", "seconds", "seeds", "settings"),
-        *("metrics", "activity", "link", "image_digest", "resources", "energy", "timing"),
+        *(
+            "metrics",
+            "activity",
+            "link",
+            "image_digest",
+            "resources",
+            "energy",
+            "timing",
+            "host_io",
+        ),
         "versions",
     ]
     assert result["command"] == ["spikeport", "run"]

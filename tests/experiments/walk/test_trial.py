@@ -137,7 +137,16 @@ def test_the_result_has_every_field(exact):
     result = exact[1]
     assert list(result) == [
         *("schema", "command", "experiment", "backend", "seconds", "seeds", "settings"),
-        *("metrics", "activity", "link", "image_digest", "resources", "energy", "timing"),
+        *(
+            "metrics",
+            "activity",
+            "link",
+            "image_digest",
+            "resources",
+            "energy",
+            "timing",
+            "host_io",
+        ),
         "versions",
     ]
     assert list(result["metrics"]) == [*METRICS, "spikes_per_second", "real_time_factor"]
