@@ -205,7 +205,7 @@ def _compiled(job: Job) -> Compilation:
         hints=(
             *network_hints(network, names),
             *filter_hints(floats.passages, dt),
-            *image_hints(unplaced, blocks.errors),
+            *image_hints(unplaced, blocks.errors, blocks.rounded_away),
         ),
     )
     return Compilation(image, report, blocks, rewrite.stand_ins, rewrite.built)

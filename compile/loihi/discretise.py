@@ -3,7 +3,8 @@
 Two things are mended around it. A group of weights whose exponent would lie below the chip's least
 is multiplied as if it did not, so that the chip would read it 2, 4 or more times too large: here it
 keeps the least exponent, and fewer bits. And a block whose largest weight is too small beside its
-thresholds is refused: here weights take fewer bits until the thresholds fit.
+thresholds is refused: here weights take fewer bits until the thresholds fit, and no bit at all where
+they are less than the chip's least, so that they are 0.
 """
 
 import copy
@@ -26,7 +27,8 @@ from spikeport.compile.loihi.own_neurons import discretise_own, own_blocks
 
 LEAST_EXPONENT = -6
 """The least exponent of weights: 2^6 is the unit of what they add to a current."""
-WEIGHT_BITS = 8
+MOST_HALVINGS = 64
+"""How often weights are halved at most: nengo-loihi itself takes those of up to 1e-8 as zero."""
 TINY = 1e-16
 """A largest weight below which nengo-loihi takes all as zero."""
 
@@ -83,17 +85,21 @@ def _round(block: LoihiBlock) -> float:
 
 def _rounded(compartment: Compartment, largest: float) -> Compartment:
     """Return a rounded compartment; weights of at most ``largest`` take all bits that they can."""
-    for fewer in range(WEIGHT_BITS):
+    refusals: list[BuildError] = []
+    for halvings in range(MOST_HALVINGS):
         rounded = copy.deepcopy(compartment)
         try:
             # By its module's name: `numpy1_semantics` stands another in its place there.
-            discretize.discretize_compartment(rounded, largest * 2**fewer)
-        except BuildError:
-            if fewer == WEIGHT_BITS - 1:
+            discretize.discretize_compartment(rounded, largest * 2**halvings)
+        except BuildError as error:
+            refusals.append(error)
+        except AssertionError:
+            if not refusals:
                 raise
+            break  # thresholds and biases alone do not fit beside each other
         else:
             return rounded
-    raise AssertionError("the loop above returns or raises")
+    raise refusals[0]
 
 
 def _scale(synapse: Synapse, info: Mapping[str, Any]) -> tuple[float, np.ndarray, int]:
