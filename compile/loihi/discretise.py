@@ -3,7 +3,7 @@
 Two things are mended around it. A group of weights whose exponent would lie below the chip's least
 is multiplied as if it did not, so that the chip would read it 2, 4 or more times too large: here it
 keeps the least exponent, and fewer bits. And a block whose largest weight is too small beside its
-thresholds is refused: here weights take fewer bits until the thresholds fit, and no bit at all where
+thresholds is refused: here weights take fewer bits until the thresholds fit, and none at all where
 they are less than the chip's least, so that they are 0.
 """
 
