@@ -41,7 +41,7 @@ def test_weights_that_learn_are_refused_on_several_cores(
 
 def test_what_it_learns_from_is_offloaded() -> None:
     network = learning(10, 513)
-    with pytest.raises(DoesNotFitError, match="pre -> .*SP012 learning on several cores"):
+    with pytest.raises(DoesNotFitError, match=r"pre -> .*SP012 learning on several cores"):
         compile_network(network)
     with Simulator(network, offload=True) as simulator:
         simulator.run_steps(2)
