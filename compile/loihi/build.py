@@ -36,6 +36,7 @@ from spikeport.compile.loihi.lean import lean
 from spikeport.compile.loihi.numpy1 import numpy1_semantics
 from spikeport.compile.loihi.relay import RELAYS, fit_range, relayed
 from spikeport.compile.loihi.shared_solves import shared_solves
+from spikeport.compile.loihi.split_synapses import split_by_tables
 from spikeport.errors import UsageError
 
 SEED_LIMIT = 2**31 - 1
@@ -172,7 +173,7 @@ def build(rewrite: Rewrite, dt_s: float, settings: BuildSettings = AS_USUAL) -> 
     model.seeds.update({network: network.seed or 0, **rewrite.seeds})
     model.seeded[network] = True
     settings.set_on(model)
-    with numpy1_semantics(), connections_probed_on_host(), shared_solves():
+    with numpy1_semantics(), connections_probed_on_host(), shared_solves(), split_by_tables():
         try:
             model.build(
                 network,

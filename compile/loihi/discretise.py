@@ -7,8 +7,9 @@ thresholds is refused: here weights take fewer bits until the thresholds fit, an
 they are less than the chip's least, so that they are 0.
 """
 
+import contextlib
 import copy
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -78,9 +79,23 @@ def _round(block: LoihiBlock) -> float:
     block.compartment = _rounded(block.compartment, largest)
     info = block.discretize_info
     for synapse in block.synapses:
-        discretize_synapse(synapse, *_scale(synapse, info))
+        with _as_one_row(synapse):
+            discretize_synapse(synapse, *_scale(synapse, info))
     scale: float = info["v_scale"]
     return scale
+
+
+@contextlib.contextmanager
+def _as_one_row(synapse: Synapse) -> Iterator[None]:
+    """Join the rows of a group of synapses: each weight is rounded by itself, and rows are many."""
+    weights, indices = synapse.weights, synapse.indices
+    synapse.weights = [np.concatenate([row.ravel() for row in weights])[np.newaxis]]
+    synapse.indices = [np.concatenate([row.ravel() for row in indices])[np.newaxis]]
+    yield
+    ends = np.cumsum([row.size for row in weights])[:-1]
+    rounded = np.split(synapse.weights[0][0], ends)
+    synapse.weights = [row.reshape(old.shape) for row, old in zip(rounded, weights, strict=True)]
+    synapse.indices = indices
 
 
 def _rounded(compartment: Compartment, largest: float) -> Compartment:

@@ -7,7 +7,7 @@ Cholesky's method draw no random numbers, so that equal values have equal decode
 
 import contextlib
 from collections import OrderedDict
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
 import nengo
@@ -20,7 +20,8 @@ MOST_KEPT = 4
 """Ensembles whose last decoders are kept: connections come sorted by the name of their source, and
 the values at evaluation points take megabytes."""
 
-_solve = connections.solve_for_decoders
+Solve = Callable[..., tuple[np.ndarray, dict[str, Any]]]
+"""nengo-loihi's ``solve_for_decoders``."""
 
 
 class _Solved(NamedTuple):
@@ -35,7 +36,8 @@ class _Solved(NamedTuple):
 class _Solves:
     """Solutions of the last ensembles, by ensemble, solver and its neurons' constants."""
 
-    def __init__(self) -> None:
+    def __init__(self, solve: Solve) -> None:
+        self._solve = solve
         self._kept: OrderedDict[tuple[object, ...], _Solved] = OrderedDict()
 
     def solve(
@@ -50,12 +52,11 @@ class _Solves:
     ) -> tuple[np.ndarray, dict[str, Any]]:
         """Return decoders (n_neurons, n_values) of values ``x``, and how they were found."""
         if not _draws_nothing(conn.solver):
-            solution: tuple[np.ndarray, dict[str, Any]] = _solve(conn, gain, bias, x, targets, rng, dt)
-            return solution
+            return self._solve(conn, gain, bias, x, targets, rng, dt)
         key = (conn.pre_obj, conn.solver, dt)
         kept = self._kept.pop(key, None)
         if kept is None or not (_equal(kept.points, x) and _equal(kept.targets, targets)):
-            kept = _Solved(x, targets, *_solve(conn, gain, bias, x, targets, rng, dt))
+            kept = _Solved(x, targets, *self._solve(conn, gain, bias, x, targets, rng, dt))
         self._kept[key] = kept
         if len(self._kept) > MOST_KEPT:
             self._kept.popitem(last=False)
@@ -75,8 +76,9 @@ def _equal(one: np.ndarray, other: np.ndarray) -> bool:
 @contextlib.contextmanager
 def shared_solves() -> Iterator[None]:
     """Let connections that are built share equal decoders."""
-    connections.solve_for_decoders = _Solves().solve
+    usual = connections.solve_for_decoders
+    connections.solve_for_decoders = _Solves(usual).solve
     try:
         yield
     finally:
-        connections.solve_for_decoders = _solve
+        connections.solve_for_decoders = usual
