@@ -29,6 +29,7 @@ from spikeport.compile.loihi.build_settings import AS_USUAL, BuildSettings
 from spikeport.compile.loihi.discretise import discretise
 from spikeport.compile.loihi.extract import extract
 from spikeport.compile.loihi.host_spikes import host_spikes
+from spikeport.compile.loihi.torn import torn
 from spikeport.compile.passes.parse import parse
 from spikeport.compile.passes.pipeline import Observer, PassRun, Pipeline, observe_nothing
 from spikeport.compile.placing.load import block_loads, capacity
@@ -186,7 +187,7 @@ def _compiled(job: Job) -> Compilation:
         stages.begin(RULES)
         rewrite = _rewritten(network, names, run, target)
         stages.begin(BUILD)
-        floats = run.blocks(build(rewrite, dt, job.settings))
+        floats = _built(rewrite, job, run)
         stages.begin(ROUND)
         blocks = discretise(floats)
     unplaced = extract(blocks, target.name)
@@ -206,11 +207,20 @@ def _compiled(job: Job) -> Compilation:
         hints=(
             *network_hints(network, names),
             *filter_hints(floats.passages, dt),
-            *image_hints(unplaced, blocks.errors),
+            *image_hints(unplaced, blocks.errors, blocks.rounded_away),
         ),
         host=host_traffic(image),
     )
     return Compilation(image, report, blocks, rewrite.stand_ins, rewrite.built)
+
+
+def _built(rewrite: Rewrite, job: Job, run: PassRun) -> FloatBlocks:
+    """Return the blocks of a network, as passes over blocks left them."""
+    floats = build(rewrite, job.dt_s, job.settings)
+    if broken := list(torn(floats)):
+        about = {one.object: floats.about(one.object) for one in broken}
+        raise DoesNotFitError(job.chip.name, broken, about)
+    return run.blocks(floats)
 
 
 def check_arguments(network: object, chip: object, dt: object, pipeline: object) -> None:

@@ -82,17 +82,50 @@ def _loops(passages: Sequence[Passage]) -> dict[str, int]:
     return dict(zip(number, loop, strict=True))
 
 
-def image_hints(image: ChipImage, errors: Sequence[BlockError]) -> Iterator[Violation]:
-    """Yield a hint on weights and neurons that rounding, or the network itself, made useless."""
-    for block in _blocks_of_zeros(image):
-        label = image.manifest.blocks[block].label
-        yield rules.get("SP402").broken(label, "all of its weights are 0")
+def image_hints(
+    image: ChipImage, errors: Sequence[BlockError], rounded_away: Sequence[int] = ()
+) -> Iterator[Violation]:
+    """Yield a hint on weights and neurons that rounding, or the network itself, made useless.
+
+    Parameters
+    ----------
+    image : ChipImage
+        The image, as it was extracted.
+    errors : sequence of BlockError
+        The rounding error of each block.
+    rounded_away : sequence of int
+        The groups of synapses of which all weights were rounded to zero.
+    """
+    entries, zeros = image.manifest.blocks, _blocks_of_zeros(image)
+    away = {int(image.groups.block[group]) for group in rounded_away}
+    for block in zeros:
+        how = "all of its weights are rounded to 0" if block in away else "all of its weights are 0"
+        yield rules.get("SP402").broken(entries[block].label, how)
+    for group in rounded_away:
+        if image.groups.block[group] not in zeros:
+            for way in _ways_into(image, group):
+                yield rules.get("SP402").broken(way, "all of its weights are rounded to 0")
+    named = {entries[block].label for block in zeros}
     for error in errors:
-        if error.lost_weights > LOST:
+        if error.lost_weights > LOST and error.label not in named:
             share = f"{100 * error.lost_weights:.0f} % of them"
             yield rules.get("SP403").broken(error.label, share)
     yield from _neurons(image, "SP404", duplicated(image), DUPLICATED)
     yield from _neurons(image, "SP405", silenced(image))
+
+
+def _ways_into(image: ChipImage, group: int) -> list[str]:
+    """Return the names of the connections into a group of synapses."""
+    entries, routes = image.manifest, image.routes
+    target = entries.blocks[image.groups.block[group]].label
+    mine = np.flatnonzero(routes.group == group)
+    names = [
+        (entries.inputs[source].name if from_input else entries.blocks[source].label)
+        for source, from_input in zip(routes.source[mine], routes.from_input[mine], strict=True)
+    ]
+    # A relay, and an input from the host, bear the name of their connection.
+    ways = [name if " -> " in name else f"{name} -> {target}" for name in names]
+    return list(dict.fromkeys(ways))
 
 
 def _blocks_of_zeros(image: ChipImage) -> list[int]:

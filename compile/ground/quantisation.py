@@ -30,7 +30,10 @@ class BlockNeurons(NamedTuple):
 
 
 class BlockValues(NamedTuple):
-    """The values of a block: as they were built, or restored from integers."""
+    """The values of a block: as they were built, or restored from integers.
+
+    ``weights`` and ``indices`` have an array for each group of synapses.
+    """
 
     bias: np.ndarray
     weights: list[np.ndarray]
@@ -53,8 +56,8 @@ class BlockError(NamedTuple):
 
 def block_values(block: LoihiBlock) -> BlockValues:
     """Return the values of a block."""
-    weights = [w.ravel() for synapse in block.synapses for w in synapse.weights]
-    indices = [i.ravel() for synapse in block.synapses for i in synapse.indices]
+    weights = [_joined(synapse.weights) for synapse in block.synapses]
+    indices = [_joined(synapse.indices) for synapse in block.synapses]
     comp, n = block.compartment, block.n_neurons
     neurons = BlockNeurons(
         *(np.broadcast_to(getattr(comp, name), n) for name in BlockNeurons._fields)
@@ -93,7 +96,12 @@ def block_error(label: str, wanted: BlockValues, block: LoihiBlock) -> BlockErro
 
 
 def _integers(block: LoihiBlock) -> list[np.ndarray]:
-    return [w.ravel() for synapse in block.synapses for w in synapse.weights]
+    return [_joined(synapse.weights) for synapse in block.synapses]
+
+
+def _joined(rows: list[np.ndarray]) -> np.ndarray:
+    """Return rows after each other: they may be many, and short."""
+    return _flat([row.ravel() for row in rows])
 
 
 def _flat(arrays: list[np.ndarray]) -> np.ndarray:

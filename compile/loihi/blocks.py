@@ -5,7 +5,7 @@ value of its own: blocks are copied before anything in them changes.
 """
 
 import copy
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
@@ -99,6 +99,24 @@ class IntegerBlocks:
     def model(self) -> Model:
         """nengo-loihi's model, which has the host's side."""
         return self.floats.model
+
+    @property
+    def rounded_away(self) -> list[int]:
+        """The groups of synapses, by number, of which all weights became zero, and were not."""
+        pairs = zip(_synapses(self.floats.blocks), _synapses(self.blocks), strict=True)
+        return [
+            number
+            for number, (wanted, found) in enumerate(pairs)
+            if not (found.learning or _any(found.weights)) and _any(wanted.weights)
+        ]
+
+
+def _synapses(blocks: Iterable[LoihiBlock]) -> Iterator[Synapse]:
+    return (synapse for block in blocks for synapse in block.synapses)
+
+
+def _any(weights: Iterable[np.ndarray]) -> bool:
+    return any(some.any() for some in weights)
 
 
 def first_of(blocks: LoihiBlock | list[LoihiBlock]) -> LoihiBlock:

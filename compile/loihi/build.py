@@ -36,6 +36,8 @@ from spikeport.compile.loihi.host_probes import connections_probed_on_host
 from spikeport.compile.loihi.lean import lean
 from spikeport.compile.loihi.numpy1 import numpy1_semantics
 from spikeport.compile.loihi.relay import RELAYS, fit_range, relayed
+from spikeport.compile.loihi.shared_solves import shared_solves
+from spikeport.compile.loihi.split_synapses import split_by_tables
 from spikeport.errors import UsageError
 
 SEED_LIMIT = 2**31 - 1
@@ -182,7 +184,7 @@ def build(rewrite: Rewrite, dt_s: float, settings: BuildSettings = AS_USUAL) -> 
     settings.set_on(model)
     if rewrite.input_weight is not None:
         model.node_neurons = SparseInputNeurons(dt_s, rewrite.input_weight)
-    with numpy1_semantics(), connections_probed_on_host():
+    with numpy1_semantics(), connections_probed_on_host(), shared_solves(), split_by_tables():
         try:
             model.build(
                 network,

@@ -3,11 +3,13 @@
 Two things are mended around it. A group of weights whose exponent would lie below the chip's least
 is multiplied as if it did not, so that the chip would read it 2, 4 or more times too large: here it
 keeps the least exponent, and fewer bits. And a block whose largest weight is too small beside its
-thresholds is refused: here weights take fewer bits until the thresholds fit.
+thresholds is refused: here weights take fewer bits until the thresholds fit, and none at all where
+they are less than the chip's least, so that they are 0.
 """
 
+import contextlib
 import copy
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -26,7 +28,8 @@ from spikeport.compile.loihi.own_neurons import discretise_own, own_blocks
 
 LEAST_EXPONENT = -6
 """The least exponent of weights: 2^6 is the unit of what they add to a current."""
-WEIGHT_BITS = 8
+MOST_HALVINGS = 64
+"""How often weights are halved at most: nengo-loihi itself takes those of up to 1e-8 as zero."""
 TINY = 1e-16
 """A largest weight below which nengo-loihi takes all as zero."""
 
@@ -76,24 +79,42 @@ def _round(block: LoihiBlock) -> float:
     block.compartment = _rounded(block.compartment, largest)
     info = block.discretize_info
     for synapse in block.synapses:
-        discretize_synapse(synapse, *_scale(synapse, info))
+        with _as_one_row(synapse):
+            discretize_synapse(synapse, *_scale(synapse, info))
     scale: float = info["v_scale"]
     return scale
 
 
+@contextlib.contextmanager
+def _as_one_row(synapse: Synapse) -> Iterator[None]:
+    """Join the rows of a group of synapses: each weight is rounded by itself, and rows are many."""
+    weights, indices = synapse.weights, synapse.indices
+    synapse.weights = [np.concatenate([row.ravel() for row in weights])[np.newaxis]]
+    synapse.indices = [np.concatenate([row.ravel() for row in indices])[np.newaxis]]
+    yield
+    ends = np.cumsum([row.size for row in weights])[:-1]
+    rounded = np.split(synapse.weights[0][0], ends)
+    synapse.weights = [row.reshape(old.shape) for row, old in zip(rounded, weights, strict=True)]
+    synapse.indices = indices
+
+
 def _rounded(compartment: Compartment, largest: float) -> Compartment:
     """Return a rounded compartment; weights of at most ``largest`` take all bits that they can."""
-    for fewer in range(WEIGHT_BITS):
+    refusals: list[BuildError] = []
+    for halvings in range(MOST_HALVINGS):
         rounded = copy.deepcopy(compartment)
         try:
             # By its module's name: `numpy1_semantics` stands another in its place there.
-            discretize.discretize_compartment(rounded, largest * 2**fewer)
-        except BuildError:
-            if fewer == WEIGHT_BITS - 1:
+            discretize.discretize_compartment(rounded, largest * 2**halvings)
+        except BuildError as error:
+            refusals.append(error)
+        except AssertionError:
+            if not refusals:
                 raise
+            break  # thresholds and biases alone do not fit beside each other
         else:
             return rounded
-    raise AssertionError("the loop above returns or raises")
+    raise refusals[0]
 
 
 def _scale(synapse: Synapse, info: Mapping[str, Any]) -> tuple[float, np.ndarray, int]:

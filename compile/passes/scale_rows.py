@@ -10,6 +10,10 @@ from pydantic import Field
 from spikeport.compile.loihi.blocks import FloatBlocks, copied
 from spikeport.compile.passes.base import BlockPass, Context
 
+LEAST = 2.0**-12
+"""The share of the block's largest weight below which weights do not count: numbers that would be 0
+but for rounding are scattered over all magnitudes, and a threshold has 17 bits."""
+
 
 @dataclass(frozen=True)
 class ScaleRows(BlockPass):
@@ -82,7 +86,7 @@ def _exponents(largest: np.ndarray, profiles: int) -> np.ndarray:
 
     The median becomes the size that others are brought to, so that outliers cost no profiles.
     """
-    used = largest[largest > 0]
+    used = largest[largest > LEAST * largest.max(initial=0)]
     if used.size == 0:
         return np.zeros(len(largest), dtype=int)
     with np.errstate(divide="ignore"):

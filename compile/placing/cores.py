@@ -1,5 +1,8 @@
 """Cores while blocks are put on them."""
 
+import numpy as np
+
+from spikeport.compile.placing.heard import Heard
 from spikeport.compile.placing.load import Load
 from spikeport.compile.placing.problem import Bins, Problem
 from spikeport.compile.placing.tally import Tally
@@ -15,20 +18,41 @@ class Cores:
         self.tally = Tally(problem.room, problem.union)
         for core, load in enumerate(self.loads):
             self.tally.put(core, load)
+        self._heard: Heard | None = None  # until somebody asks: most do not
 
-    def with_room(self, block: int) -> dict[int, Load]:
-        """Return the cores that have room for a block, and their loads with it."""
+    def with_room(self, block: int) -> np.ndarray:
+        """Return the cores that have room for a block, ascending."""
+        return self.tally.with_room(self._problem.loads[block])
+
+    def fills(self, block: int, cores: np.ndarray) -> np.ndarray:
+        """Return how full some cores are with a block, (n,)."""
+        return self.tally.fills(self._problem.loads[block], cores)
+
+    def added(self, block: int, cores: np.ndarray) -> np.ndarray:
+        """Return how many profiles a block adds to some cores, (n,)."""
+        return self.tally.added(self._problem.loads[block], cores)
+
+    def spikes(self, block: int, cores: np.ndarray) -> np.ndarray:
+        """Return the spikes between a block and some cores, (n,)."""
+        if self._heard is None:
+            self._heard = Heard(self._problem, self.bins)
+        spikes = self._heard.spikes(block)
+        return np.array([spikes.get(core, 0) for core in cores.tolist()])
+
+    def put(self, core: int, block: int) -> None:
+        """Put a block on a core, maybe a new one."""
         load = self._problem.loads[block]
-        return {core: self.loads[core].joined(load) for core in self.tally.with_room(load)}
-
-    def put(self, core: int, block: int, load: Load) -> None:
-        """Put a block on a core, maybe a new one, which then has the given load."""
         if core == len(self.bins):
             self.bins.append([])
             self.loads.append(load)
+        else:
+            load = self.loads[core].joined(load)
         self.set(core, [*self.bins[core], block], load)
 
     def set(self, core: int, blocks: list[int], load: Load) -> None:
         """Give a core other blocks, which have the given load."""
         self.bins[core], self.loads[core] = blocks, load
         self.tally.put(core, load)
+        if self._heard is not None:
+            for block in blocks:
+                self._heard.move(block, core)

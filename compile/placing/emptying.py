@@ -79,13 +79,13 @@ class Emptying:
 
     def _place(self, block: int, but: int = -1) -> bool:
         """Put a block on the core that is fullest with it; return whether one has room."""
-        after = self._cores.with_room(block)
-        after.pop(but, None)
-        after.pop(self._victim, None)
-        if after:
-            best = max(after, key=lambda core: self._problem.room.fill(after[core]))
-            self._set(best, [*self._cores.bins[best], block], after[best])
-        return bool(after)
+        room = self._cores.with_room(block)
+        room = room[(room != but) & (room != self._victim)]
+        if len(room):
+            best = int(room[np.argmax(self._cores.fills(block, room))])
+            load = self._cores.loads[best].joined(self._problem.loads[block])
+            self._set(best, [*self._cores.bins[best], block], load)
+        return bool(len(room))
 
     def _push(self, core: int, other: int, block: int) -> bool:
         """Put a block in the place of another, which goes to a third core; return whether it can.

@@ -7,11 +7,11 @@ Everything is deterministic.
 
 from collections.abc import Callable, Sequence
 from itertools import product
-from typing import NamedTuple
+
+import numpy as np
 
 from spikeport.compile.placing.cores import Cores
 from spikeport.compile.placing.emptying import emptied
-from spikeport.compile.placing.load import Load
 from spikeport.compile.placing.lower_bound import lower_bound
 from spikeport.compile.placing.problem import Bins, Problem
 
@@ -57,40 +57,32 @@ def orders(problem: Problem) -> list[list[int]]:
     return [list(numbers), by_fill, by_profiles, *map(by_amount, kinds)]
 
 
-class Candidate(NamedTuple):
-    """A core that has room for a block: its blocks so far, and its load without and with it."""
+Ranks = tuple[np.ndarray, ...]
+CoreChoice = Callable[[Cores, int, np.ndarray], Ranks]
+"""A rule: of the cores that have room for a block, the first with the smallest ranks takes it.
 
-    block: int
-    others: Sequence[int]
-    before: Load
-    after: Load
-
-
-Rank = tuple[float, ...]
-CoreChoice = Callable[[Problem, Candidate], Rank]
-"""A rule; of the cores that have room for a block, the first with the smallest rank takes it."""
+The ranks of the second kind decide between cores of equal ranks of the first.
+"""
 
 
-def first(problem: Problem, core: Candidate) -> Rank:
+def first(cores: Cores, block: int, some: np.ndarray) -> Ranks:
     """Rank all cores equally."""
     return ()
 
 
-def fullest(problem: Problem, core: Candidate) -> Rank:
+def fullest(cores: Cores, block: int, some: np.ndarray) -> Ranks:
     """Rank cores by how full they are with the block."""
-    return (-problem.room.fill(core.after),)
+    return (-cores.fills(block, some),)
 
 
-def most_alike(problem: Problem, core: Candidate) -> Rank:
+def most_alike(cores: Cores, block: int, some: np.ndarray) -> Ranks:
     """Rank cores by the profiles that the block would add."""
-    pairs = zip(core.after.profiles, core.before.profiles, strict=True)
-    added = sum((after ^ before).bit_count() for after, before in pairs)
-    return added, -problem.room.fill(core.after)
+    return cores.added(block, some), -cores.fills(block, some)
 
 
-def most_traffic(problem: Problem, core: Candidate) -> Rank:
+def most_traffic(cores: Cores, block: int, some: np.ndarray) -> Ranks:
     """Rank cores by the spikes between the block and theirs."""
-    return -problem.exchanged(core.block, core.others), -problem.room.fill(core.after)
+    return -cores.spikes(block, some), -cores.fills(block, some)
 
 
 CHOICES: tuple[CoreChoice, ...] = (first, fullest, most_alike, most_traffic)
@@ -100,11 +92,8 @@ def filled(problem: Problem, order: Sequence[int], choice: CoreChoice) -> Bins:
     """Place blocks in an order, each on a core that has room, or else on a new one."""
     cores = Cores(problem, [])
     for block in order:
-        after = cores.with_room(block)
-        ranks = {
-            core: choice(problem, Candidate(block, cores.bins[core], cores.loads[core], load))
-            for core, load in after.items()
-        }
-        best = min(ranks, key=ranks.__getitem__, default=len(cores.bins))
-        cores.put(best, block, after.get(best, problem.loads[block]))
+        best = cores.with_room(block)
+        if len(best) > 1:
+            best = best[np.lexsort((best, *reversed(choice(cores, block, best))))]
+        cores.put(int(best[0]) if len(best) else len(cores.bins), block)
     return cores.bins

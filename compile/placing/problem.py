@@ -65,13 +65,6 @@ class Problem:
                 found[block][number] = sources
         return found
 
-    def exchanged(self, block: int, others: Iterable[int]) -> float:
-        """Return the spikes between a block and others."""
-        partners, audiences = self.partners[block], self.audiences[block]
-        sent = sum(partners.get(other, 0) for other in others)
-        shared = (self.audiences[other].keys() & audiences.keys() for other in others if audiences)
-        return sent + sum(audiences[number] for numbers in shared for number in numbers)
-
     @cached_property
     def union(self) -> Load:
         """The load of all blocks together."""

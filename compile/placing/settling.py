@@ -1,12 +1,12 @@
 """Packings settled: blocks move or swap onto the core that they share most spikes with."""
 
-from collections import Counter
 from collections.abc import Iterable
 from itertools import accumulate
 
 import numpy as np
 
 from spikeport.compile.placing.gains import Gains
+from spikeport.compile.placing.heard import Heard
 from spikeport.compile.placing.load import Load
 from spikeport.compile.placing.problem import Bins, Problem
 
@@ -46,11 +46,8 @@ class Settling:
         self.bins = [list(blocks) for blocks in bins]
         number: dict[Load, int] = {}
         self._kinds = [number.setdefault(load, len(number)) for load in problem.loads]
-        self._core = {block: core for core, blocks in enumerate(bins) for block in blocks}
-        # The blocks of each audience on each core: pairs of them would be too many.
-        self._heard = [
-            Counter(self._core[block] for block in blocks) for blocks in problem.traffic.audiences
-        ]
+        self._heard = Heard(problem, bins)
+        self._core = self._heard.core
         self._gains = Gains(problem.traffic, self.bins)
         # Moves are counted; at which of them a core last changed, and a block last stayed.
         self._n_moves = 1
@@ -61,7 +58,7 @@ class Settling:
 
     def settle(self, block: int) -> bool:
         """Move one block, or swap it with another, if more spikes are within cores then."""
-        home, spikes = self._core[block], self._spikes(block)
+        home, spikes = self._core[block], self._heard.spikes(block)
         # Where neither its own core nor any that it sends to has changed, it would stay once more.
         if max(self._changed[core] for core in (home, *spikes)) <= self._stayed[block]:
             return False
@@ -111,39 +108,16 @@ class Settling:
         self._set(home, [*left, other])
         self._set(there, [*rest, block])
 
-    def _spikes(self, block: int) -> dict[int, float]:
-        """Return the spikes between a block and each core that it exchanges any with."""
-        spikes: dict[int, float] = {}
-        for partner, n in self._problem.partners[block].items():
-            core = self._core[partner]
-            spikes[core] = spikes.get(core, 0) + n
-        for number, sources in self._problem.audiences[block].items():
-            for core, n in self._heard[number].items():
-                if others := n - (core == self._core[block]):
-                    spikes[core] = spikes.get(core, 0) + sources * others
-        return spikes
-
     def _set(self, core: int, blocks: list[int]) -> None:
         """Give a core other blocks."""
         self.bins[core] = blocks
         self._gains.put(core, blocks)
         for block in blocks:
-            if (home := self._core[block]) != core:
-                self._leave(block, home, core)
+            self._heard.move(block, core)
         self._n_moves += 1
         self._changed[core] = self._n_moves
         self._loads.pop(core, None)
         self._rests.pop(core, None)
-
-    def _leave(self, block: int, home: int, core: int) -> None:
-        """Have a block be heard of on another core."""
-        self._core[block] = core
-        for number in self._problem.audiences[block]:
-            heard = self._heard[number]
-            heard[core] += 1
-            heard[home] -= 1
-            if not heard[home]:
-                del heard[home]
 
     def _load(self, core: int) -> Load:
         """Return the load of a core."""

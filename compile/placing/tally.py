@@ -2,11 +2,12 @@
 
 import numpy as np
 
-from spikeport.compile.placing.load import Capacity, Load
+from spikeport.compile.placing.load import PROFILES, Capacity, Load
 
 
 class Tally:
-    """The loads of cores, for one question: which have room for one load more.
+    """The loads of cores, for three questions: which have room for one load more, how full they are
+    with it, and how many profiles it adds.
 
     Most cores have no room, and loads are slow to join: this finds those that have by a few
     operations on arrays, whatever their number.
@@ -26,7 +27,7 @@ class Tally:
     """
 
     def __init__(self, room: Capacity, union: Load) -> None:
-        self._room = np.array(room.amounts)
+        self._room, self._most = np.array(room.amounts), room.profiles
         self._n_cores = 0
         self._amounts = np.zeros((0, len(room.amounts)), dtype=int)
         self.limited = {
@@ -35,21 +36,47 @@ class Tally:
             if mask.bit_count() > most
         }
         self._kinds = {number: _Kind() for number in self.limited}
+        self._masks: list[list[int]] = [[] for _ in room.profiles]
 
     def put(self, core: int, load: Load) -> None:
         """Set the load of a core; the one after the last is new."""
         self._n_cores = max(self._n_cores, core + 1)
         self._amounts = _grown(self._amounts, self._n_cores)
         self._amounts[core] = load.amounts
+        for masks, mask in zip(self._masks, load.profiles, strict=True):
+            masks[core : core + 1] = [mask]
         for number, kind in self._kinds.items():
             kind.put(core, load.profiles[number])
 
-    def with_room(self, load: Load) -> list[int]:
+    def with_room(self, load: Load) -> np.ndarray:
         """Return the cores that have room for a load, ascending."""
         cores = np.flatnonzero((self.amounts + load.amounts <= self._room).all(axis=1))
         for number, most in self.limited.items():
             cores = cores[self.joined(number, load.profiles[number])[cores] <= most]
-        return [int(core) for core in cores]
+        return cores
+
+    def fills(self, load: Load, cores: np.ndarray) -> np.ndarray:
+        """Return the share of their scarcest resource that cores would use with a load, (n,)."""
+        shares: np.ndarray = ((self.amounts[cores] + load.amounts) / self._room).max(axis=1)
+        for number in range(len(PROFILES)):  # see `Capacity.fill`
+            joined = self._joined(number, load.profiles[number], cores)
+            shares = np.maximum(shares, joined / self._most[number])
+        return shares
+
+    def added(self, load: Load, cores: np.ndarray) -> np.ndarray:
+        """Return how many profiles of all kinds a load adds to cores, (n,)."""
+        added = np.zeros(len(cores), dtype=int)
+        for number, mask in enumerate(load.profiles):
+            masks = self._masks[number]
+            added += [(mask & ~masks[core]).bit_count() for core in cores.tolist()]
+        return added
+
+    def _joined(self, number: int, mask: int, cores: np.ndarray) -> np.ndarray:
+        if number in self.limited:
+            joined: np.ndarray = self.joined(number, mask)[cores]
+            return joined
+        masks = self._masks[number]
+        return np.array([(masks[core] | mask).bit_count() for core in cores.tolist()])
 
     @property
     def amounts(self) -> np.ndarray:

@@ -81,10 +81,13 @@ def convolved(n: int, sparse: bool = False) -> None:
     nengo.Connection(pre.neurons, target, transform=transform)
 
 
-def learned(rule: nengo.learning_rules.LearningRuleType, host: bool = False) -> None:
+def learned(
+    rule: nengo.learning_rules.LearningRuleType, host: bool = False, n: int = 20, values: int = 1
+) -> None:
     some(1)
-    a, out = nengo.Ensemble(20, 1), nengo.Node(size_in=1)
-    connection = nengo.Connection(a, out, learning_rule_type=rule)
+    a, out = nengo.Ensemble(n, 1), nengo.Node(size_in=values)
+    zeros = np.zeros(values)
+    connection = nengo.Connection(a, out, function=lambda x: zeros, learning_rule_type=rule)
     nengo.Connection(out, connection.learning_rule)
     if host:
         on_host(a)
@@ -218,5 +221,15 @@ CASES = [
         "look for a division by zero",
         linted(partial(divided, 0.0)),
         (linted(partial(divided, 2.0)),),
+    ),
+    Case(
+        "SP012",
+        "learn from fewer neurons, or fewer values, or keep what it learns from on the host",
+        compiled(partial(learned, nengo.PES(), n=600, values=110)),
+        (
+            compiled(partial(learned, nengo.PES(), n=100, values=110)),
+            compiled(partial(learned, nengo.PES(), n=600, values=20)),
+            compiled(partial(learned, nengo.PES(), n=600, values=110, host=True)),
+        ),
     ),
 ]

@@ -92,9 +92,9 @@ def loop(synapse_s: float = 0.005, **ensemble: object) -> None:
     nengo.Connection(a, a, synapse=synapse_s)
 
 
-def wired(weight: float) -> None:
-    a, b = nengo.Ensemble(10, 1), nengo.Ensemble(10, 1)
-    nengo.Connection(a.neurons, b.neurons, transform=weight * np.eye(10))
+def biased(bias: float) -> None:
+    a = nengo.Ensemble(2, 1, gain=np.ones(2), bias=np.full(2, bias))
+    nengo.Connection(a.neurons, a.neurons, transform=1e-6)
 
 
 def driven(gain: float) -> None:
@@ -157,7 +157,7 @@ CASES = [
         partial(loop, neuron_type=nengo.LIF(tau_rc=8.3)),
         partial(loop, neuron_type=nengo.LIF(tau_rc=8.1)),
     ),
-    Case("Could not find", partial(wired, 1e-9), partial(wired, 1e-2)),
+    Case("Could not find", partial(biased, 1e9), partial(biased, 1.0)),
     Case("vth_to_manexp", partial(driven, 1e6), partial(driven, 1.0)),
     Case("assert isinstance(conn.post_obj", partial(solved, True), partial(solved, False)),
     Case(

@@ -18,6 +18,7 @@ from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.loihi.build import build
 from spikeport.compile.loihi.discretise import discretise
 from spikeport.compile.loihi.numpy1 import numpy1_semantics
+from spikeport.compile.pipeline import compile_network
 from spikeport.errors import CompileError
 from tests.helpers.chip_networks import integer_blocks, recurrent
 
@@ -116,6 +117,39 @@ def test_weights_below_the_least_exponent_are_not_multiplied(ratio: float) -> No
     found = restored_block(wanted, blocks.blocks[1])
     for exact, rounded in zip(wanted.weights, found.weights, strict=True):
         assert np.linalg.norm(rounded - exact) < 0.6 * np.linalg.norm(exact)
+
+
+def loop(transform: float, fed: bool) -> nengo.Network:
+    with nengo.Network(seed=0) as network:
+        a = nengo.Ensemble(20, 1, label="a")
+        if fed:
+            nengo.Connection(nengo.Node(0.5), a)
+        nengo.Connection(a, a, transform=transform, synapse=0.1)
+    return network
+
+
+@pytest.mark.parametrize("pipeline", ["as_written", "compact"])
+@pytest.mark.parametrize("fed", [False, True])
+@pytest.mark.parametrize("decade", range(-12, 0))
+def test_a_loop_of_any_strength_compiles(decade: int, fed: bool, pipeline: str) -> None:
+    """What is left of its weights leads somewhere, or a hint says that nothing is."""
+    compilation = compile_network(loop(10.0**decade, fed), pipeline=pipeline)
+    zeros = {hint.object for hint in compilation.report.hints if hint.id == "SP402"}
+    assert zeros <= {"a", "a -> a"}
+    assert bool(zeros) == bool(compilation.blocks.rounded_away)
+    if decade == -1:
+        assert not zeros
+    if decade <= -9:
+        assert zeros
+
+
+def test_weights_that_no_exponent_holds_are_zero_and_thresholds_stay() -> None:
+    blocks = integer_blocks(loop(1e-6, fed=False))
+    assert blocks.rounded_away
+    wanted = block_values(blocks.floats.blocks[0])
+    found = restored_block(wanted, blocks.blocks[0])
+    assert np.allclose(found.neurons.vth, wanted.neurons.vth, rtol=1e-3)
+    assert np.allclose(found.bias, wanted.bias, rtol=0.05, atol=1e-3)
 
 
 HOST = "or keep its ensembles on the host with net.config[ensemble].on_chip = False"

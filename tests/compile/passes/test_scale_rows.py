@@ -75,3 +75,15 @@ def test_blocks_whose_voltage_is_read_stay() -> None:
     _, before = floats_of(wide("voltage"), None)
     _, after = floats_of(wide("voltage"), ScaleRows(profiles=8))
     assert np.array_equal(before["vth"], after["vth"])
+
+
+def test_weights_that_would_be_zero_but_for_rounding_do_not_count() -> None:
+    with nengo.Network(seed=1) as network:
+        pre = nengo.Ensemble(20, 1, label="pre")
+        post = nengo.Ensemble(N, 1, gain=np.ones(N), bias=0.9 * np.ones(N), label="post")
+        sizes = np.where(np.arange(N) < N // 2, 1e-15, 1e-3)[:, None]
+        nengo.Connection(pre.neurons, post.neurons, transform=sizes * np.ones((N, 20)))
+    block, _ = floats_of(network, ScaleRows())
+    assert np.unique(block.compartment.vth).size == 1
+    with_weights = np.vstack(block.synapses[0].weights).any(axis=0)
+    assert with_weights.tolist() == [False] * (N // 2) + [True] * (N // 2)

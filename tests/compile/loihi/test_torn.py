@@ -1,0 +1,50 @@
+"""Connections that learn and are too large for a core."""
+
+import nengo
+import numpy as np
+import pytest
+
+from spikeport import Simulator
+from spikeport.compile.check.violation import DoesNotFitError
+from spikeport.compile.ground.names import Names
+from spikeport.compile.ground.rewrite import Rewrite
+from spikeport.compile.loihi.build import build
+from spikeport.compile.loihi.torn import torn
+from spikeport.compile.pipeline import compile_network
+
+
+def learning(n_neurons: int, n_values: int) -> nengo.Network:
+    with nengo.Network(seed=1) as network:
+        pre = nengo.Ensemble(n_neurons, 1, label="pre")
+        out = nengo.Node(size_in=n_values, label="out")
+        zeros = np.zeros(n_values)
+        connection = nengo.Connection(
+            pre, out, function=lambda x: zeros, learning_rule_type=nengo.PES()
+        )
+        nengo.Connection(out, connection.learning_rule)
+        kept = nengo.Ensemble(10, 1, label="kept")
+        nengo.Connection(nengo.Node(0.5), kept)
+    return network
+
+
+@pytest.mark.parametrize(
+    ("n_neurons", "n_values", "n_cores"), [(10, 512, 1), (10, 513, 2), (600, 110, 2)]
+)
+def test_weights_that_learn_are_refused_on_several_cores(
+    n_neurons: int, n_values: int, n_cores: int
+) -> None:
+    network = learning(n_neurons, n_values)
+    found = list(torn(build(Rewrite(network, Names(network)), dt_s=0.001)))
+    used = f"{n_neurons} neurons decode {n_values} values, on {n_cores} cores"
+    assert [one.used for one in found] == ([used] if n_cores > 1 else [])
+
+
+def test_what_it_learns_from_is_offloaded() -> None:
+    network = learning(10, 513)
+    with pytest.raises(DoesNotFitError, match=r"pre -> .*SP012 learning on several cores"):
+        compile_network(network)
+    with Simulator(network, offload=True) as simulator:
+        simulator.run_steps(2)
+        assert simulator.compilation is not None
+        (moved,) = simulator.compilation.report.offloaded
+        assert (moved.object, moved.id) == ("pre", "SP012")
