@@ -18,6 +18,7 @@ TYPES = {
     "backends/execution.py",
     "compile/passes/base.py",
     "robot/engine.py",
+    "robot/link/signals.py",
     "spikeport/arrays.py",
     "spikeport/constants.py",
 }
