@@ -161,3 +161,15 @@ SPORT_MODE_STATE = Struct(
     ),
 )
 """Place and velocity of the base, topic ``rt/sportmodestate``."""
+
+
+class Topic(NamedTuple):
+    """A topic: its name, and the message on it."""
+
+    name: str
+    message: Struct
+
+
+COMMANDS = Topic("rt/lowcmd", LOW_CMD)
+STATES = Topic("rt/lowstate", LOW_STATE)
+TRUTHS = Topic("rt/sportmodestate", SPORT_MODE_STATE)
