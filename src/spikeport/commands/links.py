@@ -1,7 +1,7 @@
 """The link that a command's options ask for."""
 
 from spikeport.backends.board.address import Certificates
-from spikeport.backends.board.faults import Fault
+from spikeport.backends.board.faults import FAULTS
 from spikeport.backends.board.link import LinkOptions
 from spikeport.commands.options import Link, Tls
 from spikeport.errors import UsageError
@@ -26,7 +26,7 @@ def link_options(link: Link, tls: Tls, backend: str) -> LinkOptions:
     )
     _check_backend(asked, backend)
     for text in asked.faults:
-        Fault.parse(text)
+        FAULTS.parse(text)
     if asked.record is not None and asked.record.exists():
         raise UsageError(f"--record {asked.record}: is there already; choose another file")
     return asked
