@@ -275,15 +275,11 @@ class BoardChip:
         """The figures of the session and its round trips, in us."""
         figures = self.figures
         figures.damaged, figures.overruns = self._line.bad, self._pace.overruns
-        trips = {"median": self._trips.quantile_s(0.5), "p99": self._trips.quantile_s(0.99)}
         return {
             "runs": self.welcome.runs,
             "real_time": isinstance(self._timing, RealTime),
             **asdict(figures),
-            "round_trip_us": {
-                **{name: None if t is None else round(1e6 * t, 1) for name, t in trips.items()},
-                "worst": round(1e6 * self._trips.worst_s, 1),
-            },
+            "round_trip_us": self._trips.summary_us(),
         }
 
     def close(self) -> None:

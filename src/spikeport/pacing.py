@@ -91,3 +91,11 @@ class RoundTrips:
             return None
         number = int(np.searchsorted(self._bins.cumsum(), share * total))
         return min(float(self.FIRST_S * self.RATIO ** (number + 1)), self.worst_s)
+
+    def summary_us(self) -> dict[str, float | None]:
+        """Return median, 99th percentile and worst, in us; None where there was no round trip."""
+        found = {"median": self.quantile_s(0.5), "p99": self.quantile_s(0.99)}
+        return {
+            **{name: None if t is None else round(1e6 * t, 1) for name, t in found.items()},
+            "worst": round(1e6 * self.worst_s, 1),
+        }
