@@ -12,6 +12,7 @@ from spikeport.progress import Progress, silent
 
 if TYPE_CHECKING:
     from spikeport.experiments.trial import Settings, Trial
+    from spikeport.robot.link.connection import RobotOptions
 
 BACKENDS = ("analytic", "reference", "native", "nengo-loihi", "board", "replay")
 """Where experiments run: on a backend, or without neurons."""
@@ -33,6 +34,8 @@ class Options:
         Whether a video is made.
     link : LinkOptions
         The way to a board, for backends that have one.
+    robot : RobotOptions or None
+        The robot at the end of Unitree's interface; None for a plant in this process.
     progress : callable
         See `spikeport.progress.Progress`.
     command : tuple of str
@@ -46,6 +49,7 @@ class Options:
     seed: int = 0
     video: bool = False
     link: LinkOptions = OWN_STUB
+    robot: "RobotOptions | None" = None
     progress: Progress = field(default=silent, compare=False)
     command: tuple[str, ...] = ()
 

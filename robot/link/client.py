@@ -141,11 +141,8 @@ class InlineRobot(RobotClient):
         """Leave the robot."""
 
     def summary(self) -> dict[str, object]:
-        """Return the figures, with a digest of the robot's motion, and what it did not obey."""
-        robot = self._robot.robot
-        refused = dict(vars(robot.refusals))
-        beside = {"motion": robot.motion, "watchdog": robot.watchdog_trips, "refused": refused}
-        return {**super().summary(), **beside}
+        """Return the figures, with what the robot says of itself."""
+        return {**super().summary(), "robot": self._robot.robot.summary()}
 
 
 class DdsRobot(RobotClient):

@@ -241,7 +241,12 @@ class SimulatedRobot:
         data = self._plant.data
         return encode_truth(Truth(self.tick, data.qpos[:3], data.qvel[:3]))
 
-    @property
-    def motion(self) -> str:
-        """Digest of all positions and velocities so far, float64, 12 hexadecimal digits."""
-        return self._motion.hexdigest()[:12]
+    def summary(self) -> dict[str, object]:
+        """Return what it did: ``motion`` is a digest of all positions and velocities, float64."""
+        return {
+            "steps": self.steps,
+            "motion": self._motion.hexdigest()[:12],
+            "watchdog_trips": self.watchdog_trips,
+            "refused": dict(vars(self.refusals)),
+            "last_refusal": self.last_refusal,
+        }

@@ -1,5 +1,6 @@
 """``spikeport robot serve``: a process that is a robot, for one controller at a time."""
 
+import json
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -113,17 +114,7 @@ def serve(service: Service, say: Callable[[str], None]) -> None:
             overruns = 0
         else:
             overruns = serve_real_time(robot, interface, service)
-    say(f"robot: {last_words(robot, overruns)}")
-
-
-def last_words(robot: SimulatedRobot, overruns: int) -> str:
-    """Return a line on what a robot did, and did not obey."""
-    refused = ", ".join(f"{name} {count}" for name, count in vars(robot.refusals).items())
-    why = f" (last: {robot.last_refusal})" if robot.last_refusal else ""
-    return (
-        f"steps {robot.steps}, motion {robot.motion}, watchdog {robot.watchdog_trips}, "
-        f"overruns {overruns}, refused: {refused}{why}"
-    )
+    say(f"robot: {json.dumps({**robot.summary(), 'overruns': overruns})}")
 
 
 def serve_lock_step(robot: LockStep, interface: Interface) -> None:
