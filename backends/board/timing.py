@@ -80,8 +80,9 @@ class Pace:
 
     def __init__(self, timing: Timing, clock: Clock) -> None:
         self._timing, self._clock = timing, clock
-        paced = isinstance(timing, RealTime)
-        self._deadlines = Deadlines(timing.period_s, clock) if paced else None
+        self._deadlines = (
+            Deadlines(timing.period_s, clock) if isinstance(timing, RealTime) else None
+        )
 
     @property
     def overruns(self) -> int:

@@ -1,4 +1,4 @@
-"""Unitree's topics over DDS, as bytes: the only module that talks to cyclone
+"""Unitree's topics over DDS, as bytes: the only module that talks to cyclonedds.
 
 A participant is confined to one interface; on loopback multicast is off, and the other side is
 looked for by address. Its sockets listen on all interfaces whatever is configured (docs/robot.md).

@@ -1,4 +1,4 @@
-"""The controller's end of a robot's interface: a command goes out, the next observation comes in."""
+"""The controller's end of a robot's interface: commands go out, observations come in."""
 
 import time
 from abc import ABC, abstractmethod
@@ -96,9 +96,7 @@ class RobotClient(ABC):
 def observed(messages: Published) -> Observed:
     """Return the observation of messages; raises MessageError for what is none."""
     tick, sensors = decode_state(messages.state)
-    return Observed(
-        tick, sensors, None if messages.truth is None else decode_truth(messages.truth)
-    )
+    return Observed(tick, sensors, None if messages.truth is None else decode_truth(messages.truth))
 
 
 def check_order(seen: Observed, found: Observed) -> None:

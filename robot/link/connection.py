@@ -3,7 +3,6 @@
 import json
 import re
 import socket
-from collections.abc import Callable
 from dataclasses import dataclass
 
 from spikeport.child import START_S, Child
@@ -205,5 +204,3 @@ def _free_domain() -> tuple[socket.socket, Place]:
             continue
         return claim, Place(domain=domain)
     raise BackendError(f"{len(STUB_DOMAINS)} stubs of robots run already; end some of them")
-
-

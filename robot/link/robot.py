@@ -232,8 +232,9 @@ class SimulatedRobot:
     def state(self) -> bytes:
         """Return the message of what its sensors observe."""
         data = self._plant.data
-        joints = data.qpos[7:], data.qvel[6:], data.actuator_force
-        sensors = Sensors(TICK_S * self.tick, *self._imu, *joints)
+        time_s, (quaternion, rates, forces) = TICK_S * self.tick, self._imu
+        angles, velocities, torques = data.qpos[7:], data.qvel[6:], data.actuator_force
+        sensors = Sensors(time_s, quaternion, rates, forces, angles, velocities, torques)
         return encode_state(self.tick, sensors)
 
     def truth(self) -> bytes:

@@ -62,7 +62,7 @@ class Layout:
 
     def words(self, *paths: str) -> np.ndarray:
         """Return the numbers of the 4-byte words that hold fields, one after the other."""
-        found = []
+        found: list[int] = []
         for path in paths:
             at, kind, n = self._places[path]
             assert np.dtype(kind).itemsize == WORD, path
@@ -81,7 +81,7 @@ class Layout:
     def checksum(self, message: bytes) -> int:
         """Return the checksum that a message is to have."""
         padded = np.frombuffer(message + b"\0", np.uint8)
-        # zlib's CRC is the same one, least significant bit first: bits are reversed before and after
+        # zlib's CRC is the same one from the least significant bit on: bits are reversed twice
         crc = zlib.crc32(padded[self._sources].tobytes().translate(_REVERSED)) ^ 0xFFFFFFFF
         return int(f"{crc:032b}"[::-1], 2)
 

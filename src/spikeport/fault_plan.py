@@ -1,4 +1,4 @@
-"""Plans of faults: texts ``KIND@STEP``, ``KIND=MS@STEP``, or ``KIND:SHARE`` for a share of all steps.
+"""Plans of faults: texts ``KIND@STEP``, ``KIND=MS@STEP``, or ``KIND:SHARE`` of all steps.
 
 Which kinds there are, and what they do, is the business of the link that has them.
 """

@@ -7,5 +7,5 @@ from spikeport.errors import BackendError
 
 
 def test_a_child_that_cannot_start_says_why() -> None:
-    with pytest.raises(BackendError, match="the chip's server did not start: error: .*nonsense"):
+    with pytest.raises(BackendError, match=r"the chip's server did not start: error: .*nonsense"):
         Child("chip", ["show", "nonsense"])

@@ -59,7 +59,13 @@ def certificates(tls: Tls) -> Certificates | None:
 
 
 def robot_options(link: RobotLink) -> "RobotOptions | None":
-    """Return the robot of a run; None if it is a plant, UsageError if options do not go together."""
+    """Return the robot of a run; None if it is a plant.
+
+    Raises
+    ------
+    UsageError
+        If options do not go together, or name what is not known.
+    """
     if link.robot is None:
         if link != RobotLink(robot_fault=[]):
             raise UsageError(
