@@ -16,6 +16,7 @@ import numpy as np
 
 from spikeport.errors import UsageError
 from spikeport.robot.description import JOINTS
+from spikeport.robot.engine import mujoco
 from spikeport.robot.link.codec import (
     TICK_S,
     Command,
@@ -136,6 +137,7 @@ class SimulatedRobot:
         """Begin anew, as after a power cycle: in the first posture, obeying nobody."""
         settings, model = self._settings, self._plant.model
         self._limits[:] = np.stack((-TORQUE_LIMITS_NM, TORQUE_LIMITS_NM), axis=1)
+        self._plant.damp()  # the plant does not know what gains were commanded since
         self._plant.reset(settings.seed, posture_rad=settings.posture_rad)
         model.actuator_gainprm[:, 0] = 1.0
         model.actuator_biasprm[:, 0] = 0.0
@@ -146,6 +148,7 @@ class SimulatedRobot:
         self._damped = False
         self._motion = hashlib.sha256()
         self._drive(DAMPING)
+        mujoco.mj_forward(model, self._plant.data)
 
     # commands
 
