@@ -179,4 +179,5 @@ class Reader:
     @property
     def writers(self) -> list[int]:
         """The numbers of the writers that are there."""
-        return list(map(int, self._reader.get_matched_publications()))
+        # as signed numbers here, and unsigned with what they wrote
+        return [int(number) % 2**64 for number in self._reader.get_matched_publications()]
