@@ -1,4 +1,4 @@
-"""A plant at the other end of the messages moves as the robot does, and commands what it is told."""
+"""A plant at the other end of the messages moves as the robot does, and commands what is set."""
 
 import numpy as np
 import pytest
