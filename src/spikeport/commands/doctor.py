@@ -28,6 +28,7 @@ PACKAGES = {
     "rsl-rl-lib": "train",
     "pyyaml": "convert",
     "nir": "nir",
+    "cyclonedds": "link",
     "dask": "sweep",
     "distributed": "sweep",
 }
