@@ -39,7 +39,10 @@ class FaultyWalk(WalkTrial):
     plan: tuple[str, ...] = ()
 
     def plant(self) -> Plant:
-        return LinkedPlant(lambda s: connect(RobotOptions("inline", faults=self.plan), s), estimate)
+        return LinkedPlant(
+            lambda settings: connect(RobotOptions("inline", faults=self.plan), settings),
+            lambda: estimate,
+        )
 
 
 def walks(

@@ -120,7 +120,7 @@ class Trial(ABC, Generic[K, R]):
         if asked is None:
             return Plant(anchored=self.anchored, appearance=appearance)
         return LinkedPlant(
-            partial(connect, asked), estimate, anchored=self.anchored, appearance=appearance
+            partial(connect, asked), lambda: estimate, anchored=self.anchored, appearance=appearance
         )
 
     @abstractmethod

@@ -43,10 +43,18 @@ class LockStep:
         self, robot: SimulatedRobot, faults: Sequence[Fault] = (), tells_truth: bool = True
     ) -> None:
         self.robot = robot
-        self._way = FaultyWay(robot.step_ticks, faults)
-        self._tells_truth = tells_truth
+        self._faults, self._tells_truth = faults, tells_truth
+        self._begin()
+
+    def _begin(self) -> None:
+        self._way = FaultyWay(self.robot.step_ticks, self._faults)
         self._commands = 0
         self.silent = False
+
+    def restart(self) -> None:
+        """Begin anew, with the plan of faults, for another controller."""
+        self.robot.restart()
+        self._begin()
 
     def published(self) -> Published:
         """Return its present messages."""

@@ -17,6 +17,9 @@ from spikeport.robot.link.signals import MotorCommands
 from spikeport.robot.plant import Plant
 from spikeport.robot.state import RobotState
 
+Estimate = Callable[[Observed], RobotState]
+"""Tells the motion of a robot, observation by observation."""
+
 
 class LinkedPlant(Plant):
     """The H1 as its interface shows it.
@@ -26,8 +29,9 @@ class LinkedPlant(Plant):
     connect : callable
         Makes a robot to control, of the settings of a simulated one; a robot that is there already
         is as it is.
-    estimate : callable
-        Tells the robot's motion from an observation.
+    estimator : callable
+        Makes what tells the robot's motion from an observation: anew for each run, since
+        estimators remember.
     anchored, appearance
         As `Plant`; an anchored robot hangs on its hoist.
     """
@@ -35,13 +39,13 @@ class LinkedPlant(Plant):
     def __init__(
         self,
         connect: Callable[[RobotSettings], RobotClient],
-        estimate: Callable[[Observed], RobotState],
+        estimator: Callable[[], Estimate],
         *,
         anchored: bool = False,
         appearance: str = "primitive",
     ) -> None:
         self._connect: Callable[[RobotSettings], RobotClient] | None = None
-        self._estimate = estimate
+        self._estimator = estimator
         self._robot: RobotClient | None = None
         self._link: dict[str, object] | None = None
         super().__init__(anchored=anchored, appearance=appearance)
@@ -72,6 +76,7 @@ class LinkedPlant(Plant):
             posture_rad=posture_rad,
         )
         self._robot = self._connect(settings)
+        self._estimate = self._estimator()
         self._seen = self._robot.first()
         self._begun_tick = self._seen.tick
         self._show()

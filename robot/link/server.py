@@ -118,19 +118,23 @@ def serve(service: Service, say: Callable[[str], None]) -> None:
 
 
 def serve_lock_step(robot: LockStep, interface: Interface) -> None:
-    """Publish a state, wait for its answer, step; until the controller is gone."""
-    looked = time.monotonic()
+    """Publish a state, wait for its answer, step; until the controller is gone.
+
+    For the next controller, if there may be one, the robot begins anew: its run depends on its
+    seeds alone, too.
+    """
     while True:
         if not robot.silent:
             interface.publish(robot.published())
-        for arrival in interface.commands.take(AGAIN_S):
+        arrivals = interface.commands.take(AGAIN_S)
+        for arrival in arrivals:
             robot.answered(arrival.message, arrival.writer)
-        now = time.monotonic()
-        if now - looked > SLICE_S:
-            looked = now
-            robot.robot.forget_writer(interface.commands.writers)
-            if interface.is_over():
-                return
+        if arrivals:
+            continue
+        if interface.is_over():
+            return
+        if not interface.commands.writers and robot.robot.steps:
+            robot.restart()
 
 
 def serve_real_time(robot: SimulatedRobot, interface: Interface, service: Service) -> int:

@@ -73,6 +73,7 @@ def test_a_reach_on_the_chip_is_the_same_with_board_and_robot_in_processes_of_th
     assert in_namespace(run, "reach", "board", "stub", 0.3) == inline
 
 
+@pytest.mark.slow
 def test_faults_are_the_same_wherever_the_robot_is() -> None:
     faults = ["loss:0.2", "jitter=5:1"]
     inline = run("walk", "analytic", "inline", 0.5, "", tuple(faults))

@@ -80,6 +80,16 @@ def test_a_robot_that_stops_is_silent() -> None:
     assert one.robot.steps == 3
 
 
+def test_another_controller_finds_the_robot_as_the_first_did() -> None:
+    one = lock_step("loss:0.2", "stop@90")
+    motion = run(one, 80)["motion"]
+    run(one, 20)
+    assert one.silent
+    one.restart()
+    assert not one.silent
+    assert run(one, 80)["motion"] == motion
+
+
 def test_a_robot_that_restarts_is_at_its_first_tick() -> None:
     one = lock_step("restart@3")
     assert [answer(one) for _ in range(3)] == [True] * 3

@@ -40,7 +40,7 @@ def linked(*faults: str, anchored: bool = True) -> tuple[LinkedPlant, list[Recor
         made.append(Recorded(settings, *faults))
         return made[-1]
 
-    return LinkedPlant(connect, estimate, anchored=anchored), made
+    return LinkedPlant(connect, lambda: estimate, anchored=anchored), made
 
 
 def test_it_is_where_the_robot_is() -> None:

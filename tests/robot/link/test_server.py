@@ -74,6 +74,32 @@ def test_a_robot_in_lock_step_steps_once_for_each_answer() -> None:
     assert robot["refused"]["second_writer"] == 9
 
 
+def one_after_the_other() -> list[dict[str, object]]:
+    """Let two controllers use one robot, and return what each observed last."""
+    from spikeport.robot.link.bus import Bus
+    from spikeport.robot.link.client import LockStepRobot
+    from spikeport.robot.link.place import Place
+
+    process, found = started("--lock-step"), []
+    for _ in range(2):
+        robot = LockStepRobot(Bus(Place(), keeps_all=True))
+        seen = robot.first()
+        for _ in range(5):
+            seen = robot.exchange(seen, DAMPING)
+        found.append({"tick": seen.tick, "q": seen.sensors.q.tolist()})
+        robot.close()
+        time.sleep(1.0)
+    process.terminate()
+    process.communicate(timeout=30)
+    return found
+
+
+def test_a_robot_in_lock_step_begins_anew_for_each_controller() -> None:
+    one, other = in_namespace(one_after_the_other)
+    assert one == other
+    assert one["tick"] == 30
+
+
 def in_real_time() -> dict[str, object]:
     """Command a robot for a while, fall silent, and read what it does then."""
     from spikeport.robot.link.bus import Bus
