@@ -178,6 +178,18 @@ def link_line(link: Mapping[str, Any]) -> str:
     )
 
 
+def robot_line(robot: Mapping[str, Any]) -> str:
+    """Return a line on a run's robot behind its interface."""
+    itself = robot["robot"] if isinstance(robot.get("robot"), dict) else {}
+    trips = robot.get("round_trip_us", {})
+    parts = [
+        f"{robot['states']:,} states, {robot['held']:,} held, {robot['overruns']:,} began late",
+        f"round trip {trips['median']:,.0f} us" if trips.get("median") else "",
+        f"motion {itself['motion']}" if itself else "",
+    ]
+    return "robot: " + "; ".join(part for part in parts if part)
+
+
 def _write(trial: Trial[K, R], rig: Rig, done: R, result: Result, folder: Path) -> None:
     """Write a run's folder: its pictures are drawn before an earlier run makes room."""
     scenes: Scenes = trial.scenes(done)
@@ -187,6 +199,8 @@ def _write(trial: Trial[K, R], rig: Rig, done: R, result: Result, folder: Path) 
     figure = trial.figure(done, pictures, result)
     if result["link"] is not None:
         figure.text(0.995, 0.003, link_line(result["link"]), ha="right", va="bottom", size=6)
+    if result["robot"] is not None:
+        figure.text(0.005, 0.003, robot_line(result["robot"]), va="bottom", size=6)
     run_folder.write_figure(folder, figure)
     if rig.loop.over:
         run_folder.add_last_states(folder, rig.plant.history())

@@ -1,31 +1,20 @@
 """Connections to robots: in this process, in one of its own, or wherever DDS reaches."""
 
-import json
 import re
-import socket
 from dataclasses import dataclass
 
-from spikeport.child import START_S, Child
-from spikeport.errors import BackendError, RobotLostError, UsageError
-from spikeport.pacing import SystemClock
-from spikeport.robot.link.client import (
-    DdsRobot,
-    InlineRobot,
-    LockStepRobot,
-    Observed,
-    RealTimeRobot,
-    RobotClient,
-)
+from spikeport.errors import UsageError
+from spikeport.robot.link.client import InlineRobot, RobotClient
 from spikeport.robot.link.faults import FAULTS
 from spikeport.robot.link.lock_step import LockStep
+from spikeport.robot.link.over_dds import join
 from spikeport.robot.link.place import Place
-from spikeport.robot.link.robot import RobotSettings, SimulatedRobot
-from spikeport.robot.link.signals import MotorCommands
+from spikeport.robot.link.robot import SimulatedRobot
+from spikeport.robot.link.settings import RobotSettings
+from spikeport.robot.link.stub import StubRobot
 
 INLINE, STUB = "inline", "stub"
 FORMS = "inline, stub or dds:INTERFACE:DOMAIN"
-STUB_DOMAINS = range(2, 102)
-"""Domains of stubs: of each, the ports are below those that systems give away."""
 
 
 @dataclass(frozen=True)
@@ -96,111 +85,5 @@ def connect(options: RobotOptions, settings: RobotSettings) -> RobotClient:
         faults = [FAULTS.parse(text) for text in options.faults]
         return InlineRobot(LockStep(SimulatedRobot(settings), faults))
     if options.robot == STUB:
-        return StubRobot(options, settings)
-    return _over_dds(options.place, options.real_time, settings)
-
-
-def _over_dds(place: Place, real_time: bool, settings: RobotSettings) -> DdsRobot:
-    from spikeport.robot.link.bus import Bus  # needs cyclonedds
-
-    bus = Bus(place, keeps_all=not real_time)
-    try:
-        if not real_time:
-            return LockStepRobot(bus)
-        return RealTimeRobot(bus, True, 1 / settings.rate_hz, SystemClock())
-    except BaseException:
-        bus.close()
-        raise
-
-
-class StubRobot(RobotClient):
-    """A simulated robot in a process of its own, which ends with this.
-
-    Parameters
-    ----------
-    options : RobotOptions
-        Its clock and faults.
-    settings : RobotSettings
-        The robot.
-    """
-
-    def __init__(self, options: RobotOptions, settings: RobotSettings) -> None:
-        super().__init__()
-        self._claim, place = _free_domain()
-        self._words = ""
-        try:
-            self._child = Child("robot", _arguments(place, options, settings))
-            try:
-                self._client = _over_dds(place, options.real_time, settings)
-            except BaseException:
-                self._child.close()
-                raise
-        except BaseException:
-            self._claim.close()
-            raise
-
-    @property
-    def process_id(self) -> int:
-        """The number of the robot's process."""
-        return self._child.process_id
-
-    def first(self) -> Observed:
-        """Return the first observation; see `RobotClient.first`."""
-        return self._client.first()
-
-    def exchange(self, seen: Observed, motors: MotorCommands) -> Observed:
-        """Answer an observation, and return the next; see `RobotClient.exchange`."""
-        try:
-            return self._client.exchange(seen, motors)
-        except RobotLostError as error:
-            if self._child.runs:
-                raise
-            self._words = self._child.close().strip()
-            raise RobotLostError(f"{error}; its process ended: {self._words}") from None
-
-    def close(self) -> None:
-        """Leave the robot, and wait for the end of its process."""
-        self._client.close()
-        self._words = self._words or self._child.close().strip()
-        self._claim.close()
-
-    def summary(self) -> dict[str, object]:
-        """Return the figures, with what the robot says of itself once it has ended."""
-        return {**self._client.summary(), "robot": _last_words(self._words)}
-
-
-def _last_words(words: str) -> object:
-    """Return what a robot says of itself as it ends; its words, where it ended otherwise."""
-    try:
-        return json.loads(words.splitlines()[-1].removeprefix("robot: "))
-    except (IndexError, ValueError):
-        return words
-
-
-def _arguments(place: Place, options: RobotOptions, settings: RobotSettings) -> list[str]:
-    clock = [] if options.real_time else ["--lock-step", "--rate-hz", repr(settings.rate_hz)]
-    return [
-        *("robot", "serve", "--interface", place.interface, "--domain", str(place.domain)),
-        *("--truth", "--once", "--idle", str(START_S), "--seed", str(settings.seed)),
-        *("--watchdog-ms", repr(1000 * settings.watchdog_s)),
-        *clock,
-        *(["--hoist"] if settings.hoist else []),
-        *(p for fault in options.faults for p in ("--fault", fault)),
-        *(p for joint, rad in settings.posture_rad.items() for p in ("--pose", f"{joint}={rad!r}")),
-    ]
-
-
-def _free_domain() -> tuple[socket.socket, Place]:
-    """Return a domain of which no other stub of this machine is, and what claims it.
-
-    The claim is an abstract Unix socket: no file, and gone with its process.
-    """
-    for domain in STUB_DOMAINS:
-        claim = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
-        try:
-            claim.bind(f"\0spikeport-robot-{domain}")
-        except OSError:
-            claim.close()
-            continue
-        return claim, Place(domain=domain)
-    raise BackendError(f"{len(STUB_DOMAINS)} stubs of robots run already; end some of them")
+        return StubRobot(settings, options.real_time, options.faults)
+    return join(options.place, options.real_time, settings)

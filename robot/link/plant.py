@@ -12,7 +12,7 @@ import numpy as np
 
 from spikeport.robot.engine import mujoco
 from spikeport.robot.link.client import Observed, RobotClient
-from spikeport.robot.link.robot import RobotSettings
+from spikeport.robot.link.settings import RobotSettings
 from spikeport.robot.link.signals import MotorCommands
 from spikeport.robot.plant import Plant
 from spikeport.robot.state import RobotState

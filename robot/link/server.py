@@ -11,7 +11,8 @@ from spikeport.robot.link.bus import Bus
 from spikeport.robot.link.lock_step import LockStep, Published
 from spikeport.robot.link.messages import COMMANDS, STATES, TRUTHS
 from spikeport.robot.link.place import Place
-from spikeport.robot.link.robot import RobotSettings, SimulatedRobot
+from spikeport.robot.link.robot import SimulatedRobot
+from spikeport.robot.link.settings import RobotSettings
 
 AGAIN_S = 0.05
 """Time after which a state that nobody answers is published again, in lock-step."""

@@ -14,6 +14,7 @@ import pytest
 from spikeport.backends.board.link import LinkOptions
 from spikeport.errors import RobotLostError, UsageError
 from spikeport.experiments import registry
+from spikeport.experiments.driver import robot_line
 from spikeport.experiments.options import Options
 from spikeport.robot.link.connection import RobotOptions
 from tests.helpers.namespace import in_namespace
@@ -91,6 +92,15 @@ def test_a_robot_that_is_lost_leaves_its_last_states(
         run("walk", "analytic", "inline", 1.0, str(tmp_path), (fault,))
     with np.load(tmp_path / "last_states.npz") as states:
         assert states["time_s"][-1] == pytest.approx(0.145)
+
+
+def test_figures_say_how_the_robot_was() -> None:
+    figures = {"states": 4000, "held": 3, "damaged": 0, "overruns": 12}
+    assert robot_line(figures) == "robot: 4,000 states, 3 held, 12 began late"
+    itself, trips = {"motion": "19d239d19b9d"}, {"median": 501.7, "p99": None, "worst": 1.0}
+    assert robot_line({**figures, "robot": itself, "round_trip_us": trips}) == (
+        "robot: 4,000 states, 3 held, 12 began late; round trip 502 us; motion 19d239d19b9d"
+    )
 
 
 def test_a_walking_robot_is_not_held_by_its_pelvis() -> None:

@@ -50,7 +50,8 @@ from spikeport.robot.link.codec import (
     encode_truth,
 )
 from spikeport.robot.link.h1 import check_commands
-from spikeport.robot.link.robot import RobotSettings, SimulatedRobot
+from spikeport.robot.link.robot import SimulatedRobot
+from spikeport.robot.link.settings import RobotSettings
 from spikeport.robot.link.signals import MotorCommands, Sensors
 from spikeport.robot.link.wire import MessageError
 from tests.helpers import nir_graphs

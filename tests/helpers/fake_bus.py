@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 from spikeport.robot.link.lock_step import LockStep
 from spikeport.robot.link.messages import COMMANDS, STATES, TRUTHS, Topic
-from spikeport.robot.link.robot import RobotSettings, SimulatedRobot
+from spikeport.robot.link.robot import SimulatedRobot
+from spikeport.robot.link.settings import RobotSettings
 
 
 class Arrival(NamedTuple):

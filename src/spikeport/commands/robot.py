@@ -10,7 +10,7 @@ from spikeport.errors import UsageError, unknown
 from spikeport.robot.description import JOINTS
 from spikeport.robot.link.faults import FAULTS
 from spikeport.robot.link.place import Place
-from spikeport.robot.link.robot import LOCK_STEP_HZ, RobotSettings
+from spikeport.robot.link.settings import LOCK_STEP_HZ, RobotSettings
 
 REAL_TIME_HZ = 500.0
 """States a second where none are asked for: as of Unitree's H1."""

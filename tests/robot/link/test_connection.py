@@ -1,18 +1,13 @@
-"""Which robot an option names, and what goes together with it; a stub's end."""
-
-import os
-import time
-from pathlib import Path
+"""Which robot an option names, and what goes together with it."""
 
 import pytest
 
 from spikeport.errors import UsageError
-from spikeport.robot.link import connection
 from spikeport.robot.link.client import InlineRobot
 from spikeport.robot.link.connection import RobotOptions, connect
 from spikeport.robot.link.place import Place
-from spikeport.robot.link.robot import DAMPING, RobotSettings
-from tests.helpers.namespace import in_namespace
+from spikeport.robot.link.robot import DAMPING
+from spikeport.robot.link.settings import RobotSettings
 
 HOIST = RobotSettings(hoist=True)
 
@@ -47,63 +42,3 @@ def test_an_inline_robot_has_its_faults() -> None:
     assert isinstance(robot, InlineRobot)
     robot.exchange(robot.first(), DAMPING)
     assert robot.summary()["robot"]["refused"]["beyond_limits"] == 1
-
-
-def a_stub() -> dict[str, object]:
-    """Use a stub for a while, and return what is left of it."""
-    robot = connect(RobotOptions("stub"), HOIST)
-    seen = robot.first()
-    for _ in range(3):
-        seen = robot.exchange(seen, DAMPING)
-    process = robot.process_id
-    robot.close()
-    children = Path(f"/proc/{os.getpid()}/task/{os.getpid()}/children").read_text()
-    return {
-        "tick": seen.tick,
-        "steps": robot.summary()["robot"]["steps"],
-        "alive": Path(f"/proc/{process}").exists(),
-        "children": children.split(),
-        "sockets": Path("/proc/net/udp").read_text().splitlines()[1:],
-    }
-
-
-def test_a_stub_ends_with_its_controller_and_leaves_nothing() -> None:
-    assert in_namespace(a_stub) == {
-        "tick": 20,
-        "steps": 3,
-        "alive": False,
-        "children": [],
-        "sockets": [],
-    }
-
-
-def a_killed_stub() -> dict[str, object]:
-    robot = connect(RobotOptions("stub"), HOIST)
-    seen = robot.first()
-    os.kill(robot.process_id, 9)
-    begin = time.monotonic()
-    try:
-        for _ in range(3):
-            seen = robot.exchange(seen, DAMPING)
-    except Exception as error:
-        return {"error": f"{type(error).__name__}: {error}", "soon": time.monotonic() - begin < 60}
-    finally:
-        robot.close()
-    return {}
-
-
-@pytest.mark.slow
-def test_a_stub_that_was_killed_is_missed() -> None:
-    found = in_namespace(a_killed_stub)
-    assert found["error"].startswith("RobotLostError: the robot does not answer its state of 5 ms")
-    assert "its process ended" in found["error"]
-    assert found["soon"]
-
-
-def test_two_stubs_have_domains_of_their_own() -> None:
-    (one, first), (other, second) = connection._free_domain(), connection._free_domain()
-    try:
-        assert first != second
-    finally:
-        one.close()
-        other.close()

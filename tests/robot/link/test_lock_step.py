@@ -8,7 +8,8 @@ import pytest
 from spikeport.robot.link.codec import Command, decode_state, encode_command
 from spikeport.robot.link.faults import FAULTS
 from spikeport.robot.link.lock_step import LockStep
-from spikeport.robot.link.robot import DAMPING, RobotSettings, SimulatedRobot
+from spikeport.robot.link.robot import DAMPING, SimulatedRobot
+from spikeport.robot.link.settings import RobotSettings
 from spikeport.robot.link.signals import MotorCommands
 from spikeport.robot.walk_interface import POSE_RAD
 

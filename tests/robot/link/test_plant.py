@@ -9,7 +9,8 @@ from spikeport.robot.link.client import InlineRobot, Observed
 from spikeport.robot.link.faults import FAULTS
 from spikeport.robot.link.lock_step import LockStep
 from spikeport.robot.link.plant import LinkedPlant
-from spikeport.robot.link.robot import RobotSettings, SimulatedRobot
+from spikeport.robot.link.robot import SimulatedRobot
+from spikeport.robot.link.settings import RobotSettings
 from spikeport.robot.link.signals import MotorCommands
 from spikeport.robot.link.truth import estimate
 from spikeport.robot.plant import Plant

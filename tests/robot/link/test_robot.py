@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from spikeport.errors import UsageError
 from spikeport.robot.description import JOINTS
 from spikeport.robot.link.codec import Command, decode_state, decode_truth, encode_command
 from spikeport.robot.link.h1 import SPEED_LIMITS_RAD_S, TORQUE_LIMITS_NM
-from spikeport.robot.link.robot import DAMPING, RobotSettings, SimulatedRobot
+from spikeport.robot.link.robot import DAMPING, SimulatedRobot
+from spikeport.robot.link.settings import RobotSettings
 from spikeport.robot.link.signals import MotorCommands, Sensors
 from spikeport.robot.walk_interface import POSE_RAD
 
@@ -155,17 +155,3 @@ def test_the_hoist_holds_a_limp_robot_which_else_falls() -> None:
 def test_the_posture_is_as_asked_for() -> None:
     found = sensors(robot(posture_rad={"right_elbow": 1.0}))
     assert found.q[ELBOW] == pytest.approx(1.0, abs=0.03)
-
-
-@pytest.mark.parametrize(
-    ("settings", "words"),
-    [
-        ({"rate_hz": 300.0}, "300 physics steps a second: must be from 200 to 1000"),
-        ({"rate_hz": 100.0}, "100 physics steps a second"),
-        ({"rate_hz": float("nan")}, "nan physics steps"),
-        ({"watchdog_s": 0.0}, "a watchdog of 0 ms: must be above 0"),
-    ],
-)
-def test_settings_are_checked(settings: dict[str, float], words: str) -> None:
-    with pytest.raises(UsageError, match=words):
-        RobotSettings(**settings)

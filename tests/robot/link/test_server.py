@@ -77,7 +77,7 @@ def test_a_robot_in_lock_step_steps_once_for_each_answer() -> None:
 def one_after_the_other() -> list[dict[str, object]]:
     """Let two controllers use one robot, and return what each observed last."""
     from spikeport.robot.link.bus import Bus
-    from spikeport.robot.link.client import LockStepRobot
+    from spikeport.robot.link.over_dds import LockStepRobot
     from spikeport.robot.link.place import Place
 
     process, found = started("--lock-step"), []

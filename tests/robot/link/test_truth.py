@@ -8,7 +8,8 @@ from spikeport.robot import state
 from spikeport.robot.link.client import observed
 from spikeport.robot.link.codec import Command
 from spikeport.robot.link.lock_step import LockStep
-from spikeport.robot.link.robot import DAMPING, RobotSettings, SimulatedRobot
+from spikeport.robot.link.robot import DAMPING, SimulatedRobot
+from spikeport.robot.link.settings import RobotSettings
 from spikeport.robot.link.truth import estimate
 
 
