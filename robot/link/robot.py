@@ -124,10 +124,13 @@ class SimulatedRobot:
         self._writer = writer
         return command
 
-    def forget_writer(self, present: list[int]) -> None:
-        """Let another writer take over if the one that was obeyed is no more among these."""
-        if self._writer is not None and self._writer not in present:
-            self._writer = None
+    def is_left(self, writers: list[int]) -> bool:
+        """Return whether the writer that was obeyed is none of those that are there."""
+        return self._writer is not None and self._writer not in writers
+
+    def forget_writer(self) -> None:
+        """Let another writer take over."""
+        self._writer = None
 
     def obey(self, command: Command) -> None:
         """Drive the motors by a command; what no motor is to obey is refused and counted."""

@@ -134,7 +134,7 @@ def serve_lock_step(robot: LockStep, interface: Interface) -> None:
             continue
         if interface.is_over():
             return
-        if not interface.commands.writers and robot.robot.steps:
+        if robot.robot.is_left(interface.commands.writers):
             robot.restart()
 
 
@@ -158,6 +158,7 @@ def serve_real_time(robot: SimulatedRobot, interface: Interface, service: Servic
         interface.publish(Published(robot.state(), truth))
         step += 1
         if step % steps_a_look == 0:
-            robot.forget_writer(interface.commands.writers)
+            if robot.is_left(interface.commands.writers):
+                robot.forget_writer()
             if interface.is_over():
                 return deadlines.overruns

@@ -116,12 +116,13 @@ def test_a_second_writer_is_refused_until_the_first_is_gone() -> None:
     message = encode_command(Command(one.tick, HOLD))
     assert one.read(message, 7) is not None
     assert one.read(message, 8) is None
-    one.forget_writer([7, 8])
-    assert one.read(message, 8) is None
-    one.forget_writer([8])
+    assert not one.is_left([7, 8])
+    assert one.is_left([8])
+    one.forget_writer()
+    assert not one.is_left([8])
     assert one.read(message, 8) is not None
     assert one.read(message, 7) is None
-    assert one.refusals.second_writer == 3
+    assert one.refusals.second_writer == 2
 
 
 def test_a_damaged_message_claims_nothing() -> None:
