@@ -13,6 +13,7 @@ from spikeport.progress import Progress, silent
 
 if TYPE_CHECKING:
     from spikeport.experiments.trial import Settings, Trial
+    from spikeport.robot.link.connection import RobotOptions
 
 BACKENDS = ("analytic", "reference", "native", "nengo-loihi", "board", "replay")
 """Where experiments run: on a backend, or without neurons."""
@@ -36,6 +37,8 @@ class Options:
         The way to a board, for backends that have one.
     cache : Cache
         Keeps calibrations and rehearsals from run to run; by default nothing is kept.
+    robot : RobotOptions or None
+        The robot at the end of Unitree's interface; None for a plant in this process.
     progress : callable
         See `spikeport.progress.Progress`.
     command : tuple of str
@@ -50,6 +53,7 @@ class Options:
     video: bool = False
     link: LinkOptions = OWN_STUB
     cache: Cache = field(default=NOTHING, compare=False)
+    robot: "RobotOptions | None" = None
     progress: Progress = field(default=silent, compare=False)
     command: tuple[str, ...] = ()
 

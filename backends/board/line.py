@@ -1,4 +1,4 @@
-"""A line: frames over a socket, within a time; and the clock that times are measured by."""
+"""A line: frames over a socket, within a time."""
 
 import select
 import socket
@@ -17,30 +17,6 @@ SYSTEM_WAITS_S = 0.2
 SYSTEM_WAITS = struct.pack("ll", 0, int(1e6 * SYSTEM_WAITS_S))
 SEND_S = 5.0
 """Time in which the other side must take a frame; buffers of the system hold hundreds of them."""
-
-
-class Clock(Protocol):
-    """A clock in s, of which only differences mean something."""
-
-    def now(self) -> float:
-        """Return the time, in s."""
-
-    def sleep_until(self, time_s: float) -> None:
-        """Wait until a time; at once if it has passed."""
-
-
-class SystemClock:
-    """The clock of this machine."""
-
-    def now(self) -> float:
-        """Return the time, in s."""
-        return time.perf_counter()
-
-    def sleep_until(self, time_s: float) -> None:
-        """Wait until a time; at once if it has passed."""
-        left = time_s - time.perf_counter()
-        if left > 0:
-            time.sleep(left)
 
 
 class Line(Protocol):

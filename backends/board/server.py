@@ -10,10 +10,12 @@ from dataclasses import dataclass
 
 from spikeport.backends.board.address import Address, Certificates, accepted, listening
 from spikeport.backends.board.board import Board, Machine
-from spikeport.backends.board.faults import Fault, FaultyLine
+from spikeport.backends.board.faults import FaultyLine
 from spikeport.backends.board.frame import Frame, Kind
-from spikeport.backends.board.line import SocketLine, SystemClock
+from spikeport.backends.board.line import SocketLine
 from spikeport.errors import BoardLostError
+from spikeport.fault_plan import Fault
+from spikeport.pacing import SystemClock
 
 LOOK_S = 0.5
 """Time between looks for other hosts, which are refused."""

@@ -38,6 +38,7 @@ TRACE_RGBA = (0.1, 0.65, 0.25, 1.0)
 class ArmTrial(Trial[ArmRig, ArmRun]):
     """A run of the arm; each of its experiments adds what it does differently."""
 
+    anchored = True
     settings: ArmSettings
 
     @abstractmethod
@@ -128,10 +129,6 @@ class ArmTrial(Trial[ArmRig, ArmRun]):
         return {"experiment": self.name, **self.network_settings, **self.options.substrate}
 
     # the run
-
-    def plant(self) -> Plant:
-        """Return the robot, its pelvis anchored; raises UsageError for an unknown appearance."""
-        return Plant(anchored=True, appearance=self.settings.appearance)
 
     def close(self, plant: Plant) -> Closed[ArmRig]:
         """Build the controller in closed loop with the arm.

@@ -82,6 +82,11 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
 
     def check(self) -> None:
         """Refuse a schedule that cannot be followed, and a policy that is not for this robot."""
+        if self.options.robot is not None and self.settings.anchor:
+            raise UsageError(
+                "anchor=true: holds the walking robot by its pelvis to draw, which a robot's "
+                "interface cannot; give --set anchor=false --set schedule=free-standing"
+            )
         self.goals(self.options.seed)
         self.settings.walking_policy()
 
@@ -139,7 +144,7 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
             calibration was made for another.
         """
         settings, box, every_s = self.settings, None, CONTROL_DT_S
-        self.goals(self.options.seed)
+        self.check()
         exact = self.exact()
         if self.options.backend == "analytic":
             controller = analytic_humanoid(exact, balances=not settings.anchor)

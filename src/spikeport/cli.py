@@ -19,8 +19,11 @@ from spikeport.commands.options import (
     ChipOption,
     FaultsOption,
     Link,
+    MayMoveOption,
     NoCache,
     PassesOption,
+    RobotFaultsOption,
+    RobotLink,
     RunOptions,
     SecondsOption,
     SeedOption,
@@ -306,14 +309,26 @@ def diff_command(
 @app.command("run")
 @with_options
 def run_command(
-    experiment: ExperimentName, target: Target, options: RunOptions, link: Link, tls: Tls
+    experiment: ExperimentName,
+    target: Target,
+    options: RunOptions,
+    link: Link,
+    tls: Tls,
+    robot_link: RobotLink,
 ) -> None:
     """Run an experiment of the paper in closed loop, and write its folder."""
-    from spikeport.commands.links import link_options
+    from spikeport.commands.links import link_options, robot_options
     from spikeport.commands.run import RunRequest, run
 
-    to_board = link_options(link, tls, target.backend)
-    run(RunRequest(experiment=experiment, target=target, options=options, link=to_board))
+    run(
+        RunRequest(
+            experiment=experiment,
+            target=target,
+            options=options,
+            link=link_options(link, tls, target.backend),
+            robot=robot_options(robot_link),
+        )
+    )
 
 
 @app.command("calibrate")
@@ -478,6 +493,68 @@ def board_inspect_command(
     from spikeport.commands.board import inspect
 
     inspect(record)
+
+
+robot_app = typer.Typer(help="Robots behind Unitree's interface.")
+app.add_typer(robot_app, name="robot", no_args_is_help=True)
+
+
+@robot_app.command("serve")
+def robot_serve_command(
+    *,
+    interface: Annotated[str, typer.Option(help="Interface of the network.")] = "lo",
+    domain: Annotated[int, typer.Option(help="Domain of DDS; a real robot's is 0.")] = 1,
+    may_move: MayMoveOption = False,
+    lock_step: Annotated[
+        bool, typer.Option("--lock-step", help="Wait for the answer to each state.")
+    ] = False,
+    rate_hz: Annotated[
+        float | None, typer.Option(help="Physics steps and states a second: 200, 500 or 1000.")
+    ] = None,
+    hoist: Annotated[bool, typer.Option("--hoist", help="Hang the robot by its pelvis.")] = False,
+    watchdog_ms: Annotated[
+        float, typer.Option(help="Time without a valid command until it is damped.")
+    ] = 100.0,
+    truth: Annotated[
+        bool, typer.Option("--truth", help="Publish the pelvis' place and velocity, too.")
+    ] = False,
+    seed: SeedOption = 0,
+    pose: Annotated[
+        list[str],
+        typer.Option(
+            metavar="JOINT=RAD",
+            help="Where a joint begins; repeatable.",
+            default_factory=list,
+            show_default=False,
+        ),
+    ],
+    fault: Annotated[list[str], RobotFaultsOption],
+    once: Annotated[bool, typer.Option("--once", help="End with the first controller.")] = False,
+    idle: Annotated[
+        float | None,
+        typer.Option(metavar="SECONDS", help="End after so long without a controller.", min=0.1),
+    ] = None,
+) -> None:
+    """Be an H1 in simulation that speaks Unitree's DDS interface, until ended."""
+    from spikeport.commands.robot import ServeRequest, serve
+
+    serve(
+        ServeRequest(
+            interface=interface,
+            domain=domain,
+            may_move_a_robot=may_move,
+            lock_step=lock_step,
+            rate_hz=rate_hz,
+            hoist=hoist,
+            watchdog_ms=watchdog_ms,
+            truth=truth,
+            seed=seed,
+            pose=tuple(pose),
+            faults=tuple(fault),
+            once=once,
+            idle_s=idle,
+        )
+    )
 
 
 @app.command()

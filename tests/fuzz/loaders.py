@@ -41,8 +41,25 @@ from spikeport.networks.loading.files import load_mlp
 from spikeport.networks.walking_policy import WalkingPolicy
 from spikeport.reading.mismatch import MismatchError
 from spikeport.reading.notebook import read_notebook
+from spikeport.robot.link.codec import (
+    COMMAND,
+    STATE,
+    Command,
+    Truth,
+    decode_command,
+    decode_state,
+    decode_truth,
+    encode_command,
+    encode_state,
+    encode_truth,
+)
+from spikeport.robot.link.h1 import check_commands
 from spikeport.robot.link.remote import decode
+from spikeport.robot.link.robot import SimulatedRobot
+from spikeport.robot.link.settings import RobotSettings
+from spikeport.robot.link.signals import MotorCommands, Sensors
 from spikeport.robot.link.sport_mode import Answer, SportModeRelease
+from spikeport.robot.link.wire import MessageError
 from tests.helpers import nir_graphs
 from tests.helpers.arrivals import remote
 from tests.helpers.event_files import process_of, random_events, write_events
@@ -255,6 +272,41 @@ def _received(path: Path) -> None:
             raise UsageError(f"{path}: {error}") from None
 
 
+REST = MotorCommands(*np.zeros((5, 19)))
+READINGS = Sensors(0.0, np.array([1.0, 0, 0, 0]), *np.zeros((2, 3)), *np.zeros((3, 19)))
+
+
+def _robot_messages(folder: Path) -> None:
+    (folder / "a.lowcmd").write_bytes(encode_command(Command(5, REST)))
+    (folder / "a.lowstate").write_bytes(encode_state(5, READINGS))
+    (folder / "a.sportmodestate").write_bytes(encode_truth(Truth(5, *np.zeros((2, 3)))))
+
+
+def _read_message(path: Path, message: bytes) -> None:
+    """Read a message as its side of the link does; a robot obeys it for a step."""
+    try:
+        if path.suffix == ".lowstate":
+            decode_state(message)
+        elif path.suffix == ".sportmodestate":
+            decode_truth(message)
+        else:
+            check_commands(decode_command(message).motors)
+            robot = SimulatedRobot(RobotSettings(hoist=True))
+            robot.obey(Command(robot.tick, decode_command(message).motors))
+            robot.step()
+    except MessageError as error:
+        raise UsageError(f"{path}: {error}") from None
+
+
+def _sealed_anew(path: Path) -> None:
+    """Read a message whose checksum is right, whatever is in it."""
+    message = path.read_bytes()
+    layout = {".lowcmd": COMMAND, ".lowstate": STATE}.get(path.suffix)
+    if layout is not None and len(message) == layout.size:
+        message = layout.sealed(np.frombuffer(message, "<u4").copy())
+    _read_message(path, message)
+
+
 def _nir(folder: Path) -> None:
     for name, graph in (("recurrent", nir_graphs.recurrent()), ("nested", nir_graphs.nested())):
         nir_graphs.written(folder, graph, f"{name}.nir")
@@ -297,4 +349,6 @@ LOADERS = {
     "bodies": Loader(_bodies, _answered_whole),
     "answers": Loader(_answers, _received),
     "cache": Loader(_entry, _kept),
+    "robot messages": Loader(_robot_messages, lambda p: _read_message(p, p.read_bytes())),
+    "robot messages, sealed": Loader(_robot_messages, _sealed_anew),
 }

@@ -3,6 +3,7 @@
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
@@ -22,6 +23,9 @@ from spikeport.experiments import registry, run_folder
 from spikeport.experiments.options import Experiment, Options, Outcome
 from spikeport.hardware_models import chip as chips
 
+if TYPE_CHECKING:
+    from spikeport.robot.link.connection import RobotOptions
+
 
 @dataclass(frozen=True, kw_only=True)
 class RunRequest:
@@ -31,6 +35,7 @@ class RunRequest:
     target: Target
     options: RunOptions
     link: LinkOptions = OWN_STUB
+    robot: "RobotOptions | None" = None
 
 
 def run(request: RunRequest) -> None:
@@ -55,6 +60,7 @@ def run(request: RunRequest) -> None:
             video=asked.video,
             link=request.link,
             cache=cache.of_user(),
+            robot=request.robot,
             progress=progress,
             command=("spikeport", *sys.argv[1:]),
         )

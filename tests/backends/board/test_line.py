@@ -5,7 +5,7 @@ import socket
 import pytest
 
 from spikeport.backends.board.frame import Frame, Kind
-from spikeport.backends.board.line import SYSTEM_WAITS_S, SocketLine, SystemClock
+from spikeport.backends.board.line import SYSTEM_WAITS_S, SocketLine
 from spikeport.errors import BoardLostError
 
 
@@ -67,11 +67,3 @@ def test_a_peer_that_is_gone_is_named(lines: tuple[SocketLine, SocketLine]) -> N
     lines[0].close()
     with pytest.raises(BoardLostError, match="one: the link is gone"):
         lines[0].receive(0.0)
-
-
-def test_the_clock_of_this_machine_waits_for_the_future_alone() -> None:
-    clock = SystemClock()
-    begin = clock.now()
-    clock.sleep_until(begin - 5)
-    clock.sleep_until(begin + 0.002)
-    assert clock.now() >= begin + 0.002
