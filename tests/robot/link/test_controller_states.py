@@ -40,6 +40,6 @@ def test_damping_is_latched(event: Event) -> None:
     assert after(D, event) is D
 
 
-@pytest.mark.parametrize("state", MOVING)
+@pytest.mark.parametrize("state", sorted(MOVING, key=str))
 def test_what_is_refused_damps_a_robot_that_moves(state: State) -> None:
     assert after(state, Event.REFUSED) is D
