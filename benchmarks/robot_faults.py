@@ -9,14 +9,15 @@ One line for each plan: how many of the seeds walked all the time, and when the 
 import argparse
 import dataclasses
 from collections.abc import Iterator
+from functools import partial
 
 from spikeport.experiments.driver import Ready, perform, prepare
 from spikeport.experiments.options import Options
 from spikeport.experiments.walk.settings import WalkSettings
 from spikeport.experiments.walk.trial import EXPERIMENT, WalkTrial
 from spikeport.robot.link.connection import RobotOptions, connect
+from spikeport.robot.link.motion import TRUTH, EstimatedMotion
 from spikeport.robot.link.plant import LinkedPlant
-from spikeport.robot.link.truth import estimate
 from spikeport.robot.plant import Plant
 
 PLANS = (
@@ -41,7 +42,7 @@ class FaultyWalk(WalkTrial):
     def plant(self) -> Plant:
         return LinkedPlant(
             lambda settings: connect(RobotOptions("inline", faults=self.plan), settings),
-            lambda: estimate,
+            partial(EstimatedMotion, TRUTH),
         )
 
 

@@ -186,8 +186,18 @@ def robot_line(robot: Mapping[str, Any]) -> str:
         f"{robot['states']:,} states, {robot['held']:,} held, {robot['overruns']:,} began late",
         f"round trip {trips['median']:,.0f} us" if trips.get("median") else "",
         f"motion {itself['motion']}" if itself else "",
+        _estimator_line(robot["estimator"]),
     ]
     return "robot: " + "; ".join(part for part in parts if part)
+
+
+def _estimator_line(estimator: Mapping[str, Any]) -> str:
+    """Return which estimator found the robot's motion, and its error where that is known."""
+    error = estimator["velocity_error_m_s"]
+    if error is None:
+        return f"estimator {estimator['name']}"
+    velocity, place_m = ", ".join(f"{e:.3f}" for e in error), estimator["place_error_m"]
+    return f"estimator {estimator['name']}, off by {velocity} m/s and {place_m:.2f} m"
 
 
 def _write(

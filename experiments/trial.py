@@ -18,8 +18,8 @@ from spikeport.experiments.options import Options
 from spikeport.experiments.pictures import Film, Scenes
 from spikeport.experiments.run_folder import Result
 from spikeport.robot.link.connection import connect
+from spikeport.robot.link.motion import EstimatedMotion
 from spikeport.robot.link.plant import LinkedPlant
-from spikeport.robot.link.truth import estimate
 from spikeport.robot.plant import Plant
 from spikeport.simulator import Simulator
 
@@ -120,7 +120,10 @@ class Trial(ABC, Generic[K, R]):
         if asked is None:
             return Plant(anchored=self.anchored, appearance=appearance)
         return LinkedPlant(
-            partial(connect, asked), lambda: estimate, anchored=self.anchored, appearance=appearance
+            partial(connect, asked),
+            partial(EstimatedMotion, asked.estimates),
+            anchored=self.anchored,
+            appearance=appearance,
         )
 
     @abstractmethod

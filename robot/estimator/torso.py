@@ -3,16 +3,17 @@
     p_pelvis = p_imu - R_torso r,    R_pelvis = R_torso Rz(waist)^T
     omega_pelvis = Rz(waist) omega_torso - (0, 0, dwaist),    v_pelvis = v_imu - R_torso (omega x r)
 
-Source: joints ``torso_joint`` and ``imu_joint`` of Unitree's h1.urdf; unitree_rl_gym's
-``rotation_helper.py`` for the rotation.
+Source: joints ``torso_joint`` and ``imu_joint`` of Unitree's h1.urdf, as h1.xml has them;
+unitree_rl_gym's ``rotation_helper.py`` for the rotation.
 """
 
 import numpy as np
 
+from spikeport.robot.description import load
 from spikeport.robot.engine import mujoco
 
-IMU_OFFSET_M = np.array([-0.0445, -0.0189, 0.2776])
-"""Place r of the IMU in the torso's frame, whose origin is the pelvis'. Source: h1.urdf."""
+IMU_OFFSET_M = np.array(load().site("torso_imu").pos)
+"""Place r of the IMU in the torso's frame, whose origin is the pelvis'."""
 
 
 def waist_rotation(waist_rad: float) -> np.ndarray:
@@ -21,12 +22,23 @@ def waist_rotation(waist_rad: float) -> np.ndarray:
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
+def pelvis_quaternion(torso: np.ndarray, waist_rad: float) -> np.ndarray:
+    """Return the pelvis' orientation (w, x, y, z): q_torso turned back by the waist's angle.
+
+    R_pelvis = R_torso R_z(waist)^T
+    """
+    w, x, y, z = torso.tolist()
+    c, s = float(np.cos(waist_rad / 2)), -float(np.sin(waist_rad / 2))
+    return np.array((w * c - z * s, x * c + y * s, y * c - x * s, z * c + w * s))
+
+
 def pelvis_angular_velocity(
     gyroscope: np.ndarray, waist_rad: float, waist_rad_s: float
 ) -> np.ndarray:
     """Return (3,) the pelvis' angular velocity in its own frame, rad/s."""
-    turned = waist_rotation(waist_rad) @ gyroscope
-    return np.asarray(turned - (0.0, 0.0, waist_rad_s))
+    x, y, z = gyroscope.tolist()
+    c, s = float(np.cos(waist_rad)), float(np.sin(waist_rad))
+    return np.array((c * x - s * y, s * x + c * y, z - waist_rad_s))
 
 
 def quaternion(rotation: np.ndarray) -> np.ndarray:

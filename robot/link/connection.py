@@ -7,6 +7,7 @@ from spikeport.errors import UsageError
 from spikeport.robot.link.client import InlineRobot, RobotClient
 from spikeport.robot.link.faults import FAULTS
 from spikeport.robot.link.lock_step import LockStep
+from spikeport.robot.link.motion import EKF, TRUTH, check_estimator
 from spikeport.robot.link.over_dds import join
 from spikeport.robot.link.place import Place
 from spikeport.robot.link.robot import SimulatedRobot
@@ -31,17 +32,22 @@ class RobotOptions:
         A plan of faults, see `spikeport.robot.link.faults`.
     may_move_a_robot : bool
         Whether a place is allowed where a real robot may listen.
+    estimator : str or None
+        Finds the robot's motion, see `spikeport.robot.link.motion`; by default, that is the truth
+        of a robot that is made for the run, and the filter for one that is there already.
     """
 
     robot: str
     real_time: bool = False
     faults: tuple[str, ...] = ()
     may_move_a_robot: bool = False
+    estimator: str | None = None
 
     def check(self) -> None:
         """Refuse what does not go together; raises UsageError."""
         for text in self.faults:
             FAULTS.parse(text)
+        check_estimator(self.estimates)
         if self.robot in (INLINE, STUB):
             if self.faults and self.real_time:
                 raise UsageError("--robot-fault is for lock-step: real time has faults of its own")
@@ -51,6 +57,11 @@ class RobotOptions:
         self.place.check(self.may_move_a_robot)
         if self.faults:
             raise UsageError("--robot-fault is for inline and stub; else give --fault to the robot")
+
+    @property
+    def estimates(self) -> str:
+        """The estimator's name."""
+        return self.estimator or (TRUTH if self.robot in (INLINE, STUB) else EKF)
 
     @property
     def place(self) -> Place:
@@ -86,4 +97,4 @@ def connect(options: RobotOptions, settings: RobotSettings) -> RobotClient:
         return InlineRobot(LockStep(SimulatedRobot(settings), faults))
     if options.robot == STUB:
         return StubRobot(settings, options.real_time, options.faults)
-    return join(options.place, options.real_time, settings)
+    return join(options.place, options.real_time, settings, options.estimates == TRUTH)

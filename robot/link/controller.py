@@ -12,9 +12,9 @@ import numpy as np
 from spikeport.robot.description import DEFAULT_POSE, GAINS, JOINTS
 from spikeport.robot.link.admission import LATEST_S, Arrival, Limits, refusal
 from spikeport.robot.link.controller_states import MOVING, Event, State, after
+from spikeport.robot.link.h1 import DAMPING, ZERO_TORQUE
 from spikeport.robot.link.remote import Remote, decode, pressed
 from spikeport.robot.link.signals import MotorCommands, Sensors
-from spikeport.robot.plant import DAMPING_KD
 
 RAMP_S = 2.0
 """Time in which the joints move to the default pose. Source: unitree_rl_gym, ``deploy_real.py``."""
@@ -22,8 +22,6 @@ RAMP_S = 2.0
 _NONE = np.zeros(len(JOINTS))
 _POSE_RAD = np.array([DEFAULT_POSE[joint] for joint in JOINTS])
 _KP, _KD = np.array([GAINS[joint] for joint in JOINTS]).T
-ZERO_TORQUE = MotorCommands(_NONE, _NONE, _NONE, _NONE, _NONE)
-DAMPING = ZERO_TORQUE._replace(kd=np.full(len(JOINTS), DAMPING_KD))
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,7 @@
-"""The H1 as Unitree's messages have it: motor slots, modes, limits, and the IMU on its torso.
+"""The H1 as Unitree's messages have it: motor slots, modes, limits, and commands at rest.
 
 Sources: slots and modes, unitree_sdk2 ``example/h1/low_level`` (``motors.hpp``, ``humanoid.hpp``);
-limits and the IMU's place, unitree_ros ``h1.urdf``; from torso to pelvis, unitree_rl_gym
-``rotation_helper.py``.
+limits, unitree_ros ``h1.urdf``.
 """
 
 import numpy as np
@@ -10,6 +9,7 @@ import numpy as np
 from spikeport.robot.description import JOINTS
 from spikeport.robot.link.signals import MotorCommands
 from spikeport.robot.link.wire import MessageError
+from spikeport.robot.plant import DAMPING_KD
 
 _SLOTS = {
     "right_hip_roll": 0,
@@ -67,6 +67,12 @@ LARGEST_TARGET_RAD = 2 * np.pi
 ROUNDING = 1e-6
 """Of a limit that was rounded to float32."""
 
+_NONE = np.zeros(len(JOINTS))
+ZERO_TORQUE = MotorCommands(_NONE, _NONE, _NONE, _NONE, _NONE)
+"""The command that leaves all joints loose."""
+DAMPING = ZERO_TORQUE._replace(kd=np.full(len(JOINTS), DAMPING_KD))
+"""The command that brakes all joints and holds none."""
+
 
 def check_commands(commands: MotorCommands) -> None:
     """Refuse commands that no motor is to obey.
@@ -96,20 +102,3 @@ def check_commands(commands: MotorCommands) -> None:
                 f"{name} of {JOINTS[first]} is {values[first]:g}, "
                 f"allowed {max(low, -limit):g} to {limit:g}"
             )
-
-
-def pelvis_quaternion(torso: np.ndarray, waist_rad: float) -> np.ndarray:
-    """Return the pelvis' orientation (w, x, y, z): q_torso turned back by the waist's angle.
-
-    R_pelvis = R_torso R_z(waist)^T
-    """
-    w, x, y, z = torso.tolist()
-    c, s = float(np.cos(waist_rad / 2)), -float(np.sin(waist_rad / 2))
-    return np.array((w * c - z * s, x * c + y * s, y * c - x * s, z * c + w * s))
-
-
-def pelvis_rate(torso: np.ndarray, waist_rad: float, waist_rad_s: float) -> np.ndarray:
-    """Return the pelvis' angular velocity in its frame: R_z(waist) omega_torso - (0, 0, waist')."""
-    x, y, z = torso.tolist()
-    c, s = float(np.cos(waist_rad)), float(np.sin(waist_rad))
-    return np.array((c * x - s * y, s * x + c * y, z - waist_rad_s))

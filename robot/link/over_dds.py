@@ -5,11 +5,12 @@ from typing import TYPE_CHECKING
 
 from spikeport.errors import RobotLostError
 from spikeport.pacing import Clock, Deadlines, RoundTrips, SystemClock
+from spikeport.robot.link.admission import LATEST_S
 from spikeport.robot.link.client import Observed, RobotClient, check_order
 from spikeport.robot.link.codec import Command, Truth, decode_state, decode_truth, encode_command
+from spikeport.robot.link.h1 import DAMPING
 from spikeport.robot.link.messages import COMMANDS, STATES, TRUTHS
 from spikeport.robot.link.place import Place
-from spikeport.robot.link.robot import DAMPING
 from spikeport.robot.link.settings import RobotSettings
 from spikeport.robot.link.signals import MotorCommands
 from spikeport.robot.link.wire import MessageError
@@ -21,8 +22,6 @@ FIRST_S = 20.0
 """Time in which a robot's first state must come."""
 PATIENCE_S = 10.0
 """Time in which a robot in lock-step must answer."""
-STALE_S = 0.1
-"""Age of a state, in real time, with which no robot is controlled any more."""
 SLICE_S = 0.2
 DAMPINGS = 3
 """How often a robot is told to go into damping when its controller leaves."""
@@ -35,15 +34,18 @@ class DdsRobot(RobotClient):
     ----------
     bus : Bus
         Where it is; closed with this.
-    wants_truth : bool
-        Whether an observation is whole only with the truth of its tick.
+    needs_truth : bool
+        Whether an observation is whole only with the truth, which only a simulation has.
+    waits_for_truth : bool
+        Whether the truth of an observation's tick is waited for where somebody publishes it.
     """
 
-    def __init__(self, bus: "Bus", wants_truth: bool) -> None:
+    def __init__(self, bus: "Bus", needs_truth: bool, waits_for_truth: bool) -> None:
         super().__init__()
         self._bus = bus
         self._states, self._commands = bus.reader(STATES), bus.writer(COMMANDS)
-        self._truths = bus.reader(TRUTHS) if wants_truth else None
+        self._truths = bus.reader(TRUTHS)
+        self._needs_truth, self._waits_for_truth = needs_truth, waits_for_truth
         self._truth: Truth | None = None
 
     def first(self) -> Observed:
@@ -55,7 +57,7 @@ class DdsRobot(RobotClient):
                 return found
         raise RobotLostError(
             f"no robot within {FIRST_S:g} s; is `spikeport robot serve` running there, with "
-            "--truth where the truth is asked for?"
+            "--truth for --estimator truth?"
         )
 
     def _newest(self, within_s: float) -> Observed | None:
@@ -68,18 +70,20 @@ class DdsRobot(RobotClient):
                 self.figures.damaged += 1
                 continue
             newest = Observed(tick, sensors, None)
-        if newest is None or self._truths is None:
-            return newest
-        self._take_truth(newest.tick)
-        return None if self._truth is None else newest._replace(truth=self._truth)
+        if newest is None:
+            return None
+        published = self._waits_for_truth and bool(self._truths.writers)
+        self._take_truth(newest.tick, self._needs_truth or published)
+        if self._needs_truth and self._truth is None:
+            return None
+        return newest._replace(truth=self._truth)
 
-    def _take_truth(self, tick: int) -> None:
-        """Take truths until that of a tick, which was sent before its state, is there."""
-        assert self._truths is not None
+    def _take_truth(self, tick: int, waits: bool) -> None:
+        """Take truths, until that of a tick, which was sent before its state, where that waits."""
         within_s = 0.0
         while self._truth is None or self._truth.tick < tick:
             arrivals = self._truths.take(within_s)
-            if not arrivals and within_s:
+            if not arrivals and (within_s or not waits):
                 return
             for arrival in arrivals:
                 try:
@@ -103,10 +107,12 @@ class LockStepRobot(DdsRobot):
     ----------
     bus : Bus
         Where it is.
+    needs_truth : bool
+        Whether an observation is whole only with the truth.
     """
 
-    def __init__(self, bus: "Bus") -> None:
-        super().__init__(bus, wants_truth=True)
+    def __init__(self, bus: "Bus", needs_truth: bool) -> None:
+        super().__init__(bus, needs_truth, waits_for_truth=True)
         self._trips = RoundTrips()
 
     def exchange(self, seen: Observed, motors: MotorCommands) -> Observed:
@@ -139,16 +145,16 @@ class RealTimeRobot(DdsRobot):
     ----------
     bus : Bus
         Where it is.
-    wants_truth : bool
-        Whether the truth is asked for, which only a simulation has.
+    needs_truth : bool
+        Whether an observation is whole only with the truth.
     period_s : float
         Time from one command to the next.
     clock : Clock
         The clock.
     """
 
-    def __init__(self, bus: "Bus", wants_truth: bool, period_s: float, clock: Clock) -> None:
-        super().__init__(bus, wants_truth)
+    def __init__(self, bus: "Bus", needs_truth: bool, period_s: float, clock: Clock) -> None:
+        super().__init__(bus, needs_truth, waits_for_truth=False)
         self._deadlines, self._clock = Deadlines(period_s, clock), clock
         self._seen_s = 0.0
 
@@ -167,10 +173,10 @@ class RealTimeRobot(DdsRobot):
         found, now = self._newest(0.0), self._clock.now()
         if found is None or found.tick == seen.tick:
             self.figures.held += 1
-            if now - self._seen_s > STALE_S:
+            if now - self._seen_s > LATEST_S:
                 raise RobotLostError(
                     f"no new state for {1000 * (now - self._seen_s):.0f} ms, allowed "
-                    f"{1000 * STALE_S:.0f} ms; the robot was told to go into damping"
+                    f"{1000 * LATEST_S:.0f} ms; the robot was told to go into damping"
                 )
             return seen
         check_order(seen, found)
@@ -185,15 +191,36 @@ class RealTimeRobot(DdsRobot):
         super().close()
 
 
-def join(place: Place, real_time: bool, settings: RobotSettings) -> DdsRobot:
-    """Return the robot at a place; raises MissingExtraError or BackendError if DDS cannot begin."""
+def join(
+    place: Place, real_time: bool, settings: RobotSettings, needs_truth: bool = True
+) -> DdsRobot:
+    """Return the robot at a place.
+
+    Parameters
+    ----------
+    place : Place
+        Where it is.
+    real_time : bool
+        Whether it keeps to the clock.
+    settings : RobotSettings
+        Of which the rate is that of commands.
+    needs_truth : bool
+        Whether an observation is whole only with the truth of a simulation.
+
+    Raises
+    ------
+    MissingExtraError
+        If cyclonedds is absent.
+    BackendError
+        If DDS cannot begin there.
+    """
     from spikeport.robot.link.bus import Bus  # needs cyclonedds
 
     bus = Bus(place, keeps_all=not real_time)
     try:
         if not real_time:
-            return LockStepRobot(bus)
-        return RealTimeRobot(bus, True, 1 / settings.rate_hz, SystemClock())
+            return LockStepRobot(bus, needs_truth)
+        return RealTimeRobot(bus, needs_truth, 1 / settings.rate_hz, SystemClock())
     except BaseException:
         bus.close()
         raise

@@ -11,14 +11,12 @@ from types import MappingProxyType
 import numpy as np
 
 from spikeport.robot.engine import mujoco
-from spikeport.robot.link.client import Observed, RobotClient
+from spikeport.robot.estimator.base import Fix
+from spikeport.robot.link.client import RobotClient
+from spikeport.robot.link.motion import Motion
 from spikeport.robot.link.settings import RobotSettings
 from spikeport.robot.link.signals import MotorCommands
 from spikeport.robot.plant import Plant
-from spikeport.robot.state import RobotState
-
-Estimate = Callable[[Observed], RobotState]
-"""Tells the motion of a robot, observation by observation."""
 
 
 class LinkedPlant(Plant):
@@ -30,8 +28,8 @@ class LinkedPlant(Plant):
         Makes a robot to control, of the settings of a simulated one; a robot that is there already
         is as it is.
     estimator : callable
-        Makes what tells the robot's motion from an observation: anew for each run, since
-        estimators remember.
+        Makes what finds the robot's motion, of the place where a hoist holds its pelvis or None:
+        anew for each run, since estimators remember.
     anchored, appearance
         As `Plant`; an anchored robot hangs on its hoist.
     """
@@ -39,7 +37,7 @@ class LinkedPlant(Plant):
     def __init__(
         self,
         connect: Callable[[RobotSettings], RobotClient],
-        estimator: Callable[[], Estimate],
+        estimator: Callable[[Fix | None], Motion],
         *,
         anchored: bool = False,
         appearance: str = "primitive",
@@ -76,7 +74,8 @@ class LinkedPlant(Plant):
             posture_rad=posture_rad,
         )
         self._robot = self._connect(settings)
-        self._estimate = self._estimator()
+        hoist = Fix(self.data.qpos[:3].copy(), 0.0) if self._anchored_at_reset else None
+        self._motion = self._estimator(hoist)
         self._seen = self._robot.first()
         self._begun_tick = self._seen.tick
         self._show()
@@ -103,12 +102,15 @@ class LinkedPlant(Plant):
         if self._robot is not None:
             robot, self._robot = self._robot, None
             robot.close()
-            self._link = robot.summary()
+            self._link = self._figures(robot)
 
     @property
     def link(self) -> dict[str, object] | None:
-        """The figures of the link."""
-        return self._link if self._robot is None else self._robot.summary()
+        """The figures of the link, and of the estimator."""
+        return self._link if self._robot is None else self._figures(self._robot)
+
+    def _figures(self, robot: RobotClient) -> dict[str, object]:
+        return {**robot.summary(), "estimator": self._motion.summary()}
 
     def _commands(self) -> MotorCommands:
         """Return what the actuators of the model are set to.
@@ -123,7 +125,7 @@ class LinkedPlant(Plant):
 
     def _show(self) -> None:
         """Move the model to the present state."""
-        state, data = self._estimate(self._seen), self.data
+        state, data = self._motion(self._seen), self.data
         data.qpos[:] = np.concatenate((state.base_position, state.base_quaternion, state.q))
         data.qvel[:] = np.concatenate((np.zeros(3), state.base_angular_velocity, state.dq))
         data.time = 0.001 * (self._seen.tick - self._begun_tick)

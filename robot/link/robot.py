@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from spikeport.robot.description import JOINTS
 from spikeport.robot.engine import mujoco
 from spikeport.robot.link.codec import (
     TICK_S,
@@ -22,16 +21,18 @@ from spikeport.robot.link.codec import (
     encode_state,
     encode_truth,
 )
-from spikeport.robot.link.h1 import SPEED_LIMITS_RAD_S, TORQUE_LIMITS_NM, check_commands
+from spikeport.robot.link.h1 import (
+    DAMPING,
+    SPEED_LIMITS_RAD_S,
+    TORQUE_LIMITS_NM,
+    check_commands,
+)
 from spikeport.robot.link.settings import RobotSettings
 from spikeport.robot.link.signals import MotorCommands, Sensors
 from spikeport.robot.link.wire import MessageError
-from spikeport.robot.plant import DAMPING_KD, Plant
+from spikeport.robot.plant import Plant
 
 _IMU = ("orientation", "gyro", "acceleration")
-_NONE = np.zeros(len(JOINTS))
-DAMPING = MotorCommands(_NONE, _NONE, _NONE, np.full(len(JOINTS), DAMPING_KD), _NONE)
-"""The command that brakes all joints and holds none."""
 
 
 @dataclass

@@ -27,6 +27,7 @@ def run(
     seconds: float,
     folder: str = "",
     faults: tuple[str, ...] = (),
+    estimator: str | None = None,
 ) -> dict[str, object]:
     """Return motion, digest of the time series and counts of a run, and how its link was."""
     experiment = registry.get(name)
@@ -36,7 +37,7 @@ def run(
             seconds=seconds,
             backend=backend,
             link=LinkOptions(),
-            robot=RobotOptions(robot, faults=tuple(faults)),
+            robot=RobotOptions(robot, faults=tuple(faults), estimator=estimator),
         )
         result = experiment.run(experiment.settings(), options, out).result
         probes = hashlib.sha256(_values(out / "probes.nc")).hexdigest()
@@ -46,6 +47,7 @@ def run(
         "steps": link["robot"]["steps"],
         "states": link["states"],
         "damaged": link["damaged"],
+        "estimator": link["estimator"],
         "probes": probes,
         "activity": result["activity"],
     }
@@ -64,6 +66,16 @@ def test_a_walk_is_the_same_in_one_process_and_in_two() -> None:
     assert inline["steps"] == inline["states"] == 200
     stub = in_namespace(run, "walk", "analytic", "stub", 1.0)
     assert stub == inline
+
+
+@pytest.mark.slow
+def test_a_walk_on_an_estimate_is_the_same_in_one_process_and_in_two() -> None:
+    inline = run("walk", "analytic", "inline", 1.0, estimator="ekf")
+    assert inline["estimator"]["name"] == "ekf"
+    assert max(inline["estimator"]["velocity_error_m_s"]) < 0.05
+    stub = in_namespace(run, "walk", "analytic", "stub", 1.0, "", [], "ekf")
+    assert stub == inline
+    assert inline["motion"] != run("walk", "analytic", "inline", 1.0)["motion"]
 
 
 @pytest.mark.slow
@@ -94,11 +106,15 @@ def test_a_robot_that_is_lost_leaves_its_last_states(
 
 
 def test_figures_say_how_the_robot_was() -> None:
-    figures = {"states": 4000, "held": 3, "damaged": 0, "overruns": 12}
-    assert robot_line(figures) == "robot: 4,000 states, 3 held, 12 began late"
+    truth = {"name": "truth", "velocity_error_m_s": None}
+    figures = {"states": 4000, "held": 3, "damaged": 0, "overruns": 12, "estimator": truth}
+    assert robot_line(figures) == ("robot: 4,000 states, 3 held, 12 began late; estimator truth")
     itself, trips = {"motion": "19d239d19b9d"}, {"median": 501.7, "p99": None, "worst": 1.0}
-    assert robot_line({**figures, "robot": itself, "round_trip_us": trips}) == (
-        "robot: 4,000 states, 3 held, 12 began late; round trip 502 us; motion 19d239d19b9d"
+    ekf = {"name": "ekf", "velocity_error_m_s": [0.01, 0.02, 0.03], "place_error_m": 0.126}
+    known = {"robot": itself, "round_trip_us": trips, "estimator": ekf}
+    assert robot_line({**figures, **known}) == (
+        "robot: 4,000 states, 3 held, 12 began late; round trip 502 us; motion 19d239d19b9d; "
+        "estimator ekf, off by 0.010, 0.020, 0.030 m/s and 0.13 m"
     )
 
 

@@ -154,6 +154,14 @@ class RobotLink:
         bool, typer.Option("--robot-lock-step", help="The robot over DDS was served in lock-step.")
     ] = False
     robot_fault: Annotated[list[str], RobotFaultsOption]
+    estimator: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ESTIMATOR",
+            help="Finds the robot's motion: truth (simulation only; for inline and stub by "
+            "default), leg-odometry or ekf (for dds:... by default).",
+        ),
+    ] = None
     may_move: MayMoveOption = False
 
 

@@ -29,6 +29,8 @@ def test_the_pelvis_turns_as_the_torso_without_the_waist(plant):
     np.testing.assert_allclose(found, true.base_angular_velocity, atol=1e-12)
     pelvis = torso.rotation(sensors.quaternion) @ torso.waist_rotation(sensors.q[WAIST]).T
     np.testing.assert_allclose(pelvis, torso.rotation(true.base_quaternion), atol=1e-12)
+    quaternion = torso.pelvis_quaternion(sensors.quaternion, sensors.q[WAIST])
+    assert abs(quaternion @ true.base_quaternion) == pytest.approx(1, abs=1e-12)
 
 
 def test_the_waist_is_the_joint_between_torso_and_pelvis(plant):

@@ -5,8 +5,9 @@ import pytest
 from spikeport.errors import RobotLostError
 from spikeport.robot.link.client import InlineRobot, check_order, observed
 from spikeport.robot.link.faults import FAULTS
+from spikeport.robot.link.h1 import DAMPING
 from spikeport.robot.link.lock_step import LockStep
-from spikeport.robot.link.robot import DAMPING, SimulatedRobot
+from spikeport.robot.link.robot import SimulatedRobot
 from spikeport.robot.link.settings import RobotSettings
 
 

@@ -5,8 +5,8 @@ import pytest
 from spikeport.errors import UsageError
 from spikeport.robot.link.client import InlineRobot
 from spikeport.robot.link.connection import RobotOptions, connect
+from spikeport.robot.link.h1 import DAMPING
 from spikeport.robot.link.place import Place
-from spikeport.robot.link.robot import DAMPING
 from spikeport.robot.link.settings import RobotSettings
 
 HOIST = RobotSettings(hoist=True)

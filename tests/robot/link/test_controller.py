@@ -3,8 +3,9 @@ import pytest
 
 from spikeport.robot.description import GAINS, JOINTS
 from spikeport.robot.link.admission import LATEST_S
-from spikeport.robot.link.controller import DAMPING, RAMP_S, ZERO_TORQUE, Controller
+from spikeport.robot.link.controller import RAMP_S, Controller
 from spikeport.robot.link.controller_states import MOVING, Event, State
+from spikeport.robot.link.h1 import DAMPING, ZERO_TORQUE
 from spikeport.robot.link.signals import MotorCommands, Sensors
 from tests.helpers.arrivals import LIMITS, POSE_RAD, N, arrival, spoilt
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from spikeport.robot.link.codec import Command
 from spikeport.robot.link.faults import FAULTS, KINDS, FaultyWay
-from spikeport.robot.link.robot import DAMPING
+from spikeport.robot.link.h1 import DAMPING
 
 STEP_MS = 5
 

@@ -1,20 +1,17 @@
-"""The H1 in Unitree's messages: slots, limits, refusals, and the way from torso to pelvis."""
+"""The H1 in Unitree's messages: slots, limits, refusals."""
 
 import numpy as np
 import pytest
 
 from spikeport.robot.description import JOINTS, load
-from spikeport.robot.engine import mujoco
 from spikeport.robot.link.h1 import (
+    DAMPING,
     MODES,
     SLOTS,
     SPEED_LIMITS_RAD_S,
     TORQUE_LIMITS_NM,
     check_commands,
-    pelvis_quaternion,
-    pelvis_rate,
 )
-from spikeport.robot.link.robot import DAMPING
 from spikeport.robot.link.wire import MessageError
 
 
@@ -69,20 +66,3 @@ def test_targets_that_no_gain_makes_count_are_obeyed() -> None:
 def test_limits_that_were_rounded_to_float32_are_within() -> None:
     check_commands(DAMPING._replace(dq=SPEED_LIMITS_RAD_S, tau=TORQUE_LIMITS_NM))
     check_commands(DAMPING._replace(tau=TORQUE_LIMITS_NM * (1 + 1e-7)))
-
-
-def test_the_pelvis_is_found_from_the_torso() -> None:
-    model = load()
-    data = mujoco.MjData(model)
-    rng = np.random.default_rng(0)
-    for _ in range(20):
-        data.qpos[3:7] = rng.standard_normal(4)
-        data.qpos[3:7] /= np.linalg.norm(data.qpos[3:7])
-        data.qvel[3:6] = rng.standard_normal(3)
-        data.joint("torso").qpos, data.joint("torso").qvel = rng.uniform(-2, 2, 2)
-        mujoco.mj_forward(model, data)
-        waist, rate = float(data.joint("torso").qpos[0]), float(data.joint("torso").qvel[0])
-        found = pelvis_quaternion(data.sensor("torso_orientation").data, waist)
-        assert abs(abs(found @ data.qpos[3:7]) - 1) < 1e-12
-        torso = data.sensor("torso_gyro").data
-        np.testing.assert_allclose(pelvis_rate(torso, waist, rate), data.qvel[3:6], atol=1e-12)

@@ -7,8 +7,9 @@ import pytest
 
 from spikeport.robot.link.codec import Command, decode_state, encode_command
 from spikeport.robot.link.faults import FAULTS
+from spikeport.robot.link.h1 import DAMPING
 from spikeport.robot.link.lock_step import LockStep
-from spikeport.robot.link.robot import DAMPING, SimulatedRobot
+from spikeport.robot.link.robot import SimulatedRobot
 from spikeport.robot.link.settings import RobotSettings
 from spikeport.robot.link.signals import MotorCommands
 from spikeport.robot.walk_interface import POSE_RAD

@@ -6,9 +6,12 @@ from spikeport.errors import RobotLostError
 from spikeport.robot.link import over_dds
 from spikeport.robot.link.client import Observed
 from spikeport.robot.link.codec import decode_command
+from spikeport.robot.link.h1 import DAMPING
+from spikeport.robot.link.lock_step import LockStep
 from spikeport.robot.link.messages import STATES, TRUTHS
 from spikeport.robot.link.over_dds import LockStepRobot, RealTimeRobot
-from spikeport.robot.link.robot import DAMPING
+from spikeport.robot.link.robot import SimulatedRobot
+from spikeport.robot.link.settings import RobotSettings
 from tests.helpers.fake_board import FakeClock
 from tests.helpers.fake_bus import FakeBus
 
@@ -23,7 +26,7 @@ def _impatient(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def lock_step() -> tuple[FakeBus, LockStepRobot, Observed]:
     bus = FakeBus()
-    robot = LockStepRobot(bus)
+    robot = LockStepRobot(bus, True)
     return bus, robot, robot.first()
 
 
@@ -51,6 +54,19 @@ def test_a_command_that_was_lost_is_sent_again() -> None:
     answers = [decode_command(message).answers for message in bus.commands.sent]
     assert answers == [5, 5, 5]
     assert bus.robot.robot.steps == 1
+
+
+@pytest.mark.parametrize("clocked", [False, True])
+def test_without_a_publisher_of_the_truth_states_alone_are_observations(clocked: bool) -> None:
+    bus = FakeBus()
+    bus.robot = LockStep(SimulatedRobot(RobotSettings(hoist=True)), tells_truth=False)
+    robot = RealTimeRobot(bus, False, 0.005, FakeClock()) if clocked else LockStepRobot(bus, False)
+    seen = robot.first()
+    assert seen.truth is None
+    bus.publish()
+    assert robot.exchange(seen, HOLD).truth is None
+    with pytest.raises(RobotLostError, match="--truth for --estimator truth"):
+        LockStepRobot(bus, True).first()
 
 
 def test_damaged_states_are_skipped_and_counted() -> None:
@@ -88,7 +104,7 @@ def test_no_robot_is_said_with_a_cure() -> None:
     bus = FakeBus()
     bus.publishes = False
     with pytest.raises(RobotLostError, match="is `spikeport robot serve` running there"):
-        LockStepRobot(bus).first()
+        LockStepRobot(bus, True).first()
 
 
 def test_leaving_closes_the_bus() -> None:
@@ -109,11 +125,11 @@ def test_in_real_time_the_newest_state_wins() -> None:
 
 def test_in_real_time_nothing_new_is_held_and_then_given_up() -> None:
     _, robot, seen, clock = real_time()
-    for held in range(1, 20):
+    for held in range(1, 8):
         assert robot.exchange(seen, HOLD) is seen
         assert robot.summary()["held"] == held
     clock.time_s += 0.1
-    with pytest.raises(RobotLostError, match=r"no new state for \d+ ms, allowed 100 ms"):
+    with pytest.raises(RobotLostError, match=r"no new state for \d+ ms, allowed 40 ms"):
         robot.exchange(seen, HOLD)
     assert robot.summary()["overruns"] == 1
 

@@ -1,5 +1,7 @@
 """A plant at the other end of the messages moves as the robot does, and commands what is set."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 
@@ -8,11 +10,11 @@ from spikeport.robot.description import ARM_JOINTS, GAINS, JOINTS
 from spikeport.robot.link.client import InlineRobot, Observed
 from spikeport.robot.link.faults import FAULTS
 from spikeport.robot.link.lock_step import LockStep
+from spikeport.robot.link.motion import TRUTH, EstimatedMotion
 from spikeport.robot.link.plant import LinkedPlant
 from spikeport.robot.link.robot import SimulatedRobot
 from spikeport.robot.link.settings import RobotSettings
 from spikeport.robot.link.signals import MotorCommands
-from spikeport.robot.link.truth import estimate
 from spikeport.robot.plant import Plant
 
 
@@ -41,7 +43,7 @@ def linked(*faults: str, anchored: bool = True) -> tuple[LinkedPlant, list[Recor
         made.append(Recorded(settings, *faults))
         return made[-1]
 
-    return LinkedPlant(connect, lambda: estimate, anchored=anchored), made
+    return LinkedPlant(connect, partial(EstimatedMotion, TRUTH), anchored=anchored), made
 
 
 def test_it_is_where_the_robot_is() -> None:

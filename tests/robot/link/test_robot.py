@@ -5,8 +5,8 @@ import pytest
 
 from spikeport.robot.description import JOINTS
 from spikeport.robot.link.codec import Command, decode_state, decode_truth, encode_command
-from spikeport.robot.link.h1 import SPEED_LIMITS_RAD_S, TORQUE_LIMITS_NM
-from spikeport.robot.link.robot import DAMPING, SimulatedRobot
+from spikeport.robot.link.h1 import DAMPING, SPEED_LIMITS_RAD_S, TORQUE_LIMITS_NM
+from spikeport.robot.link.robot import SimulatedRobot
 from spikeport.robot.link.settings import RobotSettings
 from spikeport.robot.link.signals import MotorCommands, Sensors
 from spikeport.robot.walk_interface import POSE_RAD

@@ -16,7 +16,7 @@ from spikeport.robot.link.codec import (
     decode_truth,
     encode_command,
 )
-from spikeport.robot.link.robot import DAMPING
+from spikeport.robot.link.h1 import DAMPING
 from tests.helpers.namespace import in_namespace
 
 SERVE = [sys.executable, "-m", "spikeport", "robot", "serve", "--truth"]
@@ -82,7 +82,7 @@ def one_after_the_other() -> list[dict[str, object]]:
 
     process, found = started("--lock-step"), []
     for _ in range(2):
-        robot = LockStepRobot(Bus(Place(), keeps_all=True))
+        robot = LockStepRobot(Bus(Place(), keeps_all=True), True)
         seen = robot.first()
         for _ in range(5):
             seen = robot.exchange(seen, DAMPING)

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from spikeport.robot.link import stub
-from spikeport.robot.link.robot import DAMPING
+from spikeport.robot.link.h1 import DAMPING
 from spikeport.robot.link.settings import RobotSettings
 from spikeport.robot.link.stub import StubRobot
 from tests.helpers.namespace import in_namespace

@@ -7,8 +7,9 @@ from spikeport.errors import RobotLostError
 from spikeport.robot import state
 from spikeport.robot.link.client import observed
 from spikeport.robot.link.codec import Command
+from spikeport.robot.link.h1 import DAMPING
 from spikeport.robot.link.lock_step import LockStep
-from spikeport.robot.link.robot import DAMPING, SimulatedRobot
+from spikeport.robot.link.robot import SimulatedRobot
 from spikeport.robot.link.settings import RobotSettings
 from spikeport.robot.link.truth import estimate
 
@@ -32,5 +33,5 @@ def test_a_falling_robots_motion_is_found() -> None:
 
 
 def test_a_robot_that_tells_no_truth_is_refused() -> None:
-    with pytest.raises(RobotLostError, match="served with --truth"):
+    with pytest.raises(RobotLostError, match="give --estimator ekf"):
         estimate(observed(LockStep(falling(), tells_truth=False).published()))

@@ -60,6 +60,9 @@ def test_stubs_are_in_lock_step_and_robots_over_dds_in_real_time_unless_asked() 
     assert robot_options(link(robot="dds:lo:1")) == RobotOptions("dds:lo:1", True)
     found = robot_options(link(robot="dds:lo:1", robot_lock_step=True))
     assert found == RobotOptions("dds:lo:1", False)
+    assert robot_options(link(robot="stub")).estimates == "truth"
+    assert robot_options(link(robot="dds:lo:1")).estimates == "ekf"
+    assert robot_options(link(robot="stub", estimator="leg-odometry")).estimates == "leg-odometry"
     moved = robot_options(link(robot="dds:lo:0", may_move=True))
     assert moved == RobotOptions("dds:lo:0", True, may_move_a_robot=True)
 
@@ -69,6 +72,8 @@ def test_stubs_are_in_lock_step_and_robots_over_dds_in_real_time_unless_asked() 
     [
         ({"robot_fault": ["loss@1"]}, "are for a run with --robot"),
         ({"may_move": True}, "are for a run with --robot"),
+        ({"estimator": "ekf"}, "are for a run with --robot"),
+        ({"robot": "inline", "estimator": "gps"}, "unknown estimator 'gps'"),
         ({"robot": "stub", "robot_lock_step": True}, "is for --robot dds"),
         ({"robot": "dds:lo:1", "robot_real_time": True}, "is for --robot stub"),
         ({"robot": "dds:lo:0"}, "would move"),

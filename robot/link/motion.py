@@ -1,0 +1,97 @@
+"""The robot's motion by an estimator, and how far it is from the truth where that is published."""
+
+from collections.abc import Callable
+from typing import Protocol
+
+import numpy as np
+
+from spikeport.errors import unknown
+from spikeport.robot.estimator.base import Fix, StateEstimator
+from spikeport.robot.estimator.contact_aided_ekf import ContactAidedEkf
+from spikeport.robot.estimator.leg_odometry import LegOdometry
+from spikeport.robot.estimator.truth import Truth
+from spikeport.robot.link.client import Observed
+from spikeport.robot.link.truth import estimate
+from spikeport.robot.state import RobotState
+
+TRUTH, EKF = "truth", "ekf"
+_BY_SENSORS: dict[str, Callable[[], StateEstimator]] = {
+    "leg-odometry": LegOdometry,
+    EKF: ContactAidedEkf,
+}
+ESTIMATORS = (TRUTH, *_BY_SENSORS)
+"""Names of the estimators; `TRUTH` is for simulations alone."""
+
+
+class Motion(Protocol):
+    """Finds the motion of a robot, observation by observation."""
+
+    def __call__(self, seen: Observed) -> RobotState:
+        """Return the motion at the next observation."""
+
+    def summary(self) -> dict[str, object]:
+        """Return the figures for a run's ``result.json``."""
+
+
+class EstimatedMotion:
+    """The motion of a robot by an estimator, which starts at the first observation.
+
+    Parameters
+    ----------
+    name : str
+        One of `ESTIMATORS`.
+    held : Fix or None
+        Where a hoist holds the pelvis: a fix at every observation.
+
+    Raises
+    ------
+    UsageError
+        If the estimator is not known.
+    """
+
+    def __init__(self, name: str, held: Fix | None = None) -> None:
+        check_estimator(name)
+        self._name, self._held = name, held
+        self._estimator: StateEstimator = (
+            Truth(lambda: estimate(self._seen)) if name == TRUTH else _BY_SENSORS[name]()
+        )
+        self._begun = False
+        self._squares, self._compared = np.zeros(3), 0
+        self._place_error_m: float | None = None
+
+    def __call__(self, seen: Observed) -> RobotState:
+        """Return the motion at the next observation.
+
+        Raises
+        ------
+        RobotLostError
+            If it is to be the truth, and nobody publishes that.
+        """
+        self._seen = seen
+        follow = self._estimator.update if self._begun else self._estimator.reset
+        self._begun = True
+        found = follow(seen.sensors, self._held)
+        if self._name != TRUTH and seen.truth is not None and seen.truth.tick == seen.tick:
+            self._compare(found, estimate(seen))
+        return found
+
+    def _compare(self, found: RobotState, true: RobotState) -> None:
+        self._squares += (found.base_linear_velocity - true.base_linear_velocity) ** 2
+        self._compared += 1
+        self._place_error_m = float(np.linalg.norm(found.base_position - true.base_position))
+
+    def summary(self) -> dict[str, object]:
+        """Return the estimator's name, and its errors; None where the truth was not published.
+
+        ``velocity_error_m_s`` is the rms along the pelvis' x, y and z, ``place_error_m`` the
+        distance from the true place at the end.
+        """
+        error = np.sqrt(self._squares / self._compared).tolist() if self._compared else None
+        place_m = self._place_error_m
+        return {"name": self._name, "velocity_error_m_s": error, "place_error_m": place_m}
+
+
+def check_estimator(name: str) -> None:
+    """Raise UsageError if an estimator is not known."""
+    if name not in ESTIMATORS:
+        raise unknown("estimator", name, ESTIMATORS)

@@ -1,0 +1,74 @@
+"""Estimators follow a robot's messages, and their error is taken where the truth is published."""
+
+import numpy as np
+import pytest
+
+from spikeport.errors import RobotLostError, UsageError
+from spikeport.robot.estimator.base import Fix
+from spikeport.robot.link.client import InlineRobot, Observed
+from spikeport.robot.link.lock_step import LockStep
+from spikeport.robot.link.motion import EKF, ESTIMATORS, TRUTH, EstimatedMotion
+from spikeport.robot.link.robot import SimulatedRobot
+from spikeport.robot.link.settings import RobotSettings
+from spikeport.robot.link.signals import MotorCommands
+from tests.helpers.arrivals import POSE_RAD, N
+
+NONE = np.zeros(N)
+STAND = MotorCommands(POSE_RAD, NONE, np.full(N, 150.0), np.full(N, 5.0), NONE)
+HOIST = Fix(np.array([0.0, 0.0, 1.06]), 0.0)
+
+
+def observations(n: int, *, hoist: bool = False, truth: bool = True) -> list[Observed]:
+    robot = InlineRobot(LockStep(SimulatedRobot(RobotSettings(hoist=hoist)), tells_truth=truth))
+    seen = [robot.first()]
+    for _ in range(n):
+        seen.append(robot.exchange(seen[-1], STAND))
+    return seen
+
+
+@pytest.mark.parametrize("name", [name for name in ESTIMATORS if name != TRUTH])
+def test_a_standing_robot_is_followed_and_the_error_is_that_to_the_truth(name: str) -> None:
+    motion, seen = EstimatedMotion(name), observations(40)
+    errors = []
+    for one in seen:
+        found, true = motion(one), EstimatedMotion(TRUTH)(one)
+        errors.append(found.base_linear_velocity - true.base_linear_velocity)
+        np.testing.assert_array_equal(found.q, one.sensors.q)
+        np.testing.assert_allclose(found.base_position, true.base_position, atol=0.05)
+    figures = motion.summary()
+    assert figures["name"] == name
+    rms = np.sqrt(np.mean(np.square(errors), axis=0))
+    np.testing.assert_allclose(figures["velocity_error_m_s"], rms)
+    apart_m = np.linalg.norm(found.base_position - true.base_position)
+    assert figures["place_error_m"] == pytest.approx(apart_m)
+    assert 0 < rms.max() < 0.3
+
+
+def test_without_the_truth_only_the_truth_is_no_estimator() -> None:
+    seen = observations(3, truth=False)
+    motion = EstimatedMotion(EKF)
+    for one in seen:
+        motion(one)
+    assert motion.summary() == {"name": "ekf", "velocity_error_m_s": None, "place_error_m": None}
+    with pytest.raises(RobotLostError, match="give --estimator ekf"):
+        EstimatedMotion(TRUTH)(seen[0])
+
+
+def test_truth_of_another_moment_is_not_compared() -> None:
+    one, other = observations(1)
+    motion = EstimatedMotion(EKF)
+    motion(one._replace(truth=other.truth))
+    assert motion.summary()["velocity_error_m_s"] is None
+
+
+def test_a_robot_on_its_hoist_is_where_the_hoist_holds_it() -> None:
+    held, loose = EstimatedMotion(EKF, HOIST), EstimatedMotion(EKF)
+    for one in observations(200, hoist=True):
+        found, free = held(one), loose(one)
+    np.testing.assert_allclose(found.base_position, HOIST.position, atol=0.01)
+    assert abs(free.base_position[2] - HOIST.position[2]) > 0.02
+
+
+def test_an_unknown_estimator_is_refused() -> None:
+    with pytest.raises(UsageError, match="unknown estimator 'gps'; there is: ekf, leg-odometry"):
+        EstimatedMotion("gps")
