@@ -11,11 +11,27 @@ from spikeport.robot.link.signals import MotorCommands, Sensors
 
 
 class Observed(NamedTuple):
-    """An observation at a tick in ms, with the truth where a simulation tells it."""
+    """An observation of a robot.
+
+    Attributes
+    ----------
+    tick : int
+        Its moment, ms.
+    sensors : Sensors
+        The values of the robot's sensors.
+    truth : Truth or None
+        Place and velocity of the pelvis, where a simulation publishes them.
+    writer : int
+        Who wrote it.
+    remote : bytes
+        The message of the wireless remote; empty where nobody asked for it.
+    """
 
     tick: int
     sensors: Sensors
     truth: Truth | None
+    writer: int = 0
+    remote: bytes = b""
 
 
 @dataclass

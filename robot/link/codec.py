@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from spikeport.robot.link import remote
 from spikeport.robot.link.h1 import MODES, SLOTS
 from spikeport.robot.link.messages import (
     HEAD,
@@ -128,6 +129,12 @@ def decode_state(message: bytes) -> tuple[int, Sensors]:
     parts[0] /= length
     tick = int(words[_TICK])
     return tick, Sensors(tick * TICK_S, *parts)
+
+
+def remote_of(message: bytes) -> bytes:
+    """Return the bytes of the wireless remote in a state's message of the right size."""
+    begin = STATE.at("wireless_remote")
+    return message[begin : begin + remote.SIZE]
 
 
 def encode_truth(truth: Truth) -> bytes:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from spikeport.errors import UsageError
 from spikeport.robot.link.client import InlineRobot, RobotClient
+from spikeport.robot.link.controlled import join_by_hand
 from spikeport.robot.link.faults import FAULTS
 from spikeport.robot.link.lock_step import LockStep
 from spikeport.robot.link.motion import EKF, TRUTH, check_estimator
@@ -35,6 +36,8 @@ class RobotOptions:
     estimator : str or None
         Finds the robot's motion, see `spikeport.robot.link.motion`; by default, that is the truth
         of a robot that is made for the run, and the filter for one that is there already.
+    states : bool
+        Whether its user starts and stops it by hand, as always where a real robot may listen.
     """
 
     robot: str
@@ -42,12 +45,17 @@ class RobotOptions:
     faults: tuple[str, ...] = ()
     may_move_a_robot: bool = False
     estimator: str | None = None
+    states: bool = False
 
     def check(self) -> None:
         """Refuse what does not go together; raises UsageError."""
         for text in self.faults:
             FAULTS.parse(text)
         check_estimator(self.estimates)
+        if self.states and (self.robot in (INLINE, STUB) or not self.real_time):
+            raise UsageError(
+                "--robot-states is for --robot dds:... in real time; elsewhere a run starts at once"
+            )
         if self.robot in (INLINE, STUB):
             if self.faults and self.real_time:
                 raise UsageError("--robot-fault is for lock-step: real time has faults of its own")
@@ -62,6 +70,11 @@ class RobotOptions:
     def estimates(self) -> str:
         """The estimator's name."""
         return self.estimator or (TRUTH if self.robot in (INLINE, STUB) else EKF)
+
+    @property
+    def by_hand(self) -> bool:
+        """Whether the run of a robot over DDS begins in the states before ``RUN``."""
+        return self.real_time and (self.states or self.place.may_be_real)
 
     @property
     def place(self) -> Place:
@@ -97,4 +110,7 @@ def connect(options: RobotOptions, settings: RobotSettings) -> RobotClient:
         return InlineRobot(LockStep(SimulatedRobot(settings), faults))
     if options.robot == STUB:
         return StubRobot(settings, options.real_time, options.faults)
-    return join(options.place, options.real_time, settings, options.estimates == TRUTH)
+    needs_truth = options.estimates == TRUTH
+    if options.by_hand:
+        return join_by_hand(options.place, settings, needs_truth)
+    return join(options.place, options.real_time, settings, needs_truth)

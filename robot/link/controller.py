@@ -22,6 +22,8 @@ RAMP_S = 2.0
 _NONE = np.zeros(len(JOINTS))
 _POSE_RAD = np.array([DEFAULT_POSE[joint] for joint in JOINTS])
 _KP, _KD = np.array([GAINS[joint] for joint in JOINTS]).T
+HOLD = MotorCommands(_POSE_RAD, _NONE, _KP, _KD, _NONE)
+"""The command that holds the default pose."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +72,7 @@ class Controller:
         self._limits, self._timing = limits, timing
         self.state, self.refused, self.refusals = State.WAIT, "", 0
         self._entered, self._sent = False, ZERO_TORQUE
-        self._ramp_from_rad, self._ramp_since_s = _POSE_RAD, 0.0
+        self._ramp_from_rad, self._ramp_since_s = HOLD.q, 0.0
         self._forget()
 
     def _forget(self) -> None:
@@ -99,7 +101,7 @@ class Controller:
         self.watch(now_s)
         reason = refusal(arrival, self._last, self._limits)
         if reason is not None:
-            self._refuse(reason)
+            self.refuse(reason)
         elif self._last is None or arrival.sensors.time_s > self._last.sensors.time_s:
             self._last, self._last_s = arrival, now_s
             self._happen(Event.OBSERVED)
@@ -115,10 +117,11 @@ class Controller:
         age_s, most_s = now_s - self._last_s, self._timing.latest_s
         if self.state not in MOVING or age_s <= most_s:
             return False
-        self._refuse(f"none for {1000 * age_s:.0f} ms, allowed {1000 * most_s:.0f} ms")
+        self.refuse(f"none for {1000 * age_s:.0f} ms, allowed {1000 * most_s:.0f} ms")
         return True
 
-    def _refuse(self, reason: str) -> None:
+    def refuse(self, reason: str) -> None:
+        """Count what is not trusted, and damp a moving robot for it."""
         self.refused, self.refusals = reason, self.refusals + 1
         self._happen(Event.REFUSED)
 
@@ -162,7 +165,7 @@ class Controller:
         if share == 1.0:
             self._happen(Event.RAMPED)
         begun = self._ramp_from_rad
-        return MotorCommands(begun + share * (_POSE_RAD - begun), _NONE, _KP, _KD, _NONE)
+        return HOLD._replace(q=begun + share * (_POSE_RAD - begun))
 
     def _run(self, sensors: Sensors, entered: bool) -> MotorCommands:
         """Return the policy's command; damp if it is not finite."""
@@ -171,5 +174,5 @@ class Controller:
         commands = self._policy(sensors)
         if all(np.isfinite(values).all() for values in commands):
             return commands
-        self._refuse("a command of the policy is not finite")
+        self.refuse("a command of the policy is not finite")
         return self._at_rest()

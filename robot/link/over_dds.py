@@ -1,13 +1,21 @@
 """Robots at the other end of a bus: one that waits for answers, and one that keeps to the clock."""
 
 import time
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from spikeport.errors import RobotLostError
 from spikeport.pacing import Clock, Deadlines, RoundTrips, SystemClock
 from spikeport.robot.link.admission import LATEST_S
 from spikeport.robot.link.client import Observed, RobotClient, check_order
-from spikeport.robot.link.codec import Command, Truth, decode_state, decode_truth, encode_command
+from spikeport.robot.link.codec import (
+    Command,
+    Truth,
+    decode_state,
+    decode_truth,
+    encode_command,
+    remote_of,
+)
 from spikeport.robot.link.h1 import DAMPING
 from spikeport.robot.link.messages import COMMANDS, STATES, TRUTHS
 from spikeport.robot.link.place import Place
@@ -66,10 +74,10 @@ class DdsRobot(RobotClient):
         for arrival in self._states.take(within_s):
             try:
                 tick, sensors = decode_state(arrival.message)
-            except MessageError:
-                self.figures.damaged += 1
+            except MessageError as error:
+                self._refused(str(error))
                 continue
-            newest = Observed(tick, sensors, None)
+            newest = Observed(tick, sensors, None, arrival.writer, remote_of(arrival.message))
         if newest is None:
             return None
         published = self._waits_for_truth and bool(self._truths.writers)
@@ -77,6 +85,10 @@ class DdsRobot(RobotClient):
         if self._needs_truth and self._truth is None:
             return None
         return newest._replace(truth=self._truth)
+
+    def _refused(self, reason: str) -> None:
+        """Count a message that is none."""
+        self.figures.damaged += 1
 
     def _take_truth(self, tick: int, waits: bool) -> None:
         """Take truths, until that of a tick, which was sent before its state, where that waits."""
@@ -174,6 +186,7 @@ class RealTimeRobot(DdsRobot):
         if found is None or found.tick == seen.tick:
             self.figures.held += 1
             if now - self._seen_s > LATEST_S:
+                self._send(seen.tick, DAMPING)
                 raise RobotLostError(
                     f"no new state for {1000 * (now - self._seen_s):.0f} ms, allowed "
                     f"{1000 * LATEST_S:.0f} ms; the robot was told to go into damping"
@@ -214,13 +227,22 @@ def join(
     BackendError
         If DDS cannot begin there.
     """
-    from spikeport.robot.link.bus import Bus  # needs cyclonedds
 
-    bus = Bus(place, keeps_all=not real_time)
-    try:
+    def make(bus: "Bus") -> DdsRobot:
         if not real_time:
             return LockStepRobot(bus, needs_truth)
         return RealTimeRobot(bus, needs_truth, 1 / settings.rate_hz, SystemClock())
+
+    return on_bus(place, not real_time, make)
+
+
+def on_bus(place: Place, keeps_all: bool, make: Callable[["Bus"], DdsRobot]) -> DdsRobot:
+    """Return the robot that is made on a bus; raises as `join`."""
+    from spikeport.robot.link.bus import Bus  # needs cyclonedds
+
+    bus = Bus(place, keeps_all=keeps_all)
+    try:
+        return make(bus)
     except BaseException:
         bus.close()
         raise

@@ -18,6 +18,11 @@ class Place(NamedTuple):
     interface: str = LOOPBACK
     domain: int = SIMULATION
 
+    @property
+    def may_be_real(self) -> bool:
+        """Whether a real robot may listen there."""
+        return self.domain == 0 or self.interface != LOOPBACK
+
     def check(self, may_move_a_robot: bool) -> None:
         """Refuse a place where a real robot may listen, unless that is meant; raises UsageError."""
         names = [name for _, name in socket.if_nameindex()]
@@ -25,7 +30,7 @@ class Place(NamedTuple):
             raise UsageError(f"no interface '{self.interface}'; there is: {', '.join(names)}")
         if not 0 <= self.domain <= LARGEST_DOMAIN:
             raise UsageError(f"domain {self.domain}: must be from 0 to {LARGEST_DOMAIN}")
-        if (self.domain == 0 or self.interface != LOOPBACK) and not may_move_a_robot:
+        if self.may_be_real and not may_move_a_robot:
             raise UsageError(
                 f"interface '{self.interface}', domain {self.domain}: a real robot may listen "
                 "there, and would move; if that is meant, give --may-move-a-real-robot, else use "

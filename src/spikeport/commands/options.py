@@ -153,6 +153,13 @@ class RobotLink:
     robot_lock_step: Annotated[
         bool, typer.Option("--robot-lock-step", help="The robot over DDS was served in lock-step.")
     ] = False
+    robot_states: Annotated[
+        bool,
+        typer.Option(
+            "--robot-states",
+            help="Start and stop a robot over DDS by keys; always so where a real one may listen.",
+        ),
+    ] = False
     robot_fault: Annotated[list[str], RobotFaultsOption]
     estimator: Annotated[
         str | None,

@@ -48,6 +48,8 @@ def in_lock_step() -> dict[str, object]:
         states, commands, told = bus.reader(STATES), bus.writer(COMMANDS), bus.reader(TRUTHS)
         other = bus.writer(COMMANDS)
         until = time.monotonic() + 60
+        while not truths and time.monotonic() < until:  # readers are not found at the same time
+            truths += [decode_truth(arrival.message).tick for arrival in told.take(0.2)]
         while len(ticks) < 10 and time.monotonic() < until:
             for arrival in states.take(0.2):
                 tick, _ = decode_state(arrival.message)

@@ -64,6 +64,9 @@ def test_stubs_are_in_lock_step_and_robots_over_dds_in_real_time_unless_asked() 
     assert robot_options(link(robot="dds:lo:1")).estimates == "ekf"
     assert robot_options(link(robot="stub", estimator="leg-odometry")).estimates == "leg-odometry"
     moved = robot_options(link(robot="dds:lo:0", may_move=True))
+    assert moved.by_hand
+    assert not robot_options(link(robot="dds:lo:1")).by_hand
+    assert robot_options(link(robot="dds:lo:1", robot_states=True)).by_hand
     assert moved == RobotOptions("dds:lo:0", True, may_move_a_robot=True)
 
 
@@ -73,6 +76,11 @@ def test_stubs_are_in_lock_step_and_robots_over_dds_in_real_time_unless_asked() 
         ({"robot_fault": ["loss@1"]}, "are for a run with --robot"),
         ({"may_move": True}, "are for a run with --robot"),
         ({"estimator": "ekf"}, "are for a run with --robot"),
+        ({"robot": "stub", "robot_states": True}, "is for --robot dds:... in real time"),
+        (
+            {"robot": "dds:lo:1", "robot_lock_step": True, "robot_states": True},
+            "elsewhere a run starts at once",
+        ),
         ({"robot": "inline", "estimator": "gps"}, "unknown estimator 'gps'"),
         ({"robot": "stub", "robot_lock_step": True}, "is for --robot dds"),
         ({"robot": "dds:lo:1", "robot_real_time": True}, "is for --robot stub"),

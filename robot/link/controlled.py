@@ -1,0 +1,152 @@
+"""A robot in real time that is started and stopped by hand: the controller's states in the loop."""
+
+import sys
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from spikeport.errors import RobotLostError
+from spikeport.pacing import Clock, SystemClock
+from spikeport.robot.link.admission import Arrival, h1_limits
+from spikeport.robot.link.client import Observed
+from spikeport.robot.link.controller import HOLD, Controller
+from spikeport.robot.link.controller_states import State
+from spikeport.robot.link.h1 import DAMPING, SPEED_LIMITS_RAD_S, TORQUE_LIMITS_NM
+from spikeport.robot.link.over_dds import DdsRobot, RealTimeRobot, on_bus
+from spikeport.robot.link.place import Place
+from spikeport.robot.link.settings import RobotSettings
+from spikeport.robot.link.signals import MotorCommands
+from spikeport.robot.link.terminal import Terminal, own_terminal
+
+if TYPE_CHECKING:
+    from spikeport.robot.link.bus import Bus
+
+KEYS = {
+    State.ZERO_TORQUE: "start or s: to the default pose; select or space: damping",
+    State.HOLD: "let it down from its hoist; A or a: run",
+    State.RUN: "select or space: damping, and the run ends",
+    State.DAMPING: "L1 and R1 or r: begin anew",
+}
+"""Keys of the remote and of the terminal that lead on, for users."""
+
+
+class ControlledRobot(RealTimeRobot):
+    """A robot whose run begins where its user says so, and ends in damping.
+
+    The first observation is that with which the controller's state becomes ``RUN``; whatever leads
+    out of that state ends the run.
+
+    Parameters
+    ----------
+    bus : Bus
+        Where it is.
+    needs_truth : bool
+        Whether an observation is whole only with the truth.
+    period_s : float
+        Time from one command to the next.
+    clock : Clock
+        The clock.
+    terminal : Terminal
+        Its keys; closed with this.
+    say : callable
+        Prints a line, for each state.
+    """
+
+    def __init__(
+        self,
+        bus: "Bus",
+        needs_truth: bool,
+        period_s: float,
+        clock: Clock,
+        terminal: Terminal,
+        say: Callable[[str], None],
+    ) -> None:
+        super().__init__(bus, needs_truth, period_s, clock)
+        self._terminal, self._say = terminal, say
+        self._motors, self._answered_tick = HOLD, -1
+        limits = h1_limits(SPEED_LIMITS_RAD_S, TORQUE_LIMITS_NM)
+        self._controller = Controller(lambda _: self._motors, lambda _: None, limits)
+
+    def first(self) -> Observed:
+        """Lead the robot to ``RUN`` by its user's keys, and return the observation there.
+
+        Raises
+        ------
+        RobotLostError
+            If no robot comes, or it is gone.
+        """
+        seen, shown = super().first(), State.WAIT
+        while True:
+            command, state = self._answer(seen), self._controller.state
+            if state is not shown:
+                shown = state
+                self._say(f"robot: {state.value}{self._reason()}. {KEYS.get(state, '')}".rstrip())
+            if state is State.RUN:
+                self._send(seen.tick, command)
+                return seen
+            seen = super().exchange(seen, command)
+
+    def exchange(self, seen: Observed, motors: MotorCommands) -> Observed:
+        """Command by what the controller makes of it, and return what is newest then.
+
+        Raises
+        ------
+        RobotLostError
+            If the controller left ``RUN``, for which it damped the robot, or no state comes.
+        """
+        self._motors = motors
+        command = self._answer(seen)
+        if self._controller.state is not State.RUN:
+            self._send(seen.tick, DAMPING)
+            reason = self._reason() or ": stop was pressed"
+            raise RobotLostError(f"the robot was told to go into damping{reason}")
+        return super().exchange(seen, command)
+
+    def _answer(self, seen: Observed) -> MotorCommands:
+        """Return the controller's command; a held observation is as old as it is."""
+        for event in self._terminal.events():
+            self._controller.press(event)
+        held, self._answered_tick = seen.tick == self._answered_tick, seen.tick
+        now_s = self._clock.now() if held else self._seen_s
+        return self._controller.answer(Arrival(seen.sensors, True, seen.writer, seen.remote), now_s)
+
+    def _reason(self) -> str:
+        damped = self._controller.state is State.DAMPING
+        return f": {self._controller.refused}" if damped and self._controller.refused else ""
+
+    def _refused(self, reason: str) -> None:
+        super()._refused(reason)
+        self._controller.refuse(reason)
+
+    def close(self) -> None:
+        """Tell the robot to go into damping, and leave it and the terminal."""
+        self._terminal.close()
+        super().close()
+
+    def summary(self) -> dict[str, object]:
+        """Return the figures, with those of the controller."""
+        controller = self._controller
+        return {
+            **super().summary(),
+            "state": controller.state.value,
+            "refusals": controller.refusals,
+            "refused": controller.refused,
+        }
+
+
+def join_by_hand(place: Place, settings: RobotSettings, needs_truth: bool) -> DdsRobot:
+    """Return the robot at a place, in real time, led by keys; see `over_dds.join`."""
+    terminal = own_terminal()
+
+    def make(bus: "Bus") -> DdsRobot:
+        period_s = 1 / settings.rate_hz
+        return ControlledRobot(bus, needs_truth, period_s, SystemClock(), terminal, _say)
+
+    try:
+        return on_bus(place, False, make)
+    except BaseException:
+        terminal.close()
+        raise
+
+
+def _say(line: str) -> None:
+    print(line, file=sys.stderr, flush=True)

@@ -1,0 +1,50 @@
+"""Keys of the terminal, where a process has one: the same events as the remote's."""
+
+import os
+import select
+import sys
+import termios
+import tty
+
+from spikeport.robot.link.controller_states import Event
+from spikeport.robot.link.remote import TERMINAL
+
+MOST_KEYS = 64
+"""Keys that are taken at once."""
+
+
+class Terminal:
+    """The keys of a terminal, without waiting for any.
+
+    Each counts as it is pressed, and is not shown, until `close`.
+
+    Parameters
+    ----------
+    descriptor : int or None
+        The terminal's file; None for one that never has a key.
+    """
+
+    def __init__(self, descriptor: int | None) -> None:
+        self._descriptor = descriptor
+        if descriptor is not None:
+            self._before = termios.tcgetattr(descriptor)
+            tty.setcbreak(descriptor)
+
+    def events(self) -> list[Event]:
+        """Return the events of the keys that were pressed since the last call."""
+        if self._descriptor is None or not select.select([self._descriptor], [], [], 0)[0]:
+            return []
+        keys = os.read(self._descriptor, MOST_KEYS).decode("ascii", "replace").lower()
+        return [TERMINAL[key] for key in keys if key in TERMINAL]
+
+    def close(self) -> None:
+        """Let the terminal be as it was."""
+        if self._descriptor is not None:
+            termios.tcsetattr(self._descriptor, termios.TCSADRAIN, self._before)
+            self._descriptor = None
+
+
+def own_terminal() -> Terminal:
+    """Return the terminal that is this process' input; without one, one that has no keys."""
+    has_one = sys.stdin is not None and sys.stdin.isatty()
+    return Terminal(sys.stdin.fileno() if has_one else None)
