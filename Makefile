@@ -7,7 +7,11 @@ STAMP  := $(VENV)/.installed
 # What tests compare with where it is there; without it they are skipped.
 REFEREES := .referees
 SANAFE   := sanafe==2.2.9
-DEBIAN   := libegl1 libegl-mesa0 openssl
+LAVA     := lava-nc==0.10.0
+PYTHON310 ?= $(shell for one in python3.10 $(HOME)/.pyenv/versions/3.10.*/bin/python; do \
+  "$$one" -c '' 2>/dev/null && echo "$$one" && break; done)
+UNITREE  := far-unitree-sdk==0.1.8
+DEBIAN   := libegl1 libegl-mesa0 openssl chromium
 APT      := timeout 300 apt-get -qq -o Acquire::Retries=0 -o Acquire::http::Timeout=20
 
 # Tests of a file stay together: they share fixtures that take seconds.
@@ -44,8 +48,9 @@ shadow: $(STAMP)  ## nengo-loihi's own tests, native backend beside its emulator
 nengo-suite: $(STAMP)  ## Nengo's own tests on spikeport.Simulator, with what it does not support
 	$(BIN)/python -m pytest tests/nengo_suite
 
-referees: $(STAMP)  ## what some tests need and may be absent: SANA-FE, Menagerie's H1, Debian's packages
-	@$(MAKE) --no-print-directory --keep-going debian $(REFEREES)/sanafe.txt $(REFEREES)/menagerie.txt || \
+referees: $(STAMP)  ## what some tests need and may be absent: SANA-FE, Lava, Unitree's SDK, Menagerie's H1, Debian's packages
+	@$(MAKE) --no-print-directory --keep-going debian \
+	  $(addprefix $(REFEREES)/,sanafe.txt lava.txt unitree.txt menagerie.txt) || \
 	  echo "referees: not all can be had here, as said above; the tests that need them are skipped"
 
 debian:
@@ -58,6 +63,22 @@ $(REFEREES)/sanafe.txt:
 	{ $(@:.txt=)/bin/python -m pip install --quiet --disable-pip-version-check $(SANAFE) && \
 	  $(@:.txt=)/bin/python -c 'import sanafe'; } || { rm -rf $(@:.txt=); exit 1; }
 	@echo $(SANAFE) > $@
+
+# Lava is archived, and runs on Python 3.10 alone.
+$(REFEREES)/lava.txt:
+	@test -n "$(PYTHON310)" || \
+	  { echo "absent: Python 3.10, for Lava; name one with: make referees PYTHON310=..."; exit 1; }
+	$(PYTHON310) -m venv $(@:.txt=)
+	{ $(@:.txt=)/bin/python -m pip install --quiet --disable-pip-version-check $(LAVA) && \
+	  $(@:.txt=)/bin/python -c 'import lava.proc.lif.process'; } || { rm -rf $(@:.txt=); exit 1; }
+	@echo $(LAVA) > $@
+
+# Brings a Cyclone DDS of its own, 0.10.2 as on Unitree's robots: no process has both.
+$(REFEREES)/unitree.txt:
+	$(PYTHON) -m venv $(@:.txt=)
+	{ $(@:.txt=)/bin/python -m pip install --quiet --disable-pip-version-check $(UNITREE) && \
+	  $(@:.txt=)/bin/python -c 'import unitree_interface'; } || { rm -rf $(@:.txt=); exit 1; }
+	@echo $(UNITREE) > $@
 
 $(REFEREES)/menagerie.txt: $(STAMP)
 	@mkdir -p $(REFEREES)

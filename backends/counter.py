@@ -45,6 +45,7 @@ class Counter:
         spiked: np.ndarray,
         active: np.ndarray,
         learning_updates: np.ndarray | None = None,
+        from_host: int = 0,
     ) -> None:
         """Count one step.
 
@@ -56,6 +57,8 @@ class Counter:
             Compartments that spike, and whose state is not at rest, in this step.
         learning_updates : (n_cores,) int array, optional
             Weights changed by learning in this step.
+        from_host : int
+            Spikes that the host sends in this step.
         """
         n = self._n_cores
         np.add.at(self._delivered, delivered, 1)
@@ -69,7 +72,8 @@ class Counter:
                     self._fanout.messages[delivered].sum(axis=0),
                     np.zeros(n, int) if learning_updates is None else learning_updates,
                 ]
-            )
+            ),
+            from_host,
         )
 
     def activity(self) -> Activity:

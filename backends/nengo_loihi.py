@@ -82,7 +82,9 @@ class NengoLoihiChip:
         state = self._emulator.compartment
         active = self._biased | state.spiked | (state.current != 0) | (state.voltage != 0)
         active |= state.input[0] != 0
-        self._counter.step(self._arriving, state.spiked, active, self._learning_updates())
+        self._counter.step(
+            self._arriving, state.spiked, active, self._learning_updates(), len(spikes)
+        )
         self._counter.readout_spikes += int(state.spiked[self._readouts].sum())
         from_host = self._image.n_compartments + spikes
         self._arriving = np.concatenate([np.flatnonzero(state.spiked), from_host]).astype(int)

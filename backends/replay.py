@@ -48,6 +48,7 @@ class ReplayChip:
         self._totals: bytes | None = None
         self._held = self._codec.silence()
         self._number = 0
+        self._open_spikes: int | None = None
         self._log = StepLog(image.cores, image.manifest.dt_s, self._messages, log)
 
     def step(self, spikes: np.ndarray, errors: Mapping[int, np.ndarray]) -> list[np.ndarray]:
@@ -64,13 +65,16 @@ class ReplayChip:
             raise BackendError(f"{self._path}: the record {reason} after step {self._number}")
         self._number += 1
         self._compare(recorded, spikes, errors)
+        if self._open_spikes is None:  # else the board was still behind, and got none of these
+            self._open_spikes = len(spikes)
         if recorded.answer is not None:
             try:
                 stepped = self._codec.unpack_state(recorded.answer)
             except BodyError as error:
                 raise BackendError(f"{self._path}: step {self._number}: {error}") from None
             self._held, self._totals = stepped.held, recorded.totals
-            self._log.append(stepped.counts)
+            self._log.append(stepped.counts, self._open_spikes)
+            self._open_spikes = None
         self._next = next(self._steps, None)
         return self._held
 

@@ -53,7 +53,8 @@ class StepLog:
     """A log of the counts of every step.
 
     With a folder, every `KEPT_STEPS` steps are written to ``counts-FIRST.npz`` before they are
-    folded, and the rest when the log is closed: arrays of `PER_STEP`, each (n_steps, n_cores).
+    folded, and the rest when the log is closed: arrays of `PER_STEP`, each (n_steps, n_cores), and
+    ``host_spikes``, (n_steps,).
 
     Parameters
     ----------
@@ -82,12 +83,22 @@ class StepLog:
         self._cores, self._dt_s, self._messages = cores, dt_s, messages
         self._options = options
         self._rows: list[np.ndarray] = []
+        self._from_host: list[int] = []
         self.last = np.zeros((len(PER_STEP), len(cores)), dtype=np.int64)
         self._folded: Folded | None = None
 
-    def append(self, counts: np.ndarray) -> None:
-        """Add the counts of a step, (6, n_cores), in the order of `PER_STEP`."""
+    def append(self, counts: np.ndarray, from_host: int) -> None:
+        """Add a step.
+
+        Parameters
+        ----------
+        counts : (6, n_cores) array
+            The counts, in the order of `PER_STEP`.
+        from_host : int
+            The spikes that the host sent.
+        """
         self._rows.append(counts)
+        self._from_host.append(from_host)
         self.last = counts
         if len(self._rows) == KEPT_STEPS:
             self._fold()
@@ -95,7 +106,7 @@ class StepLog:
     def _fold(self) -> None:
         self._write()
         self._folded = fold(self.activity(), self._options.chip)
-        self._rows = []
+        self._rows, self._from_host = [], []
 
     def _write(self) -> None:
         """Write the steps that are kept, if somebody asked for them."""
@@ -110,10 +121,11 @@ class StepLog:
             np.savez_compressed(file, **self._table())  # type: ignore[arg-type]
 
     def _table(self) -> dict[str, np.ndarray]:
-        """Return the counts that are kept by name, each (n_kept, n_cores)."""
+        """Return the counts that are kept by name, (n_kept, n_cores), and those of the host."""
         shape = len(self._rows), len(PER_STEP), len(self._cores)
         table = np.array(self._rows, dtype=np.int64).reshape(shape)
-        return {name: table[:, i] for i, name in enumerate(PER_STEP)}
+        sent = np.array(self._from_host, dtype=np.int64)
+        return {**{name: table[:, i] for i, name in enumerate(PER_STEP)}, "host_spikes": sent}
 
     def activity(self, readout_spikes: int = 0) -> Activity:
         """Return the counts so far."""

@@ -31,7 +31,7 @@ HEADS = (
 
 
 def row(m1: int) -> list[str]:
-    """What one size takes and does."""
+    """Return cores, energy and task figures of one size."""
     name = PRESET_NAMES.get(m1, f"m1-{m1}")
     drawn = list(results({d: draw_trial(d, m1=m1) for d in DIGITS}, f"{name}-draw-0"))
     tried = {seed: reach_trial("small", seed, m1=m1) for seed in TARGET_SEEDS}

@@ -1,4 +1,4 @@
-"""How far the actions of a spiking policy are from the exact ones: units, solving, activations.
+"""Errors of a spiking policy's actions against the exact ones: units, solving, activations.
 
     OPENBLAS_NUM_THREADS=1 python benchmarks/policy_conversion.py [--seeds N] [--into docs/walk.md]
 
@@ -122,7 +122,7 @@ def result(case: Case, seed: int) -> dict[str, float]:
 
 
 def row(case: Case, seeds: int) -> list[str]:
-    """What a case gives: the errors of all seeds, and the lag of the first."""
+    """Return the errors of all seeds of a case, and the lag of the first."""
     found = [result(case, seed) for seed in range(seeds)]
     neurons = "float" if case.backend == "reference" else "chip"
     cells = []

@@ -45,7 +45,7 @@ class Emulator(NengoLoihiChip):
 
 
 def measure(make: Callable[[], nengo.Network], rounds: int) -> dict[str, Any]:
-    """All figures of one network."""
+    """Return the figures of one network."""
     network = make()
     with timed_extraction() as extract_s, spikeport.Simulator(network) as sim:
         image = sim.compilation.image
@@ -130,7 +130,7 @@ def nengo_loihi_simulator(
 
 
 def machine() -> dict[str, Any]:
-    """What it was measured on."""
+    """Return the machine and the versions that it was measured on."""
     info = Path("/proc/cpuinfo")
     names = [line for line in info.read_text().splitlines() if "model name" in line]
     return {

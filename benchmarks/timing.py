@@ -26,7 +26,7 @@ def cpu_us(steps: Mapping[str, Callable[[], object]], rounds: int) -> dict[str, 
 
 
 def _steps_of_a_round(step: Callable[[], object]) -> int:
-    """How many steps fill a round, after warming up."""
+    """Return the number of steps that fill a round, after warming up."""
     _seconds(step, WARM_UP)
     return int(np.clip(ROUND_S / max(_seconds(step, 3) / 3, 1e-9), 3, MOST))
 

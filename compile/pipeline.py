@@ -21,6 +21,7 @@ from spikeport.compile.ground.names import Names
 from spikeport.compile.ground.refusal import ArgumentError, RefusedError, collected_warnings
 from spikeport.compile.ground.rewrite import Built, Rewrite
 from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.host_traffic import host_traffic
 from spikeport.compile.image.usage import core_uses
 from spikeport.compile.loihi.blocks import FloatBlocks, IntegerBlocks
 from spikeport.compile.loihi.build import build
@@ -208,6 +209,7 @@ def _compiled(job: Job) -> Compilation:
             *filter_hints(floats.passages, dt),
             *image_hints(unplaced, blocks.errors, blocks.rounded_away),
         ),
+        host=host_traffic(image),
     )
     return Compilation(image, report, blocks, rewrite.stand_ins, rewrite.built)
 

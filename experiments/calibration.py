@@ -13,6 +13,7 @@ import nengo
 import numpy as np
 
 from spikeport.atomic import atomic_path
+from spikeport.cache import Arrays
 from spikeport.compile.image.manifest import SCHEMA
 from spikeport.errors import UsageError, printable
 from spikeport.reading import npz
@@ -29,6 +30,20 @@ class Refitted(NamedTuple):
 
     decoders: dict[str, np.ndarray]
     image_digest: str
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """Return them as arrays, for a cache."""
+        return {**self.decoders, DIGEST: np.array(self.image_digest)}
+
+    @classmethod
+    def of(cls, arrays: Arrays) -> "Refitted":
+        """Return those of arrays."""
+        decoders = {name: D for name, D in arrays.items() if name != DIGEST}
+        return cls(decoders, str(arrays[DIGEST]))
+
+    def made_for(self, made_for: Mapping[str, object]) -> "DecoderCalibration":
+        """Return the calibration of neurons that depend on ``made_for``."""
+        return DecoderCalibration(made_for, self.image_digest, self.decoders)
 
 
 @dataclass(frozen=True)

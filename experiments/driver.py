@@ -3,13 +3,14 @@
 import dataclasses
 import time
 from collections.abc import Mapping
+from contextlib import closing
 from pathlib import Path
 from typing import Any, Generic, NamedTuple, TypeVar
 
 from nengo.exceptions import SimulationError
 
 from spikeport.constants import DT_S
-from spikeport.errors import BoardLostError, DivergedError
+from spikeport.errors import BoardLostError, DivergedError, RobotLostError
 from spikeport.experiments import run_folder
 from spikeport.experiments.options import Options, Outcome
 from spikeport.experiments.pictures import Scenes, check_video, draw_scenes, write_video
@@ -20,7 +21,7 @@ from spikeport.simulator import Simulator
 
 K = TypeVar("K", bound=Rig)
 R = TypeVar("R")
-ON_CHIP = ("image_digest", "resources", "energy", "timing")
+ON_CHIP = ("image_digest", "resources", "energy", "timing", "host_io")
 """The parts of a report that are in ``result.json``, too."""
 DAMPED_STEPS = 150
 """Steps of the robot after its controller was lost: they, and those just before, are kept."""
@@ -52,7 +53,7 @@ def run(trial: Trial[K, R], folder: Path) -> Outcome:
         check_video(folder, trial.plant())
     ready = prepare(trial)
     rig = ready.closed.rig
-    with ready.sim as sim:
+    with ready.sim as sim, closing(rig.plant):
         try:
             done = perform(trial, ready)
         except (DivergedError, SimulationError) as error:  # Nengo's: a node gave NaN or infinity
@@ -64,9 +65,12 @@ def run(trial: Trial[K, R], folder: Path) -> Outcome:
             raise BoardLostError(
                 f"{error}; the robot went into damping, its last states are in {path}"
             ) from None
-    outcome = _outcome(trial, sim, trial.metrics(done))
+        except RobotLostError as error:
+            path = run_folder.write_last_states(folder, rig.plant.history())
+            raise RobotLostError(f"{error}; its last states are in {path}") from None
+    outcome = _outcome(trial, sim, rig.plant, trial.metrics(done))
     options.progress("writing", None)
-    _write(trial, rig, done, outcome.result, folder)
+    _write(trial, rig, done, outcome.result, sim, folder)
     return outcome
 
 
@@ -130,7 +134,9 @@ def _simulate(sim: Simulator, rig: Rig, options: Options) -> float:
     return time.perf_counter() - start
 
 
-def _outcome(trial: Trial[K, R], sim: Simulator, metrics: dict[str, object]) -> Outcome:
+def _outcome(
+    trial: Trial[K, R], sim: Simulator, plant: Plant, metrics: dict[str, object]
+) -> Outcome:
     settings, options = trial.settings, trial.options
     result = {
         "command": list(options.command),
@@ -142,6 +148,7 @@ def _outcome(trial: Trial[K, R], sim: Simulator, metrics: dict[str, object]) -> 
         "metrics": metrics,
         "activity": sim.activity.totals(),
         "link": sim.link,
+        "robot": plant.link,
         **on_chip(sim),
     }
     report = None if sim.compilation is None else sim.compilation.report
@@ -149,7 +156,7 @@ def _outcome(trial: Trial[K, R], sim: Simulator, metrics: dict[str, object]) -> 
 
 
 def on_chip(sim: Simulator) -> dict[str, object]:
-    """Return image digest, resources, energy and timing; None for each without a chip."""
+    """Return digest, resources, energy, timing and host I/O; None for each without a chip."""
     if sim.compilation is None:
         return dict.fromkeys(ON_CHIP)
     report = sim.report()
@@ -171,7 +178,21 @@ def link_line(link: Mapping[str, Any]) -> str:
     )
 
 
-def _write(trial: Trial[K, R], rig: Rig, done: R, result: Result, folder: Path) -> None:
+def robot_line(robot: Mapping[str, Any]) -> str:
+    """Return a line on a run's robot behind its interface."""
+    itself = robot["robot"] if isinstance(robot.get("robot"), dict) else {}
+    trips = robot.get("round_trip_us", {})
+    parts = [
+        f"{robot['states']:,} states, {robot['held']:,} held, {robot['overruns']:,} began late",
+        f"round trip {trips['median']:,.0f} us" if trips.get("median") else "",
+        f"motion {itself['motion']}" if itself else "",
+    ]
+    return "robot: " + "; ".join(part for part in parts if part)
+
+
+def _write(
+    trial: Trial[K, R], rig: Rig, done: R, result: Result, sim: Simulator, folder: Path
+) -> None:
     """Write a run's folder: its pictures are drawn before an earlier run makes room."""
     scenes: Scenes = trial.scenes(done)
     pictures = draw_scenes(rig.film, scenes)
@@ -180,7 +201,11 @@ def _write(trial: Trial[K, R], rig: Rig, done: R, result: Result, folder: Path) 
     figure = trial.figure(done, pictures, result)
     if result["link"] is not None:
         figure.text(0.995, 0.003, link_line(result["link"]), ha="right", va="bottom", size=6)
+    if result["robot"] is not None:
+        figure.text(0.005, 0.003, robot_line(result["robot"]), va="bottom", size=6)
     run_folder.write_figure(folder, figure)
+    if sim.compilation is not None:
+        run_folder.write_report(folder, sim.report(), trial.name)
     if rig.loop.over:
         run_folder.add_last_states(folder, rig.plant.history())
     if trial.options.video:

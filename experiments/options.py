@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from spikeport.backends.board.link import OWN_STUB, LinkOptions
+from spikeport.cache import NOTHING, Cache
 from spikeport.compile.report.report import Report
 from spikeport.experiments.run_folder import Result
 from spikeport.hardware_models.activity import Activity
@@ -12,6 +13,7 @@ from spikeport.progress import Progress, silent
 
 if TYPE_CHECKING:
     from spikeport.experiments.trial import Settings, Trial
+    from spikeport.robot.link.connection import RobotOptions
 
 BACKENDS = ("analytic", "reference", "native", "nengo-loihi", "board", "replay")
 """Where experiments run: on a backend, or without neurons."""
@@ -33,6 +35,10 @@ class Options:
         Whether a video is made.
     link : LinkOptions
         The way to a board, for backends that have one.
+    cache : Cache
+        Keeps calibrations and rehearsals from run to run; by default nothing is kept.
+    robot : RobotOptions or None
+        The robot at the end of Unitree's interface; None for a plant in this process.
     progress : callable
         See `spikeport.progress.Progress`.
     command : tuple of str
@@ -46,6 +52,8 @@ class Options:
     seed: int = 0
     video: bool = False
     link: LinkOptions = OWN_STUB
+    cache: Cache = field(default=NOTHING, compare=False)
+    robot: "RobotOptions | None" = None
     progress: Progress = field(default=silent, compare=False)
     command: tuple[str, ...] = ()
 

@@ -1,4 +1,4 @@
-"""A run's folder: ``result.json``, ``probes.nc``, ``figure.png`` and, on request, ``video.mp4``.
+"""A run's folder: result, time series, figure, report of the compile and, on request, a video.
 
 ``result.json`` is written last, and every file whole or not at all: a folder without it is a run
 that did not finish.
@@ -16,6 +16,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from spikeport.atomic import atomic_path, is_leftover, locked
+from spikeport.compile.report.page import write_page
+from spikeport.compile.report.report import Json
 from spikeport.errors import UsageError
 from spikeport.files import write_json
 
@@ -27,7 +29,7 @@ Result = dict[str, Any]
 """The content of ``result.json``, or of an object in it."""
 RESULT_SCHEMA = 1
 FILES = (
-    *("result.json", "probes.nc", "figure.png", "report.json"),
+    *("result.json", "probes.nc", "figure.png", "report.json", "report.html"),
     *("video.mp4", "last_states.npz"),
 )
 PACKAGES = ("spikeport", "numpy", "scipy", "nengo", "nengo-loihi", "mujoco")
@@ -98,6 +100,12 @@ def _version(package: str) -> str | None:
         return metadata.version(package)
     except metadata.PackageNotFoundError:  # a run of a network needs no MuJoCo
         return None
+
+
+def write_report(folder: Path, report: Json, title: str) -> None:
+    """Write ``report.json`` and ``report.html``."""
+    write_json(folder / "report.json", report)
+    write_page(folder / "report.html", report, title)
 
 
 def write_probes(folder: Path, dataset: "xr.Dataset") -> None:

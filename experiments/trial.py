@@ -3,6 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, ClassVar, Generic, Protocol, TypeVar
 
 import nengo
@@ -16,6 +17,9 @@ from spikeport.experiments.loop import Loop, Port
 from spikeport.experiments.options import Options
 from spikeport.experiments.pictures import Film, Scenes
 from spikeport.experiments.run_folder import Result
+from spikeport.robot.link.connection import connect
+from spikeport.robot.link.plant import LinkedPlant
+from spikeport.robot.link.truth import estimate
 from spikeport.robot.plant import Plant
 from spikeport.simulator import Simulator
 
@@ -95,6 +99,8 @@ class Trial(ABC, Generic[K, R]):
     """
 
     name: ClassVar[str]
+    anchored: ClassVar[bool] = False
+    """Whether the robot hangs by its pelvis from the start."""
     settings: Settings
 
     def __init__(self, settings: Settings, options: Options) -> None:
@@ -110,7 +116,12 @@ class Trial(ABC, Generic[K, R]):
 
     def plant(self) -> Plant:
         """Return the robot; raises UsageError for an unknown appearance."""
-        return Plant(appearance=self.settings.appearance)
+        asked, appearance = self.options.robot, self.settings.appearance
+        if asked is None:
+            return Plant(anchored=self.anchored, appearance=appearance)
+        return LinkedPlant(
+            partial(connect, asked), lambda: estimate, anchored=self.anchored, appearance=appearance
+        )
 
     @abstractmethod
     def close(self, plant: Plant) -> Closed[K]:

@@ -8,7 +8,7 @@ see `spikeport.hardware_models.step_time.fold`.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -30,6 +30,14 @@ PER_STEP = (
 PER_RUN = ("messages", "messages_host")
 
 
+class HostSpikes(NamedTuple):
+    """The spikes that the host sent: in sum, in the mean of all steps, and the most in a step."""
+
+    total: int | float
+    mean: float
+    most: int | float
+
+
 @dataclass(frozen=True, eq=False)
 class Folded:
     """The first steps of a run, which are no longer kept one by one.
@@ -44,12 +52,16 @@ class Folded:
         The chip that their times were reckoned for; None if for no chip.
     times : mapping of str to TimeSums
         The times of the steps, by calibration of the chip.
+    host_spikes, most_host_spikes : int
+        Spikes that the host sent in all of the steps, and the most in one.
     """
 
     n_steps: int
     sums: Mapping[str, np.ndarray]
     chip: "ChipModel | None"
     times: Mapping[str, "TimeSums"]
+    host_spikes: int | float
+    most_host_spikes: int | float
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,6 +93,8 @@ class Activity:
         Messages of the whole run from source core (row) to destination core (column).
     messages_host : (n_cores,) array
         Messages of the whole run from the host to each core.
+    host_spikes : (n_kept,) array
+        Spikes that the host sent, each once, however many cores it reaches.
     readout_spikes : int
         Spikes of compartments that are read out and must not spike: 0, or the run is wrong.
     folded : Folded, optional
@@ -102,6 +116,7 @@ class Activity:
     learning_updates: np.ndarray
     messages: np.ndarray
     messages_host: np.ndarray
+    host_spikes: np.ndarray
     readout_spikes: int = 0
     folded: Folded | None = None
 
@@ -111,6 +126,7 @@ class Activity:
             self._check(name, (len(self.spikes), n_cores), "(n_kept, n_cores)")
         self._check("messages", (n_cores, n_cores), "(n_cores, n_cores)")
         self._check("messages_host", (n_cores,), "(n_cores,)")
+        self._check("host_spikes", (len(self.spikes),), "(n_kept,)")
 
     def _check(self, name: str, shape: tuple[int, ...], meaning: str) -> None:
         array = getattr(self, name)
@@ -143,6 +159,8 @@ class Activity:
             share = (f"{counts[most]:,.0f}", str(most)) if counts.any() else ("", "")
             by_step = counts.sum() / self.n_steps if self.n_steps else 0.0
             rows.append((name.replace("_", " "), f"{counts.sum():,.0f}", f"{by_step:,.1f}", *share))
+        sent = self.from_host
+        rows.append(("host spikes", f"{sent.total:,.0f}", f"{sent.mean:,.1f}", "", ""))
         header = ("count", "in sum", "a step", "most on a core", "core")
         return Table(self._extent(), header, tuple(rows))
 
@@ -164,6 +182,16 @@ class Activity:
             folded=None,
         )
 
+    @property
+    def from_host(self) -> HostSpikes:
+        """The spikes that the host sent in all steps."""
+        total = self.host_spikes.sum().item()
+        most = self.host_spikes.max(initial=0).item()
+        if self.folded is not None:
+            total += self.folded.host_spikes
+            most = max(most, self.folded.most_host_spikes)
+        return HostSpikes(total, total / self.n_steps if self.n_steps else 0.0, most)
+
     def over_steps(self, name: str) -> np.ndarray:
         """Return one of the counts of `PER_STEP` summed over all steps, (n_cores,)."""
         total: np.ndarray = getattr(self, name).sum(axis=0)
@@ -173,7 +201,8 @@ class Activity:
         """Return every count, summed over steps and cores."""
         sums = {name: self.over_steps(name).sum().item() for name in PER_STEP}
         sums |= {name: getattr(self, name).sum().item() for name in PER_RUN}
-        return {**sums, "readout_spikes": self.readout_spikes}
+        sent = {"host_spikes": self.from_host.total}
+        return {**sums, **sent, "readout_spikes": self.readout_spikes}
 
     def per_core(self) -> dict[str, np.ndarray]:
         """Return every count summed over steps, (n_cores,); ``messages`` by the core that sends."""
@@ -205,6 +234,7 @@ class Activity:
         return cls(
             cores=parts[0].cores,
             dt_s=parts[0].dt_s,
+            host_spikes=np.concatenate([part.host_spikes for part in parts]),
             readout_spikes=sum(part.readout_spikes for part in parts),
             folded=parts[0].folded,
             **steps,

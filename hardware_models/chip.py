@@ -12,7 +12,7 @@ from pydantic import Field, ValidationInfo, field_validator
 from spikeport.errors import ChipFileError, unknown
 from spikeport.files import Line, Name, read_model
 from spikeport.hardware_models.calibration import EnergyCalibration
-from spikeport.hardware_models.figure import Bits, Count, Figure, Power, Strictly
+from spikeport.hardware_models.figure import Bits, Count, Figure, Power, Strictly, Time
 
 SCHEMA = 1
 BUILT_IN = Path(__file__).parent / "chips"
@@ -77,6 +77,18 @@ class Powers(Strictly):
     board_idle_w: Power | None = None
 
 
+class HostIo(Strictly):
+    """Input and output of the host.
+
+    ``step`` is the time of a step in which host and chip exchange spikes and values, whatever their
+    number, in s; ``word`` and ``packet`` are a word in bits and a packet in words, if public.
+    """
+
+    step: Time
+    word: Bits | None = None
+    packet: Count | None = None
+
+
 class ChipModel(Strictly):
     """A chip as data, in SI units, every figure with its source.
 
@@ -94,6 +106,8 @@ class ChipModel(Strictly):
         What holds for every network; without a public mesh no hops are counted.
     synapse_memory : SynapseMemory or None
         Without a public layout, bits of weights and indices alone are counted.
+    host_io : HostIo or None
+        Without a published figure nobody knows whether host and chip keep up with real time.
     calibrations : tuple of EnergyCalibration
         Energies and times of events, one set for each source.
     """
@@ -107,6 +121,7 @@ class ChipModel(Strictly):
     synapse_memory: SynapseMemory | None = None
     topology: Topology | None = None
     power: Powers = Powers()
+    host_io: HostIo | None = None
     calibrations: tuple[EnergyCalibration, ...] = ()
 
     @field_validator("schema_version")

@@ -1,4 +1,4 @@
-"""What a run costs: dynamic, static and system, always all three, from exact counts."""
+"""The energy of a run: dynamic, static and system, always all three, from exact counts."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -71,7 +71,7 @@ class ModuleEnergy:
 
 @dataclass(frozen=True)
 class EnergyReport:
-    """What a run costs.
+    """The energy and power of a run.
 
     Parameters
     ----------

@@ -18,7 +18,7 @@ class Event(Protocol):
         """Key of the figure."""
 
     def per_core(self, activity: Activity, chip: ChipModel) -> np.ndarray:
-        """How often it happened in the run on each core, or on the way from it, (n_cores,)."""
+        """Return the number of events on each core, or on the way from it, (n_cores,)."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""What a placement uses of each resource against what the chip has, as (used, limit) throughout."""
+"""The use of each resource by a placement, against the chip's limits."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
@@ -10,7 +10,7 @@ from spikeport.hardware_models.topology import chips_used
 
 
 class CoreUse(NamedTuple):
-    """What one core holds of each resource."""
+    """The use of each resource by one core."""
 
     label: str
     compartments: int
@@ -23,7 +23,7 @@ class CoreUse(NamedTuple):
 
 
 class Usage(NamedTuple):
-    """What an object, a core or the chip, uses of a resource, and the most it may use.
+    """The use of a resource by an object, a core or the chip, and the most it may use.
 
     ``limit`` is None where it is not public.
     """
@@ -36,7 +36,7 @@ class Usage(NamedTuple):
 
     @property
     def exceeded(self) -> bool:
-        """Whether more is used than there is."""
+        """True if more is used than there is."""
         return self.limit is not None and self.used > self.limit
 
 
@@ -102,7 +102,7 @@ class PerCore(Limit):
 
     def usages(self, cores: Sequence[CoreUse], chip: ChipModel) -> list[Usage]:
         """See `Limit.usages`."""
-        limit = self._limit(chip)
+        limit = self.of_a_core(chip)
         return [
             Usage(core.label, self.resource, getattr(core, self.resource), limit, self.unit)
             for core in cores
@@ -110,11 +110,12 @@ class PerCore(Limit):
 
     def total(self, cores: Sequence[CoreUse], chip: ChipModel) -> Usage:
         """See `Limit.total`."""
-        used, limit = sum(getattr(core, self.resource) for core in cores), self._limit(chip)
+        used, limit = sum(getattr(core, self.resource) for core in cores), self.of_a_core(chip)
         on_board = None if limit is None else limit * n_cores(chip)
         return Usage(chip.name, self.resource, used, on_board, self.unit)
 
-    def _limit(self, chip: ChipModel) -> int | None:
+    def of_a_core(self, chip: ChipModel) -> int | None:
+        """Return the most that a core can hold; None where it is not public."""
         figure = getattr(chip.limits, self.resource)
         return None if figure is None else figure.count
 
@@ -145,3 +146,8 @@ def usages(cores: Sequence[CoreUse], chip: ChipModel) -> list[Usage]:
 def totals(cores: Sequence[CoreUse], chip: ChipModel) -> dict[str, Usage]:
     """Use of every resource by all cores together, by resource."""
     return {limit.resource: limit.total(cores, chip) for limit in LIMITS}
+
+
+def limits_of_a_core(chip: ChipModel) -> dict[str, int | None]:
+    """Return the most that a core can hold, by resource; None where it is not public."""
+    return {one.resource: one.of_a_core(chip) for one in LIMITS if isinstance(one, PerCore)}

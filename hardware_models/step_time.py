@@ -115,7 +115,8 @@ def fold(activity: Activity, chip: ChipModel | None) -> Folded:
         times = {c.name: time_sums(activity, chip, c) for c in chip.calibrations}
     sums = {name: activity.over_steps(name) for name in PER_STEP}
     sums |= {name: getattr(activity, name) for name in PER_RUN}
-    return Folded(activity.n_steps, sums, chip, times)
+    sent = activity.from_host
+    return Folded(activity.n_steps, sums, chip, times, sent.total, sent.most)
 
 
 def step_times(activity: Activity, chip: ChipModel, calibration: EnergyCalibration) -> StepTimes:
@@ -176,6 +177,20 @@ def core_times(activity: Activity, times: Times, bound: Bound) -> np.ndarray:
 def happened(activity: Activity) -> list[events.OnCore]:
     """Return the kinds of event that take a core time and happened at least once."""
     return [event for event in EVENTS if activity.over_steps(event.counts).any()]
+
+
+def mean_core_time(activity: Activity, calibration: EnergyCalibration, core: int) -> Estimate:
+    """Return the mean time of a step on one core, in s: the mean of `core_times`, with its bounds.
+
+    A part without public figure is left out, which leaves no upper bound.
+    """
+    time = zero("s")
+    for event in happened(activity):
+        count = float(activity.over_steps(event.counts)[core])
+        figure = getattr(calibration.times, event.name)
+        if count:
+            time += at_least_zero("s") if figure is None else figure.estimate.scaled(count)
+    return time.scaled(1 / activity.n_steps)
 
 
 def between_chips(

@@ -1,4 +1,4 @@
-"""Whether a chip keeps up with real time: the mean and the longest step of a run."""
+"""The mean and the longest step of a run, against real time."""
 
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
@@ -9,8 +9,24 @@ from spikeport.hardware_models.activity import Activity
 from spikeport.hardware_models.calibration import EnergyCalibration
 from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.estimate import Estimate, merge_sources
-from spikeport.hardware_models.step_time import barrier, between_chips, happened, known, time_sums
+from spikeport.hardware_models.step_time import (
+    barrier,
+    between_chips,
+    happened,
+    known,
+    mean_core_time,
+    time_sums,
+)
 from spikeport.hardware_models.topology import tiles_used
+
+
+@dataclass(frozen=True)
+class CoreTime:
+    """The mean time of a step on one core, in s, without the barrier."""
+
+    core: str
+    time_step: Estimate
+
 
 NOT_MODELLED = (
     "waiting for messages on the links between tiles",
@@ -21,7 +37,7 @@ NOT_MODELLED = (
 
 @dataclass(frozen=True)
 class TimingReport:
-    """How long the steps of a run take.
+    """The times of a run's steps.
 
     Parameters
     ----------
@@ -41,6 +57,8 @@ class TimingReport:
         The barrier's share of each step, in s; None: no public figure.
     between_chips : Estimate or None
         What messages between chips take of a step, in s; None: no public figure.
+    cores : tuple of CoreTime
+        The mean time of a step, core by core.
     missing : tuple of str
         What happened and has no public figure; its time is left out.
     not_modelled : tuple of str
@@ -58,13 +76,17 @@ class TimingReport:
     fits_at_high: bool | None
     barrier: Estimate | None
     between_chips: Estimate | None
+    cores: tuple[CoreTime, ...]
     missing: tuple[str, ...]
     not_modelled: tuple[str, ...] = NOT_MODELLED
 
     def to_dict(self) -> dict[str, object]:
         """Plain data, ready for JSON."""
-        lists = {"missing": list(self.missing), "not_modelled": list(self.not_modelled)}
-        return asdict(self) | lists
+        return asdict(self) | {
+            "cores": [asdict(core) for core in self.cores],
+            "missing": list(self.missing),
+            "not_modelled": list(self.not_modelled),
+        }
 
 
 def timing(activity: Activity, chip: ChipModel, calibration: EnergyCalibration) -> TimingReport:
@@ -96,6 +118,10 @@ def timing(activity: Activity, chip: ChipModel, calibration: EnergyCalibration) 
         fits_at_high=None if worst.high is None else worst.high <= activity.dt_s,
         barrier=wait,
         between_chips=links,
+        cores=tuple(
+            CoreTime(label, mean_core_time(activity, calibration, core))
+            for core, label in enumerate(activity.cores)
+        ),
         missing=_missing(activity, calibration, links),
     )
 

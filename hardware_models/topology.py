@@ -1,4 +1,4 @@
-"""Where cores lie on the meshes of tiles of a board's chips, and what ways messages take there.
+"""The places of cores on the meshes of a board's chips, and the ways of messages there.
 
     chip = core // cores of a chip
 

@@ -44,7 +44,7 @@ class ArmSizes:
 
     @property
     def total(self) -> int:
-        """All neurons of the controller."""
+        """Return all neurons of the controller."""
         return 3 * self.m1 + 5 * self.cb + STATE_SIZE * self.s1
 
 

@@ -41,7 +41,7 @@ default takes up to 47 ms. Among more it hesitates."""
 
 @dataclass(frozen=True)
 class HumanoidOptions:
-    """What is gated, and the time constants of gates and of the bias in seconds.
+    """The choice of gated outputs, and the time constants of gates and of the bias in seconds.
 
     ``tau_walk`` is the filter of the policy's gates, ``tau_arm`` that of the arm's: those of the
     layers they silence (an ensemble on the chip has one).

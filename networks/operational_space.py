@@ -36,7 +36,7 @@ class ArmTerms(Protocol):
 
 
 class Arm(Protocol):
-    """What the law needs of an arm: its terms at many poses."""
+    """The terms of the law, at many poses of an arm."""
 
     def batch(self, q: Floats) -> ArmTerms:
         """Terms at q of shape (n, 4), in radians."""

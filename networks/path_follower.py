@@ -93,7 +93,7 @@ def path_follower(
 
 
 class _Errors:
-    """What the host shows to the neurons: [position error, cos, sin, velocity error]."""
+    """The inputs of the neurons from the host: [position error, cos, sin, velocity error]."""
 
     def __init__(self, gains: FollowerGains) -> None:
         self._reach_m = gains.reach_m

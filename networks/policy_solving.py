@@ -62,7 +62,7 @@ def solve_layers(
 
 
 def _halves(hidden: HiddenLayer, z: np.ndarray, sim: nengo.Simulator) -> np.ndarray:
-    """What the halves put out, (m, n_halves * n), for pre-activations (m, n) that are held."""
+    """Return the halves' output, (m, n_halves * n), for pre-activations (m, n) that are held."""
     found = np.zeros((len(z), hidden.output.size_in))
     for half in hidden.halves:
         _, rates = tuning_curves(half.ensemble, sim, inputs=z[:, [half.unit]])

@@ -1,4 +1,4 @@
-"""What a policy is converted from, and how: its layers, the ranges of its units, the options."""
+"""The values that a policy is converted from: its layers, the ranges of its units, the options."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -31,7 +31,7 @@ class Readout(Layer):
 
 @dataclass(frozen=True)
 class Calibrated:
-    """What a calibration changes of a policy where it runs.
+    """The changes that a calibration makes to a policy where it runs.
 
     ``weights`` and ``bias`` are those of a `Readout`; ``trim`` (n_in,) is added to what the first
     layer is told.
@@ -50,7 +50,7 @@ class Calibrated:
 
 @dataclass(frozen=True)
 class Ranges:
-    """How far the pre-activations of a layer's units reach, (n,) each, both positive."""
+    """The reach of the pre-activations of a layer's units, (n,) each, both positive."""
 
     above: np.ndarray
     below: np.ndarray
@@ -58,7 +58,7 @@ class Ranges:
 
 @dataclass(frozen=True)
 class PolicyOptions:
-    """How the units of a policy become neurons; rates in Hz, time constants in seconds.
+    """The way in which a policy's units become neurons; rates in Hz, time constants in seconds.
 
     Attributes
     ----------

@@ -67,7 +67,7 @@ class Rectified:
         )
 
     def decoding(self, n: int, weights: bool) -> dict[str, object]:
-        """What a connection from ``n`` populations computes.
+        """Return the function that a connection from ``n`` populations computes.
 
         ``weights`` says whether it is wired from neuron to neuron.
         """

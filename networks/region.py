@@ -4,6 +4,7 @@ Ensembles represent values in [-1, 1]; every error after their input is a fixed 
 so the range is taken as narrow as the task allows: from recorded states.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +12,8 @@ import numpy as np
 from spikeport.arrays import Floats
 
 PEAK_PERCENTILE = 99.5
+BOXES = ("q", "dq", "x", "error")
+SIDES = ("centre", "half")
 
 
 @dataclass(frozen=True)
@@ -67,6 +70,19 @@ class ArmRegion:
     x: Box
     error: Box
     q_samples: Floats
+
+    def arrays(self) -> dict[str, Floats]:
+        """Return all its arrays by name, for a cache."""
+        sides = {
+            f"{box}.{side}": getattr(getattr(self, box), side) for box in BOXES for side in SIDES
+        }
+        return {**sides, "q_samples": self.q_samples}
+
+    @classmethod
+    def of(cls, arrays: Mapping[str, Floats]) -> "ArmRegion":
+        """Return the region whose `arrays` these are; others among them are left out."""
+        boxes = {box: Box(*(arrays[f"{box}.{side}"] for side in SIDES)) for box in BOXES}
+        return cls(**boxes, q_samples=arrays["q_samples"])
 
     @classmethod
     def from_recording(

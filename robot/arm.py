@@ -23,7 +23,7 @@ TASK_DAMPING = 0.02
 
 
 class H1ArmTerms(NamedTuple):
-    """What a controller of the arm needs; ``...`` is nothing or the number of poses.
+    """The terms of the arm's dynamics for a controller; ``...`` is nothing or the number of poses.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Which feet of the robot stand on the floor."""
+"""The feet of the robot that stand on the floor."""
 
 import numpy as np
 

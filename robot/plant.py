@@ -219,6 +219,14 @@ class Plant:
         self._watch.check(self._history.record(self.data), self.data.time)
         mujoco.mj_step1(self.model, self.data)
 
+    def close(self) -> None:
+        """Leave the robot; here it is a simulation, and nothing is held."""
+
+    @property
+    def link(self) -> dict[str, object] | None:
+        """The figures of a link to the robot; None where it is this simulation."""
+        return None
+
     def history(self) -> dict[str, np.ndarray]:
         """The last 200 states, oldest first: ``time_s``, ``qpos``, ``qvel``, ``ctrl``."""
         return self._history.arrays()

@@ -1,4 +1,4 @@
-"""What a walking policy observes and does: 69 numbers in, 19 joint targets out, at 50 Hz.
+"""The interface of a walking policy: an observation of 69 numbers, 19 joint targets, at 50 Hz.
 
     observation = [v, omega, g, command, q - q_default, dq, last action]     (3 3 3 3 19 19 19)
     target = q_default + 0.5 action
@@ -58,7 +58,7 @@ def _down(w: Number, x: Number, y: Number, z: Number) -> tuple[Number, Number, N
 
 
 def observation(state: RobotState, command: ArrayLike, last_action: ArrayLike) -> np.ndarray:
-    """What the policy is told, ``(69,)``.
+    """Return the observation of the policy, ``(69,)``.
 
     Parameters
     ----------

@@ -124,6 +124,12 @@ def numpy_1(environment: Callable[..., Run]) -> Run:
     return environment()
 
 
+@pytest.fixture(autouse=True)
+def _no_cache(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Keep nothing from test to test, nor of the user's; a test of the cache has a folder."""
+    monkeypatch.setenv("SPIKEPORT_CACHE", "off")
+
+
 @pytest.fixture
 def nengo_defaults() -> Iterator[None]:
     """Nengo's defaults are there again afterwards, which `set_defaults` changes."""

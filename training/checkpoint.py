@@ -35,7 +35,7 @@ class Checkpoint(NamedTuple):
 
 
 def path_of(folder: Path, segment: int) -> Path:
-    """Where the checkpoint of a segment lies."""
+    """Return the path of the checkpoint of a segment."""
     return folder / "checkpoints" / f"{segment:05d}.pt"
 
 

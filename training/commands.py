@@ -1,4 +1,4 @@
-"""What the robot is asked to do: speeds that change every few seconds, no faster than it can."""
+"""Commands to the robot: speeds that change every few seconds, no faster than it can."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ from spikeport.robot.walk_interface import COMMAND_CHANGE_PER_S, CONTROL_DT_S
 
 @dataclass(frozen=True)
 class CommandRange:
-    """Where commands are drawn from.
+    """The ranges that commands are drawn from.
 
     ``standing`` and ``turning`` are the shares of commands that ask to stand, and to turn in
     place; ``heading`` is the share of the others that asks for a direction, which is turned to

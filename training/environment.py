@@ -37,7 +37,7 @@ VELOCITY_SMOOTHING, YAW_RATE_SMOOTHING, DRIFT_SMOOTHING = 0.3, 0.1, 0.04
 
 @dataclass(frozen=True)
 class TrainingTask:
-    """What is asked of the robots and what happens to them."""
+    """The commands to the robots, and what happens to them."""
 
     commands: CommandRange = field(default_factory=CommandRange)
     randomisation: Randomisation = field(default_factory=Randomisation)
@@ -46,7 +46,7 @@ class TrainingTask:
 
 
 class StepOutcome(NamedTuple):
-    """Of one control step of n robots: ``(n,)`` each, and every term of the reward."""
+    """The outcome of one control step of n robots: ``(n,)`` each, and every term of the reward."""
 
     reward: Floats
     fallen: Flags
@@ -106,11 +106,11 @@ class WalkEnvironment:
         self.age = self._rng.integers(0, EPISODE_STEPS, self.n)
 
     def observe(self) -> Floats:
-        """What the policy is told, ``(n, 69)``, with noise."""
+        """Return the policy's observations, ``(n, 69)``, with noise."""
         return observation.noisy(self, self._rng)
 
     def observe_all(self) -> Floats:
-        """What the critic is told."""
+        """Return the critic's observations."""
         return observation.privileged(self)
 
     def step(self, action: np.ndarray) -> StepOutcome:

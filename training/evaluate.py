@@ -20,7 +20,7 @@ SMOOTHING_S = 0.2
 
 @dataclass(frozen=True)
 class Evaluation:
-    """What came out.
+    """The outcome of an evaluation.
 
     ``fallen`` of ``episodes`` robots fell; the errors are means of |vx* - vx| and |wz* - wz|,
     smoothed over 0.2 s, 1 s after each change of command left out; ``clearance_m`` is the mean

@@ -1,4 +1,4 @@
-"""What spikes do to the hidden units of a policy: a stand-in for the network it is converted to.
+"""The noise of spikes on a policy's hidden units: a stand-in for the network it is converted to.
 
     h += (1 + |h|) (w + l)    w ~ N(0, white²) at every step, l ~ N(0, lasting²) in every episode
 

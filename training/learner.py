@@ -144,11 +144,11 @@ class Learner:
         return {**losses, "learning_rate": self.ppo.learning_rate}
 
     def policy(self) -> WalkingPolicy:
-        """What is evaluated and shipped: the average actor."""
+        """Return the actor that is evaluated and shipped: the average one."""
         return policy_of(self.average.module)
 
     def state(self) -> dict[str, object]:
-        """All that must be kept to go on learning."""
+        """Return the state that must be kept to go on learning."""
         return {**self.ppo.save(), "average": self.average.state_dict()}
 
     def load(self, state: Mapping[str, object]) -> None:

@@ -1,4 +1,4 @@
-"""What the rewards and observations need to know of a batch of robots, from MuJoCo's states."""
+"""The motion of a batch of robots, for rewards and observations, from MuJoCo's states."""
 
 from dataclasses import dataclass
 

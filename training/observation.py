@@ -1,4 +1,4 @@
-"""What policy and critic are told, for a batch of robots."""
+"""The observations of policy and critic, for a batch of robots."""
 
 from typing import TYPE_CHECKING
 
@@ -28,21 +28,21 @@ PRIVILEGED = mirror.joined(
 
 
 def exact_observation(env: "WalkEnvironment") -> np.ndarray:
-    """What the policy is told, without noise, ``(n, 69)``."""
+    """Return the policy's observations, without noise, ``(n, 69)``."""
     m = env.motion
     parts = (m.velocity, m.turn_rate, m.gravity, env.commands.value, m.q - POSE_RAD, m.dq)
     return np.concatenate((*parts, env.actions[0]), axis=1)
 
 
 def noisy(env: "WalkEnvironment", rng: np.random.Generator) -> np.ndarray:
-    """What the policy is told, ``(n, 69)``."""
+    """Return the policy's observations, ``(n, 69)``."""
     seen = exact_observation(env)
     scale = env.task.randomisation.observation_noise
     return seen + scale * _NOISE * rng.uniform(-1, 1, seen.shape) if scale else seen
 
 
 def privileged(env: "WalkEnvironment") -> np.ndarray:
-    """What the critic is told: the exact observation, and what only a simulation knows.
+    """Return the critic's observations: the exact ones, and what only a simulation knows.
 
     Smoothed speeds, height of the pelvis, delay, joint
     offsets, and of the feet: contact, force, height, clocks and velocity.

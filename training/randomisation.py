@@ -1,4 +1,4 @@
-"""What differs from one training robot to the next, and from one step to the next."""
+"""Differences from one training robot to the next, and from one step to the next."""
 
 from dataclasses import dataclass
 

@@ -38,7 +38,7 @@ class RewardSettings:
 
 @dataclass(frozen=True)
 class Step:
-    """All that a reward may depend on, for n robots.
+    """The quantities that a reward may depend on, for n robots.
 
     ``command (n, 3)`` is what is asked of them, ``moving (n,)`` who is asked to move;
     ``velocity (n, 2)`` and ``yaw_rate (n,)`` are smoothed; ``drift (n, 3)`` is what is missing of
@@ -121,7 +121,7 @@ def fall(s: Step) -> Floats:
 
 
 def air_time(s: Step) -> Floats:
-    """How long one foot has been up and the other down, the shorter of both, up to ``step_s``."""
+    """Return the time of one foot up and the other down, the shorter, up to ``step_s``."""
     both: Floats = np.minimum(s.gait.air_s.max(axis=1), s.gait.contact_s.max(axis=1))
     return np.minimum(both, s.settings.step_s) * s.single_support
 
@@ -139,7 +139,7 @@ def late_lift(s: Step) -> Floats:
 
 
 def long_air(s: Step) -> Floats:
-    """Whether a foot is up longer than ``longest_step_s``."""
+    """Return whether a foot is up longer than ``longest_step_s``."""
     return (s.gait.air_s > s.settings.longest_step_s).any(axis=1).astype(float)
 
 
@@ -187,7 +187,7 @@ def restless(s: Step) -> Floats:
 
 
 def low_pelvis(s: Step) -> Floats:
-    """How far the pelvis is below ``pelvis_m``."""
+    """Return how far the pelvis is below ``pelvis_m``."""
     return np.clip(s.settings.pelvis_m - s.motion.height_m, 0.0, None)
 
 
@@ -227,7 +227,7 @@ def spread_arms(s: Step) -> Floats:
 
 
 def ankle_limits(s: Step) -> Floats:
-    """How far the ankles are beyond nine tenths of their range."""
+    """Return how far the ankles are beyond nine tenths of their range."""
     q = s.motion.q[:, _ANKLES]
     return _sum(np.abs(q - np.clip(q, *_ANKLE_LIMITS_RAD)))
 

@@ -48,7 +48,7 @@ class TrainOptions:
 
     @property
     def goal(self) -> TrainingTask:
-        """What checkpoints are judged by: the task of the last stage."""
+        """The task that checkpoints are judged by: that of the last stage."""
         return self.stages[-1].task
 
     @property
@@ -62,7 +62,7 @@ class TrainOptions:
         return -(-self.steps // self.steps_per_segment)
 
     def identity(self) -> dict[str, object]:
-        """What must be the same when a run goes on."""
+        """Return the settings that must be the same when a run goes on."""
         return {
             "seed": self.seed,
             "updates_per_segment": self.updates_per_segment,

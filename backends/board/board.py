@@ -5,7 +5,7 @@ It knows nothing of sockets and clocks, so that tests can step it by hand.
 
 import secrets
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
@@ -73,29 +73,30 @@ class Board:
         self._hello: Hello | None = None
         self._upload = bytearray()
 
-    def answer(self, frame: Frame) -> Iterator[Frame]:
-        """Yield the answers to a frame; what cannot be answered ends the session with a reason."""
+    def answer(self, frame: Frame) -> Sequence[Frame]:
+        """Return the answers to a frame; what cannot be answered ends the session with a reason."""
         try:
-            yield from self._answer(frame)
+            return self._answer(frame)
         except (BodyError, SpikeportError) as error:
             number = 0 if self.session is None else self.session.number
             self.end()
-            yield Frame(Kind.REFUSAL, number, frame.step, printable(str(error)).encode())
+            return [Frame(Kind.REFUSAL, number, frame.step, printable(str(error)).encode())]
 
-    def _answer(self, frame: Frame) -> Iterator[Frame]:
+    def _answer(self, frame: Frame) -> Sequence[Frame]:
         if frame.version != VERSION:
             raise BodyError(f"the host speaks version {frame.version} of the link, not {VERSION}")
         match frame.kind:
-            case Kind.HELLO:
-                yield self._greet(Hello.unpack(frame.body))
-            case Kind.IMAGE:
-                yield from self._receive(frame)
             case Kind.STEP:
-                yield self._step(frame)
+                return [self._step(frame)]
+            case Kind.HELLO:
+                return [self._greet(Hello.unpack(frame.body))]
+            case Kind.IMAGE:
+                return self._receive(frame)
             case Kind.ASK_TOTALS:
-                yield from pieces(Kind.TOTALS, self._totals(frame), frame.session)
+                return list(pieces(Kind.TOTALS, self._totals(frame), frame.session))
             case Kind.STOP:
                 self.end()
+        return []
 
     def end(self) -> None:
         """End the session: the state of its neurons is gone."""
@@ -111,7 +112,7 @@ class Board:
             return Frame(Kind.WANT_IMAGE)
         return self._open(self._images[hello.digest], hello)
 
-    def _receive(self, frame: Frame) -> Iterator[Frame]:
+    def _receive(self, frame: Frame) -> Sequence[Frame]:
         """Take a piece of an image; after the last one, build it."""
         if self._hello is None or frame.step != len(self._upload):
             raise BodyError(f"byte {frame.step} of an image, after {len(self._upload)}")
@@ -119,14 +120,14 @@ class Board:
         if len(self._upload) > IMAGE_BYTES:
             raise BodyError(f"an image of more than {IMAGE_BYTES:,} bytes")
         if frame.flags & MORE:
-            return
+            return []
         image = ChipImage.from_bytes(bytes(self._upload))
         if image.digest != self._hello.digest:
             raise BodyError(f"an image {image.digest[:12]}, not {self._hello.digest[:12]}")
         while len(self._images) >= IMAGES_KEPT:
             del self._images[next(iter(self._images))]
         self._images[image.digest] = image
-        yield self._open(image, self._hello)
+        return [self._open(image, self._hello)]
 
     def _open(self, image: ChipImage, hello: Hello) -> Frame:
         """Begin a session, with the chip at rest; it answers when the first step can come."""

@@ -10,14 +10,15 @@ import numpy as np
 from spikeport.backends.board.board import pieces
 from spikeport.backends.board.frame import MORE, VERSION, Frame, Kind
 from spikeport.backends.board.hello import Hello, Welcome
-from spikeport.backends.board.line import Clock, Line, SystemClock
+from spikeport.backends.board.line import Line
 from spikeport.backends.board.messages import BodyError, Codec, Totals
 from spikeport.backends.board.record import SessionRecorder
-from spikeport.backends.board.timing import WAITING, Pace, RealTime, RoundTrips, Timing
+from spikeport.backends.board.timing import WAITING, Pace, RealTime, Timing
 from spikeport.backends.step_log import SUMS_ONLY, LogOptions, MessageCounts, StepLog
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.errors import BackendError, BoardLostError
 from spikeport.hardware_models.activity import Activity
+from spikeport.pacing import Clock, RoundTrips, SystemClock
 
 BUILD_S = 120.0
 """Time that a board has to build a chip."""
@@ -110,6 +111,7 @@ class BoardChip:
         self._totals: Totals | None = None
         self._held = self._codec.silence()
         self._open: Frame | None = None
+        self._open_spikes = 0
         self._sent_s = self._ask_again_s = 0.0
         self._late = self._at = 0
         self._closed = self._lost = False
@@ -190,6 +192,7 @@ class BoardChip:
         """Send a step, and return its answer; None if the last outputs are held."""
         if self._open is None:
             self._open = Frame(Kind.STEP, self._session, self._at + 1, body, flags)
+            self._open_spikes = len(spikes)
             self._send_open()
         else:  # the board is behind, and what it missed is never delivered late
             self.figures.skipped_spikes += len(spikes)
@@ -228,7 +231,7 @@ class BoardChip:
         self._trips.add(self._clock.now() - self._sent_s)
         self._held, self._open = stepped.held, None
         self._at, self._late = frame.step, 0
-        self._log.append(stepped.counts)
+        self._log.append(stepped.counts, self._open_spikes)
         return True
 
     def _hold(self) -> None:
@@ -274,15 +277,11 @@ class BoardChip:
         """The figures of the session and its round trips, in us."""
         figures = self.figures
         figures.damaged, figures.overruns = self._line.bad, self._pace.overruns
-        trips = {"median": self._trips.quantile_s(0.5), "p99": self._trips.quantile_s(0.99)}
         return {
             "runs": self.welcome.runs,
             "real_time": isinstance(self._timing, RealTime),
             **asdict(figures),
-            "round_trip_us": {
-                **{name: None if t is None else round(1e6 * t, 1) for name, t in trips.items()},
-                "worst": round(1e6 * self._trips.worst_s, 1),
-            },
+            "round_trip_us": self._trips.summary_us(),
         }
 
     def close(self) -> None:

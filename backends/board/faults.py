@@ -1,18 +1,13 @@
-"""Faults of a link, on request: a line that does to answers what bad links and boards do.
-
-They are written as ``KIND@STEP``, ``slow=MS@STEP``, or ``KIND:SHARE`` for a share of all steps,
-drawn from a seed.
-"""
+"""Faults of a link, on request: a line that does to answers what bad links and boards do."""
 
 import random
-import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Protocol
 
 from spikeport.backends.board.frame import Frame, Kind
-from spikeport.backends.board.line import Clock
-from spikeport.errors import BoardLostError, UsageError
+from spikeport.errors import BoardLostError
+from spikeport.fault_plan import Fault, FaultPlan, Faults
+from spikeport.pacing import Clock
 
 KINDS = {
     "loss": "the answer is never sent",
@@ -28,32 +23,7 @@ KINDS = {
     "restart": "the board starts anew, at rest, on the same connection",
 }
 """The kinds of faults, and what becomes of an answer."""
-PATTERN = re.compile(r"(?P<kind>[a-z-]+)(=(?P<ms>[0-9.]+))?(@(?P<step>[0-9]+)|:(?P<share>[0-9.]+))")
-FORM = "write KIND@STEP, slow=MS@STEP or KIND:SHARE, with a kind of " + ", ".join(KINDS)
-
-
-@dataclass(frozen=True)
-class Fault:
-    """A fault at one step, or, with step 0, at a share of all."""
-
-    kind: str
-    step: int = 0
-    share: float = 0.0
-    delay_s: float = 0.0
-
-    @classmethod
-    def parse(cls, text: str) -> "Fault":
-        """Return the fault that a text names; UsageError if it names none."""
-        found = PATTERN.fullmatch(text)
-        if found is None or found["kind"] not in KINDS:
-            raise UsageError(f"--fault {text!r}: {FORM}")
-        try:
-            delay_s, share = float(found["ms"] or 0) / 1000, float(found["share"] or 0)
-        except ValueError:
-            raise UsageError(f"--fault {text!r}: {FORM}") from None
-        if (found["kind"] == "slow") != (found["ms"] is not None) or share > 1:
-            raise UsageError(f"--fault {text!r}: {FORM}")
-        return cls(found["kind"], int(found["step"] or 0), share, delay_s)
+FAULTS = Faults("--fault", tuple(KINDS), timed=("slow",))
 
 
 class Outlet(Protocol):
@@ -92,9 +62,8 @@ class FaultyLine:
         seed: int = 0,
     ) -> None:
         self._line, self._clock, self._restart = line, clock, restart
-        self._at = {fault.step: fault for fault in faults if fault.step}
-        self._shares = [fault for fault in faults if not fault.step]
         self._rng = random.Random(seed)
+        self._plan = FaultPlan(faults, self._rng)
         self._silent = False
         self._kept: Frame | None = None
 
@@ -102,7 +71,8 @@ class FaultyLine:
         """Send a frame, spoilt where the plan has it so; a fault happens once a step."""
         if self._silent:
             return
-        fault = self._fault(frame) if frame.kind == Kind.STATE else None
+        drawn = self._plan.drawn(frame.step) if frame.kind == Kind.STATE else ()
+        fault = next(iter(drawn), None)
         if fault is None:
             self._line.send(frame)
         else:
@@ -110,10 +80,6 @@ class FaultyLine:
         if self._kept is not None and self._kept is not frame:
             self._line.send(self._kept)
             self._kept = None
-
-    def _fault(self, frame: Frame) -> Fault | None:
-        drawn = [fault for fault in self._shares if self._rng.random() < fault.share]
-        return self._at.pop(frame.step, None) or next(iter(drawn), None)
 
     def _spoil(self, frame: Frame, fault: Fault) -> None:
         match fault.kind:

@@ -17,7 +17,9 @@ VERSION = 1
 HEAD = struct.Struct("<4sBBHIQQII")
 """Magic, version, kind, flags, session, step, time of sending, length of the body, time it took."""
 CRC = struct.Struct("<I")
-BODY = HEAD.size + CRC.size
+CHECKED_HEAD = struct.Struct(f"{HEAD.format}I")
+"""A head, and its CRC-32."""
+BODY = CHECKED_HEAD.size
 """The place of the body's first byte."""
 SMALLEST = BODY + CRC.size
 MOST_BODY = 1 << 20
@@ -81,8 +83,8 @@ class Frame(NamedTuple):
             len(self.body),
             self.lasted_us,
         )
-        crcs = CRC.pack(zlib.crc32(head)), CRC.pack(zlib.crc32(self.body))
-        return b"".join((head, crcs[0], self.body, crcs[1]))
+        crc, body_crc = zlib.crc32(head), zlib.crc32(self.body)
+        return b"".join((head, CRC.pack(crc), self.body, CRC.pack(body_crc)))
 
 
 class Splitter:
@@ -98,40 +100,33 @@ class Splitter:
         self._buffer = bytearray()
         self.bad = 0
 
-    def feed(self, data: bytes) -> None:
+    def feed(self, data: bytes | memoryview) -> None:
         """Add bytes that arrived."""
         self._buffer += data
 
     def next(self) -> Frame | None:
         """Return the next frame; None until more bytes arrive."""
-        while len(self._buffer) >= SMALLEST:
-            length = self._length()
-            if length is None:
+        buffer = self._buffer
+        while len(buffer) >= SMALLEST:
+            head = CHECKED_HEAD.unpack_from(buffer)
+            magic, version, kind, flags, session, step, _, length, lasted_us, crc = head
+            if magic != MAGIC or length > MOST_BODY or crc != zlib.crc32(buffer[: HEAD.size]):
                 self._skip()
-            elif len(self._buffer) < SMALLEST + length:
+            elif len(buffer) < SMALLEST + length:
                 return None
-            elif (frame := self._taken(length)) is not None:
-                return frame
+            elif (body := self._body(BODY + length)) is not None:
+                return Frame(kind, session, step, body, flags, lasted_us, version)
         return None
 
-    def _length(self) -> int | None:
-        """Return the length of the body that follows; None if no head is here."""
-        head = memoryview(self._buffer)[: HEAD.size]
-        (crc,) = CRC.unpack_from(self._buffer, HEAD.size)
-        magic, *_, length, _ = HEAD.unpack(head)
-        whole = magic == MAGIC and crc == zlib.crc32(head) and length <= MOST_BODY
-        return length if whole else None
-
-    def _taken(self, length: int) -> Frame | None:
-        """Take a frame off the stream; None if its body is damaged."""
-        _, version, kind, flags, session, step, _, _, lasted_us = HEAD.unpack_from(self._buffer)
-        body = bytes(memoryview(self._buffer)[BODY : BODY + length])
-        (crc,) = CRC.unpack_from(self._buffer, BODY + length)
-        del self._buffer[: SMALLEST + length]
-        if crc != zlib.crc32(body):
-            self.bad += 1
-            return None
-        return Frame(kind, session, step, body, flags, lasted_us, version)
+    def _body(self, end: int) -> bytes | None:
+        """Take a frame off the stream; return its body, None if that is damaged."""
+        body = bytes(memoryview(self._buffer)[BODY:end])
+        (crc,) = CRC.unpack_from(self._buffer, end)
+        del self._buffer[: end + CRC.size]
+        if crc == zlib.crc32(body):
+            return body
+        self.bad += 1
+        return None
 
     def _skip(self) -> None:
         """Drop what is before the next magic, and at least one byte."""

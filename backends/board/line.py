@@ -1,10 +1,10 @@
-"""A line: frames over a socket, within a time; and the clock that times are measured by."""
+"""A line: frames over a socket, within a time."""
 
 import select
 import socket
 import ssl
+import struct
 import time
-from collections.abc import Iterator
 from typing import Protocol
 
 from spikeport.backends.board.frame import Frame, Splitter
@@ -12,32 +12,11 @@ from spikeport.errors import BoardLostError
 
 CHUNK = 1 << 18
 NOT_YET = (BlockingIOError, ssl.SSLWantReadError, ssl.SSLWantWriteError)
+SYSTEM_WAITS_S = 0.2
+"""Time that taking bytes off a plain socket waits for some; to select first costs a call more."""
+SYSTEM_WAITS = struct.pack("ll", 0, int(1e6 * SYSTEM_WAITS_S))
 SEND_S = 5.0
 """Time in which the other side must take a frame; buffers of the system hold hundreds of them."""
-
-
-class Clock(Protocol):
-    """A clock in s, of which only differences mean something."""
-
-    def now(self) -> float:
-        """Return the time, in s."""
-
-    def sleep_until(self, time_s: float) -> None:
-        """Wait until a time; at once if it has passed."""
-
-
-class SystemClock:
-    """The clock of this machine."""
-
-    def now(self) -> float:
-        """Return the time, in s."""
-        return time.perf_counter()
-
-    def sleep_until(self, time_s: float) -> None:
-        """Wait until a time; at once if it has passed."""
-        left = time_s - time.perf_counter()
-        if left > 0:
-            time.sleep(left)
 
 
 class Line(Protocol):
@@ -75,14 +54,13 @@ class SocketLine:
     """
 
     def __init__(self, connected: socket.socket, name: str) -> None:
-        connected.setblocking(False)  # waits are ours: a timeout of the socket costs a call each
-        self._socket = connected
+        self._socket, self._name = connected, name
+        self._tls = connected if isinstance(connected, ssl.SSLSocket) else None
+        connected.setblocking(self._tls is None)
+        for timeout in (socket.SO_RCVTIMEO, socket.SO_SNDTIMEO):
+            connected.setsockopt(socket.SOL_SOCKET, timeout, SYSTEM_WAITS)
+        self._chunk = memoryview(bytearray(CHUNK))
         self._splitter = Splitter()
-        self._name = name
-
-    def fileno(self) -> int:
-        """Return the number by which selectors know the socket."""
-        return self._socket.fileno()
 
     @property
     def bad(self) -> int:
@@ -109,42 +87,33 @@ class SocketLine:
         """Return the next frame, or None if none came in time; see `Line.receive`."""
         end = time.perf_counter() + within_s
         while (frame := self._splitter.next()) is None:
-            if not self._has_arrived(max(0.0, end - time.perf_counter())):
+            if not self._may_take(end - time.perf_counter()):
                 return None
             self._take()
         return frame
 
-    def arrived(self) -> Iterator[Frame]:
-        """Yield the frames in what has arrived; there is something, by a selector's word."""
-        more = True
-        while more:
-            self._take()
-            while (frame := self._splitter.next()) is not None:
-                yield frame
-            more = self._is_buffered()
-
-    def _has_arrived(self, within_s: float) -> bool:
-        """Return whether bytes are there, or come in time."""
+    def _may_take(self, within_s: float) -> bool:
+        """Return whether bytes are there or come in time, or can be waited for by taking them."""
+        if self._tls is None and within_s > SYSTEM_WAITS_S:
+            return True
+        if self._tls is not None and self._tls.pending() > 0:  # of which the system knows nothing
+            return True
         if self._socket.fileno() < 0:
             raise self._lost("it is closed")
         # poll() would round up to whole milliseconds, which is a step of real time
-        return self._is_buffered() or bool(select.select([self._socket], [], [], within_s)[0])
-
-    def _is_buffered(self) -> bool:
-        """Return whether TLS holds bytes that a selector knows nothing of."""
-        return isinstance(self._socket, ssl.SSLSocket) and self._socket.pending() > 0
+        return bool(select.select([self._socket], [], [], max(0.0, within_s))[0])
 
     def _take(self) -> None:
         """Take bytes off the socket, if there are any."""
         try:
-            data = self._socket.recv(CHUNK)
+            n = self._socket.recv_into(self._chunk)
         except NOT_YET:
             return
         except OSError as error:
             raise self._lost(error.strerror or str(error)) from None
-        if not data:
+        if n == 0:
             raise self._lost("it hung up")
-        self._splitter.feed(data)
+        self._splitter.feed(self._chunk[:n])
 
     def _lost(self, reason: str) -> BoardLostError:
         return BoardLostError(f"{self._name}: the link is gone ({reason})")

@@ -1,7 +1,7 @@
 """Bodies of frames: the spikes and errors of a step, what outputs hold, and totals of a run."""
 
 import struct
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +19,9 @@ TOTALS = struct.Struct("<QI")
 """Spikes of read-outs, and number of pairs of cores between which there were messages."""
 BITMAP = 2
 """The flag of a step whose spikes are a bit for each source, where that is shorter than a list."""
+I32, U32, F64 = np.dtype("<i4"), np.dtype("<u4"), np.dtype("<f8")
+OF_BYTE = np.unpackbits(np.arange(256, dtype=np.uint8)).astype(np.int32).reshape(256, 8)
+"""The bits of each byte, the first in the highest."""
 PAIR = np.dtype([("source", "<u4"), ("target", "<u4"), ("messages", "<u8")])
 
 
@@ -52,25 +55,30 @@ class Codec:
     def __init__(self, image: ChipImage) -> None:
         self._n_inputs = image.n_inputs
         self._bitmap_bytes = -(-image.n_inputs // 8)
-        keys = [output.key for output in image.manifest.outputs]
-        sizes = np.diff(image.outputs.start).tolist()
-        self._as_bits = [key == "spiked" for key in keys]
-        self._n_values = sum(n for n, bits in zip(sizes, self._as_bits, strict=True) if not bits)
-        self._n_spikes = sum(sizes) - self._n_values
-        self._held = np.zeros(sum(sizes), dtype=np.int32)
-        self._views = self._laid_out(sizes)
+        # numbers below 0 would count from the end: of the second half, which has no source
+        self._spiking = np.zeros(2 * image.n_inputs, dtype=bool)
+        as_bits = [output.key == "spiked" for output in image.manifest.outputs]
+        sizes = np.diff(image.outputs.start)
+        n_spikes = int(sizes[as_bits].sum())
+        n_values = int(sizes.sum()) - n_spikes
+        # a state is laid out in place: these are views of its body, but for the spikes
+        counts_at = 4 * n_values - (-n_spikes // 8)
+        self._state = bytearray(counts_at + 4 * len(PER_STEP) * image.n_cores)
+        self._values = np.frombuffer(self._state, I32, n_values)
+        self._bits = np.frombuffer(self._state, np.uint8, counts_at - 4 * n_values, 4 * n_values)
+        counts = np.frombuffer(self._state, U32, -1, counts_at)
+        self._counts = counts.reshape(len(PER_STEP), image.n_cores)
+        self._spikes = np.zeros((len(self._bits), 8), dtype=np.int32)
+        self._views = list(self._laid_out(as_bits, sizes.tolist()))
         self._n_cores = image.n_cores
-        self._counts = 4 * self._n_values - (-self._n_spikes // 8)
-        self._state_bytes = self._counts + 4 * len(PER_STEP) * self._n_cores
 
-    def _laid_out(self, sizes: list[int]) -> list[np.ndarray]:
-        """Return a view for each output: values lie before spikes."""
-        ends = {False: 0, True: self._n_values}
-        views = []
-        for as_bits, n in zip(self._as_bits, sizes, strict=True):
-            views.append(self._held[ends[as_bits] : ends[as_bits] + n])
-            ends[as_bits] += n
-        return views
+    def _laid_out(self, as_bits: list[bool], sizes: list[int]) -> Iterator[np.ndarray]:
+        """Yield a view for each output, of the values or of the spikes."""
+        ends = {False: 0, True: 0}
+        for kind, n in zip(as_bits, sizes, strict=True):
+            held = self._spikes.ravel() if kind else self._values
+            yield held[ends[kind] : ends[kind] + n]
+            ends[kind] += n
 
     def pack_step(self, spikes: np.ndarray, errors: Mapping[int, np.ndarray]) -> tuple[bytes, int]:
         """Return the body of a step and its flags; see `spikeport.backends.chip.Chip.step`.
@@ -80,23 +88,34 @@ class Codec:
         BackendError
             If a spike is of a source that the image does not have.
         """
-        spikes = np.sort(spikes)
-        if spikes.size and not 0 <= spikes[0] <= spikes[-1] < self._n_inputs:
-            raise BackendError(
-                f"spikes of sources {spikes[0]} to {spikes[-1]}; the image's inputs have "
-                f"{self._n_inputs}, counted from 0"
-            )
-        if 4 * len(spikes) > self._bitmap_bytes:
-            bits = np.zeros(self._n_inputs, dtype=bool)
-            bits[spikes] = True
-            sent, flags = np.packbits(bits).tobytes(), BITMAP
-        else:
-            sent, flags = np.asarray(spikes, dtype="<u4").tobytes(), 0
+        sent, flags = self._pack_spikes(spikes)
         parts = [SPIKES.pack(len(sent), len(errors)), sent]
         for group, error in sorted(errors.items()):
-            values = np.asarray(error, dtype="<f8").ravel()
+            values = np.asarray(error, dtype=F64).ravel()
             parts += ERRORS.pack(group, len(values)), values.tobytes()
         return b"".join(parts), flags
+
+    def _pack_spikes(self, spikes: np.ndarray) -> tuple[bytes, int]:
+        """Return spikes as bits or as a list, whichever is shorter, and the flag of that form."""
+        if 4 * len(spikes) > self._bitmap_bytes and (bits := self._as_bits(spikes)) is not None:
+            return bits, BITMAP
+        listed = np.sort(spikes)
+        if listed.size and not 0 <= listed[0] <= listed[-1] < self._n_inputs:
+            raise BackendError(
+                f"spikes of sources {listed[0]} to {listed[-1]}; the image's inputs have "
+                f"{self._n_inputs}, counted from 0"
+            )
+        return listed.astype(U32).tobytes(), 0
+
+    def _as_bits(self, spikes: np.ndarray) -> bytes | None:
+        """Return a bit for each source; None if one spikes twice, or is not of the image."""
+        self._spiking.fill(False)
+        try:
+            self._spiking[spikes] = True
+        except IndexError:
+            return None
+        bits = np.packbits(self._spiking[: self._n_inputs]).tobytes()
+        return bits if int.from_bytes(bits).bit_count() == len(spikes) else None
 
     def unpack_step(self, body: bytes, flags: int) -> tuple[np.ndarray, dict[int, np.ndarray]]:
         """Return the spikes and errors of a step.
@@ -111,7 +130,7 @@ class Codec:
             at, errors = SPIKES.size + size, {}
             for _ in range(n_groups):
                 group, n = ERRORS.unpack_from(body, at)
-                errors[group] = np.frombuffer(body, "<f8", n, at + ERRORS.size)
+                errors[group] = np.frombuffer(body, F64, n, at + ERRORS.size)
                 at += ERRORS.size + 8 * n
             spikes = self._sources(body[SPIKES.size : SPIKES.size + size], flags)
         except (struct.error, ValueError) as error:
@@ -122,12 +141,12 @@ class Codec:
 
     def _sources(self, sent: bytes, flags: int) -> np.ndarray:
         if flags & BITMAP:
-            bits = np.unpackbits(np.frombuffer(sent, np.uint8))
-            if len(sent) != self._bitmap_bytes or bits[self._n_inputs :].any():
+            sources = np.unpackbits(np.frombuffer(sent, np.uint8)).nonzero()[0]
+            if len(sent) != self._bitmap_bytes or (sources.size and sources[-1] >= self._n_inputs):
                 raise ValueError(f"a bitmap of {len(sent)} bytes for {self._n_inputs} sources")
-            return np.flatnonzero(bits)
-        spikes = np.frombuffer(sent, "<u4").astype(np.int64)
-        if spikes.size and (spikes.max() >= self._n_inputs or (np.diff(spikes) <= 0).any()):
+            return sources
+        spikes = np.frombuffer(sent, U32).astype(np.int64)
+        if spikes.size and (spikes[-1] >= self._n_inputs or (spikes[1:] < spikes[:-1]).any()):
             raise ValueError(f"sources must ascend from 0 to {self._n_inputs - 1}")
         return spikes
 
@@ -135,25 +154,21 @@ class Codec:
         """Return the body of an answer: spikes as bits, other values and counts as 32 bits."""
         for view, values in zip(self._views, held, strict=True):
             view[:] = values
-        values, spikes = self._held[: self._n_values], self._held[self._n_values :]
-        bits = np.packbits(spikes != 0)
-        parts = values.astype("<i4", copy=False), bits, counts.astype("<u4")
-        return b"".join(part.tobytes() for part in parts)
+        self._bits[:] = np.packbits(self._spikes)
+        self._counts[:] = counts
+        return bytes(self._state)
 
     def unpack_state(self, body: bytes) -> Stepped:
         """Return the content of an answer, valid until the next one; BodyError if it is another."""
-        if len(body) != self._state_bytes:
-            raise BodyError(f"an answer of {len(body)} bytes, not {self._state_bytes}")
-        n, at = self._n_values, 4 * self._n_values
-        self._held[:n] = np.frombuffer(body, "<i4", n)
-        bits = np.frombuffer(body, np.uint8, self._counts - at, at)
-        self._held[n:] = np.unpackbits(bits, count=self._n_spikes)
-        counts = np.frombuffer(body, "<u4", -1, self._counts).astype(np.int64)
-        return Stepped(self._views, counts.reshape(len(PER_STEP), self._n_cores))
+        if len(body) != len(self._state):
+            raise BodyError(f"an answer of {len(body)} bytes, not {len(self._state)}")
+        self._state[:] = body
+        OF_BYTE.take(self._bits, 0, self._spikes, "clip")
+        return Stepped(self._views, self._counts.astype(np.int64))
 
     def silence(self) -> list[np.ndarray]:
         """Return the content of outputs before the first step: zeros."""
-        self._held[:] = 0
+        self._values[:] = self._spikes[:] = 0
         return self._views
 
     def pack_totals(self, totals: Totals) -> bytes:

@@ -1,19 +1,24 @@
 """``spikeport board serve``: a process that is a board, for one host at a time."""
 
-import selectors
+import select
 import socket
 import ssl
+import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 
 from spikeport.backends.board.address import Address, Certificates, accepted, listening
 from spikeport.backends.board.board import Board, Machine
-from spikeport.backends.board.faults import Fault, FaultyLine
+from spikeport.backends.board.faults import FaultyLine
 from spikeport.backends.board.frame import Frame, Kind
-from spikeport.backends.board.line import SocketLine, SystemClock
+from spikeport.backends.board.line import SocketLine
 from spikeport.errors import BoardLostError
+from spikeport.fault_plan import Fault
+from spikeport.pacing import SystemClock
 
+LOOK_S = 0.5
+"""Time between looks for other hosts, which are refused."""
 BUSY = b"it is in use by another host; one at a time"
 
 
@@ -68,9 +73,7 @@ def serve(service: Service, say: Callable[[str], None]) -> None:
     with listening(service.address, certificates, service.allow_remote) as listener:
         say(f"board: {service.machine.name} on {service.address}")
         board = Board(service.machine)
-        waiting = selectors.DefaultSelector()
-        waiting.register(listener, selectors.EVENT_READ)
-        while waiting.select(service.idle_s):
+        while select.select([listener], [], [], service.idle_s)[0]:
             connected = accepted(listener, context)
             if connected is not None:
                 _host(service, board, connected, listener, context, say)
@@ -89,11 +92,13 @@ def _host(
     """Serve one host until it goes; others are refused meanwhile."""
     with closing(SocketLine(connected, "the host")) as line:
         faulty = FaultyLine(line, service.faults, SystemClock(), board.end)
+        send = faulty.send if service.faults else line.send
         try:
             for frame in _frames(line, listener, context):
                 for answer in board.answer(frame):
-                    faulty.send(answer)
-                    _report(answer, say)
+                    send(answer)
+                    if answer.kind != Kind.STATE:
+                        _report(answer, say)
                 if frame.kind == Kind.STOP:
                     break
         except BoardLostError as error:
@@ -113,16 +118,16 @@ def _report(answer: Frame, say: Callable[[str], None]) -> None:
 def _frames(
     line: SocketLine, listener: socket.socket, context: ssl.SSLContext | None
 ) -> Iterator[Frame]:
-    """Yield the host's frames, and refuse other hosts while there are none."""
-    with selectors.DefaultSelector() as waiting:
-        waiting.register(line, selectors.EVENT_READ)
-        waiting.register(listener, selectors.EVENT_READ)
-        while True:
-            for key, _ in waiting.select():
-                if key.fileobj is listener:
-                    _refuse(listener, context)
-                else:
-                    yield from line.arrived()
+    """Yield the host's frames; every `LOOK_S`, refuse other hosts."""
+    look_s = 0.0
+    while True:
+        frame = line.receive(LOOK_S)
+        if frame is not None:
+            yield frame
+        if time.perf_counter() >= look_s:
+            look_s = time.perf_counter() + LOOK_S
+            if select.select([listener], [], [], 0)[0]:
+                _refuse(listener, context)
 
 
 def _refuse(listener: socket.socket, context: ssl.SSLContext | None) -> None:
@@ -130,9 +135,7 @@ def _refuse(listener: socket.socket, context: ssl.SSLContext | None) -> None:
     if connected is not None:
         with closing(SocketLine(connected, "another host")) as line:
             try:
-                line.receive(
-                    1.0
-                )  # its greeting: bytes that nobody reads would reset the connection
+                line.receive(1.0)  # its greeting: bytes that nobody reads reset the connection
                 line.send(Frame(Kind.REFUSAL, body=BUSY))
             except BoardLostError:
                 pass

@@ -8,9 +8,7 @@ before it, for a few steps.
 from dataclasses import dataclass
 from typing import ClassVar
 
-import numpy as np
-
-from spikeport.backends.board.line import Clock
+from spikeport.pacing import Clock, Deadlines
 
 ASKS = 3
 """How often a step of real time is asked for before it is over."""
@@ -70,10 +68,7 @@ Timing = SimulatedTime | RealTime
 
 
 class Pace:
-    """The beginnings of steps by a clock: t_0 + n dt, whatever the steps before took.
-
-    A step that begins late is an overrun. After a stall of a step or more time goes on from there:
-    the steps that were missed are not made up for in a burst.
+    """The beginnings of a chip's steps by a clock; see `spikeport.pacing.Deadlines`.
 
     Parameters
     ----------
@@ -81,55 +76,22 @@ class Pace:
         The clock's rule; steps of simulated time begin when they are asked for.
     clock : Clock
         The clock.
-
-    Attributes
-    ----------
-    overruns : int
-        The steps that began late.
     """
 
     def __init__(self, timing: Timing, clock: Clock) -> None:
         self._timing, self._clock = timing, clock
-        self._due_s: float | None = None
-        self.overruns = 0
+        self._deadlines = (
+            Deadlines(timing.period_s, clock) if isinstance(timing, RealTime) else None
+        )
+
+    @property
+    def overruns(self) -> int:
+        """The steps that began late."""
+        return 0 if self._deadlines is None else self._deadlines.overruns
 
     def begin(self) -> float:
         """Wait for the beginning of the next step, and return the time at which it ends."""
-        now = self._clock.now()
         if isinstance(self._timing, SimulatedTime):
-            return now + self._timing.patience_s
-        period_s = self._timing.period_s
-        due_s = now if self._due_s is None else self._due_s + period_s
-        if now > due_s:
-            self.overruns += 1
-            due_s = now if now - due_s >= period_s else due_s
-        self._clock.sleep_until(due_s)
-        self._due_s = due_s
-        return due_s + period_s
-
-
-class RoundTrips:
-    """Times of round trips, in bins of 2 %: memory does not grow with the number of steps."""
-
-    FIRST_S = 1e-6
-    RATIO = 1.02
-    N = 1200  # up to 21,000 s
-
-    def __init__(self) -> None:
-        self._bins = np.zeros(self.N, dtype=np.int64)
-        self._log_ratio = np.log(self.RATIO)
-        self.worst_s = 0.0
-
-    def add(self, time_s: float) -> None:
-        """Count a round trip."""
-        number = int(np.log(max(time_s / self.FIRST_S, 1.0)) / self._log_ratio)
-        self._bins[min(number, self.N - 1)] += 1
-        self.worst_s = max(self.worst_s, time_s)
-
-    def quantile_s(self, share: float) -> float | None:
-        """Return the time below which a share of the round trips stayed; None without any."""
-        total = int(self._bins.sum())
-        if total == 0:
-            return None
-        number = int(np.searchsorted(self._bins.cumsum(), share * total))
-        return min(float(self.FIRST_S * self.RATIO ** (number + 1)), self.worst_s)
+            return self._clock.now() + self._timing.patience_s
+        assert self._deadlines is not None
+        return self._deadlines.begin()

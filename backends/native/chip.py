@@ -80,7 +80,7 @@ class NativeChip:
         if n_arriving < 0:
             raise self._refusal(sources)
         self._n_arriving = n_arriving
-        self.log.append(counts)
+        self.log.append(counts, len(sources))
         return self._views
 
     def _make_room(self, n: int) -> None:

@@ -58,6 +58,9 @@ class Rewrite:
         The seeds that Nengo would have given to objects in their old place.
     pieces : mapping of nengo.Ensemble to Piece
         The ensembles of the network that are one piece each of an ensemble that was cut.
+    input_weight : float, optional
+        The value that a spike of the host in every step stands for, where its neurons are silent at
+        zero; None: they are nengo-loihi's.
     """
 
     network: nengo.Network
@@ -66,6 +69,7 @@ class Rewrite:
     built: Mapping[NengoObject, Built] = field(default_factory=dict)
     seeds: Seeds = field(default_factory=dict)
     pieces: Mapping[nengo.Ensemble, Piece] = field(default_factory=dict)
+    input_weight: float | None = None
 
     def all_seeds(self) -> dict[Named, int]:
         """Return the seed of every object; 0 stands in for a network's where it has none."""
@@ -102,4 +106,5 @@ class Rewrite:
             {**self.built, **built},
             seeds,
             {**kept, **(pieces or {})},
+            self.input_weight,
         )

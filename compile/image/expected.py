@@ -17,6 +17,7 @@ import numpy as np
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.deliveries import deliveries
 from spikeport.compile.image.fanout import fanout
+from spikeport.compile.image.host_traffic import host_traffic
 from spikeport.compile.image.modules import module_of_blocks
 from spikeport.errors import UsageError, unknown
 from spikeport.hardware_models.activity import Activity
@@ -63,7 +64,16 @@ def expected_activity(image: ChipImage, rates: Rates) -> Activity:
         learning_updates=np.zeros((1, image.n_cores)),
         messages=messages,
         messages_host=delivered[n:].sum(axis=0),
+        host_spikes=np.array([_host_spikes(image, rates)]),
     )
+
+
+def _host_spikes(image: ChipImage, rates: Rates) -> float:
+    """Return the host's spikes in a step: at its stated rate, else as its encodings have them."""
+    dt_s, traffic = image.manifest.dt_s, host_traffic(image)
+    if HOST in rates.by_name_hz:
+        return traffic.sources * rates.by_name_hz[HOST] * dt_s
+    return traffic.spikes + traffic.unknown_sources * rates.all_hz * dt_s
 
 
 def source_rates(image: ChipImage, rates: Rates) -> np.ndarray:

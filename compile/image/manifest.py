@@ -93,7 +93,8 @@ class Encoding:
 
         J_j = gain x_j + bias,   J_{d+j} = -gain x_j + bias       (in Hz, j = 0 .. d - 1)
 
-    A value beyond -1 to 1 saturates. ``"spikes"`` sends the spikes of an ensemble on the host as
+    A value saturates where J passes 1 / dt: beyond -1 to 1 in nengo-loihi's encoding, whose gain
+    and bias are 0.5 / dt. ``"spikes"`` sends the spikes of an ensemble on the host as
     they are, or the events of a file, of which a source may have several in a step; ``gain`` and
     ``bias`` are 0.
     """

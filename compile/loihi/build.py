@@ -31,6 +31,7 @@ from spikeport.compile.image.manifest import BlockEntry, Encoding, Filter, Input
 from spikeport.compile.loihi.blocks import FloatBlocks, OutputName, first_of
 from spikeport.compile.loihi.build_settings import AS_USUAL, BuildSettings
 from spikeport.compile.loihi.events import EventSteps, event_steps
+from spikeport.compile.loihi.host_neurons import SparseInputNeurons, weighted
 from spikeport.compile.loihi.host_probes import connections_probed_on_host
 from spikeport.compile.loihi.lean import lean
 from spikeport.compile.loihi.numpy1 import numpy1_semantics
@@ -121,15 +122,23 @@ class OrderedModel(Model):
         host.seeded[connection] = self.seeded[connection]
         host.build(connection)
 
-    def _path(self, obj: object) -> contextlib.AbstractContextManager[None]:
-        """Return a context for the decode neurons that the network's config asks for, if any."""
+    def _path(self, obj: object) -> contextlib.ExitStack[bool | None]:
+        """Return a context for the path that the network's config asks for, if any."""
+        stack = contextlib.ExitStack()
         if isinstance(obj, nengo.Connection):
             path = self._option(obj, "decode_path")
             if path in RELAYS:
-                return relayed(self, obj, path, self._option(obj, "target_filter_s"))
+                stack.enter_context(relayed(self, obj, path, self._option(obj, "target_filter_s")))
             if path == "direct" and isinstance(obj.post_obj, Neurons):
-                return lean(self, obj)
-        return contextlib.nullcontext()
+                stack.enter_context(lean(self, obj))
+            if self._is_sparse_input(obj):
+                stack.enter_context(weighted(self, obj))
+        return stack
+
+    def _is_sparse_input(self, connection: nengo.Connection) -> bool:
+        """Return whether host neurons that are silent at zero send a connection's values."""
+        sparse = isinstance(self.node_neurons, SparseInputNeurons)
+        return sparse and not self.split.on_chip(base(connection.pre_obj))
 
     def _option(self, connection: nengo.Connection, name: str) -> Any:
         """Return an option of spikeport's, None where the network's config has none."""
@@ -173,6 +182,8 @@ def build(rewrite: Rewrite, dt_s: float, settings: BuildSettings = AS_USUAL) -> 
     model.seeds.update({network: network.seed or 0, **rewrite.seeds})
     model.seeded[network] = True
     settings.set_on(model)
+    if rewrite.input_weight is not None:
+        model.node_neurons = SparseInputNeurons(dt_s, rewrite.input_weight)
     with numpy1_semantics(), connections_probed_on_host(), shared_solves(), split_by_tables():
         try:
             model.build(

@@ -6,7 +6,9 @@ from spikeport.compile.passes.base import AnyPass
 from spikeport.errors import UsageError, unknown
 
 PASSES: dict[str, str] = {
+    "sparse_inputs": "spikeport.compile.passes.sparse_inputs:SparseInputs",
     "tie": "spikeport.compile.passes.tie:Tie",
+    "constant_inputs": "spikeport.compile.passes.constant_inputs:ConstantInputs",
     "split_ensembles": "spikeport.compile.passes.split_ensembles:SplitEnsembles",
     "fuse": "spikeport.compile.passes.fuse:Fuse",
     "decode_path": "spikeport.compile.passes.decode_path:DecodePath",

@@ -4,6 +4,8 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any, TypeAlias
 
+import numpy as np
+
 from spikeport.compile.check.violation import Offloaded, Violation
 from spikeport.compile.ground.quantisation import BlockError
 from spikeport.compile.image.expected import Rates
@@ -12,12 +14,20 @@ from spikeport.compile.report.neurobench import NeuroBench, workload
 from spikeport.hardware_models.activity import Activity
 from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.energy import ModuleEnergy, energy, module_energies
-from spikeport.hardware_models.limits import CoreUse, Usage, totals, usages
+from spikeport.hardware_models.host_io import HostIoReport, HostTraffic, host_io
+from spikeport.hardware_models.limits import (
+    CoreUse,
+    Usage,
+    limits_of_a_core,
+    totals,
+    usages,
+)
 from spikeport.hardware_models.timing import timing
+from spikeport.hardware_models.topology import chip_of, tile_xy
 
 Json: TypeAlias = dict[str, Any]
 """Plain data, ready for JSON: a report or a part of it, as ``docs/report.schema.json`` has it."""
-SCHEMA = 1
+SCHEMA = 2
 """Version of the report as plain data; `spikeport.compile.report.schema` is its schema."""
 
 
@@ -47,8 +57,10 @@ class Report:
     ``warnings`` what nengo-loihi's builder said on the way. ``placed`` names the blocks on each
     core, ``passes`` holds name, options and findings of every pass, ``lower_bound`` how few cores
     the blocks could take, by reason, ``neurobench`` NeuroBench's static metrics, ``hints`` what
-    compiles but is lost or left out, ``offloaded`` the ensembles that were moved to the host. The
-    report on a network with nothing on the chip has no cores, and an empty digest.
+    compiles but is lost or left out, ``offloaded`` the ensembles that were moved to the host,
+    ``host`` the traffic with the host. The report on a network with nothing on the chip has no
+    cores, no traffic, and an empty digest; so has one that does not fit, whose ``violations`` say
+    why.
     """
 
     chip: ChipModel
@@ -62,6 +74,8 @@ class Report:
     neurobench: NeuroBench | None = None
     hints: tuple[Violation, ...] = ()
     offloaded: tuple[Offloaded, ...] = ()
+    host: HostTraffic | None = None
+    violations: tuple[Violation, ...] = ()
 
     def __repr__(self) -> str:
         """Return the verdict, on a line."""
@@ -87,6 +101,14 @@ class Report:
                 rows[usage.resource] = usage
         return rows
 
+    def host_io(
+        self, activity: Activity | None = None, rates: Rates | None = None
+    ) -> HostIoReport | None:
+        """Return the host's input and output; None without an image. See `to_dict`."""
+        if self.host is None:
+            return None
+        return host_io(self.host, self.chip, activity, counted=rates is None)
+
     def to_dict(
         self,
         activity: Activity | None = None,
@@ -111,8 +133,13 @@ class Report:
             "schema": SCHEMA,
             "chip": self.chip.name,
             "caveat": self.chip.caveat,
+            "verdict": summary.verdict(self),
+            "fits": not self.violations,
+            "violations": [one._asdict() for one in self.violations],
             "image_digest": self.digest,
             "resources": self._resources(),
+            "limits_of_a_core": limits_of_a_core(self.chip),
+            "places": places(len(self.cores), self.chip),
             "lower_bound": dict(self.lower_bound),
             "cores": [core._asdict() for core in self.cores],
             "placed": [list(names) for names in self.placed],
@@ -124,9 +151,15 @@ class Report:
             "warnings": list(self.warnings),
             "basis": _basis(activity, rates),
             **costs(self.chip, activity),
+            "host_io": self._host_io(activity, rates),
+            "traffic": None if activity is None else traffic(activity),
             "modules": None if modules is None else modules.to_dict(self.chip),
             "loss": None if loss is None else dict(loss),
         }
+
+    def _host_io(self, activity: Activity | None, rates: Rates | None) -> Json | None:
+        found = self.host_io(activity, rates)
+        return None if found is None else found.to_dict()
 
     def _resources(self) -> dict[str, dict[str, int | None]]:
         rows = {n: {"used": u.used, "limit": u.limit} for n, u in self.resources().items()}
@@ -137,6 +170,31 @@ class Report:
         if self.neurobench is None:
             return None
         return asdict(self.neurobench) | ({} if activity is None else workload(activity))
+
+
+def places(n_cores: int, chip: ChipModel) -> Json:
+    """Return where cores lie: chip, and column and row of the tile, each a list by core.
+
+    Columns and rows are None where the chip's mesh is not public.
+    """
+    xy = None if chip.topology is None else tile_xy(n_cores, chip)
+    return {
+        "chip": chip_of(n_cores, chip).tolist(),
+        "x": None if xy is None else xy[:, 0].tolist(),
+        "y": None if xy is None else xy[:, 1].tolist(),
+    }
+
+
+def traffic(activity: Activity) -> Json:
+    """Return the mean messages of a step: rows of source core, destination core and messages."""
+    rows, columns = np.nonzero(activity.messages)
+    means = activity.messages[rows, columns] / activity.n_steps
+    return {
+        "between_cores": [
+            list(row) for row in zip(rows.tolist(), columns.tolist(), means.tolist(), strict=True)
+        ],
+        "from_host": (activity.messages_host / activity.n_steps).tolist(),
+    }
 
 
 def _basis(activity: Activity | None, rates: Rates | None) -> Json | None:

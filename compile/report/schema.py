@@ -13,6 +13,7 @@ from spikeport.compile.report.loss import Loss
 from spikeport.compile.report.neurobench import NeuroBench
 from spikeport.compile.report.report import SCHEMA, Json
 from spikeport.hardware_models.energy import EnergyReport, ModuleEnergy
+from spikeport.hardware_models.host_io import HostIoReport
 from spikeport.hardware_models.limits import CoreUse
 from spikeport.hardware_models.timing import TimingReport
 
@@ -59,6 +60,25 @@ class Basis(BaseModel):
     rates_hz: dict[str, float] | None
 
 
+class Places(BaseModel):
+    """Chip of every core, and column and row of its tile; null where the mesh is not public."""
+
+    model_config = STRICT
+
+    chip: list[int]
+    x: list[int] | None
+    y: list[int] | None
+
+
+class Traffic(BaseModel):
+    """Mean messages of a step: source core, destination core and messages; and from the host."""
+
+    model_config = STRICT
+
+    between_cores: list[tuple[int, int, float]]
+    from_host: list[float]
+
+
 class ReportData(BaseModel):
     """Report of spikeport on a compiled network. SI units throughout."""
 
@@ -67,8 +87,13 @@ class ReportData(BaseModel):
     schema_version: int = Field(alias="schema", ge=SCHEMA, le=SCHEMA)
     chip: str
     caveat: str
+    verdict: str
+    fits: bool
+    violations: list[_row(Violation)]  # type: ignore[valid-type]
     image_digest: str
     resources: dict[str, Resource]
+    limits_of_a_core: dict[str, int | None]
+    places: Places
     lower_bound: dict[str, int]
     cores: list[_row(CoreUse)]  # type: ignore[valid-type]
     placed: list[list[str]]
@@ -81,6 +106,8 @@ class ReportData(BaseModel):
     basis: Basis | None
     energy: dict[str, EnergyReport] | None
     timing: dict[str, TimingReport | None] | None
+    host_io: HostIoReport | None
+    traffic: Traffic | None
     modules: dict[str, list[ModuleEnergy]] | None
     loss: Loss | None
 

@@ -88,6 +88,8 @@ class Assembly:
         The connections.
     dt_s : float
         The time step, in seconds.
+    filtered_constants : bool
+        Constants behind a synapse become biases too; else only those without.
 
     Attributes
     ----------
@@ -104,6 +106,7 @@ class Assembly:
         partition: Partition,
         edges: Edges,
         dt_s: float,
+        filtered_constants: bool = False,
     ) -> None:
         self._scope = Scope(rewrite.network, rewrite.names)
         self._dt_s = dt_s
@@ -112,7 +115,8 @@ class Assembly:
         constant: dict[int, Edges] = defaultdict(dict)
         self._edges: Edges = {}
         for key, matrix in edges.items():
-            of_kind = constant[key.target.group] if _is_constant(key) else self._edges
+            fixed = _is_constant(key, filtered_constants)
+            of_kind = constant[key.target.group] if fixed else self._edges
             of_kind[key] = matrix
         groups = _Groups(rewrite, solver, partition)
         with self.flat.network:
@@ -209,13 +213,13 @@ class Assembly:
         return target.in_group or self._scope.on_chip(target.obj)
 
 
-def _is_constant(key: EdgeKey) -> bool:
-    """Return whether an edge adds the same to neurons in every step."""
+def _is_constant(key: EdgeKey, filtered: bool) -> bool:
+    """Return whether an edge adds the same to neurons in every step, filters aside if asked for."""
     source = key.source
     node = source.connection is None and isinstance(source.obj, nengo.Node)
     fixed = node and isinstance(source.obj.output, np.ndarray)
     # A filter would start at zero.
-    return fixed and key.synapse is None and key.target.in_group
+    return fixed and (filtered or key.synapse is None) and key.target.in_group
 
 
 class _Groups:

@@ -22,6 +22,7 @@ def regroup(
     folded: Sequence[nengo.Node],
     dt_s: float,
     builder: Builder | None = None,
+    filtered_constants: bool = False,
 ) -> Rewrite:
     """Put a network's neurons into other ensembles, with the same weights.
 
@@ -40,6 +41,8 @@ def regroup(
         The time step, in seconds.
     builder : Builder, optional
         The builder of gains and decoders; by default `spikeport.compile.loihi.solver.CHIP`.
+    filtered_constants : bool
+        Constants behind a synapse become biases, too, which are there from the first step.
 
     Raises
     ------
@@ -55,7 +58,7 @@ def regroup(
     edges = dict(matrices.edges)
     for node in probed:
         edges.update(matrices.into_nodes[node])
-    assembly = Assembly(rewrite, solver, partition, edges, dt_s)
+    assembly = Assembly(rewrite, solver, partition, edges, dt_s, filtered_constants)
     gone = {*folded, *partition.places, *matrices.replaced, *probes.replaced}.difference(probed)
     sums = [read.post_obj for read in reads]
     nodes, ensembles = [*network.all_nodes, *sums], network.all_ensembles

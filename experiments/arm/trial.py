@@ -10,6 +10,7 @@ import nengo
 import numpy as np
 import xarray as xr
 
+from spikeport.cache import Arrays
 from spikeport.constants import DT_S
 from spikeport.experiments.arm.calibration import draw_states, refit_arm
 from spikeport.experiments.arm.port import ArmRig
@@ -17,9 +18,10 @@ from spikeport.experiments.arm.reachability import check_reachable, check_sample
 from spikeport.experiments.arm.recording import ArmRecording, ArmRun, ArmTask, dataset
 from spikeport.experiments.arm.region import Rehearsal, record_region
 from spikeport.experiments.arm.settings import ArmSettings
-from spikeport.experiments.calibration import DecoderCalibration, load
+from spikeport.experiments.calibration import DecoderCalibration, Refitted, load
 from spikeport.experiments.pictures import Marks, Scenes
 from spikeport.experiments.trial import Closed, Trial
+from spikeport.hardware_models import chip as chips
 from spikeport.networks.arm import ArmNetwork, analytic_arm, arm
 from spikeport.networks.operational_space import OperationalSpaceLaw
 from spikeport.networks.region import ArmRegion
@@ -36,6 +38,7 @@ TRACE_RGBA = (0.1, 0.65, 0.25, 1.0)
 class ArmTrial(Trial[ArmRig, ArmRun]):
     """A run of the arm; each of its experiments adds what it does differently."""
 
+    anchored = True
     settings: ArmSettings
 
     @abstractmethod
@@ -105,9 +108,13 @@ class ArmTrial(Trial[ArmRig, ArmRun]):
         return region
 
     def _calibrated(self, region: ArmRegion) -> DecoderCalibration:
-        held = draw_states(self.law, region)
-        refitted = refit_arm(self._arm(region), held, self.options, DT_S)
-        return DecoderCalibration(self._made_for, refitted.image_digest, refitted.decoders)
+        def refit() -> Arrays:
+            held = draw_states(self.law, region)
+            return refit_arm(self._arm(region), held, self.options, DT_S).arrays()
+
+        inputs = (self._made_for, chips.get(self.options.chip), region)
+        found = self.options.cache.kept("arm", inputs, refit)
+        return Refitted.of(found).made_for(self._made_for)
 
     def _arm(
         self, region: ArmRegion, decoders: Mapping[str, np.ndarray] | None = None
@@ -122,10 +129,6 @@ class ArmTrial(Trial[ArmRig, ArmRun]):
         return {"experiment": self.name, **self.network_settings, **self.options.substrate}
 
     # the run
-
-    def plant(self) -> Plant:
-        """Return the robot, its pelvis anchored; raises UsageError for an unknown appearance."""
-        return Plant(anchored=True, appearance=self.settings.appearance)
 
     def close(self, plant: Plant) -> Closed[ArmRig]:
         """Build the controller in closed loop with the arm.

@@ -7,10 +7,12 @@ from typing import Protocol
 
 import numpy as np
 
-from spikeport.experiments.calibration import DecoderCalibration, load
+from spikeport.cache import Arrays
+from spikeport.experiments.calibration import DecoderCalibration, Refitted, load
 from spikeport.experiments.options import Options
 from spikeport.experiments.policy.calibration import METHOD, Walks, calibrated_policy
 from spikeport.experiments.policy.settings import AUTO, PolicySettings
+from spikeport.hardware_models import chip as chips
 from spikeport.networks.policy import Calibrated, Layer, Ranges
 from spikeport.networks.walking_policy import WalkingPolicy
 
@@ -96,10 +98,15 @@ def refitted(
 ) -> DecoderCalibration:
     """Return the calibration of a trial's policy, found on the trial's backend."""
     settings, options = trial.settings, trial.options
-    found = calibrated_policy(
-        layers, ranges, settings.policy_options, gait, walks, options, settings.network_seed
-    )
-    return DecoderCalibration(_made_for(trial, layers), found.image_digest, found.decoders)
+
+    def refit() -> Arrays:
+        return calibrated_policy(
+            layers, ranges, settings.policy_options, gait, walks, options, settings.network_seed
+        ).arrays()
+
+    made_for = _made_for(trial, layers)
+    inputs = (made_for, chips.get(options.chip), layers, ranges, gait)
+    return Refitted.of(options.cache.kept("policy", inputs, refit)).made_for(made_for)
 
 
 def _made_for(trial: PolicyTrial, layers: Sequence[Layer]) -> dict[str, object]:

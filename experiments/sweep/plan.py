@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 from urllib.parse import quote
 
+from spikeport import cache
 from spikeport.experiments.options import Options
 
 SEED = "seed"
@@ -84,4 +85,5 @@ class Point(NamedTuple):
             chip=sweep.chip,
             pipeline=sweep.pipeline,
             seed=self.place[SEED],
+            cache=cache.of_user(),
         )

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from spikeport.cache import Arrays
 from spikeport.errors import UsageError
 from spikeport.experiments.arm.recording import ArmRecording
 from spikeport.experiments.policy.calibration import Policy, Walks
@@ -54,6 +55,15 @@ class Rehearsed(NamedTuple):
 
     region: ArmRegion
     observations: np.ndarray
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """Return them as arrays, for a cache."""
+        return {**self.region.arrays(), "observations": self.observations}
+
+    @classmethod
+    def of(cls, arrays: Arrays) -> "Rehearsed":
+        """Return those of arrays."""
+        return cls(ArmRegion.of(arrays), arrays["observations"])
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from spikeport.cache import Arrays
 from spikeport.constants import DT_S
 from spikeport.errors import UsageError
 from spikeport.experiments.calibration import DecoderCalibration
@@ -81,6 +82,11 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
 
     def check(self) -> None:
         """Refuse a schedule that cannot be followed, and a policy that is not for this robot."""
+        if self.options.robot is not None and self.settings.anchor:
+            raise UsageError(
+                "anchor=true: holds the walking robot by its pelvis to draw, which a robot's "
+                "interface cannot; give --set anchor=false --set schedule=free-standing"
+            )
         self.goals(self.options.seed)
         self.settings.walking_policy()
 
@@ -104,8 +110,14 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
         return refitted(self, layers, record_ranges(layers, gait), gait, rehearsals.walks)
 
     def _rehearsed(self, rehearsals: Rehearsals) -> Rehearsed:
-        self.options.progress("rehearsing with the exact controllers", None)
-        return rehearsals.record()
+        def rehearse() -> Arrays:
+            self.options.progress("rehearsing with the exact controllers", None)
+            return rehearsals.record().arrays()
+
+        paths = [goal.path for goal in self.goals(self.options.seed)]
+        exact = rehearsals.exact
+        inputs = (self.recorded, paths, exact.policy, exact.gains)
+        return Rehearsed.of(self.options.cache.kept("rehearsal", inputs, rehearse))
 
     def _spiking(self, exact: ExactControllers) -> tuple[HumanoidNetwork, Box]:
         """Build the humanoid for states that the exact controllers pass, and its encoding."""
@@ -132,7 +144,7 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
             calibration was made for another.
         """
         settings, box, every_s = self.settings, None, CONTROL_DT_S
-        self.goals(self.options.seed)
+        self.check()
         exact = self.exact()
         if self.options.backend == "analytic":
             controller = analytic_humanoid(exact, balances=not settings.anchor)

@@ -7,6 +7,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from spikeport.cache import Arrays
 from spikeport.constants import DT_S
 from spikeport.errors import UsageError
 from spikeport.experiments.calibration import DecoderCalibration
@@ -122,8 +123,12 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
 
     def _gait(self, weights: WalkingPolicy) -> np.ndarray:
         """Return (n, 69) observations of the exact policy."""
-        self.options.progress("recording the gait of the exact policy", None)
-        return record_gait(weights)
+
+        def record() -> Arrays:
+            self.options.progress("recording the gait of the exact policy", None)
+            return {"gait": record_gait(weights)}
+
+        return self.options.cache.kept("gait", weights, record)["gait"]
 
     def _spiking_policy(self, weights: WalkingPolicy, gait: np.ndarray) -> PolicyNetwork:
         """Convert the policy for the observations of a gait (n, 69)."""

@@ -32,7 +32,7 @@ NORMALIZER_APART = "obs_norm_state_dict"
 
 
 class CheckpointLayout(NamedTuple):
-    """Where versions of rsl-rl keep their actor: names, prefixes, and patterns of names."""
+    """The places of the actor in versions of rsl-rl: names, prefixes, and patterns of names."""
 
     state: str
     actor: str

@@ -1,4 +1,4 @@
-"""What a walking policy was trained on, and its translation to another robot's description.
+"""The environment of a walking policy's training, and its translation to another robot's.
 
     observation = [head, q - q_default, dq, last action],    target = q_default + s action
 

@@ -1,4 +1,4 @@
-"""How a policy file is refused: what was expected, what was found, and what helps."""
+"""The refusal of a policy file: what was expected, what was found, and what helps."""
 
 import contextlib
 from collections.abc import Iterator

@@ -19,7 +19,11 @@ from spikeport.commands.options import (
     ChipOption,
     FaultsOption,
     Link,
+    MayMoveOption,
+    NoCache,
     PassesOption,
+    RobotFaultsOption,
+    RobotLink,
     RunOptions,
     SecondsOption,
     SeedOption,
@@ -49,7 +53,6 @@ app = typer.Typer(
     cls=CommandGroup,
     help="Nengo networks on Loihi-style neuromorphic chips, in closed loop with a robot.",
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
 )
 MODEL = (
@@ -77,6 +80,7 @@ ExperimentName = Annotated[str, typer.Argument(help="The experiment, e.g. reach.
 ImageFile = Annotated[Path, typer.Argument(help="The image.npz that a compile wrote.")]
 ImageFolder = Annotated[Path | None, written("Folder to write image and report to.")]
 ReportFile = Annotated[Path | None, written("File to write the report to.")]
+ReportPage = Annotated[Path | None, written("File of the report as a page, for a browser.")]
 
 
 def explained(rule: str | None) -> None:
@@ -117,6 +121,7 @@ def compile_command(
     ] = None,
     out: ImageFolder = None,
     json: ReportFile = None,
+    html: ReportPage = None,
     passes: PassesOption = None,
     offload: Annotated[
         bool, typer.Option("--offload", help="Move what breaks a rule to the host, and say what.")
@@ -133,6 +138,7 @@ def compile_command(
         bool, typer.Option("--cores", help="Print the tables of all cores and modules.")
     ] = False,
     build_timeout: BuildTimeout = None,
+    no_cache: NoCache = False,
     explain: Annotated[
         str | None,
         typer.Option(
@@ -142,6 +148,7 @@ def compile_command(
 ) -> None:
     """Compile a network: say whether it fits, what it costs and what it loses."""
     from spikeport.commands.compile import CompileRequest, run
+    from spikeport.commands.destinations import Destinations
     from spikeport.compile.report.budget import Budget
 
     run(
@@ -149,8 +156,7 @@ def compile_command(
             network=network,
             chip=chip,
             settings=settings,
-            out=out,
-            json=json,
+            to=Destinations(out=out, json=json, html=html),
             rates=rate_hz or [],
             loss_s=loss,
             budget=Budget(cores=max_cores, power_w=max_power, step_us=max_step_us),
@@ -266,9 +272,11 @@ def convert_command(
     seed: SeedOption = 0,
     out: ImageFolder = None,
     json: ReportFile = None,
+    html: ReportPage = None,
 ) -> None:
     """Convert a perceptron into spikes: what it takes on the chip, and the error of each layer."""
     from spikeport.commands.convert import ConvertRequest, run
+    from spikeport.commands.destinations import Destinations
 
     run(
         ConvertRequest(
@@ -281,8 +289,7 @@ def convert_command(
             chip=chip,
             passes=passes,
             seed=seed,
-            out=out,
-            json=json,
+            to=Destinations(out=out, json=json, html=html),
         )
     )
 
@@ -291,24 +298,37 @@ def convert_command(
 def diff_command(
     a: Annotated[Path, typer.Argument(help="A report, or the folder of a compile or run.")],
     b: Annotated[Path, typer.Argument(help="Another.")],
+    html: ReportPage = None,
 ) -> None:
     """Compare two compiles or runs: exits with 1 if any figure differs, else 0."""
     from spikeport.commands.diff import run
 
-    raise typer.Exit(run(a, b))
+    raise typer.Exit(run(a, b, html))
 
 
 @app.command("run")
 @with_options
 def run_command(
-    experiment: ExperimentName, target: Target, options: RunOptions, link: Link, tls: Tls
+    experiment: ExperimentName,
+    target: Target,
+    options: RunOptions,
+    link: Link,
+    tls: Tls,
+    robot_link: RobotLink,
 ) -> None:
     """Run an experiment of the paper in closed loop, and write its folder."""
-    from spikeport.commands.links import link_options
+    from spikeport.commands.links import link_options, robot_options
     from spikeport.commands.run import RunRequest, run
 
-    to_board = link_options(link, tls, target.backend)
-    run(RunRequest(experiment=experiment, target=target, options=options, link=to_board))
+    run(
+        RunRequest(
+            experiment=experiment,
+            target=target,
+            options=options,
+            link=link_options(link, tls, target.backend),
+            robot=robot_options(robot_link),
+        )
+    )
 
 
 @app.command("calibrate")
@@ -383,6 +403,7 @@ def sweep_command(
     settings: SettingsOption,
     probes: Annotated[bool, typer.Option("--probes", help="Keep the time series too.")] = False,
     out: Annotated[Path | None, written("Folder; a sweep that is there goes on.")] = None,
+    no_cache: NoCache = False,
     workers: Workers,
 ) -> None:
     """Run an experiment at many settings, each from several seeds; resumes where it was."""
@@ -400,6 +421,16 @@ def sweep_command(
         probes=probes,
     )
     raise typer.Exit(run(request))
+
+
+@app.command("cache")
+def cache_command(
+    clear: Annotated[bool, typer.Option("--clear", help="Remove all of it.")] = False,
+) -> None:
+    """Show what is kept from run to run: calibrations and rehearsals."""
+    from spikeport.commands.cache import run
+
+    run(clear)
 
 
 board_app = typer.Typer(help="Boards at the end of a link, and records of them.")
@@ -462,6 +493,68 @@ def board_inspect_command(
     from spikeport.commands.board import inspect
 
     inspect(record)
+
+
+robot_app = typer.Typer(help="Robots behind Unitree's interface.")
+app.add_typer(robot_app, name="robot", no_args_is_help=True)
+
+
+@robot_app.command("serve")
+def robot_serve_command(
+    *,
+    interface: Annotated[str, typer.Option(help="Interface of the network.")] = "lo",
+    domain: Annotated[int, typer.Option(help="Domain of DDS; a real robot's is 0.")] = 1,
+    may_move: MayMoveOption = False,
+    lock_step: Annotated[
+        bool, typer.Option("--lock-step", help="Wait for the answer to each state.")
+    ] = False,
+    rate_hz: Annotated[
+        float | None, typer.Option(help="Physics steps and states a second: 200, 500 or 1000.")
+    ] = None,
+    hoist: Annotated[bool, typer.Option("--hoist", help="Hang the robot by its pelvis.")] = False,
+    watchdog_ms: Annotated[
+        float, typer.Option(help="Time without a valid command until it is damped.")
+    ] = 100.0,
+    truth: Annotated[
+        bool, typer.Option("--truth", help="Publish the pelvis' place and velocity, too.")
+    ] = False,
+    seed: SeedOption = 0,
+    pose: Annotated[
+        list[str],
+        typer.Option(
+            metavar="JOINT=RAD",
+            help="Where a joint begins; repeatable.",
+            default_factory=list,
+            show_default=False,
+        ),
+    ],
+    fault: Annotated[list[str], RobotFaultsOption],
+    once: Annotated[bool, typer.Option("--once", help="End with the first controller.")] = False,
+    idle: Annotated[
+        float | None,
+        typer.Option(metavar="SECONDS", help="End after so long without a controller.", min=0.1),
+    ] = None,
+) -> None:
+    """Be an H1 in simulation that speaks Unitree's DDS interface, until ended."""
+    from spikeport.commands.robot import ServeRequest, serve
+
+    serve(
+        ServeRequest(
+            interface=interface,
+            domain=domain,
+            may_move_a_robot=may_move,
+            lock_step=lock_step,
+            rate_hz=rate_hz,
+            hoist=hoist,
+            watchdog_ms=watchdog_ms,
+            truth=truth,
+            seed=seed,
+            pose=tuple(pose),
+            faults=tuple(fault),
+            once=once,
+            idle_s=idle,
+        )
+    )
 
 
 @app.command()

@@ -14,7 +14,8 @@
     │   └── OverBudgetError                ... within the user's budget: carries all violations
     ├── ImageError (ValueError)            an image file is foreign, truncated or altered
     ├── BackendError (RuntimeError)        a backend cannot run what it was given
-    │   └── BoardLostError                 ... a board does not answer, or ended the session
+    │   ├── BoardLostError                 ... a board does not answer, or ended the session
+    │   └── RobotLostError                 ... a robot does not, began anew, or fell silent
     ├── RenderError (RuntimeError)         no picture can be made on this machine
     └── DivergedError (ArithmeticError)    a simulation left the numbers it can work with
 
@@ -53,6 +54,7 @@ __all__ = [
     "OverBudgetError",
     "RefusedError",
     "RenderError",
+    "RobotLostError",
     "SpikeportError",
     "UsageError",
 ]
@@ -124,6 +126,10 @@ class BackendError(SpikeportError, RuntimeError):
 
 class BoardLostError(BackendError):
     """A board does not answer in time, hung up or refused: the state of its neurons is gone."""
+
+
+class RobotLostError(BackendError):
+    """A robot at the end of a link does not answer in time, or began anew."""
 
 
 class RenderError(SpikeportError, RuntimeError):

@@ -8,7 +8,7 @@ from typing import Any
 
 import nengo
 
-from spikeport import key_values, user_code
+from spikeport import cache, key_values, user_code
 from spikeport.build_timer import OutOfTime, watched
 from spikeport.candidates import makers_in, networks_in
 from spikeport.errors import NetworkError, SpikeportError, UsageError, unknown
@@ -144,7 +144,8 @@ def _built_in(spec: str, pairs: list[str], chip: str, passes: str | None) -> nen
     chosen = experiment.settings(
         **key_values.parse(pairs, experiment.settings, f"network '{spec}'")
     )
-    options = Options(experiment.seconds, chip=chip, pipeline=experiment.passes(passes))
+    passes = experiment.passes(passes)
+    options = Options(experiment.seconds, chip=chip, pipeline=passes, cache=cache.of_user())
     return experiment.trial(chosen, options).network()
 
 

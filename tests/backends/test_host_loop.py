@@ -51,7 +51,7 @@ def test_two_runs_from_one_image_do_not_share_state(loop: nengo.Network) -> None
 
 
 def settled(closed: bool) -> float:
-    """What ``a`` settles at when driven with 0.5 and, if closed, with minus itself."""
+    """Return the value of ``a``, settled, driven with 0.5 and, if closed, with minus itself."""
     with nengo.Network(seed=1) as network:
         a = nengo.Ensemble(100, 1)
         minus = nengo.Node(lambda _t, x: -x, size_in=1)

@@ -44,6 +44,8 @@ def test_counts_of_a_run_are_the_same_with_folded_steps(network, backend, monkey
     assert folded.activity.folded.n_steps == 100
     assert folded.activity.n_steps == sim.activity.n_steps == 120
     assert folded.activity.totals() == sim.activity.totals()
+    assert folded.activity.from_host == sim.activity.from_host
+    assert folded.activity.from_host.total == (0 if backend == "reference" else 119)
     np.testing.assert_array_equal(folded.activity.spikes, sim.activity.spikes[100:])
 
 
@@ -94,7 +96,7 @@ def test_a_folder_holds_the_counts_of_every_step(network, backend, monkeypatch, 
         "counts-000000000050.npz",
         "counts-000000000100.npz",
     ]
-    for name in PER_STEP:
+    for name in (*PER_STEP, "host_spikes"):
         steps = np.concatenate([np.load(file)[name] for file in files])
         np.testing.assert_array_equal(steps, getattr(sim.activity, name))
 

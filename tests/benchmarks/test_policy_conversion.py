@@ -1,4 +1,4 @@
-"""What the conversion's benchmark calls an error."""
+"""The errors that the conversion's benchmark counts."""
 
 import numpy as np
 import pytest

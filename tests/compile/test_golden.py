@@ -1,4 +1,4 @@
-"""What passes leave, as text: a command, a network and the expected lines in each golden file."""
+"""Texts that passes leave: a command, a network and the expected lines in each golden file."""
 
 import re
 import shlex
@@ -31,7 +31,7 @@ class Golden(NamedTuple):
         return cls(command.removeprefix("$ "), source, expected)
 
     def run(self, folder: Path) -> str:
-        """What the command prints after passes, in a folder with net.py and two chips."""
+        """Return the command's lines after passes, in a folder with net.py and two chips."""
         chip_file(folder / "small.toml", **SMALL)
         chip_file(folder / "board.toml", **SMALL, cores=2, chips=3)
         (folder / "net.py").write_text(self.source, encoding="utf-8")

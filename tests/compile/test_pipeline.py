@@ -1,4 +1,4 @@
-"""What cannot be compiled ends in an error of ours that names the object and the cure."""
+"""Networks that cannot be compiled end in an error that names the object and the cure."""
 
 from collections.abc import Callable
 from pathlib import Path

@@ -103,7 +103,7 @@ def test_the_chip_settles_and_rises_as_float_nengo(gains: tuple[tuple[float, flo
 
 
 def test_a_weak_slow_loop_compiles_by_default() -> None:
-    """Of its weights nengo-loihi's own discretiser finds none that the chip can hold."""
+    """nengo-loihi's own discretiser finds none of its weights that the chip can hold."""
     network = fed_back((0.2, 0.1))
     wanted, found = (run(network, pipeline) for pipeline in (None, "as_written"))
     assert found[-300:].mean() == pytest.approx(wanted[-300:].mean(), rel=0.04)

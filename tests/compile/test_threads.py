@@ -28,7 +28,7 @@ def network(seed):
 
 
 def shared():
-    """What a compile changes, and restores."""
+    """Return the state that a compile changes, and restores."""
     block, discretize = nengo_loihi.block, nengo_loihi.builder.discretize
     patched = (block.np, block.Synapse.max_abs_weight, discretize.discretize_compartment)
     return (*patched, warnings.showwarning, list(warnings.filters))

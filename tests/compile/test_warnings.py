@@ -1,4 +1,4 @@
-"""What importing the compiler does to a user's warnings."""
+"""A user's warnings after the compiler was imported."""
 
 import subprocess
 import sys

@@ -1,4 +1,4 @@
-"""What is written into pictures."""
+"""Texts in pictures."""
 
 import numpy as np
 

@@ -17,7 +17,7 @@ SECONDS = 10
 
 @dataclass
 class Tally:
-    """What became of spoilt files: how many were read or refused, and how others failed."""
+    """The fate of spoilt files: how many were read or refused, and how others failed."""
 
     loaded: int = 0
     refused: int = 0
@@ -26,7 +26,7 @@ class Tally:
 
     @property
     def tried(self) -> int:
-        """All of them."""
+        """Return the number of all files."""
         return self.loaded + self.refused + len(self.failures)
 
 

@@ -1,8 +1,10 @@
-"""What is fuzzed: loaders by name, with good files of their own. A further one is one line."""
+"""The loaders that are fuzzed, by name, with good files of their own. A further one is one line."""
 
 import shutil
+import socket
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import NamedTuple
 
 import nengo
@@ -11,12 +13,13 @@ import torch
 import yaml
 from torch import nn
 
-from spikeport import compile_network, nir
+from spikeport import cache, compile_network, nir
 from spikeport.backends.board.board import Board, pieces
 from spikeport.backends.board.chip import BoardChip
 from spikeport.backends.board.frame import Frame, Kind, Splitter
 from spikeport.backends.board.hello import Hello
 from spikeport.backends.board.messages import Codec
+from spikeport.backends.board.nxsdk.answer import recv_bytes
 from spikeport.backends.board.record import SessionRecorder
 from spikeport.backends.replay import ReplayChip
 from spikeport.commands import report_file
@@ -24,7 +27,7 @@ from spikeport.commands.diff import changes
 from spikeport.commands.step import by_step
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.loihi.events import event_steps
-from spikeport.errors import UsageError
+from spikeport.errors import BackendError, UsageError
 from spikeport.experiments import calibration
 from spikeport.experiments.calibration import DecoderCalibration
 from spikeport.experiments.policy.observations import read_observations
@@ -36,8 +39,29 @@ from spikeport.hardware_models.chip import BUILT_IN
 from spikeport.networks import walking_policy
 from spikeport.networks.loading.files import load_mlp
 from spikeport.networks.walking_policy import WalkingPolicy
+from spikeport.reading.mismatch import MismatchError
 from spikeport.reading.notebook import read_notebook
+from spikeport.robot.link.codec import (
+    COMMAND,
+    STATE,
+    Command,
+    Truth,
+    decode_command,
+    decode_state,
+    decode_truth,
+    encode_command,
+    encode_state,
+    encode_truth,
+)
+from spikeport.robot.link.h1 import check_commands
+from spikeport.robot.link.remote import decode
+from spikeport.robot.link.robot import SimulatedRobot
+from spikeport.robot.link.settings import RobotSettings
+from spikeport.robot.link.signals import MotorCommands, Sensors
+from spikeport.robot.link.sport_mode import Answer, SportModeRelease
+from spikeport.robot.link.wire import MessageError
 from tests.helpers import nir_graphs
+from tests.helpers.arrivals import remote
 from tests.helpers.event_files import process_of, random_events, write_events
 from tests.helpers.fake_board import MACHINE, FakeClock, FakeLine, small_image, spike_train
 from tests.helpers.foreign import ENVIRONMENT, Policy, described, state
@@ -105,6 +129,31 @@ def _path(folder: Path) -> None:
     rows = "".join(f"{t / 2},{t / 10},0\n" for t in range(20))
     (folder / "path.csv").write_text("t_s,x_m,y_m\n" + rows)
     (folder / "utf-16.csv").write_text("t_s,x_m,y_m\n" + rows, encoding="utf-16")
+
+
+def _remote(folder: Path) -> None:
+    (folder / "keys.remote").write_bytes(remote("start", "L1", sticks=(0.1, -0.2, 0.3, -0.4)))
+
+
+def _mode(folder: Path) -> None:
+    (folder / "mode.json").write_text('{"form": "0", "name": "ai"}')
+
+
+def _pressed(path: Path) -> None:
+    """Read a remote's message, whose refusals know no path."""
+    try:
+        decode(path.read_bytes())
+    except UsageError as error:
+        raise UsageError(f"{path}: {error}") from None
+
+
+def _released(path: Path) -> None:
+    """Take a robot out of the mode that a file says it is in."""
+    answer = Answer(0, path.read_bytes().decode(errors="replace"))
+    try:
+        SportModeRelease(lambda *_: answer).step()
+    except BackendError as error:
+        raise UsageError(f"{path}: {error}") from None
 
 
 def _copies(source: Path) -> Callable[[Path], object]:
@@ -200,14 +249,80 @@ def _answered_whole(path: Path) -> None:
     if kind != Kind.IMAGE:
         opening += pieces(Kind.IMAGE, image.to_bytes(), 0)
     for frame in opening:
-        list(board.answer(frame))
+        board.answer(frame)
     number, step = (0, 0) if board.session is None else (board.session.number, 1)
     _check_answers(path, board, Frame(kind, number, step, path.read_bytes()[2:], flags))
+
+
+def _answers(folder: Path) -> None:
+    for step in (1, 300):
+        packets = np.arange(step, step + 128, dtype=np.int32)
+        (folder / f"step-{step}.answer").write_bytes(packets.tobytes())
+
+
+def _received(path: Path) -> None:
+    """Receive an answer of a board's host, which hangs up after it."""
+    ours, theirs = socket.socketpair()
+    with ours:
+        with theirs:
+            theirs.sendall(path.read_bytes()[:4096])
+        try:
+            recv_bytes(SimpleNamespace(socket=ours, recv_retries=1, recv_timeout=1.0), 512)
+        except BackendError as error:
+            raise UsageError(f"{path}: {error}") from None
+
+
+REST = MotorCommands(*np.zeros((5, 19)))
+READINGS = Sensors(0.0, np.array([1.0, 0, 0, 0]), *np.zeros((2, 3)), *np.zeros((3, 19)))
+
+
+def _robot_messages(folder: Path) -> None:
+    (folder / "a.lowcmd").write_bytes(encode_command(Command(5, REST)))
+    (folder / "a.lowstate").write_bytes(encode_state(5, READINGS))
+    (folder / "a.sportmodestate").write_bytes(encode_truth(Truth(5, *np.zeros((2, 3)))))
+
+
+def _read_message(path: Path, message: bytes) -> None:
+    """Read a message as its side of the link does; a robot obeys it for a step."""
+    try:
+        if path.suffix == ".lowstate":
+            decode_state(message)
+        elif path.suffix == ".sportmodestate":
+            decode_truth(message)
+        else:
+            check_commands(decode_command(message).motors)
+            robot = SimulatedRobot(RobotSettings(hoist=True))
+            robot.obey(Command(robot.tick, decode_command(message).motors))
+            robot.step()
+    except MessageError as error:
+        raise UsageError(f"{path}: {error}") from None
+
+
+def _sealed_anew(path: Path) -> None:
+    """Read a message whose checksum is right, whatever is in it."""
+    message = path.read_bytes()
+    layout = {".lowcmd": COMMAND, ".lowstate": STATE}.get(path.suffix)
+    if layout is not None and len(message) == layout.size:
+        message = layout.sealed(np.frombuffer(message, "<u4").copy())
+    _read_message(path, message)
 
 
 def _nir(folder: Path) -> None:
     for name, graph in (("recurrent", nir_graphs.recurrent()), ("nested", nir_graphs.nested())):
         nir_graphs.written(folder, graph, f"{name}.nir")
+
+
+def _entry(folder: Path) -> None:
+    arrays = {"decoders": np.arange(6.0).reshape(2, 3), "digest": np.array("abc")}
+    cache.Cache(folder).kept("policy", "inputs", lambda: arrays)
+
+
+def _kept(path: Path) -> dict[str, np.ndarray]:
+    key = cache.digest_of(("policy", "inputs", cache.surroundings()))
+    try:
+        return cache.read(path, key)
+    except MismatchError as error:
+        raise UsageError(f"{path}: {error}") from None
 
 
 LOADERS = {
@@ -220,6 +335,8 @@ LOADERS = {
     "calibration": Loader(_calibration, lambda path: calibration.load(path, MADE_FOR)),
     "observations": Loader(_observations, lambda path: read_observations(path, 3)),
     "notebook": Loader(_notebook, read_notebook),
+    "remote": Loader(_remote, _pressed),
+    "sport mode": Loader(_mode, _released),
     "path": Loader(_path, lambda path: read_path(path, 5.0)),
     "schedule": Loader(_copies(SCHEDULE), lambda path: schedule.load(path, 26.0)),
     "chip": Loader(_copies(BUILT_IN / "loihi.toml"), lambda path: chips.get(str(path))),
@@ -230,4 +347,8 @@ LOADERS = {
     "record": Loader(_record, _replay),
     "frames": Loader(_frames, _answered),
     "bodies": Loader(_bodies, _answered_whole),
+    "answers": Loader(_answers, _received),
+    "cache": Loader(_entry, _kept),
+    "robot messages": Loader(_robot_messages, lambda p: _read_message(p, p.read_bytes())),
+    "robot messages, sealed": Loader(_robot_messages, _sealed_anew),
 }

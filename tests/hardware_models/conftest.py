@@ -98,6 +98,7 @@ def make_activity() -> Callable[..., Activity]:
         arrays = {name: np.zeros((n_steps, n_cores), dtype=int) for name in PER_STEP}
         arrays["messages"] = np.zeros((n_cores, n_cores), dtype=int)
         arrays["messages_host"] = np.zeros(n_cores, dtype=int)
+        arrays["host_spikes"] = np.zeros(n_steps, dtype=int)
         readout_spikes = counts.pop("readout_spikes", 0)
         arrays |= {name: np.array(count) for name, count in counts.items()}
         cores = tuple(f"core {k}" for k in range(n_cores))

@@ -15,6 +15,9 @@ def test_shapes_are_checked(make_activity):
     with pytest.raises(ValueError, match="messages_host") as caught:
         make_activity(messages_host=[1])
     assert str(caught.value) == "messages_host has shape (1,), not (2,) (n_cores,)"
+    with pytest.raises(ValueError, match="host_spikes") as caught:
+        make_activity(host_spikes=[1])
+    assert str(caught.value) == "host_spikes has shape (1,), not (2,) (n_kept,)"
 
 
 def test_counts_are_numbers(make_activity):
@@ -30,7 +33,11 @@ def test_counts_of_a_run_sum_to_integers_and_expected_ones_need_not(make_activit
 
 def test_totals_and_sums_per_core(make_activity):
     activity = make_activity(
-        spikes=[[1, 2], [3, 4]], messages=[[5, 6], [7, 8]], messages_host=[9, 0], readout_spikes=2
+        spikes=[[1, 2], [3, 4]],
+        messages=[[5, 6], [7, 8]],
+        messages_host=[9, 0],
+        host_spikes=[3, 6],
+        readout_spikes=2,
     )
     assert activity.n_steps == 2
     assert activity.totals() == {
@@ -42,6 +49,7 @@ def test_totals_and_sums_per_core(make_activity):
         "learning_updates": 0,
         "messages": 26,
         "messages_host": 9,
+        "host_spikes": 9,
         "readout_spikes": 2,
     }
     per_core = activity.per_core()
@@ -53,12 +61,18 @@ def test_totals_and_sums_per_core(make_activity):
 def test_it_is_a_line_a_screen_and_a_table(make_activity):
     activity = make_activity(spikes=[[1, 2], [3, 4]], messages_host=[9, 0])
     assert repr(activity) == "<Activity: 2 steps of 1 ms on 2 cores, 10 spikes>"
-    title, header, spikes, *_, host = str(activity).splitlines()
+    title, header, spikes, *_, host, sent = str(activity).splitlines()
     assert title == "2 steps of 1 ms on 2 cores"
     assert header.split("  ")[0] == "count"
     assert spikes.split() == ["spikes", "10", "5.0", "6", "1"]
     assert host.split() == ["messages", "host", "9", "4.5", "9", "0"]
-    assert activity._repr_html_().count("<tr>") == 9
+    assert sent.split() == ["host", "spikes", "0", "0.0"]
+    assert activity._repr_html_().count("<tr>") == 10
+
+
+def test_spikes_of_the_host_have_a_sum_a_mean_and_a_maximum(make_activity):
+    assert make_activity(host_spikes=[3, 6]).from_host == (9, 4.5, 6)
+    assert make_activity(n_steps=0).from_host == (0, 0.0, 0)
 
 
 def test_no_steps_is_an_activity(make_activity):
@@ -69,11 +83,16 @@ def test_no_steps_is_an_activity(make_activity):
 
 
 def test_concatenate(make_activity):
-    a = make_activity(n_steps=1, spikes=[[1, 2]], messages=[[1, 0], [0, 0]], readout_spikes=1)
-    b = make_activity(n_steps=2, spikes=[[3, 4], [5, 6]], messages=[[0, 2], [0, 0]])
+    a = make_activity(
+        n_steps=1, spikes=[[1, 2]], messages=[[1, 0], [0, 0]], host_spikes=[4], readout_spikes=1
+    )
+    b = make_activity(
+        n_steps=2, spikes=[[3, 4], [5, 6]], messages=[[0, 2], [0, 0]], host_spikes=[2, 0]
+    )
     both = Activity.concatenate([a, b])
     assert both.spikes.tolist() == [[1, 2], [3, 4], [5, 6]]
     assert both.messages.tolist() == [[1, 2], [0, 0]]
+    assert both.from_host == (6, 2.0, 4)
     assert both.readout_spikes == 1
     assert np.issubdtype(both.messages_host.dtype, np.integer)
 

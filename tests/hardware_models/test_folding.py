@@ -13,6 +13,7 @@ from spikeport.hardware_models.step_time import fold
 from spikeport.hardware_models.timing import timing
 
 N_STEPS, N_CORES = 400, 3
+STEPS = (*PER_STEP, "host_spikes")
 
 
 @pytest.fixture
@@ -21,7 +22,13 @@ def whole(make_activity):
     counts = {name: rng.poisson(50, (N_STEPS, N_CORES)) for name in PER_STEP}
     messages = rng.poisson(9000, (N_CORES, N_CORES))
     return make_activity(
-        N_STEPS, N_CORES, messages=messages, messages_host=messages[0], readout_spikes=2, **counts
+        N_STEPS,
+        N_CORES,
+        messages=messages,
+        messages_host=messages[0],
+        host_spikes=rng.poisson(20, N_STEPS),
+        readout_spikes=2,
+        **counts,
     )
 
 
@@ -30,11 +37,11 @@ def folded_at(activity: Activity, *ends: int, chip: chips.ChipModel | None) -> A
     found = dataclasses.replace(activity, folded=None)
     for end in ends:
         begin = 0 if found.folded is None else found.folded.n_steps
-        steps = {name: getattr(activity, name)[begin:end] for name in PER_STEP}
+        steps = {name: getattr(activity, name)[begin:end] for name in STEPS}
         sums = {name: getattr(activity, name) * end // N_STEPS for name in PER_RUN}
         found = dataclasses.replace(found, **steps, **sums)
         found = dataclasses.replace(found, folded=fold(found, chip))
-    rest = {name: getattr(activity, name)[ends[-1] :] for name in PER_STEP}
+    rest = {name: getattr(activity, name)[ends[-1] :] for name in STEPS}
     return dataclasses.replace(found, **rest, **{name: getattr(activity, name) for name in PER_RUN})
 
 
@@ -53,6 +60,8 @@ def test_folded_steps_have_the_energy_and_the_time_of_steps_that_are_kept(whole,
     loihi = chips.get("loihi")
     folded = folded_at(whole, *ends, chip=loihi)
     assert len(folded.spikes) == N_STEPS - ends[-1]
+    assert folded.from_host == whole.from_host
+    assert folded.totals() == whole.totals()
     calibration = loihi.calibration(name)
     for report in (energy, timing):
         wanted = report(whole, loihi, calibration).to_dict()

@@ -4,7 +4,7 @@ from spikeport.hardware_models.links import Cost, Links
 
 
 def cost(chip, *flows):
-    """Of messages on a toy chip: cores 0, 1 | 2, 3 | 4, 5 | 6, 7 on tiles 00 | 01 | 10 | 11."""
+    """Return the cost of messages; cores 0, 1 | 2, 3 | 4, 5 | 6, 7 on tiles 00 | 01 | 10 | 11."""
     source, target, messages = np.array(flows).T
     return Links(8, chip).cost(source, target, messages)
 

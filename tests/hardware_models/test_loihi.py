@@ -12,7 +12,7 @@ NAHUKU = LOIHI.calibration("nahuku-fit")
 
 
 def figures(model: BaseModel) -> list[Figure]:
-    """All figures inside a model, however deep."""
+    """Yield all figures inside a model, however deep."""
     found = [model] if isinstance(model, Figure) else []
     for name in type(model).model_fields:
         field = getattr(model, name)
@@ -23,10 +23,10 @@ def figures(model: BaseModel) -> list[Figure]:
 
 def test_every_figure_has_source_and_evidence_and_is_in_si():
     found = figures(LOIHI)
-    assert len(found) == 9 + 3 + 3 + 3 + (7 + 7 + 2) + (7 + 8 + 4)
+    assert len(found) == 9 + 3 + 3 + 3 + 3 + (7 + 7 + 2) + (7 + 8 + 4)
     for figure in found:
         assert figure.source
-        assert figure.evidence in {"code", "transcribed", "abstract", "vendor"}
+        assert figure.evidence in {"code", "transcribed", "abstract", "vendor", "thread"}
         assert figure.unit in {"1", "bit", "J", "s", "W"}
 
 
@@ -46,6 +46,13 @@ def test_limits_and_topology():
     mesh = LOIHI.topology
     assert (mesh.tiles_x.count, mesh.tiles_y.count, mesh.cores_per_tile.count) == (8, 4, 4)
     assert "16" in LOIHI.limits.synapse_profiles.note
+
+
+def test_host_io():
+    published = LOIHI.host_io
+    step = published.step
+    assert (step.low, step.value, step.high) == (0.95e-3, 8e-3, 9e-3)
+    assert (step.evidence, published.word.count, published.packet.count) == ("thread", 32, 64)
 
 
 def test_powers():

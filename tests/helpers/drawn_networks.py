@@ -31,7 +31,7 @@ class Plan(NamedTuple):
 
     @property
     def sends_spikes(self) -> bool:
-        """Whether spikes go to neurons as they are, through other filters than that of values."""
+        """True if spikes go to neurons as they are, through other filters than that of values."""
         return any(one.kind in ("inhibition", "weights") and one.tau != 0.005 for one in self.links)
 
 

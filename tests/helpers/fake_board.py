@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from spikeport.backends.board.board import Board, CountingChip, Machine
-from spikeport.backends.board.faults import Fault, FaultyLine
+from spikeport.backends.board.faults import FAULTS, FaultyLine
 from spikeport.backends.board.frame import Frame, Splitter
 from spikeport.backends.native.chip import NativeChip
 from spikeport.compile.image.chip_image import ChipImage
@@ -75,7 +75,7 @@ class FakeLine:
     ) -> None:
         self._board, self._clock = board, clock
         self._board_clock = FakeClock()
-        plan = [Fault.parse(text) for text in faults]
+        plan = [FAULTS.parse(text) for text in faults]
         self._back = FaultyLine(self, plan, self._board_clock, board.end, seed)
         self._outlet = False
         self._arriving: deque[tuple[float, bytes]] = deque()

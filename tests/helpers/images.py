@@ -81,7 +81,7 @@ class Route:
 
 @dataclass
 class Output:
-    """What is read of which compartments; with a decoding matrix or without."""
+    """The values read of compartments; with a decoding matrix or without."""
 
     key: str
     compartments: Sequence[int]
@@ -90,7 +90,7 @@ class Output:
 
 @dataclass
 class Parts:
-    """All parts of an image."""
+    """The parts of an image."""
 
     blocks: list[Block] = field(default_factory=lambda: [Block()])
     groups: list[Group] = field(default_factory=list)

@@ -20,7 +20,7 @@ from spikeport.compile.image.tables import part
 
 
 def wrap(x: np.ndarray, bits: int) -> np.ndarray:
-    """What a register of this many bits holds of x, in two's complement."""
+    """Return x as a register of this many bits holds it, in two's complement."""
     half = 1 << (bits - 1)
     return (x + half) % (2 * half) - half
 

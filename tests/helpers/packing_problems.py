@@ -76,7 +76,7 @@ def fewest_cores(of: Problem) -> int:
 
 
 def partitions(n: int) -> Iterator[Bins]:
-    """All ways to divide n blocks."""
+    """Yield all ways to divide n blocks."""
     if n == 0:
         yield []
         return

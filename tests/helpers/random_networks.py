@@ -84,7 +84,7 @@ def rewritten(network: nengo.Network, *passes: NetworkPass) -> tuple[Rewrite, di
 
 
 def float_run(rewrite: Rewrite) -> dict[nengo.Probe, np.ndarray]:
-    """What the probes of a network record in plain Nengo."""
+    """Return the values that a network's probes record in plain Nengo."""
     model = Model(dt=DT_S)
     model.seeds.update(rewrite.all_seeds())
     with nengo.Simulator(rewrite.network, model=model, progress_bar=False) as simulator:

@@ -25,7 +25,7 @@ def small_chip(**limits: int) -> ChipModel:
 
 
 def context(chip: ChipModel | None = None, note: dict[str, Any] | None = None) -> Context:
-    """What a pass is given; its notes go into a dictionary."""
+    """Return the arguments of a pass; its notes go into a dictionary."""
     notes = {} if note is None else note
     return Context(chip or chips.get("loihi"), 0.001, notes.__setitem__)
 

@@ -1,4 +1,4 @@
-"""What Python does while a function runs, as its audit tells it: calls that could do harm."""
+"""Python's audit events while a function runs: calls that could do harm."""
 
 import os
 import sys

@@ -1,4 +1,4 @@
-"""What the options of a policy make of its units."""
+"""The units that the options of a policy make."""
 
 import nengo
 import numpy as np

@@ -1,4 +1,4 @@
-"""What a policy is converted from: layers, ranges, options."""
+"""The values that a policy is converted from: layers, ranges, options."""
 
 import numpy as np
 import pytest

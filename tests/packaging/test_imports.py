@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 EVERYONE = {
-    *("errors", "atomic", "arrays", "constants", "files", "key_values", "neurons", "progress"),
-    *("reading", "table"),
+    *("errors", "atomic", "arrays", "cache", "child", "constants", "fault_plan", "files"),
+    *("key_values", "neurons", "pacing", "progress", "reading", "table"),
 }
 FOLDERS: dict[str, set[str]] = {
     "networks": set(),

@@ -18,6 +18,8 @@ TYPES = {
     "backends/execution.py",
     "compile/passes/base.py",
     "robot/engine.py",
+    "robot/estimator/base.py",
+    "robot/link/signals.py",
     "spikeport/arrays.py",
     "spikeport/constants.py",
 }

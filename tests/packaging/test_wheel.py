@@ -1,4 +1,4 @@
-"""What is in the wheel, and what it does where nothing but its core dependencies is installed."""
+"""The wheel's content, and its use where nothing but its core dependencies is installed."""
 
 import json
 import re

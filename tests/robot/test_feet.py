@@ -12,7 +12,7 @@ def plant():
 
 
 def on_floor(plant, **angles_rad):
-    """Which feet touch the floor in a pose, the pelvis being where it stands on two legs."""
+    """Return the feet that touch the floor in a pose, the pelvis at the height of a stand."""
     plant.reset(0, perturbation_rad=0.0)
     plant.data.qpos[2] -= 0.001
     for joint, angle_rad in angles_rad.items():

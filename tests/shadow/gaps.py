@@ -1,4 +1,4 @@
-"""What nengo-loihi's tests miss in a world of Nengo 4, NumPy 2 and packages without data files."""
+"""The parts that nengo-loihi's tests miss with Nengo 4, NumPy 2 and its wheel."""
 
 import pickle
 import sys
@@ -15,7 +15,7 @@ from spikeport.compile.loihi.numpy1 import WideMax
 
 
 def fill_gaps() -> None:
-    """All that can be done before tests are collected."""
+    """Fill all gaps that can be filled before tests are collected."""
     bring_back_npconv2d()
     bring_back_fromstring()
     widen_largest_values()

@@ -1,4 +1,4 @@
-"""What nengo-loihi's tests expect of pytest, which its package does not bring along."""
+"""The fixtures that nengo-loihi's tests expect of pytest, and its package does not bring along."""
 
 from pathlib import Path
 from typing import Any

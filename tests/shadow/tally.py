@@ -1,4 +1,4 @@
-"""What was compared, test by test."""
+"""The comparisons, test by test."""
 
 import json
 from collections import Counter
@@ -21,7 +21,7 @@ class Tally:
         self.errors: dict[str, str] = {}
 
     def begin(self, test: str) -> None:
-        """All that follows is of this test."""
+        """Count what follows for this test."""
         self.test = test
 
     def step(self, spikes: int, n: int) -> None:
@@ -60,7 +60,7 @@ class Tally:
         return dict(sorted(Counter(test.partition("[")[0] for test in mine).items()))
 
     def write(self, path: Path) -> None:
-        """All of it, as JSON."""
+        """Return all counts, as JSON."""
         content = {
             "tests": {how: self.of(how) for how in ("passed", "failed", "skipped", "xfailed")},
             "errors": self.errors,

@@ -64,7 +64,7 @@ def test_only_known_tests_fail(report: dict[str, Any]) -> None:
 
 @pytest.mark.slow
 def test_only_float_models_run_unwatched(report: dict[str, Any]) -> None:
-    """All other tests that compare nothing make no emulator, or do not step it."""
+    """Other tests that compare nothing make no emulator, or do not step it."""
     assert report["not_covered"]["runs blocks of floats, which have no chip image"] == {
         "nengo_loihi/emulator/tests/test_interface.py::test_strict_mode": 2,
         "nengo_loihi/tests/test_simulator.py::test_nengo_comm_channel_compare": 1,

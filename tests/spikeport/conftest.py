@@ -110,7 +110,7 @@ def returns_text():
 
 
 class Done(NamedTuple):
-    """How a command ended, and what it printed, but for lines of progress."""
+    """The end of a command: its exit code, and what it printed, but for lines of progress."""
 
     code: int
     out: str

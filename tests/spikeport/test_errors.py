@@ -36,8 +36,9 @@ def test_the_tree_is_whole():
         for name, value in vars(errors).items()
         if inspect.isclass(value) and issubclass(value, errors.SpikeportError)
     }
-    assert found == {"SpikeportError", "BoardLostError", *TREE}
-    assert errors.BoardLostError.__bases__ == (errors.BackendError,)
+    assert found == {"SpikeportError", "BoardLostError", "RobotLostError", *TREE}
+    for lost in (errors.BoardLostError, errors.RobotLostError):
+        assert lost.__bases__ == (errors.BackendError,)
     assert errors.SpikeportError.__bases__ == (Exception,)
 
 

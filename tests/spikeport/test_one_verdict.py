@@ -21,7 +21,7 @@ OPTIONS = {
 
 
 class Verdict(NamedTuple):
-    """What became of a network: the exit code, an error, and what a verdict ends with."""
+    """The verdict on a network: the exit code, an error, and what a verdict ends with."""
 
     code: int
     error: str

@@ -5,6 +5,7 @@ import inspect
 import pydoc
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -69,3 +70,8 @@ def test_importing_the_package_or_its_errors_imports_no_nengo():
 def test_an_unknown_attribute_is_an_attribute_error():
     with pytest.raises(AttributeError, match=r"^module 'spikeport' has no attribute 'compiler'$"):
         _ = spikeport.compiler
+
+
+def test_the_citation_is_of_this_version():
+    citation = (Path(__file__).parents[2] / "CITATION.cff").read_text()
+    assert f"version: {spikeport.__version__}\n" in citation

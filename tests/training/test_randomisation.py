@@ -1,4 +1,4 @@
-"""What differs from one training robot to the next."""
+"""Differences from one training robot to the next."""
 
 from dataclasses import replace
 

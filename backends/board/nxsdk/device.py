@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from spikeport.backends.board.nxsdk.allocator import Allocator, n_chips
+from spikeport.backends.board.nxsdk.answer import recv_bytes
 from spikeport.backends.board.nxsdk.findings import findings, host_axons
 from spikeport.backends.board.nxsdk.half import Half
 from spikeport.backends.board.nxsdk.model import Placement, model_of
@@ -46,6 +47,7 @@ class Device:
         self._model = model_of(image, placement)
         self._errors = self._no_errors()
         half.interface.HostSnip.recv_retries = RETRIES
+        half.interface.HostSnip.recv_bytes = recv_bytes
         try:
             self._hardware = half.interface.HardwareInterface(
                 self._model,

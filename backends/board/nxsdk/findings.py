@@ -24,6 +24,7 @@ from spikeport.backends.board.nxsdk.traps import (
     REFRACTORY,
     SCATTERED,
     SEEDS,
+    SHUTDOWNS,
     SPIKE_VOLTAGE,
     SPIKES,
     THRESHOLDS,
@@ -174,8 +175,18 @@ def _refractory(image: ChipImage, placement: Placement) -> Iterator[Finding]:
             yield Finding(REFRACTORY, label, f"{len(delays)} different ones, snips compare with 1")
 
 
+def _shutdowns(image: ChipImage, placement: Placement) -> Iterator[Finding]:
+    """Yield how the answer to a step may end in -1, which nengo-loihi takes for a shutdown."""
+    for last in image.manifest.outputs[-1:]:
+        value = "32 spikes at once" if last.key == "spiked" else f"a {last.key} of -1"
+        used = (
+            f"{value}, or -1 in what a packet is filled up with, which the chip's snip never sets"
+        )
+        yield Finding(SHUTDOWNS, "the end of the last output", used)
+
+
 LOOKS: tuple[Callable[[ChipImage, Placement], Iterator[Finding]], ...] = (
     *(_thresholds, _shared, _populations, _learners, _dummies),
-    *(_bases, _spikes, _phantoms, _indices, _seeds, _refractory),
+    *(_bases, _spikes, _phantoms, _indices, _seeds, _refractory, _shutdowns),
 )
 """The looks at an image, in the order of ids."""

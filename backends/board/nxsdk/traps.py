@@ -66,9 +66,15 @@ REFRACTORY = Trap(
     True,
     "give ensembles that are fused the same tau_ref, or do not fuse them: -p unpacked",
 )
+SHUTDOWNS = Trap(
+    "NX14",
+    "values that read as a shutdown",
+    False,
+    "none needed on `board serve`, which reads answers itself; elsewhere, run again",
+)
 TRAPS = (
     *(THRESHOLDS, NOISES, RANGES, POPULATIONS, LEARNERS, DUMMIES),
-    *(BASES, SPIKES, PHANTOMS, INDICES, SEEDS, SCATTERED, REFRACTORY),
+    *(BASES, SPIKES, PHANTOMS, INDICES, SEEDS, SCATTERED, REFRACTORY, SHUTDOWNS),
 )
 
 

@@ -11,7 +11,7 @@ import typer
 
 from spikeport.backends.board.address import Address
 from spikeport.backends.board.board import CountingChip, Machine
-from spikeport.backends.board.faults import Fault
+from spikeport.backends.board.faults import FAULTS
 from spikeport.backends.board.messages import SPIKES
 from spikeport.backends.board.record import Record
 from spikeport.backends.board.server import Service
@@ -90,7 +90,7 @@ def serve(request: ServeRequest) -> None:
         machine=Machine(request.machine, MACHINES[request.machine]),
         certificates=certificates(request.tls),
         allow_remote=request.allow_remote,
-        faults=[Fault.parse(text) for text in request.faults],
+        faults=[FAULTS.parse(text) for text in request.faults],
         once=request.once,
         idle_s=request.idle_s,
     )

@@ -1,25 +1,28 @@
 """``spikeport compile``."""
 
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import nengo
 
 from spikeport.backends.loss import measure, network_error
 from spikeport.commands import nir, rates
 from spikeport.commands.against_written import as_written, more_cores, more_loss
+from spikeport.commands.destinations import Destinations
 from spikeport.commands.passes import printer
 from spikeport.commands.progress import progress_bar
 from spikeport.commands.screen import Findings, show_findings, show_nothing
-from spikeport.compile.check.violation import NothingOnChipError, OverBudgetError
+from spikeport.compile.check.violation import (
+    DoesNotFitError,
+    NothingOnChipError,
+    OverBudgetError,
+)
 from spikeport.compile.image.expected import Rates, expected_activity
 from spikeport.compile.image.modules import by_module, modules
 from spikeport.compile.pipeline import Compilation, compile_network
 from spikeport.compile.report.budget import Budget
-from spikeport.compile.report.report import Json, Modules, Report
+from spikeport.compile.report.report import Modules, Report
 from spikeport.constants import DT_S, LONGEST_RUN
 from spikeport.errors import UsageError
-from spikeport.files import write_json
 from spikeport.find_network import find_network, needed_passes
 from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.chip import ChipModel
@@ -36,8 +39,7 @@ class CompileRequest:
     network: str
     chip: str
     settings: list[str]
-    out: Path | None
-    json: Path | None
+    to: Destinations
     rates: list[str]
     loss_s: float | None
     budget: Budget
@@ -57,7 +59,7 @@ def run(request: CompileRequest) -> None:
         raise UsageError("--rate-hz and --loss: the run of --loss has rates of its own; give one")
     _check_run(request.loss_s)
     request.budget.check_basis(stated is not None or request.loss_s is not None)
-    check_places(out=request.out, json=request.json)
+    request.to.check()
     settings = nir.with_dt(request.network, request.settings, request.dt_s, request.spikes)
     chip = chips.get(request.chip)
     passes = request.passes if request.passes is not None else needed_passes(request.network)
@@ -86,6 +88,11 @@ def run(request: CompileRequest) -> None:
         except NothingOnChipError as nothing:
             _write_nothing(chip, nothing, request)
             return
+        except DoesNotFitError as error:
+            report = Report(chip, "", (), (), (), violations=error.violations)
+            # not into the folder, where an image of an earlier compile may lie
+            replace(request.to, out=None).write_report(report.to_dict(), request.network)
+            raise
         findings = _reckoned(compilation, stated)
         if request.loss_s is not None:
             findings = _measured(network, compilation, request.loss_s, progress)
@@ -93,7 +100,8 @@ def run(request: CompileRequest) -> None:
             progress("compiling as written", None)
             written = as_written(network, request.chip, passes)
             findings = _compared(findings, network, compilation, written, request.loss_s)
-    write_findings(compilation, findings, out=request.out, json=request.json)
+    request.to.write_image(compilation.image)
+    request.to.write_report(findings.to_dict(), request.network)
     show_findings(findings, request.cores)
     nir.show(network, compilation, played)
     if exceeded := request.budget.exceeded(findings.report, findings.activity):
@@ -103,7 +111,7 @@ def run(request: CompileRequest) -> None:
 def _write_nothing(chip: ChipModel, nothing: NothingOnChipError, request: CompileRequest) -> None:
     """Write a report without cores, and say why there is no image."""
     report = Report(chip, "", (), (), (), hints=nothing.violations, offloaded=nothing.offloaded)
-    write_report(report.to_dict(), out=request.out, json=request.json)
+    request.to.write_report(report.to_dict(), request.network)
     show_nothing(report, nothing.verdict)
 
 
@@ -147,28 +155,3 @@ def _compared(
         usual = network_error(network, written, loss_s, SEED)
         hints += more_loss(findings.loss.network_error, usual)
     return replace(findings, report=replace(findings.report, hints=tuple(hints)))
-
-
-def write_findings(
-    compilation: Compilation, findings: Findings, *, out: Path | None, json: Path | None
-) -> None:
-    """Write image and report to a folder, and the report to a file, where they are given."""
-    if out is not None:
-        compilation.image.save(out / "image.npz")
-    write_report(findings.to_dict(), out=out, json=json)
-
-
-def write_report(report: Json, *, out: Path | None, json: Path | None) -> None:
-    """Write a report to a folder and to a file, where they are given."""
-    if out is not None:
-        write_json(out / "report.json", report)
-    if json is not None:
-        write_json(json, report)
-
-
-def check_places(*, out: Path | None, json: Path | None) -> None:
-    """Say what cannot be written before the work, not after it."""
-    if out is not None and out.exists() and not out.is_dir():
-        raise UsageError(f"--out {out}: is a file; choose a folder")
-    if json is not None and json.exists() and not json.is_file():
-        raise UsageError(f"--json {json}: is not a file that can be replaced; choose another")

@@ -8,7 +8,7 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from spikeport.commands.compile import check_places, write_findings
+from spikeport.commands.destinations import Destinations
 from spikeport.commands.progress import progress_bar
 from spikeport.commands.screen import Findings, show_findings
 from spikeport.compile.passes.parse import parse
@@ -41,8 +41,7 @@ class ConvertRequest:
     chip: str
     passes: str
     seed: int
-    out: Path | None
-    json: Path | None
+    to: Destinations
 
 
 def run(request: ConvertRequest) -> None:
@@ -56,11 +55,12 @@ def run(request: ConvertRequest) -> None:
         conversion = Conversion(mlp, options, observations.values, request.seed)
         converted = convert(conversion, request.chip, request.passes, progress)
     findings = Findings(converted.compilation.report, converted.activity)
-    write_findings(converted.compilation, findings, out=request.out, json=request.json)
-    if request.out is not None:
-        write_json(request.out / "conversion.json", asdict(converted.lint))
+    request.to.write_image(converted.compilation.image)
+    request.to.write_report(findings.to_dict(), str(request.file))
+    if (out := request.to.out) is not None:
+        write_json(out / "conversion.json", asdict(converted.lint))
         if walker is not None:
-            walker.save(request.out / "policy.npz")
+            walker.save(out / "policy.npz")
     console = Console(highlight=False)
     console.print(f"policy: {'-'.join(map(str, mlp.sizes))}, {mlp.activation}", markup=False)
     console.print(f"observations: {observations.origin}", markup=False)
@@ -78,7 +78,7 @@ def _check(request: ConvertRequest) -> None:
         )
     if not 0 < request.tau_fwd < 1:
         raise UsageError(f"--tau-fwd {request.tau_fwd:g}: a filter must be from 0 to 1 s")
-    check_places(out=request.out, json=request.json)
+    request.to.check()
     chips.get(request.chip)
     parse(request.passes)
 
@@ -105,7 +105,7 @@ def _observations(request: ConvertRequest, walker: WalkingPolicy | None, mlp: Ml
 
 
 def lint_table(lint: ConversionLint) -> Table:
-    """What the conversion costs, layer by layer."""
+    """Return the table of the conversion's errors, layer by layer."""
     table = Table(box=SIMPLE_HEAD, title="conversion, in float spikes")
     table.add_column("layer", no_wrap=True)
     columns = ("units", "range", "/ rms", "rate Hz", "tau ms", "spikes", "error")

@@ -9,14 +9,14 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from spikeport.commands.report_file import read
+from spikeport.commands.report_file import check_whole, read
 from spikeport.compile.report.report import Json
 from spikeport.errors import printable
 
 SAME, DIFFERENT = 0, 1
 
 
-SECTIONS = ("passes", "quantisation", "energy", "timing", "loss")
+SECTIONS = ("passes", "quantisation", "energy", "timing", "host_io", "loss")
 
 Figures = dict[str, object]
 """Numbers, texts and what is not known (None), by name."""
@@ -30,9 +30,16 @@ class Change(NamedTuple):
     b: object
 
 
-def run(a: Path, b: Path) -> int:
-    """Print what differs; 1 if anything does, else 0, as ``diff`` does."""
-    found = changes(read(a), read(b))
+def run(a: Path, b: Path, html: Path | None = None) -> int:
+    """Print what differs, and write it as a page; 1 if anything does, else 0, as ``diff`` does."""
+    reports = {str(a): read(a), str(b): read(b)}
+    found = changes(*reports.values())
+    if html is not None:
+        for name, report in reports.items():
+            check_whole(name, report)
+        from spikeport.compile.report.page import write_pair  # brings jinja2
+
+        write_pair(html, reports, [_texts(change) for change in found])
     console = Console(highlight=False)
     if not found:
         console.print("no difference")
@@ -41,8 +48,7 @@ def run(a: Path, b: Path) -> int:
     for name in (str(a), str(b), "change"):
         table.add_column(escape(name), justify="right")
     for change in found:
-        texts = (_text(change.a), _text(change.b), _relative(change))
-        table.add_row(*(escape(printable(text)) for text in (change.figure, *texts)))
+        table.add_row(*map(escape, _texts(change)))
     console.print(table)
     return DIFFERENT
 
@@ -94,6 +100,15 @@ def _times(timing: Json) -> Figures:
     }
 
 
+def _host_io(host_io: Json) -> Figures:
+    return {
+        "host spikes / step": host_io["spikes"],
+        "most host spikes in a step": host_io["most_spikes"],
+        "words back / step": host_io["words_back"],
+        "host I/O": host_io["verdict"],
+    }
+
+
 def _loss(loss: Json) -> Figures:
     parts = {f"loss by {p['object']}: {p['what']}": p["output_error"] for p in loss["parts"]}
     return {"loss at the outputs": loss["output_error"], **parts}
@@ -104,8 +119,15 @@ FIGURES: dict[str, Callable[[Any], Figures]] = {
     "quantisation": _rounding,
     "energy": _powers,
     "timing": _times,
+    "host_io": _host_io,
     "loss": _loss,
 }
+
+
+def _texts(change: Change) -> list[str]:
+    """Return a change in words: the figure, both values, and by how much it grew."""
+    texts = (change.figure, _text(change.a), _text(change.b), _relative(change))
+    return [printable(text) for text in texts]
 
 
 def _text(value: object) -> str:

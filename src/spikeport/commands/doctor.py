@@ -1,5 +1,6 @@
 """``spikeport doctor``."""
 
+import re
 from importlib import metadata
 
 from rich.box import SIMPLE_HEAD
@@ -7,43 +8,37 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-PACKAGES = {
-    "numpy": "",
-    "scipy": "",
-    "nengo": "",
-    "nengo-loihi": "",
-    "numba": "",
-    "pydantic": "",
-    "matplotlib": "runs",
-    "xarray": "runs",
-    "h5netcdf": "runs",
-    "h5py": "runs",
-    "pillow": "runs",
-    "mujoco": "robot",
-    "scikit-learn": "digits",
-    "imageio": "video",
-    "imageio-ffmpeg": "video",
-    "mujoco-menagerie": "menagerie",
-    "torch": "train",
-    "rsl-rl-lib": "train",
-    "pyyaml": "convert",
-    "nir": "nir",
-    "dask": "sweep",
-    "distributed": "sweep",
-}
+DEVELOPMENT = ("test", "check", "referee", "nir-referee")
+"""Extras that a user has no need of."""
+
+
+def packages() -> dict[str, str]:
+    """Return the extra of every package that spikeport asks for, by name; required ones have none.
+
+    Source: the metadata of the installed spikeport, and so pyproject.toml.
+    """
+    found: dict[str, str] = {}
+    for line in metadata.requires("spikeport") or ():
+        name = re.match(r"[\w.-]+", line)
+        extra = re.search(r"extra == .([\w-]+)", line)
+        mine = extra[1] if extra else ""
+        if name and name[0] != "spikeport" and mine not in DEVELOPMENT:
+            found.setdefault(name[0], mine)
+    return found
 
 
 def run() -> int:
     """Print what there is and what is missing; 1 if something required is missing, else 0."""
     table = Table("part", "found", "if missing", box=SIMPLE_HEAD)
-    missing = [name for name in PACKAGES if not _version(name)]
-    for name, extra in PACKAGES.items():
+    wanted = packages()
+    missing = [name for name in wanted if not _version(name)]
+    for name, extra in wanted.items():
         cure = f"pip install 'spikeport[{extra}]'" if extra else "pip install spikeport"
         table.add_row(name, _version(name) or "missing", escape(cure) if name in missing else "")
     graphics, cure = _graphics() if "mujoco" not in missing else ("needs mujoco", "")
     table.add_row("pictures (OpenGL)", graphics, escape(cure))
     Console().print(table)
-    return int(any(not PACKAGES[name] for name in missing))
+    return int(any(not wanted[name] for name in missing))
 
 
 def _version(package: str) -> str:

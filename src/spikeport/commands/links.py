@@ -1,10 +1,15 @@
-"""The link that a command's options ask for."""
+"""The links that a command's options ask for."""
+
+from typing import TYPE_CHECKING
 
 from spikeport.backends.board.address import Certificates
-from spikeport.backends.board.faults import Fault
+from spikeport.backends.board.faults import FAULTS
 from spikeport.backends.board.link import LinkOptions
-from spikeport.commands.options import Link, Tls
+from spikeport.commands.options import Link, RobotLink, Tls
 from spikeport.errors import UsageError
+
+if TYPE_CHECKING:
+    from spikeport.robot.link.connection import RobotOptions
 
 
 def link_options(link: Link, tls: Tls, backend: str) -> LinkOptions:
@@ -26,7 +31,7 @@ def link_options(link: Link, tls: Tls, backend: str) -> LinkOptions:
     )
     _check_backend(asked, backend)
     for text in asked.faults:
-        Fault.parse(text)
+        FAULTS.parse(text)
     if asked.record is not None and asked.record.exists():
         raise UsageError(f"--record {asked.record}: is there already; choose another file")
     return asked
@@ -51,3 +56,35 @@ def certificates(tls: Tls) -> Certificates | None:
     if tls.cert is None or tls.key is None or tls.ca is None:
         raise UsageError("TLS takes three files: --cert, --key and --ca")
     return Certificates(tls.cert, tls.key, tls.ca)
+
+
+def robot_options(link: RobotLink) -> "RobotOptions | None":
+    """Return the robot of a run; None if it is a plant.
+
+    Raises
+    ------
+    UsageError
+        If options do not go together, or name what is not known.
+    """
+    if link.robot is None:
+        if link != RobotLink(robot_fault=[]):
+            raise UsageError(
+                "--robot-real-time, --robot-lock-step, --robot-fault and --may-move-a-real-robot "
+                "are for a run with --robot"
+            )
+        return None
+    from spikeport.robot.link.connection import RobotOptions  # needs mujoco
+
+    over_dds = link.robot.startswith("dds:")
+    if link.robot_real_time and over_dds:
+        raise UsageError("--robot-real-time is for --robot stub: a robot over DDS is in real time")
+    if link.robot_lock_step and not over_dds:
+        raise UsageError("--robot-lock-step is for --robot dds:...: others are in lock-step")
+    asked = RobotOptions(
+        robot=link.robot,
+        real_time=link.robot_real_time or (over_dds and not link.robot_lock_step),
+        faults=tuple(link.robot_fault),
+        may_move_a_robot=link.may_move,
+    )
+    asked.check()
+    return asked

@@ -38,6 +38,7 @@ def _chip_table(chip: ChipModel) -> Table:
 def _figures(chip: ChipModel) -> Iterator[tuple[str, Figure]]:
     """Every figure of a chip that is known, with what it is a figure of."""
     groups: list[tuple[str, BaseModel]] = [("", chip.limits), ("", chip.power)]
+    groups += [] if chip.host_io is None else [("host I/O: ", chip.host_io)]
     for calibration in chip.calibrations:
         groups += [
             (f"{calibration.name}: energy of ", calibration.energies),

@@ -27,6 +27,15 @@ def path_of(text: str) -> Path:
     return Path(text)
 
 
+def _no_cache(asked: bool) -> bool:
+    """Switch the cache off where that is asked for; workers inherit it."""
+    if asked:
+        from spikeport.cache import switch_off
+
+        switch_off()
+    return asked
+
+
 def written(help_text: str) -> Any:
     """Return the option of a file or folder that is written."""
     return typer.Option(help=help_text, parser=path_of, metavar="PATH")
@@ -56,6 +65,12 @@ SettingsOption = Annotated[
 ]
 
 
+NoCache = Annotated[
+    bool,
+    typer.Option(
+        "--no-cache", callback=_no_cache, help="Calibrate anew, and keep nothing; see `cache`."
+    ),
+]
 FaultsOption = Annotated[
     list[str],
     typer.Option(
@@ -110,6 +125,38 @@ class Link:
     replay: Annotated[Path | None, typer.Option(help="A record for the backend replay.")] = None
 
 
+RobotFaultsOption = typer.Option(
+    metavar="KIND@STEP",
+    help="A fault on the way of commands, in lock-step, also delay=MS:1 or loss:SHARE; repeatable.",
+    default_factory=list,
+    show_default=False,
+)
+MayMoveOption = Annotated[
+    bool,
+    typer.Option(
+        "--may-move-a-real-robot",
+        help="Allow domain 0 and other interfaces than lo, where a real robot may obey.",
+    ),
+]
+
+
+@dataclass(frozen=True, kw_only=True)
+class RobotLink:
+    """The robot of a run, at the other end of Unitree's interface; without one it is a plant."""
+
+    robot: Annotated[
+        str | None, typer.Option(metavar="ROBOT", help="inline, stub or dds:INTERFACE:DOMAIN.")
+    ] = None
+    robot_real_time: Annotated[
+        bool, typer.Option("--robot-real-time", help="Let a stub keep to the clock.")
+    ] = False
+    robot_lock_step: Annotated[
+        bool, typer.Option("--robot-lock-step", help="The robot over DDS was served in lock-step.")
+    ] = False
+    robot_fault: Annotated[list[str], RobotFaultsOption]
+    may_move: MayMoveOption = False
+
+
 @dataclass(frozen=True, kw_only=True)
 class Tls:
     """The files of TLS, which a link to another machine is in need of."""
@@ -131,6 +178,7 @@ class RunOptions:
     out: Annotated[Path | None, written("Folder of the run.")] = None
     overwrite: Annotated[bool, typer.Option(help="Replace an earlier run in --out.")] = False
     video: Annotated[bool, typer.Option("--video", help="Write video.mp4 too.")] = False
+    no_cache: NoCache = False
 
 
 def with_options(command: Callable[..., Result]) -> Callable[..., Result]:

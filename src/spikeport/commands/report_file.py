@@ -13,11 +13,11 @@ from spikeport.files import read_json
 
 IN_FOLDERS = ("report.json", "result.json")
 NEEDED = ("image_digest", "resources", "energy", "timing")
-COMPARED = (*NEEDED, "passes", "quantisation", "loss")
+COMPARED = (*NEEDED, "host_io", "passes", "quantisation", "loss")
 PARTS: dict[str, TypeAdapter[object]] = {
     name: TypeAdapter(get_type_hints(ReportData)[name]) for name in COMPARED
 }
-"""The parts of reports that are compared; a run's result has those of `NEEDED` alone."""
+"""The parts of reports that are compared; a run's result has those of `NEEDED`, and ``host_io``."""
 
 
 def read(path: Path) -> Json:
@@ -32,6 +32,25 @@ def read(path: Path) -> Json:
     report: Json = read_json(file)
     _check(file, report)
     return report
+
+
+def check_whole(name: str, report: Json) -> None:
+    """Refuse the part of a report that a run's result has, and what is not a report's.
+
+    Raises
+    ------
+    UsageError
+        Naming what is absent, or wrong.
+    """
+    try:
+        ReportData.model_validate(report)
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = printable(".".join(map(str, first["loc"])))
+        raise UsageError(
+            f"{name}: not the whole report that a page is made of: {where}: "
+            f"{printable(first['msg'])}; give a report.json, or a folder with one"
+        ) from None
 
 
 def _file(path: Path) -> Path:

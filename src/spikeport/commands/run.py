@@ -3,23 +3,28 @@
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from spikeport import key_values
+from spikeport import cache, key_values
 from spikeport.backends.board.link import OWN_STUB, LinkOptions
 from spikeport.commands.options import RunOptions, Target
 from spikeport.commands.progress import progress_bar
-from spikeport.commands.tables import cost_notes, cost_table, resource_table
+from spikeport.commands.screen import print_costs
+from spikeport.commands.tables import resource_table
 from spikeport.compile.passes.parse import parse
 from spikeport.constants import DT_S, LONGEST_RUN
 from spikeport.errors import UsageError, unknown
 from spikeport.experiments import registry, run_folder
 from spikeport.experiments.options import Experiment, Options, Outcome
 from spikeport.hardware_models import chip as chips
+
+if TYPE_CHECKING:
+    from spikeport.robot.link.connection import RobotOptions
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,6 +35,7 @@ class RunRequest:
     target: Target
     options: RunOptions
     link: LinkOptions = OWN_STUB
+    robot: "RobotOptions | None" = None
 
 
 def run(request: RunRequest) -> None:
@@ -53,6 +59,8 @@ def run(request: RunRequest) -> None:
             seed=asked.seed,
             video=asked.video,
             link=request.link,
+            cache=cache.of_user(),
+            robot=request.robot,
             progress=progress,
             command=("spikeport", *sys.argv[1:]),
         )
@@ -84,9 +92,7 @@ def show_outcome(outcome: Outcome, folder: Path) -> None:
     result = outcome.result
     if outcome.report is not None:
         console.print(resource_table(outcome.report))
-        console.print(cost_table(outcome.report.chip, outcome.activity))
-        for note in cost_notes(outcome.report.chip, outcome.activity):
-            console.print(note, style="dim", markup=False)
+        print_costs(console, outcome.report, outcome.activity)
     table = Table(
         "metric", "value", box=SIMPLE_HEAD, title=f"{result['experiment']} on {result['backend']}"
     )

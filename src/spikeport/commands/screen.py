@@ -7,7 +7,13 @@ from rich.console import Console
 
 from spikeport.commands.core_tables import core_table, module_table
 from spikeport.commands.passes import pass_lines
-from spikeport.commands.tables import cost_notes, cost_table, loss_table, resource_table
+from spikeport.commands.tables import (
+    cost_notes,
+    cost_table,
+    host_io_table,
+    loss_table,
+    resource_table,
+)
 from spikeport.compile.check.violation import Violation
 from spikeport.compile.image.expected import Rates
 from spikeport.compile.report.loss import Loss
@@ -48,10 +54,7 @@ def show_findings(findings: Findings, cores: bool) -> None:
         console.print(core_table(report, findings.activity))
         if findings.modules is not None:
             console.print(module_table(report.chip, findings.modules))
-    if findings.activity is not None and report.chip.calibrations:
-        console.print(cost_table(report.chip, findings.activity, findings.rates))
-        for note in cost_notes(report.chip, findings.activity):
-            console.print(note, style="dim", markup=False)
+    print_costs(console, report, findings.activity, findings.rates)
     if report.neurobench is not None:
         console.print(neurobench_line(report.neurobench, findings.activity), markup=False)
     if findings.loss is not None:
@@ -61,6 +64,19 @@ def show_findings(findings: Findings, cores: bool) -> None:
     _print_offloaded(console, report)
     _print_hints(console, findings)
     console.print(verdict(report), markup=False)
+
+
+def print_costs(
+    console: Console, report: Report, activity: Activity | None, rates: Rates | None = None
+) -> None:
+    """Print energy and time, as far as there is an activity, and the host's input and output."""
+    host_io = report.host_io(activity, rates)
+    if activity is not None and report.chip.calibrations:
+        console.print(cost_table(report.chip, activity, rates, host_io))
+        for note in cost_notes(report.chip, activity):
+            console.print(note, style="dim", markup=False)
+    if host_io is not None:
+        console.print(host_io_table(host_io))
 
 
 def show_nothing(report: Report, verdict: str) -> None:

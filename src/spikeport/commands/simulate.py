@@ -17,12 +17,12 @@ from spikeport.backends.board.link import OWN_STUB, LinkOptions
 from spikeport.commands.options import Target
 from spikeport.commands.progress import progress_bar
 from spikeport.commands.run import check_target
-from spikeport.commands.tables import cost_notes, cost_table, resource_table
+from spikeport.commands.screen import print_costs
+from spikeport.commands.tables import resource_table
 from spikeport.compile.report.summary import verdict
 from spikeport.constants import DT_S, LONGEST_RUN
 from spikeport.errors import UsageError, printable
 from spikeport.experiments import registry, run_folder
-from spikeport.files import write_json
 from spikeport.find_network import BUILT_IN, find_network
 from spikeport.simulation.probes import probe_outputs, probes_by_name
 from spikeport.simulation.run import Ran, RunOptions, run
@@ -30,7 +30,7 @@ from spikeport.user_code import FILES
 
 FIGURE, DATASET = "spikeport.simulation.figure", "spikeport.simulation.dataset"
 """The modules that need the extra `runs`."""
-OF_REPORT = ("image_digest", "resources", "energy", "timing")
+OF_REPORT = ("image_digest", "resources", "energy", "timing", "host_io")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -124,7 +124,7 @@ def _write(
     run_folder.write_probes(folder, series.dataset(ran.recorded, ran.backend))
     run_folder.write_figure(folder, picture)
     if ran.report_json is not None:
-        write_json(folder / "report.json", ran.report_json)
+        run_folder.write_report(folder, ran.report_json, request.network)
     run_folder.write_result(folder, _result(request, ran, network))
 
 
@@ -157,10 +157,7 @@ def _show(ran: Ran, folder: Path) -> None:
     console = Console(highlight=False)
     if ran.report is not None:
         console.print(resource_table(ran.report))
-        if ran.report.chip.calibrations:
-            console.print(cost_table(ran.report.chip, ran.activity))
-        for note in cost_notes(ran.report.chip, ran.activity):
-            console.print(note, style="dim", markup=False)
+        print_costs(console, ran.report, ran.activity)
     console.print(_probe_table(ran))
     if ran.report is not None:
         console.print(verdict(ran.report), markup=False)

@@ -119,7 +119,7 @@ def _write(out: Path, image: ChipImage, held: list[np.ndarray], activity: Activi
         values = [np.ravel(output.decode(row)) for row in rows]
         members[f"held_{number}"] = rows
         members[f"values_{number}"] = np.array(values).reshape(len(rows), output.size)
-    for name in (*PER_STEP, *PER_RUN, "readout_spikes"):
+    for name in (*PER_STEP, *PER_RUN, "host_spikes", "readout_spikes"):
         members[f"activity_{name}"] = np.asarray(getattr(activity, name))
     with atomic_path(out) as temporary, open(temporary, "wb") as file:
         np.savez_compressed(file, **members)

@@ -14,6 +14,7 @@ from spikeport.hardware_models.activity import Activity
 from spikeport.hardware_models.calibration import EnergyCalibration
 from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.energy import Draw, EnergyReport, energy
+from spikeport.hardware_models.host_io import HostIoReport
 from spikeport.hardware_models.timing import timing
 from spikeport.hardware_models.topology import chips_used
 
@@ -35,7 +36,12 @@ def resource_table(report: Report) -> Table:
     return table
 
 
-def cost_table(chip: ChipModel, activity: Activity, rates: Rates | None = None) -> Table:
+def cost_table(
+    chip: ChipModel,
+    activity: Activity,
+    rates: Rates | None = None,
+    host_io: HostIoReport | None = None,
+) -> Table:
     """Energy and time of a run, or expected at stated rates, in every calibration of the chip."""
     table = Table("", box=SIMPLE_HEAD, title=f"energy and time, {_basis(activity, rates)}")
     rows: dict[str, list[str]] = {}
@@ -43,8 +49,18 @@ def cost_table(chip: ChipModel, activity: Activity, rates: Rates | None = None) 
         table.add_column(escape(calibration.name))
         for label, text in _cost_rows(chip, activity, calibration):
             rows.setdefault(label, []).append(text)
+    if host_io is not None and any(c.has_times for c in chip.calibrations):
+        rows["with host I/O"] = [f"{host_io.dt} {host_io.verdict}"] * len(chip.calibrations)
     for label, texts in rows.items():
         table.add_row(label, *(escape(text) for text in texts))
+    return table
+
+
+def host_io_table(host_io: HostIoReport) -> Table:
+    """Traffic of a step between host and chip, and whether they are known to keep up."""
+    table = Table("", box=SIMPLE_HEAD, title="host I/O of a step", show_header=False)
+    for label, text in host_io.rows():
+        table.add_row(label, escape(text))
     return table
 
 

@@ -89,6 +89,8 @@ def test_a_late_answer_is_held_for_and_its_spikes_are_counted() -> None:
         for one, other in zip(held, outputs[99], strict=True):
             np.testing.assert_array_equal(one, other)
     assert chip.figures.skipped_spikes == len(trains[101]) + len(trains[102])
+    taken = [len(spikes) for spikes in trains[:101] + trains[103:]]
+    np.testing.assert_array_equal(chip.activity().host_spikes, taken)
     assert chip.activity().n_steps == STEPS - 2
 
 
@@ -101,6 +103,15 @@ def test_after_a_late_answer_the_board_goes_on_from_where_it_was() -> None:
     for held, wanted in zip(outputs[103:], expected[101:], strict=True):
         for one, other in zip(held, wanted, strict=True):
             np.testing.assert_array_equal(one, other)
+
+
+def test_a_source_that_spikes_twice_does_so_on_the_board() -> None:
+    chip, native = board_chip(), NativeChip(IMAGE, 0)
+    for spikes in spike_train(STEPS):
+        twice = np.concatenate([spikes, spikes[:1]])
+        for one, other in zip(chip.step(twice, {}), native.step(twice, {}), strict=True):
+            np.testing.assert_array_equal(one, other)
+    assert chip.activity().totals() == native.activity().totals()
 
 
 def test_simulated_time_waits_for_a_slow_board() -> None:
@@ -191,6 +202,7 @@ def test_a_record_plays_back_what_the_host_got(tmp_path: Path, faults: Sequence[
         for one, other in zip(replay.step(spikes, {}), wanted, strict=True):
             np.testing.assert_array_equal(one, other)
     assert replay.activity().totals() == chip.activity().totals()
+    np.testing.assert_array_equal(replay.activity().host_spikes, chip.activity().host_spikes)
     replay.close()
 
 

@@ -5,7 +5,7 @@ import socket
 import pytest
 
 from spikeport.backends.board.frame import Frame, Kind
-from spikeport.backends.board.line import SocketLine, SystemClock
+from spikeport.backends.board.line import SYSTEM_WAITS_S, SocketLine
 from spikeport.errors import BoardLostError
 
 
@@ -31,8 +31,33 @@ def test_a_large_frame_arrives_whole(lines: tuple[SocketLine, SocketLine]) -> No
     assert lines[1].receive(5.0) == frame
 
 
-def test_nothing_in_time_is_none(lines: tuple[SocketLine, SocketLine]) -> None:
-    assert lines[0].receive(0.01) is None
+@pytest.mark.parametrize("within_s", [0.0, 0.01, 1.2 * SYSTEM_WAITS_S])
+def test_nothing_in_time_is_none(lines: tuple[SocketLine, SocketLine], within_s: float) -> None:
+    assert lines[0].receive(within_s) is None
+
+
+def test_a_frame_that_comes_after_the_system_waited_is_found(
+    lines: tuple[SocketLine, SocketLine], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    take, frame = SocketLine._take, Frame(Kind.STEP, 1, 2)
+    waits = []
+
+    def taken(line: SocketLine) -> None:
+        waits.append(take(line))
+        if len(waits) == 1:
+            lines[1].send(frame)
+
+    monkeypatch.setattr(SocketLine, "_take", taken)
+    assert lines[0].receive(100 * SYSTEM_WAITS_S) == frame
+    assert len(waits) == 2
+
+
+def test_a_peer_that_does_not_read_is_given_up(
+    lines: tuple[SocketLine, SocketLine], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("spikeport.backends.board.line.SEND_S", 0.01)
+    with pytest.raises(BoardLostError, match=r"\(it does not read\)"):
+        lines[0].send_bytes(bytes(1 << 22))
 
 
 def test_a_peer_that_is_gone_is_named(lines: tuple[SocketLine, SocketLine]) -> None:
@@ -42,11 +67,3 @@ def test_a_peer_that_is_gone_is_named(lines: tuple[SocketLine, SocketLine]) -> N
     lines[0].close()
     with pytest.raises(BoardLostError, match="one: the link is gone"):
         lines[0].receive(0.0)
-
-
-def test_the_clock_of_this_machine_waits_for_the_future_alone() -> None:
-    clock = SystemClock()
-    begin = clock.now()
-    clock.sleep_until(begin - 5)
-    clock.sleep_until(begin + 0.002)
-    assert clock.now() >= begin + 0.002

@@ -27,9 +27,28 @@ def test_a_step_comes_back(spikes: set[int], errors: dict[int, list[float]]) -> 
         np.testing.assert_array_equal(got_errors[group], values)
 
 
-def test_spikes_of_no_source_are_refused_by_the_host() -> None:
-    with pytest.raises(BackendError, match="sources 2 to 5; the image's inputs have 5, counted"):
-        CODEC.pack_step(np.array([5, 2]), {})
+@pytest.mark.parametrize(
+    ("codec", "spikes", "reason"),
+    [
+        (CODEC, [5, 2], "sources 2 to 5; the image's inputs have 5, counted"),
+        (CODEC, [-1, 2], "sources -1 to 2; "),
+        (CODEC, [-11], "sources -11 to -11; "),
+        (WIDE, [300], "sources 300 to 300; the image's inputs have 300, counted"),
+        (WIDE, [*range(20), -280], "sources -280 to 19; "),
+    ],
+)
+def test_spikes_of_no_source_are_refused_by_the_host(
+    codec: Codec, spikes: list[int], reason: str
+) -> None:
+    with pytest.raises(BackendError, match=reason):
+        codec.pack_step(np.array(spikes), {})
+
+
+def test_a_source_that_spikes_twice_goes_as_a_list() -> None:
+    spikes = [*range(100), 7, 7]
+    body, flags = WIDE.pack_step(np.array(spikes), {})
+    assert not flags & BITMAP
+    assert WIDE.unpack_step(body, flags)[0].tolist() == sorted(spikes)
 
 
 @pytest.mark.parametrize(
@@ -37,7 +56,7 @@ def test_spikes_of_no_source_are_refused_by_the_host() -> None:
     [
         (b"", 0, "cut or damaged"),
         (b"\4\0\0\0\0\0\5\0\0\0", 0, "sources must ascend from 0 to 4"),
-        (b"\x08\0\0\0\0\0\1\0\0\0\1\0\0\0", 0, "sources must ascend from 0 to 4"),
+        (b"\x08\0\0\0\0\0\2\0\0\0\1\0\0\0", 0, "sources must ascend from 0 to 4"),
         (b"\1\0\0\0\0\0\x04", BITMAP, "a bitmap of 1 bytes for 5 sources"),
         (b"\2\0\0\0\0\0\0\0", BITMAP, "a bitmap of 2 bytes for 5 sources"),
         (b"\0\0\0\0\1\0\0\0\0\0\3\0", 0, "cut or damaged"),

@@ -15,7 +15,7 @@ def test_a_stub_that_cannot_start_says_why() -> None:
 
 @pytest.mark.slow
 def test_a_stub_that_nobody_speaks_to_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("spikeport.backends.board.stub.STOP_S", 0.2)
+    monkeypatch.setattr("spikeport.child.STOP_S", 0.2)
     stub = Stub()
     assert stub.address.path is not None
     folder = stub.address.path.parent

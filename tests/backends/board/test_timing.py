@@ -1,8 +1,6 @@
-"""Steps begin at t_0 + n dt; a stall is counted, and never made up for in a burst."""
+"""A chip's steps by either clock: simulated time waits, real time does not."""
 
-import pytest
-
-from spikeport.backends.board.timing import Pace, RealTime, RoundTrips, SimulatedTime
+from spikeport.backends.board.timing import Pace, RealTime, SimulatedTime
 from tests.helpers.fake_board import FakeClock
 
 
@@ -43,15 +41,3 @@ def test_simulated_time_does_not_wait() -> None:
     assert begins(clock, pace, [0.5, 0.0, 0.0]) == [0, 500, 500]
     assert pace.begin() == clock.now() + 2.0
     assert pace.overruns == 0
-
-
-def test_round_trips_are_known_to_two_per_cent() -> None:
-    trips = RoundTrips()
-    assert trips.quantile_s(0.5) is None
-    for i in range(1, 1001):
-        trips.add(i * 1e-5)
-    assert trips.quantile_s(0.5) == pytest.approx(5e-3, rel=0.02)
-    assert trips.quantile_s(0.99) == pytest.approx(9.9e-3, rel=0.02)
-    assert trips.worst_s == 1e-2
-    trips.add(1e9)
-    assert trips.quantile_s(1.0) <= 1e9

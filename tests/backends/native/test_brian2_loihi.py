@@ -47,7 +47,7 @@ FIRST = np.cumsum([0] + [group.n for group in GROUPS])
 
 
 class Run(NamedTuple):
-    """What neurons did: (n_steps, n) each."""
+    """The records of neurons: (n_steps, n) each."""
 
     spiked: np.ndarray
     v: np.ndarray
@@ -200,7 +200,7 @@ def theirs(brian: Any, weights: list[Weights], inputs: np.ndarray) -> Run:
 
 
 def test_the_network_is_worth_comparing(theirs: Run) -> None:
-    """All groups spike, some of their currents and voltages turn negative."""
+    """Every group spikes, and some of their currents and voltages turn negative."""
     for a, b in itertools.pairwise(FIRST):
         assert theirs.spiked[:, a:b].sum() > 30
         assert theirs.u[:, a:b].min() < 0 < theirs.u[:, a:b].max()

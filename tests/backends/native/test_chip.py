@@ -1,4 +1,4 @@
-"""What the native backend refuses, in whole sentences, and that it refuses before it steps."""
+"""Refusals of the native backend, in whole sentences, before it steps."""
 
 from collections.abc import Callable
 from typing import Any

@@ -1,4 +1,4 @@
-"""What a refusal says of rewriting the network: what was tried, and only that."""
+"""Advice on rewriting a network that is refused: what was tried, and only that."""
 
 import nengo
 import numpy as np

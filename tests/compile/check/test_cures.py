@@ -1,4 +1,4 @@
-"""What nengo-loihi refuses, with the cure that the message names: each is carried out."""
+"""Networks that nengo-loihi refuses, with the cure that the message names: each is carried out."""
 
 from collections.abc import Callable
 from functools import partial

@@ -1,4 +1,4 @@
-"""What is moved to the host, why, and that everything else stays where it was."""
+"""Objects that are moved to the host, why, and that everything else stays where it was."""
 
 import nengo
 import nengo_loihi

@@ -22,7 +22,7 @@ LOIHI = chips.get("loihi")
 
 
 def uses(network: nengo.Network) -> dict[str, CoreUse]:
-    """What each block takes, on a core of its own."""
+    """Return the use of each block, on a core of its own."""
     image = compile_network(network, pipeline="").image
     return {core.label: core for core in core_uses(image, LOIHI)}
 

@@ -1,4 +1,4 @@
-"""How many spikes ensembles on the host can send to the chip in a step."""
+"""The most spikes that ensembles on the host can send to the chip in a step."""
 
 import nengo
 import nengo_loihi

@@ -111,7 +111,7 @@ def test_relays_are_taken_to_fire_as_they_do_at_zero(path: str, neurons: int) ->
 
 
 def run(network: nengo.Network, compilation: Compilation, n_steps: int) -> np.ndarray:
-    """What the network's probe records on the chip."""
+    """Return the values that the network's probe records on the chip."""
     loop = HostLoop(compilation, NativeChip(compilation.image, seed=1), seed=1)
     for _ in range(n_steps):
         loop.step()

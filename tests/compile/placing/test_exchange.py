@@ -70,7 +70,7 @@ def test_blocks_that_cannot_make_room_are_not_tried(monkeypatch: pytest.MonkeyPa
 
 
 def n_tried(n: int, monkeypatch: pytest.MonkeyPatch) -> int:
-    """How many exchanges are tried where n cores hold two blocks with all profiles."""
+    """Return the number of exchanges tried where n cores hold two blocks with all profiles."""
     profiles = (load(size, thresholds=0b11 << 2 * core) for core in range(n) for size in (5, 3))
     of = problem(*profiles, room=cores_of(9)._replace(profiles=(2, 2, 2, 1, 1, 1)))
     bins = [[2 * core, 2 * core + 1] for core in range(n)]

@@ -37,6 +37,6 @@ def test_gains_are_what_spikes_within_cores_rise_by(of: Problem) -> None:
 
 
 def swap_gain(of: Problem, ours: list[int], theirs: list[int], other: int) -> float:
-    """What the spikes within two cores, each pair once, rise by for the first block and another."""
+    """Return the rise of spikes within two cores, each pair once, for two blocks."""
     swapped = [[other, *ours[1:]], [ours[0], *(block for block in theirs if block != other)]]
     return (of.cost([ours, theirs])[1] - of.cost(swapped)[1]) / 2

@@ -64,7 +64,7 @@ def test_a_swap_is_judged_by_the_messages_of_its_cores(monkeypatch: pytest.Monke
 
 
 def n_routed(n: int, monkeypatch: pytest.MonkeyPatch) -> int:
-    """How many messages are routed to find that no swap helps, in a ring laid along the tiles."""
+    """Return the messages routed to find that no swap helps, in a ring laid along the tiles."""
     ring = Messages(np.arange(n), np.roll(np.arange(n), -1), np.ones(n, dtype=int))
     routed = []
     usage = Links.usage

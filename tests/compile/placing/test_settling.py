@@ -127,7 +127,7 @@ def test_blocks_that_the_same_sources_reach_come_together() -> None:
 
 
 def n_joins(n: int, monkeypatch: pytest.MonkeyPatch) -> int:
-    """How often loads are joined where each of n blocks could swap with n, and none fits."""
+    """Return the number of joined loads where each of n blocks could swap with n, and none fits."""
     sizes = [1] * n + [2] * (n // 2)
     partners = {(small, n + small // 2): 1 for small in range(n)}
     of = problem(*sizes, room=cores_of(n), traffic=partners)

@@ -259,7 +259,7 @@ def test_ensembles_that_stay_keep_their_decoders_and_seed() -> None:
 
 
 def learning_inside() -> nengo.Network:
-    """What learns is in a subnetwork, and its error comes from outside, itself learned."""
+    """Return a network with learning in a subnetwork, and its error, itself learned, outside."""
     with nengo.Network(seed=1) as network:
         u, pre = nengo.Node(0.5, label="u"), nengo.Ensemble(20, 1, label="pre")
         error = nengo.Node(lambda _t, x: x - 0.3, size_in=1, label="error")

@@ -1,4 +1,4 @@
-"""How many compartments a network takes at least, before anything is built."""
+"""The least number of compartments of a network, before anything is built."""
 
 import nengo
 import numpy as np

@@ -116,7 +116,16 @@ def test_the_result_has_every_field(loihi):
     result = loihi.result
     assert list(result) == [
         *("schema", "command", "experiment", "backend", "seconds", "seeds", "settings"),
-        *("metrics", "activity", "link", "image_digest", "resources", "energy", "timing"),
+        *(
+            "metrics",
+            "activity",
+            "link",
+            "image_digest",
+            "resources",
+            "energy",
+            "timing",
+            "host_io",
+        ),
         "versions",
     ]
     assert result["command"] == ["spikeport", "run"]
@@ -141,8 +150,8 @@ def test_the_resources_are_those_of_the_compiler(loihi):
 
 
 @pytest.mark.slow
-def test_the_folder_holds_three_files(loihi):
-    assert names(loihi.folder) == FILES
+def test_the_folder_holds_the_run_and_the_report(loihi):
+    assert names(loihi.folder) == sorted([*FILES, "report.html", "report.json"])
 
 
 @pytest.mark.slow

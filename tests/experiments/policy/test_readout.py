@@ -1,10 +1,11 @@
-"""Whether a trial's policy is calibrated, and by what."""
+"""The choice of a trial's calibration: none, found, or from a file."""
 
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from spikeport.cache import NOTHING, Cache
 from spikeport.errors import UsageError
 from spikeport.experiments.calibration import Refitted
 from spikeport.experiments.policy import readout as module
@@ -19,15 +20,15 @@ WALKS = Walks(lambda _policy: GAIT, lambda _policy: np.zeros(69))
 
 @pytest.fixture(autouse=True)
 def found(monkeypatch):
-    """What a calibration finds."""
+    """Return the decoders that a calibration finds."""
     decoders = {"weights": np.ones((2, 4)), "bias": np.zeros(2), "trim": np.ones(69)}
     monkeypatch.setattr(module, "calibrated_policy", lambda *_: Refitted(decoders, ""))
     return decoders
 
 
-def trial(given, backend="native"):
+def trial(given, backend="native", cache=NOTHING):
     settings = SimpleNamespace(calibrated=given, conversion={}, network_seed=0, policy_options=None)
-    options = SimpleNamespace(backend=backend, substrate={})
+    options = SimpleNamespace(backend=backend, substrate={}, chip="loihi", cache=cache)
     return SimpleNamespace(settings=settings, options=options, recorded={})
 
 
@@ -58,3 +59,19 @@ def test_a_file_gives_what_was_found_unless_by_another_method(tmp_path, monkeypa
     message = f"made for method={METHOD}, but the run has method={METHOD + 1}"
     with pytest.raises(UsageError, match=message):
         asked(str(file))
+
+
+@pytest.mark.parametrize("changed", ["nothing", "policy", "gait", "network_seed"])
+def test_what_is_kept_is_found_again_for_equal_inputs_alone(tmp_path, monkeypatch, found, changed):
+    kept = trial(True, cache=Cache(tmp_path / "cache"))
+    first = refitted(kept, LAYERS, [], GAIT, WALKS)
+    monkeypatch.setattr(module, "calibrated_policy", lambda *_: Refitted({"weights": GAIT}, "new"))
+    layers = [Layer(2 * np.ones((2, 69)), np.zeros(2))] if changed == "policy" else LAYERS
+    gait = GAIT + 1 if changed == "gait" else GAIT
+    kept.settings.network_seed = int(changed == "network_seed")
+    again = refitted(kept, layers, [], gait, WALKS)
+    assert first.decoders.keys() == found.keys()
+    assert (again.image_digest == "new") is (changed != "nothing")
+    if changed == "nothing":
+        assert (again.made_for, again.image_digest) == (first.made_for, first.image_digest)
+        assert all((again.decoders[name] == value).all() for name, value in found.items())

@@ -1,4 +1,4 @@
-"""What a sweep leaves in its folder, and which folders it refuses."""
+"""The folder that a sweep leaves, and the folders it refuses."""
 
 import json
 

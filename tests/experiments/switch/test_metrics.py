@@ -1,4 +1,4 @@
-"""What makes a phase a success, on runs that are made up."""
+"""The success of a phase, on runs that are made up."""
 
 from types import SimpleNamespace
 

@@ -18,7 +18,7 @@ def text(phases):
 
 @pytest.fixture
 def refused(file, tmp_path, spikeport):
-    """What the command line says of a text, as a schedule, before anything is left of a run."""
+    """Return the command line's answer to a text as a schedule, before there is a run."""
 
     def run(text, *options, schedule=file):
         file.write_text(text)
@@ -32,7 +32,7 @@ def refused(file, tmp_path, spikeport):
 
 @pytest.fixture
 def reason(refused, file, text):
-    """What is said of phases in which something was changed."""
+    """Return the refusal of phases in which something was changed."""
 
     def run(changed, to):
         assert changed in text

@@ -3,6 +3,7 @@
 import json
 
 import pytest
+import xarray as xr
 
 from spikeport.experiments import driver
 from spikeport.experiments.switch import rehearsal
@@ -75,6 +76,19 @@ def test_the_emulator_does_what_the_native_backend_does(small, tmp_path):
     native, emulated = (result(tmp_path / backend) for backend in ("native", "nengo-loihi"))
     for key in ("metrics", "image_digest", "resources", "energy"):
         assert native[key] == emulated[key]
+
+
+@pytest.mark.slow
+def test_a_board_does_what_the_native_backend_does(small, tmp_path):
+    folders = [tmp_path / backend for backend in ("native", "board")]
+    for folder in folders:
+        assert small("run", folder.name, backend=folder.name)[0] == 0
+    native, board = map(result, folders)
+    for key in ("metrics", "image_digest", "resources", "energy", "activity"):
+        assert native[key] == board[key]
+    one, other = (xr.open_dataset(folder / "probes.nc") for folder in folders)
+    assert one.identical(other)
+    assert (board["link"]["steps"], board["link"]["held"]) == (600, 0)
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""How a policy is trimmed by its gait."""
+"""The trim of a policy by its gait."""
 
 import numpy as np
 import pytest

@@ -7,6 +7,7 @@ import pytest
 import xarray as xr
 from PIL import Image
 
+from spikeport.cache import Cache
 from spikeport.compile.pipeline import compile_network
 from spikeport.errors import UsageError
 from spikeport.experiments import driver
@@ -115,6 +116,20 @@ def test_the_built_in_network_gives_the_image_of_the_run(tmp_path):
     assert compile_network(network, pipeline="compact").image.digest == run["image_digest"]
 
 
+@pytest.mark.slow
+@pytest.mark.usefixtures("short_gait")
+def test_a_board_does_what_the_native_backend_does(tmp_path):
+    folders = [tmp_path / backend for backend in ("native", "board")]
+    native, board = (walked(f, 0.2, backend=f.name, n_neurons=2) for f in folders)
+    for found in (native, board):
+        del found["metrics"]["real_time_factor"]
+    for key in ("metrics", "activity", "image_digest", "energy"):
+        assert native[key] == board[key]
+    one, other = (xr.open_dataset(folder / "probes.nc") for folder in folders)
+    assert one.identical(other)
+    assert (board["link"]["steps"], board["link"]["held"]) == (200, 0)
+
+
 # what it writes
 
 
@@ -122,7 +137,16 @@ def test_the_result_has_every_field(exact):
     result = exact[1]
     assert list(result) == [
         *("schema", "command", "experiment", "backend", "seconds", "seeds", "settings"),
-        *("metrics", "activity", "link", "image_digest", "resources", "energy", "timing"),
+        *(
+            "metrics",
+            "activity",
+            "link",
+            "image_digest",
+            "resources",
+            "energy",
+            "timing",
+            "host_io",
+        ),
         "versions",
     ]
     assert list(result["metrics"]) == [*METRICS, "spikes_per_second", "real_time_factor"]
@@ -290,3 +314,19 @@ def test_the_experiments_pipeline_is_used_where_none_is_asked_for(tmp_path, spik
     spikeport(*ANALYTIC, "--out", tmp_path / "a")
     spikeport(*ANALYTIC, "--passes", "as_written", "--out", tmp_path / "b")
     assert asked == ["compact", "as_written"]
+
+
+def test_a_gait_is_recorded_once_for_a_policy(monkeypatch, tmp_path):
+    recorded = []
+
+    def record(policy):
+        recorded.append(policy)
+        return np.full((2, 69), float(len(recorded)))
+
+    monkeypatch.setattr(walk_trial, "record_gait", record)
+    trial = WalkTrial(WalkSettings(), Options(1.0, cache=Cache(tmp_path / "cache")))
+    weights = trial.settings.walking_policy()
+    for _ in range(2):
+        assert (trial._gait(weights) == 1).all()
+    other = dataclasses.replace(weights, pose_rad=weights.pose_rad + 0.01)
+    assert (trial._gait(other) == 2).all()

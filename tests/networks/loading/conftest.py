@@ -82,7 +82,7 @@ def actor() -> MLPModel:
 
 @pytest.fixture
 def refusal() -> Callable[..., str]:
-    """What `load_mlp` says of a file, without the file's name and the cure."""
+    """Return the refusal of a file by `load_mlp`, without the file's name and the cure."""
 
     def message(path: Path) -> str:
         with pytest.raises(UsageError) as error:

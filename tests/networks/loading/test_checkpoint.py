@@ -18,7 +18,7 @@ def path(tmp_path):
 
 @pytest.fixture
 def checkpoint(actor):
-    """What rsl-rl's runner saves."""
+    """Return a file as rsl-rl's runner saves it."""
     seen = TensorDict({"policy": torch.zeros(4, 5)}, batch_size=4)
     critic = MLPModel(seen, {"critic": ["policy"]}, "critic", 1, (4,))
     storage = RolloutStorage("rl", 4, 8, seen, [3])

@@ -12,7 +12,7 @@ from spikeport.compile.pipeline import compile_network
 
 @pytest.fixture
 def report(tmp_path):
-    """Where a compile writes its report, and how to read it."""
+    """A file that a compile writes its report to, and how to read it."""
     path = tmp_path / "report.json"
 
     class Report:

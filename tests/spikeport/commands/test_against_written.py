@@ -1,4 +1,4 @@
-"""What a rewritten network takes and loses more than the one as written."""
+"""The cores and the loss of a rewritten network beyond those of the one as written."""
 
 import nengo
 import pytest

@@ -17,7 +17,7 @@ FOUND = DecoderCalibration(
 
 @pytest.fixture
 def asked(monkeypatch):
-    """What the experiment was asked to calibrate; it answers with decoders."""
+    """The experiments that were asked to calibrate; each answers with decoders."""
     requests = []
 
     class Answering(ReachTrial):

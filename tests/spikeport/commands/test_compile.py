@@ -69,9 +69,8 @@ def test_labels_in_brackets_are_printed_as_they_are(spikeport, net_py):
     assert "[/bold] [red]x" in done.out
 
 
-def test_every_violation_is_printed_and_nothing_written(spikeport, net_py, tmp_path):
-    out, report = tmp_path / "out", tmp_path / "report.json"
-    done = spikeport("compile", f"{net_py}:does_not_fit", "--out", out, "--json", report)
+def test_every_violation_is_printed_and_no_image_written(spikeport, net_py, tmp_path):
+    done = spikeport("compile", f"{net_py}:does_not_fit", "--out", tmp_path / "out")
     assert done.code == 1
     assert done.err == (
         "error: the network does not fit chip 'loihi':\n"

@@ -4,6 +4,8 @@ import json
 
 import pytest
 
+from spikeport.experiments.run_folder import RESULT_SCHEMA
+
 
 @pytest.fixture
 def two(spikeport, net_py, tmp_path):
@@ -26,6 +28,25 @@ def test_what_differs_is_listed_with_its_change(spikeport, two):
     assert rows["compartments used"].split()[-4:] == ["22", "32", "+45.5", "%"]
     assert {"image", "synapse_bits used", "dynamic power, davies2018 (W)"} < set(rows)
     assert "cores limit" not in rows
+    assert "host I/O" not in rows
+
+
+def test_more_words_for_the_host_are_a_difference(spikeport, two):
+    path = two[1] / "report.json"
+    report = json.loads(path.read_text())
+    report["host_io"] |= {"words_back": 1000, "verdict": "excluded"}
+    path.write_text(json.dumps(report))
+    lines = spikeport("diff", *two).out.splitlines()
+    assert [line.split()[-1] for line in lines if "host I/O" in line] == ["excluded"]
+    assert any("words back / step" in line and "1000" in line for line in lines)
+
+
+def test_a_report_from_before_host_io_is_compared_without_it(spikeport, two):
+    path = two[0] / "report.json"
+    report = json.loads(path.read_text())
+    del report["host_io"]
+    path.write_text(json.dumps(report))
+    assert spikeport("diff", two[0], two[0] / "report.json").code == 0
 
 
 def test_files_that_are_no_reports_are_refused(spikeport, two, tmp_path):
@@ -42,8 +63,9 @@ def test_files_that_are_no_reports_are_refused(spikeport, two, tmp_path):
     assert error(file) == f"{file}: not a report of a compile, nor of a run"
     report = json.loads((two[1] / "report.json").read_text())
     file.write_text(json.dumps(report | {"schema": 99}))
-    assert error(file) == f"{file}: report schema 99, this spikeport reads 1; write it again"
-    file.write_text(json.dumps(report | {"experiment": "reach", "resources": None}))
+    assert error(file) == f"{file}: report schema 99, this spikeport reads 2; write it again"
+    result = {"schema": RESULT_SCHEMA, "experiment": "reach", "resources": None}
+    file.write_text(json.dumps(report | result))
     assert error(file) == f"{file}: the run was on no chip: it has no resources to compare"
     assert error(tmp_path) == f"{tmp_path}: has neither report.json nor result.json"
 

@@ -24,3 +24,11 @@ def test_doctor_fails_if_something_required_is_missing(spikeport, monkeypatch):
 
     monkeypatch.setattr(doctor, "_version", lambda name: "" if name == "numpy" else "1")
     assert spikeport("doctor").code == 1
+
+
+def test_doctor_lists_all_that_the_metadata_asks_for():
+    from spikeport.commands.doctor import packages
+
+    found = packages()
+    assert {"nengo": "", "jinja2": "", "mujoco": "robot", "torch": "train"}.items() <= found.items()
+    assert not {"pytest", "ruff", "spikeport"} & found.keys()

@@ -15,6 +15,12 @@ def test_chips_lists_every_chip_with_its_limits(spikeport):
     assert "Davies 2018" in done.out
 
 
+def test_chips_lists_what_is_published_of_host_io(spikeport):
+    rows = [line.split() for line in spikeport("chips").out.splitlines() if "host I/O" in line]
+    assert [row[2] for row in rows] == ["step", "word", "packet"]
+    assert rows[0][3:7] == ["8", "ms", "[0.95,", "9]"]
+
+
 def test_sources_are_printed_whole_where_columns_are_narrow(monkeypatch, spikeport):
     wide = spikeport("chips").out
     assert "nengo-loihi 1.1.0, hardware/nxsdk_objects.py" in wide

@@ -12,7 +12,7 @@ from spikeport.commands.options import Target, Workers, with_options
 
 @dataclass(frozen=True, kw_only=True)
 class Size:
-    """How large it is to be."""
+    """A group of options: a size and a name."""
 
     width: Annotated[int, typer.Option()]
     height: Annotated[int, typer.Option("--height", "-h")] = 2

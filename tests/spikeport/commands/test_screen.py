@@ -46,3 +46,13 @@ def test_tables_of_cores_are_shown_where_they_are_asked_for(compilation, capsys)
         show_findings(Findings(compilation.report), cores)
         printed.append(capsys.readouterr().out)
     assert [" holds " in text for text in printed] == [False, True]
+
+
+def test_what_is_shown_of_host_io_stands_beside_the_step_time(compilation, capsys):
+    rates = Rates(100.0, {})
+    activity = expected_activity(compilation.image, rates)
+    show_findings(Findings(compilation.report, activity, rates), cores=False)
+    lines = capsys.readouterr().out.splitlines()
+    longest = next(i for i, line in enumerate(lines) if "step time, longest" in line)
+    beside = next(line for line in lines[longest:] if "with host I/O" in line)
+    assert beside.count("dt = 1 ms not shown") == 2

@@ -9,7 +9,7 @@ from spikeport import Simulator
 from spikeport.compile.report.schema import ReportData
 from spikeport.find_network import find_network
 
-FILES = ["figure.png", "probes.nc", "report.json", "result.json"]
+FILES = ["figure.png", "probes.nc", "report.html", "report.json", "result.json"]
 
 
 def names(folder):
@@ -49,7 +49,7 @@ def test_an_earlier_run_is_kept_or_replaced(spikeport, net_py, tmp_path):
     assert "holds a run; choose another --out, or give --overwrite" in spikeport(*command).err
     done = spikeport(*command, "--backend", "reference", "--overwrite")
     assert done.code == 0
-    assert names(tmp_path / "run") == [name for name in FILES if name != "report.json"]
+    assert names(tmp_path / "run") == [name for name in FILES if not name.startswith("report")]
     result = json.loads((tmp_path / "run" / "result.json").read_text())
     assert result["resources"] is None
 

@@ -1,11 +1,15 @@
 """Tables that the commands print."""
 
+import dataclasses
 from types import SimpleNamespace
 
+import pytest
 from rich.console import Console
+from rich.table import Table
 
-from spikeport.commands.tables import resource_table
+from spikeport.commands.tables import host_io_table, resource_table
 from spikeport.hardware_models.chip import get
+from spikeport.hardware_models.host_io import HostIoReport, HostTraffic, host_io
 from spikeport.hardware_models.limits import Usage
 
 
@@ -23,9 +27,50 @@ def test_the_resources_of_a_full_chip_are_whole_on_eighty_columns():
         resources=lambda: used("chip", 524_288, 128 * 2**20),
         fullest=lambda: used("core 127", 4096, 2**20),
     )
+    text = printed(resource_table(report))
+    assert "16,383 / 16,384 KiB" in text
+    assert "524,287 / 524,288" in text
+    assert "…" not in text
+
+
+def printed(table: Table) -> str:
     console = Console(width=80)
-    with console.capture() as printed:
-        console.print(resource_table(report))
-    assert "16,383 / 16,384 KiB" in printed.get()
-    assert "524,287 / 524,288" in printed.get()
-    assert "…" not in printed.get()
+    with console.capture() as captured:
+        console.print(table)
+    return captured.get()
+
+
+TRAFFIC = HostTraffic(0.001, 576, 288.0, 0, 84, 436, 104, 0)
+
+
+def rows(found: HostIoReport) -> str:
+    """The rows of the table, one after the other."""
+    return " ".join(printed(host_io_table(found)).split())
+
+
+def test_host_io_says_what_crosses_and_what_is_published():
+    assert rows(host_io(TRAFFIC, get("loihi"))) == (
+        "host I/O of a step spikes in 288.0 expected, of 576 sources "
+        "read back 104 words (84 values, 436 spikes), 512 bytes in whole packets "
+        "published 8 ms [0.95, 9]: nengo-loihi, pull request 26, issues 51 and 109 [thread] "
+        "dt = 1 ms not shown: published steps with host I/O take 0.95 ms to 9 ms"
+    )
+
+
+def test_host_io_of_a_run_is_counted():
+    found = dataclasses.replace(host_io(TRAFFIC, get("loihi")), counted=True, most_spikes=306)
+    assert "spikes in 288.0 on average, 306 at most, of 576 sources read" in rows(found)
+
+
+@pytest.mark.parametrize("name", ["loihi2", "spinnaker2"])
+def test_host_io_without_a_figure_says_so(name):
+    text = rows(host_io(TRAFFIC, get(name)))
+    assert text.endswith("dt = 1 ms not shown: no figure is published")
+    assert "bytes" not in text
+
+
+def test_learning_errors_and_sources_without_a_rate_are_named():
+    traffic = dataclasses.replace(TRAFFIC, errors=3, unknown_sources=50)
+    text = rows(host_io(traffic, get("loihi")))
+    assert "learning errors in 3 values" in text
+    assert "576 sources; without 50 that send spikes as they come" in text

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from spikeport.backends.board.nxsdk.answer import recv_bytes
 from spikeport.backends.board.nxsdk.device import RETRIES, Device
 from spikeport.backends.board.nxsdk.half import Half
 from spikeport.errors import BackendError
@@ -58,6 +59,7 @@ def test_spikes_and_all_errors_are_sent_in_each_step() -> None:
     assert hardware.settings["snip_max_spikes_per_step"] == 2
     assert (hardware.settings["n_chips"], hardware.settings["seed"]) == (1, 3)
     assert interface.interface.HostSnip.recv_retries == RETRIES
+    assert interface.interface.HostSnip.recv_bytes is recv_bytes
     assert [held.tolist() for held in device.step(np.array([1]), {})] == [[1]]
     device.step(np.array([], dtype=int), {0: np.array([0.5, -0.5])})
     held = device.step(np.array([], dtype=int), {})  # errors stay in effect

@@ -76,20 +76,20 @@ CASES: list[tuple[str, Parts, list[str], list[str]]] = [
     (
         "spikes that are read",
         Parts([Block(2, vth=[64, 128])], outputs=[Output("spiked", [0, 1])]),
-        ["NX09"],
-        ["NX09"],
+        ["NX09", "NX14"],
+        ["NX09", "NX14"],
     ),
     (
         "refractory delays",
         Parts([Block(2, vth=64, refract_delay=[1, 2])], outputs=[Output("spiked", [0])]),
-        ["NX13"],
-        ["NX13"],
+        ["NX13", "NX14"],
+        ["NX13", "NX14"],
     ),
     (
         "refractory delays that nobody reads",
         Parts([Block(2, refract_delay=[1, 2])], outputs=[Output("voltage", [0])]),
-        [],
-        [],
+        ["NX14"],
+        ["NX14"],
     ),
     (
         "targets that move",
@@ -128,6 +128,16 @@ def test_merging_axons_cures_a_group_that_ends_in_nothing() -> None:
     context = Context(chip.get("loihi"), 0.001, lambda *_note: None)
     merged = MergeAxons().apply(image, context)
     assert [one for one in findings(merged, Placement.single(merged)) if one.trap.refused] == []
+
+
+@pytest.mark.parametrize(
+    ("key", "value"), [("voltage", "a voltage of -1, or"), ("spiked", "32 spikes at once, or")]
+)
+def test_the_end_of_a_step_that_reads_as_a_shutdown_is_named(key: str, value: str) -> None:
+    image = Parts([Block(2)], outputs=[Output("current", [0]), Output(key, [1])]).image()
+    *_, found = findings(image, Placement.single(image))
+    assert found.trap.id == "NX14"
+    assert found.used.startswith(value)
 
 
 def test_findings_say_how_many() -> None:

@@ -1,4 +1,4 @@
-"""What is said of a graph's populations, in words."""
+"""The differences of a graph's populations, in words."""
 
 from pathlib import Path
 

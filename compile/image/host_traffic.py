@@ -1,0 +1,75 @@
+"""The traffic of an image with its host: spikes and learning errors in, values and spikes back.
+
+What is read back is packed as nengo-loihi's snips do it: a word for the number of the step, a word
+for each current and voltage, and a word for 32 spikes of compartments at even distances.
+
+Source: nengo-loihi 1.1.0, hardware/interface.py, ``ChipSnips.prepare_for_probe``.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.manifest import Encoding
+from spikeport.compile.image.tables import offsets, part
+from spikeport.hardware_models.host_io import HostTraffic
+
+SPIKES_A_WORD = 32
+
+
+def host_traffic(image: ChipImage) -> HostTraffic:
+    """Return what crosses between host and chip in each step."""
+    entries, dt_s = image.manifest.inputs, image.manifest.dt_s
+    read = list(_segments(image))
+    spikes = [segment for key, segment in read if key == "spiked"]
+    values = sum(len(segment) for key, segment in read if key != "spiked")
+    return HostTraffic(
+        dt_s=dt_s,
+        sources=image.n_inputs,
+        spikes=sum(e.size * mean_rate_hz(e.encoding, dt_s) for e in entries) * dt_s,
+        unknown_sources=sum(e.size for e in entries if e.encoding.kind == "spikes"),
+        values_back=values,
+        spikes_back=sum(map(len, spikes)),
+        words_back=1 + values + sum(map(_words, spikes)) if read else 0,
+        errors=_errors(image),
+    )
+
+
+def mean_rate_hz(encoding: Encoding, dt_s: float) -> float:
+    r"""Return the mean rate, in Hz, of a source that encodes values spread evenly from -1 to 1.
+
+    .. math:: r = \frac{1}{2} \int_{-1}^{1} \min(\max(gain\, x + bias, 0), 1 / dt)\, dx
+
+    0 for spikes that are sent as they come.
+    """
+    if encoding.kind == "spikes":
+        return 0.0
+    most, low, high = 1 / dt_s, encoding.bias - encoding.gain, encoding.bias + encoding.gain
+    if low == high:
+        return float(np.clip(low, 0, most))
+    below = np.clip([low, high], 0, most) ** 2 / 2  # the integral from 0 to either end
+    above = most * np.maximum(np.array([low, high]) - most, 0)
+    return float(np.diff(below + above)[0] / (high - low))
+
+
+def _segments(image: ChipImage) -> Iterator[tuple[str, np.ndarray]]:
+    """Yield what is read of each block: the state, and the compartments, (n,)."""
+    for number, entry in enumerate(image.manifest.outputs):
+        mine = image.reads.compartment[part(image.outputs.start, number)]
+        starts = offsets(entry.segments)
+        for segment in range(len(entry.segments)):
+            yield entry.key, mine[part(starts, segment)]
+
+
+def _words(compartments: np.ndarray) -> int:
+    """Return the words that spikes of some compartments of a block take."""
+    steps = np.diff(compartments)
+    even = len(steps) > 0 and bool(np.all(steps == steps[0]))
+    return -(-len(compartments) // SPIKES_A_WORD) if even else len(compartments)
+
+
+def _errors(image: ChipImage) -> int:
+    """Return the values of learning errors: one for two compartments of a block that learns."""
+    learning = np.unique(image.groups.block[image.learns])
+    return int(np.diff(image.blocks.start)[learning].sum()) // 2

@@ -1,0 +1,75 @@
+"""`ConstantInputs`: what the host would send in every step alike becomes bias."""
+
+import math
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import nengo
+import numpy as np
+
+from spikeport.compile.ground.names import Named, base
+from spikeport.compile.ground.rewrite import Rewrite
+from spikeport.compile.ground.scope import Scope
+from spikeport.compile.passes.base import Context, NetworkPass
+from spikeport.compile.rewriting.colouring import regroupable
+from spikeport.compile.rewriting.partition import Partition, in_parts
+from spikeport.compile.rewriting.passthrough import foldable
+from spikeport.compile.rewriting.regroup import regroup
+
+
+@dataclass(frozen=True)
+class ConstantInputs(NetworkPass):
+    """Make biases of inputs that never change: nodes with a constant output.
+
+        bias <- bias + gain e . T c / radius
+
+    for a constant c behind a transform T, at encoders e. The decoders are those of the ensemble as
+    it was. Passthrough nodes on the way are multiplied out; functions of a constant stay inputs.
+
+    A bias is there from the first step. So where a connection has a synapse, or on the chip, which
+    filters all that the host sends for 5 ms, the first steps differ, and all others do not.
+
+    Attributes
+    ----------
+    filtered : bool
+        Take constants behind a synapse, too.
+    """
+
+    name: ClassVar[str] = "constant_inputs"
+    precedes: ClassVar[tuple[str, ...]] = ("fuse", "decode_path")
+    filtered: bool = True
+
+    def apply(self, rewrite: Rewrite, context: Context) -> Rewrite:
+        """Rewrite the ensembles that have constant input, and their connections, with matrices."""
+        network = rewrite.network
+        scope = Scope(network, rewrite.names)
+        folded = foldable(network, scope.on_chip)
+        reached = set(_reached(network, folded))
+        targets = [e for e in regroupable(scope, folded) if e in reached]
+        context.note("targets", [rewrite.names[e] for e in targets])
+        if not targets:
+            return rewrite
+        groups = [part for e in targets for part in in_parts([e], math.inf)]
+        return regroup(
+            rewrite, Partition(groups), folded, context.dt_s, filtered_constants=self.filtered
+        )
+
+
+def _reached(network: nengo.Network, folded: Sequence[nengo.Node]) -> Iterator[Named]:
+    """Yield the objects that constants reach, over passthrough nodes at most."""
+    followers: dict[Named, list[nengo.Connection]] = defaultdict(list)
+    for connection in network.all_connections:
+        if connection.function is None:
+            followers[base(connection.pre_obj)].append(connection)
+    constant = [node for node in network.all_nodes if isinstance(node.output, np.ndarray)]
+    ahead: list[Named] = [*constant]
+    passed, seen = set(folded), set(constant)
+    while ahead:
+        for connection in followers[ahead.pop()]:
+            post = base(connection.post_obj)
+            if post not in seen:
+                seen.add(post)
+                yield post
+                ahead += [post] if post in passed else []

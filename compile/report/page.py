@@ -1,0 +1,250 @@
+"""A report as a page: one HTML file without requests, fonts or scripts of others.
+
+The page works without a mouse and without scripts, dark, light and on paper; its one script sorts
+tables. ``page.html.jinja`` has its layout, `View` what is in it.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from functools import cache, cached_property
+from math import log1p
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
+
+from spikeport.atomic import write_text
+from spikeport.compile.report.drawing import SIDE, Chip, chips, estimate
+from spikeport.compile.report.report import Json
+from spikeport.hardware_models.host_io import HostIoReport
+
+BITS_PER_KIB = 8 * 1024
+MOST_CELLS = 4000
+"""Of the drawing of messages; the report as data has all."""
+MOST_ROWS = 12
+"""Of tables of what is largest."""
+
+
+class Bar(NamedTuple):
+    """A resource in words: use, limit and fullest core, with shares of the limits."""
+
+    name: str
+    used: str
+    limit: str
+    share: float | None
+    fullest: str
+    fullest_share: float | None
+    core: int | None
+
+
+class Cell(NamedTuple):
+    """Messages from a core to another in a step, and the darkness that they are drawn in."""
+
+    source: int
+    target: int
+    messages: float
+    share: float
+
+
+class Row(NamedTuple):
+    """A name, a figure in words, and its share of the largest."""
+
+    name: str
+    text: str
+    share: float
+
+
+class Rule(NamedTuple):
+    """Hints or violations of one rule, with the first one's cure."""
+
+    id: str
+    rule: str
+    cure: str
+    rows: tuple[Json, ...]
+
+
+def write_page(path: Path, report: Json, title: str) -> None:
+    """Write a report as a page, whole or not at all.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    report : dict
+        The report as plain data, see `spikeport.compile.report.report.Report.to_dict`.
+    title : str
+        The name of what was compiled.
+    """
+    write_text(path, _template().render(title=title, views=[View(report, title)], changes=None))
+
+
+def write_pair(path: Path, reports: Mapping[str, Json], changes: Sequence[Sequence[str]]) -> None:
+    """Write two reports as one page, one beside the other, whole or not at all.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    reports : mapping of str to dict
+        The reports as plain data, by name.
+    changes : sequence of sequences of str
+        Every figure that differs: its name, its value in each report, and by how much it grew.
+    """
+    views = [View(report, name) for name, report in reports.items()]
+    title = " and ".join(reports)
+    write_text(path, _template().render(title=title, views=views, changes=changes))
+
+
+@cache
+def _template() -> Template:
+    environment = Environment(
+        loader=FileSystemLoader(Path(__file__).parent),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["estimate"] = estimate
+    environment.globals["core_side"] = SIDE
+    environment.filters["words"] = lambda name: name.replace("_", " ")
+    return environment.get_template("page.html.jinja")
+
+
+class View:
+    """The content of a page on a report.
+
+    Parameters
+    ----------
+    report : dict
+        The report as plain data.
+    title : str
+        The name of what was compiled.
+
+    Attributes
+    ----------
+    calibration : str
+        The calibration that cores and modules are coloured by: the first with times, or any.
+    """
+
+    def __init__(self, report: Json, title: str) -> None:
+        self.report, self.title = report, title
+        timing: Mapping[str, object] = report["timing"] or {}
+        self.calibration = next(
+            (name for name, taken in timing.items() if taken), next(iter(timing), "")
+        )
+
+    @cached_property
+    def bars(self) -> list[Bar]:
+        """The use of every resource."""
+        rows = self.report["resources"].items()
+        one_chip = self.report["resources"]["chips"]["limit"] == 1
+        return [self._bar(name, row) for name, row in rows if not (one_chip and name == "chips")]
+
+    def _bar(self, name: str, row: Json) -> Bar:
+        words, share = name.replace("_", " "), _share(row["used"], row["limit"])
+        used, limit = _amount(name, row["used"]), _amount(name, row["limit"])
+        limits, cores = self.report["limits_of_a_core"], self.report["cores"]
+        if name not in limits or not cores:
+            return Bar(words, used, limit, share, "", None, None)
+        core = max(range(len(cores)), key=lambda number: cores[number][name])
+        most, of_core = cores[core][name], limits[name]
+        text = f"{_amount(name, most)} of {_amount(name, of_core)}"
+        return Bar(words, used, limit, share, text, _share(most, of_core), core)
+
+    @cached_property
+    def chips(self) -> list[Chip]:
+        """The drawings of the chips in use."""
+        return chips(self.report, self.calibration)
+
+    @cached_property
+    def host_io(self) -> list[tuple[str, str]]:
+        """The host's input and output, in words; none without an image."""
+        found = self.report["host_io"]
+        return [] if found is None else list(HostIoReport.of(found).rows())
+
+    @cached_property
+    def modules(self) -> list[Row]:
+        """The energy of a step by module, the largest first."""
+        rows = (self.report["modules"] or {}).get(self.calibration, [])
+        return _largest(
+            (row["module"], estimate(row["energy_step"]), _value(row["energy_step"]))
+            for row in rows
+        )
+
+    @cached_property
+    def roundings(self) -> list[Row]:
+        """The rounding errors of weights by block, the largest first."""
+        return _largest(
+            (row["label"], f"{100 * row['weights']:.2g} %", row["weights"])
+            for row in self.report["quantisation"]
+        )
+
+    @cached_property
+    def losses(self) -> list[Row]:
+        """The causes of the outputs' error, the largest first; none without a run."""
+        return _largest(
+            (
+                f"{part['object']}: {part['what']}",
+                f"{100 * part['output_error']:.2g} %",
+                part["share"],
+            )
+            for part in (self.report["loss"] or {}).get("parts", ())
+        )
+
+    @cached_property
+    def cells(self) -> list[Cell]:
+        """The messages between cores; none if there are too many to be drawn."""
+        found = self._messages()
+        most = log1p(max((messages for *_, messages in found), default=0.0))
+        if len(found) > MOST_CELLS or not most:
+            return []
+        return [Cell(i, j, messages, log1p(messages) / most) for i, j, messages in found]
+
+    @cached_property
+    def busiest(self) -> list[Cell]:
+        """The pairs of cores with most messages."""
+        found = sorted(self._messages(), key=lambda row: -row[-1])
+        return [Cell(*row, 0.0) for row in found[:MOST_ROWS]]
+
+    def _messages(self) -> list[tuple[int, int, float]]:
+        found: list[tuple[int, int, float]] = (self.report["traffic"] or {}).get(
+            "between_cores", []
+        )
+        return found
+
+    @cached_property
+    def hints(self) -> list[Rule]:
+        """The hints, rule by rule."""
+        return by_rule(self.report["hints"])
+
+    @cached_property
+    def violations(self) -> list[Rule]:
+        """The reasons why the network does not fit, rule by rule."""
+        return by_rule(self.report["violations"])
+
+
+def by_rule(rows: Iterable[Json]) -> list[Rule]:
+    """Return hints or violations, rule by rule in the order of ids."""
+    found: dict[tuple[str, str], list[Json]] = {}
+    for row in rows:
+        found.setdefault((row["id"], row["rule"]), []).append(row)
+    return [Rule(*names, mine[0]["cure"], tuple(mine)) for names, mine in sorted(found.items())]
+
+
+def _share(used: int, limit: int | None) -> float | None:
+    return used / limit if limit else None
+
+
+def _amount(resource: str, number: int | None) -> str:
+    if number is None:
+        return "not public"
+    return f"{number / BITS_PER_KIB:,.0f} KiB" if resource.endswith("_bits") else f"{number:,}"
+
+
+def _value(estimate: Mapping[str, Any] | None) -> float:
+    return 0.0 if estimate is None else estimate["value"]
+
+
+def _largest(rows: Iterable[tuple[str, str, float]]) -> list[Row]:
+    """Return the rows of the largest values above 0, with shares of the largest."""
+    found = sorted(rows, key=lambda row: -row[-1])[:MOST_ROWS]
+    return [Row(name, text, value / found[0][-1]) for name, text, value in found if value > 0]

@@ -1,0 +1,198 @@
+"""Host input and output: the traffic of a step, and whether dt is known to be long enough for it.
+
+Published times are those of whole steps in which host and chip exchange spikes and values, whatever
+their number; none is known per spike. They are never added to what a chip takes by itself.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+from spikeport.hardware_models.activity import Activity
+from spikeport.hardware_models.chip import ChipModel
+from spikeport.hardware_models.estimate import Estimate
+
+Verdict = Literal["shown", "not shown", "excluded"]
+BITS_PER_BYTE = 8
+
+
+@dataclass(frozen=True)
+class HostTraffic:
+    """Traffic of an image with its host in each step.
+
+    Attributes
+    ----------
+    dt_s : float
+        The time step, in s.
+    sources : int
+        Sources of spikes on the host.
+    spikes : float
+        Spikes that the sources which encode values send in a step, expected of values that are
+        spread evenly over their range.
+    unknown_sources : int
+        Sources that send spikes as they come, whose rates nobody knows before a run.
+    values_back, spikes_back : int
+        Currents and voltages that are read in every step, and compartments whose spikes are.
+    words_back : int
+        Words in which they are sent: see `spikeport.compile.image.host_traffic`.
+    errors : int
+        Values of learning errors that are sent in every step.
+    """
+
+    dt_s: float
+    sources: int
+    spikes: float
+    unknown_sources: int
+    values_back: int
+    spikes_back: int
+    words_back: int
+    errors: int
+
+
+@dataclass(frozen=True)
+class HostIoReport:
+    """Host input and output of a step, and a verdict on steps of this length.
+
+    Attributes
+    ----------
+    counted : bool
+        Spikes are those of a run; else they are expected.
+    sources, unknown_sources : int
+        Sources of spikes on the host; those of them whose rates are not known before a run.
+    spikes : float
+        Mean of the host's spikes in a step.
+    most_spikes : int or None
+        The most in a step of a run.
+    values_back, spikes_back, words_back, errors : int
+        As in `HostTraffic`.
+    bytes_back : int or None
+        Bytes of the packets that hold the words; None: the chip has no public packet.
+    dt_s : float
+        Length of a step, in s.
+    published : Estimate or None
+        Published time of a step in which host and chip talk, in s; None: there is none.
+    verdict : {"shown", "not shown", "excluded"}
+        Whether host and chip are known to keep up with ``dt_s``.
+    reason : str
+        Why, in words.
+    """
+
+    counted: bool
+    sources: int
+    unknown_sources: int
+    spikes: float
+    most_spikes: int | None
+    values_back: int
+    spikes_back: int
+    words_back: int
+    bytes_back: int | None
+    errors: int
+    dt_s: float
+    published: Estimate | None
+    verdict: Verdict
+    reason: str
+
+    @property
+    def dt(self) -> str:
+        """The length of a step, in words."""
+        return f"dt = {1000 * self.dt_s:g} ms"
+
+    def rows(self) -> Iterator[tuple[str, str]]:
+        """Yield names and figures, in words: the rows of a table."""
+        mean = f"{self.spikes:,.1f} {'on average' if self.counted else 'expected'}"
+        most = "" if self.most_spikes is None else f", {self.most_spikes:,} at most"
+        unknown = "" if self.counted else _unknown(self.unknown_sources)
+        yield "spikes in", f"{mean}{most}, of {self.sources:,} sources{unknown}"
+        packets = f", {self.bytes_back:,} bytes in whole packets" if self.bytes_back else ""
+        what = f"{self.values_back:,} values, {self.spikes_back:,} spikes"
+        yield "read back", f"{self.words_back:,} words ({what}){packets}"
+        if self.errors:
+            yield "learning errors in", f"{self.errors:,} values"
+        if self.published is not None:
+            yield "published", f"{self.published.format()}: {self.published.source}"
+        yield self.dt, f"{self.verdict}: {self.reason}"
+
+    def to_dict(self) -> dict[str, object]:
+        """Plain data, ready for JSON."""
+        return asdict(self)
+
+    @classmethod
+    def of(cls, data: Mapping[str, Any]) -> "HostIoReport":
+        """Return the report of plain data, see `to_dict`."""
+        published = data["published"]
+        figure = None if published is None else Estimate(**published)
+        return cls(**{**data, "published": figure})
+
+
+def host_io(
+    traffic: HostTraffic, chip: ChipModel, activity: Activity | None = None, counted: bool = True
+) -> HostIoReport:
+    """Return the host's input and output on a chip.
+
+    Parameters
+    ----------
+    traffic : HostTraffic
+        What crosses in each step.
+    chip : ChipModel
+        The chip, with its published figures.
+    activity : Activity, optional
+        The counts of a run, or those expected of one.
+    counted : bool
+        The activity is that of a run.
+    """
+    counted = counted and activity is not None
+    sent = None if activity is None else activity.from_host
+    verdict, reason = _judged(traffic, chip)
+    return HostIoReport(
+        counted=counted,
+        sources=traffic.sources,
+        unknown_sources=traffic.unknown_sources,
+        spikes=traffic.spikes if sent is None else sent.mean,
+        most_spikes=int(sent.most) if sent is not None and counted else None,
+        values_back=traffic.values_back,
+        spikes_back=traffic.spikes_back,
+        words_back=traffic.words_back,
+        bytes_back=_bytes(traffic.words_back, chip),
+        errors=traffic.errors,
+        dt_s=traffic.dt_s,
+        published=None if chip.host_io is None else chip.host_io.step.estimate,
+        verdict=verdict,
+        reason=reason,
+    )
+
+
+def _bytes(words: int, chip: ChipModel) -> int | None:
+    """Return the bytes of whole packets that hold some words; None if they are not public."""
+    published = chip.host_io
+    if published is None or published.packet is None or published.word is None:
+        return None
+    packet = published.packet.count
+    return -(-words // packet) * packet * published.word.count // BITS_PER_BYTE
+
+
+def _judged(traffic: HostTraffic, chip: ChipModel) -> tuple[Verdict, str]:
+    """Return whether host and chip keep up with a step, and why.
+
+    The worst that is published within dt shows it, the best beyond dt excludes it; a bound that is
+    not known does neither.
+    """
+    if not (traffic.sources or traffic.words_back or traffic.errors):
+        return "shown", "nothing crosses between host and chip"
+    if chip.host_io is None:
+        return "not shown", "no figure is published"
+    step = chip.host_io.step.estimate
+    if step.high is not None and step.high <= traffic.dt_s:
+        return "shown", f"published steps with host I/O take {_ms(step.high)} at most"
+    if step.low is not None and step.low > traffic.dt_s:
+        return "excluded", f"published steps with host I/O take {_ms(step.low)} at least"
+    bounds = [_ms(bound) for bound in (step.low, step.high) if bound is not None]
+    published = " to ".join(bounds) if len(bounds) == 2 else _ms(step.value)
+    return "not shown", f"published steps with host I/O take {published}"
+
+
+def _unknown(sources: int) -> str:
+    return f"; without {sources:,} that send spikes as they come" if sources else ""
+
+
+def _ms(seconds: float) -> str:
+    return f"{1000 * seconds:g} ms"

@@ -1,0 +1,38 @@
+"""An estimator of the robot's motion, and a fix of its place from outside."""
+
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from spikeport.robot.link.signals import Sensors
+from spikeport.robot.state import RobotState
+
+
+class Fix(NamedTuple):
+    """Place of the pelvis as measured from outside, by motion capture or odometry of others.
+
+    Attributes
+    ----------
+    position : ndarray, (3,)
+        Origin of the pelvis in the world, m.
+    yaw_rad : float or None
+        Direction of the pelvis' x axis about the vertical; None where it is not measured.
+    """
+
+    position: np.ndarray
+    yaw_rad: float | None = None
+
+
+class StateEstimator(Protocol):
+    """Estimates the motion of the robot, observation by observation."""
+
+    def reset(self, sensors: Sensors, position: Fix | None = None) -> RobotState:
+        """Start over, and return the motion at an observation.
+
+        Without a fix, the pelvis is above the world's origin with its lowest sole at height 0, and
+        its heading is that of the IMU. Fixes that come later are in the frame of the one at the
+        reset: whoever has some, starts with one.
+        """
+
+    def update(self, sensors: Sensors, position: Fix | None = None) -> RobotState:
+        """Return the motion at the next observation, with a fix if there is one."""

@@ -1,0 +1,91 @@
+"""What the filter believes of the robot's motion, and how sure it is.
+
+The state is X = (R, v, p, d_1 ... d_n) in SE_(n+2)(3), and biases (b_g, b_a): orientation, velocity
+and place of the IMU in the world, and places of the contacts. Its error is right-invariant:
+
+    exp(xi) = X_believed X_true^-1,    zeta = (b_g, b_a)_believed - (b_g, b_a)_true
+
+Source: Hartley et al. 2020 (see `group`), on the state and on the augmentation by biases.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from spikeport.robot.estimator import group
+from spikeport.robot.estimator.group import Pose
+from spikeport.robot.estimator.legs import POINTS
+
+VELOCITY, PLACE, FIRST_CONTACT = 0, 1, 2
+"""Rows of a pose's vectors."""
+
+N_VECTORS = FIRST_CONTACT + len(POINTS)
+N_ERRORS = 3 + 3 * N_VECTORS + 6
+ROTATION = slice(0, 3)
+GYROSCOPE_BIAS, ACCELEROMETER_BIAS = (
+    slice(N_ERRORS - 6, N_ERRORS - 3),
+    slice(N_ERRORS - 3, N_ERRORS),
+)
+
+
+def errors_of(row: int) -> slice:
+    """Return where the error of a pose's vector lies in the covariance."""
+    return slice(3 + 3 * row, 6 + 3 * row)
+
+
+class Belief(NamedTuple):
+    """A state with its uncertainty; contacts that do not stand are at 0, and have no error.
+
+    Attributes
+    ----------
+    pose : Pose
+        X, with vectors (6, 3): v, p and four contacts.
+    gyroscope_bias, accelerometer_bias : ndarray, (3,)
+        In rad/s and m/s^2.
+    covariance : ndarray, (27, 27)
+        Of the errors.
+    """
+
+    pose: Pose
+    gyroscope_bias: np.ndarray
+    accelerometer_bias: np.ndarray
+    covariance: np.ndarray
+
+
+class Observation(NamedTuple):
+    """A linear observation of a belief's errors.
+
+    Attributes
+    ----------
+    innovation : ndarray, (m,)
+        z, observed minus expected.
+    sensitivity : ndarray, (m, 27)
+        H, derivative of what is expected by a correction delta.
+    noise : ndarray, (m, m)
+        N, covariance of what is observed.
+    """
+
+    innovation: np.ndarray
+    sensitivity: np.ndarray
+    noise: np.ndarray
+
+
+def corrected(belief: Belief, observation: Observation) -> Belief:
+    """Return a belief after an observation.
+
+        S = H P H^T + N,    K = P H^T S^-1,    delta = K z
+        X <- exp(delta) X,  b <- b + delta_b,  P <- (I - K H) P (I - K H)^T + K N K^T
+
+    Source: the paper's right-invariant correction, with Joseph's form of the covariance.
+    """
+    innovation, sensitivity, noise = observation
+    crossed = belief.covariance @ sensitivity.T
+    gain = np.linalg.solve(sensitivity @ crossed + noise, crossed.T).T
+    delta = gain @ innovation
+    kept = np.eye(N_ERRORS) - gain @ sensitivity
+    return Belief(
+        group.multiply(group.exp(delta[: GYROSCOPE_BIAS.start]), belief.pose),
+        belief.gyroscope_bias + delta[GYROSCOPE_BIAS],
+        belief.accelerometer_bias + delta[ACCELEROMETER_BIAS],
+        kept @ belief.covariance @ kept.T + gain @ noise @ gain.T,
+    )

@@ -1,0 +1,44 @@
+"""Says which points of the soles stand on the floor; an H1 has no sensors there.
+
+A point stands if it is about as low as the lowest one, its foot carries weight, and both have been
+so for a while: a foot that lands still slides and sinks in.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class ContactLimits:
+    """Limits by which a point stands.
+
+    Attributes
+    ----------
+    height_m : float
+        The most by which it is above the lowest point.
+    support_n : float
+        The least that the torques of its leg say that it carries.
+    settling_s : float
+        For how long.
+    """
+
+    height_m: float = 0.01
+    support_n: float = 30.0
+    settling_s: float = 0.02
+
+
+class ContactDetector:
+    """Detects contacts from heights and supports, observation by observation."""
+
+    def __init__(self, n_points: int, limits: ContactLimits) -> None:
+        self._limits = limits
+        self._low_since_s = np.full(n_points, np.inf)
+
+    def update(self, time_s: float, heights_m: np.ndarray, supports_n: np.ndarray) -> np.ndarray:
+        """Return which points stand (n,), by their heights and by their feet's supports (n,)."""
+        limits = self._limits
+        low = heights_m - heights_m.min() < limits.height_m
+        low &= supports_n > limits.support_n
+        self._low_since_s = np.where(low, np.minimum(self._low_since_s, time_s), np.inf)
+        return np.asarray(time_s - self._low_since_s >= limits.settling_s)

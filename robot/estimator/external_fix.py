@@ -1,0 +1,50 @@
+"""What a place, and a heading, from outside say of a belief."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from spikeport.robot.estimator.base import Fix
+from spikeport.robot.estimator.belief import (
+    N_ERRORS,
+    PLACE,
+    ROTATION,
+    Belief,
+    Observation,
+    errors_of,
+)
+from spikeport.robot.estimator.group import hat
+from spikeport.robot.estimator.torso import IMU_OFFSET_M, heading_rad, waist_rotation
+
+
+@dataclass(frozen=True)
+class FixNoise:
+    """Standard deviations of a fix: its place in m, its heading in rad."""
+
+    position_m: float = 0.01
+    yaw_rad: float = 0.02
+
+
+def fixed(belief: Belief, fix: Fix, waist_rad: float, noise: FixNoise) -> Observation:
+    """Return what a fix observes.
+
+    The pelvis is at o = p - R r, and a correction delta moves it by delta_p + delta_R x o; its
+    heading, that of e = R Rz(waist)^T e_x, changes by (e_x (delta_R x e)_y - e_y (delta_R x e)_x) /
+    (e_x^2 + e_y^2).
+    """
+    rotation, vectors = belief.pose
+    pelvis = vectors[PLACE] - rotation @ IMU_OFFSET_M
+    sensitivity, innovation = np.zeros((4, N_ERRORS)), np.zeros(4)
+    sensitivity[:3, ROTATION] = -hat(pelvis)
+    sensitivity[:3, errors_of(PLACE)] = np.eye(3)
+    innovation[:3] = fix.position - pelvis
+    size = 3
+    if fix.yaw_rad is not None:
+        turned = rotation @ waist_rotation(waist_rad).T
+        x, y, _ = ahead = turned[:, 0]
+        sensitivity[3, ROTATION] = (np.array([-y, x, 0.0]) @ -hat(ahead)) / (x * x + y * y)
+        apart = fix.yaw_rad - heading_rad(turned)
+        innovation[3] = (apart + np.pi) % (2 * np.pi) - np.pi
+        size = 4
+    deviations = np.array([*3 * (noise.position_m,), noise.yaw_rad])[:size]
+    return Observation(innovation[:size], sensitivity[:size], np.diag(deviations**2))

@@ -1,0 +1,53 @@
+"""The torso's IMU and the pelvis: a waist joint about z at the pelvis' origin lies between them.
+
+    p_pelvis = p_imu - R_torso r,    R_pelvis = R_torso Rz(waist)^T
+    omega_pelvis = Rz(waist) omega_torso - (0, 0, dwaist),    v_pelvis = v_imu - R_torso (omega x r)
+
+Source: joints ``torso_joint`` and ``imu_joint`` of Unitree's h1.urdf; unitree_rl_gym's
+``rotation_helper.py`` for the rotation.
+"""
+
+import numpy as np
+
+from spikeport.robot.engine import mujoco
+
+IMU_OFFSET_M = np.array([-0.0445, -0.0189, 0.2776])
+"""Place r of the IMU in the torso's frame, whose origin is the pelvis'. Source: h1.urdf."""
+
+
+def waist_rotation(waist_rad: float) -> np.ndarray:
+    """Return Rz(waist) (3, 3): from the torso's frame to the pelvis'."""
+    c, s = np.cos(waist_rad), np.sin(waist_rad)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def pelvis_angular_velocity(
+    gyroscope: np.ndarray, waist_rad: float, waist_rad_s: float
+) -> np.ndarray:
+    """Return (3,) the pelvis' angular velocity in its own frame, rad/s."""
+    turned = waist_rotation(waist_rad) @ gyroscope
+    return np.asarray(turned - (0.0, 0.0, waist_rad_s))
+
+
+def quaternion(rotation: np.ndarray) -> np.ndarray:
+    """Return (4,) the quaternion (w, x, y, z) of a rotation (3, 3)."""
+    found = np.zeros(4)
+    mujoco.mju_mat2Quat(found, rotation.ravel())
+    return found
+
+
+def rotation(quaternion: np.ndarray) -> np.ndarray:
+    """Return (3, 3) the rotation of a quaternion (w, x, y, z), of any length but 0."""
+    found = np.zeros(9)
+    mujoco.mju_quat2Mat(found, quaternion / np.sqrt(quaternion @ quaternion))
+    return found.reshape(3, 3)
+
+
+def heading_rad(rotation: np.ndarray) -> float:
+    """Return the direction of a body's x axis about the vertical, rad."""
+    return float(np.arctan2(rotation[1, 0], rotation[0, 0]))
+
+
+def turned(rotation: np.ndarray, angle_rad: float) -> np.ndarray:
+    """Return a rotation (3, 3) turned by an angle about the world's vertical."""
+    return np.asarray(waist_rotation(angle_rad) @ rotation)

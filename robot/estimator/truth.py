@@ -1,0 +1,28 @@
+"""The truth as an estimate: what a simulation has and no robot."""
+
+from collections.abc import Callable
+
+from spikeport.robot.estimator.base import Fix
+from spikeport.robot.link.signals import Sensors
+from spikeport.robot.state import RobotState
+
+
+class Truth:
+    """Returns the simulated motion, whatever the sensors say.
+
+    Parameters
+    ----------
+    read : callable
+        Reads the motion, as ``lambda: plant.state``.
+    """
+
+    def __init__(self, read: Callable[[], RobotState]) -> None:
+        self._read = read
+
+    def reset(self, sensors: Sensors, position: Fix | None = None) -> RobotState:
+        """Return the motion now."""
+        return self._read()
+
+    def update(self, sensors: Sensors, position: Fix | None = None) -> RobotState:
+        """Return the motion now."""
+        return self._read()

@@ -1,0 +1,135 @@
+"""Which observations of a robot a controller trusts."""
+
+from collections.abc import Hashable
+from typing import NamedTuple
+
+import numpy as np
+
+from spikeport.robot.description import JOINTS, load
+from spikeport.robot.link.signals import Sensors
+
+LATEST_S = 0.04
+"""Age of the last valid observation after which a moving robot is damped. Source: the exact policy
+walks with delays up to 40 ms, and falls with 50 ms."""
+
+RANGE_MARGIN_RAD = 0.1
+"""How far an angle may be beyond a joint's range: stops give way."""
+
+MARGIN = 2.0
+"""Of the speed and torque at which a motor pushes no further: landing feet turn the knees of a
+simulated robot at up to 1.3 of it."""
+
+FASTEST_RAD_S, LARGEST_M_S2 = 50.0, 300.0
+"""Of an IMU's values: more than it measures (35 rad/s, 16 g), too little for an overflow."""
+
+RESTART_S = 1.0
+"""By how much a robot's time goes back only if it began anew."""
+
+
+class Limits(NamedTuple):
+    """Limits of plausible observations, each ``(19,)``.
+
+    Attributes
+    ----------
+    low_rad, high_rad : ndarray
+        Of joint angles.
+    speed_rad_s, torque_nm : ndarray
+        Of the sizes of velocities and torques.
+    """
+
+    low_rad: np.ndarray
+    high_rad: np.ndarray
+    speed_rad_s: np.ndarray
+    torque_nm: np.ndarray
+
+
+class Arrival(NamedTuple):
+    """A message of the robot's state, decoded.
+
+    Attributes
+    ----------
+    sensors : Sensors
+        The observation.
+    intact : bool
+        Whether its CRC is right.
+    writer : hashable
+        Who wrote it, as the bus names writers.
+    remote : bytes
+        The 40 bytes of the wireless remote; empty where there is none.
+    """
+
+    sensors: Sensors
+    intact: bool
+    writer: Hashable
+    remote: bytes = b""
+
+
+def h1_limits(speed_rad_s: np.ndarray, torque_nm: np.ndarray) -> Limits:
+    """Return the limits of an H1: ranges of h1.xml, and its motors' speeds and torques (19,)."""
+    low, high = load().jnt_range[1:].T
+    return Limits(
+        low - RANGE_MARGIN_RAD, high + RANGE_MARGIN_RAD, MARGIN * speed_rad_s, MARGIN * torque_nm
+    )
+
+
+def refusal(arrival: Arrival, last: Arrival | None, limits: Limits) -> str | None:
+    """Return why an observation is not trusted, or None.
+
+    Parameters
+    ----------
+    arrival : Arrival
+        The message.
+    last : Arrival or None
+        The last one that was trusted.
+    limits : Limits
+        Of plausible observations.
+    """
+    if not arrival.intact:
+        return "its CRC is wrong"
+    if last is not None and arrival.writer != last.writer:
+        return f"written by {arrival.writer}, those before by {last.writer}"
+    return (
+        _not_a_number(arrival.sensors)
+        or _restarted(arrival, last)
+        or _beyond(arrival.sensors, limits)
+    )
+
+
+def _not_a_number(sensors: Sensors) -> str | None:
+    """Return which value is not finite, or None."""
+    for name, values in sensors._asdict().items():
+        if not np.isfinite(values).all():
+            return f"{name} is not finite"
+    return None if sensors.quaternion.any() else "quaternion is 0"
+
+
+def _restarted(arrival: Arrival, last: Arrival | None) -> str | None:
+    """Return by how much the robot's time went back if it began anew, or None."""
+    back_s = 0.0 if last is None else last.sensors.time_s - arrival.sensors.time_s
+    return f"the robot's time went back by {back_s:.3f} s" if back_s > RESTART_S else None
+
+
+def _beyond(sensors: Sensors, limits: Limits) -> str | None:
+    """Return which value is beyond which limit, or None."""
+    for name, most, unit in (
+        ("gyroscope", FASTEST_RAD_S, "rad/s"),
+        ("accelerometer", LARGEST_M_S2, "m/s^2"),
+    ):
+        largest = float(np.abs(getattr(sensors, name)).max())
+        if largest > most:
+            return f"{name} is {largest:.3g} {unit}, allowed {most:g}"
+    bounds = {
+        "q": (limits.low_rad, limits.high_rad, "rad"),
+        "dq": (-limits.speed_rad_s, limits.speed_rad_s, "rad/s"),
+        "torque": (-limits.torque_nm, limits.torque_nm, "N m"),
+    }
+    for name, (low, high, unit) in bounds.items():
+        values = getattr(sensors, name)
+        outside = (values < low) | (values > high)
+        if outside.any():
+            i = int(np.argmax(outside))
+            return (
+                f"{name} of {JOINTS[i]} is {values[i]:.3g} {unit}, allowed {low[i]:.3g} to "
+                f"{high[i]:.3g}"
+            )
+    return None

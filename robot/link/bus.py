@@ -1,0 +1,183 @@
+"""Unitree's topics over DDS, as bytes: the only module that talks to cyclonedds.
+
+A participant is confined to one interface; on loopback multicast is off, and the other side is
+looked for by address. Its sockets listen on all interfaces whatever is configured (docs/robot.md).
+"""
+
+from types import TracebackType
+from typing import NamedTuple, Self
+
+from spikeport.errors import BackendError, MissingExtraError
+from spikeport.robot.link.messages import Topic
+from spikeport.robot.link.place import LOOPBACK, Place
+
+try:
+    from cyclonedds._clayer import ddspy_take
+    from cyclonedds.core import (
+        DDSException,
+        Entity,
+        InstanceState,
+        ReadCondition,
+        SampleState,
+        ViewState,
+        WaitSet,
+    )
+    from cyclonedds.domain import Domain, DomainParticipant
+    from cyclonedds.pub import DataWriter
+    from cyclonedds.qos import Policy, Qos
+    from cyclonedds.sub import DataReader
+    from cyclonedds.topic import Topic as DdsTopic
+    from cyclonedds.util import duration
+
+    from spikeport.robot.link.idl import idl_type
+except ImportError as error:
+    raise MissingExtraError(
+        f"a robot's interface needs the package cyclonedds, which cannot be imported ({error}); "
+        "install it with: pip install 'spikeport[link]'"
+    ) from error
+
+LEASE_S = 5
+"""Time after which a side that was killed, and said nothing, is taken to be gone."""
+XCDR1 = bytes((0, 1, 0, 0))
+"""The head of a message: CDR, little-endian."""
+MOST_TAKEN = 64
+"""Messages kept for a side that is late, in lock-step."""
+
+_CONFINED = """<CycloneDDS><Domain Id="any"><General><Interfaces><NetworkInterface name="{name}"
+{multicast}/></Interfaces>{allow}</General><Discovery><ParticipantIndex>auto</ParticipantIndex>
+{peers}<LeaseDuration>{lease}s</LeaseDuration></Discovery></Domain></CycloneDDS>"""
+_LOOPBACK = {
+    "multicast": 'multicast="false"',
+    "allow": "<AllowMulticast>false</AllowMulticast>",
+    "peers": '<Peers><Peer address="127.0.0.1"/></Peers>',
+}
+
+
+class Arrival(NamedTuple):
+    """A message as it came: its bytes, and the number of who wrote it."""
+
+    message: bytes
+    writer: int
+
+
+class Bus:
+    """A participant of DDS, and its readers and writers.
+
+    Parameters
+    ----------
+    place : Place
+        Where it takes part.
+    keeps_all : bool
+        Whether readers ask for what is lost, and keep what is not yet read, as lock-step is in need
+        of; else the latest message wins, as with Unitree's.
+
+    Raises
+    ------
+    MissingExtraError
+        If cyclonedds is absent.
+    BackendError
+        If DDS cannot begin there.
+    """
+
+    def __init__(self, place: Place, *, keeps_all: bool) -> None:
+        self._keeps_all = keeps_all
+        rest = _LOOPBACK if place.interface == LOOPBACK else dict.fromkeys(_LOOPBACK, "")
+        config = _CONFINED.format(name=place.interface, lease=LEASE_S, **rest)
+        self._entities: list[Entity] = []
+        try:
+            self._entities.append(Domain(place.domain, config))
+            self._participant = DomainParticipant(place.domain)
+            self._entities.append(self._participant)
+        except DDSException as error:
+            raise BackendError(
+                f"DDS cannot begin on {place.interface}, domain {place.domain}: {error.msg}"
+            ) from None
+
+    def writer(self, topic: Topic) -> "Writer":
+        """Return a writer of a topic."""
+        made = Writer(self._participant, topic)
+        self._entities += made.entities
+        return made
+
+    def reader(self, topic: Topic) -> "Reader":
+        """Return a reader of a topic."""
+        made = Reader(self._participant, topic, self._keeps_all)
+        self._entities += made.entities
+        return made
+
+    def close(self) -> None:
+        """Leave: the other side knows at once."""
+        while self._entities:
+            self._entities.pop().__del__()  # what it was made in still stands
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+
+class Writer:
+    """A writer of a topic; `Bus.writer` makes one."""
+
+    def __init__(self, participant: DomainParticipant, topic: Topic) -> None:
+        kind = idl_type(topic.message)
+        named = DdsTopic(participant, topic.name, kind)
+        self._writer = DataWriter(participant, named)
+        self.entities = (named, self._writer)
+        self._sample = kind()
+        self._bytes = b""
+        # What a writer asks of a sample is to be made bytes: these are, and no field is touched.
+        self._sample.serialize = lambda **_: self._bytes
+
+    def write(self, message: bytes) -> None:
+        """Send a message."""
+        self._bytes = XCDR1 + message
+        self._writer.write(self._sample)
+
+    @property
+    def n_readers(self) -> int:
+        """The readers that are there."""
+        return int(self._writer.get_publication_matched_status().current_count)
+
+
+class Reader:
+    """A reader of a topic; `Bus.reader` makes one."""
+
+    def __init__(self, participant: DomainParticipant, topic: Topic, keeps_all: bool) -> None:
+        kind = idl_type(topic.message)
+        qos = Qos(Policy.Reliability.BestEffort, Policy.History.KeepLast(1))
+        if keeps_all:
+            patience = Policy.Reliability.Reliable(duration(seconds=1))
+            qos = Qos(patience, Policy.History.KeepLast(MOST_TAKEN))
+        named = DdsTopic(participant, topic.name, kind)
+        self._reader = DataReader(participant, named, qos)
+        self._any = SampleState.Any | ViewState.Any | InstanceState.Any
+        condition = ReadCondition(self._reader, self._any)
+        self._waits = WaitSet(participant)
+        self._waits.attach(condition)
+        self.entities = (named, self._reader, condition, self._waits)
+
+    def take(self, within_s: float = 0.0) -> list[Arrival]:
+        """Return what has come, or comes within a time, oldest first."""
+        if within_s > 0:
+            self._waits.wait(duration(nanoseconds=int(1e9 * within_s)))
+        found = ddspy_take(self._reader._ref, self._any, MOST_TAKEN)
+        if isinstance(found, int):
+            raise BackendError(f"DDS cannot read (code {found})")
+        return [
+            Arrival(data[len(XCDR1) :], int(info.publication_handle))
+            for data, info in found
+            if info.valid_data and data.startswith(XCDR1)
+        ]
+
+    @property
+    def writers(self) -> list[int]:
+        """The numbers of the writers that are there."""
+        # as signed numbers here, and unsigned with what they wrote
+        return [int(number) % 2**64 for number in self._reader.get_matched_publications()]

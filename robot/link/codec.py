@@ -1,0 +1,151 @@
+"""Sensors and commands of the H1 as messages, and back.
+
+Numbers are float32 on the wire. A command names the tick of the state that it answers in
+``reserve``, which the checksum covers; Unitree's own controllers leave it 0.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from spikeport.robot.link.h1 import MODES, SLOTS
+from spikeport.robot.link.messages import (
+    HEAD,
+    LEVEL_FLAG,
+    LOW_CMD,
+    LOW_STATE,
+    N_SLOTS,
+    SPORT_MODE_STATE,
+)
+from spikeport.robot.link.signals import MotorCommands, Sensors
+from spikeport.robot.link.wire import Layout, MessageError
+
+TICK_S = 0.001
+"""A tick of a state."""
+COMMAND, STATE, TRUTH = Layout(LOW_CMD), Layout(LOW_STATE), Layout(SPORT_MODE_STATE)
+
+
+class Command(NamedTuple):
+    """A command of all joints, and the tick of the state that it answers."""
+
+    answers: int
+    motors: MotorCommands
+
+
+class Truth(NamedTuple):
+    """Place and velocity of the pelvis, which only a simulation knows.
+
+    Attributes
+    ----------
+    tick : int
+        The moment, in ms, as of a state.
+    position : ndarray, (3,)
+        Of the pelvis in the world, m.
+    velocity : ndarray, (3,)
+        Of the pelvis in the world, m/s.
+    """
+
+    tick: int
+    position: np.ndarray
+    velocity: np.ndarray
+
+
+def _of_joints(layout: Layout, motors: str, name: str) -> np.ndarray:
+    return layout.words(*(f"{motors}[{slot}].{name}" for slot in SLOTS))
+
+
+_COMMANDED = np.concatenate(
+    [_of_joints(COMMAND, "motor_cmd", name) for name in MotorCommands._fields]
+)
+_IMU = [f"imu_state.{name}" for name in ("quaternion", "gyroscope", "accelerometer")]
+_SENSED = np.concatenate(
+    [
+        STATE.words(*_IMU),
+        *(_of_joints(STATE, "motor_state", name) for name in ("q", "dq", "tau_est")),
+    ]
+)
+_ENDS = (4, 7, 10, 29, 48, 67)
+"""Where the parts of an observation end: quaternion, rates, forces, angles, velocities, torques."""
+_PARTS = list(map(slice, (0, *_ENDS), _ENDS))
+_ANSWERS, _TICK = int(COMMAND.words("reserve")[0]), int(STATE.words("tick")[0])
+_STAMP = TRUTH.words("stamp.sec", "stamp.nanosec")
+_POSITION, _VELOCITY = TRUTH.words("position"), TRUTH.words("velocity")
+
+
+def _blank(layout: Layout) -> np.ndarray:
+    """Return the bytes that are the same in every message."""
+    message = np.zeros(layout.size, np.uint8)
+    message[layout.at("head") : layout.at("head") + 2] = HEAD
+    message[layout.at("level_flag")] = LEVEL_FLAG
+    return message
+
+
+_BLANK_STATE, _BLANK_COMMAND = _blank(STATE), _blank(COMMAND)
+for _slot in range(N_SLOTS):
+    _BLANK_COMMAND[COMMAND.at(f"motor_cmd[{_slot}].mode")] = MODES[_slot]
+
+
+def encode_command(command: Command) -> bytes:
+    """Return the message of a command; slots without a motor are commanded nothing."""
+    words = _BLANK_COMMAND.copy().view("<u4")
+    words.view("<f4")[_COMMANDED] = np.concatenate(command.motors)
+    words[_ANSWERS] = command.answers
+    return COMMAND.sealed(words)
+
+
+def decode_command(message: bytes) -> Command:
+    """Return the command of a message; raises MessageError for a wrong size or checksum."""
+    words = COMMAND.opened(message)
+    numbers = words.view("<f4")[_COMMANDED].astype(float)
+    return Command(int(words[_ANSWERS]), MotorCommands(*numbers.reshape(5, -1)))
+
+
+def encode_state(tick: int, sensors: Sensors) -> bytes:
+    """Return the message of an observation; the tick, in ms, says when it was made."""
+    words = _BLANK_STATE.copy().view("<u4")
+    words.view("<f4")[_SENSED] = np.concatenate(sensors[1:])
+    words[_TICK] = tick
+    return STATE.sealed(words)
+
+
+def decode_state(message: bytes) -> tuple[int, Sensors]:
+    """Return tick and observation of a message.
+
+    Raises
+    ------
+    MessageError
+        If its size or checksum is wrong, a number is not finite, or the orientation is none.
+    """
+    words = STATE.opened(message)
+    numbers = words.view("<f4")[_SENSED].astype(float)
+    if np.count_nonzero(np.isfinite(numbers)) < len(numbers):
+        raise MessageError("LowState_: a number of a sensor is not finite")
+    parts = [numbers[part] for part in _PARTS]
+    length = math.sqrt(parts[0] @ parts[0])
+    if not 0.5 < length < 2:
+        raise MessageError(f"LowState_: the IMU's quaternion is of length {length:g}, not 1")
+    parts[0] /= length
+    tick = int(words[_TICK])
+    return tick, Sensors(tick * TICK_S, *parts)
+
+
+def encode_truth(truth: Truth) -> bytes:
+    """Return the message of the pelvis' true place and velocity."""
+    words = np.zeros(TRUTH.size, np.uint8).view("<u4")
+    words[_STAMP] = truth.tick // 1000, truth.tick % 1000 * 1_000_000
+    numbers = words.view("<f4")
+    numbers[_POSITION], numbers[_VELOCITY] = truth.position, truth.velocity
+    return words.tobytes()
+
+
+def decode_truth(message: bytes) -> Truth:
+    """Return the place and velocity of a message; raises MessageError if they are none."""
+    TRUTH.check_size(message)
+    words = np.frombuffer(message, "<u4")
+    numbers = words.view("<f4")
+    seconds, nanoseconds = words[_STAMP].tolist()
+    position, velocity = (numbers[places].astype(float) for places in (_POSITION, _VELOCITY))
+    if not (np.isfinite(position).all() and np.isfinite(velocity).all()):
+        raise MessageError("SportModeState_: a number is not finite")
+    return Truth(1000 * seconds + nanoseconds // 1_000_000, position, velocity)

@@ -1,0 +1,89 @@
+"""Connections to robots: in this process, in one of its own, or wherever DDS reaches."""
+
+import re
+from dataclasses import dataclass
+
+from spikeport.errors import UsageError
+from spikeport.robot.link.client import InlineRobot, RobotClient
+from spikeport.robot.link.faults import FAULTS
+from spikeport.robot.link.lock_step import LockStep
+from spikeport.robot.link.over_dds import join
+from spikeport.robot.link.place import Place
+from spikeport.robot.link.robot import SimulatedRobot
+from spikeport.robot.link.settings import RobotSettings
+from spikeport.robot.link.stub import StubRobot
+
+INLINE, STUB = "inline", "stub"
+FORMS = "inline, stub or dds:INTERFACE:DOMAIN"
+
+
+@dataclass(frozen=True)
+class RobotOptions:
+    """A robot for a run, as it was asked for.
+
+    Attributes
+    ----------
+    robot : str
+        ``inline``, ``stub`` or ``dds:INTERFACE:DOMAIN``.
+    real_time : bool
+        Whether it keeps to the clock.
+    faults : tuple of str
+        A plan of faults, see `spikeport.robot.link.faults`.
+    may_move_a_robot : bool
+        Whether a place is allowed where a real robot may listen.
+    """
+
+    robot: str
+    real_time: bool = False
+    faults: tuple[str, ...] = ()
+    may_move_a_robot: bool = False
+
+    def check(self) -> None:
+        """Refuse what does not go together; raises UsageError."""
+        for text in self.faults:
+            FAULTS.parse(text)
+        if self.robot in (INLINE, STUB):
+            if self.faults and self.real_time:
+                raise UsageError("--robot-fault is for lock-step: real time has faults of its own")
+            if self.real_time and self.robot == INLINE:
+                raise UsageError("an inline robot has no clock; real time takes --robot stub")
+            return
+        self.place.check(self.may_move_a_robot)
+        if self.faults:
+            raise UsageError("--robot-fault is for inline and stub; else give --fault to the robot")
+
+    @property
+    def place(self) -> Place:
+        """Where the robot is; UsageError if the text names no place."""
+        found = re.fullmatch(r"dds:(?P<interface>[^:]+):(?P<domain>[0-9]{1,3})", self.robot)
+        if found is None:
+            raise UsageError(f"--robot {self.robot!r}: write {FORMS}")
+        return Place(found["interface"], int(found["domain"]))
+
+
+def connect(options: RobotOptions, settings: RobotSettings) -> RobotClient:
+    """Return a robot to control.
+
+    Parameters
+    ----------
+    options : RobotOptions
+        Which one.
+    settings : RobotSettings
+        Of a robot that is made for this; another one is as it is.
+
+    Raises
+    ------
+    UsageError
+        If the options do not go together.
+    MissingExtraError
+        If cyclonedds is absent.
+    BackendError
+        If a stub does not start, or DDS cannot begin.
+    """
+    options.check()
+    if options.robot == INLINE:
+        faults = [FAULTS.parse(text) for text in options.faults]
+        return InlineRobot(LockStep(SimulatedRobot(settings), faults))
+    if options.robot == STUB:
+        return StubRobot(settings, options.real_time, options.faults)
+    return join(options.place, options.real_time, settings)

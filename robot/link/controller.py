@@ -1,0 +1,177 @@
+"""A robot's controller as a state machine, without a bus and without a clock of its own.
+
+Every arrival is answered by one command, whatever the state: the robot's watchdog never trips while
+the controller is there. Time is what the caller says it is.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from spikeport.robot.description import DEFAULT_POSE, GAINS, JOINTS
+from spikeport.robot.link.admission import LATEST_S, Arrival, Limits, refusal
+from spikeport.robot.link.controller_states import MOVING, Event, State, after
+from spikeport.robot.link.remote import Remote, decode, pressed
+from spikeport.robot.link.signals import MotorCommands, Sensors
+from spikeport.robot.plant import DAMPING_KD
+
+RAMP_S = 2.0
+"""Time in which the joints move to the default pose. Source: unitree_rl_gym, ``deploy_real.py``."""
+
+_NONE = np.zeros(len(JOINTS))
+_POSE_RAD = np.array([DEFAULT_POSE[joint] for joint in JOINTS])
+_KP, _KD = np.array([GAINS[joint] for joint in JOINTS]).T
+ZERO_TORQUE = MotorCommands(_NONE, _NONE, _NONE, _NONE, _NONE)
+DAMPING = ZERO_TORQUE._replace(kd=np.full(len(JOINTS), DAMPING_KD))
+
+
+@dataclass(frozen=True)
+class Timing:
+    """Times of a controller, s: of the ramp, and the most without a valid observation."""
+
+    ramp_s: float = RAMP_S
+    latest_s: float = LATEST_S
+
+
+DEFAULT = Timing()
+
+
+class Controller:
+    """Answers a robot's states by commands.
+
+    Parameters
+    ----------
+    policy : callable
+        Makes commands of a valid observation where the state is ``RUN``; asked for no other.
+    begin : callable
+        Called with the first observation of ``RUN``, before the policy: estimators start here.
+    limits : Limits
+        Of plausible observations.
+    timing : Timing
+        Its times.
+
+    Attributes
+    ----------
+    state : State
+        The present state.
+    refused : str
+        Why an observation or a command was refused last; empty if none was.
+    refusals : int
+        How many were.
+    """
+
+    def __init__(
+        self,
+        policy: Callable[[Sensors], MotorCommands],
+        begin: Callable[[Sensors], object],
+        limits: Limits,
+        timing: Timing = DEFAULT,
+    ) -> None:
+        self._policy, self._begin = policy, begin
+        self._limits, self._timing = limits, timing
+        self.state, self.refused, self.refusals = State.WAIT, "", 0
+        self._entered, self._sent = False, ZERO_TORQUE
+        self._ramp_from_rad, self._ramp_since_s = _POSE_RAD, 0.0
+        self._forget()
+
+    def _forget(self) -> None:
+        """Trust whoever comes next."""
+        self._last: Arrival | None = None
+        self._last_s = 0.0
+        self._remote: Remote | None = None
+
+    def press(self, event: Event) -> None:
+        """Take an event of a user."""
+        self._happen(event)
+
+    def answer(self, arrival: Arrival, now_s: float) -> MotorCommands:
+        """Return the command that answers an arrival.
+
+        One that is refused is answered as the state that follows has it; one that is no newer than
+        the last is answered as that was.
+
+        Parameters
+        ----------
+        arrival : Arrival
+            The robot's state.
+        now_s : float
+            Time, of any origin.
+        """
+        self.watch(now_s)
+        reason = refusal(arrival, self._last, self._limits)
+        if reason is not None:
+            self._refuse(reason)
+        elif self._last is None or arrival.sensors.time_s > self._last.sensors.time_s:
+            self._last, self._last_s = arrival, now_s
+            self._happen(Event.OBSERVED)
+            self._take_remote(arrival.remote)
+            self._sent = self._command(arrival.sensors, now_s)
+        return self._sent
+
+    def watch(self, now_s: float) -> bool:
+        """Damp a moving robot whose last valid observation is too old; returns True if it did.
+
+        Where it did, the command to send is `DAMPING`.
+        """
+        age_s, most_s = now_s - self._last_s, self._timing.latest_s
+        if self.state not in MOVING or age_s <= most_s:
+            return False
+        self._refuse(f"none for {1000 * age_s:.0f} ms, allowed {1000 * most_s:.0f} ms")
+        return True
+
+    def _refuse(self, reason: str) -> None:
+        self.refused, self.refusals = reason, self.refusals + 1
+        self._happen(Event.REFUSED)
+
+    def _happen(self, event: Event) -> None:
+        before, self.state = self.state, after(self.state, event)
+        if self.state is before:
+            return
+        self._entered = True
+        if self.state is State.WAIT:
+            self._forget()
+        if self.state not in MOVING:
+            self._sent = self._at_rest()  # also where no newer observation comes
+
+    def _take_remote(self, message: bytes) -> None:
+        """Take the keys that went down since the last message."""
+        if not message:
+            return
+        now = decode(message)
+        before, self._remote = self._remote or now, now
+        for event in pressed(before, now):
+            self._happen(event)
+
+    def _at_rest(self) -> MotorCommands:
+        """Return the command of a state that needs no observation."""
+        return DAMPING if self.state is State.DAMPING else ZERO_TORQUE
+
+    def _command(self, sensors: Sensors, now_s: float) -> MotorCommands:
+        """Return the command of the present state."""
+        entered, self._entered = self._entered, False
+        if self.state not in MOVING:
+            return self._at_rest()
+        if self.state is State.RUN:
+            return self._run(sensors, entered)
+        if entered and self.state is State.RAMP:
+            self._ramp_from_rad, self._ramp_since_s = sensors.q, now_s
+        return self._ramp(now_s)
+
+    def _ramp(self, now_s: float) -> MotorCommands:
+        """Return the way to the default pose: q = q_0 + s (pose - q_0), s from 0 to 1."""
+        share = min((now_s - self._ramp_since_s) / self._timing.ramp_s, 1.0)
+        if share == 1.0:
+            self._happen(Event.RAMPED)
+        begun = self._ramp_from_rad
+        return MotorCommands(begun + share * (_POSE_RAD - begun), _NONE, _KP, _KD, _NONE)
+
+    def _run(self, sensors: Sensors, entered: bool) -> MotorCommands:
+        """Return the policy's command; damp if it is not finite."""
+        if entered:
+            self._begin(sensors)
+        commands = self._policy(sensors)
+        if all(np.isfinite(values).all() for values in commands):
+            return commands
+        self._refuse("a command of the policy is not finite")
+        return self._at_rest()

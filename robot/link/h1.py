@@ -1,0 +1,115 @@
+"""The H1 as Unitree's messages have it: motor slots, modes, limits, and the IMU on its torso.
+
+Sources: slots and modes, unitree_sdk2 ``example/h1/low_level`` (``motors.hpp``, ``humanoid.hpp``);
+limits and the IMU's place, unitree_ros ``h1.urdf``; from torso to pelvis, unitree_rl_gym
+``rotation_helper.py``.
+"""
+
+import numpy as np
+
+from spikeport.robot.description import JOINTS
+from spikeport.robot.link.signals import MotorCommands
+from spikeport.robot.link.wire import MessageError
+
+_SLOTS = {
+    "right_hip_roll": 0,
+    "right_hip_pitch": 1,
+    "right_knee": 2,
+    "left_hip_roll": 3,
+    "left_hip_pitch": 4,
+    "left_knee": 5,
+    "torso": 6,
+    "left_hip_yaw": 7,
+    "right_hip_yaw": 8,
+    # 9 has no motor
+    "left_ankle": 10,
+    "right_ankle": 11,
+    "right_shoulder_pitch": 12,
+    "right_shoulder_roll": 13,
+    "right_shoulder_yaw": 14,
+    "right_elbow": 15,
+    "left_shoulder_pitch": 16,
+    "left_shoulder_roll": 17,
+    "left_shoulder_yaw": 18,
+    "left_elbow": 19,
+}
+SLOTS = np.array([_SLOTS[joint] for joint in JOINTS])
+"""The motor slot of each joint, (19,)."""
+
+MODES = (*(0x0A,) * 10, *(0x01,) * 10)
+"""The mode byte of each slot in a command: the weak motors' from slot 10 on."""
+
+_SPEEDS_RAD_S = {
+    **dict.fromkeys(("hip_yaw", "hip_roll", "hip_pitch", "torso"), 23.0),
+    "knee": 14.0,
+    **dict.fromkeys(("ankle", "shoulder_pitch", "shoulder_roll"), 9.0),
+    **dict.fromkeys(("shoulder_yaw", "elbow"), 20.0),
+}
+_TORQUES_NM = {
+    **dict.fromkeys(("hip_yaw", "hip_roll", "hip_pitch", "torso"), 200.0),
+    "knee": 300.0,
+    **dict.fromkeys(("ankle", "shoulder_pitch", "shoulder_roll"), 40.0),
+    **dict.fromkeys(("shoulder_yaw", "elbow"), 18.0),
+}
+
+
+def _of_joints(values: dict[str, float]) -> np.ndarray:
+    roles = (joint.removeprefix("left_").removeprefix("right_") for joint in JOINTS)
+    return np.array([values[role] for role in roles])
+
+
+SPEED_LIMITS_RAD_S = _of_joints(_SPEEDS_RAD_S)
+"""The speed of each joint at which its motor pushes no further, (19,)."""
+TORQUE_LIMITS_NM = _of_joints(_TORQUES_NM)
+"""The largest torque of each joint, (19,)."""
+LARGEST_TARGET_RAD = 2 * np.pi
+"""Of an angle that a joint is driven to; no joint of the H1 turns that far."""
+ROUNDING = 1e-6
+"""Of a limit that was rounded to float32."""
+
+
+def check_commands(commands: MotorCommands) -> None:
+    """Refuse commands that no motor is to obey.
+
+    They are numbers that are not finite, negative gains, torques beyond a motor's, and, where a
+    gain makes them count, angles beyond `LARGEST_TARGET_RAD` and velocities beyond a motor's.
+
+    Raises
+    ------
+    MessageError
+        Names the first joint, with value and limit.
+    """
+    limits = {
+        "q": np.where(commands.kp > 0, LARGEST_TARGET_RAD, np.inf),
+        "dq": np.where(commands.kd > 0, SPEED_LIMITS_RAD_S, np.inf),
+        "tau": TORQUE_LIMITS_NM,
+    }
+    for name, values in commands._asdict().items():
+        low = 0.0 if name in ("kp", "kd") else -np.inf
+        good = np.isfinite(values) & (values >= low)
+        if name in limits:
+            good &= np.abs(values) <= limits[name] * (1 + ROUNDING)
+        if not good.all():
+            first = int(np.argmin(good))
+            limit = limits[name][first] if name in limits else np.inf
+            raise MessageError(
+                f"{name} of {JOINTS[first]} is {values[first]:g}, "
+                f"allowed {max(low, -limit):g} to {limit:g}"
+            )
+
+
+def pelvis_quaternion(torso: np.ndarray, waist_rad: float) -> np.ndarray:
+    """Return the pelvis' orientation (w, x, y, z): q_torso turned back by the waist's angle.
+
+    R_pelvis = R_torso R_z(waist)^T
+    """
+    w, x, y, z = torso.tolist()
+    c, s = float(np.cos(waist_rad / 2)), -float(np.sin(waist_rad / 2))
+    return np.array((w * c - z * s, x * c + y * s, y * c - x * s, z * c + w * s))
+
+
+def pelvis_rate(torso: np.ndarray, waist_rad: float, waist_rad_s: float) -> np.ndarray:
+    """Return the pelvis' angular velocity in its frame: R_z(waist) omega_torso - (0, 0, waist')."""
+    x, y, z = torso.tolist()
+    c, s = float(np.cos(waist_rad)), float(np.sin(waist_rad))
+    return np.array((c * x - s * y, s * x + c * y, z - waist_rad_s))

@@ -1,0 +1,33 @@
+"""Places where a robot is spoken with: an interface of the network, and a domain of DDS."""
+
+import re
+import socket
+from typing import NamedTuple
+
+from spikeport.errors import UsageError
+
+LOOPBACK = "lo"
+SIMULATION = 1
+"""The domain of simulated robots; a robot's own is 0."""
+LARGEST_DOMAIN = 230
+
+
+class Place(NamedTuple):
+    """An interface and a domain of DDS."""
+
+    interface: str = LOOPBACK
+    domain: int = SIMULATION
+
+    def check(self, may_move_a_robot: bool) -> None:
+        """Refuse a place where a real robot may listen, unless that is meant; raises UsageError."""
+        names = [name for _, name in socket.if_nameindex()]
+        if self.interface not in names or not re.fullmatch(r"[\w.:@-]+", self.interface):
+            raise UsageError(f"no interface '{self.interface}'; there is: {', '.join(names)}")
+        if not 0 <= self.domain <= LARGEST_DOMAIN:
+            raise UsageError(f"domain {self.domain}: must be from 0 to {LARGEST_DOMAIN}")
+        if (self.domain == 0 or self.interface != LOOPBACK) and not may_move_a_robot:
+            raise UsageError(
+                f"interface '{self.interface}', domain {self.domain}: a real robot may listen "
+                "there, and would move; if that is meant, give --may-move-a-real-robot, else use "
+                f"{LOOPBACK}, domain {SIMULATION}"
+            )

@@ -1,0 +1,215 @@
+"""The H1 in simulation as its interface shows it: messages in, messages out.
+
+    torque = tau + kp (q - q_joint) + kd (dq - dq_joint)
+
+It is clipped to the motor's largest torque, and a motor at its largest speed pushes no further.
+All joints are damped until the first command, and again from the next step of the physics on when
+none came for as long as the watchdog waits.
+"""
+
+import hashlib
+from dataclasses import dataclass
+
+import numpy as np
+
+from spikeport.robot.description import JOINTS
+from spikeport.robot.engine import mujoco
+from spikeport.robot.link.codec import (
+    TICK_S,
+    Command,
+    Truth,
+    decode_command,
+    encode_state,
+    encode_truth,
+)
+from spikeport.robot.link.h1 import SPEED_LIMITS_RAD_S, TORQUE_LIMITS_NM, check_commands
+from spikeport.robot.link.settings import RobotSettings
+from spikeport.robot.link.signals import MotorCommands, Sensors
+from spikeport.robot.link.wire import MessageError
+from spikeport.robot.plant import DAMPING_KD, Plant
+
+_IMU = ("orientation", "gyro", "acceleration")
+_NONE = np.zeros(len(JOINTS))
+DAMPING = MotorCommands(_NONE, _NONE, _NONE, np.full(len(JOINTS), DAMPING_KD), _NONE)
+"""The command that brakes all joints and holds none."""
+
+
+@dataclass
+class Refusals:
+    """Counts of the messages that a robot did not obey, by reason.
+
+    Attributes
+    ----------
+    damaged : int
+        Of another size, or with a wrong checksum.
+    beyond_limits : int
+        With a number that is not finite, or that no motor is to obey.
+    second_writer : int
+        From another writer than the first.
+    """
+
+    damaged: int = 0
+    beyond_limits: int = 0
+    second_writer: int = 0
+
+
+class SimulatedRobot:
+    """The robot's end of its interface, without a link or a clock.
+
+    Parameters
+    ----------
+    settings : RobotSettings
+        Its settings.
+
+    Attributes
+    ----------
+    tick : int
+        Its time in ms; the first state is that of the first step's length, since controllers wait
+        for a tick that is not 0.
+    step_ticks : int
+        Length of a step, in ms.
+    steps : int
+        Steps since it began.
+    refusals : Refusals
+        What it did not obey.
+    watchdog_trips : int
+        How often it went into damping.
+    last_refusal : str
+        Why it refused a message last.
+    """
+
+    def __init__(self, settings: RobotSettings) -> None:
+        self._settings = settings
+        self._plant = Plant(anchored=settings.hoist)
+        self._plant.model.opt.timestep = 1 / settings.rate_hz
+        self.step_ticks = round(1 / (TICK_S * settings.rate_hz))
+        self._limits = self._plant.model.actuator_forcerange
+        self._imu = [self._plant.data.sensor(f"torso_{name}").data for name in _IMU]
+        self.refusals, self.last_refusal = Refusals(), ""
+        self.watchdog_trips = 0
+        self.restart()
+
+    def restart(self) -> None:
+        """Begin anew, as after a power cycle: in the first posture, obeying nobody."""
+        settings, model = self._settings, self._plant.model
+        self._limits[:] = np.stack((-TORQUE_LIMITS_NM, TORQUE_LIMITS_NM), axis=1)
+        self._plant.damp()  # the plant does not know what gains were commanded since
+        self._plant.reset(settings.seed, posture_rad=settings.posture_rad)
+        model.actuator_gainprm[:, 0] = 1.0
+        model.actuator_biasprm[:, 0] = 0.0
+        self.tick = self.step_ticks
+        self.steps = 0
+        self._writer: int | None = None
+        self._obeyed_at: int | None = None
+        self._damped = False
+        self._motion = hashlib.sha256()
+        self._drive(DAMPING)
+        mujoco.mj_forward(model, self._plant.data)
+
+    # commands
+
+    def read(self, message: bytes, writer: int) -> Command | None:
+        """Return the command of a message; None, and counted, if it is damaged or of another.
+
+        The first writer of a command that is whole is the one that is obeyed, until it is gone.
+        """
+        if self._writer not in (None, writer):
+            self._refuse("second_writer", "another writer is obeyed; one at a time")
+            return None
+        try:
+            command = decode_command(message)
+        except MessageError as error:
+            self._refuse("damaged", str(error))
+            return None
+        self._writer = writer
+        return command
+
+    def is_left(self, writers: list[int]) -> bool:
+        """Return whether the writer that was obeyed is none of those that are there."""
+        return self._writer is not None and self._writer not in writers
+
+    def forget_writer(self) -> None:
+        """Let another writer take over."""
+        self._writer = None
+
+    def obey(self, command: Command) -> None:
+        """Drive the motors by a command; what no motor is to obey is refused and counted."""
+        try:
+            check_commands(command.motors)
+        except MessageError as error:
+            self._refuse("beyond_limits", str(error))
+            return
+        self._obeyed_at, self._damped = self.tick, False
+        self._drive(command.motors)
+
+    def _refuse(self, reason: str, words: str) -> None:
+        setattr(self.refusals, reason, getattr(self.refusals, reason) + 1)
+        self.last_refusal = words
+
+    def _drive(self, motors: MotorCommands) -> None:
+        model = self._plant.model
+        model.actuator_biasprm[:, 1], model.actuator_biasprm[:, 2] = -motors.kp, -motors.kd
+        self._plant.data.ctrl[:] = motors.tau + motors.kp * motors.q + motors.kd * motors.dq
+
+    # time
+
+    @property
+    def waits(self) -> bool:
+        """True until a command was obeyed."""
+        return self._obeyed_at is None
+
+    def step(self) -> None:
+        """Advance the physics by a step, damped if the watchdog says so.
+
+        Raises
+        ------
+        DivergedError
+            If the simulation left the numbers it can work with.
+        """
+        self._watch()
+        self._limit_speeds()
+        self._plant.step()
+        self.tick += self.step_ticks
+        self.steps += 1
+        self._motion.update(self._plant.data.qpos.tobytes())
+        self._motion.update(self._plant.data.qvel.tobytes())
+
+    def _watch(self) -> None:
+        """Go into damping if nobody commanded for too long."""
+        if self._obeyed_at is None or self._damped:
+            return
+        if TICK_S * (self.tick - self._obeyed_at) >= self._settings.watchdog_s:
+            self._damped = True
+            self.watchdog_trips += 1
+            self._drive(DAMPING)
+
+    def _limit_speeds(self) -> None:
+        """Let a motor at its largest speed brake, and push no further."""
+        speeds = self._plant.data.qvel[6:]
+        self._limits[:, 1] = np.where(speeds >= SPEED_LIMITS_RAD_S, 0.0, TORQUE_LIMITS_NM)
+        self._limits[:, 0] = np.where(speeds <= -SPEED_LIMITS_RAD_S, 0.0, -TORQUE_LIMITS_NM)
+
+    # states
+
+    def state(self) -> bytes:
+        """Return the message of what its sensors observe."""
+        data = self._plant.data
+        time_s, (quaternion, rates, forces) = TICK_S * self.tick, self._imu
+        angles, velocities, torques = data.qpos[7:], data.qvel[6:], data.actuator_force
+        sensors = Sensors(time_s, quaternion, rates, forces, angles, velocities, torques)
+        return encode_state(self.tick, sensors)
+
+    def truth(self) -> bytes:
+        """Return the message of the pelvis' place and velocity in the world."""
+        data = self._plant.data
+        return encode_truth(Truth(self.tick, data.qpos[:3], data.qvel[:3]))
+
+    def summary(self) -> dict[str, object]:
+        """Return what it did: ``motion`` is a digest of all positions and velocities, float64."""
+        return {
+            "steps": self.steps,
+            "motion": self._motion.hexdigest()[:12],
+            "watchdog_trips": self.watchdog_trips,
+            "refused": dict(vars(self.refusals)),
+            "last_refusal": self.last_refusal,
+        }

@@ -1,0 +1,164 @@
+"""``spikeport robot serve``: a process that is a robot, for one controller at a time."""
+
+import json
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from spikeport.fault_plan import Fault
+from spikeport.pacing import Deadlines, SystemClock
+from spikeport.robot.link.bus import Bus
+from spikeport.robot.link.lock_step import LockStep, Published
+from spikeport.robot.link.messages import COMMANDS, STATES, TRUTHS
+from spikeport.robot.link.place import Place
+from spikeport.robot.link.robot import SimulatedRobot
+from spikeport.robot.link.settings import RobotSettings
+
+AGAIN_S = 0.05
+"""Time after which a state that nobody answers is published again, in lock-step."""
+SLICE_S = 0.2
+"""Time between two looks at whether the controller is still there."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Service:
+    """The settings of a server.
+
+    Attributes
+    ----------
+    place : Place
+        Where it is spoken with.
+    robot : RobotSettings
+        The robot.
+    lock_step : bool
+        Whether it waits for the answer to each state, rather than keep to the clock.
+    truth : bool
+        Whether it publishes place and velocity of its pelvis.
+    faults : sequence of Fault
+        A plan of faults, for lock-step.
+    once : bool
+        End when the first controller is gone.
+    idle_s : float, optional
+        End after so long without a controller.
+    """
+
+    place: Place
+    robot: RobotSettings
+    lock_step: bool = False
+    truth: bool = False
+    faults: Sequence[Fault] = ()
+    once: bool = False
+    idle_s: float | None = None
+
+
+class Interface:
+    """The robot's ends of its topics, and who is at the others.
+
+    Parameters
+    ----------
+    bus : Bus
+        Where they are.
+    service : Service
+        What is published, and when nobody is waited for any more.
+    """
+
+    def __init__(self, bus: Bus, service: Service) -> None:
+        self.commands = bus.reader(COMMANDS)
+        self._states = bus.writer(STATES)
+        self._truths = bus.writer(TRUTHS) if service.truth else None
+        self._once, self._idle_s = service.once, service.idle_s
+        self._met = False
+        self._alone_since = time.monotonic()
+
+    def publish(self, messages: Published) -> None:
+        """Send the messages of a tick, the truth first: a state completes it."""
+        if self._truths is not None and messages.truth is not None:
+            self._truths.write(messages.truth)
+        self._states.write(messages.state)
+
+    def is_over(self) -> bool:
+        """Return whether the controller is gone for good, or never came."""
+        now = time.monotonic()
+        if self.commands.writers:
+            self._met, self._alone_since = True, now
+            return False
+        if self._met and self._once:
+            return True
+        return self._idle_s is not None and now - self._alone_since > self._idle_s
+
+
+def serve(service: Service, say: Callable[[str], None]) -> None:
+    """Be a robot until the process is ended, or as long as the settings say.
+
+    Parameters
+    ----------
+    service : Service
+        The settings.
+    say : callable
+        Prints a line.
+
+    Raises
+    ------
+    MissingExtraError, BackendError
+        If DDS cannot begin.
+    DivergedError
+        If the simulation left the numbers it can work with.
+    """
+    robot = SimulatedRobot(service.robot)
+    place = service.place
+    with Bus(place, keeps_all=service.lock_step) as bus:
+        interface = Interface(bus, service)
+        clock = "lock-step" if service.lock_step else f"{service.robot.rate_hz:g} Hz"
+        say(f"robot: H1 on {place.interface}, domain {place.domain}, {clock}")
+        if service.lock_step:
+            serve_lock_step(LockStep(robot, service.faults, service.truth), interface)
+            overruns = 0
+        else:
+            overruns = serve_real_time(robot, interface, service)
+    say(f"robot: {json.dumps({**robot.summary(), 'overruns': overruns})}")
+
+
+def serve_lock_step(robot: LockStep, interface: Interface) -> None:
+    """Publish a state, wait for its answer, step; until the controller is gone.
+
+    For the next controller, if there may be one, the robot begins anew: its run depends on its
+    seeds alone, too.
+    """
+    while True:
+        if not robot.silent:
+            interface.publish(robot.published())
+        arrivals = interface.commands.take(AGAIN_S)
+        for arrival in arrivals:
+            robot.answered(arrival.message, arrival.writer)
+        if arrivals:
+            continue
+        if interface.is_over():
+            return
+        if robot.robot.is_left(interface.commands.writers):
+            robot.restart()
+
+
+def serve_real_time(robot: SimulatedRobot, interface: Interface, service: Service) -> int:
+    """Publish, obey and step by the clock, until the controller is gone; returns overruns.
+
+    Time stands still until the first command: a robot on its feet would fall while it waits.
+    """
+    deadlines = Deadlines(1 / service.robot.rate_hz, SystemClock())
+    steps_a_look = max(1, round(SLICE_S * service.robot.rate_hz))
+    step = 0
+    while True:
+        deadlines.begin()
+        for arrival in interface.commands.take():
+            command = robot.read(arrival.message, arrival.writer)
+            if command is not None:
+                robot.obey(command)
+        if not robot.waits:
+            robot.step()
+        truth = robot.truth() if service.truth else None
+        interface.publish(Published(robot.state(), truth))
+        step += 1
+        if step % steps_a_look == 0:
+            if robot.is_left(interface.commands.writers):
+                robot.forget_writer()
+            if interface.is_over():
+                return deadlines.overruns

@@ -1,0 +1,96 @@
+"""Takes the robot out of sport mode, which else commands the same motors.
+
+Its motion switcher is asked for the mode's name (1001) and to release it (1003), until the name is
+empty. Source: unitree_sdk2 ``example/h1/low_level/humanoid.hpp``, unitree_sdk2_python
+``motion_switcher_client.py``.
+"""
+
+import json
+from collections.abc import Callable
+from typing import NamedTuple
+
+from spikeport.errors import BackendError
+
+SERVICE, VERSION = "motion_switcher", "1.0.0.1"
+"""Name and version of the service, whose topics are rt/api/SERVICE/request and /response."""
+CHECK_MODE, RELEASE_MODE = 1001, 1003
+EMPTY = json.dumps({})
+"""The parameter of both requests."""
+MOST_RELEASES = 5
+LONGEST_NAME = 64
+
+
+class Answer(NamedTuple):
+    """What the switcher answers: 0 or the code of an error, and data as JSON."""
+
+    code: int
+    data: str
+
+
+class SportModeRelease:
+    """The sequence of requests: check, and release as long as there is a mode.
+
+    Parameters
+    ----------
+    request : callable
+        Sends the number of a request with its parameter, and returns the switcher's answer.
+
+    Attributes
+    ----------
+    released : bool
+        Whether there is no mode any more.
+    mode : str
+        The mode's name, as it was last checked.
+    """
+
+    def __init__(self, request: Callable[[int, str], Answer]) -> None:
+        self._request = request
+        self.released, self.mode = False, ""
+        self._releases = 0
+
+    def step(self) -> None:
+        """Check the mode, and release it if there is one; a robot needs seconds for that.
+
+        Raises
+        ------
+        BackendError
+            If the switcher answers by an error or by something that is no mode, or keeps its mode
+            after `MOST_RELEASES` releases.
+        """
+        self.mode = _mode(self._asked("CheckMode", CHECK_MODE).data)
+        self.released = not self.mode
+        if self.released:
+            return
+        if self._releases == MOST_RELEASES:
+            raise BackendError(
+                f"the robot is still in mode '{self.mode}' after {MOST_RELEASES} releases; end "
+                "what runs on it by its own remote or app, then start again"
+            )
+        self._releases += 1
+        self._asked("ReleaseMode", RELEASE_MODE)
+
+    def _asked(self, name: str, number: int) -> Answer:
+        answer = self._request(number, EMPTY)
+        if answer.code:
+            raise BackendError(
+                f"the motion switcher answered {name} by error {answer.code}; is the robot up, and "
+                "is no other program switching its mode?"
+            )
+        return answer
+
+
+def _mode(data: str) -> str:
+    """Return the name in a checked mode's data, ``{"form": "0", "name": "..."}``."""
+    try:
+        name = json.loads(data)["name"]
+    except (ValueError, TypeError, KeyError, RecursionError):
+        name = None
+    if (
+        not isinstance(name, str)
+        or len(name) > LONGEST_NAME
+        or not (name.isascii() and name.isprintable())
+    ):
+        raise BackendError(
+            f"the motion switcher answered CheckMode by {data[:80]!a}: no mode's name"
+        )
+    return name

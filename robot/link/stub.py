@@ -1,0 +1,115 @@
+"""A robot of one's own: a process that is started for one run, and ended with it."""
+
+import json
+import socket
+from collections.abc import Sequence
+
+from spikeport.child import START_S, Child
+from spikeport.errors import BackendError, RobotLostError
+from spikeport.robot.link.client import Observed, RobotClient
+from spikeport.robot.link.over_dds import join
+from spikeport.robot.link.place import Place
+from spikeport.robot.link.settings import RobotSettings
+from spikeport.robot.link.signals import MotorCommands
+
+DOMAINS = range(2, 102)
+"""Domains of stubs: of each, the ports are below those that systems give away."""
+
+
+class StubRobot(RobotClient):
+    """A simulated robot in a process of its own, which ends with this.
+
+    Parameters
+    ----------
+    settings : RobotSettings
+        The robot.
+    real_time : bool
+        Whether it keeps to the clock.
+    faults : sequence of str
+        A plan of faults.
+    """
+
+    def __init__(
+        self, settings: RobotSettings, real_time: bool = False, faults: Sequence[str] = ()
+    ) -> None:
+        super().__init__()
+        self._claim, place = _free_domain()
+        self._words = ""
+        try:
+            self._child = Child("robot", _arguments(place, settings, real_time, faults))
+            try:
+                self._client = join(place, real_time, settings)
+            except BaseException:
+                self._child.close()
+                raise
+        except BaseException:
+            self._claim.close()
+            raise
+
+    @property
+    def process_id(self) -> int:
+        """The number of the robot's process."""
+        return self._child.process_id
+
+    def first(self) -> Observed:
+        """Return the first observation; see `RobotClient.first`."""
+        return self._client.first()
+
+    def exchange(self, seen: Observed, motors: MotorCommands) -> Observed:
+        """Answer an observation, and return the next; see `RobotClient.exchange`."""
+        try:
+            return self._client.exchange(seen, motors)
+        except RobotLostError as error:
+            if self._child.runs:
+                raise
+            self._words = self._child.close().strip()
+            raise RobotLostError(f"{error}; its process ended: {self._words}") from None
+
+    def close(self) -> None:
+        """Leave the robot, and wait for the end of its process."""
+        self._client.close()
+        self._words = self._words or self._child.close().strip()
+        self._claim.close()
+
+    def summary(self) -> dict[str, object]:
+        """Return the figures, with what the robot says of itself once it has ended."""
+        return {**self._client.summary(), "robot": _last_words(self._words)}
+
+
+def _last_words(words: str) -> object:
+    """Return what a robot says of itself as it ends; its words, where it ended otherwise."""
+    try:
+        return json.loads(words.splitlines()[-1].removeprefix("robot: "))
+    except (IndexError, ValueError):
+        return words
+
+
+def _arguments(
+    place: Place, settings: RobotSettings, real_time: bool, faults: Sequence[str]
+) -> list[str]:
+    clock = [] if real_time else ["--lock-step", "--rate-hz", repr(settings.rate_hz)]
+    return [
+        *("robot", "serve", "--interface", place.interface, "--domain", str(place.domain)),
+        *("--truth", "--once", "--idle", str(START_S), "--seed", str(settings.seed)),
+        *("--watchdog-ms", repr(1000 * settings.watchdog_s)),
+        *clock,
+        *(["--hoist"] if settings.hoist else []),
+        *(p for fault in faults for p in ("--fault", fault)),
+        *(p for joint, rad in settings.posture_rad.items() for p in ("--pose", f"{joint}={rad!r}")),
+    ]
+
+
+def _free_domain() -> tuple[socket.socket, Place]:
+    """Return a domain of which no other stub of this machine is, and what claims it.
+
+    The claim is an abstract Unix socket: no file, and gone with its process.
+    """
+    for domain in DOMAINS:
+        claim = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+        try:
+            claim.bind(f"\0spikeport-robot-{domain}")
+        except OSError:
+            claim.close()
+            continue
+        return claim, Place(domain=domain)
+    raise BackendError(f"{len(DOMAINS)} stubs of robots run already; end some of them")

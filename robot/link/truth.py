@@ -1,0 +1,38 @@
+"""The robot's motion by the truth of a simulation, in place of an estimator.
+
+Angles, rates and orientation are the sensors'; only what no sensor observes, place and linear
+velocity of the pelvis, is taken from the simulation.
+"""
+
+import numpy as np
+
+from spikeport.errors import RobotLostError
+from spikeport.robot.description import JOINTS
+from spikeport.robot.engine import mujoco
+from spikeport.robot.link.client import Observed
+from spikeport.robot.link.h1 import pelvis_quaternion, pelvis_rate
+from spikeport.robot.state import RobotState
+
+_WAIST = JOINTS.index("torso")
+
+
+def estimate(observed: Observed) -> RobotState:
+    """Return the motion of the robot; raises RobotLostError if nobody tells the truth."""
+    sensors, truth = observed.sensors, observed.truth
+    if truth is None:
+        raise RobotLostError(
+            "the robot does not tell place and velocity of its pelvis; is it a simulation, served "
+            "with --truth?"
+        )
+    waist_rad, waist_rad_s = float(sensors.q[_WAIST]), float(sensors.dq[_WAIST])
+    quaternion = pelvis_quaternion(sensors.quaternion, waist_rad)
+    rotation = np.empty(9)
+    mujoco.mju_quat2Mat(rotation, quaternion)
+    return RobotState(
+        base_position=truth.position,
+        base_quaternion=quaternion,
+        base_linear_velocity=rotation.reshape(3, 3).T @ truth.velocity,
+        base_angular_velocity=pelvis_rate(sensors.gyroscope, waist_rad, waist_rad_s),
+        q=sensors.q,
+        dq=sensors.dq,
+    )

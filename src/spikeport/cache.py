@@ -1,0 +1,284 @@
+"""Results that are kept from run to run, each under everything that decides it.
+
+An entry is a file of arrays, named by the digest of its key. The key has the inputs of a result and
+its surroundings: spikeport's own files, the packages that compute, the processor and its threads,
+since all of them decide the bits. So an entry is never out of date: a change makes another key.
+"""
+
+import hashlib
+import os
+import platform
+import stat
+import sys
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import fields, is_dataclass
+from functools import cache
+from importlib import metadata
+from pathlib import Path, PurePath
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+from pydantic import BaseModel
+from threadpoolctl import threadpool_info  # type: ignore[import-untyped]
+
+from spikeport.atomic import atomic_path
+from spikeport.errors import UsageError
+from spikeport.reading import npz
+from spikeport.reading.mismatch import MismatchError
+
+FOLDER = "SPIKEPORT_CACHE"
+"""Environment variable: the folder to use instead of the user's own, or `OFF`."""
+OFF = "off"
+LIMIT_BYTES = 2**30
+"""Of all entries together; the oldest go first."""
+SEAL = "seal"
+"""Of an entry: the digest of its key and its arrays, kept among them."""
+COMPUTING = ("numpy", "scipy", "nengo", "nengo-loihi", "numba", "mujoco")
+BLAS = ("internal_api", "version", "num_threads", "architecture", "threading_layer")
+OURS = (".py", ".toml", ".xml", ".npz")
+"""Files of spikeport that decide results: code, chips and settings, robots, policies."""
+
+Arrays: TypeAlias = Mapping[str, np.ndarray]
+
+
+class Entry(NamedTuple):
+    """A kept result: its kind, bytes, and time of last change in s since 1970."""
+
+    kind: str
+    size: int
+    changed_s: float
+    path: Path
+
+
+class Cache:
+    """Results in a folder.
+
+    Parameters
+    ----------
+    folder : Path
+        It is made with mode 700 where there is none, and not used if others can write into it.
+
+    Notes
+    -----
+    A folder that cannot be used, a full disk or a damaged entry never ends a run: a warning says
+    so once, and the result is made anew.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+
+    def kept(self, kind: str, inputs: object, make: Callable[[], Arrays]) -> Arrays:
+        """Return the arrays kept under ``inputs``, else make and keep them.
+
+        Parameters
+        ----------
+        kind : str
+            The kind of result, in letters and hyphens: with it a file's name begins.
+        inputs : object
+            Everything that decides the result but its `surroundings`; see `digest_of`.
+        make : callable
+            Makes the arrays: numbers and texts.
+
+        Raises
+        ------
+        TypeError
+            If a value among the inputs has no identity that lasts.
+        """
+        key = digest_of((kind, inputs, surroundings()))
+        path = self.folder / f"{kind}-{key[:32]}.npz"
+        found = self._read(path, key)
+        if found is None:
+            found = dict(make())
+            self._write(path, key, found)
+        return found
+
+    def entries(self) -> list[Entry]:
+        """Return what is kept, the oldest first."""
+        found = []
+        for path in self.folder.glob("*-*.npz"):
+            try:
+                status = path.stat()
+            except OSError:
+                continue  # another process has just removed it
+            kind = path.name.rpartition("-")[0]
+            found.append(Entry(kind, status.st_size, status.st_mtime, path))
+        return sorted(found, key=lambda entry: entry.changed_s)
+
+    def clear(self) -> int:
+        """Remove all entries; returns their number."""
+        found = self.entries()
+        for entry in found:
+            entry.path.unlink(missing_ok=True)
+        return len(found)
+
+    def _read(self, path: Path, key: str) -> dict[str, np.ndarray] | None:
+        """Return the arrays of an entry; None if there is none that is whole."""
+        try:
+            self._check_private()
+            return read(path, key)
+        except FileNotFoundError:
+            return None
+        except (OSError, UsageError, MismatchError) as error:
+            _warn(f"{path.name}: {error}")
+            return None
+
+    def _write(self, path: Path, key: str, arrays: dict[str, np.ndarray]) -> None:
+        sealed: dict[str, Any] = {**arrays, SEAL: digest_of((key, arrays))}
+        try:
+            self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+            self._check_private()
+            with atomic_path(path) as temporary, open(temporary, "wb") as file:
+                np.savez_compressed(file, **sealed)
+            self._trim()
+        except (OSError, UsageError) as error:
+            _warn(str(error))
+
+    def _check_private(self) -> None:
+        """Raise UsageError if others can write into the folder: its numbers decide what runs."""
+        status = self.folder.stat()
+        if status.st_uid != os.getuid() or stat.S_IMODE(status.st_mode) & 0o022:
+            raise UsageError(
+                f"{self.folder}: others can write into it; cure: chmod 700, or another {FOLDER}"
+            )
+
+    def _trim(self) -> None:
+        """Remove the oldest entries, until the others are within the limit."""
+        entries = self.entries()
+        size = sum(entry.size for entry in entries)
+        for entry in entries:
+            if size <= LIMIT_BYTES:
+                return
+            entry.path.unlink(missing_ok=True)
+            size -= entry.size
+
+
+class Nothing(Cache):
+    """A cache that keeps nothing."""
+
+    def kept(self, kind: str, inputs: object, make: Callable[[], Arrays]) -> Arrays:
+        """Make the arrays."""
+        return make()
+
+
+NOTHING = Nothing(Path())
+
+
+def read(path: Path, key: str) -> dict[str, np.ndarray]:
+    """Return the arrays of an entry.
+
+    Raises
+    ------
+    MismatchError
+        If the file is damaged, or the entry of another key.
+    """
+    arrays = npz.read(path)
+    if str(arrays.pop(SEAL, "")) != digest_of((key, arrays)):
+        raise MismatchError("arrays as they were kept", "others, or those of another key")
+    return arrays
+
+
+def of_user() -> Cache:
+    """Return the user's cache: in ``$SPIKEPORT_CACHE``, else in the folder usual for caches.
+
+    One that keeps nothing where the variable is ``off``, as ``--no-cache`` makes it.
+    """
+    asked = os.environ.get(FOLDER)
+    if asked == OFF:
+        return NOTHING
+    return Cache(Path(asked) if asked else _usual_folder())
+
+
+def switch_off() -> None:
+    """Let `of_user` return a cache that keeps nothing, here and in processes that are started."""
+    os.environ[FOLDER] = OFF
+
+
+def _usual_folder() -> Path:
+    caches = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(caches) / "spikeport"
+
+
+def _warn(found: str) -> None:
+    warnings.warn(f"cache: {found}; the result is made anew", stacklevel=2)
+
+
+@cache
+def surroundings() -> str:
+    """Return a digest of what decides results beside their inputs.
+
+    It covers spikeport's own files, the versions of Python and of the packages that compute, the
+    processor, and the libraries of linear algebra with their kernels and threads, on which bits
+    depend.
+    """
+    import scipy.linalg  # noqa: F401, brings a library of its own, which is to be among them
+
+    ours = Path(__file__).parent
+    files = [
+        Path(folder, name)
+        for folder, _, names in os.walk(ours, followlinks=True)
+        for name in names
+        if name.endswith(OURS)
+    ]
+    code = {str(file.relative_to(ours)): file.read_bytes() for file in files}
+    versions = {name: _version(name) for name in COMPUTING}
+    blas = sorted(
+        [str(one.get(name)) for name in BLAS]
+        for one in threadpool_info()
+        if one["user_api"] == "blas"
+    )
+    return digest_of((code, versions, sys.version, platform.machine(), blas))
+
+
+def _version(package: str) -> str:
+    try:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:
+        return ""
+
+
+def digest_of(value: object) -> str:
+    """Return the SHA-256 of a value in an encoding that is the same in every process.
+
+    None, truth values, numbers, texts, bytes, paths and arrays have one, and sequences, mappings
+    with texts as keys, dataclasses and models of pydantic that are made of them. Every part goes in
+    with its type and size, so that no two values share an encoding.
+
+    Raises
+    ------
+    TypeError
+        If a part is of another type, as a function: its identity ends with the process.
+    """
+    found = hashlib.sha256()
+    for part in _parts(value):
+        found.update(len(part).to_bytes(8, "little"))
+        found.update(part)
+    return found.hexdigest()
+
+
+def _parts(value: object) -> Iterator[bytes]:
+    """Yield the parts of a value's encoding."""
+    yield type(value).__qualname__.encode()
+    match value:
+        case None | bool() | int() | float() | str() | PurePath():
+            yield repr(value).encode()
+        case bytes():
+            yield value
+        case np.ndarray() | np.generic():
+            array = np.asarray(value)
+            if array.dtype.hasobject:
+                raise TypeError("an array of Python objects has no identity that lasts")
+            yield f"{array.dtype.str} {array.shape}".encode()
+            yield array.tobytes()
+        case Mapping():
+            yield from _parts([[str(name), value[name]] for name in sorted(value)])
+        case list() | tuple():
+            yield str(len(value)).encode()
+            for part in value:
+                yield from _parts(part)
+        case BaseModel():
+            yield from _parts(dict(value))
+        case _ if is_dataclass(value) and not isinstance(value, type):
+            yield from _parts({one.name: getattr(value, one.name) for one in fields(value)})
+        case _:
+            raise TypeError(f"{type(value).__qualname__} has no identity that lasts: {value!r}")

@@ -1,0 +1,67 @@
+"""A process of our own command line that serves the one that started it."""
+
+import subprocess
+import sys
+from collections.abc import Sequence
+from threading import Timer
+
+from spikeport.errors import BackendError
+
+START_S = 60.0
+STOP_S = 10.0
+
+
+class Child:
+    """A server that was started for one session.
+
+    Parameters
+    ----------
+    name : str
+        Its name in messages; its first line begins with ``NAME:``, once it serves.
+    arguments : sequence of str
+        Those of ``spikeport``.
+
+    Raises
+    ------
+    BackendError
+        If it does not start; has its last words.
+    """
+
+    def __init__(self, name: str, arguments: Sequence[str]) -> None:
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "spikeport", *arguments],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
+        self._await_start(name)
+
+    @property
+    def process_id(self) -> int:
+        """The number of its process."""
+        return self._process.pid
+
+    @property
+    def runs(self) -> bool:
+        """True until its process ends."""
+        return self._process.poll() is None
+
+    def _await_start(self, name: str) -> None:
+        """Wait for its first line."""
+        assert self._process.stdout is not None
+        timer = Timer(START_S, self._process.kill)
+        timer.start()
+        line = self._process.stdout.readline()
+        timer.cancel()
+        if not line.startswith(f"{name}:"):
+            self.close()
+            raise BackendError(f"the {name}'s server did not start: {line.strip() or 'no word'}")
+
+    def close(self) -> str:
+        """Wait for its end, which its one session brings, or end it; returns its last words."""
+        try:
+            return self._process.communicate(timeout=STOP_S)[0]
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            return self._process.communicate()[0]

@@ -1,0 +1,51 @@
+"""The places that a compile writes image and report to."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.report.report import Json
+from spikeport.errors import UsageError
+from spikeport.files import write_json
+
+
+@dataclass(frozen=True, kw_only=True)
+class Destinations:
+    """The folder and files that a user asked for.
+
+    Attributes
+    ----------
+    out : Path or None
+        The folder of image and report.
+    json, html : Path or None
+        The files of the report as data, and as a page.
+    """
+
+    out: Path | None
+    json: Path | None
+    html: Path | None = None
+
+    def check(self) -> None:
+        """Say what cannot be written before the work, not after it."""
+        if self.out is not None and self.out.exists() and not self.out.is_dir():
+            raise UsageError(f"--out {self.out}: is a file; choose a folder")
+        for name, path in (("json", self.json), ("html", self.html)):
+            if path is not None and path.exists() and not path.is_file():
+                raise UsageError(
+                    f"--{name} {path}: is not a file that can be replaced; choose another"
+                )
+
+    def write_image(self, image: ChipImage) -> None:
+        """Write an image to the folder, where there is one."""
+        if self.out is not None:
+            image.save(self.out / "image.npz")
+
+    def write_report(self, report: Json, title: str) -> None:
+        """Write a report to the folder, the file and the page, where they are asked for."""
+        for path in (self.out and self.out / "report.json", self.json):
+            if path is not None:
+                write_json(path, report)
+        if self.html is not None:
+            from spikeport.compile.report.page import write_page  # brings jinja2
+
+            write_page(self.html, report, title)

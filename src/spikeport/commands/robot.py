@@ -1,0 +1,82 @@
+"""``spikeport robot``: be a robot, in simulation."""
+
+import math
+import signal
+import sys
+from dataclasses import dataclass
+from typing import NoReturn
+
+from spikeport.errors import UsageError, unknown
+from spikeport.robot.description import JOINTS
+from spikeport.robot.link.faults import FAULTS
+from spikeport.robot.link.place import Place
+from spikeport.robot.link.settings import LOCK_STEP_HZ, RobotSettings
+
+REAL_TIME_HZ = 500.0
+"""States a second where none are asked for: as of Unitree's H1."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ServeRequest:
+    """A robot, as the user asked for it."""
+
+    interface: str
+    domain: int
+    may_move_a_robot: bool
+    lock_step: bool
+    rate_hz: float | None
+    hoist: bool
+    watchdog_ms: float
+    truth: bool
+    seed: int
+    pose: tuple[str, ...]
+    faults: tuple[str, ...]
+    once: bool
+    idle_s: float | None
+
+
+def serve(request: ServeRequest) -> None:
+    """Be a robot until the process is ended, or its controller is gone."""
+    place = Place(request.interface, request.domain)
+    place.check(request.may_move_a_robot)
+    if request.faults and not request.lock_step:
+        raise UsageError("--fault is for --lock-step: real time has faults of its own")
+    faults = [FAULTS.parse(text) for text in request.faults]
+    settings = RobotSettings(
+        rate_hz=request.rate_hz or (LOCK_STEP_HZ if request.lock_step else REAL_TIME_HZ),
+        hoist=request.hoist,
+        watchdog_s=request.watchdog_ms / 1000,
+        seed=request.seed,
+        posture_rad=dict(map(_angle, request.pose)),
+    )
+    from spikeport.robot.link import server  # needs cyclonedds
+
+    service = server.Service(
+        place=place,
+        robot=settings,
+        lock_step=request.lock_step,
+        truth=request.truth,
+        faults=faults,
+        once=request.once,
+        idle_s=request.idle_s,
+    )
+    signal.signal(signal.SIGTERM, _ended)
+    server.serve(service, lambda line: print(line, flush=True))
+
+
+def _ended(_signal: int, _frame: object) -> NoReturn:
+    sys.exit(0)
+
+
+def _angle(text: str) -> tuple[str, float]:
+    """Return joint and angle in rad of a text ``JOINT=RAD``."""
+    joint, _, angle = text.partition("=")
+    if joint not in JOINTS:
+        raise unknown("joint", joint, JOINTS)
+    try:
+        rad = float(angle)
+    except ValueError:
+        rad = math.nan
+    if not math.isfinite(rad):
+        raise UsageError(f"--pose {text}: write JOINT=RAD, as right_elbow=0.5")
+    return joint, rad

@@ -1,0 +1,87 @@
+"""Plans of faults: texts ``KIND@STEP``, ``KIND=MS@STEP``, or ``KIND:SHARE`` of all steps.
+
+Which kinds there are, and what they do, is the business of the link that has them.
+"""
+
+import random
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from spikeport.errors import UsageError
+
+_PATTERN = re.compile(
+    r"(?P<kind>[a-z-]+)(=(?P<ms>[0-9.]+))?(@(?P<step>[0-9]+)|:(?P<share>[0-9.]+))"
+)
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A fault at one step, or, with step 0, at a share of all."""
+
+    kind: str
+    step: int = 0
+    share: float = 0.0
+    delay_s: float = 0.0
+
+
+class Faults(NamedTuple):
+    """The faults that a link can have.
+
+    Attributes
+    ----------
+    option : str
+        The option by which they are asked for.
+    kinds : tuple of str
+        Their names.
+    timed : tuple of str
+        Those that take a time in ms.
+    """
+
+    option: str
+    kinds: tuple[str, ...]
+    timed: tuple[str, ...]
+
+    def parse(self, text: str) -> Fault:
+        """Return the fault that a text names; UsageError if it names none."""
+        found = _PATTERN.fullmatch(text)
+        if found is None or found["kind"] not in self.kinds:
+            raise self._refused(text)
+        try:
+            delay_s, share = float(found["ms"] or 0) / 1000, float(found["share"] or 0)
+        except ValueError:
+            raise self._refused(text) from None
+        if (found["kind"] in self.timed) != (found["ms"] is not None) or share > 1:
+            raise self._refused(text)
+        return Fault(found["kind"], int(found["step"] or 0), share, delay_s)
+
+    def _refused(self, text: str) -> UsageError:
+        timed = ", ".join(f"{kind}=MS@STEP" for kind in self.timed)
+        return UsageError(
+            f"{self.option} {text!r}: write KIND@STEP, {timed} or KIND:SHARE, with a kind of "
+            + ", ".join(self.kinds)
+        )
+
+
+class FaultPlan:
+    """Faults by steps; those of shares are drawn.
+
+    Parameters
+    ----------
+    faults : sequence of Fault
+        The plan.
+    rng : random.Random
+        Draws the steps of shares.
+    """
+
+    def __init__(self, faults: Sequence[Fault], rng: random.Random) -> None:
+        self._at = {fault.step: fault for fault in faults if fault.step}
+        self._shares = [fault for fault in faults if not fault.step]
+        self._rng = rng
+
+    def drawn(self, step: int) -> Iterable[Fault]:
+        """Return the faults of a step, which is asked for once; one at a step comes first."""
+        shares = [fault for fault in self._shares if self._rng.random() < fault.share]
+        at = self._at.pop(step, None)
+        return shares if at is None else [at, *shares]

@@ -1,0 +1,118 @@
+"""Steps by a clock: absolute deadlines without bursts, and times of round trips."""
+
+import time
+from typing import Protocol
+
+import numpy as np
+
+
+class Clock(Protocol):
+    """A clock in s, of which only differences mean something."""
+
+    def now(self) -> float:
+        """Return the time, in s."""
+
+    def sleep_until(self, time_s: float) -> None:
+        """Wait until a time; at once if it has passed."""
+
+
+class SystemClock:
+    """The clock of this machine."""
+
+    def now(self) -> float:
+        """Return the time, in s."""
+        return time.perf_counter()
+
+    def sleep_until(self, time_s: float) -> None:
+        """Wait until a time; at once if it has passed."""
+        left = time_s - time.perf_counter()
+        if left > 0:
+            time.sleep(left)
+
+
+class Deadlines:
+    """The beginnings of steps by a clock: t_0 + n dt, whatever the steps before took.
+
+    A step that begins late is an overrun. After a stall of a step or more time goes on from there:
+    the steps that were missed are not made up for in a burst.
+
+    Parameters
+    ----------
+    period_s : float
+        The time dt from one step to the next.
+    clock : Clock
+        The clock.
+
+    Attributes
+    ----------
+    overruns : int
+        The steps that began late.
+    """
+
+    def __init__(self, period_s: float, clock: Clock) -> None:
+        self._period_s, self._clock = period_s, clock
+        self._due_s: float | None = None
+        self.overruns = 0
+
+    def begin(self) -> float:
+        """Wait for the beginning of the next step, and return the time at which it ends."""
+        now, period_s = self._clock.now(), self._period_s
+        due_s = now if self._due_s is None else self._due_s + period_s
+        if now > due_s:
+            self.overruns += 1
+            due_s = now if now - due_s >= period_s else due_s
+        self._clock.sleep_until(due_s)
+        self._due_s = due_s
+        return due_s + period_s
+
+
+class RoundTrips:
+    """Times of round trips, in bins of 2 %: memory does not grow with the number of steps."""
+
+    FIRST_S = 1e-6
+    RATIO = 1.02
+    N = 1200  # up to 21,000 s
+    KEPT = 1000  # until they are put into bins together
+
+    def __init__(self) -> None:
+        self._kept: list[float] = []
+        self._bins = np.zeros(self.N, dtype=np.int64)
+        self._worst_s = 0.0
+
+    def add(self, time_s: float) -> None:
+        """Count a round trip."""
+        self._kept.append(time_s)
+        if len(self._kept) == self.KEPT:
+            self._count()
+
+    def _count(self) -> None:
+        """Put the times that are kept into their bins."""
+        if self._kept:
+            times_s = np.maximum(self._kept, self.FIRST_S)
+            bins = np.log(times_s / self.FIRST_S) / np.log(self.RATIO)
+            np.add.at(self._bins, np.minimum(bins.astype(int), self.N - 1), 1)
+            self._worst_s = max(self._worst_s, *self._kept)
+            self._kept.clear()
+
+    def quantile_s(self, share: float) -> float | None:
+        """Return the time below which a share of the round trips stayed; None without any."""
+        self._count()
+        total = int(self._bins.sum())
+        if total == 0:
+            return None
+        number = int(np.searchsorted(self._bins.cumsum(), share * total))
+        return min(float(self.FIRST_S * self.RATIO ** (number + 1)), self._worst_s)
+
+    @property
+    def worst_s(self) -> float:
+        """The longest round trip; 0 without any."""
+        self._count()
+        return self._worst_s
+
+    def summary_us(self) -> dict[str, float | None]:
+        """Return median, 99th percentile and worst, in us; None where there was no round trip."""
+        found = {"median": self.quantile_s(0.5), "p99": self.quantile_s(0.99)}
+        return {
+            **{name: None if t is None else round(1e6 * t, 1) for name, t in found.items()},
+            "worst": round(1e6 * self.worst_s, 1),
+        }

@@ -1,0 +1,57 @@
+"""The exact policy walks the figure-eight on what an estimator says: the goals of the errors."""
+
+import numpy as np
+import pytest
+from estimators import CASES, EKF, HEADS, LEGS, TRUTH, Case, errors, row, walk
+
+from spikeport.robot.estimator.simulated_sensors import ROUGH
+
+GOAL_M_S = np.array([0.15, 0.05, 0.10])
+SECONDS = 6.0
+
+
+def rms(case: Case) -> np.ndarray:
+    done = walk(case, 0, SECONDS)
+    assert not done.fell
+    return np.sqrt(np.mean(errors(done, case.dt_s)["velocity"] ** 2, axis=0))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "case",
+    [
+        Case(EKF, closed=False),
+        Case(EKF, closed=True),
+        Case(EKF, closed=True, sensors=ROUGH),
+        Case(EKF, closed=True, dt_s=0.002),
+    ],
+    ids=lambda case: case.name,
+)
+def test_the_filter_meets_the_goal(case):
+    assert (rms(case) < GOAL_M_S).all()
+
+
+@pytest.mark.slow
+def test_leg_odometry_walks_though_it_does_not_meet_it():
+    found = rms(Case(LEGS, closed=True))
+    assert (found[[0, 2]] > GOAL_M_S[[0, 2]]).all()
+
+
+@pytest.mark.slow
+def test_the_truth_has_no_error_and_walks_as_without_an_estimator():
+    one, other = (walk(Case(TRUTH, closed), 0, SECONDS) for closed in (True, False))
+    assert not errors(one, 0.005)["velocity"].any()
+    np.testing.assert_array_equal(one.true[-1].base_position, other.true[-1].base_position)
+
+
+@pytest.mark.slow
+def test_motion_capture_keeps_the_robot_on_its_path():
+    case = Case(LEGS, closed=True, mocap=True)
+    found = errors(walk(case, 0, SECONDS), case.dt_s)
+    assert np.linalg.norm(found["place"][-1]) < 0.03
+
+
+@pytest.mark.slow
+def test_a_row_has_a_cell_for_every_head():
+    assert len(row(Case(EKF, closed=False), 1, 1.5)) == len(HEADS)
+    assert len(set(CASES)) == len(CASES)

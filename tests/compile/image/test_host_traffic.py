@@ -1,0 +1,98 @@
+"""Traffic with the host, counted from the image."""
+
+import nengo
+import numpy as np
+import pytest
+
+from spikeport.compile.image.expected import Rates, expected_activity
+from spikeport.compile.image.host_traffic import host_traffic, mean_rate_hz
+from spikeport.compile.image.manifest import Encoding
+from spikeport.compile.pipeline import compile_network
+from spikeport.hardware_models.host_io import HostTraffic
+from spikeport.simulator import Simulator
+
+DT_S = 0.001
+
+
+def network(n: int = 40, dimensions: int = 3) -> nengo.Network:
+    with nengo.Network(seed=0) as net:
+        values = nengo.Node(lambda t: np.sin(3 * t + np.arange(dimensions)))
+        net.neurons = nengo.Ensemble(n, dimensions)
+        nengo.Connection(values, net.neurons)
+    return net
+
+
+def test_values_take_a_word_each_and_spikes_a_bit():
+    with (net := network(n=70)):
+        nengo.Probe(net.neurons, synapse=0.01)  # 3 values, on and off
+        nengo.Probe(net.neurons.neurons[:65])  # 65 spikes: 3 words
+        nengo.Probe(net.neurons.neurons[:4], attr="voltage")
+    found = host_traffic(compile_network(net).image)
+    assert found == HostTraffic(
+        dt_s=DT_S,
+        sources=6,
+        spikes=pytest.approx(3.0),
+        unknown_sources=0,
+        values_back=6 + 4,
+        spikes_back=65,
+        words_back=1 + 6 + 4 + 3,
+        errors=0,
+    )
+
+
+def test_spikes_at_uneven_distances_take_a_word_each():
+    with (net := network()):
+        nengo.Probe(net.neurons.neurons[[0, 1, 5]])
+    assert host_traffic(compile_network(net).image).words_back == 1 + 3
+
+
+def test_errors_of_learning_are_sent_by_dimension():
+    with (net := network(dimensions=2)):
+        out = nengo.Node(size_in=2)
+        learned = nengo.Connection(net.neurons, out, learning_rule_type=nengo.PES())
+        nengo.Connection(out, learned.learning_rule)
+    assert host_traffic(compile_network(net).image).errors == 2
+
+
+def test_neurons_on_the_host_have_rates_that_nobody_knows_before_a_run():
+    with nengo.Network(seed=0) as net:
+        host, chip = (nengo.Ensemble(5, 1) for _ in range(2))
+        nengo.Connection(host.neurons, chip.neurons, transform=np.eye(5))
+        net.config[nengo.Ensemble].set_param("on_chip", nengo.params.BoolParam("on_chip", True))
+        net.config[host].on_chip = False
+    image = compile_network(net).image
+    found = host_traffic(image)
+    assert (found.sources, found.spikes, found.unknown_sources) == (5, 0.0, 5)
+    assert expected_activity(image, Rates(100.0)).from_host.total == pytest.approx(0.5)
+    assert expected_activity(image, Rates(100.0, {"host": 200.0})).from_host.total == 1.0
+
+
+@pytest.mark.parametrize(
+    ("gain", "bias", "mean_hz"),
+    [
+        (500.0, 500.0, 500.0),
+        (1000.0, 0.0, 250.0),
+        (500.0, 0.0, 125.0),
+        (2000.0, 0.0, 375.0),  # from 0.5 on in every step
+        (0.0, 300.0, 300.0),
+        (0.0, 3000.0, 1000.0),
+    ],
+)
+def test_rates_are_those_of_values_spread_evenly(gain, bias, mean_hz):
+    encoding = Encoding("on_off", gain, bias)
+    assert mean_rate_hz(encoding, DT_S) == pytest.approx(mean_hz)
+    values = np.linspace(-1, 1, 20001)
+    assert np.clip(gain * values + bias, 0, 1000).mean() == pytest.approx(mean_hz, rel=1e-3)
+
+
+@pytest.mark.parametrize("backend", ["native", "nengo-loihi"])
+def test_what_a_run_counts_is_what_the_relays_send(backend):
+    """Count a spike a dimension in a step, whatever the value."""
+    with Simulator(network(), backend=backend) as sim:
+        sim.run_steps(200)
+        sent = sim.activity.from_host
+        report = sim.report()["host_io"]
+    assert sent.total == report["spikes"] * 200 == sim.activity.totals()["host_spikes"]
+    assert sent.mean == pytest.approx(3.0, abs=0.05)
+    assert report["most_spikes"] == sent.most <= 6
+    assert report["counted"]

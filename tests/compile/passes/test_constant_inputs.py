@@ -1,0 +1,100 @@
+"""Inputs that never change are biases: nothing of them crosses from the host."""
+
+import nengo
+import numpy as np
+import pytest
+from nengo_loihi.neurons import LoihiLIF
+
+from spikeport.compile.ground.names import Names
+from spikeport.compile.ground.rewrite import Rewrite
+from spikeport.compile.passes.constant_inputs import ConstantInputs
+from spikeport.simulator import Simulator
+from tests.helpers.random_networks import assert_equal_in_float, random_network
+from tests.helpers.same_run import context
+
+N_STEPS = 400
+
+
+def network(synapse: float | None = None, passthrough: bool = False) -> nengo.Network:
+    """A value that changes, and an offset that does not, into one ensemble; another goes on.
+
+    Of these neurons float Nengo solves decoders for the chip's rates, as the pass does.
+    """
+    with nengo.Network(seed=3, label="offset") as net:
+        net.config[nengo.Ensemble].neuron_type = LoihiLIF()
+        value = nengo.Node(lambda t: np.sin(6 * t), label="value")
+        offset = nengo.Node([0.5, -0.25], label="offset")
+        first = nengo.Ensemble(60, 2, radius=1.5, label="first")
+        second = nengo.Ensemble(50, 1, label="second")
+        into = nengo.Node(size_in=2, label="into") if passthrough else first
+        nengo.Connection(value, into[0], synapse=None)
+        nengo.Connection(offset, into, transform=[[0, 1], [1, 0]], synapse=synapse)
+        if passthrough:
+            nengo.Connection(into, first, synapse=None)
+        nengo.Connection(first, second, function=lambda x: x[0] * x[1], synapse=0.01)
+        nengo.Probe(first, synapse=0.02)
+        nengo.Probe(second, synapse=0.02)
+    return net
+
+
+def notes_of(net: nengo.Network, **options: bool) -> dict[str, object]:
+    notes: dict[str, object] = {}
+    ConstantInputs(**options).apply(Rewrite(net, Names(net)), context(note=notes))
+    return notes
+
+
+@pytest.mark.parametrize("passthrough", [False, True])
+def test_the_same_in_float(passthrough: bool) -> None:
+    net = network(passthrough=passthrough)
+    rewritten = assert_equal_in_float(net, ConstantInputs())
+    offset = next(node for node in net.nodes if node.label == "offset")
+    assert not [c for c in rewritten.network.all_connections if c.pre_obj is offset]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_random_networks_are_the_same_in_float(seed: int) -> None:
+    assert_equal_in_float(random_network(seed), ConstantInputs(filtered=False))
+
+
+def test_behind_a_synapse_only_the_begin_differs() -> None:
+    net = network(synapse=0.01)
+    runs = []
+    for passes in ("", "constant_inputs"):
+        with Simulator(net, backend="reference", pipeline=passes) as sim:
+            sim.run_steps(N_STEPS)
+        runs.append([sim.data[probe] for probe in net.probes])
+    for before, after in zip(*runs, strict=True):
+        assert np.abs(after[200:] - before[200:]).max() < 0.15
+
+
+def test_constants_behind_a_synapse_can_be_left() -> None:
+    assert_equal_in_float(network(synapse=0.01), ConstantInputs(filtered=False))
+
+
+def test_on_the_chip_only_what_changes_is_sent() -> None:
+    net = network()
+    sent, decoded = {}, {}
+    for passes in ("", "constant_inputs"):
+        with Simulator(net, pipeline=passes) as sim:
+            sim.run_steps(N_STEPS)
+        sent[passes] = sim.activity.from_host.mean, sim.image.n_inputs
+        decoded[passes] = [sim.data[probe][100:] for probe in net.probes]
+    assert sent[""] == (pytest.approx(4.0, abs=0.05), 8)  # a slice is sent as a whole
+    assert sent["constant_inputs"] == (pytest.approx(1.0, abs=0.05), 2)
+    for before, after in zip(*decoded.values(), strict=True):
+        assert np.sqrt(np.mean((after - before) ** 2)) < 0.1
+
+
+def test_it_names_its_targets_and_leaves_all_others() -> None:
+    assert notes_of(network()) == {"targets": ["first"]}
+    with nengo.Network(seed=0) as net:
+        nengo.Connection(nengo.Node(np.sin), nengo.Ensemble(10, 1))
+    rewrite = Rewrite(net, Names(net))
+    assert ConstantInputs().apply(rewrite, context()) is rewrite
+
+
+def test_functions_of_constants_stay_inputs() -> None:
+    with nengo.Network(seed=0) as net:
+        node, target = nengo.Node([0.5]), nengo.Ensemble(10, 1)
+        nengo.Connection(node, target, function=np.square)
+    assert notes_of(net) == {"targets": []}

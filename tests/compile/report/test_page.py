@@ -1,0 +1,220 @@
+"""The page of a report: what it says, that it asks for nothing, and that it works in a browser."""
+
+import html
+import re
+import shutil
+from collections.abc import Iterator
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from spikeport.compile.check.violation import Violation
+from spikeport.compile.report.page import by_rule, write_page, write_pair
+from spikeport.compile.report.report import Report
+from spikeport.hardware_models import chip as chips
+
+CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
+VOID = {"meta", "br", "input", "link", "img", "hr"}
+
+
+class Tree(HTMLParser):
+    """Reads a page, and holds every element against its end tag."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.ids: list[str] = []
+        self.targets: list[str] = []
+        self.text = ""
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        named = dict(attrs)
+        self.ids += [named["id"]] if named.get("id") else []
+        self.targets += [named["href"]] if named.get("href") else []
+        assert not {"src", "srcset", "onclick"} & named.keys()
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        pass
+
+    def handle_data(self, data: str) -> None:
+        self.text += data
+
+
+def read(path: Path) -> Tree:
+    tree = Tree()
+    tree.feed(path.read_text())
+    assert tree.open == []
+    return tree
+
+
+@pytest.fixture
+def page(whole: dict[str, Any], tmp_path: Path) -> Path:
+    write_page(tmp_path / "report.html", whole, "a <b>chain</b>")
+    return tmp_path / "report.html"
+
+
+def test_a_page_has_the_figures_of_the_report(page: Path, whole: dict[str, Any]) -> None:
+    text = read(page).text
+    assert whole["verdict"] in text
+    assert "a <b>chain</b>" in text
+    assert "Outputs are 50 % off" in text
+    for core in whole["cores"]:
+        assert html.escape(core["label"]) in page.read_text()
+    for hint in whole["hints"]:
+        assert hint["id"] in text
+
+
+def test_a_page_says_what_crosses_to_the_host_and_what_that_shows(page: Path) -> None:
+    text = read(page).text
+    assert "Host I/O of a step" in text
+    assert "not shown: published steps with host I/O take 0.95 ms to 9 ms" in text
+    assert text.count("dt = 1 ms not shown") == 2  # beside the longest step, twice
+
+
+def test_a_page_without_an_image_has_no_host(whole: dict[str, Any], tmp_path: Path) -> None:
+    write_page(tmp_path / "report.html", whole | {"host_io": None}, "nothing")
+    assert "Host I/O" not in read(tmp_path / "report.html").text
+
+
+def test_links_lead_to_rows_of_the_page_and_ids_are_unique(page: Path) -> None:
+    tree = read(page)
+    assert len(set(tree.ids)) == len(tree.ids)
+    assert tree.targets
+    assert {target.removeprefix("#") for target in tree.targets} <= set(tree.ids)
+
+
+def test_a_page_asks_for_nothing(page: Path) -> None:
+    content = page.read_text()
+    assert not re.search(r"https?://|@import|url\(", content)
+    assert "default-src 'none'" in content
+
+
+def test_texts_of_a_network_are_no_markup(whole: dict[str, Any], tmp_path: Path) -> None:
+    label = "</title><script>alert(1)</script>"
+    spoilt = whole | {"cores": [core | {"label": label} for core in whole["cores"]]}
+    spoilt["placed"] = [[label] for _ in whole["cores"]]
+    write_page(tmp_path / "report.html", spoilt, label)
+    assert "<script>alert" not in (tmp_path / "report.html").read_text()
+    read(tmp_path / "report.html")
+
+
+def test_a_network_that_does_not_fit_has_its_violations_and_cures(tmp_path: Path) -> None:
+    broken = [
+        Violation("SP002", "neuron type", name, "Tanh", "LIF", "choose one") for name in ("a", "b")
+    ]
+    report = Report(chips.get("loihi"), "", (), (), (), violations=tuple(broken)).to_dict()
+    write_page(tmp_path / "report.html", report, "net")
+    text = read(tmp_path / "report.html").text
+    assert "does not fit chip 'loihi': breaks SP002" in text
+    assert "SP002 neuron type: 2 times" in text
+    assert "Cure: choose one" in text
+    assert "b: Tanh, limit LIF" in text
+
+
+def test_two_reports_are_beside_each_other(whole: dict[str, Any], tmp_path: Path) -> None:
+    changes = [("cores used", "4", "3", "-25.0 %")]
+    write_pair(tmp_path / "pair.html", {"before": whole, "after": whole}, changes)
+    tree = read(tmp_path / "pair.html")
+    assert tree.text.count(whole["verdict"]) == 2
+    assert all(text in tree.text for text in changes[0])
+    assert len(set(tree.ids)) == len(tree.ids)
+    write_pair(tmp_path / "pair.html", {"a": whole, "b": whole}, [])
+    assert "No figure differs." in read(tmp_path / "pair.html").text
+
+
+def test_rows_are_grouped_by_rule() -> None:
+    rows = [{"id": i, "rule": "r", "cure": f"c{n}"} for n, i in enumerate(("SP2", "SP1", "SP2"))]
+    found = by_rule(rows)
+    assert [(one.id, one.cure) for one in found] == [("SP1", "c1"), ("SP2", "c0")]
+    assert [len(one.rows) for one in found] == [1, 2]
+
+
+# in a browser
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    if CHROMIUM is None:
+        pytest.skip("opens pages in a browser: apt-get install chromium")
+    api = pytest.importorskip("playwright.sync_api")
+    with (
+        api.sync_playwright() as playwright,
+        playwright.chromium.launch(
+            executable_path=CHROMIUM, args=["--no-sandbox", "--disable-dev-shm-usage"]
+        ) as opened,
+    ):
+        yield opened
+
+
+@pytest.fixture
+def opened(browser: Any, page: Path) -> Iterator[Any]:
+    """The page in a browser, which has said nothing and asked for nothing but the file."""
+    said: list[str] = []
+    tab = browser.new_page(viewport={"width": 1000, "height": 800})
+    tab.on("console", lambda message: said.append(message.text))
+    tab.on("pageerror", lambda error: said.append(str(error)))
+    tab.on("request", lambda request: said.append(request.url))
+    tab.goto(page.as_uri())
+    yield tab
+    assert said == [page.as_uri()]
+    tab.close()
+
+
+@pytest.mark.slow
+def test_tables_are_sorted_by_a_click_and_a_key(opened: Any, whole: dict[str, Any]) -> None:
+    def column(number: int) -> list[float]:
+        cells = opened.locator(f"table.sorted tbody tr td:nth-child({number})")
+        return [float(cell.get_attribute("data-value")) for cell in cells.all()]
+
+    most = [core["compartments"] for core in whole["cores"]]
+    button = opened.locator("table.sorted th:nth-child(3) button")
+    button.click()
+    assert column(3) == sorted(most)
+    button.press("Enter")
+    assert column(3) == sorted(most, reverse=True)
+
+
+@pytest.mark.slow
+def test_cores_are_coloured_by_choice_and_lead_to_their_rows(opened: Any) -> None:
+    def darkness() -> list[str]:
+        found = "rects => rects.map(rect => getComputedStyle(rect).fillOpacity)"
+        return list(opened.locator(".map .core").evaluate_all(found))
+
+    by_fill = darkness()
+    opened.get_by_label("energy").first.check()
+    by_energy = darkness()
+    assert by_energy != by_fill
+    assert max(map(float, by_energy)) == pytest.approx(1)
+    core = opened.locator(".map a").nth(1)
+    core.hover()
+    assert "core 1" in core.locator("title").text_content()
+    core.focus()
+    opened.keyboard.press("Enter")
+    assert opened.evaluate("document.querySelector('tr:target').id") == "core-1-1"
+
+
+@pytest.mark.slow
+def test_a_page_is_readable_in_the_dark_and_on_paper(opened: Any) -> None:
+    style = "getComputedStyle(document.body)"
+    light = {}
+    for scheme, media in (("light", "screen"), ("dark", "screen"), ("light", "print")):
+        opened.emulate_media(color_scheme=scheme, media=media)
+        pair = opened.evaluate(f"[{style}.color, {style}.backgroundColor]")
+        light[scheme, media] = [sum(map(int, re.findall(r"\d+", text)[:3])) for text in pair]
+    assert light["light", "screen"][1] - light["light", "screen"][0] > 500
+    assert light["dark", "screen"][0] - light["dark", "screen"][1] > 500
+    assert light["light", "print"] == [0, 765]
+
+
+@pytest.mark.slow
+def test_nothing_is_wider_than_the_window(opened: Any) -> None:
+    for width in (1000, 400):
+        opened.set_viewport_size({"width": width, "height": 800})
+        assert opened.evaluate("document.documentElement.scrollWidth") <= width

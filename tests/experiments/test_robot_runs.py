@@ -1,0 +1,107 @@
+"""Experiments on a robot behind its interface: in one process, in two, and with a board in three.
+
+What is compared is everything: the robot's motion (float64), all time series of the run, and the
+counts of all cores.
+"""
+
+import hashlib
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from spikeport.backends.board.link import LinkOptions
+from spikeport.errors import RobotLostError, UsageError
+from spikeport.experiments import registry
+from spikeport.experiments.driver import robot_line
+from spikeport.experiments.options import Options
+from spikeport.robot.link.connection import RobotOptions
+from tests.helpers.namespace import in_namespace
+
+
+def run(
+    name: str,
+    backend: str,
+    robot: str,
+    seconds: float,
+    folder: str = "",
+    faults: tuple[str, ...] = (),
+) -> dict[str, object]:
+    """Return motion, digest of the time series and counts of a run, and how its link was."""
+    experiment = registry.get(name)
+    with tempfile.TemporaryDirectory() as made:
+        out = Path(folder or made)
+        options = Options(
+            seconds=seconds,
+            backend=backend,
+            link=LinkOptions(),
+            robot=RobotOptions(robot, faults=tuple(faults)),
+        )
+        result = experiment.run(experiment.settings(), options, out).result
+        probes = hashlib.sha256(_values(out / "probes.nc")).hexdigest()
+    link = result["robot"]
+    return {
+        "motion": link["robot"]["motion"],
+        "steps": link["robot"]["steps"],
+        "states": link["states"],
+        "damaged": link["damaged"],
+        "probes": probes,
+        "activity": result["activity"],
+    }
+
+
+def _values(path: Path) -> bytes:
+    import xarray as xr
+
+    with xr.open_dataset(path) as series:
+        return b"".join(np.asarray(series[name]).tobytes() for name in sorted(series.variables))
+
+
+@pytest.mark.slow
+def test_a_walk_is_the_same_in_one_process_and_in_two() -> None:
+    inline = run("walk", "analytic", "inline", 1.0)
+    assert inline["steps"] == inline["states"] == 200
+    stub = in_namespace(run, "walk", "analytic", "stub", 1.0)
+    assert stub == inline
+
+
+@pytest.mark.slow
+def test_a_reach_on_the_chip_is_the_same_with_board_and_robot_in_processes_of_their_own() -> None:
+    inline = run("reach", "native", "inline", 0.3)
+    assert inline["activity"]["spikes"] > 0
+    assert in_namespace(run, "reach", "board", "stub", 0.3) == inline
+
+
+@pytest.mark.slow
+def test_faults_are_the_same_wherever_the_robot_is() -> None:
+    faults = ["loss:0.2", "jitter=5:1"]
+    inline = run("walk", "analytic", "inline", 0.5, "", tuple(faults))
+    assert in_namespace(run, "walk", "analytic", "stub", 0.5, "", faults) == inline
+    assert inline["motion"] != run("walk", "analytic", "inline", 0.5)["motion"]
+
+
+@pytest.mark.parametrize(
+    ("fault", "words"), [("stop@30", "does not answer"), ("restart@30", "began anew")]
+)
+def test_a_robot_that_is_lost_leaves_its_last_states(
+    fault: str, words: str, tmp_path: Path
+) -> None:
+    with pytest.raises(RobotLostError, match=f"{words}.*its last states are in"):
+        run("walk", "analytic", "inline", 1.0, str(tmp_path), (fault,))
+    with np.load(tmp_path / "last_states.npz") as states:
+        assert states["time_s"][-1] == pytest.approx(0.145)
+
+
+def test_figures_say_how_the_robot_was() -> None:
+    figures = {"states": 4000, "held": 3, "damaged": 0, "overruns": 12}
+    assert robot_line(figures) == "robot: 4,000 states, 3 held, 12 began late"
+    itself, trips = {"motion": "19d239d19b9d"}, {"median": 501.7, "p99": None, "worst": 1.0}
+    assert robot_line({**figures, "robot": itself, "round_trip_us": trips}) == (
+        "robot: 4,000 states, 3 held, 12 began late; round trip 502 us; motion 19d239d19b9d"
+    )
+
+
+def test_a_walking_robot_is_not_held_by_its_pelvis() -> None:
+    with pytest.raises(UsageError, match="anchor=true: holds the walking robot by its pelvis"):
+        run("switch", "analytic", "inline", 26.0)

@@ -1,0 +1,84 @@
+"""A bus without DDS, with a robot in lock-step at its other end, or none."""
+
+from collections import deque
+from collections.abc import Callable
+from typing import NamedTuple
+
+from spikeport.robot.link.lock_step import LockStep
+from spikeport.robot.link.messages import COMMANDS, STATES, TRUTHS, Topic
+from spikeport.robot.link.robot import SimulatedRobot
+from spikeport.robot.link.settings import RobotSettings
+
+
+class Arrival(NamedTuple):
+    message: bytes
+    writer: int
+
+
+class FakeReader:
+    """A reader whose messages are put there; one that has none asks for more."""
+
+    def __init__(self, ask: Callable[[], None]) -> None:
+        self.queue: deque[bytes] = deque()
+        self.writers = [1]
+        self._ask = ask
+
+    def take(self, within_s: float = 0.0) -> list[Arrival]:
+        if not self.queue and within_s > 0:
+            self._ask()
+        found = [Arrival(message, 1) for message in self.queue]
+        self.queue.clear()
+        return found
+
+
+class FakeWriter:
+    """A writer that keeps what it is to send."""
+
+    n_readers = 1
+
+    def __init__(self, obey: Callable[[bytes], None]) -> None:
+        self.sent: list[bytes] = []
+        self._obey = obey
+
+    def write(self, message: bytes) -> None:
+        self.sent.append(message)
+        self._obey(message)
+
+
+class FakeBus:
+    """A robot on its hoist that obeys what is written, and publishes when somebody waits.
+
+    ``loses`` says how many of the next commands are lost; ``publishes`` is False for a robot that
+    fell silent.
+    """
+
+    def __init__(self) -> None:
+        self.robot = LockStep(SimulatedRobot(RobotSettings(hoist=True)))
+        self.readers = {topic: FakeReader(self.publish) for topic in (STATES, TRUTHS)}
+        self.commands = FakeWriter(self.obey)
+        self.loses = 0
+        self.publishes = True
+        self.closed = False
+
+    def reader(self, topic: Topic) -> FakeReader:
+        return self.readers[topic]
+
+    def writer(self, topic: Topic) -> FakeWriter:
+        assert topic == COMMANDS
+        return self.commands
+
+    def obey(self, message: bytes) -> None:
+        if self.loses:
+            self.loses -= 1
+        else:
+            self.robot.answered(message, writer=1)
+
+    def publish(self) -> None:
+        if self.publishes:
+            state, truth = self.robot.published()
+            self.readers[STATES].queue.append(state)
+            assert truth is not None
+            self.readers[TRUTHS].queue.append(truth)
+
+    def close(self) -> None:
+        self.closed = True

@@ -1,0 +1,147 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from spikeport.robot.description import JOINTS
+from spikeport.robot.estimator import torso
+from spikeport.robot.estimator.base import Fix
+from spikeport.robot.estimator.belief import (
+    FIRST_CONTACT,
+    GYROSCOPE_BIAS,
+    ROTATION,
+    errors_of,
+)
+from spikeport.robot.estimator.contact_aided_ekf import ContactAidedEkf, EkfNoise
+from spikeport.robot.estimator.legs import LEG_JOINTS, Legs
+from spikeport.robot.state import RobotState
+from tests.helpers.arrivals import STANDING
+
+DT_S = 0.005
+
+
+def loaded() -> np.ndarray:
+    """Torques (19,) by which either leg carries 250 N."""
+    soles, torque = Legs().soles(STANDING.q), np.zeros(len(JOINTS))
+    for side in range(2):
+        middle = soles.jacobians[2 * side : 2 * side + 2].mean(axis=0)
+        torque[:LEG_JOINTS] -= middle.T @ (0.0, 0.0, 250.0)
+    return torque
+
+
+STILL = STANDING._replace(torque=loaded())
+
+
+def stood(ekf: ContactAidedEkf, seconds: float, **values: object) -> RobotState:
+    """The state after a robot stood for a time, with some values of its sensors replaced."""
+    sensors = STILL._replace(**values)
+    found = ekf.reset(sensors)
+    for step in range(1, round(seconds / DT_S) + 1):
+        found = ekf.update(sensors._replace(time_s=step * DT_S))
+    return found
+
+
+def tilted(angle_rad: float) -> np.ndarray:
+    return np.array([np.cos(angle_rad / 2), np.sin(angle_rad / 2), 0.0, 0.0])
+
+
+def test_a_robot_that_stands_still_stays():
+    ekf = ContactAidedEkf()
+    found = stood(ekf, 1.0)
+    assert ekf.standing.all()
+    np.testing.assert_allclose(found.base_linear_velocity, 0.0, atol=1e-3)
+    np.testing.assert_allclose(found.base_angular_velocity, 0.0, atol=1e-4)
+    np.testing.assert_allclose(found.base_position[:2], 0.0, atol=1e-3)
+    np.testing.assert_allclose(torso.rotation(found.base_quaternion), np.eye(3), atol=1e-3)
+    np.testing.assert_array_equal(found.q, STILL.q)
+
+
+def test_the_bias_of_a_gyroscope_is_found_where_gravity_shows_it():
+    ekf, bias = ContactAidedEkf(), np.array([0.01, -0.008, 0.0])
+    found = stood(ekf, 10.0, gyroscope=bias)
+    np.testing.assert_allclose(ekf.belief.gyroscope_bias[:2], bias[:2], atol=1e-3)
+    np.testing.assert_allclose(found.base_angular_velocity[:2], 0.0, atol=1e-3)
+    np.testing.assert_allclose(found.base_linear_velocity, 0.0, atol=2e-3)
+
+
+def test_a_tilt_that_the_imu_has_wrong_at_the_start_is_corrected():
+    ekf = ContactAidedEkf(EkfNoise(tilt_rad=0.1, accelerometer_bias=0.01))
+    found = stood(ekf, 5.0, quaternion=tilted(0.05))
+    assert torso.rotation(found.base_quaternion)[2, 1] == pytest.approx(0.0, abs=5e-3)
+
+
+def test_the_heading_is_known_no_better_than_at_the_start():
+    ekf = ContactAidedEkf()
+    stood(ekf, 1.0)
+    after = np.diag(ekf.belief.covariance)[ROTATION]
+    assert after[2] > 0  # at the start it is 0: the heading is a matter of definition
+    assert after[:2].max() < EkfNoise().tilt_rad ** 2
+
+
+def test_a_robot_in_the_air_has_no_contacts():
+    ekf = ContactAidedEkf()
+    stood(ekf, 0.2, torque=np.zeros(len(JOINTS)))
+    assert not ekf.standing.any()
+
+
+def test_contacts_that_left_the_floor_are_gone_without_a_trace():
+    ekf, rolling = ContactAidedEkf(), np.full(len(JOINTS), 0.5)
+    stood(ekf, 0.2, dq=rolling)
+    assert ekf.belief.pose.vectors[FIRST_CONTACT:].all()
+    for step in range(41, 60):
+        in_the_air = STILL._replace(time_s=step * DT_S, torque=np.zeros(len(JOINTS)), dq=rolling)
+        ekf.update(in_the_air)
+        errors = slice(errors_of(FIRST_CONTACT).start, GYROSCOPE_BIAS.start)
+        assert not ekf.belief.pose.vectors[FIRST_CONTACT:].any()
+        assert not ekf.belief.covariance[errors].any()
+
+
+def test_an_observation_that_comes_twice_counts_once():
+    ekf = ContactAidedEkf()
+    stood(ekf, 0.1)
+    before = ekf.belief
+    ekf.update(STILL._replace(time_s=0.1))
+    assert ekf.belief is before
+
+
+def test_a_push_that_no_foot_follows_is_forgotten():
+    """An accelerometer errs for 0.1 s, by 0.1 m/s in all; feet that stand still correct it."""
+    ekf = ContactAidedEkf()
+    stood(ekf, 1.0)
+    wrong = STILL.accelerometer + np.array([1.0, 0.0, 0.0])
+    for step in range(20):
+        ekf.update(STILL._replace(time_s=1.0 + (step + 1) * DT_S, accelerometer=wrong))
+    for step in range(20, 80):
+        found = ekf.update(STILL._replace(time_s=1.0 + (step + 1) * DT_S))
+    assert abs(found.base_linear_velocity[0]) < 0.02
+
+
+def fixes(ekf: ContactAidedEkf, fix: Fix, n: int) -> RobotState:
+    for step in range(1, n + 1):
+        found = ekf.update(STILL._replace(time_s=step * DT_S), fix)
+    return found
+
+
+@pytest.mark.parametrize("floor_m", [None, 0.05])
+def test_it_starts_at_a_fix_on_whatever_floor(floor_m):
+    ekf = ContactAidedEkf(replace(EkfNoise(), floor_m=floor_m))
+    fix = Fix(np.array([3.0, -2.0, 5.0]), 1.0)
+    ekf.reset(STILL, fix)
+    found = fixes(ekf, fix, 200)
+    np.testing.assert_allclose(found.base_position, fix.position, atol=2e-3)
+    assert torso.heading_rad(torso.rotation(found.base_quaternion)) == pytest.approx(1.0, abs=1e-3)
+    np.testing.assert_allclose(found.base_linear_velocity, 0.0, atol=2e-3)
+
+
+def test_fixes_draw_a_robot_that_drifted_back_and_find_what_made_its_heading_drift():
+    ekf, bias = ContactAidedEkf(), np.array([0.0, 0.0, 0.01])
+    drifted = stood(ekf, 4.0, gyroscope=bias)
+    assert torso.heading_rad(torso.rotation(drifted.base_quaternion)) == pytest.approx(
+        0.04, abs=5e-3
+    )
+    fix = Fix(np.array([0.0, 0.0, drifted.base_position[2]]), 0.0)
+    for step in range(800, 2400):
+        found = ekf.update(STILL._replace(time_s=step * DT_S, gyroscope=bias), fix)
+    np.testing.assert_allclose(found.base_position, fix.position, atol=2e-3)
+    assert torso.heading_rad(torso.rotation(found.base_quaternion)) == pytest.approx(0.0, abs=2e-3)
+    np.testing.assert_allclose(ekf.belief.gyroscope_bias, bias, atol=2e-3)

@@ -1,0 +1,30 @@
+import numpy as np
+
+from spikeport.robot.estimator.contacts import ContactDetector, ContactLimits
+
+LIMITS = ContactLimits(height_m=0.01, support_n=30.0, settling_s=0.02)
+WEIGHT, NONE = np.full(4, 200.0), np.zeros(4)
+LEFT_DOWN = np.array([0.0, 0.005, 0.1, 0.1])
+
+
+def test_a_point_stands_once_it_was_low_and_loaded_for_a_while():
+    detector = ContactDetector(4, LIMITS)
+    times_s = (0.0, 0.005, 0.019, 0.021)
+    found = [detector.update(t, LEFT_DOWN, WEIGHT).tolist() for t in times_s]
+    assert found[:3] == 3 * [4 * [False]]
+    assert found[3] == [True, True, False, False]
+
+
+def test_it_stops_at_once_and_begins_anew():
+    detector = ContactDetector(4, LIMITS)
+    detector.update(0.0, LEFT_DOWN, WEIGHT)
+    assert detector.update(0.03, LEFT_DOWN, WEIGHT).any()
+    assert not detector.update(0.035, LEFT_DOWN, NONE).any()
+    assert not detector.update(0.04, LEFT_DOWN, WEIGHT).any()
+    assert not detector.update(0.055, LEFT_DOWN, WEIGHT).any()
+    assert detector.update(0.061, LEFT_DOWN, WEIGHT).any()
+
+
+def test_the_lowest_points_of_a_robot_in_the_air_do_not_stand():
+    detector = ContactDetector(4, LIMITS)
+    assert not any(detector.update(t, np.zeros(4), NONE).any() for t in np.arange(0, 1, 0.005))

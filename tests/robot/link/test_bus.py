@@ -1,0 +1,102 @@
+"""The bus: messages arrive whole and in order, with who wrote them, and nothing is left."""
+
+import time
+
+import pytest
+
+from tests.helpers.namespace import in_namespace, missing
+
+pytestmark = pytest.mark.skipif(bool(missing()), reason=missing() or "all is there")
+
+
+def exchanged() -> dict[str, object]:
+    from spikeport.robot.link.bus import Bus
+    from spikeport.robot.link.messages import STATES
+    from spikeport.robot.link.place import Place
+
+    with Bus(Place(), keeps_all=True) as bus:
+        reader, writer, other = bus.reader(STATES), bus.writer(STATES), bus.writer(STATES)
+        while len(reader.writers) < 2 or not writer.n_readers:
+            time.sleep(0.01)
+        for number in range(20):
+            writer.write(bytes([number]) * 1176)
+        found = []
+        while len(found) < 20:
+            found += reader.take(0.2)
+        other.write(bytes(1176))
+        (last,) = reader.take(2.0)
+        numbers = [arrival.message[0] for arrival in found]
+        whole = all(a.message == bytes([a.message[0]]) * 1176 for a in found)
+        return {
+            "numbers": numbers,
+            "whole": whole,
+            "writers": len({arrival.writer for arrival in (*found, last)}),
+            "known": {arrival.writer for arrival in (*found, last)} == set(reader.writers),
+            "none": reader.take(0.01),
+        }
+
+
+def test_messages_arrive_whole_in_order_and_with_their_writer() -> None:
+    assert in_namespace(exchanged) == {
+        "numbers": list(range(20)),
+        "whole": True,
+        "writers": 2,
+        "known": True,
+        "none": [],
+    }
+
+
+def latest() -> list[int]:
+    from spikeport.robot.link.bus import Bus
+    from spikeport.robot.link.messages import STATES
+    from spikeport.robot.link.place import Place
+
+    with Bus(Place(), keeps_all=False) as bus:
+        reader, writer = bus.reader(STATES), bus.writer(STATES)
+        while not reader.writers:
+            time.sleep(0.01)
+        for number in range(20):
+            writer.write(bytes([number]) * 1176)
+        time.sleep(0.2)
+        return [arrival.message[0] for arrival in reader.take()]
+
+
+def test_in_real_time_the_latest_wins() -> None:
+    assert in_namespace(latest) == [19]
+
+
+def again() -> list[str]:
+    """Open a bus twice in a row, and return what still is open of it."""
+    import threading
+    from pathlib import Path
+
+    from spikeport.robot.link.bus import Bus
+    from spikeport.robot.link.messages import STATES
+    from spikeport.robot.link.place import Place
+
+    for _ in range(2):
+        with Bus(Place(), keeps_all=True) as bus:
+            bus.reader(STATES)
+    rows = Path("/proc/net/udp").read_text().splitlines()[1:]
+    return [*rows, *(thread.name for thread in threading.enumerate()[1:])]
+
+
+def test_a_bus_that_is_closed_leaves_no_socket_and_can_be_opened_again() -> None:
+    assert in_namespace(again) == []
+
+
+def refused() -> str:
+    from spikeport.errors import BackendError
+    from spikeport.robot.link.bus import Bus
+    from spikeport.robot.link.place import Place
+
+    with Bus(Place(), keeps_all=True):
+        try:
+            Bus(Place(), keeps_all=True)
+        except BackendError as error:
+            return str(error)
+    return ""
+
+
+def test_a_second_bus_of_a_process_in_a_domain_is_refused() -> None:
+    assert "DDS cannot begin on lo, domain 1" in in_namespace(refused)

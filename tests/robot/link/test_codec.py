@@ -1,0 +1,109 @@
+"""Sensors and commands as messages and back; bytes that are fixed for good."""
+
+import hashlib
+
+import numpy as np
+import pytest
+
+from spikeport.robot.link.codec import (
+    COMMAND,
+    STATE,
+    TRUTH,
+    Command,
+    Truth,
+    decode_command,
+    decode_state,
+    decode_truth,
+    encode_command,
+    encode_state,
+    encode_truth,
+)
+from spikeport.robot.link.h1 import MODES, SLOTS
+from spikeport.robot.link.signals import MotorCommands, Sensors
+from spikeport.robot.link.wire import MessageError
+
+N = 19
+
+
+def ramp(begin: float) -> np.ndarray:
+    return begin + np.arange(N) / 64  # exact in float32
+
+
+COMMANDS = MotorCommands(*(ramp(begin) for begin in (-1.0, 2.0, 100.0, 3.0, -4.0)))
+SENSORS = Sensors(
+    0.125,
+    np.array([0.5, -0.5, 0.5, 0.5]),
+    np.array([0.25, -0.5, 0.125]),
+    np.array([0.5, 0.0, 9.75]),
+    ramp(-0.5),
+    ramp(1.0),
+    ramp(-9.0),
+)
+
+
+def test_a_command_comes_back() -> None:
+    answers, motors = decode_command(encode_command(Command(123_456, COMMANDS)))
+    assert answers == 123_456
+    for found, sent in zip(motors, COMMANDS, strict=True):
+        np.testing.assert_array_equal(found, sent)
+
+
+def test_a_state_comes_back() -> None:
+    tick, sensors = decode_state(encode_state(125, SENSORS))
+    assert (tick, sensors.time_s) == (125, 0.125)
+    for found, sent in zip(sensors[1:], SENSORS[1:], strict=True):
+        np.testing.assert_array_equal(found, sent)
+
+
+def test_the_truth_comes_back_to_the_millisecond() -> None:
+    sent = Truth(61_005, np.array([1.5, -2.25, 0.75]), np.array([0.5, 0.0, -0.125]))
+    found = decode_truth(encode_truth(sent))
+    assert found.tick == 61_005
+    np.testing.assert_array_equal(found.position, sent.position)
+    np.testing.assert_array_equal(found.velocity, sent.velocity)
+
+
+def test_joints_lie_in_their_slots_and_the_unused_one_is_commanded_nothing() -> None:
+    message = encode_command(Command(0, COMMANDS))
+    for slot in range(20):
+        assert message[COMMAND.at(f"motor_cmd[{slot}].mode")] == MODES[slot]
+        for name, sent in COMMANDS._asdict().items():
+            at = COMMAND.at(f"motor_cmd[{slot}].{name}")
+            joint = np.flatnonzero(slot == SLOTS)
+            expected = sent[joint[0]] if len(joint) else 0.0
+            assert np.frombuffer(message[at : at + 4], "<f4")[0] == expected
+    assert message[:3] == bytes((0xFE, 0xEF, 0xFF))
+
+
+def test_bytes_are_fixed() -> None:
+    """What a robot got once, it gets for good: a digest that changes is another protocol."""
+    command, state = encode_command(Command(5, COMMANDS)), encode_state(125, SENSORS)
+    truth = encode_truth(Truth(125, SENSORS.gyroscope, SENSORS.accelerometer))
+    assert command[-4:].hex() == "54e4dbd7"
+    assert state[-4:].hex() == "60f4ed4e"
+    digests = [hashlib.sha256(message).hexdigest()[:16] for message in (command, state, truth)]
+    assert digests == ["bc34a0b41e8c2e30", "2c705f240fafa1a1", "50acc24d760bde09"]
+
+
+@pytest.mark.parametrize("part", ["quaternion", "gyroscope", "q", "torque"])
+def test_a_state_that_is_not_finite_is_refused(part: str) -> None:
+    spoilt = getattr(SENSORS, part).copy()
+    spoilt[1] = np.inf
+    with pytest.raises(MessageError, match="a number of a sensor is not finite"):
+        decode_state(encode_state(1, SENSORS._replace(**{part: spoilt})))
+
+
+def test_an_orientation_that_is_none_is_refused() -> None:
+    with pytest.raises(MessageError, match="quaternion is of length 0, not 1"):
+        decode_state(encode_state(1, SENSORS._replace(quaternion=np.zeros(4))))
+
+
+def test_a_truth_that_is_none_is_refused() -> None:
+    with pytest.raises(MessageError, match=r"SportModeState_: 3 bytes, not 512"):
+        decode_truth(b"123")
+    with pytest.raises(MessageError, match="SportModeState_: a number is not finite"):
+        decode_truth(encode_truth(Truth(1, np.full(3, np.nan), np.zeros(3))))
+
+
+def test_layouts_are_of_unitrees_sizes() -> None:
+    assert (COMMAND.size, STATE.size, TRUTH.size) == (808, 1176, 512)

@@ -1,0 +1,207 @@
+import numpy as np
+import pytest
+
+from spikeport.robot.description import GAINS, JOINTS
+from spikeport.robot.link.admission import LATEST_S
+from spikeport.robot.link.controller import DAMPING, RAMP_S, ZERO_TORQUE, Controller
+from spikeport.robot.link.controller_states import MOVING, Event, State
+from spikeport.robot.link.signals import MotorCommands, Sensors
+from tests.helpers.arrivals import LIMITS, POSE_RAD, N, arrival, spoilt
+
+DT_S = 0.005
+KP = np.array([GAINS[joint].kp for joint in JOINTS])
+
+
+class Robot:
+    """A controller with a fake clock, whose robot sends a state every 5 ms."""
+
+    def __init__(self) -> None:
+        self.begun: list[float] = []
+        self.asked: list[float] = []
+        self.action = MotorCommands(*(np.full(N, float(i)) for i in range(5)))
+        self.controller = Controller(self.policy, lambda s: self.begun.append(s.time_s), LIMITS)
+        self.time_s = 0.0
+
+    def policy(self, sensors: Sensors) -> MotorCommands:
+        self.asked.append(sensors.time_s)
+        return self.action
+
+    def send(self, *keys: str, **about: object) -> MotorCommands:
+        self.time_s += DT_S
+        return self.controller.answer(arrival(self.time_s, *keys, **about), self.time_s)
+
+    def to(self, state: State) -> "Robot":
+        """Bring the controller into a state, by the remote."""
+        order = [State.WAIT, State.ZERO_TORQUE, State.RAMP, State.HOLD, State.RUN]
+        if state is State.DAMPING:
+            self.to(State.RUN).send("select")
+        for passed in order[1 : order.index(state) + 1] if state in order else ():
+            keys = {State.RAMP: ("start",), State.RUN: ("A",)}.get(passed, ())
+            self.send(*keys)
+            while passed is State.HOLD and self.controller.state is State.RAMP:
+                self.send()
+        assert self.controller.state is state
+        return self
+
+
+@pytest.fixture
+def robot() -> Robot:
+    return Robot()
+
+
+def same(one: MotorCommands, other: MotorCommands) -> bool:
+    return all(np.array_equal(a, b) for a, b in zip(one, other, strict=True))
+
+
+def test_the_first_observation_is_answered_by_no_torque(robot):
+    assert robot.controller.state is State.WAIT
+    assert same(robot.send(), ZERO_TORQUE)
+    assert robot.controller.state is State.ZERO_TORQUE
+
+
+def test_the_ramp_leads_from_the_first_angles_to_the_default_pose_in_two_seconds(robot):
+    robot.to(State.ZERO_TORQUE)
+    bent = POSE_RAD + 0.05
+    robot.time_s += DT_S
+    first = arrival(robot.time_s, "start")
+    first = first._replace(sensors=first.sensors._replace(q=bent))
+    commands = [robot.controller.answer(first, robot.time_s)]
+    while robot.controller.state is State.RAMP:
+        commands.append(robot.send())
+    np.testing.assert_array_equal(commands[0].q, bent)
+    np.testing.assert_allclose(commands[len(commands) // 2].q, POSE_RAD + 0.025, atol=2e-4)
+    np.testing.assert_array_equal(commands[-1].q, POSE_RAD)
+    assert len(commands) - 1 == pytest.approx(RAMP_S / DT_S, abs=1)
+    assert all(np.array_equal(c.kp, KP) and not c.tau.any() for c in commands)
+    assert robot.controller.state is State.HOLD
+
+
+def test_the_pose_is_held_until_the_policy_is_asked_for(robot):
+    robot.to(State.HOLD)
+    for _ in range(10):
+        np.testing.assert_array_equal(robot.send().q, POSE_RAD)
+    assert robot.asked == []
+    assert same(robot.send("A"), robot.action)
+    assert robot.begun == robot.asked == [robot.time_s]
+    robot.send()
+    assert len(robot.begun) == 1
+    assert len(robot.asked) == 2
+
+
+def test_the_run_key_does_nothing_before_the_ramp_is_over(robot):
+    robot.to(State.RAMP).send("A")
+    assert robot.controller.state is State.RAMP
+
+
+def test_keys_that_are_down_from_the_start_do_nothing_but_stop(robot):
+    robot.send("start")
+    robot.send("start")
+    assert robot.controller.state is State.ZERO_TORQUE
+    robot.send("select")
+    assert robot.controller.state is State.DAMPING
+
+
+SPOILERS = {
+    "CRC": lambda time_s: arrival(time_s, intact=False),
+    "written by": lambda time_s: arrival(time_s, writer="another"),
+    "finite": lambda time_s: spoilt(arrival(time_s), "q", np.nan),
+    "q of": lambda time_s: spoilt(arrival(time_s), "q", 3.0),
+    "dq of": lambda time_s: spoilt(arrival(time_s), "dq", 30.0),
+    "went back": lambda time_s: arrival(time_s - 2.0),
+}
+
+
+@pytest.mark.parametrize("state", State)
+@pytest.mark.parametrize("reason", SPOILERS)
+def test_what_is_refused_damps_where_the_robot_moves_and_is_never_obeyed(robot, state, reason):
+    robot.to(state)
+    if state is State.WAIT and reason in ("written by", "went back"):
+        return  # nobody was trusted before
+    robot.time_s += 5 * DT_S
+    n_asked = len(robot.asked)
+    found = robot.controller.answer(SPOILERS[reason](robot.time_s), robot.time_s)
+    damped = state in MOVING or state is State.DAMPING
+    assert robot.controller.state is (State.DAMPING if damped else state)
+    assert same(found, DAMPING if damped else ZERO_TORQUE)
+    assert reason in robot.controller.refused
+    assert robot.controller.refusals == 1
+    assert len(robot.asked) == n_asked
+
+
+@pytest.mark.parametrize("state", State)
+def test_a_silent_robot_is_damped_after_40_ms_where_it_moves(robot, state):
+    robot.to(state)
+    controller = robot.controller
+    assert not controller.watch(robot.time_s + LATEST_S - 1e-6)
+    assert controller.state is state
+    assert controller.watch(robot.time_s + LATEST_S + 1e-3) is (state in MOVING)
+    assert controller.state is (State.DAMPING if state in MOVING else state)
+
+
+def test_a_state_that_comes_too_late_is_answered_by_damping(robot):
+    robot.to(State.RUN)
+    robot.time_s += 0.05
+    assert same(robot.send(), DAMPING)
+    assert "none for 55 ms, allowed 40 ms" in robot.controller.refused
+
+
+def test_a_stream_of_old_states_is_a_silent_robot(robot):
+    robot.to(State.RUN)
+    old = arrival(robot.time_s)
+    n_asked, now_s = len(robot.asked), robot.time_s
+    answers = [robot.controller.answer(old, now_s + i * DT_S) for i in range(10)]
+    assert len(robot.asked) == n_asked
+    assert all(same(answer, robot.action) for answer in answers[:8])
+    assert same(answers[9], DAMPING)
+
+
+def test_delays_up_to_40_ms_and_lost_states_do_not_stop_a_run(robot):
+    robot.to(State.RUN)
+    rng = np.random.RandomState(0)
+    for _ in range(400):
+        robot.time_s += DT_S * rng.randint(0, 7)
+        assert same(robot.send(), robot.action)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_a_command_of_the_policy_that_is_not_finite_damps(robot, value):
+    robot.to(State.RUN)
+    robot.action = robot.action._replace(q=np.full(N, value))
+    assert same(robot.send(), DAMPING)
+    assert robot.controller.state is State.DAMPING
+
+
+def test_the_stop_key_of_a_terminal_counts_even_if_no_newer_state_comes(robot):
+    robot.to(State.RUN)
+    last = arrival(robot.time_s)
+    robot.controller.press(Event.STOP)
+    assert same(robot.controller.answer(last, robot.time_s), DAMPING)
+
+
+def test_damping_lasts_until_the_controller_is_armed_again_and_all_begins_anew(robot):
+    robot.to(State.DAMPING)
+    for _ in range(100):
+        assert same(robot.send(), DAMPING)
+    robot.send("start", "A")
+    assert robot.controller.state is State.DAMPING
+    assert same(robot.send("L1", "R1"), ZERO_TORQUE)
+    assert robot.controller.state is State.WAIT
+    assert same(robot.send(writer="after a restart"), ZERO_TORQUE)
+    assert robot.controller.state is State.ZERO_TORQUE
+    robot.to(State.ZERO_TORQUE)
+
+
+def test_every_arrival_is_answered(robot):
+    """Whatever comes in whatever state: there is a whole and finite command."""
+    rng = np.random.RandomState(1)
+    keys = ("start", "A", "select", "L1", "R1")
+    for _ in range(5000):
+        robot.time_s += DT_S * rng.choice([0, 1, 1, 1, 1, 1, 20], p=[0.1, *5 * (0.179,), 0.005])
+        spoil = list(SPOILERS.values())[rng.randint(len(SPOILERS))]
+        good = arrival(robot.time_s, *rng.choice(keys, rng.randint(3), replace=False))
+        sent = spoil(robot.time_s) if rng.rand() < 0.002 else good
+        found = robot.controller.answer(sent, robot.time_s)
+        assert all(v.shape == (N,) and np.isfinite(v).all() for v in found)
+        if robot.controller.state not in MOVING:
+            assert not found.kp.any()
+            assert not found.tau.any()

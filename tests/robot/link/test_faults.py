@@ -1,0 +1,73 @@
+"""What faults do to the way of commands, in the robot's own time."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from spikeport.robot.link.codec import Command
+from spikeport.robot.link.faults import FAULTS, KINDS, FaultyWay
+from spikeport.robot.link.robot import DAMPING
+
+STEP_MS = 5
+
+
+def arrivals(*faults: str, steps: int = 6, seed: int = 0) -> list[list[int]]:
+    """Return which commands arrive in each step; they are numbered by their step."""
+    way = FaultyWay(STEP_MS, [FAULTS.parse(text) for text in faults], seed)
+    found = []
+    for step in range(1, steps + 1):
+        way.send(step, STEP_MS * step, Command(step, DAMPING))
+        found.append([command.answers for command in way.arrived(STEP_MS * step)])
+    return found
+
+
+def flat(found: Sequence[Sequence[int]]) -> list[int]:
+    return [one for step in found for one in step]
+
+
+def test_without_faults_each_command_arrives_in_its_step() -> None:
+    assert arrivals() == [[1], [2], [3], [4], [5], [6]]
+
+
+def test_a_delay_is_in_the_robots_time() -> None:
+    assert arrivals("delay=10:1") == [[], [], [1], [2], [3], [4]]
+    assert arrivals("delay=10@2") == [[1], [], [3], [2, 4], [5], [6]]
+
+
+def test_losses_duplicates_and_the_like() -> None:
+    assert arrivals("loss@3") == [[1], [2], [], [4], [5], [6]]
+    assert arrivals("duplicate@3") == [[1], [2], [3], [4, 3], [5], [6]]
+    assert arrivals("reorder@3") == [[1], [2], [], [4, 3], [5], [6]]
+    assert arrivals("mute@3") == [[1], [2], [], [], [], []]
+
+
+def test_a_share_of_losses_is_that_share() -> None:
+    found = arrivals("loss:0.2", steps=2000)
+    assert 1550 < len(flat(found)) < 1650
+
+
+def test_jitter_is_exponential_and_of_its_mean() -> None:
+    found = arrivals("jitter=20:1", steps=4000)
+    late = [STEP_MS * (step - one) for step, ones in enumerate(found, 1) for one in ones]
+    assert abs(np.mean(late) - 22.5) < 2  # up to the next step
+    assert flat(found) != sorted(flat(found))
+
+
+def test_plans_are_deterministic() -> None:
+    plan = ("jitter=20:1", "loss:0.1")
+    assert arrivals(*plan, steps=200) == arrivals(*plan, steps=200)
+    assert arrivals(*plan, steps=200) != arrivals(*plan, steps=200, seed=1)
+
+
+def test_a_target_becomes_not_a_number_and_the_command_of_the_controller_stays() -> None:
+    way, command = FaultyWay(STEP_MS, [FAULTS.parse("nan@1")]), Command(1, DAMPING)
+    way.send(1, STEP_MS, command)
+    (found,) = way.arrived(STEP_MS)
+    assert np.isnan(found.motors.q[0])
+    assert np.isfinite(command.motors.q).all()
+
+
+def test_every_kind_can_be_asked_for() -> None:
+    for kind in KINDS:
+        text = f"{kind}=2@1" if kind in FAULTS.timed else f"{kind}@1"
+        assert FAULTS.parse(text).kind == kind

@@ -1,0 +1,97 @@
+"""Lock-step: one step for each answer, and no step for anything else."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+
+from spikeport.robot.link.codec import Command, decode_state, encode_command
+from spikeport.robot.link.faults import FAULTS
+from spikeport.robot.link.lock_step import LockStep
+from spikeport.robot.link.robot import DAMPING, SimulatedRobot
+from spikeport.robot.link.settings import RobotSettings
+from spikeport.robot.link.signals import MotorCommands
+from spikeport.robot.walk_interface import POSE_RAD
+
+HOLD = DAMPING._replace(q=POSE_RAD, kp=np.full(19, 100.0))
+
+
+def lock_step(*faults: str, truth: bool = True) -> LockStep:
+    robot = SimulatedRobot(RobotSettings(hoist=True))
+    return LockStep(robot, [FAULTS.parse(text) for text in faults], truth)
+
+
+def answer(one: LockStep, motors: MotorCommands = HOLD, tick: int | None = None) -> bool:
+    command = Command(one.robot.tick if tick is None else tick, motors)
+    return one.answered(encode_command(command), writer=1)
+
+
+def run(one: LockStep, steps: int) -> dict[str, object]:
+    for _ in range(steps):
+        answer(one)
+    return one.robot.summary()
+
+
+def test_an_answer_is_a_step_and_nothing_else_is() -> None:
+    one = lock_step()
+    assert answer(one)
+    assert not answer(one, tick=5)  # that of before
+    assert not answer(one, tick=500)
+    assert not one.answered(b"nonsense", writer=1)
+    assert not one.answered(encode_command(Command(one.robot.tick, HOLD)), writer=2)
+    assert one.robot.steps == 1
+
+
+def test_state_and_truth_are_of_one_tick() -> None:
+    one = lock_step()
+    answer(one)
+    assert decode_state(one.published().state)[0] == 10
+    assert one.published().truth is not None
+    assert lock_step(truth=False).published().truth is None
+
+
+@pytest.mark.parametrize(
+    ("faults", "refused", "trips"),
+    [
+        ((), 0, 0),
+        (("nan@7",), 1, 0),
+        (("loss:0.2", "delay=40:1"), 0, 0),
+        (("mute@50",), 0, 1),
+    ],
+)
+def test_the_watchdog_is_tripped_by_silence_alone(
+    faults: Sequence[str], refused: int, trips: int
+) -> None:
+    """Of 40 ms of delay with a fifth lost, 100 ms without a command never come about."""
+    found = run(lock_step(*faults), 400)
+    assert found["steps"] == 400
+    assert found["refused"]["beyond_limits"] == refused
+    assert found["watchdog_trips"] == trips
+
+
+def test_faults_are_deterministic() -> None:
+    motions = [run(lock_step("jitter=10:1", "loss:0.1"), 100)["motion"] for _ in range(2)]
+    assert motions[0] == motions[1] != run(lock_step(), 100)["motion"]
+
+
+def test_a_robot_that_stops_is_silent() -> None:
+    one = lock_step("stop@3")
+    run(one, 10)
+    assert one.silent
+    assert one.robot.steps == 3
+
+
+def test_another_controller_finds_the_robot_as_the_first_did() -> None:
+    one = lock_step("loss:0.2", "stop@90")
+    motion = run(one, 80)["motion"]
+    run(one, 20)
+    assert one.silent
+    one.restart()
+    assert not one.silent
+    assert run(one, 80)["motion"] == motion
+
+
+def test_a_robot_that_restarts_is_at_its_first_tick() -> None:
+    one = lock_step("restart@3")
+    assert [answer(one) for _ in range(3)] == [True] * 3
+    assert one.robot.tick == 5

@@ -1,0 +1,116 @@
+"""A plant at the other end of the messages moves as the robot does, and commands what is set."""
+
+import numpy as np
+import pytest
+
+from spikeport.errors import RobotLostError
+from spikeport.robot.description import ARM_JOINTS, GAINS, JOINTS
+from spikeport.robot.link.client import InlineRobot, Observed
+from spikeport.robot.link.faults import FAULTS
+from spikeport.robot.link.lock_step import LockStep
+from spikeport.robot.link.plant import LinkedPlant
+from spikeport.robot.link.robot import SimulatedRobot
+from spikeport.robot.link.settings import RobotSettings
+from spikeport.robot.link.signals import MotorCommands
+from spikeport.robot.link.truth import estimate
+from spikeport.robot.plant import Plant
+
+
+class Recorded(InlineRobot):
+    """A robot that keeps its commands, and whether it was left."""
+
+    def __init__(self, settings: RobotSettings, *faults: str) -> None:
+        self.settings = settings
+        self.robot = SimulatedRobot(settings)
+        super().__init__(LockStep(self.robot, [FAULTS.parse(text) for text in faults]))
+        self.commands: list[MotorCommands] = []
+        self.closed = False
+
+    def exchange(self, seen: Observed, motors: MotorCommands) -> Observed:
+        self.commands.append(motors)
+        return super().exchange(seen, motors)
+
+    def close(self) -> None:
+        self.closed = True
+
+
+def linked(*faults: str, anchored: bool = True) -> tuple[LinkedPlant, list[Recorded]]:
+    made: list[Recorded] = []
+
+    def connect(settings: RobotSettings) -> Recorded:
+        made.append(Recorded(settings, *faults))
+        return made[-1]
+
+    return LinkedPlant(connect, lambda: estimate, anchored=anchored), made
+
+
+def test_it_is_where_the_robot_is() -> None:
+    plant, made = linked(anchored=False)
+    plant.reset(3)
+    for _ in range(40):
+        plant.step()
+    robot = made[0].robot
+    assert plant.time_s == pytest.approx(0.2)
+    np.testing.assert_allclose(plant.data.qpos, robot._plant.data.qpos, atol=1e-6)
+    np.testing.assert_allclose(plant.data.qvel, robot._plant.data.qvel, atol=1e-4)
+    assert len(plant.history()["time_s"]) == 41
+
+
+def test_it_moves_nearly_as_a_plant_without_messages() -> None:
+    plant, alone = linked()[0], Plant(anchored=True)
+    for one in (plant, alone):
+        one.reset(5)
+        one.hold(("right_elbow",), 1.0)
+        one.torque(("left_elbow",), 2.0)
+        for _ in range(100):
+            one.step()
+    np.testing.assert_allclose(plant.data.qpos, alone.data.qpos, atol=2e-3)
+
+
+def test_a_reset_begins_with_a_robot_of_that_seed_and_posture() -> None:
+    plant, made = linked()
+    assert made == []
+    plant.reset(7, posture_rad={"right_elbow": 1.0})
+    assert made[0].settings.seed == 7
+    assert made[0].settings.hoist
+    assert made[0].settings.rate_hz == 200
+    assert dict(made[0].settings.posture_rad) == {"right_elbow": 1.0}
+    plant.reset(8)
+    assert made[0].closed
+    assert not made[1].closed
+    plant.close()
+    assert made[1].closed
+    assert plant.link is not None
+
+
+def test_targets_gains_and_torques_are_commanded_as_they_were_set() -> None:
+    plant, made = linked()
+    plant.reset(0)
+    arm = [JOINTS.index(joint) for joint in ARM_JOINTS]
+    plant.torque(ARM_JOINTS, [1.0, -2.0, 3.0, -4.0])
+    plant.hold(("torso",), 0.25)
+    plant.step()
+    sent, torso = made[0].commands[-1], JOINTS.index("torso")
+    np.testing.assert_array_equal(sent.tau[arm], [1, -2, 3, -4])
+    np.testing.assert_array_equal((sent.kp[arm], sent.kd[arm], sent.q[arm]), np.zeros((3, 4)))
+    assert (sent.q[torso], sent.kp[torso], sent.kd[torso]) == (0.25, *GAINS["torso"])
+    assert sent.tau[torso] == 0
+    plant.damp()
+    plant.step()
+    damped = made[0].commands[-1]
+    np.testing.assert_array_equal(damped.kd, np.full(19, 8.0))
+    for values in (damped.q, damped.dq, damped.kp, damped.tau):
+        np.testing.assert_array_equal(values, np.zeros(19))
+
+
+@pytest.mark.parametrize(
+    ("fault", "words"),
+    [("stop@3", "does not answer its state of 15 ms"), ("restart@3", "began anew")],
+)
+def test_a_robot_that_is_gone_ends_the_run(fault: str, words: str) -> None:
+    plant, _ = linked(fault)
+    plant.reset(0)
+    plant.step()
+    plant.step()
+    with pytest.raises(RobotLostError, match=words):
+        plant.step()

@@ -1,0 +1,158 @@
+"""The simulated robot: its torque law and limits, its watchdog, and what it refuses."""
+
+import numpy as np
+import pytest
+
+from spikeport.robot.description import JOINTS
+from spikeport.robot.link.codec import Command, decode_state, decode_truth, encode_command
+from spikeport.robot.link.h1 import SPEED_LIMITS_RAD_S, TORQUE_LIMITS_NM
+from spikeport.robot.link.robot import DAMPING, SimulatedRobot
+from spikeport.robot.link.settings import RobotSettings
+from spikeport.robot.link.signals import MotorCommands, Sensors
+from spikeport.robot.walk_interface import POSE_RAD
+
+NONE = np.zeros(len(JOINTS))
+HOLD = MotorCommands(POSE_RAD, NONE, np.full(19, 100.0), np.full(19, 5.0), NONE)
+ELBOW = JOINTS.index("right_elbow")
+
+
+def robot(**settings: object) -> SimulatedRobot:
+    return SimulatedRobot(RobotSettings(hoist=True, **settings))
+
+
+def sensors(of: SimulatedRobot) -> Sensors:
+    return decode_state(of.state())[1]
+
+
+def commanded(of: SimulatedRobot, motors: MotorCommands, steps: int) -> Sensors:
+    for _ in range(steps):
+        of.obey(Command(of.tick, motors))
+        of.step()
+    return sensors(of)
+
+
+def test_time_is_in_ticks_and_begins_after_zero() -> None:
+    for rate_hz, ticks in ((200.0, 5), (500.0, 2), (1000.0, 1)):
+        one = robot(rate_hz=rate_hz)
+        assert one.tick == ticks
+        one.step()
+        assert (one.tick, one.steps) == (2 * ticks, 1)
+        assert decode_state(one.state())[0] == decode_truth(one.truth()).tick == 2 * ticks
+
+
+def test_joints_go_where_they_are_driven() -> None:
+    target = POSE_RAD.copy()
+    target[ELBOW] = 0.2
+    found = commanded(robot(), HOLD._replace(q=target), 400)
+    assert found.q[ELBOW] == pytest.approx(0.2, abs=0.05)
+
+
+def test_torques_are_tau_and_gains_and_stay_within_the_motors() -> None:
+    one, tau = robot(), np.zeros(19)
+    tau[ELBOW] = 3.0
+    commanded(one, DAMPING._replace(kd=NONE, tau=tau), 1)
+    assert sensors(one).torque[ELBOW] == pytest.approx(3.0)
+    far = HOLD._replace(q=POSE_RAD + 1.0, kp=np.full(19, 5000.0))
+    found = commanded(robot(), far, 1)
+    np.testing.assert_allclose(found.torque, TORQUE_LIMITS_NM, rtol=1e-6)
+
+
+def test_a_motor_at_its_largest_speed_pushes_no_further() -> None:
+    one, tau = robot(), np.zeros(19)
+    tau[ELBOW] = 18.0
+    speeds = [commanded(one, DAMPING._replace(kd=NONE, tau=tau), 1).dq[ELBOW] for _ in range(60)]
+    limit = SPEED_LIMITS_RAD_S[ELBOW]
+    beyond = [i for i, speed in enumerate(speeds[:-1]) if speed >= limit]
+    assert not beyond or max(speeds) < 1.2 * limit
+    one._plant.data.qvel[6 + ELBOW] = limit + 1
+    commanded(one, DAMPING._replace(kd=NONE, tau=tau), 1)
+    assert sensors(one).torque[ELBOW] <= 0.0
+
+
+def test_the_watchdog_damps_at_the_next_step_and_a_command_ends_it() -> None:
+    one = robot(watchdog_s=0.1)
+    commanded(one, HOLD, 1)
+    trips = []
+    for _ in range(30):
+        one.step()
+        trips.append(one.watchdog_trips)
+    # obeyed at 5 ms, damped in the step that begins 100 ms later
+    assert trips == [0] * 19 + [1] * 11
+    speeds = np.abs(sensors(one).dq) * 8.0
+    np.testing.assert_allclose(np.abs(sensors(one).torque), speeds, atol=1.0)
+    commanded(one, HOLD, 1)
+    assert one.watchdog_trips == 1
+    for _ in range(40):
+        one.step()
+    assert one.watchdog_trips == 2
+
+
+def test_until_the_first_command_it_is_damped_and_waits() -> None:
+    one = robot()
+    assert one.waits
+    for _ in range(40):
+        one.step()
+    assert one.watchdog_trips == 0
+    commanded(one, HOLD, 1)
+    assert not one.waits
+
+
+def test_what_is_damaged_or_beyond_limits_is_counted_and_not_obeyed() -> None:
+    one = robot()
+    good = encode_command(Command(one.tick, HOLD))
+    assert one.read(good[:-1], 1) is None
+    assert one.read(good[:-1] + bytes([good[-1] ^ 1]), 1) is None
+    assert one.refusals.damaged == 2
+    assert "checksum" in one.last_refusal
+    bad = one.read(encode_command(Command(one.tick, HOLD._replace(q=POSE_RAD + np.nan))), 1)
+    assert bad is not None
+    one.obey(bad)
+    assert one.refusals.beyond_limits == 1
+    assert one.waits
+
+
+def test_a_second_writer_is_refused_until_the_first_is_gone() -> None:
+    one = robot()
+    message = encode_command(Command(one.tick, HOLD))
+    assert one.read(message, 7) is not None
+    assert one.read(message, 8) is None
+    assert not one.is_left([7, 8])
+    assert one.is_left([8])
+    one.forget_writer()
+    assert not one.is_left([8])
+    assert one.read(message, 8) is not None
+    assert one.read(message, 7) is None
+    assert one.refusals.second_writer == 2
+
+
+def test_a_damaged_message_claims_nothing() -> None:
+    one = robot()
+    assert one.read(b"nonsense", 7) is None
+    assert one.read(encode_command(Command(one.tick, HOLD)), 8) is not None
+
+
+def test_restart_begins_anew() -> None:
+    one = robot(seed=3)
+    first = one.state()
+    commanded(one, HOLD, 20)
+    motion = one.summary()["motion"]
+    one.restart()
+    assert one.state() == first
+    assert one.waits
+    commanded(one, HOLD, 20)
+    assert one.summary()["motion"] == motion
+
+
+def test_the_hoist_holds_a_limp_robot_which_else_falls() -> None:
+    heights = []
+    for hoist in (True, False):
+        one = SimulatedRobot(RobotSettings(hoist=hoist))
+        commanded(one, DAMPING, 300)
+        heights.append(decode_truth(one.truth()).position[2])
+    assert heights[0] == pytest.approx(1.06, abs=0.01)
+    assert heights[1] < 0.7
+
+
+def test_the_posture_is_as_asked_for() -> None:
+    found = sensors(robot(posture_rad={"right_elbow": 1.0}))
+    assert found.q[ELBOW] == pytest.approx(1.0, abs=0.03)

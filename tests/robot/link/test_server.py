@@ -1,0 +1,184 @@
+"""The robot's process: it speaks DDS, and ends with its controller whatever becomes of that."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from spikeport.robot.link.codec import (
+    Command,
+    decode_state,
+    decode_truth,
+    encode_command,
+)
+from spikeport.robot.link.robot import DAMPING
+from tests.helpers.namespace import in_namespace
+
+SERVE = [sys.executable, "-m", "spikeport", "robot", "serve", "--truth"]
+
+
+def started(*options: str) -> subprocess.Popen[str]:
+    """Return a robot's process, once it serves."""
+    process = subprocess.Popen([*SERVE, *options], stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    assert process.stdout.readline().startswith("robot: H1 on lo, domain 1")
+    return process
+
+
+def said(process: subprocess.Popen[str], within_s: float = 30) -> dict[str, object]:
+    """Return a robot's last words, once it has ended."""
+    words = process.communicate(timeout=within_s)[0].splitlines()[-1]
+    return json.loads(words.removeprefix("robot: "))
+
+
+def in_lock_step() -> dict[str, object]:
+    """Answer ten states, with a second writer and damaged messages in between."""
+    from spikeport.robot.link.bus import Bus
+    from spikeport.robot.link.messages import COMMANDS, STATES, TRUTHS
+    from spikeport.robot.link.place import Place
+
+    process = started("--lock-step", "--hoist", "--once")
+    ticks, truths = [], []
+    with Bus(Place(), keeps_all=True) as bus:
+        states, commands, told = bus.reader(STATES), bus.writer(COMMANDS), bus.reader(TRUTHS)
+        other = bus.writer(COMMANDS)
+        until = time.monotonic() + 60
+        while len(ticks) < 10 and time.monotonic() < until:
+            for arrival in states.take(0.2):
+                tick, _ = decode_state(arrival.message)
+                if ticks and tick == ticks[-1]:
+                    continue
+                good = encode_command(Command(tick, DAMPING))
+                commands.write(good[:-1] + bytes([good[-1] ^ 1]))
+                commands.write(good)
+                if ticks:
+                    other.write(good)
+                ticks.append(tick)
+            truths += [decode_truth(arrival.message).tick for arrival in told.take()]
+        time.sleep(0.3)
+    return {"ticks": ticks, "truths": sorted(set(truths))[:10], "robot": said(process)}
+
+
+def test_a_robot_in_lock_step_steps_once_for_each_answer() -> None:
+    found = in_namespace(in_lock_step)
+    assert found["ticks"] == list(range(5, 55, 5))
+    assert found["truths"] == found["ticks"]
+    robot = found["robot"]
+    assert robot["steps"] == 10
+    assert robot["refused"]["damaged"] == 10
+    assert robot["refused"]["second_writer"] == 9
+
+
+def one_after_the_other() -> list[dict[str, object]]:
+    """Let two controllers use one robot, and return what each observed last."""
+    from spikeport.robot.link.bus import Bus
+    from spikeport.robot.link.over_dds import LockStepRobot
+    from spikeport.robot.link.place import Place
+
+    process, found = started("--lock-step"), []
+    for _ in range(2):
+        robot = LockStepRobot(Bus(Place(), keeps_all=True))
+        seen = robot.first()
+        for _ in range(5):
+            seen = robot.exchange(seen, DAMPING)
+        found.append({"tick": seen.tick, "q": seen.sensors.q.tolist()})
+        robot.close()
+        time.sleep(1.0)
+    process.terminate()
+    process.communicate(timeout=30)
+    return found
+
+
+def test_a_robot_in_lock_step_begins_anew_for_each_controller() -> None:
+    one, other = in_namespace(one_after_the_other)
+    assert one == other
+    assert one["tick"] == 30
+
+
+def in_real_time() -> dict[str, object]:
+    """Command a robot for a while, fall silent, and read what it does then."""
+    from spikeport.robot.link.bus import Bus
+    from spikeport.robot.link.messages import COMMANDS, STATES
+    from spikeport.robot.link.place import Place
+
+    process = started("--hoist", "--once")
+    with Bus(Place(), keeps_all=False) as bus:
+        states, commands = bus.reader(STATES), bus.writer(COMMANDS)
+        waiting = [_newest_tick(states) for _ in range(3)]
+        for _ in range(20):
+            commands.write(encode_command(Command(0, DAMPING)))
+            time.sleep(0.01)
+        for _ in range(30):
+            last = _newest_tick(states)
+    return {"waiting": waiting, "last": last, "robot": said(process)}
+
+
+def _newest_tick(states: object) -> int:
+    until = time.monotonic() + 30
+    while time.monotonic() < until:
+        found = states.take(0.2)
+        if found:
+            time.sleep(0.02)
+            return decode_state(found[-1].message)[0]
+    return -1
+
+
+def test_time_stands_still_until_the_first_command_and_silence_is_damped() -> None:
+    found = in_namespace(in_real_time)
+    assert found["waiting"] == [2, 2, 2]
+    assert found["last"] > 100
+    assert found["robot"]["watchdog_trips"] >= 1
+
+
+def with_a_killed_controller() -> dict[str, object]:
+    """Kill a controller that has not left; the robot ends when its lease does."""
+    process = started("--lock-step", "--hoist", "--once")
+    code = (
+        "import time\n"
+        "from spikeport.robot.link.bus import Bus\n"
+        "from spikeport.robot.link.messages import COMMANDS\n"
+        "from spikeport.robot.link.place import Place\n"
+        "bus = Bus(Place(), keeps_all=True)\n"
+        "writer = bus.writer(COMMANDS)\n"
+        "while not writer.n_readers:\n    time.sleep(0.02)\n"
+        "print('met', flush=True)\ntime.sleep(100)\n"
+    )
+    controller = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
+    assert controller.stdout is not None
+    assert controller.stdout.readline() == "met\n"
+    time.sleep(1.0)
+    os.kill(controller.pid, signal.SIGKILL)
+    controller.communicate()
+    return {"robot": said(process), "code": process.returncode}
+
+
+@pytest.mark.slow
+def test_a_robot_ends_when_its_controller_was_killed() -> None:
+    found = in_namespace(with_a_killed_controller)
+    assert (found["code"], found["robot"]["steps"]) == (0, 0)
+
+
+def alone() -> dict[str, object]:
+    process = started("--once", "--idle", "0.5")
+    return {"robot": said(process), "code": process.returncode}
+
+
+def test_a_robot_that_nobody_comes_to_ends() -> None:
+    assert in_namespace(alone)["code"] == 0
+
+
+def ended() -> dict[str, object]:
+    process = started()
+    process.terminate()
+    process.communicate(timeout=30)
+    beside = [str(path) for path in Path("/dev/shm").iterdir() if "cyclone" in path.name]
+    return {"code": process.returncode, "beside": beside}
+
+
+def test_a_robot_that_is_ended_leaves_nothing() -> None:
+    assert in_namespace(ended) == {"code": 0, "beside": []}

@@ -1,0 +1,75 @@
+"""A stub: started, used and gone, whatever ends it."""
+
+import os
+import time
+from pathlib import Path
+
+import pytest
+
+from spikeport.robot.link import stub
+from spikeport.robot.link.robot import DAMPING
+from spikeport.robot.link.settings import RobotSettings
+from spikeport.robot.link.stub import StubRobot
+from tests.helpers.namespace import in_namespace
+
+HOIST = RobotSettings(hoist=True)
+
+
+def a_stub() -> dict[str, object]:
+    """Use a stub for a while, and return what is left of it."""
+    robot = StubRobot(HOIST)
+    seen = robot.first()
+    for _ in range(3):
+        seen = robot.exchange(seen, DAMPING)
+    process = robot.process_id
+    robot.close()
+    children = Path(f"/proc/{os.getpid()}/task/{os.getpid()}/children").read_text()
+    return {
+        "tick": seen.tick,
+        "steps": robot.summary()["robot"]["steps"],
+        "alive": Path(f"/proc/{process}").exists(),
+        "children": children.split(),
+        "sockets": Path("/proc/net/udp").read_text().splitlines()[1:],
+    }
+
+
+def test_a_stub_ends_with_its_controller_and_leaves_nothing() -> None:
+    assert in_namespace(a_stub) == {
+        "tick": 20,
+        "steps": 3,
+        "alive": False,
+        "children": [],
+        "sockets": [],
+    }
+
+
+def a_killed_stub() -> dict[str, object]:
+    robot = StubRobot(HOIST)
+    seen = robot.first()
+    os.kill(robot.process_id, 9)
+    begin = time.monotonic()
+    try:
+        for _ in range(3):
+            seen = robot.exchange(seen, DAMPING)
+    except Exception as error:
+        return {"error": f"{type(error).__name__}: {error}", "soon": time.monotonic() - begin < 60}
+    finally:
+        robot.close()
+    return {}
+
+
+@pytest.mark.slow
+def test_a_stub_that_was_killed_is_missed() -> None:
+    found = in_namespace(a_killed_stub)
+    assert found["error"].startswith("RobotLostError: the robot does not answer its state of 5 ms")
+    assert "its process ended" in found["error"]
+    assert found["soon"]
+
+
+def test_two_stubs_have_domains_of_their_own() -> None:
+    (one, first), (other, second) = stub._free_domain(), stub._free_domain()
+    try:
+        assert first != second
+    finally:
+        one.close()
+        other.close()

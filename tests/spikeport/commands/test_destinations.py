@@ -1,0 +1,55 @@
+"""The places that a compile writes to."""
+
+import json
+
+import pytest
+
+from spikeport.commands.destinations import Destinations
+from spikeport.errors import UsageError
+
+
+@pytest.mark.parametrize("name", ["json", "html"])
+def test_a_folder_is_no_file_to_write(tmp_path, name):
+    to = Destinations(**{"out": None, "json": None, name: tmp_path})
+    with pytest.raises(UsageError, match=f"--{name} .*: is not a file that can be replaced"):
+        to.check()
+
+
+def test_a_file_is_no_folder_to_write_into(tmp_path):
+    (tmp_path / "out").write_text("")
+    with pytest.raises(UsageError, match="is a file; choose a folder"):
+        Destinations(out=tmp_path / "out", json=None).check()
+
+
+def test_a_network_that_does_not_fit_has_a_report_and_a_page(spikeport, net_py, tmp_path):
+    paths = {name: tmp_path / f"report.{name}" for name in ("json", "html")}
+    options = [text for name, path in paths.items() for text in (f"--{name}", path)]
+    out = tmp_path / "out"
+    assert spikeport("compile", f"{net_py}:does_not_fit", "--out", out, *options).code == 1
+    written = json.loads(paths["json"].read_text())
+    assert (written["fits"], written["cores"], written["image_digest"]) == (False, [], "")
+    assert [one["id"] for one in written["violations"]] == ["SP002", "SP005"]
+    assert "choose one of these" in paths["html"].read_text()
+    assert not out.exists()
+
+
+def test_two_reports_become_a_page(spikeport, net_py, tmp_path):
+    for n in ("20", "30"):
+        options = ("--set", f"n_neurons={n}", "--out", tmp_path / n)
+        assert spikeport("compile", f"{net_py}:make", *options).code == 0
+    page = tmp_path / "pair.html"
+    assert spikeport("diff", tmp_path / "20", tmp_path / "30", "--html", page).code == 1
+    assert "compartments used" in page.read_text()
+
+
+def test_a_page_is_made_of_whole_reports_alone(spikeport, net_py, tmp_path):
+    folder = tmp_path / "a"
+    spikeport("compile", f"{net_py}:make", "--out", folder)
+    part = tmp_path / "result.json"
+    whole = json.loads((folder / "report.json").read_text())
+    del whole["hints"]
+    part.write_text(json.dumps(whole))
+    done = spikeport("diff", folder, part, "--html", tmp_path / "pair.html")
+    assert done.code == 2
+    assert "not the whole report that a page is made of: hints: Field required" in done.err
+    assert not (tmp_path / "pair.html").exists()

@@ -1,0 +1,80 @@
+"""`robot serve` as a command, and the options of a run's robot."""
+
+from typing import Any
+
+import pytest
+
+from spikeport.commands.links import robot_options
+from spikeport.commands.options import RobotLink
+from spikeport.commands.robot import ServeRequest, serve
+from spikeport.errors import UsageError
+from spikeport.robot.link.connection import RobotOptions
+
+REQUEST: dict[str, Any] = {
+    "interface": "lo",
+    "domain": 1,
+    "may_move_a_robot": False,
+    "lock_step": True,
+    "rate_hz": None,
+    "hoist": False,
+    "watchdog_ms": 100.0,
+    "truth": False,
+    "seed": 0,
+    "pose": (),
+    "faults": (),
+    "once": False,
+    "idle_s": None,
+}
+
+
+@pytest.mark.parametrize(
+    ("asked", "words"),
+    [
+        ({"domain": 0}, "give --may-move-a-real-robot"),
+        ({"interface": "nowhere"}, "no interface 'nowhere'"),
+        ({"lock_step": False, "faults": ("loss@1",)}, "--fault is for --lock-step"),
+        ({"faults": ("lost@1",)}, "write KIND@STEP"),
+        ({"rate_hz": 300.0}, "300 physics steps a second"),
+        ({"watchdog_ms": 0.0}, "a watchdog of 0 ms"),
+        ({"pose": ("tail=1",)}, "unknown joint 'tail'"),
+        ({"pose": ("torso",)}, "write JOINT=RAD"),
+        ({"pose": ("torso=inf",)}, "write JOINT=RAD"),
+    ],
+)
+def test_what_cannot_be_served_is_refused(asked: dict[str, Any], words: str) -> None:
+    with pytest.raises(UsageError, match=words):
+        serve(ServeRequest(**{**REQUEST, **asked}))
+
+
+def link(**options: Any) -> RobotLink:
+    return RobotLink(**{"robot_fault": [], **options})
+
+
+def test_a_run_without_a_robot_has_none() -> None:
+    assert robot_options(link()) is None
+
+
+def test_stubs_are_in_lock_step_and_robots_over_dds_in_real_time_unless_asked() -> None:
+    assert robot_options(link(robot="stub")) == RobotOptions("stub")
+    assert robot_options(link(robot="stub", robot_real_time=True)) == RobotOptions("stub", True)
+    assert robot_options(link(robot="dds:lo:1")) == RobotOptions("dds:lo:1", True)
+    found = robot_options(link(robot="dds:lo:1", robot_lock_step=True))
+    assert found == RobotOptions("dds:lo:1", False)
+    moved = robot_options(link(robot="dds:lo:0", may_move=True))
+    assert moved == RobotOptions("dds:lo:0", True, may_move_a_robot=True)
+
+
+@pytest.mark.parametrize(
+    ("asked", "words"),
+    [
+        ({"robot_fault": ["loss@1"]}, "are for a run with --robot"),
+        ({"may_move": True}, "are for a run with --robot"),
+        ({"robot": "stub", "robot_lock_step": True}, "is for --robot dds"),
+        ({"robot": "dds:lo:1", "robot_real_time": True}, "is for --robot stub"),
+        ({"robot": "dds:lo:0"}, "would move"),
+        ({"robot": "inline", "robot_fault": ["lost@1"]}, "write KIND@STEP"),
+    ],
+)
+def test_options_that_would_do_nothing_are_refused(asked: dict[str, Any], words: str) -> None:
+    with pytest.raises(UsageError, match=words):
+        robot_options(link(**asked))

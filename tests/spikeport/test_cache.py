@@ -1,0 +1,250 @@
+"""Results are kept under all that decides them, and never used under anything else."""
+
+import os
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays, from_dtype
+from pydantic import BaseModel
+
+from spikeport import cache
+from spikeport.cache import FOLDER, LIMIT_BYTES, NOTHING, OFF, Cache, digest_of, of_user
+
+MADE = {"weights": np.arange(6.0).reshape(2, 3), "digest": np.array("abc")}
+
+
+class Maker:
+    """Makes arrays, and counts how often."""
+
+    def __init__(self):
+        self.n = 0
+
+    def __call__(self):
+        self.n += 1
+        return MADE
+
+
+@pytest.fixture
+def make():
+    return Maker()
+
+
+@pytest.fixture
+def kept(tmp_path):
+    return Cache(tmp_path / "cache")
+
+
+def same(found):
+    return found.keys() == MADE.keys() and all((found[k] == MADE[k]).all() for k in MADE)
+
+
+def test_a_result_is_made_once_and_the_same_afterwards(kept, make):
+    assert same(kept.kept("policy", (1, "a"), make))
+    assert same(kept.kept("policy", (1, "a"), make))
+    assert make.n == 1
+    assert kept.folder.stat().st_mode & 0o777 == 0o700
+
+
+@pytest.mark.parametrize("other", [("policy", (2, "a")), ("policy", (1, "b")), ("arm", (1, "a"))])
+def test_another_input_or_kind_is_another_result(kept, make, other):
+    kept.kept("policy", (1, "a"), make)
+    kept.kept(*other, make)
+    assert make.n == 2
+
+
+def test_another_version_of_what_computes_is_another_result(kept, make, monkeypatch):
+    kept.kept("policy", 1, make)
+    monkeypatch.setattr(cache, "surroundings", lambda: "another NumPy")
+    kept.kept("policy", 1, make)
+    assert make.n == 2
+
+
+@pytest.mark.parametrize("name", ["numpy", "nengo-loihi", "mujoco"])
+def test_surroundings_cover_versions(monkeypatch, name):
+    before = cache.surroundings()
+    version = cache._version
+    monkeypatch.setattr(cache, "_version", lambda n: "0" if n == name else version(n))
+    cache.surroundings.cache_clear()
+    assert cache.surroundings() != before
+    monkeypatch.undo()
+    cache.surroundings.cache_clear()
+    assert cache.surroundings() == before
+
+
+def test_surroundings_cover_every_file_of_spikeport(monkeypatch):
+    before, read = cache.surroundings(), Path.read_bytes
+    for name in ("kernel.py", "loihi.toml", "h1.xml"):
+        monkeypatch.setattr(
+            Path, "read_bytes", lambda path, name=name: read(path) + b" " * (path.name == name)
+        )
+        cache.surroundings.cache_clear()
+        assert cache.surroundings() != before, name
+    monkeypatch.undo()
+    cache.surroundings.cache_clear()
+
+
+@dataclass
+class Settings:
+    n: object
+
+
+class Model(BaseModel):
+    n: int
+
+
+LEAVES = st.one_of(
+    st.none(),
+    st.booleans(),
+    st.integers(),
+    st.floats(allow_nan=False),
+    st.text(),
+    st.binary(),
+    arrays(np.float64, st.integers(0, 3), elements=from_dtype(np.dtype(float), allow_nan=False)),
+)
+VALUES = st.recursive(
+    LEAVES,
+    lambda inner: st.one_of(
+        st.lists(inner, max_size=3),
+        st.tuples(inner, inner),
+        st.dictionaries(st.text(), inner, max_size=3),
+        st.builds(Settings, inner),
+    ),
+    max_leaves=8,
+)
+
+
+def described(value):
+    """Return a text that differs where values differ."""
+    if isinstance(value, np.ndarray):
+        return ("array", value.dtype.str, value.shape, value.tobytes())
+    if isinstance(value, Settings):
+        return ("Settings", described(value.n))
+    if isinstance(value, dict):
+        return ("dict", sorted((name, described(inner)) for name, inner in value.items()))
+    if isinstance(value, list | tuple):
+        return (type(value).__name__, [described(inner) for inner in value])
+    return (type(value).__name__, repr(value))
+
+
+@given(VALUES, VALUES)
+def test_digests_are_equal_where_values_are(a, b):
+    assert (digest_of(a) == digest_of(b)) == (repr(described(a)) == repr(described(b)))
+
+
+@given(st.lists(st.floats(), min_size=1), st.data())
+def test_any_changed_weight_changes_a_digest(weights, data):
+    changed = np.array(weights)
+    bits = changed.view(np.uint64)
+    at = data.draw(st.integers(0, len(weights) - 1))
+    bits[at] ^= np.uint64(1) << np.uint64(data.draw(st.integers(0, 63)))
+    assert digest_of(changed) != digest_of(np.array(weights))
+
+
+def test_a_digest_is_that_of_every_process():
+    value = {"b": [1, None, 2.5], "a": np.eye(2), "c": Path("x")}
+    code = (
+        "import numpy as np; from pathlib import Path; from spikeport.cache import digest_of;"
+        "print(digest_of({'a': np.eye(2), 'c': Path('x'), 'b': [1, None, 2.5]}))"
+    )
+    for seed in "0", "1":
+        environment = {**os.environ, "PYTHONHASHSEED": seed}
+        done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True)
+        assert done.stdout.decode().strip() == digest_of(value)
+
+
+def test_a_model_counts_with_its_values():
+    assert digest_of(Model(n=1)) == digest_of(Model(n=1)) != digest_of(Model(n=2))
+
+
+@pytest.mark.parametrize("value", [lambda: None, object(), {"f": print}, np.array([print])])
+def test_what_has_no_lasting_identity_is_refused(value):
+    with pytest.raises(TypeError, match="has no identity that lasts"):
+        digest_of(value)
+
+
+def test_a_damaged_entry_is_made_anew_with_a_warning(kept, make):
+    kept.kept("policy", 1, make)
+    (path,) = kept.folder.iterdir()
+    path.write_bytes(path.read_bytes()[:-30])
+    with pytest.warns(UserWarning, match=f"{path.name}: .*made anew"):
+        assert same(kept.kept("policy", 1, make))
+    assert make.n == 2
+    kept.kept("policy", 1, make)
+    assert make.n == 2
+
+
+def test_an_entry_under_another_name_is_not_used(kept, make):
+    kept.kept("policy", 1, make)
+    (one,) = kept.folder.iterdir()
+    kept.kept("policy", 2, make)
+    (other,) = set(kept.folder.iterdir()) - {one}
+    other.replace(one)
+    with pytest.warns(UserWarning, match="those of another key"):
+        kept.kept("policy", 1, make)
+    assert make.n == 3
+
+
+def test_a_folder_that_others_write_into_is_not_used(kept, make):
+    kept.kept("policy", 1, make)
+    kept.folder.chmod(0o777)
+    for n in 2, 3:
+        with pytest.warns(UserWarning, match="others can write into it; cure: chmod 700"):
+            assert same(kept.kept("policy", 1, make))
+        assert make.n == n
+
+
+def test_a_disk_that_is_full_ends_no_run(kept, make, monkeypatch):
+    def full(*_args, **_options):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(np, "savez_compressed", full)
+    with pytest.warns(UserWarning, match="No space left on device"):
+        assert same(kept.kept("policy", 1, make))
+    assert list(kept.folder.iterdir()) == []
+
+
+def test_threads_that_make_one_result_leave_one_whole_entry(kept, make):
+    with ThreadPoolExecutor(8) as pool:
+        found = list(pool.map(lambda _: kept.kept("policy", 1, make), range(16)))
+    assert all(map(same, found))
+    assert len(list(kept.folder.iterdir())) == 1
+
+
+def test_the_oldest_go_above_the_limit(kept, make, monkeypatch):
+    kept.kept("gait", 1, make)
+    kept.kept("policy", 1, make)
+    first, second = kept.entries()
+    monkeypatch.setattr(cache, "LIMIT_BYTES", 5 * second.size // 2)
+    kept.kept("policy", 2, make)
+    assert first.path not in [entry.path for entry in kept.entries()]
+    assert second.path in [entry.path for entry in kept.entries()]
+    assert LIMIT_BYTES == 2**30
+
+
+def test_clearing_removes_entries_and_nothing_else(kept, make):
+    kept.kept("policy", 1, make)
+    (kept.folder / "notes.txt").write_text("mine")
+    assert kept.clear() == 1
+    assert [path.name for path in kept.folder.iterdir()] == ["notes.txt"]
+
+
+def test_the_users_cache_is_where_the_environment_says(monkeypatch, tmp_path, make):
+    assert of_user() is NOTHING
+    monkeypatch.setenv(FOLDER, str(tmp_path / "a"))
+    assert of_user().folder == tmp_path / "a"
+    monkeypatch.delenv(FOLDER)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    assert of_user().folder == tmp_path / "spikeport"
+    monkeypatch.delenv("XDG_CACHE_HOME")
+    monkeypatch.setenv("HOME", str(tmp_path))
+    assert of_user().folder == tmp_path / ".cache" / "spikeport"
+    cache.switch_off()
+    assert os.environ[FOLDER] == OFF
+    assert NOTHING.kept("policy", 1, make) is MADE

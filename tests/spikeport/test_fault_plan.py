@@ -1,0 +1,43 @@
+"""Plans of faults are read as they are written; those that are none are refused with the form."""
+
+import random
+
+import pytest
+
+from spikeport.errors import UsageError
+from spikeport.fault_plan import Fault, FaultPlan, Faults
+
+FAULTS = Faults("--fault", ("loss", "flip", "slow"), timed=("slow",))
+
+
+def test_plans_are_read() -> None:
+    assert FAULTS.parse("loss@7") == Fault("loss", step=7)
+    assert FAULTS.parse("slow=2.5@7") == Fault("slow", step=7, delay_s=0.0025)
+    assert FAULTS.parse("slow=2.5:1") == Fault("slow", share=1.0, delay_s=0.0025)
+    assert FAULTS.parse("flip:0.01") == Fault("flip", share=0.01)
+
+
+@pytest.mark.parametrize(
+    "text", ["", "loss", "loss@", "lost@7", "slow@7", "loss=3@7", "flip:1.5", "flip:.", "slow=.@1"]
+)
+def test_other_texts_are_refused(text: str) -> None:
+    with pytest.raises(
+        UsageError, match=r"write KIND@STEP, slow=MS@STEP or KIND:SHARE, with a kind of loss"
+    ):
+        FAULTS.parse(text)
+
+
+def test_a_fault_happens_once_at_its_step_and_before_those_of_shares() -> None:
+    faults = [Fault("loss", step=3), Fault("slow", share=1.0, delay_s=0.01)]
+    plan = FaultPlan(faults, random.Random(0))
+    drawn = [[fault.kind for fault in plan.drawn(step)] for step in (1, 3, 3)]
+    assert drawn == [["slow"], ["loss", "slow"], ["slow"]]
+
+
+def test_shares_are_drawn_from_the_generator() -> None:
+    def drawn(seed: int) -> list[bool]:
+        plan = FaultPlan([Fault("loss", share=0.3)], random.Random(seed))
+        return [bool(plan.drawn(step)) for step in range(1000)]
+
+    assert drawn(1) == drawn(1) != drawn(2)
+    assert 250 < sum(drawn(1)) < 350

@@ -1,0 +1,37 @@
+"""Steps begin at t_0 + n dt; a stall is counted, and never made up for in a burst."""
+
+import pytest
+
+from spikeport.pacing import Deadlines, RoundTrips, SystemClock
+from tests.helpers.fake_board import FakeClock
+
+
+def test_a_stall_is_one_overrun_and_no_burst() -> None:
+    clock = FakeClock()
+    deadlines, ends = Deadlines(0.002, clock), []
+    begin = clock.now()
+    for lasts_s in (0.001, 0.0201, 0.001, 0.0):
+        ends.append(round(1000 * (deadlines.begin() - begin), 3))
+        clock.time_s += lasts_s
+    assert ends == [2, 4, 24.1, 26.1]
+    assert deadlines.overruns == 1
+
+
+def test_the_clock_of_this_machine_waits_for_the_future_alone() -> None:
+    clock = SystemClock()
+    begin = clock.now()
+    clock.sleep_until(begin - 5)
+    clock.sleep_until(begin + 0.002)
+    assert clock.now() >= begin + 0.002
+
+
+def test_round_trips_are_known_to_two_per_cent() -> None:
+    trips = RoundTrips()
+    assert trips.quantile_s(0.5) is None
+    for i in range(1, 1001):
+        trips.add(i * 1e-5)
+    assert trips.quantile_s(0.5) == pytest.approx(5e-3, rel=0.02)
+    assert trips.quantile_s(0.99) == pytest.approx(9.9e-3, rel=0.02)
+    assert trips.worst_s == 1e-2
+    trips.add(1e9)
+    assert trips.quantile_s(1.0) <= 1e9
