@@ -5,6 +5,7 @@ cluster's own security is all there is.
 """
 
 import contextlib
+import gc
 import itertools
 import logging
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -52,17 +53,27 @@ def outcomes(
 
 @contextlib.contextmanager
 def _opened(scheduler: str) -> Iterator[Client]:
-    try:
-        client = Client(scheduler, timeout=ANSWER_S)
-    except Exception:  # what answers but is no scheduler confuses Dask in many ways
+    client = _connected(scheduler)
+    if client is None:
+        # Dask's client that got nowhere is closed now: later, while another one starts in this
+        # thread, closing it would wait for ever for the lock that starting holds.
+        gc.collect()
         keys = " with the certificates that Dask's configuration names (distributed.comm.tls)"
         raise UsageError(
             f"--scheduler {scheduler}: no Dask scheduler answers within {ANSWER_S} s"
             f"{keys if scheduler.startswith(TLS) else ''}; start one with `dask scheduler`, or "
             "leave --scheduler out for processes on this machine"
-        ) from None
+        )
     with client:
         yield client
+
+
+def _connected(scheduler: str) -> Client | None:
+    """Return a client of a scheduler; None if it does not answer as one."""
+    try:
+        return Client(scheduler, timeout=ANSWER_S)
+    except Exception:  # what answers but is no scheduler confuses Dask in many ways
+        return None
 
 
 def _check(client: Client, scheduler: str) -> None:

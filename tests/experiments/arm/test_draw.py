@@ -9,7 +9,7 @@ from spikeport.experiments import driver
 from spikeport.experiments.arm import digit_reader, draw
 from spikeport.experiments.options import Options
 
-FILES = ["figure.png", "probes.nc", "report.html", "report.json", "result.json"]
+FILES = ["figure.png", "probes.nc", "result.json"]
 
 
 def run(folder, seconds=12.0, backend="analytic", **settings):

@@ -120,6 +120,7 @@ def test_the_result_has_every_field(loihi):
             "metrics",
             "activity",
             "link",
+            "robot",
             "image_digest",
             "resources",
             "energy",

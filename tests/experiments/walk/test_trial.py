@@ -141,6 +141,7 @@ def test_the_result_has_every_field(exact):
             "metrics",
             "activity",
             "link",
+            "robot",
             "image_digest",
             "resources",
             "energy",
