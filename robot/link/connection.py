@@ -10,7 +10,7 @@ from spikeport.robot.link.faults import FAULTS
 from spikeport.robot.link.lock_step import LockStep
 from spikeport.robot.link.motion import EKF, TRUTH, check_estimator
 from spikeport.robot.link.over_dds import join
-from spikeport.robot.link.place import Place
+from spikeport.robot.link.place import REAL, Place
 from spikeport.robot.link.robot import SimulatedRobot
 from spikeport.robot.link.settings import RobotSettings
 from spikeport.robot.link.stub import StubRobot
@@ -63,6 +63,11 @@ class RobotOptions:
                 raise UsageError("an inline robot has no clock; real time takes --robot stub")
             return
         self.place.check(self.may_move_a_robot)
+        if not self.real_time and self.place.domain == REAL:
+            raise UsageError(
+                f"--robot-lock-step in domain {REAL}: a real robot waits for no answer, and would "
+                "be driven at once; serve a simulation in domain 1, or leave out --robot-lock-step"
+            )
         if self.faults:
             raise UsageError("--robot-fault is for inline and stub; else give --fault to the robot")
 

@@ -7,8 +7,8 @@ from typing import NamedTuple
 from spikeport.errors import UsageError
 
 LOOPBACK = "lo"
-SIMULATION = 1
-"""The domain of simulated robots; a robot's own is 0."""
+SIMULATION, REAL = 1, 0
+"""The domains of simulated robots and of real ones."""
 LARGEST_DOMAIN = 230
 
 
@@ -21,7 +21,7 @@ class Place(NamedTuple):
     @property
     def may_be_real(self) -> bool:
         """Whether a real robot may listen there."""
-        return self.domain == 0 or self.interface != LOOPBACK
+        return self.domain == REAL or self.interface != LOOPBACK
 
     def check(self, may_move_a_robot: bool) -> None:
         """Refuse a place where a real robot may listen, unless that is meant; raises UsageError."""

@@ -85,6 +85,10 @@ def test_stubs_are_in_lock_step_and_robots_over_dds_in_real_time_unless_asked() 
         ({"robot": "stub", "robot_lock_step": True}, "is for --robot dds"),
         ({"robot": "dds:lo:1", "robot_real_time": True}, "is for --robot stub"),
         ({"robot": "dds:lo:0"}, "would move"),
+        (
+            {"robot": "dds:lo:0", "robot_lock_step": True, "may_move": True},
+            "waits for no answer",
+        ),
         ({"robot": "inline", "robot_fault": ["lost@1"]}, "write KIND@STEP"),
     ],
 )
