@@ -265,7 +265,7 @@ class _Builder:
         return group
 
     def _solver(self, label: str, neurons: slice, scale: np.ndarray) -> nengo.solvers.Solver:
-        """What gives the decoders of some neurons of a group."""
+        """Return the solver of the decoders of some neurons of a group."""
         if label in self.decoders:
             return nengo.solvers.NoSolver(self.decoders[label][neurons] / scale)
         return nengo.solvers.LstsqL2(reg=REGULARISATION)

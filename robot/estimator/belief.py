@@ -1,4 +1,4 @@
-"""What the filter believes of the robot's motion, and how sure it is.
+"""The filter's belief of the robot's motion, and how sure it is.
 
 The state is X = (R, v, p, d_1 ... d_n) in SE_(n+2)(3), and biases (b_g, b_a): orientation, velocity
 and place of the IMU in the world, and places of the contacts. Its error is right-invariant:

@@ -35,7 +35,7 @@ from spikeport.robot.state import RobotState
 
 @dataclass(frozen=True)
 class EkfNoise:
-    """All that the filter takes for granted of sensors and contacts.
+    """The noise of sensors and contacts that the filter takes for granted.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What a place, and a heading, from outside say of a belief."""
+"""The correction of a belief by a place, and a heading, from outside."""
 
 from dataclasses import dataclass
 

@@ -19,7 +19,7 @@ from spikeport.robot.state import RobotState
 
 @dataclass(frozen=True)
 class OdometryOptions:
-    """How points are weighted and velocities filtered.
+    """The weights of points, and the filter of velocities.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Where a robot is taken to be when an estimator starts."""
+"""The place that a robot is taken to be at when an estimator starts."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""Which observations of a robot a controller trusts."""
+"""The observations of a robot that a controller trusts."""
 
 from collections.abc import Hashable
 from typing import NamedTuple

@@ -78,12 +78,12 @@ class RobotOptions:
 
     @property
     def by_hand(self) -> bool:
-        """Whether the run of a robot over DDS begins in the states before ``RUN``."""
+        """True if a run over DDS begins in the states before ``RUN``."""
         return self.real_time and (self.states or self.place.may_be_real)
 
     @property
     def place(self) -> Place:
-        """Where the robot is; UsageError if the text names no place."""
+        """Return where the robot is; UsageError if the text names no place."""
         found = re.fullmatch(r"dds:(?P<interface>[^:]+):(?P<domain>[0-9]{1,3})", self.robot)
         if found is None:
             raise UsageError(f"--robot {self.robot!r}: write {FORMS}")

@@ -20,7 +20,7 @@ class State(Enum):
 
 
 class Event(Enum):
-    """What happens to a controller.
+    """An event that happens to a controller.
 
     ``OBSERVED``: a valid observation came. ``RAMPED``: the ramp is over. ``START``, ``RUN``,
     ``STOP`` and ``REARM`` are a user's. ``REFUSED``: an observation or command was refused, or none

@@ -20,7 +20,7 @@ class Place(NamedTuple):
 
     @property
     def may_be_real(self) -> bool:
-        """Whether a real robot may listen there."""
+        """True if a real robot may listen there."""
         return self.domain == REAL or self.interface != LOOPBACK
 
     def check(self, may_move_a_robot: bool) -> None:

@@ -21,7 +21,7 @@ LONGEST_NAME = 64
 
 
 class Answer(NamedTuple):
-    """What the switcher answers: 0 or the code of an error, and data as JSON."""
+    """An answer of the switcher: 0 or the code of an error, and data as JSON."""
 
     code: int
     data: str
