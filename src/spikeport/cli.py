@@ -15,14 +15,13 @@ import typer
 import typer.core
 
 from spikeport import __version__
+from spikeport.cli_servers import board_app, robot_app
 from spikeport.commands.options import (
     ChipOption,
-    FaultsOption,
+    ImageFile,
     Link,
-    MayMoveOption,
     NoCache,
     PassesOption,
-    RobotFaultsOption,
     RobotLink,
     RunOptions,
     SecondsOption,
@@ -77,7 +76,6 @@ BuildTimeout = Annotated[
     ),
 ]
 ExperimentName = Annotated[str, typer.Argument(help="The experiment, e.g. reach.")]
-ImageFile = Annotated[Path, typer.Argument(help="The image.npz that a compile wrote.")]
 ImageFolder = Annotated[Path | None, written("Folder to write image and report to.")]
 ReportFile = Annotated[Path | None, written("File to write the report to.")]
 ReportPage = Annotated[Path | None, written("File of the report as a page, for a browser.")]
@@ -433,128 +431,8 @@ def cache_command(
     run(clear)
 
 
-board_app = typer.Typer(help="Boards at the end of a link, and records of them.")
 app.add_typer(board_app, name="board", no_args_is_help=True)
-
-
-@board_app.command("serve")
-@with_options
-def board_serve_command(
-    *,
-    listen: Annotated[str, typer.Option(metavar="ADDRESS", help="unix:PATH or tcp://HOST:PORT.")],
-    machine: Annotated[
-        str, typer.Option("--machine", help="The chip: native, nengo-loihi, snips or nxsdk.")
-    ] = "native",
-    fault: FaultsOption,
-    once: Annotated[bool, typer.Option("--once", help="End after one session.")] = False,
-    idle: Annotated[
-        float | None,
-        typer.Option(metavar="SECONDS", help="End after so long without a host.", min=0.1),
-    ] = None,
-    allow_remote: Annotated[
-        bool, typer.Option("--allow-remote", help="Listen for other machines, over TLS.")
-    ] = False,
-    tls: Tls,
-) -> None:
-    """Be a board: take images from a host and step them, until ended."""
-    from spikeport.commands.board import ServeRequest, serve
-
-    serve(
-        ServeRequest(
-            listen=listen,
-            machine=machine,
-            faults=tuple(fault),
-            once=once,
-            idle_s=idle,
-            allow_remote=allow_remote,
-            tls=tls,
-        )
-    )
-
-
-@board_app.command("check")
-def board_check_command(
-    image: ImageFile,
-    *,
-    steps: Annotated[int, typer.Option(help="Steps to compare.", min=1, max=1_000_000)] = 200,
-    seed: SeedOption = 0,
-) -> None:
-    """Compare what would be written to a real chip with the image; exit with 1 if it differs."""
-    from spikeport.commands.board_check import run
-
-    raise typer.Exit(run(image, n_steps=steps, seed=seed))
-
-
-@board_app.command("inspect")
-def board_inspect_command(
-    record: Annotated[Path, typer.Argument(help="A file that `run --record` wrote.")],
-) -> None:
-    """Print what a record of a board's session holds."""
-    from spikeport.commands.board import inspect
-
-    inspect(record)
-
-
-robot_app = typer.Typer(help="Robots behind Unitree's interface.")
 app.add_typer(robot_app, name="robot", no_args_is_help=True)
-
-
-@robot_app.command("serve")
-def robot_serve_command(
-    *,
-    interface: Annotated[str, typer.Option(help="Interface of the network.")] = "lo",
-    domain: Annotated[int, typer.Option(help="Domain of DDS; a real robot's is 0.")] = 1,
-    may_move: MayMoveOption = False,
-    lock_step: Annotated[
-        bool, typer.Option("--lock-step", help="Wait for the answer to each state.")
-    ] = False,
-    rate_hz: Annotated[
-        float | None, typer.Option(help="Physics steps and states a second: 200, 500 or 1000.")
-    ] = None,
-    hoist: Annotated[bool, typer.Option("--hoist", help="Hang the robot by its pelvis.")] = False,
-    watchdog_ms: Annotated[
-        float, typer.Option(help="Time without a valid command until it is damped.")
-    ] = 100.0,
-    truth: Annotated[
-        bool, typer.Option("--truth", help="Publish the pelvis' place and velocity, too.")
-    ] = False,
-    seed: SeedOption = 0,
-    pose: Annotated[
-        list[str],
-        typer.Option(
-            metavar="JOINT=RAD",
-            help="Where a joint begins; repeatable.",
-            default_factory=list,
-            show_default=False,
-        ),
-    ],
-    fault: Annotated[list[str], RobotFaultsOption],
-    once: Annotated[bool, typer.Option("--once", help="End with the first controller.")] = False,
-    idle: Annotated[
-        float | None,
-        typer.Option(metavar="SECONDS", help="End after so long without a controller.", min=0.1),
-    ] = None,
-) -> None:
-    """Be an H1 in simulation that speaks Unitree's DDS interface, until ended."""
-    from spikeport.commands.robot import ServeRequest, serve
-
-    serve(
-        ServeRequest(
-            interface=interface,
-            domain=domain,
-            may_move_a_robot=may_move,
-            lock_step=lock_step,
-            rate_hz=rate_hz,
-            hoist=hoist,
-            watchdog_ms=watchdog_ms,
-            truth=truth,
-            seed=seed,
-            pose=tuple(pose),
-            faults=tuple(fault),
-            once=once,
-            idle_s=idle,
-        )
-    )
 
 
 @app.command()

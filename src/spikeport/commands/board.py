@@ -2,7 +2,6 @@
 
 import signal
 import sys
-from dataclasses import dataclass
 from pathlib import Path
 from typing import NoReturn
 
@@ -17,7 +16,7 @@ from spikeport.backends.board.record import Record
 from spikeport.backends.board.server import Service
 from spikeport.backends.board.server import serve as serve_board
 from spikeport.commands.links import certificates
-from spikeport.commands.options import Tls
+from spikeport.commands.options import BoardService, Tls
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.errors import unknown
 
@@ -66,20 +65,7 @@ NEEDS = {"snips": _need_gcc, "nxsdk": _need_nxsdk}
 """What looks for the programs that a machine cannot do without, before a host comes."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class ServeRequest:
-    """A board, as the user asked for it."""
-
-    listen: str
-    machine: str
-    faults: tuple[str, ...]
-    once: bool
-    idle_s: float | None
-    allow_remote: bool
-    tls: Tls
-
-
-def serve(request: ServeRequest) -> None:
+def serve(request: BoardService, tls: Tls) -> None:
     """Be a board until the process is ended; its socket goes with it."""
     if request.machine not in MACHINES:
         raise unknown("machine", request.machine, MACHINES)
@@ -88,11 +74,11 @@ def serve(request: ServeRequest) -> None:
     service = Service(
         address=Address.parse(request.listen),
         machine=Machine(request.machine, MACHINES[request.machine]),
-        certificates=certificates(request.tls),
+        certificates=certificates(tls),
         allow_remote=request.allow_remote,
-        faults=[FAULTS.parse(text) for text in request.faults],
+        faults=[FAULTS.parse(text) for text in request.fault],
         once=request.once,
-        idle_s=request.idle_s,
+        idle_s=request.idle,
     )
     signal.signal(signal.SIGTERM, _ended)
     serve_board(service, _say)

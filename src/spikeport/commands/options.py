@@ -51,6 +51,7 @@ PassesOption = Annotated[
         help="as_written, compact, or name,name{key=value}; by default the chip's; see `passes`.",
     ),
 ]
+ImageFile = Annotated[Path, typer.Argument(help="The image.npz that a compile wrote.")]
 SecondsOption = Annotated[float | None, typer.Option(help="Simulated time.")]
 SeedOption = Annotated[int, typer.Option(help="Seed of the run.", min=0, max=LARGEST_SEED)]
 SettingsOption = Annotated[
@@ -194,6 +195,63 @@ class RunOptions:
     overwrite: Annotated[bool, typer.Option(help="Replace an earlier run in --out.")] = False
     video: Annotated[bool, typer.Option("--video", help="Write video.mp4 too.")] = False
     no_cache: NoCache = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class BoardService:
+    """The options of a process that is a board."""
+
+    listen: Annotated[str, typer.Option(metavar="ADDRESS", help="unix:PATH or tcp://HOST:PORT.")]
+    machine: Annotated[
+        str, typer.Option("--machine", help="The chip: native, nengo-loihi, snips or nxsdk.")
+    ] = "native"
+    fault: FaultsOption
+    once: Annotated[bool, typer.Option("--once", help="End after one session.")] = False
+    idle: Annotated[
+        float | None,
+        typer.Option(metavar="SECONDS", help="End after so long without a host.", min=0.1),
+    ] = None
+    allow_remote: Annotated[
+        bool, typer.Option("--allow-remote", help="Listen for other machines, over TLS.")
+    ] = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class RobotService:
+    """The options of a process that is a robot."""
+
+    interface: Annotated[str, typer.Option(help="Interface of the network.")] = "lo"
+    domain: Annotated[int, typer.Option(help="Domain of DDS; a real robot's is 0.")] = 1
+    may_move: MayMoveOption = False
+    lock_step: Annotated[
+        bool, typer.Option("--lock-step", help="Wait for the answer to each state.")
+    ] = False
+    rate_hz: Annotated[
+        float | None, typer.Option(help="Physics steps and states a second: 200, 500 or 1000.")
+    ] = None
+    hoist: Annotated[bool, typer.Option("--hoist", help="Hang the robot by its pelvis.")] = False
+    watchdog_ms: Annotated[
+        float, typer.Option(help="Time without a valid command until it is damped.")
+    ] = 100.0
+    truth: Annotated[
+        bool, typer.Option("--truth", help="Publish the pelvis' place and velocity, too.")
+    ] = False
+    seed: SeedOption = 0
+    pose: Annotated[
+        list[str],
+        typer.Option(
+            metavar="JOINT=RAD",
+            help="Where a joint begins; repeatable.",
+            default_factory=list,
+            show_default=False,
+        ),
+    ]
+    fault: Annotated[list[str], RobotFaultsOption]
+    once: Annotated[bool, typer.Option("--once", help="End with the first controller.")] = False
+    idle: Annotated[
+        float | None,
+        typer.Option(metavar="SECONDS", help="End after so long without a controller.", min=0.1),
+    ] = None
 
 
 def with_options(command: Callable[..., Result]) -> Callable[..., Result]:

@@ -3,9 +3,9 @@
 import math
 import signal
 import sys
-from dataclasses import dataclass
 from typing import NoReturn
 
+from spikeport.commands.options import RobotService
 from spikeport.errors import UsageError, unknown
 from spikeport.robot.description import JOINTS
 from spikeport.robot.link.faults import FAULTS
@@ -16,32 +16,13 @@ REAL_TIME_HZ = 500.0
 """States a second where none are asked for: as of Unitree's H1."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class ServeRequest:
-    """A robot, as the user asked for it."""
-
-    interface: str
-    domain: int
-    may_move_a_robot: bool
-    lock_step: bool
-    rate_hz: float | None
-    hoist: bool
-    watchdog_ms: float
-    truth: bool
-    seed: int
-    pose: tuple[str, ...]
-    faults: tuple[str, ...]
-    once: bool
-    idle_s: float | None
-
-
-def serve(request: ServeRequest) -> None:
+def serve(request: RobotService) -> None:
     """Be a robot until the process is ended, or its controller is gone."""
     place = Place(request.interface, request.domain)
-    place.check(request.may_move_a_robot)
-    if request.faults and not request.lock_step:
+    place.check(request.may_move)
+    if request.fault and not request.lock_step:
         raise UsageError("--fault is for --lock-step: real time has faults of its own")
-    faults = [FAULTS.parse(text) for text in request.faults]
+    faults = [FAULTS.parse(text) for text in request.fault]
     settings = RobotSettings(
         rate_hz=request.rate_hz or (LOCK_STEP_HZ if request.lock_step else REAL_TIME_HZ),
         hoist=request.hoist,
@@ -58,7 +39,7 @@ def serve(request: ServeRequest) -> None:
         truth=request.truth,
         faults=faults,
         once=request.once,
-        idle_s=request.idle_s,
+        idle_s=request.idle,
     )
     signal.signal(signal.SIGTERM, _ended)
     server.serve(service, lambda line: print(line, flush=True))

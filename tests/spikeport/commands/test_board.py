@@ -10,24 +10,16 @@ import pytest
 from spikeport.backends.board.board import Board
 from spikeport.backends.board.chip import BoardChip
 from spikeport.backends.board.record import SessionRecorder
-from spikeport.commands.board import ServeRequest, inspect, serve
-from spikeport.commands.options import Tls
+from spikeport.commands.board import inspect, serve
+from spikeport.commands.options import BoardService, Tls
 from spikeport.errors import MissingExtraError, UsageError
 from tests.helpers.fake_board import MACHINE, FakeClock, FakeLine, small_image, spike_train
 
 
 def test_a_machine_that_is_none_is_refused() -> None:
-    request = ServeRequest(
-        listen="unix:x",
-        machine="nativ",
-        faults=(),
-        once=False,
-        idle_s=None,
-        allow_remote=False,
-        tls=Tls(),
-    )
+    request = BoardService(listen="unix:x", machine="nativ", fault=[])
     with pytest.raises(UsageError, match="unknown machine 'nativ'"):
-        serve(request)
+        serve(request, Tls())
 
 
 @pytest.mark.parametrize(
@@ -38,17 +30,9 @@ def test_a_machine_that_lacks_a_program_is_refused_before_a_host_comes(
     machine: str, reason: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setenv("PATH", str(tmp_path))
-    request = ServeRequest(
-        listen=f"unix:{tmp_path / 'socket'}",
-        machine=machine,
-        faults=(),
-        once=False,
-        idle_s=None,
-        allow_remote=False,
-        tls=Tls(),
-    )
+    request = BoardService(listen=f"unix:{tmp_path / 'socket'}", machine=machine, fault=[])
     with pytest.raises(MissingExtraError, match=reason):
-        serve(request)
+        serve(request, Tls())
     assert list(tmp_path.iterdir()) == []
 
 

@@ -5,26 +5,10 @@ from typing import Any
 import pytest
 
 from spikeport.commands.links import robot_options
-from spikeport.commands.options import RobotLink
-from spikeport.commands.robot import ServeRequest, serve
+from spikeport.commands.options import RobotLink, RobotService
+from spikeport.commands.robot import serve
 from spikeport.errors import UsageError
 from spikeport.robot.link.connection import RobotOptions
-
-REQUEST: dict[str, Any] = {
-    "interface": "lo",
-    "domain": 1,
-    "may_move_a_robot": False,
-    "lock_step": True,
-    "rate_hz": None,
-    "hoist": False,
-    "watchdog_ms": 100.0,
-    "truth": False,
-    "seed": 0,
-    "pose": (),
-    "faults": (),
-    "once": False,
-    "idle_s": None,
-}
 
 
 @pytest.mark.parametrize(
@@ -32,8 +16,8 @@ REQUEST: dict[str, Any] = {
     [
         ({"domain": 0}, "give --may-move-a-real-robot"),
         ({"interface": "nowhere"}, "no interface 'nowhere'"),
-        ({"lock_step": False, "faults": ("loss@1",)}, "--fault is for --lock-step"),
-        ({"faults": ("lost@1",)}, "write KIND@STEP"),
+        ({"lock_step": False, "fault": ("loss@1",)}, "--fault is for --lock-step"),
+        ({"fault": ("lost@1",)}, "write KIND@STEP"),
         ({"rate_hz": 300.0}, "300 physics steps a second"),
         ({"watchdog_ms": 0.0}, "a watchdog of 0 ms"),
         ({"pose": ("tail=1",)}, "unknown joint 'tail'"),
@@ -43,7 +27,7 @@ REQUEST: dict[str, Any] = {
 )
 def test_what_cannot_be_served_is_refused(asked: dict[str, Any], words: str) -> None:
     with pytest.raises(UsageError, match=words):
-        serve(ServeRequest(**{**REQUEST, **asked}))
+        serve(RobotService(**{"pose": [], "fault": [], "lock_step": True, **asked}))
 
 
 def link(**options: Any) -> RobotLink:

@@ -1,0 +1,23 @@
+"""The groups of commands for boards and robots."""
+
+import pytest
+
+
+@pytest.mark.parametrize(
+    ("command", "words"),
+    [
+        (("board",), ["serve", "check", "inspect"]),
+        (("board", "serve"), ["--listen", "--machine", "--fault", "--idle", "--allow-remote"]),
+        (("robot",), ["serve"]),
+        (("robot", "serve"), ["--interface", "--lock-step", "--pose", "--fault", "--watchdog-ms"]),
+    ],
+)
+def test_help_lists_commands_and_options(spikeport, command, words):
+    shown = spikeport(*command, "--help")
+    assert shown.code == 0
+    assert [word for word in words if word not in shown.out] == []
+
+
+def test_an_option_that_is_wrong_is_a_wrong_use(spikeport):
+    assert spikeport("board", "serve", "--listen", "unix:x", "--idle", "0").code == 2
+    assert spikeport("robot", "serve", "--may-move").code == 2
