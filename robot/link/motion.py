@@ -26,7 +26,7 @@ ESTIMATORS = (TRUTH, *_BY_SENSORS)
 class Motion(Protocol):
     """Finds the motion of a robot, observation by observation."""
 
-    def __call__(self, seen: Observed) -> RobotState:
+    def __call__(self, observed: Observed) -> RobotState:
         """Return the motion at the next observation."""
 
     def summary(self) -> dict[str, object]:
@@ -53,13 +53,13 @@ class EstimatedMotion:
         check_estimator(name)
         self._name, self._held = name, held
         self._estimator: StateEstimator = (
-            Truth(lambda: estimate(self._seen)) if name == TRUTH else _BY_SENSORS[name]()
+            Truth(lambda: estimate(self._observed)) if name == TRUTH else _BY_SENSORS[name]()
         )
         self._begun = False
         self._squares, self._compared = np.zeros(3), 0
         self._place_error_m: float | None = None
 
-    def __call__(self, seen: Observed) -> RobotState:
+    def __call__(self, observed: Observed) -> RobotState:
         """Return the motion at the next observation.
 
         Raises
@@ -67,12 +67,16 @@ class EstimatedMotion:
         RobotLostError
             If it is to be the truth, and nobody publishes that.
         """
-        self._seen = seen
+        self._observed = observed
         follow = self._estimator.update if self._begun else self._estimator.reset
         self._begun = True
-        found = follow(seen.sensors, self._held)
-        if self._name != TRUTH and seen.truth is not None and seen.truth.tick == seen.tick:
-            self._compare(found, estimate(seen))
+        found = follow(observed.sensors, self._held)
+        if (
+            self._name != TRUTH
+            and observed.truth is not None
+            and observed.truth.tick == observed.tick
+        ):
+            self._compare(found, estimate(observed))
         return found
 
     def _compare(self, found: RobotState, true: RobotState) -> None:

@@ -76,8 +76,8 @@ class LinkedPlant(Plant):
         self._robot = self._connect(settings)
         hoist = Fix(self.data.qpos[:3].copy(), 0.0) if self._anchored_at_reset else None
         self._motion = self._estimator(hoist)
-        self._seen = self._robot.first()
-        self._begun_tick = self._seen.tick
+        self._observed = self._robot.first()
+        self._begun_tick = self._observed.tick
         self._show()
         self._history.clear()
         self._history.record(self.data)
@@ -93,7 +93,7 @@ class LinkedPlant(Plant):
             As `Plant.step`.
         """
         assert self._robot is not None
-        self._seen = self._robot.exchange(self._seen, self._commands())
+        self._observed = self._robot.exchange(self._observed, self._commands())
         self._show()
         self._watch.check(self._history.record(self.data), self.data.time)
 
@@ -125,10 +125,10 @@ class LinkedPlant(Plant):
 
     def _show(self) -> None:
         """Move the model to the present state."""
-        state, data = self._motion(self._seen), self.data
+        state, data = self._motion(self._observed), self.data
         data.qpos[:] = np.concatenate((state.base_position, state.base_quaternion, state.q))
         data.qvel[:] = np.concatenate((np.zeros(3), state.base_angular_velocity, state.dq))
-        data.time = 0.001 * (self._seen.tick - self._begun_tick)
+        data.time = 0.001 * (self._observed.tick - self._begun_tick)
         rotation = np.empty(9)
         mujoco.mju_quat2Mat(rotation, data.qpos[3:7])
         data.qvel[:3] = rotation.reshape(3, 3) @ state.base_linear_velocity
