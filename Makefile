@@ -10,6 +10,7 @@ SANAFE   := sanafe==2.2.9
 LAVA     := lava-nc==0.10.0
 PYTHON310 ?= $(shell for one in python3.10 $(HOME)/.pyenv/versions/3.10.*/bin/python; do \
   "$$one" -c '' 2>/dev/null && echo "$$one" && break; done)
+NIR      := norse==1.1.0 snntorch==1.0.0 nirtorch==2.6
 UNITREE  := far-unitree-sdk==0.1.8
 DEBIAN   := libegl1 libegl-mesa0 openssl chromium
 APT      := timeout 300 apt-get -qq -o Acquire::Retries=0 -o Acquire::http::Timeout=20
@@ -48,9 +49,9 @@ shadow: $(STAMP)  ## nengo-loihi's own tests, native backend beside its emulator
 nengo-suite: $(STAMP)  ## Nengo's own tests on spikeport.Simulator, with what it does not support
 	$(BIN)/python -m pytest tests/nengo_suite
 
-referees: $(STAMP)  ## what some tests need and may be absent: SANA-FE, Lava, Unitree's SDK, Menagerie's H1, Debian's packages
+referees: $(STAMP)  ## what some tests need and may be absent: SANA-FE, Lava, Unitree's SDK, Norse, snnTorch, Menagerie's H1, Debian's packages
 	@$(MAKE) --no-print-directory --keep-going debian \
-	  $(addprefix $(REFEREES)/,sanafe.txt lava.txt unitree.txt menagerie.txt) || \
+	  $(addprefix $(REFEREES)/,sanafe.txt lava.txt unitree.txt nir.txt menagerie.txt) || \
 	  echo "referees: not all can be had here, as said above; the tests that need them are skipped"
 
 debian:
@@ -79,6 +80,12 @@ $(REFEREES)/unitree.txt:
 	{ $(@:.txt=)/bin/python -m pip install --quiet --disable-pip-version-check $(UNITREE) && \
 	  $(@:.txt=)/bin/python -c 'import unitree_interface'; } || { rm -rf $(@:.txt=); exit 1; }
 	@echo $(UNITREE) > $@
+
+# A folder that their tests look into: with the environment's own torch, and nothing else of theirs.
+$(REFEREES)/nir.txt: $(STAMP)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps \
+	  --target $(@:.txt=) $(NIR) || { rm -rf $(@:.txt=); exit 1; }
+	@echo $(NIR) > $@
 
 $(REFEREES)/menagerie.txt: $(STAMP)
 	@mkdir -p $(REFEREES)

@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-DEVELOPMENT = ("test", "check", "referee", "nir-referee")
+DEVELOPMENT = ("test", "check", "referee")
 """Extras that a user has no need of."""
 
 

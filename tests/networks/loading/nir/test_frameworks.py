@@ -1,6 +1,6 @@
 """Our own graphs in other frameworks, which must have the spikes of NIR's equations as we run them.
 
-Both need torch, and neither is needed elsewhere: extra `nir-referee`.
+Both need torch, and neither is needed elsewhere: ``make referees`` puts them into a folder.
 """
 
 import logging
@@ -16,7 +16,14 @@ from tests.helpers import nir_graphs
 from tests.helpers.nir_graphs import DT_S, spikes, written
 
 N_STEPS = 200
-REASON = "{} is a referee, and not installed: pip install -c constraints.txt -e '.[nir-referee]'"
+REASON = "{} is a referee, and not installed: make referees"
+FOLDER = Path(__file__).parents[4] / ".referees" / "nir"
+
+
+@pytest.fixture(autouse=True)
+def _referees(monkeypatch):
+    """Find them where ``make referees`` puts them."""
+    monkeypatch.syspath_prepend(FOLDER)
 
 
 def test_norse_has_the_same_spikes(tmp_path):
