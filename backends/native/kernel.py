@@ -77,6 +77,7 @@ def deliver(loaded: Loaded, n_arriving: int, counts: np.ndarray) -> int:
         for r in range(wiring.run_start[number], wiring.run_start[number + 1]):
             first, weight, length, shift = wiring.run[r]
             _add(state.sums, first, wiring.weights, weight, length, times << shift)
+        _add_scattered(wiring, state.sums, number, times)
     _count(wiring, state.sent, counts)
     return n
 
@@ -107,6 +108,14 @@ def _add(sums: np.ndarray, first: int, weights: np.ndarray, begin: int, n: int, 
         sums[at + j] += sums.dtype.type(factor * weights[start + j])
 
 
+@inlined
+def _add_scattered(wiring: Wiring, sums: np.ndarray, number: int, times: int) -> None:
+    factor = sums.dtype.type(times)
+    begin, end = wiring.scattered_start[number], wiring.scattered_start[number + 1]
+    for j in range(np.uintp(begin), np.uintp(end)):
+        sums[np.uintp(wiring.target[j])] += sums.dtype.type(factor * wiring.value[j])
+
+
 @compiled
 def _count(wiring: Wiring, sent: np.ndarray, counts: np.ndarray) -> None:
     for fan in range(sent.shape[1]):
@@ -114,8 +123,8 @@ def _count(wiring: Wiring, sent: np.ndarray, counts: np.ndarray) -> None:
         if n:
             sent[0, fan] = 0
             sent[1, fan] += n
-            for k in range(wiring.fan_start[fan], wiring.fan_start[fan + 1]):
-                core = wiring.cost[k, 0]
+            for k in range(np.uintp(wiring.fan_start[fan]), np.uintp(wiring.fan_start[fan + 1])):
+                core = np.uintp(wiring.cost[k, 0])
                 counts[MESSAGES_IN, core] += n
                 counts[OPERATIONS, core] += n * wiring.cost[k, 1]
 

@@ -12,8 +12,6 @@ from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.tables import part
 
 KEYS = ("voltage", "current", "spiked")
-NARROW_SHIFT = 6
-"""Shift from which sums need no more than 16 of the 22 bits of q."""
 CACHE_LINE = 64
 """Bytes of a cache line."""
 STRETCH = 1024
@@ -133,9 +131,8 @@ def resting_state(image: ChipImage, wiring: Wiring) -> State:
     """Return the state at rest: zero throughout."""
     n, n_deliveries = image.n_compartments, len(wiring.run_start) - 1
     q, u, v, refractory, spiked, spike_count = np.zeros((6, n), dtype=np.int32)
-    narrow = wiring.shift >= NARROW_SHIFT
     return State(
-        sums=_aligned_sums(wiring, n, np.int16 if narrow else np.int32),
+        sums=_aligned_sums(wiring, n, wiring.sums_type),
         q=q,
         u=u,
         v=v,
