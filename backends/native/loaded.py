@@ -35,6 +35,22 @@ class Neurons(NamedTuple):
     """Compartments that outputs read, and their places in `KEYS`, (.., 2)."""
 
 
+class Rule(NamedTuple):
+    """Constants by which the weights of a group learn."""
+
+    rate: int
+    product_shift: int
+    """Bits by which rate times trace times error is shifted to the left."""
+    weight_shift: int
+    """Bits by which a weight is shifted to the left for the sum with that."""
+    scale: float
+    """Factor from that sum to units of the weights."""
+    most: int
+    """Largest size of a weight, in its units."""
+    unit_shift: int
+    """Bits by which a weight in its units is shifted to the left."""
+
+
 class State(NamedTuple):
     """State of the chip: per compartment, unless the field states another shape."""
 
