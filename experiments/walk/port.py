@@ -1,6 +1,5 @@
 """The legs of the H1, driven by a walking policy and a path follower."""
 
-from collections import deque
 from collections.abc import Sequence
 
 import numpy as np
@@ -112,7 +111,7 @@ class WalkPort(Port):
             self._observed = self._policy_view.look(plant.state, self._command, self._answer)
             known = self.encoding
             self._clipped = self._observed if known is None else known.clip(self._observed)
-        state = np.array((self.heading_rad, *data.qpos[:2], *data.qvel[:2]))
+        state = np.array((self.heading_rad, *data.qpos[:2].tolist(), *data.qvel[:2].tolist()))
         reference = self.path.at(plant.time_s - self._path_begun_s + LEAD_S)
         self.seen = self._observed, reference, state
         return np.concatenate((self._clipped, reference, state))
@@ -163,7 +162,7 @@ class PolicyView:
 
     def __init__(self, every_s: float) -> None:
         n_last = 2 * round(CONTROL_DT_S / every_s) - 1
-        self._last = deque(np.zeros((n_last, ACTION_SIZE)), n_last)
+        self._last = np.zeros((n_last, ACTION_SIZE))
         self._change: Sequence[float] = (COMMAND_CHANGE_PER_S * every_s).tolist()
         self._command = [0.0] * len(COMMAND_CHANGE_PER_S)
 
@@ -179,11 +178,12 @@ class PolicyView:
         action : (19,) array
             The policy's answer to the last observation; zeros at the start.
         """
-        self._last.append(action)
+        # An array, oldest first: the mean of a list of arrays takes as long as a step of the chip.
+        self._last[:-1], self._last[-1] = self._last[1:], action
         wanted = command.item(0), 0.0, command.item(1)
         steps = zip(self._command, wanted, self._change, strict=True)
         self._command = [now + min(max(end - now, -most), most) for now, end, most in steps]
-        return observation(state, self._command, np.mean(self._last, axis=0))
+        return observation(state, self._command, self._last.mean(axis=0))
 
 
 class WalkRig(Rig):
