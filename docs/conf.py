@@ -72,7 +72,7 @@ def _link(link: re.Match[str]) -> str:
 def _toctree(part: re.Match[str]) -> str:
     pages = re.findall(r"^- \[(.*?)\]\((?:\.\./)?(.*?)\.(?:md|py)\)", part[2], re.MULTILINE)
     lines = "\n".join(f"{title} <{path}>" for title, path in pages)
-    return f"## {part[1]}\n\n```{{toctree}}\n:caption: {part[1]}\n\n{lines}\n```\n"
+    return f"## {part[1]}\n\n```{{toctree}}\n:maxdepth: 1\n:caption: {part[1]}\n\n{lines}\n```\n"
 
 
 def inline(translator: HTML5Translator, node: math) -> None:
