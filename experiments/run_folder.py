@@ -30,7 +30,7 @@ Result = dict[str, Any]
 RESULT_SCHEMA = 1
 FILES = (
     *("result.json", "probes.nc", "figure.png", "report.json", "report.html"),
-    *("video.mp4", "last_states.npz"),
+    *("video.mp4", "last_states.npz", "view.html"),
 )
 PACKAGES = ("spikeport", "numpy", "scipy", "nengo", "nengo-loihi", "mujoco")
 
