@@ -99,6 +99,7 @@ def prepare(trial: Trial[K, R]) -> Ready[K]:
         dt=DT_S,
         seed=options.seed,
         pipeline="" if analytic else options.pipeline,
+        counts=options.counts,
         progress=options.progress,
         link=options.link,
     )
@@ -220,4 +221,5 @@ def _write(
         run_folder.add_last_states(folder, rig.plant.history())
     if trial.options.video:
         write_video(folder, rig.film, scenes)
+    run_folder.add_counts(folder, trial.options.counts)
     run_folder.write_result(folder, result)

@@ -27,6 +27,10 @@ if TYPE_CHECKING:
     from spikeport.robot.link.connection import RobotOptions
 
 
+NO_CORES = ("analytic", "reference")
+"""Backends without a chip."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class RunRequest:
     """A run of an experiment, as the user asked for it."""
@@ -47,8 +51,10 @@ def run(request: RunRequest) -> None:
     chosen = experiment.settings(**key_values.parse(asked.settings, experiment.settings, owner))
     seconds = seconds_of(asked.seconds, experiment)
     check_target(target)
+    check_counts(asked.counts, target)
     with (
         run_folder.opened(asked.out, experiment.name, asked.overwrite) as folder,
+        run_folder.counting(asked.counts) as counts,
         progress_bar() as progress,
     ):
         options = Options(
@@ -61,6 +67,7 @@ def run(request: RunRequest) -> None:
             link=request.link,
             cache=cache.of_user(),
             robot=request.robot,
+            counts=counts,
             progress=progress,
             command=("spikeport", *sys.argv[1:]),
         )
@@ -73,6 +80,15 @@ def check_target(target: Target) -> None:
     chips.get(target.chip)
     if target.passes is not None:
         parse(target.passes)
+
+
+def check_counts(asked: bool, target: Target) -> None:
+    """Raise UsageError for counts of cores where there are none."""
+    if asked and target.backend in NO_CORES:
+        raise UsageError(
+            f"--counts: backend '{target.backend}' has no cores to count on; leave it out, or "
+            "choose --backend native"
+        )
 
 
 def seconds_of(asked: float | None, experiment: Experiment) -> float:
