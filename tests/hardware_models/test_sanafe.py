@@ -149,6 +149,6 @@ def test_the_whole_agrees_to_1_percent(theirs: dict, ours: EnergyReport) -> None
     assert ours.dynamic_run.value == pytest.approx(theirs["energy"]["total"], rel=0.01)
 
 
-def test_steps_take_as_long_or_up_to_a_quarter_longer(theirs: dict, our_time: float) -> None:
-    # A core's messages overlap with its work there, and are added to it here.
-    assert 1.0 <= our_time / theirs["sim_time"] < 1.25
+def test_steps_take_as_long_but_for_a_quarter(theirs: dict, our_time: float) -> None:
+    # They let work and messages of a core overlap, and messages wait for each other on their way.
+    assert 0.75 < our_time / theirs["sim_time"] < 1.25

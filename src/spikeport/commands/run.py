@@ -1,9 +1,10 @@
 """``spikeport run``."""
 
 import sys
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
@@ -17,6 +18,7 @@ from spikeport.commands.progress import progress_bar
 from spikeport.commands.screen import print_costs
 from spikeport.commands.tables import resource_table
 from spikeport.compile.passes.parse import parse
+from spikeport.compile.report.drawing import estimate
 from spikeport.constants import DT_S, LONGEST_RUN
 from spikeport.errors import UsageError, unknown
 from spikeport.experiments import registry, run_folder
@@ -109,6 +111,8 @@ def show_outcome(outcome: Outcome, folder: Path) -> None:
     if outcome.report is not None:
         console.print(resource_table(outcome.report))
         print_costs(console, outcome.report, outcome.activity)
+    if result["energy_by_unit"]:
+        console.print(unit_table(result["energy_by_unit"]))
     table = Table(
         "metric", "value", box=SIMPLE_HEAD, title=f"{result['experiment']} on {result['backend']}"
     )
@@ -117,6 +121,18 @@ def show_outcome(outcome: Outcome, folder: Path) -> None:
     console.print(table)
     names = ", ".join(sorted(p.name for p in folder.iterdir()))
     console.print(f"written: {folder}/ ({names})", markup=False)
+
+
+def unit_table(found: Mapping[str, Mapping[str, Any]]) -> Table:
+    """Return the energy of a run by unit of what the robot did, in every calibration."""
+    table = Table("energy", box=SIMPLE_HEAD, caption="without host processors and host I/O")
+    for name in next(iter(found.values())):
+        table.add_column(escape(name))
+    for unit, by_calibration in found.items():
+        for kind in ("dynamic", "static"):
+            texts = [estimate(spent[kind]) for spent in by_calibration.values()]
+            table.add_row(f"{kind}, a {unit}", *map(escape, texts))
+    return table
 
 
 def _text(value: object) -> str:
