@@ -58,7 +58,7 @@ class FeetMotion:
     @property
     def clearance_m(self) -> Floats:
         """Heights of heel and toe above the ground, ``(n, 2, 2)``, m."""
-        return self.points[..., 2] - self.ground_m - _RADII_M
+        return np.asarray(self.points[..., 2] - self.ground_m - _RADII_M)
 
     @property
     def height_m(self) -> Floats:
@@ -76,7 +76,8 @@ class FeetMotion:
         heights = (self.points[..., 2] - _RADII_M).reshape(-1, 4)
         weights = np.exp((heights.min(axis=1, keepdims=True) - heights) / LOWNESS_M)
         weights /= weights.sum(axis=1, keepdims=True)
-        return np.einsum("nk,nki->ni", weights, self.point_velocity.reshape(-1, 4, 3))
+        velocity = self.point_velocity.reshape(-1, 4, 3)
+        return np.asarray(np.einsum("nk,nki->ni", weights, velocity))
 
 
 @dataclass(frozen=True)
@@ -145,7 +146,7 @@ def rotations(quaternions: Floats) -> Floats:
 
 def in_frame(rotation: Floats, vectors: Floats) -> Floats:
     """Return vectors ``(n, 3)`` of the world in frames with orientations ``(n, 3, 3)``."""
-    return np.einsum("nij,ni->nj", rotation, vectors)
+    return np.asarray(np.einsum("nij,ni->nj", rotation, vectors))
 
 
 def _turned_back(vectors: Floats, angle: Floats) -> Floats:
