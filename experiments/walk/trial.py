@@ -192,4 +192,5 @@ EXPERIMENT = Experiment(
     seconds=40.0,
     shortest_s=0.02,
     pipeline="compact",
+    of_run=("path", "speed"),
 )
