@@ -1,4 +1,4 @@
-"""The paper's Fig. 6b: how well the robot follows its path, over a sweep of the policy's neurons.
+"""The paper's Fig. 5b: how well the robot follows its path, over a sweep of the policy's neurons.
 
 Under the error from the path, for which a robot that fell lies there to the end, the share of runs
 that fell.

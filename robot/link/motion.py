@@ -15,11 +15,11 @@ from spikeport.robot.link.truth import estimate
 from spikeport.robot.state import RobotState
 
 TRUTH, EKF = "truth", "ekf"
-_BY_SENSORS: dict[str, Callable[[], StateEstimator]] = {
+BY_SENSORS: dict[str, Callable[[], StateEstimator]] = {
     "leg-odometry": LegOdometry,
     EKF: ContactAidedEkf,
 }
-ESTIMATORS = (TRUTH, *_BY_SENSORS)
+ESTIMATORS = (TRUTH, *BY_SENSORS)
 """Names of the estimators; `TRUTH` is for simulations alone."""
 
 
@@ -53,7 +53,7 @@ class EstimatedMotion:
         check_estimator(name)
         self._name, self._held = name, held
         self._estimator: StateEstimator = (
-            Truth(lambda: estimate(self._observed)) if name == TRUTH else _BY_SENSORS[name]()
+            Truth(lambda: estimate(self._observed)) if name == TRUTH else BY_SENSORS[name]()
         )
         self._begun = False
         self._squares, self._compared = np.zeros(3), 0
