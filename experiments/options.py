@@ -39,6 +39,8 @@ class Options:
         Keeps calibrations and rehearsals from run to run; by default nothing is kept.
     robot : RobotOptions or None
         The robot at the end of Unitree's interface; None for a plant in this process.
+    counts : Path or None
+        A folder for the counts of every step and core.
     progress : callable
         See `spikeport.progress.Progress`.
     command : tuple of str
@@ -54,6 +56,7 @@ class Options:
     link: LinkOptions = OWN_STUB
     cache: Cache = field(default=NOTHING, compare=False)
     robot: "RobotOptions | None" = None
+    counts: Path | None = field(default=None, compare=False)
     progress: Progress = field(default=silent, compare=False)
     command: tuple[str, ...] = ()
 

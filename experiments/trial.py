@@ -183,6 +183,10 @@ class Trial(ABC, Generic[K, R]):
     def metrics(self, run: R) -> dict[str, object]:
         """Return the figures of a run."""
 
+    def amounts(self, run: R) -> Mapping[str, float]:
+        """Return how much the robot did, by unit, other than seconds."""
+        return {}
+
     @abstractmethod
     def probes(self, run: R) -> xr.Dataset:
         """Return the time series of a run, with names and units."""

@@ -4,11 +4,13 @@ import math
 from dataclasses import dataclass, fields
 
 from spikeport.errors import UsageError, unknown
-from spikeport.robot.link.motion import ESTIMATORS, TRUTH
+from spikeport.robot.link.motion import EKF, TRUTH
 from spikeport.robot.terrain import FLAT, find_terrain
 
 OWN, URDF, MENAGERIE = "own", "urdf", "menagerie"
 ROBOT_MODELS = (OWN, URDF, MENAGERIE)
+ESTIMATORS = (TRUTH, "leg-odometry", EKF)
+"""Those that need nothing but the robot's own sensors, and the truth."""
 PHYSICS_DT_S = 0.005
 LONGEST_DELAY_S = 0.5
 ROUNDING = 1e-6

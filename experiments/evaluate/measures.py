@@ -18,7 +18,8 @@ CONTACT_N = 1.0
 IMPACT_S = 0.05
 MOVING = 0.2
 """Of a command in m/s and rad/s: a robot that is asked for less may stand."""
-_HEEL, _TOE, _FORCE = slice(0, 3), slice(3, 6), slice(10, 13)
+_PLACES, _VELOCITIES, _FORCE = slice(0, 6), slice(6, 12), slice(13, 16)
+"""Of heel and toe, and of the foot, in the values of `robot.foot_sensors`."""
 
 FIGURES = {
     "speed_error_m_s": "mean |command - speed along the heading|, both smoothed over 0.2 s",
@@ -80,7 +81,7 @@ def _gait(plant: PerturbedPlant, walked: EpisodeRecording) -> dict[str, float | 
     moves = (np.abs(walked.command) > MOVING).any(axis=1)
     force_n = np.linalg.norm(walked.feet[:, :, _FORCE], axis=2)
     down = force_n > CONTACT_N
-    height_m, speed_m_s = _soles(plant, walked, dt_s)
+    height_m, speed_m_s = _soles(plant, walked)
     steps = [_Steps(*columns) for columns in zip(down.T, height_m.T, force_n.T, strict=True)]
     begun = np.concatenate([one.down_at for one in steps])
     peaks = np.concatenate([one.peaks(round(IMPACT_S / dt_s)) for one in steps])
@@ -99,17 +100,18 @@ def _gait(plant: PerturbedPlant, walked: EpisodeRecording) -> dict[str, float | 
     }
 
 
-def _soles(
-    plant: PerturbedPlant, walked: EpisodeRecording, dt_s: float
-) -> tuple[np.ndarray, np.ndarray]:
+def _soles(plant: PerturbedPlant, walked: EpisodeRecording) -> tuple[np.ndarray, np.ndarray]:
     """Return heights (n, 2) above the floor, and speeds, of the lower of heel and toe."""
-    places = np.stack((walked.feet[:, :, _HEEL], walked.feet[:, :, _TOE]), axis=2)
+    n = len(walked.time_s)
+    places, velocities = (
+        walked.feet[:, :, part].reshape(n, 2, 2, 3) for part in (_PLACES, _VELOCITIES)
+    )
     radii = [
         [plant.model.geom(f"{side}_{part}").size[0] for part in ("heel", "toe")]
         for side in ("left", "right")
     ]
     heights = places[..., 2] - np.array(radii) - plant.floor_m(places[..., 0], places[..., 1])
-    speeds = np.linalg.norm(np.gradient(places[..., :2], dt_s, axis=0), axis=-1)
+    speeds = np.linalg.norm(velocities[..., :2], axis=-1)
     lower = heights.argmin(axis=2)[..., None]
     height, speed = (np.take_along_axis(each, lower, axis=2)[..., 0] for each in (heights, speeds))
     return height, speed

@@ -26,7 +26,7 @@ class EpisodeRecording(Recording):
         MuJoCo's.
     torque_nm : (n, 19) array
         Torques of the joints.
-    feet : (n, 2, 13) array
+    feet : (n, 2, 16) array
         Values of `robot.foot_sensors`, left foot first.
     command : (n, 3) array
         The command that the policy observes: vx and vy in m/s, wz in rad/s.

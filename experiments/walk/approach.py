@@ -50,4 +50,4 @@ class TurnFirst:
         if bearing <= AHEAD_RAD:
             return command
         share = max(0.0, (ASIDE_RAD - bearing) / (ASIDE_RAD - AHEAD_RAD))
-        return command * np.array((share, 1.0))
+        return np.array((share * command[0], command[1]))

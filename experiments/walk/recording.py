@@ -73,6 +73,12 @@ class WalkRecording(Recording):
         return self.state[:, 1:3]
 
     @property
+    def walked_m(self) -> float:
+        """Length of the way from one half second to the next, in m: sway within them is not way."""
+        kept = self.position_m[:: round(0.5 / np.diff(self.time_s[:2], prepend=0)[-1])]
+        return float(np.linalg.norm(np.diff(kept, axis=0), axis=1).sum())
+
+    @property
     def speed_m_s(self) -> np.ndarray:
         """Speed along the heading, (n,) in m/s."""
         heading, velocity = self.state[:, 0], self.state[:, 3:]

@@ -1,6 +1,6 @@
 """The H1 walks a path on spiking neurons (paper, sec. 4.2 and Fig. 5)."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import nengo
 import numpy as np
@@ -182,6 +182,10 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
     def metrics(self, run: WalkRun) -> dict[str, object]:
         """Return the figures of a run, see `experiments.walk.metrics`."""
         return metrics(run)
+
+    def amounts(self, run: WalkRun) -> Mapping[str, float]:
+        """Return metres walked and periods of the policy."""
+        return {"metre": run.recording.walked_m, "policy period": run.sim.time / CONTROL_DT_S}
 
     def probes(self, run: WalkRun) -> xr.Dataset:
         """Return the series at every physics step, and the spikes that are kept."""

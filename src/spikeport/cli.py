@@ -18,6 +18,7 @@ from spikeport import __version__
 from spikeport.cli_servers import board_app, robot_app
 from spikeport.commands.options import (
     ChipOption,
+    CountsOption,
     ImageFile,
     Link,
     NoCache,
@@ -187,6 +188,7 @@ def simulate_command(
     ] = True,
     out: Annotated[Path | None, written("Folder of the run.")] = None,
     overwrite: Annotated[bool, typer.Option(help="Replace an earlier run in --out.")] = False,
+    counts: CountsOption = False,
     build_timeout: BuildTimeout = None,
     link: Link,
     tls: Tls,
@@ -205,6 +207,7 @@ def simulate_command(
             beside_float=beside_float,
             out=out,
             overwrite=overwrite,
+            counts=counts,
             build_timeout_s=build_timeout,
             link=link_options(link, tls, backend),
         )
@@ -219,6 +222,17 @@ def show_command(
     from spikeport.commands.show import run
 
     run(image)
+
+
+@app.command("view")
+def view_command(
+    folder: Annotated[Path, typer.Argument(help="The folder of a finished run.")],
+    out: Annotated[Path | None, written("File of the page; by default view.html there.")] = None,
+) -> None:
+    """Make a page of a run: it plays robot, spikes, gates and errors in a browser."""
+    from spikeport.commands.view import run
+
+    run(folder, out)
 
 
 @app.command("step")

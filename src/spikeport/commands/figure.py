@@ -59,10 +59,10 @@ class PaperSweep:
         1 if a point failed, else 0; UsageError for options that only a single run has.
         """
         asked = request.options
-        if asked.video or asked.overwrite:
+        if asked.video or asked.overwrite or asked.counts:
             raise UsageError(
                 f"figure '{request.figure}' is a sweep, which goes on with what is in --out; "
-                "leave out --video and --overwrite"
+                "leave out --video, --overwrite and --counts"
             )
         return sweep.run(
             sweep.SweepRequest(

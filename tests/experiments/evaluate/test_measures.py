@@ -57,13 +57,13 @@ def test_figures_of_a_gait_that_is_known():
     qvel[:, 0], qvel[:, 6 + 3] = 0.5, 0.25 * SPEED_LIMITS_RAD_S[3]
     torque = np.zeros((n, 19))
     torque[:, 3] = 30.0
-    feet = np.zeros((n, 2, 13))
+    feet = np.zeros((n, 2, 16))
     phase = (time_s[:, None] + [0, 0.5]) % 1
     up = phase < 0.4
     feet[:, :, 2] = 0.02 + 0.08 * up * np.sin(np.pi * phase / 0.4)
     feet[:, :, 5] = feet[:, :, 2] + 0.1  # toes are higher: the heels count
-    feet[:, :, 12] = 500.0 * ~up
-    feet[:, :, 0] = 0.1 * time_s[:, None]
+    feet[:, :, 15] = 500.0 * ~up
+    feet[:, :, 6] = 0.1  # the heels slide
     command = np.tile([0.6, 0.0, 0.0], (n, 1))
     stage.witness = MadeUp(EpisodeRecording(time_s, qpos, qvel, torque, feet, command))
     figures = measure(stage)

@@ -97,13 +97,13 @@ def test_a_single_run_has_no_workers(spikeport, asked, option):
     assert asked == []
 
 
-@pytest.mark.parametrize("option", ["--video", "--overwrite"])
+@pytest.mark.parametrize("option", ["--video", "--overwrite", "--counts"])
 def test_a_sweep_has_no_video_and_overwrites_nothing(spikeport, asked, option):
     assert spikeport("figure", "walk", option) == (
         2,
         "",
-        "error: figure 'walk' is a sweep, which goes on with what is in --out; leave out --video "
-        "and --overwrite\n",
+        "error: figure 'walk' is a sweep, which goes on with what is in --out; leave out --video, "
+        "--overwrite and --counts\n",
     )
     assert asked == []
 
