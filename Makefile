@@ -19,7 +19,7 @@ APT      := timeout 300 apt-get -qq -o Acquire::Retries=0 -o Acquire::http::Time
 PARALLEL := -n auto --dist loadfile --no-loadscope-reorder
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-fast shadow nengo-suite referees debian fuzz check bench bless \
+.PHONY: help demo test test-fast shadow nengo-suite referees debian fuzz check docs bench bless \
 	format clean
 
 help:  ## what can be made
@@ -99,6 +99,9 @@ check: $(STAMP)  ## lint and types only
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+
+docs: $(STAMP)  ## the site, examples carried out; writes build/site
+	$(BIN)/python -m sphinx -q -W --keep-going docs build/site
 
 bench: $(STAMP)  ## speed of the backends, side by side; writes benchmarks/results.json
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -W ignore benchmarks/speed.py

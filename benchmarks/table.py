@@ -1,6 +1,6 @@
 """The results of the benchmark as a table in Markdown: printed, or put between a file's markers.
 
-python benchmarks/table.py [--into README.md]
+python benchmarks/table.py [--into docs/figures.md]
 """
 
 import argparse

@@ -14,7 +14,13 @@ from spikeport.errors import BoardLostError, DivergedError, RobotLostError
 from spikeport.experiments import run_folder
 from spikeport.experiments.costs import Amounts, by_unit
 from spikeport.experiments.options import Options, Outcome
-from spikeport.experiments.pictures import Scenes, check_video, draw_scenes, write_video
+from spikeport.experiments.pictures import (
+    Scenes,
+    check_video,
+    draw_scenes,
+    with_poses,
+    write_video,
+)
 from spikeport.experiments.run_folder import Result
 from spikeport.experiments.trial import Closed, Rig, Trial
 from spikeport.robot.plant import Plant
@@ -215,7 +221,7 @@ def _write(
     scenes: Scenes = trial.scenes(done)
     pictures = draw_scenes(rig.film, scenes)
     run_folder.clear(folder)
-    run_folder.write_probes(folder, trial.probes(done))
+    run_folder.write_probes(folder, with_poses(trial.probes(done), rig.film))
     figure = trial.figure(done, pictures, result)
     if result["link"] is not None:
         figure.text(0.995, 0.003, link_line(result["link"]), ha="right", va="bottom", size=6)

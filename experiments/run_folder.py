@@ -32,7 +32,7 @@ Result = dict[str, Any]
 RESULT_SCHEMA = 1
 FILES = (
     *("result.json", "probes.nc", "figure.png", "report.json", "report.html"),
-    *("video.mp4", "last_states.npz"),
+    *("video.mp4", "last_states.npz", "view.html"),
 )
 COUNTS = "counts"
 """The folder in a run's for the counts of every step, see `spikeport.backends.step_log.StepLog`."""

@@ -107,7 +107,7 @@ class Plant:
             self.data.joint("torso").qpos = 0.0
             self.anchor()
         else:
-            self.data.qpos[2] -= self._lowest_sole_m()
+            self.data.qpos[2] -= self.lowest_sole_m()
             self.release()
         self.hold(JOINTS, pose)
         self._history.clear()
@@ -246,7 +246,7 @@ class Plant:
         self.data.eq_active[[self._weld, self._lock]] = anchored
         mujoco.mj_forward(self.model, self.data)
 
-    def _lowest_sole_m(self) -> float:
+    def lowest_sole_m(self) -> float:
         """Height of the lowest point of the feet: each contact shape is a segment with a radius."""
         mujoco.mj_kinematics(self.model, self.data)
         heights = []

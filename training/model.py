@@ -13,42 +13,58 @@ HEEL_RADIUS_M, TOE_RADIUS_M = 0.02, 0.015
 KP = np.array([GAINS[joint].kp for joint in JOINTS])
 KD = np.array([GAINS[joint].kd for joint in JOINTS])
 
-SENSORS = {"heel": 3, "toe": 3, "velocity": 3, "contact": 4}
+SENSORS = {"heel": 3, "toe": 3, "heel velocity": 3, "toe velocity": 3, "contact": 4}
 """Sensors of each foot in their order, left foot first, and their sizes."""
+
+PLANES = ("left_ground", "right_ground")
+"""Geoms that the left and the right foot alone stand on; see `spikeport.training.terrain`."""
 
 
 def build_model() -> mujoco.MjModel:
     """The compiled model.
 
     Shapes that only look, equality constraints and the sensors of ``h1.xml`` are left out. Each
-    foot gets the positions of its heel and toe (m), the velocity of its sole (m/s), and whether
-    and how it touches the floor (number of contacts, force in N), all in the world frame.
+    foot has a floor of its own, the only one. It gets the positions (m) and velocities (m/s) of its
+    heel and toe, and whether and how it touches its floor (number of contacts, force in N), all in
+    the world frame.
     """
     spec = mujoco.MjSpec.from_file(str(MODEL_PATH))
     skin = [geom for geom in spec.geoms if geom.classname.name == "skin"]
-    spec.geom("floor").material = ""
     looks = (*skin, *spec.lights, *spec.cameras, *spec.materials, *spec.textures)
     for element in (*looks, *spec.sensors, *spec.equalities):
         spec.delete(element)
-    for foot in FEET:
+    spec.delete(spec.geom("floor"))
+    for number, foot in enumerate(FEET):
         _add_foot(spec, foot)
+        _add_ground(spec, foot, PLANES[number], 2 << number)
     model = spec.compile()
-    floor = model.geom("floor").id
-    model.geom_priority[floor] = 1  # contacts take the floor's friction, which is randomised
+    for plane in PLANES:
+        model.geom(plane).sameframe[0] = mujoco.mjtSameFrame.mjSAMEFRAME_NONE  # it will be moved
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_ISLAND  # one robot is one island: faster
     actuators.set_position_mode(model, np.arange(len(JOINTS)), KP, KD)
     return model
 
 
+def _add_ground(spec: mujoco.MjSpec, foot: str, plane: str, bit: int) -> None:
+    """Give a foot the floor that it alone collides with; contacts take the floor's friction."""
+    spec.worldbody.add_geom(
+        name=plane,
+        type=mujoco.mjtGeom.mjGEOM_PLANE,
+        size=[0, 0, 0.05],
+        contype=bit,
+        conaffinity=0,
+        priority=1,
+    )
+    for part in ("heel", "toe"):
+        spec.geom(f"{foot}_{part}").conaffinity = bit
+
+
 def _add_foot(spec: mujoco.MjSpec, foot: str) -> None:
     kind, thing = mujoco.mjtSensor, mujoco.mjtObj
     data = mujoco.mjtConDataField
-    for part in ("heel", "toe"):
-        spec.add_sensor(
-            type=kind.mjSENS_FRAMEPOS, objtype=thing.mjOBJ_GEOM, objname=f"{foot}_{part}"
-        )
-    sole = spec.body(f"{foot}_ankle_link").add_site(name=f"{foot}_sole", pos=[0.05, 0, -0.06])
-    spec.add_sensor(type=kind.mjSENS_FRAMELINVEL, objtype=thing.mjOBJ_SITE, objname=sole.name)
+    for sensor in (kind.mjSENS_FRAMEPOS, kind.mjSENS_FRAMELINVEL):
+        for part in ("heel", "toe"):
+            spec.add_sensor(type=sensor, objtype=thing.mjOBJ_GEOM, objname=f"{foot}_{part}")
     net_force = 3
     fields = 1 << int(data.mjCONDATA_FOUND) | 1 << int(data.mjCONDATA_FORCE)
     spec.add_sensor(

@@ -1,12 +1,12 @@
 """`NativeChip`: an image on the compiled kernels."""
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from spikeport.backends.compiled import make_ready
 from spikeport.backends.native.kernel import LEARNING, accept, deliver, step, update
+from spikeport.backends.native.learning import Learning
 from spikeport.backends.native.loaded import Loaded, neurons_of, resting_state
 from spikeport.backends.native.noise import NONE, Noise
 from spikeport.backends.native.wiring import Wiring, wire
@@ -15,9 +15,6 @@ from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.tables import part
 from spikeport.errors import BackendError
 from spikeport.hardware_models.activity import PER_STEP, Activity
-
-if TYPE_CHECKING:
-    from spikeport.backends.native.learning import Learning
 
 
 class NativeChip:
@@ -94,7 +91,7 @@ class NativeChip:
 
     def _step_learning(
         self,
-        learning: "Learning",
+        learning: Learning,
         sources: np.ndarray,
         counts: np.ndarray,
         errors: Mapping[int, np.ndarray],
@@ -137,13 +134,9 @@ class NativeChip:
         self._closed = True
 
 
-def _learning(image: ChipImage, wiring: Wiring, rng: np.random.RandomState) -> "Learning | None":
+def _learning(image: ChipImage, wiring: Wiring, rng: np.random.RandomState) -> Learning | None:
     """Return the learning of an image; None where nothing learns."""
-    if not image.learns.any():
-        return None
-    from spikeport.backends.native.learning import Learning  # needs nengo-loihi
-
-    return Learning(image, wiring, rng)
+    return Learning(image, wiring, rng) if image.learns.any() else None
 
 
 def _refuse_errors(errors: Mapping[int, np.ndarray]) -> None:

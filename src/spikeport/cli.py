@@ -224,6 +224,17 @@ def show_command(
     run(image)
 
 
+@app.command("view")
+def view_command(
+    folder: Annotated[Path, typer.Argument(help="The folder of a finished run.")],
+    out: Annotated[Path | None, written("File of the page; by default view.html there.")] = None,
+) -> None:
+    """Make a page of a run: it plays robot, spikes, gates and errors in a browser."""
+    from spikeport.commands.view import run
+
+    run(folder, out)
+
+
 @app.command("step")
 def step_command(
     image: ImageFile,

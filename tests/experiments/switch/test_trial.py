@@ -96,6 +96,7 @@ def test_the_run_ends_with_its_schedule(exact):
     with xr.open_dataset(folder / "probes.nc", engine="h5netcdf") as probes:
         assert (probes.sizes["time"], probes.sizes["step"]) == (1200, 6000)
         assert probes.hand.attrs["units"] == "m"
+        assert probes.qpos.shape == (1200, 26)
         assert list(probes.selectable.values) == ["walk", "draw"]
 
 
