@@ -6,6 +6,8 @@ from dataclasses import dataclass, replace
 from spikeport.commands import run, sweep
 from spikeport.commands.options import RunOptions, Target, Workers
 from spikeport.errors import UsageError, unknown
+from spikeport.experiments import registry, run_folder
+from spikeport.find_network import find_network
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,6 +82,26 @@ class PaperSweep:
         )
 
 
+@dataclass(frozen=True)
+class PaperOverview:
+    """A figure of the paper that is drawn from the network itself, without a run."""
+
+    summary: str
+    module: str
+
+    def make(self, request: FigureRequest) -> int:
+        """Build the network and draw it; 0."""
+        asked = request.options
+        drawing = registry.imported("figure 'overview'", self.module)
+        with run_folder.opened(asked.out, "overview", asked.overwrite) as folder:
+            settings = _replaced({"calibrated": "false"}, asked.settings)
+            (network,) = find_network("humanoid", settings, request.target.chip).networks
+            run_folder.clear(folder)
+            run_folder.write_figure(folder, drawing.overview_figure(network))
+        print(f"written: {folder}/ (figure.png)")
+        return 0
+
+
 def _replaced(papers: Mapping[str, str], given: Sequence[str]) -> list[str]:
     """The paper's settings, but for those that are given, and these."""
     keys = {pair.partition("=")[0] for pair in given}
@@ -90,7 +112,10 @@ WALK_S = 40.0
 SWEEP_S = 20.0
 """Five of the six turns of the paper's path."""
 
-FIGURES: dict[str, PaperFigure | PaperSweep] = {
+FIGURES: dict[str, PaperFigure | PaperOverview | PaperSweep] = {
+    "overview": PaperOverview(
+        "Fig. 2: parts, populations and connections", "spikeport.experiments.switch.overview"
+    ),
     "reach": PaperFigure("Fig. 4: reach-to-target", "reach", 15.0, {"preset": "paper"}),
     "draw": PaperFigure("Fig. 5: a digit", "draw", 12.0, {"preset": "paper", "digit": "5"}),
     "walk": PaperSweep(
