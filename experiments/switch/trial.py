@@ -95,7 +95,7 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
             )
         if self.settings.selection == "spa" and self.options.backend != "reference":
             raise UsageError(
-                f"selection=spa: on backend '{self.options.backend}', where a compartment has one "
+                f"selection=spa: on backend '{self.options.backend}', where neurons have one "
                 "filter, and nengo_spa's GPi and GPe need two (AMPA 2 ms, GABA 8 ms); leave it "
                 "out, or give --backend reference"
             )

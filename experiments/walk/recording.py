@@ -18,6 +18,8 @@ from spikeport.simulator import Simulator
 LOWEST_M = 0.7
 SMALLEST_UPRIGHT = float(np.cos(np.pi / 4))
 """Of a pelvis that is tilted by 45 degrees."""
+ROUNDING = 1e-6
+"""Of times, as a share of what they are counted in."""
 SERIES = {
     "observation": ("observed", "see `part`", "what the policy is told, before it is clipped"),
     "reference": ("moving", "m, m/s", "place and velocity to take, from the start"),
@@ -76,7 +78,8 @@ class WalkRecording(Recording):
     @property
     def walked_m(self) -> float:
         """Length of the way from one half second to the next, in m: sway within them is not way."""
-        kept = self.position_m[:: round(0.5 / np.diff(self.time_s[:2], prepend=0)[-1])]
+        half_s = np.floor(2 * self.time_s + ROUNDING)
+        kept = self.position_m[np.flatnonzero(np.diff(half_s, prepend=-1))]
         return float(np.linalg.norm(np.diff(kept, axis=0), axis=1).sum())
 
     @property

@@ -6,6 +6,8 @@ from dataclasses import dataclass, replace
 from spikeport.commands import run, sweep
 from spikeport.commands.options import RunOptions, Target, Workers
 from spikeport.errors import UsageError, unknown
+from spikeport.experiments import registry, run_folder
+from spikeport.find_network import find_network
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,6 +82,26 @@ class PaperSweep:
         )
 
 
+@dataclass(frozen=True)
+class PaperOverview:
+    """A figure of the paper that is drawn from the network itself, without a run."""
+
+    summary: str
+    module: str
+
+    def make(self, request: FigureRequest) -> int:
+        """Build the network and draw it; 0."""
+        asked = request.options
+        drawing = registry.imported("figure 'overview'", self.module)
+        with run_folder.opened(asked.out, "overview", asked.overwrite) as folder:
+            settings = _replaced({"calibrated": "false"}, asked.settings)
+            (network,) = find_network("humanoid", settings, request.target.chip).networks
+            run_folder.clear(folder)
+            run_folder.write_figure(folder, drawing.overview_figure(network))
+        print(f"written: {folder}/ (figure.png)")
+        return 0
+
+
 def _replaced(papers: Mapping[str, str], given: Sequence[str]) -> list[str]:
     """The paper's settings, but for those that are given, and these."""
     keys = {pair.partition("=")[0] for pair in given}
@@ -92,8 +114,11 @@ SWEEP_S = 20.0
 LONGEST_S = 60.0
 """Of a schedule, which ends a run by itself."""
 
-FIGURES: dict[str, PaperFigure | PaperSweep] = {
+FIGURES: dict[str, PaperFigure | PaperOverview | PaperSweep] = {
     "teaser": PaperFigure("Fig. 1: walking, drawing and walking on", "switch", LONGEST_S, {}),
+    "overview": PaperOverview(
+        "Fig. 2: parts, populations and connections", "spikeport.experiments.switch.overview"
+    ),
     "reach": PaperFigure("Fig. 3: reach-to-target", "reach", 15.0, {"preset": "paper"}),
     "draw": PaperFigure("Fig. 4: a digit", "draw", 12.0, {"preset": "paper", "digit": "5"}),
     "walk": PaperSweep(
@@ -125,6 +150,7 @@ FIGURES: dict[str, PaperFigure | PaperSweep] = {
 }
 NUMBERS = {
     "1": "teaser",
+    "2": "overview",
     "3": "reach",
     "4": "draw",
     "5a": "walk",
@@ -133,7 +159,6 @@ NUMBERS = {
     "6": "basal-ganglia",
 }
 """The paper's numbers of figures, each with the name that does the same."""
-OVERVIEW = "2"
 
 
 def make(request: FigureRequest) -> int:
@@ -146,11 +171,6 @@ def make(request: FigureRequest) -> int:
     UsageError
         If the paper has no figure of that name, or as `spikeport.commands.run.run`.
     """
-    if request.figure == OVERVIEW:
-        raise UsageError(
-            "figure '2' is a drawing of the system, which no run shows; what is on the chip of it "
-            "draws: spikeport compile humanoid --html humanoid.html"
-        )
     name = NUMBERS.get(request.figure, request.figure)
     if name not in FIGURES:
         raise unknown("figure", name, [*NUMBERS, *FIGURES])

@@ -147,6 +147,7 @@ def test_the_result_has_every_field(exact):
             "energy",
             "timing",
             "host_io",
+            "energy_by_unit",
         ),
         "versions",
     ]

@@ -112,8 +112,8 @@ def test_an_unknown_figure_lists_those_there_are(spikeport):
     assert spikeport("figure", "dance") == (
         2,
         "",
-        "error: unknown figure 'dance'; there is: 1, 3, 4, 5a, 5b, 5c, 6, basal-ganglia, draw, "
-        "reach, teaser, walk, walk-silenced, walk-sweep\n",
+        "error: unknown figure 'dance'; there is: 1, 2, 3, 4, 5a, 5b, 5c, 6, basal-ganglia, "
+        "draw, overview, reach, teaser, walk, walk-silenced, walk-sweep\n",
     )
 
 
@@ -124,13 +124,3 @@ def test_the_papers_numbers_stand_for_the_names(spikeport, asked):
     assert asked[0].experiment == "switch"
     assert asked[4] == asked[5]
     assert asked[6] == asked[7]
-
-
-def test_the_overview_is_no_run(spikeport, asked):
-    assert spikeport("figure", "2") == (
-        2,
-        "",
-        "error: figure '2' is a drawing of the system, which no run shows; what is on the chip of "
-        "it draws: spikeport compile humanoid --html humanoid.html\n",
-    )
-    assert asked == []
