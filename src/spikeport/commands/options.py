@@ -83,6 +83,11 @@ FaultsOption = Annotated[
 ]
 
 
+CountsOption = Annotated[
+    bool, typer.Option("--counts", help="Write the counts of every step and core, too.")
+]
+
+
 @dataclass(frozen=True, kw_only=True)
 class Target:
     """The backend and chip that an experiment runs on, and the passes of its compile."""
@@ -194,6 +199,7 @@ class RunOptions:
     out: Annotated[Path | None, written("Folder of the run.")] = None
     overwrite: Annotated[bool, typer.Option(help="Replace an earlier run in --out.")] = False
     video: Annotated[bool, typer.Option("--video", help="Write video.mp4 too.")] = False
+    counts: CountsOption = False
     no_cache: NoCache = False
 
 
