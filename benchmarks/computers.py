@@ -1,7 +1,7 @@
 """Energy of runs on the chip beside that of computers for the same controllers.
 
     spikeport run walk --set path=paper --out walk      # and any other runs
-    OPENBLAS_NUM_THREADS=1 python benchmarks/computers.py walk [...] [--into docs/energy.md]
+    OPENBLAS_NUM_THREADS=1 python benchmarks/computers.py walk [...] [--into docs/costs.md]
 
 Times of the controllers in NumPy are CPU times of this machine. Its power is read from RAPL where
 there is one that may be read, else assumed, and the table says which.

@@ -40,6 +40,7 @@ from spikeport.networks.path_following import FollowerGains
 from spikeport.networks.policy import record_ranges, solved_layers
 from spikeport.networks.region import Box
 from spikeport.robot.arm import ArmDynamics
+from spikeport.robot.perturbation import Perturbation
 from spikeport.robot.plant import Plant
 from spikeport.robot.walk_interface import CONTROL_DT_S
 from spikeport.simulator import Simulator
@@ -66,6 +67,11 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
         super().__init__(settings, dataclasses.replace(options, seconds=self.schedule.end_s))
 
     @property
+    def perturbation(self) -> Perturbation:
+        """The perturbation that the settings ask for."""
+        return self.settings.perturbation
+
+    @property
     def recorded(self) -> dict[str, object]:
         """Everything that the rehearsals depend on beside the policy."""
         digest = hashlib.sha256(self.schedule.model_dump_json().encode())
@@ -89,7 +95,7 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
             )
         if self.settings.selection == "spa" and self.options.backend != "reference":
             raise UsageError(
-                f"selection=spa: on backend '{self.options.backend}', where a compartment has one "
+                f"selection=spa: on backend '{self.options.backend}', where neurons have one "
                 "filter, and nengo_spa's GPi and GPe need two (AMPA 2 ms, GABA 8 ms); leave it "
                 "out, or give --backend reference"
             )
