@@ -75,10 +75,10 @@ def run(trial: Trial[K, R], folder: Path) -> Outcome:
         except RobotLostError as error:
             path = run_folder.write_last_states(folder, rig.plant.history())
             raise RobotLostError(f"{error}; its last states are in {path}") from None
-    outcome = _outcome(trial, sim, rig.plant, done)
+    found = outcome(trial, ready, done)
     options.progress("writing", None)
-    _write(trial, rig, done, outcome.result, sim, folder)
-    return outcome
+    _write(trial, rig, done, found.result, sim, folder)
+    return found
 
 
 def damp(plant: Plant) -> None:
@@ -142,8 +142,9 @@ def _simulate(sim: Simulator, rig: Rig, options: Options) -> float:
     return time.perf_counter() - start
 
 
-def _outcome(trial: Trial[K, R], sim: Simulator, plant: Plant, done: R) -> Outcome:
-    settings, options = trial.settings, trial.options
+def outcome(trial: Trial[K, R], ready: Ready[K], done: R) -> Outcome:
+    """Return the figures of a trial that was run."""
+    settings, options, sim = trial.settings, trial.options, ready.sim
     result = {
         "command": list(options.command),
         "experiment": trial.name,
@@ -154,7 +155,7 @@ def _outcome(trial: Trial[K, R], sim: Simulator, plant: Plant, done: R) -> Outco
         "metrics": trial.metrics(done),
         "activity": sim.activity.totals(),
         "link": sim.link,
-        "robot": plant.link,
+        "robot": ready.closed.rig.plant.link,
         **on_chip(sim),
         "energy_by_unit": _by_unit(sim, {"second": sim.time, **trial.amounts(done)}),
     }

@@ -94,6 +94,8 @@ class Experiment:
         Simulated time where none is asked for, and the least that it can simulate.
     pipeline : str or None
         The passes of its compile where none are asked for; None for the chip's.
+    of_run : tuple of str
+        Settings that decide what a run does, and nothing of the network, as its seed does.
     """
 
     summary: str
@@ -103,6 +105,7 @@ class Experiment:
     seconds: float
     shortest_s: float
     pipeline: str | None = None
+    of_run: tuple[str, ...] = ()
 
     @property
     def name(self) -> str:

@@ -5,16 +5,14 @@ import numpy as np
 from spikeport.robot import actuators
 from spikeport.robot.description import GAINS, JOINTS, MODEL_PATH
 from spikeport.robot.engine import mujoco
+from spikeport.robot.feet import SIDES
+from spikeport.robot.foot_sensors import add_foot_sensors
 
-FEET = ("left", "right")
 HEEL_RADIUS_M, TOE_RADIUS_M = 0.02, 0.015
 """Of the contact shapes of a foot in ``h1.xml``."""
 
 KP = np.array([GAINS[joint].kp for joint in JOINTS])
 KD = np.array([GAINS[joint].kd for joint in JOINTS])
-
-SENSORS = {"heel": 3, "toe": 3, "heel velocity": 3, "toe velocity": 3, "contact": 4}
-"""Sensors of each foot in their order, left foot first, and their sizes."""
 
 PLANES = ("left_ground", "right_ground")
 """Geoms that the left and the right foot alone stand on; see `spikeport.training.terrain`."""
@@ -23,10 +21,8 @@ PLANES = ("left_ground", "right_ground")
 def build_model() -> mujoco.MjModel:
     """The compiled model.
 
-    Shapes that only look, equality constraints and the sensors of ``h1.xml`` are left out. Each
-    foot has a floor of its own, the only one. It gets the positions (m) and velocities (m/s) of its
-    heel and toe, and whether and how it touches its floor (number of contacts, force in N), all in
-    the world frame.
+    Shapes that only look, equality constraints and the sensors of ``h1.xml`` are left out, and
+    those of `robot.foot_sensors` added. Each foot has a floor of its own, the only one.
     """
     spec = mujoco.MjSpec.from_file(str(MODEL_PATH))
     skin = [geom for geom in spec.geoms if geom.classname.name == "skin"]
@@ -34,8 +30,8 @@ def build_model() -> mujoco.MjModel:
     for element in (*looks, *spec.sensors, *spec.equalities):
         spec.delete(element)
     spec.delete(spec.geom("floor"))
-    for number, foot in enumerate(FEET):
-        _add_foot(spec, foot)
+    add_foot_sensors(spec)
+    for number, foot in enumerate(SIDES):
         _add_ground(spec, foot, PLANES[number], 2 << number)
     model = spec.compile()
     for plane in PLANES:
@@ -57,19 +53,3 @@ def _add_ground(spec: mujoco.MjSpec, foot: str, plane: str, bit: int) -> None:
     )
     for part in ("heel", "toe"):
         spec.geom(f"{foot}_{part}").conaffinity = bit
-
-
-def _add_foot(spec: mujoco.MjSpec, foot: str) -> None:
-    kind, thing = mujoco.mjtSensor, mujoco.mjtObj
-    data = mujoco.mjtConDataField
-    for sensor in (kind.mjSENS_FRAMEPOS, kind.mjSENS_FRAMELINVEL):
-        for part in ("heel", "toe"):
-            spec.add_sensor(type=sensor, objtype=thing.mjOBJ_GEOM, objname=f"{foot}_{part}")
-    net_force = 3
-    fields = 1 << int(data.mjCONDATA_FOUND) | 1 << int(data.mjCONDATA_FORCE)
-    spec.add_sensor(
-        type=kind.mjSENS_CONTACT,
-        objtype=thing.mjOBJ_BODY,
-        objname=f"{foot}_ankle_link",
-        intprm=[fields, net_force, 1],
-    )

@@ -4,10 +4,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from spikeport.backends.chip import Decoding, Joined
 from spikeport.backends.compiled import make_ready
-from spikeport.backends.native.kernel import LEARNING, accept, deliver, step, update
+from spikeport.backends.native.kernel import LEARNING, accept, deliver, exchange, step, update
 from spikeport.backends.native.learning import Learning
-from spikeport.backends.native.loaded import Loaded, neurons_of, resting_state
+from spikeport.backends.native.loaded import Host, Loaded, neurons_of, resting_state
 from spikeport.backends.native.noise import NONE, Noise
 from spikeport.backends.native.wiring import Wiring, wire
 from spikeport.backends.step_log import SUMS_ONLY, LogOptions, MessageCounts, StepLog
@@ -62,8 +63,7 @@ class NativeChip:
 
     def step(self, spikes: np.ndarray, errors: Mapping[int, np.ndarray]) -> list[np.ndarray]:
         """Advance by one step; see `spikeport.backends.chip.Chip.step`."""
-        if self._closed:
-            raise BackendError("the chip is closed: it cannot step any more")
+        self._check_open()
         sources = _sources(spikes)
         if len(sources) > len(self.state.pending):
             self._make_room(len(sources))
@@ -79,6 +79,28 @@ class NativeChip:
         self._n_arriving = n_arriving
         self.log.append(counts, len(sources))
         return self._views
+
+    def join(self, sources: np.ndarray, decoding: Decoding, inbox: np.ndarray) -> Joined | None:
+        """Return a step in one call; see `spikeport.backends.chip.Joinable.join`."""
+        if self._learning is not None:
+            return None
+        host = Host(sources, *decoding, inbox)
+        make_ready(exchange, self._loaded, 0, host, NONE, np.zeros((0, 0), dtype=np.int64))
+
+        def step_joined() -> tuple[list[np.ndarray], bool]:
+            self._check_open()
+            counts, noise = np.zeros(self._counted, dtype=np.int64), self._noise.draw()
+            self._n_arriving, n_sent, decoded = exchange(
+                self._loaded, self._n_arriving, host, noise, counts
+            )
+            self.log.append(counts, n_sent)
+            return self._views, decoded
+
+        return step_joined
+
+    def _check_open(self) -> None:
+        if self._closed:
+            raise BackendError("the chip is closed: it cannot step any more")
 
     def _make_room(self, n: int) -> None:
         """Let the host send n spikes in a step: a source may spike more than once."""

@@ -23,7 +23,7 @@ Source: nengo-loihi 1.1.0, emulator/interface.py and builder/discretize.py.
 import numpy as np
 
 from spikeport.backends.compiled import compiled, inlined
-from spikeport.backends.native.loaded import Loaded, Neurons, Rule, State
+from spikeport.backends.native.loaded import Host, Loaded, Neurons, Rule, State
 from spikeport.backends.native.wiring import Wiring
 
 Q_SIZE, U_SIZE = 22, 24
@@ -48,6 +48,56 @@ def step(
         return -1
     deliver(loaded, n_arriving, counts)
     return update(loaded, n_pending, noise, counts)
+
+
+@compiled
+def exchange(
+    loaded: Loaded, n_arriving: int, host: Host, noise: np.ndarray, counts: np.ndarray
+) -> tuple[int, int, bool]:
+    """Compute a step by what the host sends, and decode what it gets.
+
+    Returns
+    -------
+    n_arriving : int
+        Spikes under way.
+    n_sent : int
+        Spikes of the host.
+    decoded : bool
+        Whether the values of all outputs are in the host's inbox, see `decode`.
+    """
+    n_sent, first = 0, len(loaded.state.q)
+    for i in range(len(host.sources)):
+        loaded.state.pending[n_sent] = first + i
+        n_sent += host.sources[i] != 0
+    deliver(loaded, n_arriving, counts)
+    n_arriving = update(loaded, n_sent, noise, counts)
+    decoded = decode(loaded.state.held, host.start, host.index, host.weights, host.inbox)
+    return n_arriving, n_sent, decoded
+
+
+@compiled
+def decode(
+    held: np.ndarray,
+    start: np.ndarray,
+    index: np.ndarray,
+    weights: np.ndarray,
+    values: np.ndarray,
+) -> bool:
+    """Weigh held values: ``values[i]`` is the sum over entries ``start[i] : start[i + 1]``.
+
+    Return whether there is a sum for every value, with at most one term that is not zero. Only then
+    is it rounded as any matrix product would be, whatever its order and width.
+    """
+    exact = len(start) == len(values) + 1
+    for i in range(len(start) - 1):
+        total, terms = 0.0, 0
+        for k in range(start[i], start[i + 1]):
+            if held[index[k]] != 0:
+                total += held[index[k]] * weights[k]
+                terms += 1
+        values[i] = total
+        exact &= terms <= 1
+    return exact
 
 
 @compiled
@@ -319,7 +369,7 @@ def _round(x: float, uniform: float, most: int) -> tuple[np.int32, bool]:
     size = abs(x)
     whole = np.floor(size)
     rounded = I32(whole) + I32(size - whole > uniform)
-    beyond = rounded > most
+    beyond = bool(rounded > most)
     rounded = I32(most) if beyond else I32(rounded)
     return I32(-rounded if x < 0 else rounded), beyond
 

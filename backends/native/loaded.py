@@ -103,6 +103,52 @@ def _load(wiring: Wiring, neurons: Neurons, state: State) -> Loaded:
     return result
 
 
+@structref.register
+class _HostType(types.StructRef):
+    """The type of `Host` for numba."""
+
+
+class Host(structref.StructRefProxy):
+    """The memory that a host and a chip share: what is sent, and what is decoded.
+
+    ``sources`` are the host's, of which those that are not 0 spike; ``start``, ``index`` and
+    ``weights`` say how held values are decoded into ``inbox``, see `kernel.decode`.
+    """
+
+    sources: np.ndarray
+    start: np.ndarray
+    index: np.ndarray
+    weights: np.ndarray
+    inbox: np.ndarray
+
+    def __new__(
+        cls,
+        sources: np.ndarray,
+        start: np.ndarray,
+        index: np.ndarray,
+        weights: np.ndarray,
+        inbox: np.ndarray,
+    ) -> "Host":
+        """Return the arrays as one object."""
+        make_ready(_share, sources, start, index, weights, inbox)
+        return _share(sources, start, index, weights, inbox)
+
+
+structref.define_proxy(Host, _HostType, ["sources", "start", "index", "weights", "inbox"])
+
+
+@compiled
+def _share(
+    sources: np.ndarray,
+    start: np.ndarray,
+    index: np.ndarray,
+    weights: np.ndarray,
+    inbox: np.ndarray,
+) -> Host:
+    result: Host = Host(sources, start, index, weights, inbox)
+    return result
+
+
 def neurons_of(image: ChipImage) -> Neurons:
     """Return the constants of an image's compartments."""
     starts, biased = image.blocks.start, image.compartments.bias != 0

@@ -1,4 +1,4 @@
-"""Reach-to-target: the right arm follows random targets (paper, sec. 4.1 and Fig. 4)."""
+"""Reach-to-target: the right arm follows random targets (paper, sec. 4.1 and Fig. 3)."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -84,7 +84,7 @@ class ReachTrial(ArmTrial):
         return {"reach": len(run.task.reach_times_s)}
 
     def figure(self, run: ArmRun, pictures: Sequence[np.ndarray], result: Result) -> Figure:
-        """Draw the paper's Fig. 4."""
+        """Draw the paper's Fig. 3."""
         return reach_figure(run, pictures, result)
 
 

@@ -40,6 +40,7 @@ from spikeport.networks.path_following import FollowerGains
 from spikeport.networks.policy import record_ranges, solved_layers
 from spikeport.networks.region import Box
 from spikeport.robot.arm import ArmDynamics
+from spikeport.robot.perturbation import Perturbation
 from spikeport.robot.plant import Plant
 from spikeport.robot.walk_interface import CONTROL_DT_S
 from spikeport.simulator import Simulator
@@ -64,6 +65,11 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
     def __init__(self, settings: SwitchSettings, options: Options) -> None:
         self.schedule = settings.load_schedule(options.seconds)
         super().__init__(settings, dataclasses.replace(options, seconds=self.schedule.end_s))
+
+    @property
+    def perturbation(self) -> Perturbation:
+        """The perturbation that the settings ask for."""
+        return self.settings.perturbation
 
     @property
     def recorded(self) -> dict[str, object]:

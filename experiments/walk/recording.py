@@ -16,7 +16,8 @@ from spikeport.robot.walk_interface import PARTS
 from spikeport.simulator import Simulator
 
 LOWEST_M = 0.7
-LARGEST_TILT_RAD = np.pi / 4
+SMALLEST_UPRIGHT = float(np.cos(np.pi / 4))
+"""Of a pelvis that is tilted by 45 degrees."""
 ROUNDING = 1e-6
 """Of times, as a share of what they are counted in."""
 SERIES = {
@@ -36,7 +37,7 @@ def fallen(height_m: float, upright: float) -> bool:
 
     ``upright`` is the share of its vertical axis that points upwards, cos(tilt).
     """
-    return height_m < LOWEST_M or upright < np.cos(LARGEST_TILT_RAD)
+    return height_m < LOWEST_M or upright < SMALLEST_UPRIGHT
 
 
 @dataclass(frozen=True)

@@ -18,13 +18,13 @@ from spikeport.robot.link.truth import estimate
 from spikeport.robot.state import RobotState
 
 TRUTH, EKF, ODOMETER, EKF_ODOMETER = "truth", "ekf", "odometer", "ekf+odometer"
-_BY_SENSORS: dict[str, Callable[[], StateEstimator]] = {
+BY_SENSORS: dict[str, Callable[[], StateEstimator]] = {
     "leg-odometry": LegOdometry,
     EKF: ContactAidedEkf,
     ODOMETER: Odometer,
     EKF_ODOMETER: ContactAidedEkf,
 }
-ESTIMATORS = (TRUTH, *_BY_SENSORS)
+ESTIMATORS = (TRUTH, *BY_SENSORS)
 """Names of the estimators; `TRUTH` is for simulations alone."""
 _BY_ODOMETRY = (ODOMETER, EKF_ODOMETER)
 
@@ -62,7 +62,7 @@ class EstimatedMotion:
         check_estimator(name)
         self._name, self._held = name, held
         self._estimator: StateEstimator = (
-            Truth(lambda: estimate(self._observed)) if name == TRUTH else _BY_SENSORS[name]()
+            Truth(lambda: estimate(self._observed)) if name == TRUTH else BY_SENSORS[name]()
         )
         self._begun = False
         self._fixes: OdometryFixes | None = None

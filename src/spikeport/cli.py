@@ -385,8 +385,8 @@ def figure_command(
     figure: Annotated[
         str,
         typer.Argument(
-            help="reach (the paper's Fig. 4), draw (Fig. 5), walk (6a), walk-sweep (6b) or "
-            "walk-silenced (6c)."
+            help="The paper's number, or a name: 1 teaser, 3 reach, 4 draw, 5a walk, "
+            "5b walk-sweep, 5c walk-silenced, 6 basal-ganglia."
         ),
     ],
     target: Target,
@@ -431,6 +431,43 @@ def sweep_command(
         out=out,
         workers=workers,
         probes=probes,
+    )
+    raise typer.Exit(run(request))
+
+
+@app.command("evaluate")
+@with_options
+def evaluate_command(
+    experiment: Annotated[str, typer.Argument(help="The policy's experiment: walk.")],
+    *,
+    row: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="KEY=VALUE,...", help="Perturbation of a row, for the table's own; repeatable."
+        ),
+    ] = None,
+    episodes: Annotated[int, typer.Option(help="Of each row.", min=1, max=MOST_POINTS)] = 20,
+    seed: SeedOption = 0,
+    target: Target,
+    seconds: SecondsOption = None,
+    settings: SettingsOption,
+    out: Annotated[Path | None, written("Folder; an evaluation that is there goes on.")] = None,
+    no_cache: NoCache = False,
+    workers: Workers,
+) -> None:
+    """Evaluate how robust a policy is: falls, tracking, margins and gait under perturbations."""
+    from spikeport.commands.evaluate import EvaluateRequest, run
+
+    request = EvaluateRequest(
+        experiment=experiment,
+        target=target,
+        rows=row or [],
+        episodes=episodes,
+        seed=seed,
+        seconds=seconds,
+        settings=settings,
+        out=out,
+        workers=workers,
     )
     raise typer.Exit(run(request))
 

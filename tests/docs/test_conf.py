@@ -29,7 +29,7 @@ def test_every_page_is_in_the_contents_and_in_the_site(site: Path) -> None:
     contents = (DOCS / "index.md").read_text(encoding="utf-8")
     pages = [path.relative_to(DOCS) for path in (*DOCS.glob("*.md"), *DOCS.glob("lab/*.md"))]
     for page in set(pages) - {Path("index.md")}:
-        assert f"({page})" in contents
+        assert f"({page})" in contents, f"enter it in docs/index.md: {page}"
         assert (site / page.with_suffix(".html")).is_file()
     assert (site / "examples" / "pole.html").is_file()
 

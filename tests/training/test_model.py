@@ -5,6 +5,7 @@ import pytest
 
 from spikeport.robot.description import JOINTS, load
 from spikeport.robot.engine import mujoco
+from spikeport.robot.foot_sensors import SENSORS
 from spikeport.training import model
 
 
@@ -29,8 +30,8 @@ def test_actuators_hold_positions_with_the_robots_gains(built):
 
 
 def test_sensors_of_the_left_foot_come_first(built):
-    assert built.nsensordata == 2 * sum(model.SENSORS.values())
-    assert built.sensor_dim.tolist() == list(model.SENSORS.values()) * 2
+    assert built.nsensordata == 2 * sum(SENSORS.values())
+    assert built.sensor_dim.tolist() == list(SENSORS.values()) * 2
     data = mujoco.MjData(built)
     mujoco.mj_forward(built, data)
     left, right = np.split(data.sensordata, 2)

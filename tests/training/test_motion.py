@@ -1,9 +1,9 @@
 import numpy as np
 
 from spikeport.robot import state
+from spikeport.robot.foot_sensors import SENSORS
 from spikeport.robot.plant import Plant
 from spikeport.robot.walk_interface import observation
-from spikeport.training import model
 from spikeport.training.motion import FeetMotion, Motion
 
 
@@ -38,7 +38,7 @@ def test_the_level_frame_turns_about_the_vertical_alone():
 
 
 def test_feet_from_sensors():
-    sensors = np.zeros((1, 2, sum(model.SENSORS.values())))
+    sensors = np.zeros((1, 2, sum(SENSORS.values())))
     sensors[0, 0, [2, 5]] = 0.12, 0.055  # heights of left heel and toe
     sensors[0, 0, 6:9], sensors[0, 0, 9:12] = (1, 2, 3), (3, 2, 1)
     sensors[0, 1, [2, 5]] = 0.1, 0.1

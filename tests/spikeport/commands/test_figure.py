@@ -68,7 +68,7 @@ def test_the_walks_figures_are_sweeps(spikeport, asked, tmp_path):
         vary=["policy=mlp,spiking"],
         seeds=(3, 4, 5, 6, 7),
         seconds=40.0,
-        settings=["path=paper"],
+        settings=["path=loop"],
         out=Path(tmp_path),
         workers=Workers(),
         probes=True,
@@ -112,5 +112,15 @@ def test_an_unknown_figure_lists_those_there_are(spikeport):
     assert spikeport("figure", "dance") == (
         2,
         "",
-        "error: unknown figure 'dance'; there is: draw, reach, walk, walk-silenced, walk-sweep\n",
+        "error: unknown figure 'dance'; there is: 1, 2, 3, 4, 5a, 5b, 5c, 6, basal-ganglia, "
+        "draw, overview, reach, teaser, walk, walk-silenced, walk-sweep\n",
     )
+
+
+def test_the_papers_numbers_stand_for_the_names(spikeport, asked):
+    for figure_ in ("1", "teaser", "6", "basal-ganglia", "3", "reach", "5a", "walk"):
+        assert spikeport("figure", figure_).code == 0
+    assert asked[0] == asked[1] == asked[2] == asked[3]
+    assert asked[0].experiment == "switch"
+    assert asked[4] == asked[5]
+    assert asked[6] == asked[7]
