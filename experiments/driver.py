@@ -101,6 +101,7 @@ def prepare(trial: Trial[K, R]) -> Ready[K]:
         pipeline="" if analytic else options.pipeline,
         progress=options.progress,
         link=options.link,
+        cache=options.cache,
     )
     return Ready(closed, sim)
 
