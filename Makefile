@@ -21,8 +21,8 @@ APT      := timeout 300 apt-get -qq -o Acquire::Retries=0 -o Acquire::http::Time
 PARALLEL := -n auto --dist loadfile --no-loadscope-reorder
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-fast shadow nengo-suite rtl softcore referees debian fuzz check bench bless \
-	format clean
+.PHONY: help demo test test-fast shadow nengo-suite rtl softcore referees debian fuzz check docs bench \
+	bless bench-peers format clean
 
 help:  ## what can be made
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-11s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -120,9 +120,33 @@ check: $(STAMP)  ## lint and types only
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 
+docs: $(STAMP)  ## the site, examples carried out; writes build/site
+	$(BIN)/python -m sphinx -q -W --keep-going docs build/site
+
 bench: $(STAMP)  ## speed of the backends, side by side; writes benchmarks/results.json
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -W ignore benchmarks/speed.py
 	$(BIN)/python benchmarks/table.py
+
+# Each peer has an environment of its own, with the NumPy that it needs; nengo-loihi is in ours.
+PEERS := $(REFEREES)/peers
+PEER_brian2   := brian2==2.9.0 cython numpy==1.26.4
+PEER_nest     := nest-simulator==3.10.0 numpy
+PEER_snntorch := snntorch==1.0.0 torch==2.13.0 numpy
+PEER_nengo    := nengo==4.1.0 scipy
+PEER_sanafe   := $(SANAFE) numpy
+
+bench-peers: $(STAMP)  ## other simulators on the same spikes; writes benchmarks/peers.json and docs
+	@$(MAKE) --no-print-directory --keep-going \
+	  $(foreach peer,brian2 nest snntorch nengo sanafe,$(PEERS)/$(peer).txt) || \
+	  echo "bench-peers: not all can be had here; those that cannot are named in the table"
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -W ignore benchmarks/peers.py --into docs/performance.md
+
+$(PEERS)/%.txt:
+	@mkdir -p $(PEERS)
+	$(PYTHON) -m venv $(PEERS)/$*
+	$(PEERS)/$*/bin/python -m pip install --quiet --disable-pip-version-check $(PEER_$*) \
+	  > $(PEERS)/$*.log 2>&1 || { rm -rf $(PEERS)/$*; tail -n 1 $(PEERS)/$*.log; exit 1; }
+	@echo $(PEER_$*) > $@
 
 bless: $(STAMP)  ## write the golden texts of the compiler's passes anew
 	$(BIN)/python -m pytest tests/compile/test_golden.py --bless

@@ -1,7 +1,7 @@
 """The narrow protocol of everything an image runs on: an emulator, a board, a recording."""
 
-from collections.abc import Mapping
-from typing import Protocol
+from collections.abc import Callable, Mapping
+from typing import NamedTuple, Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
 
@@ -42,3 +42,35 @@ class Chip(Protocol):
 
     def close(self) -> None:
         """Free what the chip holds; it cannot step any more."""
+
+
+class Decoding(NamedTuple):
+    """Tables of how values are decoded from what all outputs of an image hold, end to end."""
+
+    start: np.ndarray
+    """Start of each value among the entries, (n_values + 1,); none where sums are too long."""
+    held: np.ndarray
+    """Number of each entry among the values that are held."""
+    weights: np.ndarray
+
+
+Joined: TypeAlias = Callable[[], tuple[list[np.ndarray], bool]]
+"""A step of a chip on its host's memory; it returns the outputs, and whether all are decoded."""
+
+
+@runtime_checkable
+class Joinable(Protocol):
+    """A chip that takes its host's spikes from memory and decodes its outputs, in one call."""
+
+    def join(self, sources: np.ndarray, decoding: Decoding, inbox: np.ndarray) -> Joined | None:
+        """Return such a step; None where the chip learns, and needs errors.
+
+        Parameters
+        ----------
+        sources : (n_inputs,) float array
+            The host's sources: those that are not 0 spike.
+        decoding : Decoding
+            How outputs are decoded.
+        inbox : (n_values,) float array
+            Where decoded values go.
+        """

@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
+from spikeport.backends.chip import Decoding
 from spikeport.backends.compiled import make_ready
+from spikeport.backends.native.kernel import decode
 from spikeport.backends.sampling import sampled
-from spikeport.backends.tape_kernel import decode
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.tables import flat, part
 
@@ -78,40 +79,43 @@ class Decoder:
         Length of the array.
     parts : list of slice
         The part of each output in it.
+    table : Decoding
+        How it is decoded in compiled code.
     """
 
     def __init__(self, image: ChipImage, numbers: Sequence[int]) -> None:
-        self._numbers = numbers
+        self._numbers = list(numbers)
         self._outputs = [Output(image, number) for number in numbers]
         ends = np.cumsum([0] + [output.size for output in self._outputs]).tolist()
         self.parts = [slice(a, b) for a, b in itertools.pairwise(ends)]
         self.size = ends[-1]
+        self.table = self._tabulate(image)
+        # Compiled here, for the first step not to wait for it.
+        make_ready(decode, np.zeros(0, dtype=np.int32), *self.table, np.zeros(0))
+
+    def _tabulate(self, image: ChipImage) -> Decoding:
         terms = [term for output in self._outputs for term in output.terms()]
-        reads = np.diff(image.outputs.start)[list(numbers)]
-        firsts = np.repeat(np.cumsum(reads) - reads, [output.size for output in self._outputs])
         # On/off pairs have two terms, of which one is nearly always zero; longer sums seldom are so
         # sparse, and trying them first would cost more than it saves.
-        self._sparse = all(len(entries) <= MAX_TERMS for entries, _ in terms)
-        self._start = np.cumsum([0] + [len(entries) for entries, _ in terms])
-        self._index = flat([first + e for first, (e, _) in zip(firsts, terms, strict=True)])
-        self._weights = flat([weights for _, weights in terms], float)
-        tables = self._start, self._index, self._weights
-        # Compiled here, for the first step not to wait for it.
-        make_ready(decode, np.zeros(0, dtype=np.int32), *tables, np.zeros(0))
+        if any(len(entries) > MAX_TERMS for entries, _ in terms):
+            terms = []
+        firsts = np.repeat(image.outputs.start[self._numbers], [o.size for o in self._outputs])
+        return Decoding(
+            start=np.cumsum([0] + [len(entries) for entries, _ in terms]),
+            held=flat([first + e for first, (e, _) in zip(firsts, terms, strict=False)]),
+            weights=flat([weights for _, weights in terms], float),
+        )
 
     def decode(self, held: Sequence[np.ndarray], values: np.ndarray) -> None:
         """Write the values of all outputs, from the values that every output of the image holds."""
         if not self._numbers:
             return
-        mine = [held[number] for number in self._numbers]
         # `decode` returns False where a sum had several terms, whose rounding depends on their
         # order.
-        if self._sparse and decode(
-            np.concatenate(mine), self._start, self._index, self._weights, values
-        ):
+        if len(self.table.start) > 1 and decode(np.concatenate(held), *self.table, values):
             return
-        for output, place, one in zip(self._outputs, self.parts, mine, strict=True):
-            values[place] = output.decode(one)
+        for output, place, number in zip(self._outputs, self.parts, self._numbers, strict=True):
+            values[place] = output.decode(held[number])
 
 
 class OutputRecording:

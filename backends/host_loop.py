@@ -9,7 +9,7 @@ import nengo
 import numpy as np
 from nengo.base import NengoObject
 
-from spikeport.backends.chip import Chip
+from spikeport.backends.chip import Chip, Joinable, Joined
 from spikeport.backends.decoding import Decoder, OutputRecording
 from spikeport.backends.host_program import HostProgram, host_program
 from spikeport.backends.tape import Flattener, PooledSignals
@@ -54,6 +54,13 @@ class HostLoop:
         first = offsets(image.inputs.size)
         self._events = [(first[i], one) for i, one in compilation.blocks.floats.events.items()]
         self._n_steps = 0
+        self._joined = self._join()
+
+    def _join(self) -> Joined | None:
+        """Return the chip's step on the host's memory; None where it has none for this network."""
+        if self._events or self._errors or not isinstance(self._chip, Joinable):
+            return None
+        return self._chip.join(self._sources, self._decoder.table, self._inbox)
 
     def _flatten(self, program: HostProgram) -> None:
         """Turn the host into functions, with a place in memory for all that crosses its edge."""
@@ -87,10 +94,20 @@ class HostLoop:
         if self._host.model.probes:
             self._host._probe()
         self._n_steps += 1
-        held = self._chip.step(self._spikes(), self._sum_errors())
-        self._decoder.decode(held, self._inbox)
+        held = self._exchange()
         for recording in self._recordings.values():
             recording.append(held)
+
+    def _exchange(self) -> list[np.ndarray]:
+        """Step the chip by what the host sends, decode what it holds, and return that."""
+        decoded = False
+        if self._joined is None:
+            held = self._chip.step(self._spikes(), self._sum_errors())
+        else:
+            held, decoded = self._joined()
+        if not decoded:
+            self._decoder.decode(held, self._inbox)
+        return held
 
     def _spikes(self) -> np.ndarray:
         """Return the sources that spike in this step, those of files once for each event."""

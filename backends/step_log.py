@@ -1,6 +1,6 @@
 """The counts of a run, step by step, in memory that does not grow with the number of steps."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -42,6 +42,10 @@ def counts_files(folder: Path) -> list[Path]:
     return sorted(folder.glob("counts-*.npz"))
 
 
+MESSAGES = "messages.npz"
+"""The file of a log's messages, which are counted over the whole run."""
+
+
 class MessageCounts(NamedTuple):
     """MessageCounts so far from core to core, (n_cores, n_cores), and from the host, (n_cores,)."""
 
@@ -54,7 +58,8 @@ class StepLog:
 
     With a folder, every `KEPT_STEPS` steps are written to ``counts-FIRST.npz`` before they are
     folded, and the rest when the log is closed: arrays of `PER_STEP`, each (n_steps, n_cores), and
-    ``host_spikes``, (n_steps,).
+    ``host_spikes``, (n_steps,). Closing writes `MESSAGES` too: ``between_cores`` and ``from_host``
+    as in `MessageCounts`, ``cores`` and ``dt_s``.
 
     Parameters
     ----------
@@ -110,15 +115,9 @@ class StepLog:
 
     def _write(self) -> None:
         """Write the steps that are kept, if somebody asked for them."""
-        folder = self._options.folder
-        if folder is None or not self._rows:
-            return
-        first = 0 if self._folded is None else self._folded.n_steps
-        with (
-            atomic_path(folder / f"counts-{first:012d}.npz") as temporary,
-            open(temporary, "wb") as file,
-        ):
-            np.savez_compressed(file, **self._table())  # type: ignore[arg-type]
+        if self._options.folder is not None and self._rows:
+            first = 0 if self._folded is None else self._folded.n_steps
+            _save(self._options.folder / f"counts-{first:012d}.npz", self._table())
 
     def _table(self) -> dict[str, np.ndarray]:
         """Return the counts that are kept by name, (n_kept, n_cores), and those of the host."""
@@ -141,5 +140,16 @@ class StepLog:
         )
 
     def close(self) -> None:
-        """Write the steps that are not yet written; the counts stay readable."""
+        """Write the steps that are not yet written, and the messages; the counts stay readable."""
         self._write()
+        folder, (between, from_host) = self._options.folder, self._messages()
+        if folder is not None and counts_files(folder):
+            cores, dt_s = np.array(self._cores), np.array(self._dt_s)
+            arrays = {"between_cores": between, "from_host": from_host}
+            _save(folder / MESSAGES, {**arrays, "cores": cores, "dt_s": dt_s})
+
+
+def _save(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
+    """Write arrays as an archive, whole or not at all."""
+    with atomic_path(path) as temporary, open(temporary, "wb") as file:
+        np.savez_compressed(file, **arrays)  # type: ignore[arg-type]

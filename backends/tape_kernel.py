@@ -59,28 +59,3 @@ def _lowpass(memory: np.ndarray, row: np.ndarray, a: float, b: float) -> None:
         kept += b * memory[x + i * dx]
         memory[state + i] = kept
         memory[y + i * dy] = kept if what == LOWPASS else memory[y + i * dy] + kept
-
-
-@compiled
-def decode(
-    held: np.ndarray,
-    start: np.ndarray,
-    index: np.ndarray,
-    weights: np.ndarray,
-    values: np.ndarray,
-) -> bool:
-    """Weigh held values: ``values[i]`` is the sum over entries ``start[i] : start[i + 1]``.
-
-    Return whether every sum had at most one term that is not zero. Only then is it rounded as any
-    matrix product would be, whatever its order and width.
-    """
-    exact = True
-    for i in range(len(values)):
-        total, terms = 0.0, 0
-        for k in range(start[i], start[i + 1]):
-            if held[index[k]] != 0:
-                total += held[index[k]] * weights[k]
-                terms += 1
-        values[i] = total
-        exact &= terms <= 1
-    return exact

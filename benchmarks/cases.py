@@ -54,4 +54,68 @@ def basal_ganglia() -> nengo.Network:
     return network
 
 
+def channel() -> nengo.Network:
+    """A communication channel of 1,000 neurons that learns by PES."""
+    with nengo.Network(seed=0) as network:
+        stimulus = nengo.Node(lambda t: [np.sin(5 * t), np.cos(3 * t)])
+        pre = nengo.Ensemble(1000, 2, label="pre")
+        post = nengo.Node(size_in=2)
+        error = nengo.Node(size_in=2)
+        nengo.Connection(stimulus, pre)
+        taught = nengo.Connection(
+            pre, post, function=lambda x: [0, 0], learning_rule_type=nengo.PES(1e-4)
+        )
+        nengo.Connection(post, error)
+        nengo.Connection(stimulus, error, transform=-1)
+        nengo.Connection(error, taught.learning_rule)
+        nengo.Probe(post, synapse=0.02)
+    return network
+
+
+def adaptive() -> nengo.Network:
+    """Adaptive control of a motor under a load: 1,000 neurons learn what a PD law leaves."""
+    motor = np.zeros(2)
+
+    def advance(t: float, torque: np.ndarray) -> np.ndarray:
+        load = 2 * np.sin(motor[0]) + 0.5
+        motor[1] += 0.001 * (torque[0] - load - 0.1 * motor[1])
+        motor[0] += 0.001 * motor[1]
+        return np.append(motor, np.sin(2 * t))
+
+    with nengo.Network(seed=0) as network:
+        plant = nengo.Node(advance, size_in=1, size_out=3)
+        law = nengo.Node(lambda _t, x: 20 * (x[2] - x[0]) - 5 * x[1], size_in=3, size_out=1)
+        adapts = nengo.Ensemble(1000, 2, radius=2, label="adapts")
+        correction = nengo.Node(size_in=1)
+        nengo.Connection(plant, law, synapse=None)
+        nengo.Connection(law, plant, synapse=0.001)
+        nengo.Connection(plant[:2], adapts)
+        taught = nengo.Connection(
+            adapts, correction, function=lambda _x: [0], learning_rule_type=nengo.PES(1e-4)
+        )
+        nengo.Connection(correction, plant, synapse=0.005)
+        nengo.Connection(law, taught.learning_rule, transform=-0.05)
+    return network
+
+
+def critic() -> nengo.Network:
+    """A critic of 500 neurons that learns values by temporal differences."""
+    with nengo.Network(seed=0) as network:
+        place = nengo.Node(lambda t: [np.cos(2 * t), np.sin(2 * t)])
+        reward = nengo.Node(lambda t: float(np.cos(2 * t) > 0.95))
+        state = nengo.Ensemble(500, 2, label="state")
+        value = nengo.Node(size_in=1)
+        difference = nengo.Node(size_in=1)
+        nengo.Connection(place, state)
+        taught = nengo.Connection(
+            state, value, function=lambda _x: [0], learning_rule_type=nengo.PES(1e-4)
+        )
+        nengo.Connection(reward, difference, transform=-1)
+        nengo.Connection(value, difference, transform=-0.9, synapse=0.005)
+        nengo.Connection(value, difference, synapse=0.05)
+        nengo.Connection(difference, taught.learning_rule)
+    return network
+
+
 NETWORKS = {make.__name__: make for make in (arm_like, layers, basal_ganglia)}
+LEARNING = {make.__name__: make for make in (channel, adaptive, critic)}

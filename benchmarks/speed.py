@@ -23,7 +23,7 @@ import nengo
 import nengo_loihi
 import numpy as np
 from cases import NETWORKS
-from timing import cpu_us, triad_bytes_per_s
+from timing import cpu_us, read_bytes_per_s
 
 import spikeport
 from spikeport.backends.chip import Chip
@@ -31,6 +31,7 @@ from spikeport.backends.native.chip import NativeChip
 from spikeport.backends.nengo_loihi import NengoLoihiChip
 from spikeport.compile import pipeline
 from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.deliveries import deliveries, row_lengths
 from spikeport.compile.pipeline import Compilation
 
 RESULTS = Path(__file__).parent / "results.json"
@@ -59,7 +60,7 @@ def measure(make: Callable[[], nengo.Network], rounds: int) -> dict[str, Any]:
             "extract_s": extract_s[0],
             "open_s": open_s,
             "chip_us": chips(image, native, rounds),
-            **traffic(native),
+            **traffic(native, image),
             "simulator_us": simulators(network, sim, rounds),
         }
 
@@ -89,22 +90,49 @@ def chips(image: ChipImage, native: NativeChip, rounds: int) -> dict[str, float]
 
 def stepper(chip: Chip, image: ChipImage) -> Callable[[], object]:
     """A step of a chip in which three in ten sources on the host spike."""
-    rng = np.random.RandomState(0)
-    n = int(image.inputs.size.sum())
-    steps = [np.flatnonzero(rng.rand(n) < 0.3) for _ in range(50)]
-    spikes = itertools.cycle(steps)
+    spikes = host_spikes(image)
     return lambda: chip.step(next(spikes), {})
 
 
-def traffic(chip: NativeChip) -> dict[str, float]:
-    """Spikes, synaptic events and bytes of weights in a step, on average."""
-    activity = chip.activity()
-    events = float(activity.synaptic_operations.sum(axis=1).mean())
+def host_spikes(image: ChipImage) -> Iterator[np.ndarray]:
+    """Yield the sources that spike in a step, again and again the same 50 steps."""
+    rng = np.random.RandomState(0)
+    steps = [np.flatnonzero(rng.rand(image.n_inputs) < 0.3) for _ in range(50)]
+    return itertools.cycle(steps)
+
+
+def traffic(chip: NativeChip, image: ChipImage) -> dict[str, float]:
+    """Spikes, synaptic events and bytes of distinct weights in a step, on average.
+
+    Beside them the bytes of all weights, and the bandwidth of reading so many.
+    """
+    activity, stored = chip.activity(), len(image.synapses.weight) * chip.bytes_per_weight
     return {
         "spikes": float(activity.spikes.sum(axis=1).mean()),
-        "synaptic_events": events,
-        "weight_bytes": events * chip.bytes_per_weight,
+        "synaptic_events": float(activity.synaptic_operations.sum(axis=1).mean()),
+        "distinct_bytes": distinct_weights(chip, image) * chip.bytes_per_weight,
+        "stored_bytes": stored,
+        "read_bytes_per_s": read_bytes_per_s(stored),
     }
+
+
+def distinct_weights(chip: NativeChip, image: ChipImage, n_steps: int = 20) -> float:
+    """Weights that a step reads, each once however many spikes read it, on average of some steps.
+
+    The host's spikes, too, arrive in the step after.
+    """
+    ways, of_row = deliveries(image), row_lengths(image)
+    row = ways.row * (1 + ways.atom.max(initial=0)) + ways.atom
+    n_sources = image.n_compartments + image.n_inputs
+    found = []
+    for sources in itertools.islice(host_spikes(image), n_steps):
+        chip.step(sources, {})
+        spiked = np.zeros(n_sources, dtype=bool)
+        spiked[: image.n_compartments] = chip.state.spiked
+        spiked[image.n_compartments + sources] = True
+        _, first = np.unique(row[spiked[ways.source]], return_index=True)
+        found.append(of_row[ways.row[spiked[ways.source]][first]].sum())
+    return float(np.mean(found))
 
 
 def simulators(
@@ -147,7 +175,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=7)
     parser.add_argument("--out", type=Path, default=RESULTS)
     arguments = parser.parse_args()
-    results: dict[str, Any] = {"machine": machine(), "triad_bytes_per_s": triad_bytes_per_s()}
+    results: dict[str, Any] = {"machine": machine()}
     chosen = arguments.network or NETWORKS
     results["networks"] = {name: measure(NETWORKS[name], arguments.rounds) for name in chosen}
     arguments.out.write_text(json.dumps(results, indent=2) + "\n", encoding="utf-8")

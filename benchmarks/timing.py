@@ -1,4 +1,4 @@
-"""CPU time, contestants in turn, and the memory bandwidth to compare with."""
+"""CPU time, contestants in turn, and the bandwidth of memory to compare with."""
 
 import statistics
 import time
@@ -10,6 +10,8 @@ from numba import njit
 WARM_UP = 50
 ROUND_S = 0.2
 MOST = 2000
+READ = 2**27
+"""Bytes that are read, at least, to find a bandwidth."""
 
 
 def cpu_us(steps: Mapping[str, Callable[[], object]], rounds: int) -> dict[str, float]:
@@ -38,17 +40,25 @@ def _seconds(step: Callable[[], object], n: int) -> float:
     return time.process_time() - begin
 
 
-def triad_bytes_per_s(n: int = 2**24, rounds: int = 9) -> float:
-    """Memory bandwidth: a = b + 3 c on arrays of n float64; 24 bytes an element, the best round.
+def read_bytes_per_s(n_bytes: int, rounds: int = 9) -> float:
+    """Bandwidth of reading so many bytes again and again, from the level of memory that holds them.
 
-    Source: J. D. McCalpin's STREAM, whose counting this is.
+    Eight bytes are added at a time, in order; the best round.
     """
-    a, b, c = np.zeros((3, n))
-    _triad(a, b, c)
-    return 24 * n / min(_seconds(lambda: _triad(a, b, c), 1) for _ in range(rounds))
+    values = np.zeros(max(n_bytes // 8, 1), dtype=np.int64)
+    times = -(-READ // values.nbytes)
+    _read(values, 1)
+    return (
+        times
+        * values.nbytes
+        / min(_seconds(lambda: _read(values, times), 1) for _ in range(rounds))
+    )
 
 
 @njit
-def _triad(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> None:
-    for i in range(len(a)):
-        a[i] = b[i] + 3.0 * c[i]
+def _read(values: np.ndarray, times: int) -> int:
+    total = 0
+    for k in range(times):
+        for i in range(len(values)):
+            total += values[i] ^ k  # k: else LLVM would read once
+    return total

@@ -12,8 +12,15 @@ from nengo.exceptions import SimulationError
 from spikeport.constants import DT_S
 from spikeport.errors import BoardLostError, DivergedError, RobotLostError
 from spikeport.experiments import run_folder
+from spikeport.experiments.costs import Amounts, by_unit
 from spikeport.experiments.options import Options, Outcome
-from spikeport.experiments.pictures import Scenes, check_video, draw_scenes, write_video
+from spikeport.experiments.pictures import (
+    Scenes,
+    check_video,
+    draw_scenes,
+    with_poses,
+    write_video,
+)
 from spikeport.experiments.run_folder import Result
 from spikeport.experiments.trial import Closed, Rig, Trial
 from spikeport.robot.plant import Plant
@@ -68,10 +75,10 @@ def run(trial: Trial[K, R], folder: Path) -> Outcome:
         except RobotLostError as error:
             path = run_folder.write_last_states(folder, rig.plant.history())
             raise RobotLostError(f"{error}; its last states are in {path}") from None
-    outcome = _outcome(trial, sim, rig.plant, trial.metrics(done))
+    found = outcome(trial, ready, done)
     options.progress("writing", None)
-    _write(trial, rig, done, outcome.result, sim, folder)
-    return outcome
+    _write(trial, rig, done, found.result, sim, folder)
+    return found
 
 
 def damp(plant: Plant) -> None:
@@ -99,6 +106,7 @@ def prepare(trial: Trial[K, R]) -> Ready[K]:
         dt=DT_S,
         seed=options.seed,
         pipeline="" if analytic else options.pipeline,
+        counts=options.counts,
         progress=options.progress,
         link=options.link,
     )
@@ -134,10 +142,9 @@ def _simulate(sim: Simulator, rig: Rig, options: Options) -> float:
     return time.perf_counter() - start
 
 
-def _outcome(
-    trial: Trial[K, R], sim: Simulator, plant: Plant, metrics: dict[str, object]
-) -> Outcome:
-    settings, options = trial.settings, trial.options
+def outcome(trial: Trial[K, R], ready: Ready[K], done: R) -> Outcome:
+    """Return the figures of a trial that was run."""
+    settings, options, sim = trial.settings, trial.options, ready.sim
     result = {
         "command": list(options.command),
         "experiment": trial.name,
@@ -145,14 +152,22 @@ def _outcome(
         "seconds": options.seconds,
         "seeds": {"run": options.seed, "network": settings.network_seed},
         "settings": dataclasses.asdict(settings),
-        "metrics": metrics,
+        "metrics": trial.metrics(done),
         "activity": sim.activity.totals(),
         "link": sim.link,
-        "robot": plant.link,
+        "robot": ready.closed.rig.plant.link,
         **on_chip(sim),
+        "energy_by_unit": _by_unit(sim, {"second": sim.time, **trial.amounts(done)}),
     }
     report = None if sim.compilation is None else sim.compilation.report
     return Outcome(result, report, sim.activity)
+
+
+def _by_unit(sim: Simulator, amounts: Amounts) -> dict[str, Any] | None:
+    """Return the energy by unit of what the robot did; None without a chip."""
+    if sim.compilation is None:
+        return None
+    return by_unit(sim.activity, sim.compilation.report.chip, amounts)
 
 
 def on_chip(sim: Simulator) -> dict[str, object]:
@@ -207,7 +222,7 @@ def _write(
     scenes: Scenes = trial.scenes(done)
     pictures = draw_scenes(rig.film, scenes)
     run_folder.clear(folder)
-    run_folder.write_probes(folder, trial.probes(done))
+    run_folder.write_probes(folder, with_poses(trial.probes(done), rig.film))
     figure = trial.figure(done, pictures, result)
     if result["link"] is not None:
         figure.text(0.995, 0.003, link_line(result["link"]), ha="right", va="bottom", size=6)
@@ -220,4 +235,5 @@ def _write(
         run_folder.add_last_states(folder, rig.plant.history())
     if trial.options.video:
         write_video(folder, rig.film, scenes)
+    run_folder.add_counts(folder, trial.options.counts)
     run_folder.write_result(folder, result)

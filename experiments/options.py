@@ -39,6 +39,8 @@ class Options:
         Keeps calibrations and rehearsals from run to run; by default nothing is kept.
     robot : RobotOptions or None
         The robot at the end of Unitree's interface; None for a plant in this process.
+    counts : Path or None
+        A folder for the counts of every step and core.
     progress : callable
         See `spikeport.progress.Progress`.
     command : tuple of str
@@ -54,6 +56,7 @@ class Options:
     link: LinkOptions = OWN_STUB
     cache: Cache = field(default=NOTHING, compare=False)
     robot: "RobotOptions | None" = None
+    counts: Path | None = field(default=None, compare=False)
     progress: Progress = field(default=silent, compare=False)
     command: tuple[str, ...] = ()
 
@@ -91,6 +94,8 @@ class Experiment:
         Simulated time where none is asked for, and the least that it can simulate.
     pipeline : str or None
         The passes of its compile where none are asked for; None for the chip's.
+    of_run : tuple of str
+        Settings that decide what a run does, and nothing of the network, as its seed does.
     """
 
     summary: str
@@ -100,6 +105,7 @@ class Experiment:
     seconds: float
     shortest_s: float
     pipeline: str | None = None
+    of_run: tuple[str, ...] = ()
 
     @property
     def name(self) -> str:

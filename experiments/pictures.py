@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import mujoco
 import numpy as np
+import xarray as xr
 from matplotlib.axes import Axes
 from PIL import Image, ImageDraw, ImageFont
 
@@ -55,6 +56,13 @@ class Film(Port):
     def drive(self, _values: np.ndarray) -> None:
         """Keep the pose."""
         self.poses.append(self.plant.data.qpos.copy())
+
+
+def with_poses(series: xr.Dataset, film: Film) -> xr.Dataset:
+    """Return time series with the robot's poses, MuJoCo's ``qpos``, one for each of ``time``."""
+    text = "the robot's pose, MuJoCo's qpos, at the beginning of the step"
+    poses = ("time", "coordinate"), np.array(film.poses), {"units": "m, 1, rad", "long_name": text}
+    return series.assign(qpos=poses)
 
 
 class Caption(NamedTuple):

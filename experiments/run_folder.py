@@ -7,6 +7,8 @@ that did not finish.
 import contextlib
 import os
 import platform
+import shutil
+import tempfile
 from collections.abc import Iterator, Mapping
 from datetime import datetime
 from importlib import metadata
@@ -30,8 +32,10 @@ Result = dict[str, Any]
 RESULT_SCHEMA = 1
 FILES = (
     *("result.json", "probes.nc", "figure.png", "report.json", "report.html"),
-    *("video.mp4", "last_states.npz"),
+    *("video.mp4", "last_states.npz", "view.html"),
 )
+COUNTS = "counts"
+"""The folder in a run's for the counts of every step, see `spikeport.backends.step_log.StepLog`."""
 PACKAGES = ("spikeport", "numpy", "scipy", "nengo", "nengo-loihi", "mujoco")
 
 
@@ -67,7 +71,7 @@ def _check_free(folder: Path, overwrite: bool) -> None:
     if not os.access(folder, os.W_OK | os.X_OK):
         raise UsageError(f"{folder}: cannot be written to; choose another --out")
     held = {path.name for path in folder.iterdir() if not is_leftover(path)}
-    if held - set(FILES):
+    if held - {*FILES, COUNTS}:
         raise UsageError(f"{folder}: holds more than a run; choose another --out")
     if held and not overwrite:
         raise UsageError(f"{folder}: holds a run; choose another --out, or give --overwrite")
@@ -77,6 +81,23 @@ def clear(folder: Path) -> None:
     """Remove an earlier run, its result first: what is half removed does not read as whole."""
     for path in [*(folder / name for name in FILES), *filter(is_leftover, folder.glob("*"))]:
         path.unlink(missing_ok=True)
+    shutil.rmtree(folder / COUNTS, ignore_errors=True)
+
+
+@contextlib.contextmanager
+def counting(asked: bool) -> Iterator[Path | None]:
+    """Make a folder for the counts of a run under way, if they are asked for."""
+    if not asked:
+        yield None
+        return
+    with tempfile.TemporaryDirectory(prefix="spikeport-counts-") as folder:
+        yield Path(folder)
+
+
+def add_counts(folder: Path, counted: Path | None) -> None:
+    """Copy the counts of a run into its folder, if there are any."""
+    if counted is not None and any(counted.iterdir()):
+        shutil.copytree(counted, folder / COUNTS)
 
 
 def _remove_if_empty(folder: Path) -> None:

@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import partial
 from typing import Any, ClassVar, Generic, Protocol, TypeVar
 
@@ -20,6 +20,8 @@ from spikeport.experiments.run_folder import Result
 from spikeport.robot.link.connection import connect
 from spikeport.robot.link.motion import EstimatedMotion
 from spikeport.robot.link.plant import LinkedPlant
+from spikeport.robot.perturbation import NONE, Perturbation
+from spikeport.robot.perturbed_plant import PerturbedPlant
 from spikeport.robot.plant import Plant
 from spikeport.simulator import Simulator
 
@@ -114,17 +116,44 @@ class Trial(ABC, Generic[K, R]):
         """Refit decoders to what the neurons do where they run; raises UsageError if it cannot."""
         raise UsageError(f"experiment '{self.name}' has no decoders to calibrate")
 
+    @property
+    def perturbation(self) -> Perturbation:
+        """The robot's perturbation; an experiment without such settings has none."""
+        return NONE
+
     def plant(self) -> Plant:
-        """Return the robot; raises UsageError for an unknown appearance."""
+        """Return the robot.
+
+        Raises
+        ------
+        UsageError
+            For an unknown appearance, or a robot behind an interface that is to be perturbed.
+        """
         asked, appearance = self.options.robot, self.settings.appearance
-        if asked is None:
+        if asked is None and self.perturbation == NONE:
             return Plant(anchored=self.anchored, appearance=appearance)
+        if asked is None:
+            return PerturbedPlant(self.perturbation, anchored=self.anchored, appearance=appearance)
+        self._refuse_perturbation()
         return LinkedPlant(
             partial(connect, asked),
             partial(EstimatedMotion, asked.estimates),
             anchored=self.anchored,
             appearance=appearance,
         )
+
+    def _refuse_perturbation(self) -> None:
+        asked = [
+            f"{one.name}={getattr(self.perturbation, one.name)}"
+            for one in fields(NONE)
+            if getattr(self.perturbation, one.name) != one.default
+        ]
+        if asked:
+            raise UsageError(
+                f"{', '.join(asked)}: perturbs the simulation in this process, and not a robot "
+                "behind its interface; cure: leave out --robot, which has --robot-fault and "
+                "--estimator of its own"
+            )
 
     @abstractmethod
     def close(self, plant: Plant) -> Closed[K]:
@@ -153,6 +182,10 @@ class Trial(ABC, Generic[K, R]):
     @abstractmethod
     def metrics(self, run: R) -> dict[str, object]:
         """Return the figures of a run."""
+
+    def amounts(self, run: R) -> Mapping[str, float]:
+        """Return how much the robot did, by unit, other than seconds."""
+        return {}
 
     @abstractmethod
     def probes(self, run: R) -> xr.Dataset:

@@ -80,6 +80,12 @@ class TimingReport:
     missing: tuple[str, ...]
     not_modelled: tuple[str, ...] = NOT_MODELLED
 
+    @property
+    def against_dt(self) -> str:
+        """The longest step against dt: within it only where the upper bound is."""
+        fits = "within" if self.fits_at_high else "not shown to be within"
+        return f"{fits if self.fits else 'longer than'} dt = {1000 * self.dt_s:g} ms"
+
     def to_dict(self) -> dict[str, object]:
         """Plain data, ready for JSON."""
         return asdict(self) | {

@@ -106,8 +106,34 @@ def _kinds(options: SelectionOptions) -> dict[str, Rectified]:
         "gpe": Rectified(w.ee, w.me, 1.0, size, rates),
         "gpi": Rectified(w.eg, w.mg, 0.1, size, rates),
         "thalamus": Rectified(-1.0, 1 / 0.6, -0.3, size, rates),
-        "gate": Rectified(-0.3, 1 / 0.3, 0.0, options.gate_neurons, GATE_RATES, switches=True),
+        "gate": _gate(options),
     }
+
+
+def _gate(options: SelectionOptions) -> Rectified:
+    return Rectified(-0.3, 1 / 0.3, 0.0, options.gate_neurons, GATE_RATES, switches=True)
+
+
+def gate_neurons(
+    n_actions: int, options: SelectionOptions, seed: int
+) -> tuple[nengo.Ensemble, list[ObjView]]:
+    """Make neurons that fire for every action whose negative value comes in above -0.3.
+
+    Returns
+    -------
+    gates : nengo.Ensemble
+        All of them, which take a value for each action.
+    neurons : list of ObjView
+        Those of each action, to silence what is wired to them.
+    """
+    kind = _gate(options)
+    gates = kind.ensemble(n_actions, 1.0, np.random.RandomState(seed), "gate")
+    return gates, _by_action(gates, kind, n_actions)
+
+
+def _by_action(ensemble: nengo.Ensemble, kind: Rectified, n_actions: int) -> list[ObjView]:
+    neurons, size = ensemble.neurons, kind.n_neurons
+    return [neurons[i * size : (i + 1) * size] for i in range(n_actions)]
 
 
 def _input_weights(options: SelectionOptions) -> dict[str, float]:
@@ -136,11 +162,10 @@ class _Builder:
         self.ensembles = {
             name: kind.ensemble(n_actions, radius, rng, name) for name, kind in self.kinds.items()
         }
-        net.nuclei = {name: self._populations(name) for name in self.kinds}
-
-    def _populations(self, name: str) -> list[ObjView]:
-        neurons, size = self.ensembles[name].neurons, self.kinds[name].n_neurons
-        return [neurons[i * size : (i + 1) * size] for i in range(self.n_actions)]
+        net.nuclei = {
+            name: _by_action(self.ensembles[name], kind, n_actions)
+            for name, kind in self.kinds.items()
+        }
 
     def inputs(self) -> None:
         """Spread the utilities to the input stage."""

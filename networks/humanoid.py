@@ -28,6 +28,7 @@ from spikeport.networks.gating import gate
 from spikeport.networks.path_follower import FollowerNetwork
 from spikeport.networks.policy import Layer, PolicyNetwork
 from spikeport.networks.solvers import Tied
+from spikeport.networks.spa_selection import spa_action_selection
 
 ACTIONS = ("walk", "draw")
 BIAS_NEURONS = 8
@@ -44,7 +45,8 @@ class HumanoidOptions:
     """The choice of gated outputs, and the time constants of gates and of the bias in seconds.
 
     ``tau_walk`` is the filter of the policy's gates, ``tau_arm`` that of the arm's: those of the
-    layers they silence (an ensemble on the chip has one).
+    layers they silence (an ensemble on the chip has one). ``spa`` selects by nengo_spa's own basal
+    ganglia, in float Nengo, in place of those with ``selection``.
     """
 
     balances: bool = False
@@ -52,6 +54,7 @@ class HumanoidOptions:
     tau_arm: float = 0.005
     tau_bias: float = 0.005
     selection: SelectionOptions = OF_TWO
+    spa: bool = False
 
 
 class HumanoidNetwork(nengo.Network):
@@ -106,7 +109,10 @@ def humanoid(
         net.arm, net.follower, net.policy = arm, follower, policy
         for part in (arm, follower, policy):
             net.add(part)
-        net.selection = action_selection(len(ACTIONS), options.selection, seed)
+        if options.spa:
+            net.selection = spa_action_selection(len(ACTIONS), seed)
+        else:
+            net.selection = action_selection(len(ACTIONS), options.selection, seed)
         constant = _constant(bias, policy.action, options.tau_bias)
         walk, draw = net.selection.nuclei["gate"]
         gate(draw, [e for group in arm.groups.values() for e in group], synapse=options.tau_arm)

@@ -3,7 +3,7 @@
 Neurons that nothing excites before that moment, and that fire in every step after it, close a gate
 (`spikeport.networks.gating`) on the ensembles that were drawn.
 
-Source: paper, sec. 4.2 and Fig. 6c.
+Source: paper, sec. 4.2 and Fig. 5c.
 """
 
 import nengo

@@ -66,7 +66,12 @@ _APPEARANCES = {"primitive": lambda spec: None, "menagerie": menagerie.dress}
 
 
 def load(appearance: str = "primitive") -> mujoco.MjModel:
-    """Compile the model of the robot on a floor.
+    """Compile the model of the robot on a floor; see `specified`."""
+    return specified(appearance).compile()
+
+
+def specified(appearance: str = "primitive") -> mujoco.MjSpec:
+    """Return the model of the robot on a floor, to be compiled.
 
     Masses, joints, contacts and actuators are the same under every appearance.
 
@@ -87,4 +92,4 @@ def load(appearance: str = "primitive") -> mujoco.MjModel:
         raise unknown("appearance", appearance, _APPEARANCES)
     spec = mujoco.MjSpec.from_file(str(MODEL_PATH))
     _APPEARANCES[appearance](spec)
-    return spec.compile()
+    return spec

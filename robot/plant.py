@@ -12,7 +12,7 @@ from spikeport.robot.description import DEFAULT_POSE, GAINS, JOINTS, load
 from spikeport.robot.divergence import Watch
 from spikeport.robot.engine import mujoco
 from spikeport.robot.history import History
-from spikeport.robot.state import RobotState, read
+from spikeport.robot.state import PELVIS, RobotState, read
 
 DAMPING_KD = 8.0
 """In N m s/rad. Source: unitree_rl_gym, the damping command of its deployment."""
@@ -38,9 +38,11 @@ class Plant:
     """
 
     joints = JOINTS
+    _gain_scale = 1.0
+    """Of all gains that joints are driven with."""
 
     def __init__(self, *, anchored: bool = False, appearance: str = "primitive") -> None:
-        self.model = load(appearance)
+        self.model = self._compiled(appearance)
         self.data = mujoco.MjData(self.model)
         self._anchored_at_reset = anchored
         self._watch = Watch(self.model)
@@ -51,6 +53,9 @@ class Plant:
         self._hands = {side: self.model.site(f"{side}_hand").id for side in ("left", "right")}
         self._weakest, self._strongest = self.model.actuator_forcerange.T.copy()
         self.reset(0)
+
+    def _compiled(self, appearance: str) -> mujoco.MjModel:
+        return load(appearance)
 
     @property
     def dt_s(self) -> float:
@@ -64,8 +69,25 @@ class Plant:
 
     @property
     def state(self) -> RobotState:
-        """The present motion of the robot."""
+        """The present motion of the robot, as its controllers know it."""
         return read(self.data)
+
+    @property
+    def in_plane(self) -> np.ndarray:
+        """Heading in rad, place in m and velocity in m/s, (5,), as controllers know it."""
+        return self.true_in_plane
+
+    @property
+    def true_in_plane(self) -> np.ndarray:
+        """Heading in rad, place in m and velocity in m/s, (5,), in the world."""
+        pelvis, data = self.data.xmat[PELVIS], self.data
+        heading_rad = np.arctan2(pelvis[3], pelvis[0])
+        return np.array((heading_rad, *data.qpos[:2].tolist(), *data.qvel[:2].tolist()))
+
+    @property
+    def height_m(self) -> float:
+        """Height of the pelvis above the floor beneath it."""
+        return float(self.data.qpos[2]) - self._floor_m(self.data.qpos)
 
     @property
     def anchored(self) -> bool:
@@ -107,7 +129,7 @@ class Plant:
             self.data.joint("torso").qpos = 0.0
             self.anchor()
         else:
-            self.data.qpos[2] -= self._lowest_sole_m()
+            self.data.qpos[2] -= self.lowest_sole_m()
             self.release()
         self.hold(JOINTS, pose)
         self._history.clear()
@@ -167,7 +189,8 @@ class Plant:
             kp = [GAINS[j].kp for j in joints] if kp is None else kp
             kd = [GAINS[j].kd for j in joints] if kd is None else kd
             kps, kds = actuators.values("kp", kp, joints), actuators.values("kd", kd, joints)
-            actuators.set_position_mode(self.model, index, kps, kds)
+            scale = self._gain_scale
+            actuators.set_position_mode(self.model, index, scale * kps, scale * kds)
         self.data.ctrl[index] = targets
 
     def damp(self) -> None:
@@ -246,11 +269,16 @@ class Plant:
         self.data.eq_active[[self._weld, self._lock]] = anchored
         mujoco.mj_forward(self.model, self.data)
 
-    def _lowest_sole_m(self) -> float:
+    def lowest_sole_m(self) -> float:
         """Height of the lowest point of the feet: each contact shape is a segment with a radius."""
         mujoco.mj_kinematics(self.model, self.data)
         heights = []
         for name in _FEET:
             size, placed = self.model.geom(name).size, self.data.geom(name)
-            heights.append(placed.xpos[2] - size[0] - size[1] * abs(placed.xmat[8]))
+            floor_m = self._floor_m(placed.xpos)
+            heights.append(placed.xpos[2] - floor_m - size[0] - size[1] * abs(placed.xmat[8]))
         return float(min(heights))
+
+    def _floor_m(self, place: np.ndarray) -> float:
+        """Height of the floor beneath a place (3,) of the world."""
+        return 0.0

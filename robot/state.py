@@ -51,3 +51,12 @@ def read(data: mujoco.MjData) -> RobotState:
         q=qpos[7:],
         dq=qvel[6:],
     )
+
+
+def in_plane(state: RobotState) -> np.ndarray:
+    """Return heading in rad, place in m and velocity in m/s in the world's plane, (5,)."""
+    rotation = np.empty(9)
+    mujoco.mju_quat2Mat(rotation, state.base_quaternion)
+    velocity = rotation.reshape(3, 3) @ state.base_linear_velocity
+    heading = np.arctan2(rotation[3], rotation[0])
+    return np.array((heading, *state.base_position[:2], *velocity[:2]))

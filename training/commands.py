@@ -15,8 +15,8 @@ class CommandRange:
     ``standing`` and ``turning`` are the shares of commands that ask to stand, and to turn in
     place; ``heading`` is the share of the others that asks for a direction, which is turned to
     with wz = ``heading_gain`` * (direction - heading), limited to +- ``wz_rad_s``. Commands change
-    no faster than ``change_per_s`` (m/s^2, m/s^2, rad/s^2); infinite ones jump. Who is asked for no
-    more than ``still`` need not step.
+    no faster than `COMMAND_CHANGE_PER_S`, but for a share of ``jumping`` that is there at once. Who
+    is asked for no more than ``still`` need not step.
     """
 
     vx_m_s: tuple[float, float] = (0.0, 1.0)
@@ -25,9 +25,9 @@ class CommandRange:
     turning: float = 0.0
     heading: float = 0.5
     heading_gain: float = 1.0
+    jumping: float = 0.0
     still: float = 0.1
     seconds: tuple[float, float] = (3.0, 8.0)
-    change_per_s: tuple[float, ...] = tuple(COMMAND_CHANGE_PER_S.tolist())
 
 
 class Commands:
@@ -48,7 +48,7 @@ class Commands:
         self.wanted, self.value = np.zeros((2, n, 3))
         self.age_s = np.zeros(n)
         self._left_s = np.zeros(n)
-        self._follows_heading = np.zeros(n, bool)
+        self._follows_heading, self._jumps = np.zeros((2, n), bool)
         self._direction_rad = np.zeros(n)
         self.draw(np.ones(n, bool))
 
@@ -74,6 +74,7 @@ class Commands:
         self.wanted[which] = np.stack((vx, np.zeros(k), wz), axis=1)
         self._follows_heading[which] = (rng.random(k) < r.heading) & ~stands & ~turns
         self._direction_rad[which] = rng.uniform(-np.pi, np.pi, k)
+        self._jumps[which] = rng.random(k) < r.jumping
         self._left_s[which] = rng.uniform(*r.seconds, k)
         self.age_s[which] = 0.0
 
@@ -86,5 +87,6 @@ class Commands:
         error = (self._direction_rad - heading_rad + np.pi) % (2 * np.pi) - np.pi
         wz = np.clip(r.heading_gain * error, -r.wz_rad_s, r.wz_rad_s)
         self.wanted[turning, 2] = wz[turning]
-        most = CONTROL_DT_S * np.array(r.change_per_s)
+        per_s = np.where(self._jumps[:, None], np.inf, COMMAND_CHANGE_PER_S)
+        most = CONTROL_DT_S * per_s
         self.value += np.clip(self.wanted - self.value, -most, most)

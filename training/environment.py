@@ -24,9 +24,11 @@ from spikeport.training import observation
 from spikeport.training.busy_arms import BusyArms
 from spikeport.training.commands import CommandRange, Commands
 from spikeport.training.gait import Gait
-from spikeport.training.motion import FeetMotion, Motion
+from spikeport.training.motion import FeetMotion, Motion, in_frame, rotations
 from spikeport.training.randomisation import SUBSTEPS, Bodies, Randomisation
 from spikeport.training.rewards import RewardSettings, Step, Weights, reward
+from spikeport.training.terrain import Ground, Planes
+from spikeport.training.velocity_belief import VelocityBelief
 
 EPISODE_STEPS = 1000
 START_HEIGHT_M = 1.04
@@ -75,6 +77,9 @@ class WalkEnvironment:
         nominal = models.build_model()
         self._bodies = Bodies(nominal)
         self._models = [copy.copy(nominal) for _ in range(n)]
+        self._ground = Ground(n, self._rng)
+        left, right = (nominal.geom(plane).id for plane in models.PLANES)
+        self._planes = Planes(self._models, (left, right))
         self._data = [mujoco.MjData(nominal) for _ in range(threads)]
         self._rollout = Rollout(nthread=threads)
         self._start = _start_state(nominal)
@@ -82,20 +87,22 @@ class WalkEnvironment:
         self._out = {name: np.empty((n, SUBSTEPS, size)) for name, size in sizes.items()}
         self._limit_nm = nominal.actuator_forcerange[:, 1]
         self.states = np.tile(self._start, (n, 1))
+        self._recent = np.tile(self._start, (n, SUBSTEPS + 1, 1))
         self._targets = np.tile(POSE_RAD, (n, 1))
         newest, last, oldest = np.zeros((3, n, ACTION_SIZE))
         self.actions = (newest, last, oldest)
-        self.delay = np.zeros(n, int)
+        self.delay, self.observation_delay = np.zeros((2, n), int)
         self.joint_offset = np.zeros((n, ACTION_SIZE))
         self.velocity, self.yaw_rate, self.drift = np.zeros((n, 2)), np.zeros(n), np.zeros((n, 3))
         self.age = np.zeros(n, int)
         self.gait = Gait(n)
         self.commands = Commands(n, task.commands, self._rng)
         self._arms = BusyArms(n, task.randomisation.busy_arms, self._rng)
-        self._reset(np.ones(n, bool))
-        still = (np.zeros(size) for size in ((n, 2), (n, 2), (n, 2, 3)))
+        self.belief = VelocityBelief(n, task.randomisation.estimator, self._rng)
+        still = (np.zeros((n, 2, *size)) for size in ((), (2, 3), (2, 3), (2,)))
         self.feet = FeetMotion(np.zeros((n, 2), bool), *still)
-        self.motion = Motion.from_states(*self._split())
+        self._reset(np.ones(n, bool))
+        self._see()
 
     def close(self) -> None:
         """End the threads of the physics."""
@@ -115,15 +122,15 @@ class WalkEnvironment:
 
     def step(self, action: np.ndarray) -> StepOutcome:
         """Act for one control step, ``action (n, 19)``."""
-        before = self.motion.dq
+        dq_before, feet_before = self.motion.dq, self.feet
         diverged = self._advance(np.array(action, dtype=float))
-        self.motion = Motion.from_states(*self._split())
+        self._see()
         self.gait.update(self.feet.contact)
         self._smooth()
         self.age += 1
-        fallen = diverged | (self.motion.height_m < LOWEST_PELVIS_M)
+        fallen = diverged | (self.pelvis_m < LOWEST_PELVIS_M)
         fallen |= -self.motion.gravity[:, 2] < LARGEST_TILT
-        terms = reward(self._reward_step(before, fallen), self.task.weights)
+        terms = reward(self._reward_step(dq_before, feet_before, fallen), self.task.weights)
         timed_out = ~fallen & (self.age >= EPISODE_STEPS)
         self._begin_next(fallen | timed_out)
         return StepOutcome(np.sum(list(terms.values()), axis=0), fallen, timed_out, terms)
@@ -147,10 +154,34 @@ class WalkEnvironment:
             **self._out,
         )
         diverged: Flags = ~np.isfinite(states[:, -1]).all(axis=1)
-        self.states = np.where(diverged[:, None], self._start, states[:, -1])
-        self.feet = FeetMotion.from_sensors(np.nan_to_num(sensors[:, -1]))
+        self._recent[:, 0] = self.states
+        self._recent[:, 1:] = np.where(diverged[:, None, None], self._start, states)
+        self.states = self._recent[:, -1].copy()
+        self.feet = FeetMotion.from_sensors(np.nan_to_num(sensors[:, -1]), self._ground.height_m)
+        self._lay_planes()
         self._targets = targets
         return diverged
+
+    def _lay_planes(self) -> None:
+        """Lay planes through the ground below heel and toe of the feet that are above it."""
+        feet = self.feet
+        below = feet.points.copy()
+        below[..., 2] = feet.ground_m
+        along = below[:, :, 1] - below[:, :, 0]
+        along /= np.linalg.norm(along, axis=-1, keepdims=True)
+        self._planes.lay(~feet.contact & (feet.height_m > 0), below[:, :, 0], along)
+
+    def _see(self) -> None:
+        """Take up the motion, as it is and as it is observed."""
+        self.motion = Motion.from_states(*self._split())
+        self.ground_m = self._ground.height_m(self.states[:, None, 1:3])[:, 0]
+        late = self._recent[np.arange(self.n), SUBSTEPS - self.observation_delay]
+        self.observed = Motion.from_states(late[:, 1:27], late[:, 27:])
+
+    @property
+    def pelvis_m(self) -> Floats:
+        """Height of the pelvis above the ground below it, ``(n,)``, m."""
+        return np.asarray(self.motion.height_m - self.ground_m)
 
     def _smooth(self) -> None:
         motion = self.motion
@@ -158,13 +189,17 @@ class WalkEnvironment:
         self.yaw_rate += YAW_RATE_SMOOTHING * (motion.yaw_rate - self.yaw_rate)
         speed = np.column_stack((motion.level_velocity[:, :2], motion.yaw_rate))
         self.drift += DRIFT_SMOOTHING * (self.commands.value - speed - self.drift)
+        slip = in_frame(rotations(self.states[:, 4:8]), self.feet.lowest_velocity)
+        self.belief.update(motion.velocity, slip)
 
-    def _reward_step(self, dq_before: Floats, fallen: Flags) -> Step:
+    def _reward_step(self, dq_before: Floats, feet_before: FeetMotion, fallen: Flags) -> Step:
         motion = self.motion
         torque = models.KP * (self._targets - motion.q) - models.KD * motion.dq
         return Step(
             motion=motion,
             feet=self.feet,
+            feet_before=feet_before,
+            pelvis_m=self.pelvis_m,
             gait=self.gait,
             command=self.commands.value,
             moving=self.commands.moving,
@@ -183,7 +218,8 @@ class WalkEnvironment:
         self._push()
         if done.any():
             self._reset(done)
-        self.motion = Motion.from_states(*self._split())
+        self._recent[:, -1] = self.states
+        self._see()
 
     def _push(self) -> None:
         ranges, rng = self.task.randomisation, self._rng
@@ -195,12 +231,16 @@ class WalkEnvironment:
         ranges, rng, k = self.task.randomisation, self._rng, int(np.count_nonzero(which))
         for index in np.flatnonzero(which):
             self._bodies.draw(self._models[index], ranges, rng)
-        low, high = ranges.delay_steps
-        self.delay[which] = rng.integers(low, high + 1, k)
+        self.delay[which] = rng.integers(*ranges.delay_steps, k, endpoint=True)
+        late = ranges.observation_delay_steps
+        self.observation_delay[which] = rng.integers(*late, k, endpoint=True)
         self.joint_offset[which] = ranges.joint_offset_sd_rad * rng.standard_normal(
             (k, ACTION_SIZE)
         )
-        self.states[which] = self._standing(k)
+        self._ground.draw(which, ranges.terrain)
+        self.states[which] = self._standing(which)
+        self._recent[which] = self.states[which, None]
+        self.belief.restart(which)
         self._targets[which] = POSE_RAD
         for past in self.actions:
             past[which] = 0.0
@@ -211,15 +251,26 @@ class WalkEnvironment:
         self._arms.restart(which)
         self.commands.restart(which)
 
-    def _standing(self, k: int) -> Floats:
-        """States of k robots near the default pose, looking anywhere, moving slowly."""
-        rng, state = self._rng, np.tile(self._start, (k, 1))
+    def _standing(self, which: Flags) -> Floats:
+        """Return states near the default pose, looking anywhere, moving slowly; lays the planes."""
+        k, rng = int(np.count_nonzero(which)), self._rng
+        state = np.tile(self._start, (k, 1))
         qpos, qvel = state[:, 1:27], state[:, 27:]
         heading = rng.uniform(-np.pi, np.pi, k)
         qpos[:, 3], qpos[:, 6] = np.cos(heading / 2), np.sin(heading / 2)
         qpos[:, 7:] += rng.uniform(-0.05, 0.05, (k, ACTION_SIZE))
         qvel[:, :2] = rng.uniform(-0.1, 0.1, (k, 2))
+        level = self._ground.height_m(np.zeros((self.n, 1, 2)))
+        qpos[:, 2] += level[which, 0]
+        self._lay_level(which, level)
         return state
+
+    def _lay_level(self, which: Flags, height_m: Floats) -> None:
+        """Lay both planes of some robots level at a height ``(n, 1)``, for them to begin on."""
+        place = np.zeros((self.n, 2, 3))
+        place[..., 2] = height_m
+        along = np.tile([1.0, 0.0, 0.0], (self.n, 2, 1))
+        self._planes.lay(np.tile(which[:, None], 2), place, along)
 
     def _split(self) -> tuple[Floats, Floats]:
         return self.states[:, 1:27], self.states[:, 27:]

@@ -19,27 +19,37 @@ class Gait:
         Whether the foot came down in the last step.
     last_air_s : ndarray
         How long it had been in the air then.
+    lifted : ndarray of bool
+        Whether the foot left the floor in the last step.
+    both_s : ndarray, (n,)
+        Time for which both feet have been on the floor, or had been before the last step.
     """
 
     def __init__(self, n: int) -> None:
         self.air_s, self.contact_s, self.since_lift_s = np.zeros((3, n, 2))
         self.last_air_s = np.zeros((n, 2))
         self.contact = np.ones((n, 2), bool)
-        self.touched_down = np.zeros((n, 2), bool)
+        self.touched_down, self.lifted = np.zeros((2, n, 2), bool)
+        self.both_s = np.zeros(n)
 
     def reset(self, which: Flags) -> None:
         """Start anew with both feet on the floor."""
         for clock in (self.air_s, self.contact_s, self.since_lift_s, self.last_air_s):
             clock[which] = 0.0
         self.contact[which] = True
-        self.touched_down[which] = False
+        self.touched_down[which], self.lifted[which] = False, False
+        self.both_s[which] = 0.0
 
     def update(self, contact: Flags) -> None:
         """Advance by one control step with the feet on the floor or not, ``(n, 2)``."""
         self.touched_down = contact & ~self.contact
         self.last_air_s = np.where(self.touched_down, self.air_s, self.last_air_s)
-        lifted = ~contact & self.contact
-        self.since_lift_s = np.where(lifted, 0.0, self.since_lift_s + CONTROL_DT_S)
+        self.lifted = ~contact & self.contact
+        self.since_lift_s = np.where(self.lifted, 0.0, self.since_lift_s + CONTROL_DT_S)
         self.air_s = np.where(contact, 0.0, self.air_s + CONTROL_DT_S)
         self.contact_s = np.where(contact, self.contact_s + CONTROL_DT_S, 0.0)
+        both_before = self.contact.all(axis=1)
+        self.both_s = np.where(
+            contact.all(axis=1), self.both_s + CONTROL_DT_S, np.where(both_before, self.both_s, 0.0)
+        )
         self.contact = contact

@@ -5,55 +5,51 @@ import numpy as np
 from spikeport.robot import actuators
 from spikeport.robot.description import GAINS, JOINTS, MODEL_PATH
 from spikeport.robot.engine import mujoco
+from spikeport.robot.feet import SIDES
+from spikeport.robot.foot_sensors import add_foot_sensors
 
-FEET = ("left", "right")
 HEEL_RADIUS_M, TOE_RADIUS_M = 0.02, 0.015
 """Of the contact shapes of a foot in ``h1.xml``."""
 
 KP = np.array([GAINS[joint].kp for joint in JOINTS])
 KD = np.array([GAINS[joint].kd for joint in JOINTS])
 
-SENSORS = {"heel": 3, "toe": 3, "velocity": 3, "contact": 4}
-"""Sensors of each foot in their order, left foot first, and their sizes."""
+PLANES = ("left_ground", "right_ground")
+"""Geoms that the left and the right foot alone stand on; see `spikeport.training.terrain`."""
 
 
 def build_model() -> mujoco.MjModel:
     """The compiled model.
 
-    Shapes that only look, equality constraints and the sensors of ``h1.xml`` are left out. Each
-    foot gets the positions of its heel and toe (m), the velocity of its sole (m/s), and whether
-    and how it touches the floor (number of contacts, force in N), all in the world frame.
+    Shapes that only look, equality constraints and the sensors of ``h1.xml`` are left out, and
+    those of `robot.foot_sensors` added. Each foot has a floor of its own, the only one.
     """
     spec = mujoco.MjSpec.from_file(str(MODEL_PATH))
     skin = [geom for geom in spec.geoms if geom.classname.name == "skin"]
-    spec.geom("floor").material = ""
     looks = (*skin, *spec.lights, *spec.cameras, *spec.materials, *spec.textures)
     for element in (*looks, *spec.sensors, *spec.equalities):
         spec.delete(element)
-    for foot in FEET:
-        _add_foot(spec, foot)
+    spec.delete(spec.geom("floor"))
+    add_foot_sensors(spec)
+    for number, foot in enumerate(SIDES):
+        _add_ground(spec, foot, PLANES[number], 2 << number)
     model = spec.compile()
-    floor = model.geom("floor").id
-    model.geom_priority[floor] = 1  # contacts take the floor's friction, which is randomised
+    for plane in PLANES:
+        model.geom(plane).sameframe[0] = mujoco.mjtSameFrame.mjSAMEFRAME_NONE  # it will be moved
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_ISLAND  # one robot is one island: faster
     actuators.set_position_mode(model, np.arange(len(JOINTS)), KP, KD)
     return model
 
 
-def _add_foot(spec: mujoco.MjSpec, foot: str) -> None:
-    kind, thing = mujoco.mjtSensor, mujoco.mjtObj
-    data = mujoco.mjtConDataField
-    for part in ("heel", "toe"):
-        spec.add_sensor(
-            type=kind.mjSENS_FRAMEPOS, objtype=thing.mjOBJ_GEOM, objname=f"{foot}_{part}"
-        )
-    sole = spec.body(f"{foot}_ankle_link").add_site(name=f"{foot}_sole", pos=[0.05, 0, -0.06])
-    spec.add_sensor(type=kind.mjSENS_FRAMELINVEL, objtype=thing.mjOBJ_SITE, objname=sole.name)
-    net_force = 3
-    fields = 1 << int(data.mjCONDATA_FOUND) | 1 << int(data.mjCONDATA_FORCE)
-    spec.add_sensor(
-        type=kind.mjSENS_CONTACT,
-        objtype=thing.mjOBJ_BODY,
-        objname=f"{foot}_ankle_link",
-        intprm=[fields, net_force, 1],
+def _add_ground(spec: mujoco.MjSpec, foot: str, plane: str, bit: int) -> None:
+    """Give a foot the floor that it alone collides with; contacts take the floor's friction."""
+    spec.worldbody.add_geom(
+        name=plane,
+        type=mujoco.mjtGeom.mjGEOM_PLANE,
+        size=[0, 0, 0.05],
+        contype=bit,
+        conaffinity=0,
+        priority=1,
     )
+    for part in ("heel", "toe"):
+        spec.geom(f"{foot}_{part}").conaffinity = bit

@@ -1,5 +1,6 @@
 """The motion of a batch of robots, for rewards and observations, from MuJoCo's states."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +11,14 @@ from spikeport.training.model import HEEL_RADIUS_M, TOE_RADIUS_M
 
 CONTACT_FORCE_N = 1.0
 """A foot that presses harder than this is on the floor."""
+
+_RADII_M = np.array([HEEL_RADIUS_M, TOE_RADIUS_M])
+HeightOf = Callable[[Floats], Floats]
+"""Heights of the ground at points ``(n, k, 2)``."""
+
+
+LOWNESS_M = 0.004
+"""A point of a foot that is this much above the lowest one counts 1/e of it in leg odometry."""
 
 
 @dataclass(frozen=True)
@@ -22,24 +31,53 @@ class FeetMotion:
         Whether a foot is on the floor.
     force_n : ndarray, (n, 2)
         Strength of the contact force, N.
-    height_m : ndarray, (n, 2)
-        Height of the lower of heel and toe above the floor, m.
-    velocity : ndarray, (n, 2, 3)
-        Velocity of the sole, m/s.
+    points : ndarray, (n, 2, 2, 3)
+        Centres of heel and toe, m.
+    point_velocity : ndarray, (n, 2, 2, 3)
+        Their velocities, m/s.
+    ground_m : ndarray, (n, 2, 2)
+        Height of the ground below heel and toe, m.
     """
 
     contact: Flags
     force_n: Floats
-    height_m: Floats
-    velocity: Floats
+    points: Floats
+    point_velocity: Floats
+    ground_m: Floats
 
     @classmethod
-    def from_sensors(cls, sensors: Floats) -> "FeetMotion":
-        """The feet, from the sensors ``(n, 26)`` of `training.model`."""
+    def from_sensors(cls, sensors: Floats, ground: HeightOf) -> "FeetMotion":
+        """Return the feet, from the sensors ``(n, 32)`` of `training.model` and the ground."""
         each = sensors.reshape(len(sensors), 2, -1)
-        force = np.linalg.norm(each[..., 10:13], axis=-1)
-        height = np.minimum(each[..., 2] - HEEL_RADIUS_M, each[..., 5] - TOE_RADIUS_M)
-        return cls(force > CONTACT_FORCE_N, force, height, each[..., 6:9])
+        force = np.linalg.norm(each[..., 13:16], axis=-1)
+        points = each[..., :6].reshape(-1, 2, 2, 3)
+        below = ground(points[..., :2].reshape(-1, 4, 2)).reshape(-1, 2, 2)
+        velocity = each[..., 6:12].reshape(-1, 2, 2, 3)
+        return cls(force > CONTACT_FORCE_N, force, points, velocity, below)
+
+    @property
+    def clearance_m(self) -> Floats:
+        """Heights of heel and toe above the ground, ``(n, 2, 2)``, m."""
+        return np.asarray(self.points[..., 2] - self.ground_m - _RADII_M)
+
+    @property
+    def height_m(self) -> Floats:
+        """Height of the lower of heel and toe above the ground, ``(n, 2)``, m."""
+        return np.asarray(self.clearance_m.min(axis=2))
+
+    @property
+    def velocity(self) -> Floats:
+        """Velocity of the middle of the sole, ``(n, 2, 3)``, m/s."""
+        return np.asarray(self.point_velocity.mean(axis=2))
+
+    @property
+    def lowest_velocity(self) -> Floats:
+        """Velocity of the lowest points, ``(n, 3)``, m/s: the error of leg odometry."""
+        heights = (self.points[..., 2] - _RADII_M).reshape(-1, 4)
+        weights = np.exp((heights.min(axis=1, keepdims=True) - heights) / LOWNESS_M)
+        weights /= weights.sum(axis=1, keepdims=True)
+        velocity = self.point_velocity.reshape(-1, 4, 3)
+        return np.asarray(np.einsum("nk,nki->ni", weights, velocity))
 
 
 @dataclass(frozen=True)
@@ -79,14 +117,13 @@ class Motion:
     @classmethod
     def from_states(cls, qpos: Floats, qvel: Floats) -> "Motion":
         """The motion, from MuJoCo's ``qpos (n, 26)`` and ``qvel (n, 25)``."""
-        w, x, y, z = qpos[:, 3:7].T
-        rotation = _rotation(w, x, y, z)
+        rotation = rotations(qpos[:, 3:7])
         heading = np.arctan2(rotation[:, 1, 0], rotation[:, 0, 0])
         down = gravity(qpos[:, 3:7])
         return cls(
             height_m=qpos[:, 2],
             heading_rad=heading,
-            velocity=np.einsum("nij,ni->nj", rotation, qvel[:, :3]),
+            velocity=in_frame(rotation, qvel[:, :3]),
             level_velocity=_turned_back(qvel[:, :3], heading),
             turn_rate=qvel[:, 3:6],
             yaw_rate=-np.einsum("ni,ni->n", down, qvel[:, 3:6]),
@@ -96,14 +133,20 @@ class Motion:
         )
 
 
-def _rotation(w: Floats, x: Floats, y: Floats, z: Floats) -> Floats:
-    """Rotation matrices ``(n, 3, 3)`` of unit quaternions."""
+def rotations(quaternions: Floats) -> Floats:
+    """Return the rotation matrices ``(n, 3, 3)`` of unit quaternions ``(n, 4)``."""
+    w, x, y, z = quaternions.T
     rows = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
         [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
         [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
     ]
     return np.moveaxis(np.array(rows), -1, 0)
+
+
+def in_frame(rotation: Floats, vectors: Floats) -> Floats:
+    """Return vectors ``(n, 3)`` of the world in frames with orientations ``(n, 3, 3)``."""
+    return np.asarray(np.einsum("nij,ni->nj", rotation, vectors))
 
 
 def _turned_back(vectors: Floats, angle: Floats) -> Floats:

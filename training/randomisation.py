@@ -1,12 +1,14 @@
 """Differences from one training robot to the next, and from one step to the next."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from spikeport.robot.engine import mujoco
 from spikeport.robot.walk_interface import OBSERVATION_SIZE, PARTS
-from spikeport.training.model import KD, KP
+from spikeport.training.model import KD, KP, PLANES
+from spikeport.training.terrain import Terrain
+from spikeport.training.velocity_belief import EstimatorErrors
 
 SUBSTEPS = 4
 """Physics steps within a control step."""
@@ -16,26 +18,30 @@ SUBSTEPS = 4
 class Randomisation:
     """Ranges of uniform draws; ``_sd`` are standard deviations of normal ones.
 
-    Per episode: friction, scales of armature, damping and gains, change of the torso's mass and
-    centre of mass, delay of actions in physics steps, offset of every joint's target, and whether
-    an arm is busy while the robot stands (the share of robots). Per step:
-    noise of observations and of joint targets (in actions), pushes (changes of the horizontal
-    velocity, about every ``push_every_s``).
+    Per episode: ground and friction, scales of armature, damping, gains and of all masses, change
+    of the torso's mass and centre of mass, delays of actions and of observations in physics steps,
+    estimator of the velocity, offset of every joint's target, and whether an arm is busy while the
+    robot stands (the share of robots). Per step: noise of observations and of joint targets (in
+    actions), pushes (changes of the horizontal velocity, about every ``push_every_s``).
     """
 
     friction: tuple[float, float] = (0.5, 1.2)
     armature: tuple[float, float] = (0.3, 1.1)
     damping: tuple[float, float] = (0.2, 1.2)
     gain: tuple[float, float] = (0.9, 1.1)
+    mass: tuple[float, float] = (1.0, 1.0)
     torso_mass_kg: float = 2.0
     torso_com_m: float = 0.02
     delay_steps: tuple[int, int] = (0, 4)
+    observation_delay_steps: tuple[int, int] = (0, 0)
     observation_noise: float = 1.0
     push_m_s: float = 0.2
     push_every_s: float = 5.0
     joint_offset_sd_rad: float = 0.0
     action_noise_sd: float = 0.0
     busy_arms: float = 0.0
+    terrain: Terrain = field(default_factory=Terrain)
+    estimator: EstimatorErrors = field(default_factory=EstimatorErrors)
 
 
 UNDISTURBED = Randomisation(
@@ -78,13 +84,13 @@ class Bodies:
 
     def __init__(self, nominal: mujoco.MjModel) -> None:
         self._nominal = nominal
-        self._floor = nominal.geom("floor").id
+        self._floors = [nominal.geom(plane).id for plane in PLANES]
         self._torso = nominal.body("torso_link").id
 
     def draw(self, model: mujoco.MjModel, ranges: Randomisation, rng: np.random.Generator) -> None:
         """Give ``model`` other friction, inertia and gains; lengths stay what they are."""
         nominal = self._nominal
-        model.geom_friction[self._floor, 0] = rng.uniform(*ranges.friction)
+        model.geom_friction[self._floors, 0] = rng.uniform(*ranges.friction)
         model.dof_armature[6:] = nominal.dof_armature[6:] * rng.uniform(*ranges.armature)
         model.dof_damping[6:] = nominal.dof_damping[6:] * rng.uniform(*ranges.damping)
         kp = KP * rng.uniform(*ranges.gain, len(KP))
@@ -92,6 +98,9 @@ class Bodies:
         model.actuator_gainprm[:, 0] = kp
         model.actuator_biasprm[:, 1] = -kp
         model.actuator_biasprm[:, 2] = -kd
-        mass, com = nominal.body_mass[self._torso], nominal.body_ipos[self._torso]
-        model.body_mass[self._torso] = mass + ranges.torso_mass_kg * rng.uniform(-1, 1)
+        scale = rng.uniform(*ranges.mass)
+        model.body_mass[:] = scale * nominal.body_mass
+        model.body_inertia[:] = scale * nominal.body_inertia
+        com = nominal.body_ipos[self._torso]
+        model.body_mass[self._torso] += ranges.torso_mass_kg * rng.uniform(-1, 1)
         model.body_ipos[self._torso] = com + ranges.torso_com_m * rng.uniform(-1, 1, 3)

@@ -13,6 +13,7 @@ import numpy as np
 
 from spikeport.arrays import Flags, Floats
 from spikeport.robot.description import JOINTS
+from spikeport.robot.link.h1 import SPEED_LIMITS_RAD_S
 from spikeport.robot.walk_interface import CONTROL_DT_S, POSE_RAD
 from spikeport.training.gait import Gait
 from spikeport.training.motion import FeetMotion, Motion
@@ -28,6 +29,7 @@ class RewardSettings:
     drift_rad_s: float = 0.15
     step_s: float = 0.42
     longest_step_s: float = 0.55
+    double_support_s: float = 0.08
     lift_every_s: float = 0.8
     lift_m: float = 0.10
     clearance_m: float = 0.08
@@ -40,6 +42,7 @@ class RewardSettings:
 class Step:
     """The quantities that a reward may depend on, for n robots.
 
+    ``pelvis_m (n,)`` is its height above the ground, ``feet_before`` are the feet a step ago;
     ``command (n, 3)`` is what is asked of them, ``moving (n,)`` who is asked to move;
     ``velocity (n, 2)`` and ``yaw_rate (n,)`` are smoothed; ``drift (n, 3)`` is what is missing of
     the command, on average over a step and more; ``actions`` are the last three, the newest first,
@@ -48,6 +51,8 @@ class Step:
 
     motion: Motion
     feet: FeetMotion
+    feet_before: FeetMotion
+    pelvis_m: Floats
     gait: Gait
     command: Floats
     moving: Flags
@@ -77,6 +82,8 @@ _SHOULDERS = _of("shoulder_roll", "shoulder_yaw")
 _SWINGING = _of("shoulder_pitch", "elbow")
 _ANKLES = _of("ankle")
 _ANKLE_LIMITS_RAD = (-0.80, 0.45)
+_LEGS = _of("hip_yaw", "hip_roll", "hip_pitch", "knee", "ankle")
+_BRISK_RAD_S = 0.8 * SPEED_LIMITS_RAD_S[_LEGS]
 
 
 def _sum(x: Floats) -> Floats:
@@ -149,6 +156,18 @@ def early_touchdown(s: Step) -> Floats:
     return _sum(early) * s.moving / CONTROL_DT_S
 
 
+def hasty_lift(s: Step) -> Floats:
+    """Time missing of ``double_support_s`` on both feet as one is lifted, per second."""
+    missing = np.clip(s.settings.double_support_s - s.gait.both_s, 0.0, None)
+    return missing * s.gait.lifted.any(axis=1) * s.moving / CONTROL_DT_S
+
+
+def hard_touchdown(s: Step) -> Floats:
+    """Downward speed of a foot before it came down, squared, per second."""
+    falling = np.clip(-s.feet_before.velocity[..., 2], 0.0, None)
+    return _sum(falling**2 * s.gait.touched_down) / CONTROL_DT_S
+
+
 def clearance(s: Step) -> Floats:
     """Missing height squared times speed of each foot in the air, m^3/s."""
     missing = np.clip(s.settings.clearance_m - s.feet.height_m, 0.0, None) ** 2
@@ -188,7 +207,7 @@ def restless(s: Step) -> Floats:
 
 def low_pelvis(s: Step) -> Floats:
     """Return how far the pelvis is below ``pelvis_m``."""
-    return np.clip(s.settings.pelvis_m - s.motion.height_m, 0.0, None)
+    return np.clip(s.settings.pelvis_m - s.pelvis_m, 0.0, None)
 
 
 def tilt(s: Step) -> Floats:
@@ -237,6 +256,11 @@ def acceleration(s: Step) -> Floats:
     return _squares(s.joint_acceleration)
 
 
+def fast_joints(s: Step) -> Floats:
+    """Speed of hips, knees and ankles beyond eight tenths of their motors' largest, squared."""
+    return _squares(np.clip(np.abs(s.motion.dq[:, _LEGS]) - _BRISK_RAD_S, 0.0, None))
+
+
 def torque(s: Step) -> Floats:
     """Joint torques, squared."""
     return _squares(s.torque_nm)
@@ -267,6 +291,8 @@ class Weights:
     late_lift: float = -1.0
     long_air: float = -1.0
     early_touchdown: float = -0.1
+    hasty_lift: float = 0.0
+    hard_touchdown: float = 0.0
     clearance: float = -20.0
     high_foot: float = -3.0
     slide: float = -0.25
@@ -283,6 +309,7 @@ class Weights:
     swinging_arms: float = -0.2
     spread_arms: float = -0.3
     ankle_limits: float = -1.0
+    fast_joints: float = 0.0
     acceleration: float = -5e-7
     torque: float = -1e-5
     action_rate: float = -0.02

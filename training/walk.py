@@ -2,8 +2,6 @@
 
 from dataclasses import replace
 
-import numpy as np
-
 from spikeport.atomic import write_text
 from spikeport.progress import Progress
 from spikeport.training.card import card
@@ -47,7 +45,7 @@ def train_walk(options: TrainOptions, command: str, progress: Progress) -> dict[
 
 
 def _variants(task: TrainingTask) -> dict[str, TrainingTask]:
-    jumps = replace(task.commands, change_per_s=(np.inf,) * 3)
+    jumps = replace(task.commands, jumping=1.0)
     exact = replace(task.randomisation, joint_offset_sd_rad=0.0, action_noise_sd=0.0)
     return {
         "as trained": task,

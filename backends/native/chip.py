@@ -1,13 +1,14 @@
 """`NativeChip`: an image on the compiled kernels."""
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from spikeport.backends.chip import Decoding, Joined
 from spikeport.backends.compiled import make_ready
-from spikeport.backends.native.kernel import LEARNING, accept, deliver, step, update
-from spikeport.backends.native.loaded import Loaded, neurons_of, resting_state
+from spikeport.backends.native.kernel import LEARNING, accept, deliver, exchange, step, update
+from spikeport.backends.native.learning import Learning
+from spikeport.backends.native.loaded import Host, Loaded, neurons_of, resting_state
 from spikeport.backends.native.noise import NONE, Noise
 from spikeport.backends.native.wiring import Wiring, wire
 from spikeport.backends.step_log import SUMS_ONLY, LogOptions, MessageCounts, StepLog
@@ -15,9 +16,6 @@ from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.tables import part
 from spikeport.errors import BackendError
 from spikeport.hardware_models.activity import PER_STEP, Activity
-
-if TYPE_CHECKING:
-    from spikeport.backends.native.learning import Learning
 
 
 class NativeChip:
@@ -65,8 +63,7 @@ class NativeChip:
 
     def step(self, spikes: np.ndarray, errors: Mapping[int, np.ndarray]) -> list[np.ndarray]:
         """Advance by one step; see `spikeport.backends.chip.Chip.step`."""
-        if self._closed:
-            raise BackendError("the chip is closed: it cannot step any more")
+        self._check_open()
         sources = _sources(spikes)
         if len(sources) > len(self.state.pending):
             self._make_room(len(sources))
@@ -83,6 +80,28 @@ class NativeChip:
         self.log.append(counts, len(sources))
         return self._views
 
+    def join(self, sources: np.ndarray, decoding: Decoding, inbox: np.ndarray) -> Joined | None:
+        """Return a step in one call; see `spikeport.backends.chip.Joinable.join`."""
+        if self._learning is not None:
+            return None
+        host = Host(sources, *decoding, inbox)
+        make_ready(exchange, self._loaded, 0, host, NONE, np.zeros((0, 0), dtype=np.int64))
+
+        def step_joined() -> tuple[list[np.ndarray], bool]:
+            self._check_open()
+            counts, noise = np.zeros(self._counted, dtype=np.int64), self._noise.draw()
+            self._n_arriving, n_sent, decoded = exchange(
+                self._loaded, self._n_arriving, host, noise, counts
+            )
+            self.log.append(counts, n_sent)
+            return self._views, decoded
+
+        return step_joined
+
+    def _check_open(self) -> None:
+        if self._closed:
+            raise BackendError("the chip is closed: it cannot step any more")
+
     def _make_room(self, n: int) -> None:
         """Let the host send n spikes in a step: a source may spike more than once."""
         more = 2 * n - len(self.state.pending)
@@ -94,7 +113,7 @@ class NativeChip:
 
     def _step_learning(
         self,
-        learning: "Learning",
+        learning: Learning,
         sources: np.ndarray,
         counts: np.ndarray,
         errors: Mapping[int, np.ndarray],
@@ -137,13 +156,9 @@ class NativeChip:
         self._closed = True
 
 
-def _learning(image: ChipImage, wiring: Wiring, rng: np.random.RandomState) -> "Learning | None":
+def _learning(image: ChipImage, wiring: Wiring, rng: np.random.RandomState) -> Learning | None:
     """Return the learning of an image; None where nothing learns."""
-    if not image.learns.any():
-        return None
-    from spikeport.backends.native.learning import Learning  # needs nengo-loihi
-
-    return Learning(image, wiring, rng)
+    return Learning(image, wiring, rng) if image.learns.any() else None
 
 
 def _refuse_errors(errors: Mapping[int, np.ndarray]) -> None:

@@ -23,12 +23,14 @@ Source: nengo-loihi 1.1.0, emulator/interface.py and builder/discretize.py.
 import numpy as np
 
 from spikeport.backends.compiled import compiled, inlined
-from spikeport.backends.native.loaded import Loaded, Neurons, State
+from spikeport.backends.native.loaded import Host, Loaded, Neurons, Rule, State
 from spikeport.backends.native.wiring import Wiring
 
 Q_SIZE, U_SIZE = 22, 24
 """Bits of q, and of u."""
 I32 = np.int32
+MOST_TRACE = 127
+"""Largest value of a trace."""
 SPIKES, OPERATIONS, ACTIVE, INACTIVE, MESSAGES_IN, LEARNING = range(6)
 """Rows of the counts of a step, in the order of `activity.PER_STEP`."""
 
@@ -46,6 +48,56 @@ def step(
         return -1
     deliver(loaded, n_arriving, counts)
     return update(loaded, n_pending, noise, counts)
+
+
+@compiled
+def exchange(
+    loaded: Loaded, n_arriving: int, host: Host, noise: np.ndarray, counts: np.ndarray
+) -> tuple[int, int, bool]:
+    """Compute a step by what the host sends, and decode what it gets.
+
+    Returns
+    -------
+    n_arriving : int
+        Spikes under way.
+    n_sent : int
+        Spikes of the host.
+    decoded : bool
+        Whether the values of all outputs are in the host's inbox, see `decode`.
+    """
+    n_sent, first = 0, len(loaded.state.q)
+    for i in range(len(host.sources)):
+        loaded.state.pending[n_sent] = first + i
+        n_sent += host.sources[i] != 0
+    deliver(loaded, n_arriving, counts)
+    n_arriving = update(loaded, n_sent, noise, counts)
+    decoded = decode(loaded.state.held, host.start, host.index, host.weights, host.inbox)
+    return n_arriving, n_sent, decoded
+
+
+@compiled
+def decode(
+    held: np.ndarray,
+    start: np.ndarray,
+    index: np.ndarray,
+    weights: np.ndarray,
+    values: np.ndarray,
+) -> bool:
+    """Weigh held values: ``values[i]`` is the sum over entries ``start[i] : start[i + 1]``.
+
+    Return whether there is a sum for every value, with at most one term that is not zero. Only then
+    is it rounded as any matrix product would be, whatever its order and width.
+    """
+    exact = len(start) == len(values) + 1
+    for i in range(len(start) - 1):
+        total, terms = 0.0, 0
+        for k in range(start[i], start[i + 1]):
+            if held[index[k]] != 0:
+                total += held[index[k]] * weights[k]
+                terms += 1
+        values[i] = total
+        exact &= terms <= 1
+    return exact
 
 
 @compiled
@@ -77,6 +129,7 @@ def deliver(loaded: Loaded, n_arriving: int, counts: np.ndarray) -> int:
         for r in range(wiring.run_start[number], wiring.run_start[number + 1]):
             first, weight, length, shift = wiring.run[r]
             _add(state.sums, first, wiring.weights, weight, length, times << shift)
+        _add_scattered(wiring, state.sums, number, times)
     _count(wiring, state.sent, counts)
     return n
 
@@ -107,6 +160,14 @@ def _add(sums: np.ndarray, first: int, weights: np.ndarray, begin: int, n: int, 
         sums[at + j] += sums.dtype.type(factor * weights[start + j])
 
 
+@inlined
+def _add_scattered(wiring: Wiring, sums: np.ndarray, number: int, times: int) -> None:
+    factor = sums.dtype.type(times)
+    begin, end = wiring.scattered_start[number], wiring.scattered_start[number + 1]
+    for j in range(np.uintp(begin), np.uintp(end)):
+        sums[np.uintp(wiring.target[j])] += sums.dtype.type(factor * wiring.value[j])
+
+
 @compiled
 def _count(wiring: Wiring, sent: np.ndarray, counts: np.ndarray) -> None:
     for fan in range(sent.shape[1]):
@@ -114,8 +175,8 @@ def _count(wiring: Wiring, sent: np.ndarray, counts: np.ndarray) -> None:
         if n:
             sent[0, fan] = 0
             sent[1, fan] += n
-            for k in range(wiring.fan_start[fan], wiring.fan_start[fan + 1]):
-                core = wiring.cost[k, 0]
+            for k in range(np.uintp(wiring.fan_start[fan]), np.uintp(wiring.fan_start[fan + 1])):
+                core = np.uintp(wiring.cost[k, 0])
                 counts[MESSAGES_IN, core] += n
                 counts[OPERATIONS, core] += n * wiring.cost[k, 1]
 
@@ -251,3 +312,71 @@ def _count_active(neurons: Neurons, state: State, begin: int, end: int) -> int:
         moving = state.q[i] | state.u[i] | state.v[i] | state.spiked[i] | neurons.bias[i]
         active += moving != 0
     return active
+
+
+@compiled
+def mark(touched: np.ndarray, trace_of: np.ndarray, raised: np.ndarray) -> bool:
+    """Mark the axons that spikes arrived at; return whether one was marked before.
+
+    ``trace_of`` is the place among traces of each delivery, or -1.
+    """
+    lost = False
+    for number in touched:
+        i = trace_of[number]
+        if i >= 0:
+            lost |= raised[i]
+            raised[i] = True
+    return lost
+
+
+@compiled
+def train(
+    traces: np.ndarray, raised: np.ndarray, decay: float, magnitude: float, uniform: np.ndarray
+) -> bool:
+    """Update the traces of a group, and forget its marks; return whether a trace was clipped."""
+    clipped = False
+    for i in range(len(traces)):
+        trace = decay * traces[i]
+        if raised[i]:
+            trace += magnitude
+        traces[i], beyond = _round(trace, uniform[i], MOST_TRACE)
+        clipped |= beyond
+        raised[i] = False
+    return clipped
+
+
+@compiled
+def learn(
+    weights: np.ndarray, traces: np.ndarray, errors: np.ndarray, rule: Rule, uniform: np.ndarray
+) -> bool:
+    """Update the weights (n_axons, n_targets) of a group; return whether one was clipped."""
+    clipped = False
+    n = len(errors)
+    for i in range(len(traces)):
+        for j in range(n):
+            change = I32(I32(traces[i] * errors[j]) * I32(rule.rate))
+            exact = _shift(weights[i, j], rule.weight_shift)
+            exact = I32(exact + _shift(change, rule.product_shift))
+            weight, beyond = _round(exact * rule.scale, uniform[i * n + j], rule.most)
+            weights[i, j] = _shift(weight, rule.unit_shift)
+            clipped |= beyond
+    return clipped
+
+
+@inlined
+def _round(x: float, uniform: float, most: int) -> tuple[np.int32, bool]:
+    """Round away from zero with the probability of the fraction; return whether it is clipped."""
+    size = abs(x)
+    whole = np.floor(size)
+    rounded = I32(whole) + I32(size - whole > uniform)
+    beyond = bool(rounded > most)
+    rounded = I32(most) if beyond else I32(rounded)
+    return I32(-rounded if x < 0 else rounded), beyond
+
+
+@inlined
+def _shift(x: np.int32, bits: int) -> np.int32:
+    """Shift to the left, or by bits below 0 to the right, as NumPy does beyond 31 bits, too."""
+    if bits < 0:
+        return I32(x >> min(-bits, 31))
+    return I32(x << bits) if bits < 32 else I32(0)

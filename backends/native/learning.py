@@ -1,22 +1,59 @@
-"""PES learning, by nengo-loihi's own code: exact, and only learning synapses cost anything."""
+"""PES learning as nengo-loihi's emulator computes it, its stream of random numbers included.
 
+Every ``train_epoch`` and ``learn_epoch`` steps:
+
+    trace  <- round(trace exp(-train_epoch / tau) + magnitude where a spike arrived), 127 at most
+    weight <- round(weight + rate trace error), in units that the chip can hold
+
+Both are rounded up with the probability of their fraction. Errors are integers from -127 to 127.
+
+Source: nengo-loihi 1.1.0, emulator/interface.py (SynapseState) and builder/discretize.py.
+"""
+
+import itertools
+import warnings
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 
-import spikeport.compile.ground  # noqa: F401 (imports nengo-loihi in silence)
-
-# isort: split
-from nengo_loihi.block import Axon
-from nengo_loihi.emulator.interface import BlockInfo, SynapseState
-
+from spikeport.backends.compiled import make_ready
 from spikeport.backends.native.contacts import first_contacts
+from spikeport.backends.native.kernel import learn, mark, train
+from spikeport.backends.native.loaded import Rule
 from spikeport.backends.native.rows import kept_synapses
 from spikeport.backends.native.wiring import Wiring
-from spikeport.backends.nengo_loihi import load_blocks
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.tables import part
+from spikeport.compile.image.validation import FORMAT, WEIGHT_BITS
 from spikeport.errors import BackendError, ImageError
+
+LEARN_FRAC, OVERFLOW_BITS = 7, 2
+"""Bits behind the point of a weight while it learns, and bits by which a product overflows."""
+LEAST_EXPONENT = 6
+"""Exponent of weights whose ``weight_exp`` is 0."""
+LARGEST_ERROR = 127
+
+
+class Group(NamedTuple):
+    """A group of synapses that learns."""
+
+    core: int
+    train_epoch: int
+    learn_epoch: int
+    decay: float
+    magnitude: float
+    rule: Rule
+    weights: np.ndarray
+    """Its weights, (n_axons, n_targets)."""
+    traces: np.ndarray
+    """Its traces, (n_axons,)."""
+    raised: np.ndarray
+    """Mask of the axons that a spike arrived at since traces were updated, (n_axons,)."""
+    place: np.ndarray | None
+    """Places of its weights in the wiring; None where ``weights`` are those of the wiring."""
+    number: np.ndarray
+    """The numbers of the weights that have a place."""
 
 
 class Learning:
@@ -31,6 +68,11 @@ class Learning:
     rng : np.random.RandomState
         The chip's stream, shared with noise.
 
+    Attributes
+    ----------
+    groups : dict of int to Group
+        The groups that learn, in the order in which they draw random numbers.
+
     Raises
     ------
     ImageError
@@ -38,29 +80,44 @@ class Learning:
     """
 
     def __init__(self, image: ChipImage, wiring: Wiring, rng: np.random.RandomState) -> None:
-        self._groups = np.flatnonzero(image.learns)
-        for group in self._groups:
+        learning = np.flatnonzero(image.learns)
+        for group in learning:
             _check_plain(image, int(group))
-        blocks, synapses = load_blocks(image)
-        for block in blocks:
-            block.synapses = [s for s in block.synapses if s.learning]
-        scale = image.manifest.pes_error_scale
-        self._state = SynapseState(BlockInfo(blocks), pes_error_scale=scale, strict=False)
-        self._synapses = {int(group): synapses[group] for group in self._groups}
-        self._image, self._wiring, self._rng = image, wiring, rng
-        self._cores = image.group_core
-        deliveries = first_contacts(image)[image.groups.axon_start]  # one an axon: no atoms learn
-        self._deliveries = {int(g): (deliveries[g], deliveries[g + 1]) for g in self._groups}
-        self._places = {int(group): _places(image, int(group)) for group in self._groups}
+        # nengo-loihi goes through the groups block by block.
+        order = learning[np.argsort(image.groups.block[learning], kind="stable")].tolist()
+        sizes = np.diff(image.groups.axon_start)[order]
+        ends = np.cumsum([0, *sizes])
+        traces = np.zeros(ends[-1], dtype=np.int32)
+        self._raised = np.zeros(len(traces), dtype=np.bool_)
+        parts = [slice(a, b) for a, b in itertools.pairwise(ends)]
+        self.groups = {
+            group: _group(image, wiring, group, traces[mine], self._raised[mine])
+            for group, mine in zip(order, parts, strict=True)
+        }
+        # One delivery an axon: no atoms learn.
+        first = first_contacts(image)[image.groups.axon_start[order]]
+        self._trace_of = np.full(len(wiring.run_start), -1, dtype=np.int32)
+        for begin, mine, size in zip(first, parts, sizes, strict=True):
+            self._trace_of[begin : begin + size] = np.arange(mine.start, mine.stop)
+        self._known = sorted(self.groups)
+        self._n_cores, self._wiring, self._rng = image.n_cores, wiring, rng
+        self._scale = image.manifest.pes_error_scale
         self._t = 0
+        self._make_ready()
+
+    def _make_ready(self) -> None:
+        make_ready(mark, np.zeros(0, dtype=np.int32), self._trace_of, self._raised)
+        one, no_numbers = self.groups[self._known[0]], np.zeros(0)
+        make_ready(train, one.traces, one.raised, one.decay, one.magnitude, no_numbers)
+        make_ready(learn, one.weights, one.traces, one.traces, one.rule, no_numbers)
 
     def check(self, errors: Mapping[int, np.ndarray]) -> None:
         """Refuse errors of groups that do not learn, or of another shape than the group's."""
         for group, error in errors.items():
-            if group not in self._synapses:
-                known = ", ".join(map(str, self._groups))
+            if group not in self.groups:
+                known = ", ".join(map(str, self._known))
                 raise BackendError(f"synapse group {group} does not learn; those that do: {known}")
-            expected = self._state.pes_errors[self._synapses[group]].shape
+            expected = (self.groups[group].weights.shape[1] // 2,)
             if np.shape(error) != expected:
                 raise BackendError(
                     f"synapse group {group}: its error has shape {np.shape(error)}, not {expected}"
@@ -69,24 +126,89 @@ class Learning:
     def step(self, touched: np.ndarray, errors: Mapping[int, np.ndarray]) -> np.ndarray:
         """Learn from the spikes and errors of a step; return the weights updated, (n_cores,)."""
         self._t += 1
-        self._state.update_pes_errors([(self._synapses[g], self._t, e) for g, e in errors.items()])
-        for group, synapse in self._synapses.items():
-            first, end = self._deliveries[group]
-            mine = touched[(touched >= first) & (touched < end)] - first
-            self._state.spikes_in[synapse] = [Axon.Spike(axon) for axon in mine]
-        self._state.update_traces(self._t, self._rng)
-        self._state.update_weights(self._t, self._rng)
-        return self._write_back()
-
-    def _write_back(self) -> np.ndarray:
-        updated = np.zeros(self._image.n_cores, dtype=np.int64)
-        for group, synapse in self._synapses.items():
-            if self._t % synapse.learn_epoch == 0:
-                learned = np.concatenate([w.ravel() for w in synapse.weights])
-                place, number = self._places[group]
-                self._wiring.weights[place] = learned[number]
-                updated[self._cores[group]] += synapse.size()
+        if mark(touched, self._trace_of, self._raised):
+            warnings.warn("Synaptic trace spikes lost", stacklevel=2)
+        for one in self.groups.values():
+            if self._t % one.train_epoch == 0:
+                self._train(one)
+        updated = np.zeros(self._n_cores, dtype=np.int64)
+        for number, one in self.groups.items():
+            if self._t % one.learn_epoch == 0:
+                self._learn(one, errors.get(number))
+                updated[one.core] += one.weights.size
         return updated
+
+    def _train(self, one: Group) -> None:
+        uniform = self._rng.rand(len(one.traces))
+        if train(one.traces, one.raised, one.decay, one.magnitude, uniform):
+            warnings.warn("Clipping synapse trace", stacklevel=2)
+
+    def _learn(self, one: Group, error: np.ndarray | None) -> None:
+        uniform = self._rng.rand(one.weights.size)
+        pair = np.zeros(one.weights.shape[1], dtype=np.int32)
+        if error is not None:
+            scaled = _scaled(error, self._scale)
+            pair[:] = np.concatenate([-scaled, scaled])
+        if learn(one.weights, one.traces, pair, one.rule, uniform):
+            warnings.warn("Clipping learning weights", stacklevel=2)
+        if one.place is not None:
+            self._wiring.weights[one.place] = one.weights.ravel()[one.number]
+
+
+def _scaled(error: np.ndarray, scale: float) -> np.ndarray:
+    """Return errors in the chip's integers."""
+    rounded = np.round(scale * error).astype(np.int32)
+    if (np.abs(rounded) > LARGEST_ERROR).any():
+        warnings.warn(
+            f"Received PES error beyond the chip's {LARGEST_ERROR / scale:.2e}. "
+            "Consider changing `Model.pes_error_scale`.",
+            stacklevel=2,
+        )
+    return np.clip(rounded, -LARGEST_ERROR, LARGEST_ERROR)
+
+
+def _group(
+    image: ChipImage, wiring: Wiring, group: int, traces: np.ndarray, raised: np.ndarray
+) -> Group:
+    names = image.manifest.learning
+    learning = dict(zip(names, image.groups.learning[group].tolist(), strict=True))
+    train_epoch = int(learning["train_epoch"])
+    place, number = _places(image, group)
+    rows = part(image.groups.row_start, group)
+    first, end = image.rows.start[[rows.start, rows.stop]]
+    weights = image.synapses.weight[first:end].astype(np.int32)
+    in_order = len(weights) > 0 and np.array_equal(number, np.arange(len(weights)))
+    if in_order:
+        weights = wiring.weights[place[0] : place[0] + len(place)]
+    n_targets = np.diff(image.blocks.start)[image.groups.block[group]] // 2 * 2
+    return Group(
+        core=int(image.group_core[group]),
+        train_epoch=train_epoch,
+        learn_epoch=int(learning["learn_epoch"]),
+        decay=float(np.exp(-train_epoch / int(learning["tracing_tau"]))),
+        magnitude=learning["tracing_mag"],
+        rule=_rule(image, group, learning),
+        weights=weights.reshape(len(traces), n_targets),
+        traces=traces,
+        raised=raised,
+        place=None if in_order else place,
+        number=number,
+    )
+
+
+def _rule(image: ChipImage, group: int, learning: Mapping[str, float]) -> Rule:
+    form = dict(zip(FORMAT, image.groups.format[group].tolist(), strict=True))
+    exponent = LEAST_EXPONENT + form["weight_exp"]
+    dropped = 8 - WEIGHT_BITS[form["weight_bits"]] + (form["fanout_type"] == 1)
+    return Rule(
+        rate=int(learning["lr_int"]),
+        product_shift=LEARN_FRAC + int(learning["lr_exp"]) - OVERFLOW_BITS,
+        weight_shift=LEARN_FRAC - exponent,
+        scale=2.0 ** (-LEARN_FRAC - dropped),
+        most=max(0, (1 << 8 >> dropped) - 1),
+        # NumPy's shift to the left by less than nothing leaves nothing.
+        unit_shift=exponent + dropped if exponent + dropped >= 0 else 32,
+    )
 
 
 def _check_plain(image: ChipImage, group: int) -> None:

@@ -12,8 +12,6 @@ from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.tables import part
 
 KEYS = ("voltage", "current", "spiked")
-NARROW_SHIFT = 6
-"""Shift from which sums need no more than 16 of the 22 bits of q."""
 CACHE_LINE = 64
 """Bytes of a cache line."""
 STRETCH = 1024
@@ -35,6 +33,22 @@ class Neurons(NamedTuple):
     refract: np.ndarray
     read: np.ndarray
     """Compartments that outputs read, and their places in `KEYS`, (.., 2)."""
+
+
+class Rule(NamedTuple):
+    """Constants by which the weights of a group learn."""
+
+    rate: int
+    product_shift: int
+    """Bits by which rate times trace times error is shifted to the left."""
+    weight_shift: int
+    """Bits by which a weight is shifted to the left for the sum with that."""
+    scale: float
+    """Factor from that sum to units of the weights."""
+    most: int
+    """Largest size of a weight, in its units."""
+    unit_shift: int
+    """Bits by which a weight in its units is shifted to the left."""
 
 
 class State(NamedTuple):
@@ -89,6 +103,52 @@ def _load(wiring: Wiring, neurons: Neurons, state: State) -> Loaded:
     return result
 
 
+@structref.register
+class _HostType(types.StructRef):
+    """The type of `Host` for numba."""
+
+
+class Host(structref.StructRefProxy):
+    """The memory that a host and a chip share: what is sent, and what is decoded.
+
+    ``sources`` are the host's, of which those that are not 0 spike; ``start``, ``index`` and
+    ``weights`` say how held values are decoded into ``inbox``, see `kernel.decode`.
+    """
+
+    sources: np.ndarray
+    start: np.ndarray
+    index: np.ndarray
+    weights: np.ndarray
+    inbox: np.ndarray
+
+    def __new__(
+        cls,
+        sources: np.ndarray,
+        start: np.ndarray,
+        index: np.ndarray,
+        weights: np.ndarray,
+        inbox: np.ndarray,
+    ) -> "Host":
+        """Return the arrays as one object."""
+        make_ready(_share, sources, start, index, weights, inbox)
+        return _share(sources, start, index, weights, inbox)
+
+
+structref.define_proxy(Host, _HostType, ["sources", "start", "index", "weights", "inbox"])
+
+
+@compiled
+def _share(
+    sources: np.ndarray,
+    start: np.ndarray,
+    index: np.ndarray,
+    weights: np.ndarray,
+    inbox: np.ndarray,
+) -> Host:
+    result: Host = Host(sources, start, index, weights, inbox)
+    return result
+
+
 def neurons_of(image: ChipImage) -> Neurons:
     """Return the constants of an image's compartments."""
     starts, biased = image.blocks.start, image.compartments.bias != 0
@@ -133,9 +193,8 @@ def resting_state(image: ChipImage, wiring: Wiring) -> State:
     """Return the state at rest: zero throughout."""
     n, n_deliveries = image.n_compartments, len(wiring.run_start) - 1
     q, u, v, refractory, spiked, spike_count = np.zeros((6, n), dtype=np.int32)
-    narrow = wiring.shift >= NARROW_SHIFT
     return State(
-        sums=_aligned_sums(wiring, n, np.int16 if narrow else np.int32),
+        sums=_aligned_sums(wiring, n, wiring.sums_type),
         q=q,
         u=u,
         v=v,

@@ -28,7 +28,8 @@ class Noise:
         self._offset = np.repeat(image.blocks.noise_offset, sizes) * np.int32(64)
         self._scale = np.where(image.compartments.enable_noise == 1, 2.0 ** (exponent - 7), 0)
         self._on_u = np.repeat(image.blocks.noise_at_membrane, sizes) == 1
-        self._drawn = drawn_anyway or bool(self._scale.any())
+        self._heard = bool(self._scale.any())
+        self._drawn = drawn_anyway or self._heard
         self._rng = rng
 
     def draw(self) -> np.ndarray:
@@ -36,5 +37,7 @@ class Noise:
         if not self._drawn:
             return NONE
         uniform = self._rng.randint(-127, 128, size=len(self._offset), dtype=np.int32)
+        if not self._heard:
+            return NONE
         noise = ((uniform + self._offset) * self._scale).astype(np.int32)
         return np.stack([np.where(self._on_u, 0, noise), np.where(self._on_u, noise, 0)])

@@ -5,6 +5,8 @@ row of weights to the inputs of some compartments. Contacts that the same source
 *delivery*: their spikes are counted first, and the rows are added once, times the count. Rows are
 stored in the order of deliveries, and added as *runs*: stretches of consecutive targets with
 consecutive weights. The rows that one neuron has on the many cores of the next layer are one run.
+Runs of a few targets cost more to begin than to add: *scattered* weights are lists of targets and
+values instead.
 """
 
 import itertools
@@ -23,6 +25,11 @@ MOST_PARTS = 1 << 22
 MOST_SHARED = 32
 """Limits of the runs of weights: the number always allowed, and the number per held entry."""
 
+NARROW_SHIFT = 6
+"""Shift from which sums need no more than 16 of the 22 bits of q."""
+SHORT = 8
+"""Length below which a run is scattered."""
+
 
 class Wiring(NamedTuple):
     """The ways of spikes. Arrays called ``x_start`` divide others, as in a chip image."""
@@ -38,6 +45,12 @@ class Wiring(NamedTuple):
     to be shifted beyond ``shift``, (n_runs, 4)."""
     weights: np.ndarray
     """The weights, shifted right; int32 where something learns, else as narrow as they fit."""
+    scattered_start: np.ndarray
+    """Start of each delivery among the scattered weights, (n_deliveries + 1,)."""
+    target: np.ndarray
+    """Target of each scattered weight."""
+    value: np.ndarray
+    """The scattered weights in units of 2^shift, in the type of the sums."""
     shift: int
     """Bits by which the weights of all runs are to be shifted."""
     fan: np.ndarray
@@ -46,6 +59,11 @@ class Wiring(NamedTuple):
     """Start of each fan among the costs, (n_fans + 1,)."""
     cost: np.ndarray
     """Core, synapses that a spike reads there, and core of the source, or -1, (.., 3)."""
+
+    @property
+    def sums_type(self) -> type:
+        """The type of the sums: int16 where q has no more bits, else int32."""
+        return np.int16 if self.shift >= NARROW_SHIFT else np.int32
 
 
 def wire(image: ChipImage) -> Wiring:
@@ -71,17 +89,23 @@ def wire(image: ChipImage) -> Wiring:
     order = _reading_order(delivery, rows, contacts)
     place = rows.start[:-1] if learning else _places(rows, contacts.row[order])
     run_start, run = _runs(order, delivery, place, rows, runs, contacts)
+    weights = _placed(rows, place, (np.int32,) if learning else (np.int8, np.int16, np.int32))
     # One contact stands for its delivery: every other has the same sources.
     leads = _first_of_each(delivery)[live.contact]
-    return Wiring(
+    wiring = Wiring(
         delivery_start=_starts(live.source[leads], image),
         delivery=delivery[live.contact[leads]].astype(np.int32),
         run_start=run_start,
         run=run.astype(np.int32),
-        weights=_placed(rows, place, (np.int32,) if learning else (np.int8, np.int16, np.int32)),
+        weights=weights,
+        scattered_start=np.zeros_like(run_start),
+        target=np.zeros(0, dtype=np.int32),
+        value=np.zeros(0, dtype=np.int32),
         shift=rows.common_shift,
         **_fans(image, pairs, rows, contacts),
     )
+    # Learning writes to the weights of runs.
+    return _scatter(wiring, SHORT if not learning else 0)
 
 
 def _check_proportion(image: ChipImage, n_runs: np.ndarray) -> None:
@@ -176,6 +200,23 @@ def _runs(
     return run_start, np.stack([target[first], weight[first], length, shift[first]], axis=1)
 
 
+def _scatter(wiring: Wiring, short: int) -> Wiring:
+    """Make scattered weights of all runs with fewer targets than ``short``."""
+    first, weight, length, shift = wiring.run.T
+    is_short = length < short
+    of_run, target = _expand(first[is_short], (first + length)[is_short])
+    _, number = _expand(weight[is_short], (weight + length)[is_short])
+    value = wiring.weights[number].astype(np.int32) << shift[is_short][of_run]
+    shorts = offsets(is_short)
+    return wiring._replace(
+        run_start=wiring.run_start - shorts[wiring.run_start],
+        run=wiring.run[~is_short],
+        scattered_start=offsets(length * is_short)[wiring.run_start],
+        target=target.astype(np.uint16 if target.max(initial=0) < 2**16 else np.int32),
+        value=value.astype(wiring.sums_type),
+    )
+
+
 def _expand(begin: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the range of each number, and the numbers, of all ranges laid end to end."""
     sizes = end - begin
@@ -215,7 +256,7 @@ def _fans(
     return {
         "fan": fan.astype(np.int32),
         "fan_start": offsets(np.diff(start)[lead]),
-        "cost": cost[kept],
+        "cost": cost[kept].astype(np.int32),
     }
 
 

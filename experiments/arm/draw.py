@@ -1,4 +1,4 @@
-"""Digit drawing: the right arm draws a digit in the air (paper, sec. 4.1 and Fig. 5)."""
+"""Digit drawing: the right arm draws a digit in the air (paper, sec. 4.1 and Fig. 4)."""
 
 import dataclasses
 import math
@@ -117,7 +117,7 @@ class DrawTrial(ArmTrial):
         return digit_reader.can_read() if asked is None else asked
 
     def figure(self, run: ArmRun, pictures: Sequence[np.ndarray], result: Result) -> Figure:
-        """Draw the paper's Fig. 5."""
+        """Draw the paper's Fig. 4."""
         return draw_figure(run, self.settings.sheet, self.stroke, pictures, result)
 
 

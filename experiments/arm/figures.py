@@ -117,7 +117,7 @@ def _mark_limits(axes: Axes, run: ArmRun) -> None:
 
 
 def _draw_axis(axes: Axes, run: ArmRun, d: int, name: str) -> None:
-    """Draw spikes of M1 of one axis, with hand, error and target over them (paper, Fig. 4b)."""
+    """Draw spikes of M1 of one axis, with hand, error and target over them (paper, Fig. 3b)."""
     recording = run.recording
     times, hand, target = recording.time_s, recording.hand[:, d], recording.target[:, d]
     if name in run.rasters:

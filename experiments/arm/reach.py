@@ -1,6 +1,6 @@
-"""Reach-to-target: the right arm follows random targets (paper, sec. 4.1 and Fig. 4)."""
+"""Reach-to-target: the right arm follows random targets (paper, sec. 4.1 and Fig. 3)."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -78,8 +78,13 @@ class ReachTrial(ArmTrial):
         assert isinstance(run.task, ReachTask)
         return reach_metrics(run, run.task.reach_times_s)
 
+    def amounts(self, run: ArmRun) -> Mapping[str, float]:
+        """Return the reaches."""
+        assert isinstance(run.task, ReachTask)
+        return {"reach": len(run.task.reach_times_s)}
+
     def figure(self, run: ArmRun, pictures: Sequence[np.ndarray], result: Result) -> Figure:
-        """Draw the paper's Fig. 4."""
+        """Draw the paper's Fig. 3."""
         return reach_figure(run, pictures, result)
 
 

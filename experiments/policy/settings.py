@@ -11,6 +11,7 @@ from spikeport.networks.loading.walking import load_walking
 from spikeport.networks.policy import PolicyOptions
 from spikeport.networks.walking_policy import SHIPPED, WalkingPolicy
 from spikeport.robot.description import DEFAULT_POSE, GAINS, JOINTS
+from spikeport.robot.perturbation import Perturbation
 from spikeport.robot.walk_interface import ACTION_SCALE_RAD, CONTROL_DT_S
 
 CONVERSION = ("n_neurons", "tau_fwd", "tau_out", "units", "solve")
@@ -35,8 +36,8 @@ def load_policy(path: Path = SHIPPED, description: Path | None = None) -> Walkin
 
 
 @dataclass(frozen=True, kw_only=True)
-class PolicySettings:
-    """Settings of the policy, and how the robot looks.
+class PolicySettings(Perturbation):
+    """Settings of the policy, how the robot looks, and what it is perturbed by.
 
     ``policy`` is ``spiking`` for the shipped one, or the file of one that is to be converted in its
     place; ``description`` is the environment's that comes with a foreign one. ``n_neurons`` are
@@ -47,7 +48,7 @@ class PolicySettings:
     or takes them from a file that ``spikeport calibrate`` wrote; where it is false, the policy is
     as it was converted, as in the paper; ``auto`` fits it on a chip, but not in float, where that
     takes many minutes. ``appearance`` is that of the robot in pictures: ``primitive``, or
-    ``menagerie`` for meshes.
+    ``menagerie`` for meshes. All others are those of `spikeport.robot.perturbation.Perturbation`.
     """
 
     policies: ClassVar[tuple[str, ...]] = ("spiking",)
@@ -66,6 +67,7 @@ class PolicySettings:
 
     def __post_init__(self) -> None:
         """Check the values; UsageError says what is wrong."""
+        super().__post_init__()
         if self.policy not in self.policies and not Path(self.policy).is_file():
             raise unknown("policy", self.policy, (*self.policies, "the path of a file"))
         if self.policy_options.n_neurons % 2:

@@ -6,7 +6,6 @@ cluster's own security is all there is.
 
 import contextlib
 import gc
-import itertools
 import logging
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
@@ -17,6 +16,7 @@ from distributed.scheduler import KilledWorker
 from spikeport.errors import BackendError, SpikeportError, UsageError
 from spikeport.experiments.sweep.folder import PointFiles
 from spikeport.experiments.sweep.plan import Point
+from spikeport.experiments.sweep.queue import Queue
 from spikeport.experiments.sweep.workers import PointOutcome, Run, died
 
 ANSWER_S = 5
@@ -95,20 +95,24 @@ def _outcomes(
 
     Else the next one to kill its worker would take with it what that worker has not handed over.
     """
-    waiting, running = iter(points), dict[Future, Point]()
+    waiting, running = Queue(points), dict[Future, Point]()
     on_worker = _in_its_folder(run)
 
-    def submit() -> None:
+    def submit(made: str | None) -> None:
+        """Submit points; the worker that is free is most likely the one that made a network."""
         free = len(client.nthreads()) - len(running)
-        for point in itertools.islice(waiting, max(1, free)):
-            # not pure: Dask must not take another sweep's outcome for that of an equal point
-            running[client.submit(on_worker, point, pure=False)] = point
+        for _ in range(max(free, not running)):
+            if waiting:
+                point = waiting.take(made)
+                # not pure: Dask must not take another sweep's outcome for that of an equal point
+                running[client.submit(on_worker, point, pure=False)] = point
 
-    submit()
+    submit(None)
     while running:
         for future in _ended(client, running):
-            yield running.pop(future), _outcome(future)
-        submit()
+            point = running.pop(future)
+            yield point, _outcome(future)
+            submit(point.network)
 
 
 def _in_its_folder(run: Run) -> Callable[[Point], PointFiles]:

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 from urllib.parse import quote
 
-from spikeport import cache
+from spikeport.cache import digest_of
+from spikeport.experiments import registry
 from spikeport.experiments.options import Options
 
 SEED = "seed"
@@ -85,5 +86,11 @@ class Point(NamedTuple):
             chip=sweep.chip,
             pipeline=sweep.pipeline,
             seed=self.place[SEED],
-            cache=cache.of_user(),
         )
+
+    @property
+    def network(self) -> str:
+        """A text that points of the sweep share whose networks are the same."""
+        of_run = registry.get(self.sweep.experiment).of_run
+        deciding = {key: value for key, value in self.settings.items() if key not in of_run}
+        return digest_of((self.options.backend, deciding))

@@ -1,18 +1,15 @@
 """Runs the points of a sweep that are not finished yet."""
 
 import contextlib
-import tempfile
-import warnings
 from collections.abc import Iterator, Sequence
-from pathlib import Path
 from typing import NamedTuple
 
 from spikeport.experiments import registry
 from spikeport.experiments.sweep import workers
 from spikeport.experiments.sweep.folder import PointFiles, SweepFolder
 from spikeport.experiments.sweep.plan import Point, Sweep
+from spikeport.experiments.sweep.point import PointRun
 from spikeport.experiments.sweep.workers import PointOutcome
-from spikeport.files import read_json
 from spikeport.progress import Progress
 
 CLUSTER = "spikeport.experiments.sweep.cluster"
@@ -60,21 +57,10 @@ def run(
 def _outcomes(
     scheduler: str | None, n_workers: int, points: Sequence[Point]
 ) -> contextlib.AbstractContextManager[Iterator[tuple[Point, PointOutcome]]]:
+    run_point = PointRun.new()
     if scheduler is None:
         return workers.outcomes(n_workers, points, run_point)
     cluster = registry.imported("--scheduler", CLUSTER, extra="sweep")
     opened: contextlib.AbstractContextManager[Iterator[tuple[Point, PointOutcome]]]
     opened = cluster.outcomes(scheduler, points, run_point)
     return opened
-
-
-def run_point(point: Point, scratch: str) -> PointFiles:
-    """Run a point in a folder of its own, which is removed after it."""
-    experiment = registry.get(point.sweep.experiment)
-    temporary = tempfile.TemporaryDirectory(dir=scratch)
-    with temporary as name, warnings.catch_warnings(action="ignore"):
-        folder = Path(name)
-        experiment.run(experiment.settings(**point.settings), point.options, folder)
-        result = read_json(folder / "result.json")
-        probes = (folder / "probes.nc").read_bytes() if point.sweep.probes else None
-    return PointFiles(result, probes)

@@ -10,7 +10,7 @@ import multiprocessing
 import os
 import signal
 import threading
-from collections import Counter, deque
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
@@ -19,6 +19,7 @@ from typing import NamedTuple
 from spikeport.errors import SpikeportError
 from spikeport.experiments.sweep.folder import PointFiles
 from spikeport.experiments.sweep.plan import Point
+from spikeport.experiments.sweep.queue import Queue
 from spikeport.experiments.sweep.scratch import scratch_folder
 
 PointOutcome = PointFiles | str
@@ -82,11 +83,11 @@ class _Pool:
 
     def __init__(self, n_workers: int, run: Run, scratch: str) -> None:
         self._run, self._scratch = run, scratch
-        self._idle: list[_Worker] = []
+        self._idle: dict[_Worker, str | None] = {}  # with the network that each has made
         self._running: dict[_Worker, Point] = {}
         try:
             for _ in range(n_workers):
-                self._idle.append(self._started())
+                self._idle[self._started()] = None
         except BaseException:
             self.close()
             raise
@@ -100,23 +101,24 @@ class _Pool:
 
     def outcomes(self, points: Sequence[Point]) -> Iterator[tuple[Point, PointOutcome]]:
         """Yield every point as it ends."""
-        waiting, deaths = deque(points), Counter[str]()
+        waiting, deaths = Queue(points), Counter[str]()
         while waiting or self._running:
             while waiting and self._idle:
-                self._submit(waiting.popleft())
+                self._submit(waiting)
             for worker in self._ended():
                 point = self._running.pop(worker)
-                outcome, how = self._outcome(worker)
+                outcome, how = self._outcome(worker, point)
                 if outcome is None:
                     deaths[point.name] += 1
                     if deaths[point.name] <= ALLOWED_DEATHS:
-                        waiting.append(point)
+                        waiting.put(point)
                         continue
                     outcome = died(deaths[point.name], how)
                 yield point, outcome
 
-    def _submit(self, point: Point) -> None:
-        worker = self._idle.pop()
+    def _submit(self, waiting: Queue) -> None:
+        worker, network = self._idle.popitem()
+        point = waiting.take(network)
         with contextlib.suppress(OSError):  # it died while it was idle: told by its pipe's end
             worker.pipe.send(point)
         self._running[worker] = point
@@ -126,15 +128,15 @@ class _Pool:
         ready = wait([worker.pipe for worker in self._running])
         return [worker for worker in self._running if worker.pipe in ready]
 
-    def _outcome(self, worker: _Worker) -> tuple[PointOutcome | None, str]:
+    def _outcome(self, worker: _Worker, point: Point) -> tuple[PointOutcome | None, str]:
         """Return what a worker made of its point; nothing if it died, and how."""
         try:
             outcome: PointOutcome = worker.pipe.recv()
         except (EOFError, OSError):
             how = worker.end()
-            self._idle.append(self._started())
+            self._idle[self._started()] = None
             return None, how
-        self._idle.append(worker)
+        self._idle[worker] = point.network
         return outcome, ""
 
     def _started(self) -> _Worker:

@@ -51,7 +51,11 @@ def spiking_humanoid(
         path_follower(exact.gains, seed=seed),
         policy([*hidden, without_bias(last)], ranges, as_they_are, seed),
         last.bias,
-        HumanoidOptions(balances=not settings.anchor, tau_walk=settings.tau_fwd),
+        HumanoidOptions(
+            balances=not settings.anchor,
+            tau_walk=settings.tau_fwd,
+            spa=settings.selection == "spa",
+        ),
         seed,
     )
 

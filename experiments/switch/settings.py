@@ -9,6 +9,8 @@ from spikeport.experiments.policy.settings import PolicySettings
 from spikeport.experiments.switch.schedule import SHIPPED, Schedule, load
 from spikeport.networks.arm import PRESETS
 
+SELECTIONS = ("own", "spa")
+
 
 @dataclass(frozen=True, kw_only=True)
 class SwitchSettings(PolicySettings):
@@ -17,13 +19,15 @@ class SwitchSettings(PolicySettings):
     ``schedule`` is the name of a shipped one, or a TOML file like ``switch.toml``; ``digit`` is
     what its drawing phases draw. While the arm is at work, the pelvis is welded to the world if
     ``anchor`` is set, as in the paper; else the policy goes on, and keeps the robot standing.
-    ``preset`` is the size of the arm's controller.
+    ``preset`` is the size of the arm's controller. ``selection`` is ``own``, by basal ganglia that
+    the chip can hold, or ``spa``, by nengo_spa's as they are, in float alone.
     """
 
     schedule: str = "switch"
     digit: int = 8
     anchor: bool = True
     preset: str = "lean"
+    selection: str = "own"
 
     def __post_init__(self) -> None:
         """Check the values; UsageError says what is wrong."""
@@ -32,6 +36,8 @@ class SwitchSettings(PolicySettings):
             raise unknown("schedule", self.schedule, (*SHIPPED, "the path of a file"))
         if self.preset not in PRESETS:
             raise unknown("preset", self.preset, PRESETS)
+        if self.selection not in SELECTIONS:
+            raise unknown("selection", self.selection, SELECTIONS)
         if self.digit not in DIGITS:
             raise unknown("digit", str(self.digit), map(str, DIGITS))
 

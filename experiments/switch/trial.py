@@ -2,7 +2,7 @@
 
 import dataclasses
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import nengo
 import numpy as np
@@ -40,6 +40,7 @@ from spikeport.networks.path_following import FollowerGains
 from spikeport.networks.policy import record_ranges, solved_layers
 from spikeport.networks.region import Box
 from spikeport.robot.arm import ArmDynamics
+from spikeport.robot.perturbation import Perturbation
 from spikeport.robot.plant import Plant
 from spikeport.robot.walk_interface import CONTROL_DT_S
 from spikeport.simulator import Simulator
@@ -66,6 +67,11 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
         super().__init__(settings, dataclasses.replace(options, seconds=self.schedule.end_s))
 
     @property
+    def perturbation(self) -> Perturbation:
+        """The perturbation that the settings ask for."""
+        return self.settings.perturbation
+
+    @property
     def recorded(self) -> dict[str, object]:
         """Everything that the rehearsals depend on beside the policy."""
         digest = hashlib.sha256(self.schedule.model_dump_json().encode())
@@ -86,6 +92,12 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
             raise UsageError(
                 "anchor=true: holds the walking robot by its pelvis to draw, which a robot's "
                 "interface cannot; give --set anchor=false --set schedule=free-standing"
+            )
+        if self.settings.selection == "spa" and self.options.backend != "reference":
+            raise UsageError(
+                f"selection=spa: on backend '{self.options.backend}', where neurons have one "
+                "filter, and nengo_spa's GPi and GPe need two (AMPA 2 ms, GABA 8 ms); leave it "
+                "out, or give --backend reference"
             )
         self.goals(self.options.seed)
         self.settings.walking_policy()
@@ -188,6 +200,10 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
     def metrics(self, run: SwitchRun) -> dict[str, object]:
         """Return the figures of a run, see `experiments.switch.metrics`."""
         return metrics(run)
+
+    def amounts(self, run: SwitchRun) -> Mapping[str, float]:
+        """Return metres walked and periods of the policy."""
+        return {"metre": run.recording.walked_m, "policy period": run.sim.time / CONTROL_DT_S}
 
     def probes(self, run: SwitchRun) -> xr.Dataset:
         """Return the series at every physics step, with gates and spikes."""

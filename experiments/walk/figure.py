@@ -1,4 +1,4 @@
-"""The figure of a walking run, after the paper's Fig. 6, and the marks in its pictures.
+"""The figure of a walking run, after the paper's Fig. 5, and the marks in its pictures.
 
 Above, path and trace from above, beside a picture of the robot where one can be drawn; below, over
 time, commands and motion, the distance from the path, and the gait: height of the pelvis and feet

@@ -18,6 +18,8 @@ LONGEST_M = 10_000.0
 """Way of a path: it becomes points that are close to each other, and walking it takes hours."""
 LARGEST = 1e10
 """Of a number: seconds may be counted from 1970; larger ones overflow in what is made of them."""
+TURN_S = 4.0
+"""Turns are checked over this time: in it a robot can turn back, or round a corner."""
 ROUNDING = 1e-6
 TABLE_BYTES = 2**22
 """Of the file: a row for every millisecond of two minutes."""
@@ -40,6 +42,7 @@ def read_path(file: Path, seconds: float) -> tuple[np.ndarray, np.ndarray]:
     time_s, points = table[:, 0] - table[0, 0], table[:, 1:]
     _check_start(file, points[0])
     _check_speed(file, time_s, points)
+    _check_turns(file, time_s, points)
     if time_s[-1] < seconds:
         raise UsageError(
             f"path '{file}': lasts {time_s[-1]:g} s, {seconds:g} s are needed, with the lead of "
@@ -96,4 +99,22 @@ def _check_speed(file: Path, time_s: np.ndarray, points: np.ndarray) -> None:
             f"path '{file}': moves {moved_m[worst]:.2f} m from {time_s[worst]:g} to "
             f"{time_s[worst + 1]:g} s, {speed_m_s[worst]:.2f} m/s, limit {FASTEST_M_S:g} m/s, for "
             "which the policy is trained; cure: more time for it"
+        )
+
+
+def _check_turns(file: Path, time_s: np.ndarray, points: np.ndarray) -> None:
+    """Refuse a path that turns on and on, faster than the robot; a corner alone is none."""
+    steps = np.diff(points, axis=0)
+    moves = np.linalg.norm(steps, axis=1) > 0
+    if not moves.any():
+        return
+    begun_s, heading = time_s[:-1][moves], np.unwrap(np.arctan2(*steps[moves].T[::-1]))
+    last = np.searchsorted(begun_s, begun_s + TURN_S * (1 - ROUNDING), side="right") - 1
+    turned = np.abs(heading[last] - heading)
+    worst, limit = int(np.argmax(turned)), FASTEST_RAD_S * TURN_S
+    if turned[worst] > limit:
+        raise UsageError(
+            f"path '{file}': turns by {turned[worst]:.2f} rad from {begun_s[worst]:g} to "
+            f"{begun_s[last[worst]]:g} s, limit {limit:g} rad in {TURN_S:g} s, {FASTEST_RAD_S:g} "
+            "rad/s, for which the policy is trained; cure: more time for it, or wider turns"
         )

@@ -80,8 +80,12 @@ _STRAIGHTS_M = (1.35, 0.7, 0.7, 0.7, 0.7, 2.7, 1.35)
 _QUARTER_TURNS = (1, 1, -1, 1, 1, 1)
 
 
-def _paper(_length_m: float) -> np.ndarray:
-    """Return a loop shaped like an L, of straights and quarter turns to left (1) or right (-1)."""
+def _loop(_length_m: float) -> np.ndarray:
+    """Return a loop shaped like an L, of straights and quarter turns to left (1) or right (-1).
+
+    It is an own path in place of the paper's, of whose places the paper states one, where its robot
+    ends: near (-1, 1). This one passes 1 m from there.
+    """
     arc_m = _TURN_RADIUS_M * np.pi / 2
     lengths = np.full(2 * len(_STRAIGHTS_M) - 1, arc_m)
     lengths[::2] = _STRAIGHTS_M
@@ -98,9 +102,11 @@ SHAPES: dict[str, tuple[Callable[[float], np.ndarray], bool]] = {
     "line": (_line, False),
     "s-curve": (_s_curve, False),
     "figure-eight": (_figure_eight, True),
-    "paper": (_paper, True),
+    "loop": (_loop, True),
 }
 """Points of at least a length, for each built-in path, and whether it is closed."""
+ALIASES = {"paper": "loop"}
+"""Names that paths had."""
 
 
 def find_path(name: str, speed_m_s: float, seconds: float) -> WalkPath:
@@ -114,6 +120,7 @@ def find_path(name: str, speed_m_s: float, seconds: float) -> WalkPath:
     """
     if name.endswith(".csv"):
         return WalkPath(*read_path(Path(name), seconds))
+    name = ALIASES.get(name, name)
     if name not in SHAPES:
         raise unknown("path", name, [*SHAPES, "FILE.csv"])
     shape, closed = SHAPES[name]

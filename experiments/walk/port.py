@@ -1,6 +1,5 @@
 """The legs of the H1, driven by a walking policy and a path follower."""
 
-from collections import deque
 from collections.abc import Sequence
 
 import numpy as np
@@ -8,6 +7,7 @@ import numpy as np
 from spikeport.errors import DivergedError
 from spikeport.experiments.loop import Port
 from spikeport.experiments.trial import Rig
+from spikeport.experiments.walk.approach import TurnFirst
 from spikeport.experiments.walk.paths import WalkPath
 from spikeport.experiments.walk.recording import WalkRecording, fallen
 from spikeport.networks.path_following import COMMAND_SIZE, REFERENCE_SIZE, STATE_SIZE
@@ -50,6 +50,8 @@ class WalkPort(Port):
         Range of the observations that the policy represents; what is beyond is clipped.
     observe_every_s : float
         Time from one observation to the next, a multiple of the physics step.
+    approach : TurnFirst or None
+        Limits the commands of the follower; None obeys them as they are.
 
     Attributes
     ----------
@@ -60,14 +62,22 @@ class WalkPort(Port):
     fallen_at_s : float or None
         When the robot fell, which ends the run.
     seen : tuple of array
-        The last observation (69,), before it is clipped, with reference (4,) and state (5,).
+        The last observation (69,), before it is clipped, with reference (4,) and state (5,), as
+        controllers know it; what is recorded is the true state.
     """
 
     size_in = ACTION_SIZE + COMMAND_SIZE
     size_out = OBSERVATION_SIZE + REFERENCE_SIZE + STATE_SIZE
 
-    def __init__(self, plant: Plant, encoding: Box | None, observe_every_s: float) -> None:
+    def __init__(
+        self,
+        plant: Plant,
+        encoding: Box | None,
+        observe_every_s: float,
+        approach: TurnFirst | None = None,
+    ) -> None:
         self._plant = plant
+        self._approach = approach
         self._feet = Feet(plant.model)
         self._observe_steps = round(observe_every_s / plant.dt_s)
         self._observe_every_s = observe_every_s
@@ -88,6 +98,8 @@ class WalkPort(Port):
     def begin(self) -> None:
         """Forget what was recorded; the path stays."""
         self.fallen_at_s = None
+        if self._approach is not None:
+            self._approach.begin()
         self._rows = []
         self._policy_view = PolicyView(self._observe_every_s)
         self._answer, self._command = np.zeros(ACTION_SIZE), np.zeros(COMMAND_SIZE)
@@ -100,19 +112,18 @@ class WalkPort(Port):
     @property
     def heading_rad(self) -> float:
         """Direction of the pelvis about the vertical, in rad."""
-        pelvis = self._plant.data.xmat[PELVIS]
-        return float(np.arctan2(pelvis[3], pelvis[0]))
+        return float(self._plant.true_in_plane[0])
 
     def observe(self) -> np.ndarray:
         """Return the policy's observation, clipped, and the follower's reference and state."""
         plant, data = self._plant, self._plant.data
-        if fallen(data.qpos[2], data.xmat[PELVIS][8]):
+        if fallen(plant.height_m, data.xmat[PELVIS][8]):
             self.fallen_at_s = plant.time_s
         if len(self._rows) % self._observe_steps == 0:
             self._observed = self._policy_view.look(plant.state, self._command, self._answer)
             known = self.encoding
             self._clipped = self._observed if known is None else known.clip(self._observed)
-        state = np.array((self.heading_rad, *data.qpos[:2], *data.qvel[:2]))
+        state = plant.in_plane
         reference = self.path.at(plant.time_s - self._path_begun_s + LEAD_S)
         self.seen = self._observed, reference, state
         return np.concatenate((self._clipped, reference, state))
@@ -120,6 +131,8 @@ class WalkPort(Port):
     def drive(self, values: np.ndarray) -> None:
         """Hold the joints at the action's targets; raises DivergedError for what is not finite."""
         action, command = values[:ACTION_SIZE], values[ACTION_SIZE:]
+        if self._approach is not None:
+            command = self._approach.limited(command, *self.seen[1:])
         self._record(action, command)
         if np.count_nonzero(np.isfinite(values)) < len(values):
             raise DivergedError(
@@ -136,9 +149,10 @@ class WalkPort(Port):
         if len(self._rows) % self._observe_steps == 0:
             self._answer = action
         self._command = command
-        data, driven = self._plant.data, (*self.seen, action, command)
-        on_floor = self._feet.on_floor(data)
-        self._rows.append((self._plant.time_s, *driven, data.qpos[2], on_floor))
+        plant, (observed, reference, _) = self._plant, self.seen
+        on_floor = self._feet.on_floor(plant.data)
+        moved = reference, plant.true_in_plane, action, command
+        self._rows.append((plant.time_s, observed, *moved, plant.height_m, on_floor))
 
     def recording(self) -> WalkRecording:
         """Return what was observed and done so far."""
@@ -163,7 +177,7 @@ class PolicyView:
 
     def __init__(self, every_s: float) -> None:
         n_last = 2 * round(CONTROL_DT_S / every_s) - 1
-        self._last = deque(np.zeros((n_last, ACTION_SIZE)), n_last)
+        self._last = np.zeros((n_last, ACTION_SIZE))
         self._change: Sequence[float] = (COMMAND_CHANGE_PER_S * every_s).tolist()
         self._command = [0.0] * len(COMMAND_CHANGE_PER_S)
 
@@ -179,11 +193,12 @@ class PolicyView:
         action : (19,) array
             The policy's answer to the last observation; zeros at the start.
         """
-        self._last.append(action)
+        # An array, oldest first: the mean of a list of arrays takes as long as a step of the chip.
+        self._last[:-1], self._last[-1] = self._last[1:], action
         wanted = command.item(0), 0.0, command.item(1)
         steps = zip(self._command, wanted, self._change, strict=True)
         self._command = [now + min(max(end - now, -most), most) for now, end, most in steps]
-        return observation(state, self._command, np.mean(self._last, axis=0))
+        return observation(state, self._command, self._last.mean(axis=0))
 
 
 class WalkRig(Rig):
@@ -197,12 +212,19 @@ class WalkRig(Rig):
         Range of the observations that the policy represents.
     observe_every_s, dt_s : float
         Time from one observation of the policy to the next, and the controller's time step.
+    approach : TurnFirst or None
+        Limits the commands of the follower.
     """
 
     def __init__(
-        self, plant: Plant, encoding: Box | None, observe_every_s: float, dt_s: float
+        self,
+        plant: Plant,
+        encoding: Box | None,
+        observe_every_s: float,
+        dt_s: float,
+        approach: TurnFirst | None = None,
     ) -> None:
-        self.walk = WalkPort(plant, encoding, observe_every_s)
+        self.walk = WalkPort(plant, encoding, observe_every_s, approach)
         super().__init__(plant, [self.walk], dt_s)
 
     def begin(self, seed: int, path: WalkPath) -> None:

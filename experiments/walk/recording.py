@@ -16,7 +16,10 @@ from spikeport.robot.walk_interface import PARTS
 from spikeport.simulator import Simulator
 
 LOWEST_M = 0.7
-LARGEST_TILT_RAD = np.pi / 4
+SMALLEST_UPRIGHT = float(np.cos(np.pi / 4))
+"""Of a pelvis that is tilted by 45 degrees."""
+ROUNDING = 1e-6
+"""Of times, as a share of what they are counted in."""
 SERIES = {
     "observation": ("observed", "see `part`", "what the policy is told, before it is clipped"),
     "reference": ("moving", "m, m/s", "place and velocity to take, from the start"),
@@ -34,7 +37,7 @@ def fallen(height_m: float, upright: float) -> bool:
 
     ``upright`` is the share of its vertical axis that points upwards, cos(tilt).
     """
-    return height_m < LOWEST_M or upright < np.cos(LARGEST_TILT_RAD)
+    return height_m < LOWEST_M or upright < SMALLEST_UPRIGHT
 
 
 @dataclass(frozen=True)
@@ -71,6 +74,13 @@ class WalkRecording(Recording):
     def position_m(self) -> np.ndarray:
         """Place of the robot, (n, 2) in m."""
         return self.state[:, 1:3]
+
+    @property
+    def walked_m(self) -> float:
+        """Length of the way from one half second to the next, in m: sway within them is not way."""
+        half_s = np.floor(2 * self.time_s + ROUNDING)
+        kept = self.position_m[np.flatnonzero(np.diff(half_s, prepend=-1))]
+        return float(np.linalg.norm(np.diff(kept, axis=0), axis=1).sum())
 
     @property
     def speed_m_s(self) -> np.ndarray:

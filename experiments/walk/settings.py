@@ -6,6 +6,7 @@ from typing import ClassVar
 
 from spikeport.errors import UsageError, unknown
 from spikeport.experiments.policy.settings import PolicySettings
+from spikeport.experiments.walk.approach import LAWS, TURN_FIRST
 from spikeport.experiments.walk.path_file import FASTEST_M_S
 
 FOLLOWERS = ("spiking", "exact")
@@ -16,7 +17,8 @@ class WalkSettings(PolicySettings):
     """Settings of the path and the controller; see `PolicySettings` for the others.
 
     ``path`` is a built-in one (`experiments.walk.paths.SHAPES`), walked at ``speed`` m/s, or a CSV
-    file with columns ``t_s,x_m,y_m``. ``follower`` is ``spiking`` or ``exact``; ``policy`` can be
+    file with columns ``t_s,x_m,y_m``. ``follower`` is ``spiking`` or ``exact``, and obeyed as
+    ``law`` says: ``turn-first``, or ``paper`` (see `experiments.walk.approach`). ``policy`` can be
     ``mlp`` too, the shipped one without neurons. ``silence`` is the share of the policy's ensembles
     that are inhibited from ``silence_at`` s on.
     """
@@ -26,6 +28,7 @@ class WalkSettings(PolicySettings):
     path: str = "figure-eight"
     speed: float = 0.5
     follower: str = "spiking"
+    law: str = TURN_FIRST
     silence: float = 0.0
     silence_at: float = 25.0
 
@@ -34,6 +37,8 @@ class WalkSettings(PolicySettings):
         super().__post_init__()
         if self.follower not in FOLLOWERS:
             raise unknown("follower", self.follower, FOLLOWERS)
+        if self.law not in LAWS:
+            raise unknown("law", self.law, LAWS)
         if not 0 < self.speed <= FASTEST_M_S:
             raise UsageError(
                 f"speed={self.speed:g}: the policy is trained for speeds above 0 and up to "

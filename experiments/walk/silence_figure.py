@@ -1,4 +1,4 @@
-"""The paper's Fig. 6c: spikes of the policy above, the pose of the pelvis below.
+"""The paper's Fig. 5c: spikes of the policy above, the pose of the pelvis below.
 
 The red line is where some of the ensembles fall silent; the figure begins a few steps before it.
 """

@@ -1,4 +1,4 @@
-"""The paper's Fig. 6a: where the robot walked with either policy, over the ideal path."""
+"""The paper's Fig. 5a: where the robot walked with either policy, over the ideal path."""
 
 import numpy as np
 import xarray as xr

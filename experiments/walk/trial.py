@@ -1,6 +1,6 @@
-"""The H1 walks a path on spiking neurons (paper, sec. 4.2 and Fig. 6)."""
+"""The H1 walks a path on spiking neurons (paper, sec. 4.2 and Fig. 5)."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import nengo
 import numpy as np
@@ -21,6 +21,7 @@ from spikeport.experiments.policy.readout import (
 )
 from spikeport.experiments.run_folder import Result
 from spikeport.experiments.trial import Closed, Trial
+from spikeport.experiments.walk.approach import TURN_FIRST, TurnFirst
 from spikeport.experiments.walk.controller import (
     analytic_policy,
     silence_ensembles,
@@ -37,7 +38,9 @@ from spikeport.experiments.walk.silence_figure import silence_figure
 from spikeport.networks.path_follower import FollowerNetwork, analytic_follower, path_follower
 from spikeport.networks.path_following import FollowerGains
 from spikeport.networks.policy import PolicyNetwork, policy, record_ranges
+from spikeport.networks.region import Box
 from spikeport.networks.walking_policy import WalkingPolicy
+from spikeport.robot.perturbation import Perturbation
 from spikeport.robot.plant import Plant
 from spikeport.robot.walk_interface import CONTROL_DT_S
 from spikeport.simulator import Simulator
@@ -48,6 +51,11 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
 
     name = "walk"
     settings: WalkSettings
+
+    @property
+    def perturbation(self) -> Perturbation:
+        """The perturbation that the settings ask for."""
+        return self.settings.perturbation
 
     @property
     def recorded(self) -> dict[str, object]:
@@ -98,15 +106,13 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
         """
         settings = self.settings
         self.check()
-        weights = settings.walking_policy()
         if self.exact_policy:
             self._refuse_silence()
-            walker, rig = analytic_policy(weights), WalkRig(plant, None, CONTROL_DT_S, DT_S)
+            walker = analytic_policy(settings.walking_policy())
+            rig = WalkRig(plant, None, CONTROL_DT_S, DT_S, self._approach())
         else:
-            check_calibrated(self, weights)
-            gait = self._gait(weights)
-            rig = WalkRig(plant, encoding(gait), OBSERVATION_DT_S, DT_S)
-            walker = self._spiking_policy(weights, gait)
+            walker, box = self.spiking_policy()
+            rig = WalkRig(plant, box, OBSERVATION_DT_S, DT_S, self._approach())
         controller = walk_controller(self._follower(), walker, settings.network_seed)
         spikes = silence_ensembles(controller, walker, settings) if settings.silence else ()
         with nengo.Network(label=self.name, seed=settings.network_seed) as network:
@@ -116,6 +122,9 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
                 [controller.action, controller.command],
             )
         return Closed(network, rig, {f"neuron {i}": probe for i, probe in enumerate(spikes)})
+
+    def _approach(self) -> TurnFirst | None:
+        return TurnFirst() if self.settings.law == TURN_FIRST else None
 
     def _refuse_silence(self) -> None:
         if self.settings.silence:
@@ -130,13 +139,22 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
 
         return self.options.cache.kept("gait", weights, record)["gait"]
 
-    def _spiking_policy(self, weights: WalkingPolicy, gait: np.ndarray) -> PolicyNetwork:
-        """Convert the policy for the observations of a gait (n, 69)."""
-        settings, layers = self.settings, policy_layers(weights)
+    def spiking_policy(self) -> tuple[PolicyNetwork, Box]:
+        """Convert the policy for what it observes as it walks, and return its encoding too.
+
+        Raises
+        ------
+        UsageError
+            If the policy is not for this robot, or its calibration was made for another.
+        """
+        settings, weights = self.settings, self.settings.walking_policy()
+        check_calibrated(self, weights)
+        gait, layers = self._gait(weights), policy_layers(weights)
         ranges = record_ranges(layers, gait)
         self.options.progress("building the controller", None)
-        found = calibrated(self, layers, ranges, gait, WALKS)
-        return policy(layers, ranges, settings.policy_options, settings.network_seed, found, gait)
+        found, seed = calibrated(self, layers, ranges, gait, WALKS), settings.network_seed
+        network = policy(layers, ranges, settings.policy_options, seed, found, gait)
+        return network, encoding(gait)
 
     def _follower(self) -> FollowerNetwork:
         if self.exact_follower:
@@ -165,6 +183,10 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
         """Return the figures of a run, see `experiments.walk.metrics`."""
         return metrics(run)
 
+    def amounts(self, run: WalkRun) -> Mapping[str, float]:
+        """Return metres walked and periods of the policy."""
+        return {"metre": run.recording.walked_m, "policy period": run.sim.time / CONTROL_DT_S}
+
     def probes(self, run: WalkRun) -> xr.Dataset:
         """Return the series at every physics step, and the spikes that are kept."""
         return dataset(run)
@@ -174,7 +196,7 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
         return Scenes(walk_marks(run), "track")
 
     def figure(self, run: WalkRun, pictures: Sequence[np.ndarray], result: Result) -> Figure:
-        """Draw the paper's Fig. 6, or 6c where spikes are kept."""
+        """Draw the paper's Fig. 5, or 5c where spikes are kept."""
         if run.spikes is not None:
             return silence_figure(run, run.spikes, result)
         return walk_figure(run, pictures, result)
@@ -188,4 +210,5 @@ EXPERIMENT = Experiment(
     seconds=40.0,
     shortest_s=0.02,
     pipeline="compact",
+    of_run=("path", "speed"),
 )

@@ -17,10 +17,13 @@ class Fix(NamedTuple):
         Origin of the pelvis in the world, m.
     yaw_rad : float or None
         Direction of the pelvis' x axis about the vertical; None where it is not measured.
+    velocity : ndarray or None, (3,)
+        Of the pelvis in the world, m/s; None where it is not measured. Filters find their own.
     """
 
     position: np.ndarray
     yaw_rad: float | None = None
+    velocity: np.ndarray | None = None
 
 
 class StateEstimator(Protocol):

@@ -95,6 +95,11 @@ def refusal(arrival: Arrival, last: Arrival | None, limits: Limits) -> str | Non
     )
 
 
+def too_old(age_s: float, most_s: float = LATEST_S) -> str:
+    """Return why an observation of so long ago is not trusted any more."""
+    return f"no new state for {1000 * age_s:.0f} ms, allowed {1000 * most_s:.0f} ms"
+
+
 def _not_a_number(sensors: Sensors) -> str | None:
     """Return which value is not finite, or None."""
     for name, values in sensors._asdict().items():

@@ -6,6 +6,7 @@ looked for by address. Its sockets listen on all interfaces whatever is configur
 
 from types import TracebackType
 from typing import NamedTuple, Self
+from uuid import UUID
 
 from spikeport.errors import BackendError, MissingExtraError
 from spikeport.robot.link.messages import Topic
@@ -54,7 +55,7 @@ _LOOPBACK = {
 
 
 class Arrival(NamedTuple):
-    """A message as it came: its bytes, and the number of who wrote it."""
+    """A message as it came: its bytes, and the number of who wrote it, as `Writer.number`."""
 
     message: bytes
     writer: int
@@ -99,9 +100,9 @@ class Bus:
         self._entities += made.entities
         return made
 
-    def reader(self, topic: Topic) -> "Reader":
-        """Return a reader of a topic."""
-        made = Reader(self._participant, topic, self._keeps_all)
+    def reader(self, topic: Topic, *, keeps_all: bool = False) -> "Reader":
+        """Return a reader of a topic, which keeps all if that or the bus does."""
+        made = Reader(self._participant, topic, keeps_all or self._keeps_all)
         self._entities += made.entities
         return made
 
@@ -141,6 +142,11 @@ class Writer:
         self._writer.write(self._sample)
 
     @property
+    def number(self) -> int:
+        """The number of this writer, which is the same for all who read it."""
+        return _number(self._writer.guid)
+
+    @property
     def n_readers(self) -> int:
         """The readers that are there."""
         return int(self._writer.get_publication_matched_status().current_count)
@@ -162,6 +168,7 @@ class Reader:
         self._waits = WaitSet(participant)
         self._waits.attach(condition)
         self.entities = (named, self._reader, condition, self._waits)
+        self._numbers: dict[int, int] = {}
 
     def take(self, within_s: float = 0.0) -> list[Arrival]:
         """Return what has come, or comes within a time, oldest first."""
@@ -171,7 +178,7 @@ class Reader:
         if isinstance(found, int):
             raise BackendError(f"DDS cannot read (code {found})")
         return [
-            Arrival(data[len(XCDR1) :], int(info.publication_handle))
+            Arrival(data[len(XCDR1) :], self._written_by(int(info.publication_handle)))
             for data, info in found
             if info.valid_data and data.startswith(XCDR1)
         ]
@@ -179,5 +186,25 @@ class Reader:
     @property
     def writers(self) -> list[int]:
         """The numbers of the writers that are there."""
-        # as signed numbers here, and unsigned with what they wrote
-        return [int(number) % 2**64 for number in self._reader.get_matched_publications()]
+        # handles are signed numbers here, and unsigned with what they wrote
+        return [
+            self._written_by(int(handle) % 2**64)
+            for handle in self._reader.get_matched_publications()
+        ]
+
+    def _written_by(self, handle: int) -> int:
+        """Return the number of a writer; its handle, which nobody else knows, if that is gone."""
+        if handle not in self._numbers:
+            try:
+                found = self._reader.get_matched_publication_data(handle)
+            except DDSException:
+                found = None
+            if found is None:
+                return handle
+            self._numbers[handle] = _number(found.key)
+        return self._numbers[handle]
+
+
+def _number(guid: UUID) -> int:
+    """Return 64 bits of an endpoint's identity, which has 128."""
+    return (guid.int >> 64) ^ (guid.int % 2**64)

@@ -5,9 +5,20 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from spikeport.errors import RobotLostError
-from spikeport.robot.link.codec import Command, Truth, decode_state, decode_truth, encode_command
+from spikeport.robot.link.admission import LATEST_S, too_old
+from spikeport.robot.link.codec import (
+    TICK_S,
+    Base,
+    Command,
+    decode_base,
+    decode_state,
+    encode_command,
+    turn_of,
+)
+from spikeport.robot.link.h1 import DAMPING
 from spikeport.robot.link.lock_step import LockStep, Published
 from spikeport.robot.link.signals import MotorCommands, Sensors
+from spikeport.robot.link.wire import MessageError
 
 
 class Observed(NamedTuple):
@@ -19,19 +30,31 @@ class Observed(NamedTuple):
         Its moment, ms.
     sensors : Sensors
         The values of the robot's sensors.
-    truth : Truth or None
-        Place and velocity of the pelvis, where a simulation publishes them.
+    truth : Base or None
+        Motion of the pelvis, where a simulation publishes it.
     writer : int
         Who wrote it.
     remote : bytes
         The message of the wireless remote; empty where nobody asked for it.
+    asks : int
+        The tick that a command answers: in lock-step, that of now.
+    came : int
+        The tick that it asked to be answered when it came.
+    controller : int
+        Who is obeyed, in lock-step; 0 for nobody yet.
+    odometry : Base or None
+        Motion of the pelvis by an odometer, where one is published.
     """
 
     tick: int
     sensors: Sensors
-    truth: Truth | None
+    truth: Base | None
     writer: int = 0
     remote: bytes = b""
+    asks: int = 0
+    came: int = 0
+    controller: int = 0
+    odometry: Base | None = None
 
 
 @dataclass
@@ -43,7 +66,7 @@ class ClientFigures:
     states : int
         States that were controlled by.
     held : int
-        Steps of the controller for which there was no new state, in real time.
+        Steps of the controller for which there was no new state.
     damaged : int
         Messages that were refused.
     overruns : int
@@ -91,22 +114,59 @@ class RobotClient(ABC):
         return dict(vars(self.figures))
 
 
-def observed(messages: Published) -> Observed:
+class CommandedRobot(RobotClient):
+    """A robot whose client itself sends the commands, and judges what comes."""
+
+    @abstractmethod
+    def _send(self, tick: int, motors: MotorCommands) -> None:
+        """Command the robot, as an answer to a tick."""
+
+    def _damped(self, tick: int, reason: str) -> RobotLostError:
+        """Tell the robot to go into damping, and return the error that ends the run for it."""
+        self._send(tick, DAMPING)
+        return RobotLostError(f"the robot was told to go into damping: {reason}")
+
+    def _follow(self, seen: Observed, found: Observed) -> Observed:
+        """Return what follows an observation in lock-step: a newer one, or the same, held.
+
+        Raises
+        ------
+        RobotLostError
+            If the robot began anew, or the same one was held for too long.
+        """
+        check_order(seen, found)
+        if found.tick > seen.tick:
+            self.figures.states += 1
+            return found
+        self.figures.held += 1
+        held_s = TICK_S * (found.asks - seen.came)
+        if held_s > LATEST_S:
+            raise self._damped(found.asks, too_old(held_s))
+        return seen._replace(asks=found.asks)
+
+
+def observed(messages: Published, writer: int = 0, remote: bytes = b"") -> Observed:
     """Return the observation of messages; raises MessageError for what is none."""
     tick, sensors = decode_state(messages.state)
-    return Observed(tick, sensors, None if messages.truth is None else decode_truth(messages.truth))
+    truth, odometry = (
+        None if message is None else decode_base(message)
+        for message in (messages.truth, messages.odometry)
+    )
+    asks, controller = turn_of(messages.state)
+    now = asks or tick
+    return Observed(tick, sensors, truth, writer, remote, now, now, controller, odometry)
 
 
 def check_order(seen: Observed, found: Observed) -> None:
-    """Raise RobotLostError if a state is of before the one that was seen."""
-    if found.tick < seen.tick:
+    """Raise RobotLostError if a robot is at a moment before that which was seen."""
+    if found.asks < seen.asks:
         raise RobotLostError(
-            f"the robot began anew: its tick went from {seen.tick:,} back to {found.tick:,} ms; "
+            f"the robot began anew: its tick went from {seen.asks:,} back to {found.asks:,} ms; "
             "start the run again"
         )
 
 
-class InlineRobot(RobotClient):
+class InlineRobot(CommandedRobot):
     """A simulated robot in this process, through the same messages.
 
     Parameters
@@ -125,13 +185,18 @@ class InlineRobot(RobotClient):
 
     def exchange(self, seen: Observed, motors: MotorCommands) -> Observed:
         """Answer an observation, and return the next; see `RobotClient.exchange`."""
-        self._robot.answered(encode_command(Command(seen.tick, motors)), writer=1)
+        self._send(seen.asks, motors)
         if self._robot.silent:
-            raise RobotLostError(f"the robot does not answer its state of {seen.tick:,} ms")
-        found = observed(self._robot.published())
-        check_order(seen, found)
-        self.figures.states += 1
-        return found
+            raise RobotLostError(f"the robot does not answer its state of {seen.asks:,} ms")
+        messages = self._robot.published()
+        try:
+            return self._follow(seen, observed(messages))
+        except MessageError as error:
+            self.figures.damaged += 1
+            raise self._damped(turn_of(messages.state).asks, str(error)) from None
+
+    def _send(self, tick: int, motors: MotorCommands) -> None:
+        self._robot.answered(encode_command(Command(tick, motors)), writer=1)
 
     def close(self) -> None:
         """Leave the robot."""

@@ -1,10 +1,12 @@
 """Sensors and commands of the H1 as messages, and back.
 
-Numbers are float32 on the wire. A command names the tick of the state that it answers in
-``reserve``, which the checksum covers; Unitree's own controllers leave it 0.
+Numbers are float32 on the wire. In lock-step a command names the tick that it answers in
+``reserve``, and a state the tick that it asks an answer for, and in ``sn`` the controller that is
+obeyed. The checksum covers these; Unitree's own robots and controllers leave them 0.
 """
 
 import math
+import struct
 from typing import NamedTuple
 
 import numpy as np
@@ -24,7 +26,7 @@ from spikeport.robot.link.wire import Layout, MessageError
 
 TICK_S = 0.001
 """A tick of a state."""
-COMMAND, STATE, TRUTH = Layout(LOW_CMD), Layout(LOW_STATE), Layout(SPORT_MODE_STATE)
+COMMAND, STATE, BASE = Layout(LOW_CMD), Layout(LOW_STATE), Layout(SPORT_MODE_STATE)
 
 
 class Command(NamedTuple):
@@ -34,8 +36,23 @@ class Command(NamedTuple):
     motors: MotorCommands
 
 
-class Truth(NamedTuple):
-    """Place and velocity of the pelvis, which only a simulation knows.
+class Turn(NamedTuple):
+    """What a state says of lock-step; all is 0 where the robot keeps to the clock.
+
+    Attributes
+    ----------
+    asks : int
+        The tick that is to be answered: that of now, of however old the observation is.
+    controller : int
+        The number of the writer that is obeyed; 0 for nobody yet.
+    """
+
+    asks: int = 0
+    controller: int = 0
+
+
+class Base(NamedTuple):
+    """Motion of the pelvis, as only a simulation knows it or as an odometer has it.
 
     Attributes
     ----------
@@ -45,11 +62,14 @@ class Truth(NamedTuple):
         Of the pelvis in the world, m.
     velocity : ndarray, (3,)
         Of the pelvis in the world, m/s.
+    quaternion : ndarray, (4,)
+        Its orientation, (w, x, y, z); 0 where it is not published.
     """
 
     tick: int
     position: np.ndarray
     velocity: np.ndarray
+    quaternion: np.ndarray = np.zeros(4)
 
 
 def _of_joints(layout: Layout, motors: str, name: str) -> np.ndarray:
@@ -70,8 +90,10 @@ _ENDS = (4, 7, 10, 29, 48, 67)
 """Where the parts of an observation end: quaternion, rates, forces, angles, velocities, torques."""
 _PARTS = list(map(slice, (0, *_ENDS), _ENDS))
 _ANSWERS, _TICK = int(COMMAND.words("reserve")[0]), int(STATE.words("tick")[0])
-_STAMP = TRUTH.words("stamp.sec", "stamp.nanosec")
-_POSITION, _VELOCITY = TRUTH.words("position"), TRUTH.words("velocity")
+_ASKS, _CONTROLLER = int(STATE.words("reserve")[0]), STATE.words("sn")
+_ASKED, _OBEYED = struct.Struct("<I"), struct.Struct("<Q")
+_STAMP = BASE.words("stamp.sec", "stamp.nanosec")
+_BASE = BASE.words("position", "velocity", "imu_state.quaternion")
 
 
 def _blank(layout: Layout) -> np.ndarray:
@@ -102,11 +124,14 @@ def decode_command(message: bytes) -> Command:
     return Command(int(words[_ANSWERS]), MotorCommands(*numbers.reshape(5, -1)))
 
 
-def encode_state(tick: int, sensors: Sensors) -> bytes:
+def encode_state(tick: int, sensors: Sensors, turn: Turn | None = None) -> bytes:
     """Return the message of an observation; the tick, in ms, says when it was made."""
     words = _BLANK_STATE.copy().view("<u4")
     words.view("<f4")[_SENSED] = np.concatenate(sensors[1:])
     words[_TICK] = tick
+    if turn is not None:
+        words[_ASKS] = turn.asks
+        words[_CONTROLLER] = turn.controller % 2**32, turn.controller >> 32
     return STATE.sealed(words)
 
 
@@ -131,28 +156,33 @@ def decode_state(message: bytes) -> tuple[int, Sensors]:
     return tick, Sensors(tick * TICK_S, *parts)
 
 
+def turn_of(message: bytes) -> Turn:
+    """Return what a state's message of the right size says of lock-step."""
+    (asks,) = _ASKED.unpack_from(message, STATE.at("reserve"))
+    (controller,) = _OBEYED.unpack_from(message, STATE.at("sn"))
+    return Turn(asks, controller)
+
+
 def remote_of(message: bytes) -> bytes:
     """Return the bytes of the wireless remote in a state's message of the right size."""
     begin = STATE.at("wireless_remote")
     return message[begin : begin + remote.SIZE]
 
 
-def encode_truth(truth: Truth) -> bytes:
-    """Return the message of the pelvis' true place and velocity."""
-    words = np.zeros(TRUTH.size, np.uint8).view("<u4")
-    words[_STAMP] = truth.tick // 1000, truth.tick % 1000 * 1_000_000
-    numbers = words.view("<f4")
-    numbers[_POSITION], numbers[_VELOCITY] = truth.position, truth.velocity
+def encode_base(base: Base) -> bytes:
+    """Return the message of the pelvis' motion."""
+    words = np.zeros(BASE.size, np.uint8).view("<u4")
+    words[_STAMP] = base.tick // 1000, base.tick % 1000 * 1_000_000
+    words.view("<f4")[_BASE] = np.concatenate(base[1:])
     return words.tobytes()
 
 
-def decode_truth(message: bytes) -> Truth:
-    """Return the place and velocity of a message; raises MessageError if they are none."""
-    TRUTH.check_size(message)
+def decode_base(message: bytes) -> Base:
+    """Return the pelvis' motion of a message; raises MessageError if it is none."""
+    BASE.check_size(message)
     words = np.frombuffer(message, "<u4")
-    numbers = words.view("<f4")
     seconds, nanoseconds = words[_STAMP].tolist()
-    position, velocity = (numbers[places].astype(float) for places in (_POSITION, _VELOCITY))
-    if not (np.isfinite(position).all() and np.isfinite(velocity).all()):
+    numbers = words.view("<f4")[_BASE].astype(float)
+    if not np.isfinite(numbers).all():
         raise MessageError("SportModeState_: a number is not finite")
-    return Truth(1000 * seconds + nanoseconds // 1_000_000, position, velocity)
+    return Base(1000 * seconds + nanoseconds // 1_000_000, *np.split(numbers, (3, 6)))

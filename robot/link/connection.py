@@ -1,5 +1,6 @@
 """Connections to robots: in this process, in one of its own, or wherever DDS reaches."""
 
+import dataclasses
 import re
 from dataclasses import dataclass
 
@@ -8,7 +9,9 @@ from spikeport.robot.link.client import InlineRobot, RobotClient
 from spikeport.robot.link.controlled import join_by_hand
 from spikeport.robot.link.faults import FAULTS
 from spikeport.robot.link.lock_step import LockStep
-from spikeport.robot.link.motion import EKF, TRUTH, check_estimator
+from spikeport.robot.link.messages import ODOMETRY
+from spikeport.robot.link.motion import EKF, TRUTH, check_estimator, needed
+from spikeport.robot.link.odometer import OdometerErrors
 from spikeport.robot.link.over_dds import join
 from spikeport.robot.link.place import REAL, Place
 from spikeport.robot.link.robot import SimulatedRobot
@@ -110,12 +113,14 @@ def connect(options: RobotOptions, settings: RobotSettings) -> RobotClient:
         If a stub does not start, or DDS cannot begin.
     """
     options.check()
+    if needed(options.estimates) is ODOMETRY:
+        settings = dataclasses.replace(settings, odometer=OdometerErrors())
     if options.robot == INLINE:
         faults = [FAULTS.parse(text) for text in options.faults]
         return InlineRobot(LockStep(SimulatedRobot(settings), faults))
     if options.robot == STUB:
         return StubRobot(settings, options.real_time, options.faults)
-    needs_truth = options.estimates == TRUTH
+    needs = needed(options.estimates)
     if options.by_hand:
-        return join_by_hand(options.place, settings, needs_truth)
-    return join(options.place, options.real_time, settings, needs_truth)
+        return join_by_hand(options.place, settings, needs)
+    return join(options.place, options.real_time, settings, needs)

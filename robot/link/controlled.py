@@ -11,6 +11,8 @@ from spikeport.robot.link.client import Observed
 from spikeport.robot.link.controller import HOLD, Controller
 from spikeport.robot.link.controller_states import State
 from spikeport.robot.link.h1 import DAMPING, SPEED_LIMITS_RAD_S, TORQUE_LIMITS_NM
+from spikeport.robot.link.messages import Topic
+from spikeport.robot.link.motion_switcher import MotionSwitcher
 from spikeport.robot.link.over_dds import DdsRobot, RealTimeRobot, on_bus
 from spikeport.robot.link.place import Place
 from spikeport.robot.link.settings import RobotSettings
@@ -39,8 +41,8 @@ class ControlledRobot(RealTimeRobot):
     ----------
     bus : Bus
         Where it is.
-    needs_truth : bool
-        Whether an observation is whole only with the truth.
+    needs : Topic or None
+        What an observation is whole only with, beside a state.
     period_s : float
         Time from one command to the next.
     clock : Clock
@@ -49,18 +51,21 @@ class ControlledRobot(RealTimeRobot):
         Its keys; closed with this.
     say : callable
         Prints a line, for each state.
+    switcher : MotionSwitcher, optional
+        Releases sport mode before zero torque.
     """
 
     def __init__(
         self,
         bus: "Bus",
-        needs_truth: bool,
+        needs: Topic | None,
         period_s: float,
         clock: Clock,
         terminal: Terminal,
         say: Callable[[str], None],
+        switcher: MotionSwitcher | None = None,
     ) -> None:
-        super().__init__(bus, needs_truth, period_s, clock)
+        super().__init__(bus, needs, period_s, clock, switcher)
         self._terminal, self._say = terminal, say
         self._motors, self._answered_tick = HOLD, -1
         limits = h1_limits(SPEED_LIMITS_RAD_S, TORQUE_LIMITS_NM)
@@ -105,6 +110,8 @@ class ControlledRobot(RealTimeRobot):
         """Return the controller's command; a held observation is as old as it is."""
         for event in self._terminal.events():
             self._controller.press(event)
+        if self._controller.state is State.WAIT:
+            self._writer = seen.writer
         held, self._answered_tick = seen.tick == self._answered_tick, seen.tick
         now_s = self._clock.now() if held else self._seen_s
         return self._controller.answer(Arrival(seen.sensors, True, seen.writer, seen.remote), now_s)
@@ -113,8 +120,10 @@ class ControlledRobot(RealTimeRobot):
         damped = self._controller.state is State.DAMPING
         return f": {self._controller.refused}" if damped and self._controller.refused else ""
 
-    def _refused(self, reason: str) -> None:
-        super()._refused(reason)
+    def _refused(self, reason: str, message: bytes) -> None:
+        """Count a message that is none, and let the controller damp a moving robot."""
+        self._refusals += 1
+        self.figures.damaged += 1
         self._controller.refuse(reason)
 
     def close(self) -> None:
@@ -133,13 +142,14 @@ class ControlledRobot(RealTimeRobot):
         }
 
 
-def join_by_hand(place: Place, settings: RobotSettings, needs_truth: bool) -> DdsRobot:
+def join_by_hand(place: Place, settings: RobotSettings, needs: Topic | None) -> DdsRobot:
     """Return the robot at a place, in real time, led by keys; see `over_dds.join`."""
     terminal = own_terminal()
 
     def make(bus: "Bus") -> DdsRobot:
         period_s = 1 / settings.rate_hz
-        return ControlledRobot(bus, needs_truth, period_s, SystemClock(), terminal, _say)
+        switcher = MotionSwitcher(bus, place.may_be_real)
+        return ControlledRobot(bus, needs, period_s, SystemClock(), terminal, _say, switcher)
 
     try:
         return on_bus(place, False, make)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from spikeport.robot.description import DEFAULT_POSE, GAINS, JOINTS
-from spikeport.robot.link.admission import LATEST_S, Arrival, Limits, refusal
+from spikeport.robot.link.admission import LATEST_S, Arrival, Limits, refusal, too_old
 from spikeport.robot.link.controller_states import MOVING, Event, State, after
 from spikeport.robot.link.h1 import DAMPING, ZERO_TORQUE
 from spikeport.robot.link.remote import Remote, decode, pressed
@@ -117,7 +117,7 @@ class Controller:
         age_s, most_s = now_s - self._last_s, self._timing.latest_s
         if self.state not in MOVING or age_s <= most_s:
             return False
-        self.refuse(f"none for {1000 * age_s:.0f} ms, allowed {1000 * most_s:.0f} ms")
+        self.refuse(too_old(age_s, most_s))
         return True
 
     def refuse(self, reason: str) -> None:

@@ -17,19 +17,22 @@ from cyclonedds.idl._xt_builder import XTBuilder
 from spikeport.robot.link.messages import (
     LOW_CMD,
     LOW_STATE,
+    REQUEST,
+    RESPONSE,
     SPORT_MODE_STATE,
     Field,
     Struct,
 )
 
-NAMESPACE = "unitree_go.msg.dds_"
 HASHES = {
     LOW_CMD.name: "52cc8eb0d427d692aa2b20a90540",
     LOW_STATE.name: "08f239c471d3a27e67e7c7723184",
     SPORT_MODE_STATE.name: "e59749630fff75cc170afb238783",
+    REQUEST.name: "c47a4429fcbf539486498753c48f",
+    RESPONSE.name: "d1c32cc02214901a464a6c51325d",
 }
-"""Hashes of the complete types, hexadecimal, as they stand in far-unitree-sdk 0.1.8, which is built
-from Unitree's C++ SDK."""
+"""Hashes of the complete types, hexadecimal, as far-unitree-sdk 0.1.8, which is built from
+Unitree's C++ SDK, announces them."""
 
 _TYPES = {
     "u1": types.byte,
@@ -38,7 +41,12 @@ _TYPES = {
     "i4": types.int32,
     "u4": types.uint32,
     "f4": types.float32,
+    "i8": types.int64,
+    "bool": bool,
+    "text": str,
+    "bytes": types.sequence[types.byte],
 }
+_EMPTY = {"f4": 0.0, "bool": False, "text": ""}
 
 
 @functools.cache
@@ -48,7 +56,7 @@ def idl_type(struct: Struct) -> Any:
         "__annotations__": {field.name: _type(field) for field in struct.fields},
         **{field.name: _zeros(field) for field in struct.fields},
     }
-    name = {"typename": f"{NAMESPACE}.{struct.name}"}
+    name = {"typename": f"{struct.package}.msg.dds_.{struct.name}"}
     made = new_class(struct.name, (idl.IdlStruct,), name, lambda space: space.update(body))
     return annotations.final(annotations.autoid("sequential")(dataclasses.dataclass(made)))
 
@@ -68,7 +76,7 @@ def _zeros(field: Field) -> Any:
     def zero() -> Any:
         if isinstance(field.kind, Struct):
             return idl_type(field.kind)()
-        return 0.0 if field.kind == "f4" else 0
+        return [] if field.kind == "bytes" else _EMPTY.get(field.kind, 0)
 
     length = field.length
     return dataclasses.field(

@@ -1,22 +1,37 @@
 """Lock-step: a robot steps when the command that answers its state is there, and waits else.
 
 A run is then a function of its seeds, over whatever link. Faults are those of a plan, in the
-robot's own time.
+robot's own time. The state that is published is the last that arrived: where one is late or lost,
+it is the one before, and it asks for an answer to the present tick all the same.
 """
 
 from collections.abc import Sequence
 from typing import NamedTuple
 
+import numpy as np
+
 from spikeport.fault_plan import Fault
-from spikeport.robot.link.faults import FaultyWay
+from spikeport.robot.link.codec import Command, Turn, encode_state
+from spikeport.robot.link.faults import FaultyWay, of_commands, of_states
 from spikeport.robot.link.robot import SimulatedRobot
+from spikeport.robot.link.signals import Sensors
 
 
 class Published(NamedTuple):
-    """The messages of a robot at one tick: its state, and, in simulation, the truth."""
+    """The messages of a robot at one tick: its state, the truth in simulation, its odometry."""
 
     state: bytes
     truth: bytes | None
+    odometry: bytes | None = None
+
+
+class Observed(NamedTuple):
+    """An observation of one tick on its way, with the messages of the truth and odometry."""
+
+    tick: int
+    sensors: Sensors
+    truth: bytes | None
+    odometry: bytes | None
 
 
 class LockStep:
@@ -47,9 +62,12 @@ class LockStep:
         self._begin()
 
     def _begin(self) -> None:
-        self._way = FaultyWay(self.robot.step_ticks, self._faults)
+        ticks, faults = self.robot.step_ticks, self._faults
+        self._way = FaultyWay(ticks, _spoilt_command, of_commands(faults))
+        self._states = FaultyWay(ticks, _spoilt_state, of_states(faults), seed=1)
         self._commands = 0
         self.silent = False
+        self._newest = self._observed()
 
     def restart(self) -> None:
         """Begin anew, with the plan of faults, for another controller."""
@@ -57,9 +75,18 @@ class LockStep:
         self._begin()
 
     def published(self) -> Published:
-        """Return its present messages."""
-        truth = self.robot.truth() if self._tells_truth else None
-        return Published(self.robot.state(), truth)
+        """Return the messages of the newest observation that arrived."""
+        newest, turn = self._newest, Turn(self.robot.tick, self.robot.controller)
+        state = encode_state(newest.tick, newest.sensors, turn)
+        return Published(state, newest.truth, newest.odometry)
+
+    def _observed(self) -> Observed:
+        """Return what the robot observes now; the first of these befalls no fault."""
+        robot = self.robot
+        time_s, *arrays = robot.sensors()
+        sensors = Sensors(time_s, *(array.copy() for array in arrays))
+        truth = robot.truth() if self._tells_truth else None
+        return Observed(robot.tick, sensors, truth, robot.odometry())
 
     def answered(self, message: bytes, writer: int) -> bool:
         """Step if a message answers the present state; others leave everything as it is.
@@ -78,8 +105,27 @@ class LockStep:
         self.silent = "stop" in self._way.kinds
         if "restart" in self._way.kinds:
             robot.restart()
+            self._newest = self._observed()
             return True
         for one in self._way.arrived(robot.tick):
             robot.obey(one)
         robot.step()
+        self._states.send(self._commands + 1, robot.tick, self._observed())
+        self._newest = (self._newest, *self._states.arrived(robot.tick))[-1]
         return True
+
+
+def _with_nan(angles: np.ndarray) -> np.ndarray:
+    spoilt = angles.copy()
+    spoilt[0] = np.nan
+    return spoilt
+
+
+def _spoilt_command(command: Command) -> Command:
+    motors = command.motors
+    return command._replace(motors=motors._replace(q=_with_nan(motors.q)))
+
+
+def _spoilt_state(observed: Observed) -> Observed:
+    sensors = observed.sensors
+    return observed._replace(sensors=sensors._replace(q=_with_nan(sensors.q)))

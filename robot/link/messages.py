@@ -17,7 +17,10 @@ LEVEL_FLAG = 0xFF
 
 
 class Field(NamedTuple):
-    """A field: a name, NumPy's code of a type or a struct, and the length of an array of it."""
+    """A field: a name, a type or a struct, and the length of an array of it.
+
+    A type is NumPy's code, or ``bool``, ``text`` or ``bytes``; `Layout` has no place for these.
+    """
 
     name: str
     kind: "str | Struct"
@@ -25,10 +28,11 @@ class Field(NamedTuple):
 
 
 class Struct(NamedTuple):
-    """A struct: its name within ``unitree_go.msg.dds_``, and its fields."""
+    """A struct: its name, its fields, and Unitree's package in whose ``msg.dds_`` it is."""
 
     name: str
     fields: tuple[Field, ...]
+    package: str = "unitree_go"
 
     def leaves(self, prefix: str = "") -> Iterator[tuple[str, str, int]]:
         """Yield path, type and length of all fields that are no structs, in order."""
@@ -160,7 +164,49 @@ SPORT_MODE_STATE = Struct(
         Field("path_point", _PATH_POINT, 10),
     ),
 )
-"""Place and velocity of the base, topic ``rt/sportmodestate``."""
+"""Place and velocity of the base, topics ``rt/sportmodestate`` and ``rt/odommodestate``."""
+
+_API = "unitree_api"
+_IDENTITY = Struct("RequestIdentity_", (Field("id", "i8"), Field("api_id", "i8")), _API)
+_LEASE = Struct("RequestLease_", (Field("id", "i8"),), _API)
+_POLICY = Struct("RequestPolicy_", (Field("priority", "i4"), Field("noreply", "bool")), _API)
+_STATUS = Struct("ResponseStatus_", (Field("code", "i4"),), _API)
+
+REQUEST = Struct(
+    "Request_",
+    (
+        Field(
+            "header",
+            Struct(
+                "RequestHeader_",
+                (Field("identity", _IDENTITY), Field("lease", _LEASE), Field("policy", _POLICY)),
+                _API,
+            ),
+        ),
+        Field("parameter", "text"),
+        Field("binary", "bytes"),
+    ),
+    _API,
+)
+"""A request of one of the robot's services, topic ``rt/api/SERVICE/request``."""
+
+RESPONSE = Struct(
+    "Response_",
+    (
+        Field(
+            "header",
+            Struct(
+                "ResponseHeader_",
+                (Field("identity", _IDENTITY), Field("status", _STATUS)),
+                _API,
+            ),
+        ),
+        Field("data", "text"),
+        Field("binary", "bytes"),
+    ),
+    _API,
+)
+"""Its answer, topic ``rt/api/SERVICE/response``."""
 
 
 class Topic(NamedTuple):
@@ -173,3 +219,6 @@ class Topic(NamedTuple):
 COMMANDS = Topic("rt/lowcmd", LOW_CMD)
 STATES = Topic("rt/lowstate", LOW_STATE)
 TRUTHS = Topic("rt/sportmodestate", SPORT_MODE_STATE)
+ODOMETRY = Topic("rt/odommodestate", SPORT_MODE_STATE)
+SWITCHER_REQUESTS = Topic("rt/api/motion_switcher/request", REQUEST)
+SWITCHER_RESPONSES = Topic("rt/api/motion_switcher/response", RESPONSE)

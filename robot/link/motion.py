@@ -5,22 +5,28 @@ from typing import Protocol
 
 import numpy as np
 
-from spikeport.errors import unknown
+from spikeport.errors import RobotLostError, unknown
 from spikeport.robot.estimator.base import Fix, StateEstimator
 from spikeport.robot.estimator.contact_aided_ekf import ContactAidedEkf
 from spikeport.robot.estimator.leg_odometry import LegOdometry
+from spikeport.robot.estimator.odometer import Odometer
 from spikeport.robot.estimator.truth import Truth
 from spikeport.robot.link.client import Observed
+from spikeport.robot.link.messages import ODOMETRY, TRUTHS, Topic
+from spikeport.robot.link.odometer import OdometryFixes
 from spikeport.robot.link.truth import estimate
 from spikeport.robot.state import RobotState
 
-TRUTH, EKF = "truth", "ekf"
-_BY_SENSORS: dict[str, Callable[[], StateEstimator]] = {
+TRUTH, EKF, ODOMETER, EKF_ODOMETER = "truth", "ekf", "odometer", "ekf+odometer"
+BY_SENSORS: dict[str, Callable[[], StateEstimator]] = {
     "leg-odometry": LegOdometry,
     EKF: ContactAidedEkf,
+    ODOMETER: Odometer,
+    EKF_ODOMETER: ContactAidedEkf,
 }
-ESTIMATORS = (TRUTH, *_BY_SENSORS)
+ESTIMATORS = (TRUTH, *BY_SENSORS)
 """Names of the estimators; `TRUTH` is for simulations alone."""
+_BY_ODOMETRY = (ODOMETER, EKF_ODOMETER)
 
 
 class Motion(Protocol):
@@ -49,13 +55,17 @@ class EstimatedMotion:
         If the estimator is not known.
     """
 
+    _observed: Observed
+    _found: RobotState
+
     def __init__(self, name: str, held: Fix | None = None) -> None:
         check_estimator(name)
         self._name, self._held = name, held
         self._estimator: StateEstimator = (
-            Truth(lambda: estimate(self._observed)) if name == TRUTH else _BY_SENSORS[name]()
+            Truth(lambda: estimate(self._observed)) if name == TRUTH else BY_SENSORS[name]()
         )
         self._begun = False
+        self._fixes: OdometryFixes | None = None
         self._squares, self._compared = np.zeros(3), 0
         self._place_error_m: float | None = None
 
@@ -65,12 +75,14 @@ class EstimatedMotion:
         Raises
         ------
         RobotLostError
-            If it is to be the truth, and nobody publishes that.
+            If it is to be the truth or by odometry, and nobody publishes that.
         """
+        if self._begun and observed.tick == self._observed.tick:
+            return self._found  # it was held: nothing is known that was not
         self._observed = observed
         follow = self._estimator.update if self._begun else self._estimator.reset
         self._begun = True
-        found = follow(observed.sensors, self._held)
+        found = self._found = follow(observed.sensors, self._fix(observed))
         if (
             self._name != TRUTH
             and observed.truth is not None
@@ -78,6 +90,19 @@ class EstimatedMotion:
         ):
             self._compare(found, estimate(observed))
         return found
+
+    def _fix(self, observed: Observed) -> Fix | None:
+        """Return what is known of the pelvis beside the sensors: its hoist, else its odometry."""
+        if self._held is not None or self._name not in _BY_ODOMETRY:
+            return self._held
+        if observed.odometry is None:
+            raise RobotLostError(
+                "the robot publishes no odometry; give --estimator ekf, or serve a simulation with "
+                "--odometer"
+            )
+        if self._fixes is None:
+            self._fixes = OdometryFixes(observed.odometry, observed.sensors)
+        return self._fixes.fix(observed.odometry)
 
     def _compare(self, found: RobotState, true: RobotState) -> None:
         self._squares += (found.base_linear_velocity - true.base_linear_velocity) ** 2
@@ -93,6 +118,13 @@ class EstimatedMotion:
         error = np.sqrt(self._squares / self._compared).tolist() if self._compared else None
         place_m = self._place_error_m
         return {"name": self._name, "velocity_error_m_s": error, "place_error_m": place_m}
+
+
+def needed(name: str) -> Topic | None:
+    """Return the topic that an estimator needs beside the states; None for none."""
+    if name == TRUTH:
+        return TRUTHS
+    return ODOMETRY if name in _BY_ODOMETRY else None
 
 
 def check_estimator(name: str) -> None:

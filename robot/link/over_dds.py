@@ -6,58 +6,85 @@ from typing import TYPE_CHECKING
 
 from spikeport.errors import RobotLostError
 from spikeport.pacing import Clock, Deadlines, RoundTrips, SystemClock
-from spikeport.robot.link.admission import LATEST_S
-from spikeport.robot.link.client import Observed, RobotClient, check_order
-from spikeport.robot.link.codec import (
-    Command,
-    Truth,
-    decode_state,
-    decode_truth,
-    encode_command,
-    remote_of,
-)
+from spikeport.robot.link.admission import LATEST_S, too_old
+from spikeport.robot.link.client import CommandedRobot, Observed, check_order, observed
+from spikeport.robot.link.codec import STATE, Command, encode_command, remote_of, turn_of
+from spikeport.robot.link.companion import Companion
 from spikeport.robot.link.h1 import DAMPING
-from spikeport.robot.link.messages import COMMANDS, STATES, TRUTHS
+from spikeport.robot.link.lock_step import Published
+from spikeport.robot.link.messages import COMMANDS, ODOMETRY, STATES, TRUTHS, Topic
+from spikeport.robot.link.motion_switcher import MotionSwitcher
 from spikeport.robot.link.place import Place
 from spikeport.robot.link.settings import RobotSettings
 from spikeport.robot.link.signals import MotorCommands
 from spikeport.robot.link.wire import MessageError
 
 if TYPE_CHECKING:
-    from spikeport.robot.link.bus import Bus
+    from spikeport.robot.link.bus import Arrival, Bus
 
 FIRST_S = 20.0
 """Time in which a robot's first state must come."""
 PATIENCE_S = 10.0
 """Time in which a robot in lock-step must answer."""
+ODOMETRY_S = 0.2
+"""Age of the last odometry after which a robot that is controlled by it is damped, in real time."""
 SLICE_S = 0.2
 DAMPINGS = 3
 """How often a robot is told to go into damping when its controller leaves."""
 
 
-class DdsRobot(RobotClient):
+class DdsRobot(CommandedRobot):
     """A robot at the other end of a bus.
 
     Parameters
     ----------
     bus : Bus
         Where it is; closed with this.
-    needs_truth : bool
-        Whether an observation is whole only with the truth, which only a simulation has.
-    waits_for_truth : bool
-        Whether the truth of an observation's tick is waited for where somebody publishes it.
+    needs : Topic or None
+        What an observation is whole only with, beside a state: `TRUTHS`, which only a simulation
+        has, or `ODOMETRY`.
+    waits : bool
+        Whether what is published beside a state is waited for, as in lock-step.
+    switcher : MotionSwitcher, optional
+        Releases sport mode before the first command.
     """
 
-    def __init__(self, bus: "Bus", needs_truth: bool, waits_for_truth: bool) -> None:
+    def __init__(
+        self,
+        bus: "Bus",
+        needs: Topic | None,
+        waits: bool,
+        switcher: MotionSwitcher | None = None,
+    ) -> None:
         super().__init__()
         self._bus = bus
         self._states, self._commands = bus.reader(STATES), bus.writer(COMMANDS)
-        self._truths = bus.reader(TRUTHS)
-        self._needs_truth, self._waits_for_truth = needs_truth, waits_for_truth
-        self._truth: Truth | None = None
+        self._beside = {topic: Companion(bus.reader(topic)) for topic in (TRUTHS, ODOMETRY)}
+        self._needs, self._waits = needs, waits
+        self._switcher, self._commanded = switcher, False
+        self._runs, self._writer, self._lacks = False, 0, ""
+        self._refusals = 0
+        self._released: list[str] | None = None
 
     def first(self) -> Observed:
-        """Return the first observation; raises RobotLostError if none comes in time."""
+        """Release sport mode, and return the first observation.
+
+        Raises
+        ------
+        RobotLostError
+            If none comes in time.
+        BackendError
+            If sport mode is not released.
+        """
+        found = self._await()
+        if self._switcher is not None:
+            self._released = self._switcher.release()
+            found = self._await()
+        self._runs = True
+        return found
+
+    def _await(self) -> Observed:
+        """Return the newest observation of a robot that is there."""
         until = time.monotonic() + FIRST_S
         while time.monotonic() < until:
             found = self._newest(SLICE_S)
@@ -65,51 +92,59 @@ class DdsRobot(RobotClient):
                 return found
         raise RobotLostError(
             f"no robot within {FIRST_S:g} s; is `spikeport robot serve` running there, with "
-            "--truth for --estimator truth?"
+            f"--truth for --estimator truth, --odometer for odometer?{self._lacks}"
         )
 
     def _newest(self, within_s: float) -> Observed | None:
         """Return the newest observation of those that come within a time."""
         newest = None
         for arrival in self._states.take(within_s):
-            try:
-                tick, sensors = decode_state(arrival.message)
-            except MessageError as error:
-                self._refused(str(error))
-                continue
-            newest = Observed(tick, sensors, None, arrival.writer, remote_of(arrival.message))
+            newest = self._read(arrival) or newest
         if newest is None:
             return None
-        published = self._waits_for_truth and bool(self._truths.writers)
-        self._take_truth(newest.tick, self._needs_truth or published)
-        if self._needs_truth and self._truth is None:
+        for topic, companion in self._beside.items():
+            needed = topic is self._needs and topic is TRUTHS
+            companion.take(newest.tick, needed or (self._waits and companion.published))
+        self.figures.damaged = self._refusals + sum(one.damaged for one in self._beside.values())
+        if self._needs is not None and self._beside[self._needs].newest is None:
             return None
-        return newest._replace(truth=self._truth)
+        return newest._replace(
+            truth=self._beside[TRUTHS].newest, odometry=self._beside[ODOMETRY].newest
+        )
 
-    def _refused(self, reason: str) -> None:
-        """Count a message that is none."""
+    def _read(self, arrival: "Arrival") -> Observed | None:
+        """Return the observation of a state; None if it is refused. The first writer is trusted."""
+        message, writer = arrival
+        if self._writer not in (0, writer):
+            self._refused(f"a state written by {writer}, those before by {self._writer}", message)
+            return None
+        try:
+            found = observed(Published(message, None), writer, remote_of(message))
+        except MessageError as error:
+            self._refused(str(error), message)
+            return None
+        self._writer = writer
+        return found
+
+    def _refused(self, reason: str, message: bytes) -> None:
+        """Count a message that is none; in a run, damp the robot and end the run for it."""
+        self._refusals += 1
         self.figures.damaged += 1
-
-    def _take_truth(self, tick: int, waits: bool) -> None:
-        """Take truths, until that of a tick, which was sent before its state, where that waits."""
-        within_s = 0.0
-        while self._truth is None or self._truth.tick < tick:
-            arrivals = self._truths.take(within_s)
-            if not arrivals and (within_s or not waits):
-                return
-            for arrival in arrivals:
-                try:
-                    self._truth = decode_truth(arrival.message)
-                except MessageError:
-                    self.figures.damaged += 1
-            within_s = 0.01
+        if self._runs:
+            asks = turn_of(message).asks if len(message) == STATE.size else 0
+            raise self._damped(asks, reason)
 
     def _send(self, tick: int, motors: MotorCommands) -> None:
+        self._commanded = True
         self._commands.write(encode_command(Command(tick, motors)))
 
     def close(self) -> None:
         """Leave the robot, and DDS."""
         self._bus.close()
+
+    def summary(self) -> dict[str, object]:
+        """Return the figures, with the modes that were released; None without a switcher."""
+        return {**super().summary(), "released_modes": self._released}
 
 
 class LockStepRobot(DdsRobot):
@@ -119,31 +154,47 @@ class LockStepRobot(DdsRobot):
     ----------
     bus : Bus
         Where it is.
-    needs_truth : bool
-        Whether an observation is whole only with the truth.
+    needs : Topic or None
+        What an observation is whole only with, beside a state.
+    switcher : MotionSwitcher, optional
+        Releases sport mode before the first command.
     """
 
-    def __init__(self, bus: "Bus", needs_truth: bool) -> None:
-        super().__init__(bus, needs_truth, waits_for_truth=True)
+    def __init__(
+        self, bus: "Bus", needs: Topic | None, switcher: MotionSwitcher | None = None
+    ) -> None:
+        super().__init__(bus, needs, waits=True, switcher=switcher)
         self._trips = RoundTrips()
 
     def exchange(self, seen: Observed, motors: MotorCommands) -> Observed:
         """Answer an observation, and wait for the next; see `RobotClient.exchange`."""
         begin = time.perf_counter()
-        self._send(seen.tick, motors)
+        self._send(seen.asks, motors)
         while (left := PATIENCE_S - (time.perf_counter() - begin)) > 0:
             found = self._newest(min(left, SLICE_S))
             if found is None:
                 if not self._states.writers:
                     break
                 continue
-            check_order(seen, found)
-            if found.tick > seen.tick:
-                self.figures.states += 1
+            if found.asks != seen.asks:
                 self._trips.add(time.perf_counter() - begin)
-                return found
-            self._send(seen.tick, motors)  # it asks again: the answer was lost
-        raise RobotLostError(f"the robot does not answer its state of {seen.tick:,} ms")
+                return self._follow(seen, found)
+            self._send(seen.asks, motors)  # it asks again: the answer was lost
+        raise RobotLostError(f"the robot does not answer its state of {seen.asks:,} ms")
+
+    def _read(self, arrival: "Arrival") -> Observed | None:
+        """Return the observation of a state that is for this controller; None if it is not.
+
+        A robot that obeys another one finishes that run first, and then begins anew: its states
+        until then are of the other run.
+        """
+        found = super()._read(arrival)
+        if found is None or found.controller in (0, self._commands.number * self._runs):
+            return found
+        if self._runs:
+            raise RobotLostError("another controller drives the robot; one at a time")
+        self._lacks = " There is one, which another controller drives."
+        return None
 
     def summary(self) -> dict[str, object]:
         """Return the figures, with round trips in us."""
@@ -157,24 +208,34 @@ class RealTimeRobot(DdsRobot):
     ----------
     bus : Bus
         Where it is.
-    needs_truth : bool
-        Whether an observation is whole only with the truth.
+    needs : Topic or None
+        What an observation is whole only with, beside a state.
     period_s : float
         Time from one command to the next.
     clock : Clock
         The clock.
+    switcher : MotionSwitcher, optional
+        Releases sport mode before the first command.
     """
 
-    def __init__(self, bus: "Bus", needs_truth: bool, period_s: float, clock: Clock) -> None:
-        super().__init__(bus, needs_truth, waits_for_truth=False)
+    def __init__(
+        self,
+        bus: "Bus",
+        needs: Topic | None,
+        period_s: float,
+        clock: Clock,
+        switcher: MotionSwitcher | None = None,
+    ) -> None:
+        super().__init__(bus, needs, waits=False, switcher=switcher)
         self._deadlines, self._clock = Deadlines(period_s, clock), clock
-        self._seen_s = 0.0
+        self._seen_s = self._odometry_s = 0.0
+        self._odometries = 0
 
     def first(self) -> Observed:
         """Return the first observation; see `RobotClient.first`."""
         found = super().first()
         self._deadlines.begin()
-        self._seen_s = self._clock.now()
+        self._seen_s = self._odometry_s = self._clock.now()
         return found
 
     def exchange(self, seen: Observed, motors: MotorCommands) -> Observed:
@@ -183,29 +244,42 @@ class RealTimeRobot(DdsRobot):
         self._deadlines.begin()
         self.figures.overruns = self._deadlines.overruns
         found, now = self._newest(0.0), self._clock.now()
+        self._watch_odometry(seen.tick, now)
         if found is None or found.tick == seen.tick:
             self.figures.held += 1
             if now - self._seen_s > LATEST_S:
-                self._send(seen.tick, DAMPING)
-                raise RobotLostError(
-                    f"no new state for {1000 * (now - self._seen_s):.0f} ms, allowed "
-                    f"{1000 * LATEST_S:.0f} ms; the robot was told to go into damping"
-                )
+                raise self._damped(seen.tick, too_old(now - self._seen_s))
             return seen
         check_order(seen, found)
         self.figures.states += 1
         self._seen_s = now
         return found
 
+    def _watch_odometry(self, tick: int, now_s: float) -> None:
+        """Damp a robot whose motion is that of an odometer which fell silent."""
+        came = self._beside[ODOMETRY].came
+        if came != self._odometries:
+            self._odometries, self._odometry_s = came, now_s
+        age_s = now_s - self._odometry_s
+        if self._needs is ODOMETRY and age_s > ODOMETRY_S:
+            raise self._damped(
+                tick,
+                f"no odometry for {1000 * age_s:.0f} ms, allowed {1000 * ODOMETRY_S:.0f} ms",
+            )
+
     def close(self) -> None:
-        """Tell the robot to go into damping, and leave."""
-        for _ in range(DAMPINGS):
+        """Tell the robot to go into damping, if it was ever commanded, and leave."""
+        for _ in range(DAMPINGS if self._commanded else 0):
             self._send(0, DAMPING)
         super().close()
 
 
 def join(
-    place: Place, real_time: bool, settings: RobotSettings, needs_truth: bool = True
+    place: Place,
+    real_time: bool,
+    settings: RobotSettings,
+    needs: Topic | None = TRUTHS,
+    switches: bool = True,
 ) -> DdsRobot:
     """Return the robot at a place.
 
@@ -217,8 +291,10 @@ def join(
         Whether it keeps to the clock.
     settings : RobotSettings
         Of which the rate is that of commands.
-    needs_truth : bool
-        Whether an observation is whole only with the truth of a simulation.
+    needs : Topic or None
+        What an observation is whole only with, beside a state.
+    switches : bool
+        Whether sport mode is released first; a robot of one's own in lock-step has none.
 
     Raises
     ------
@@ -229,9 +305,10 @@ def join(
     """
 
     def make(bus: "Bus") -> DdsRobot:
+        switcher = MotionSwitcher(bus, place.may_be_real) if switches else None
         if not real_time:
-            return LockStepRobot(bus, needs_truth)
-        return RealTimeRobot(bus, needs_truth, 1 / settings.rate_hz, SystemClock())
+            return LockStepRobot(bus, needs, switcher)
+        return RealTimeRobot(bus, needs, 1 / settings.rate_hz, SystemClock(), switcher)
 
     return on_bus(place, not real_time, make)
 

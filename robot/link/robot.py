@@ -15,11 +15,11 @@ import numpy as np
 from spikeport.robot.engine import mujoco
 from spikeport.robot.link.codec import (
     TICK_S,
+    Base,
     Command,
-    Truth,
     decode_command,
+    encode_base,
     encode_state,
-    encode_truth,
 )
 from spikeport.robot.link.h1 import (
     DAMPING,
@@ -27,11 +27,15 @@ from spikeport.robot.link.h1 import (
     TORQUE_LIMITS_NM,
     check_commands,
 )
+from spikeport.robot.link.hoist import Hoist
+from spikeport.robot.link.odometer import SimulatedOdometer
 from spikeport.robot.link.settings import RobotSettings
 from spikeport.robot.link.signals import MotorCommands, Sensors
 from spikeport.robot.link.wire import MessageError
 from spikeport.robot.plant import Plant
 
+LETS_GO_S = 4.0
+"""Time from the beginning of its way down until a robot is let go of, where nobody does it."""
 _IMU = ("orientation", "gyro", "acceleration")
 
 
@@ -47,11 +51,14 @@ class Refusals:
         With a number that is not finite, or that no motor is to obey.
     second_writer : int
         From another writer than the first.
+    sport_mode : int
+        While sport mode commanded.
     """
 
     damaged: int = 0
     beyond_limits: int = 0
     second_writer: int = 0
+    sport_mode: int = 0
 
 
 class SimulatedRobot:
@@ -77,6 +84,10 @@ class SimulatedRobot:
         How often it went into damping.
     last_refusal : str
         Why it refused a message last.
+    sport_mode : str
+        The mode that commands it in a controller's stead; empty if none does.
+    hoist : Hoist
+        Its hoist.
     """
 
     def __init__(self, settings: RobotSettings) -> None:
@@ -100,12 +111,26 @@ class SimulatedRobot:
         model.actuator_biasprm[:, 0] = 0.0
         self.tick = self.step_ticks
         self.steps = 0
+        self.sport_mode, self.hoist = settings.sport_mode, Hoist(self._plant)
+        self._pulls = self._times_of_pulls()
+        self._odometer = (
+            SimulatedOdometer(settings.odometer, settings.seed, TICK_S * self.step_ticks)
+            if settings.odometer
+            else None
+        )
         self._writer: int | None = None
         self._obeyed_at: int | None = None
         self._damped = False
         self._motion = hashlib.sha256()
         self._drive(DAMPING)
         mujoco.mj_forward(model, self._plant.data)
+
+    def _times_of_pulls(self) -> list[int]:
+        """Return the steps after which the hoist is pulled, the last one first."""
+        begin_s, step_s = self._settings.let_down_s, TICK_S * self.step_ticks
+        if begin_s is None:
+            return []
+        return [round(at_s / step_s) for at_s in (begin_s + LETS_GO_S, begin_s)]
 
     # commands
 
@@ -122,12 +147,20 @@ class SimulatedRobot:
         except MessageError as error:
             self._refuse("damaged", str(error))
             return None
+        if self.sport_mode:
+            self._refuse("sport_mode", f"mode '{self.sport_mode}' commands; release it first")
+            return None
         self._writer = writer
         return command
 
     def is_left(self, writers: list[int]) -> bool:
         """Return whether the writer that was obeyed is none of those that are there."""
         return self._writer is not None and self._writer not in writers
+
+    @property
+    def controller(self) -> int:
+        """The number of the writer that is obeyed; 0 for nobody yet."""
+        return self._writer or 0
 
     def forget_writer(self) -> None:
         """Let another writer take over."""
@@ -169,6 +202,10 @@ class SimulatedRobot:
         """
         self._watch()
         self._limit_speeds()
+        if self._pulls and self.steps >= self._pulls[-1]:
+            self._pulls.pop()
+            self.hoist.pull()
+        self.hoist.step()
         self._plant.step()
         self.tick += self.step_ticks
         self.steps += 1
@@ -192,18 +229,28 @@ class SimulatedRobot:
 
     # states
 
-    def state(self) -> bytes:
-        """Return the message of what its sensors observe."""
+    def sensors(self) -> Sensors:
+        """Return what its sensors observe; arrays are those of the simulation, and change."""
         data = self._plant.data
         time_s, (quaternion, rates, forces) = TICK_S * self.tick, self._imu
         angles, velocities, torques = data.qpos[7:], data.qvel[6:], data.actuator_force
-        sensors = Sensors(time_s, quaternion, rates, forces, angles, velocities, torques)
-        return encode_state(self.tick, sensors)
+        return Sensors(time_s, quaternion, rates, forces, angles, velocities, torques)
+
+    def state(self) -> bytes:
+        """Return the message of what its sensors observe."""
+        return encode_state(self.tick, self.sensors())
 
     def truth(self) -> bytes:
-        """Return the message of the pelvis' place and velocity in the world."""
+        """Return the message of the pelvis' motion in the world."""
+        return encode_base(self._base())
+
+    def odometry(self) -> bytes | None:
+        """Return the message of its odometer, which is read once a step; None without one."""
+        return None if self._odometer is None else encode_base(self._odometer.read(self._base()))
+
+    def _base(self) -> Base:
         data = self._plant.data
-        return encode_truth(Truth(self.tick, data.qpos[:3], data.qvel[:3]))
+        return Base(self.tick, data.qpos[:3], data.qvel[:3], data.qpos[3:7])
 
     def summary(self) -> dict[str, object]:
         """Return what it did: ``motion`` is a digest of all positions and velocities, float64."""

@@ -3,19 +3,23 @@
 import json
 import time
 from collections.abc import Callable, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 
 from spikeport.fault_plan import Fault
 from spikeport.pacing import Deadlines, SystemClock
 from spikeport.robot.link.bus import Bus
 from spikeport.robot.link.lock_step import LockStep, Published
-from spikeport.robot.link.messages import COMMANDS, STATES, TRUTHS
+from spikeport.robot.link.messages import COMMANDS, ODOMETRY, STATES, TRUTHS
+from spikeport.robot.link.motion_switcher import SwitcherService
 from spikeport.robot.link.place import Place
 from spikeport.robot.link.robot import SimulatedRobot
 from spikeport.robot.link.settings import RobotSettings
+from spikeport.robot.link.terminal import Terminal, own_terminal
 
 AGAIN_S = 0.05
 """Time after which a state that nobody answers is published again, in lock-step."""
+HOIST_KEY = "l"
 SLICE_S = 0.2
 """Time between two looks at whether the controller is still there."""
 
@@ -66,14 +70,17 @@ class Interface:
         self.commands = bus.reader(COMMANDS)
         self._states = bus.writer(STATES)
         self._truths = bus.writer(TRUTHS) if service.truth else None
+        self._odometry = bus.writer(ODOMETRY) if service.robot.odometer else None
         self._once, self._idle_s = service.once, service.idle_s
         self._met = False
         self._alone_since = time.monotonic()
 
     def publish(self, messages: Published) -> None:
-        """Send the messages of a tick, the truth first: a state completes it."""
+        """Send the messages of a tick, its state last: that completes it."""
         if self._truths is not None and messages.truth is not None:
             self._truths.write(messages.truth)
+        if self._odometry is not None and messages.odometry is not None:
+            self._odometry.write(messages.odometry)
         self._states.write(messages.state)
 
     def is_over(self) -> bool:
@@ -85,6 +92,39 @@ class Interface:
         if self._met and self._once:
             return True
         return self._idle_s is not None and now - self._alone_since > self._idle_s
+
+
+class Attendant:
+    """Who is beside the robot: its motion switcher, and whoever has a hand on its hoist.
+
+    Parameters
+    ----------
+    bus : Bus
+        Where the motion switcher is.
+    robot : SimulatedRobot
+        The robot.
+    terminal : Terminal
+        Its key `HOIST_KEY` pulls the hoist.
+    say : callable
+        Prints a line, as the hoist lets down and lets go.
+    """
+
+    def __init__(
+        self, bus: Bus, robot: SimulatedRobot, terminal: Terminal, say: Callable[[str], None]
+    ) -> None:
+        self._switcher = SwitcherService(bus, robot)
+        self._robot, self._terminal, self._say = robot, terminal, say
+        self._shown = robot.hoist.held
+
+    def look(self) -> None:
+        """Do what was asked for since the last look."""
+        self._switcher.serve()
+        hoist = self._robot.hoist
+        for _ in range(self._terminal.keys().count(HOIST_KEY)):
+            hoist.pull()
+        if hoist.held is not self._shown:
+            self._shown = hoist.held
+            self._say(f"robot: {hoist.held.value}")
 
 
 def serve(service: Service, say: Callable[[str], None]) -> None:
@@ -106,19 +146,22 @@ def serve(service: Service, say: Callable[[str], None]) -> None:
     """
     robot = SimulatedRobot(service.robot)
     place = service.place
-    with Bus(place, keeps_all=service.lock_step) as bus:
-        interface = Interface(bus, service)
+    with (
+        Bus(place, keeps_all=service.lock_step) as bus,
+        closing(own_terminal() if service.robot.hoist else Terminal(None)) as terminal,
+    ):
+        interface, attendant = Interface(bus, service), Attendant(bus, robot, terminal, say)
         clock = "lock-step" if service.lock_step else f"{service.robot.rate_hz:g} Hz"
         say(f"robot: H1 on {place.interface}, domain {place.domain}, {clock}")
         if service.lock_step:
-            serve_lock_step(LockStep(robot, service.faults, service.truth), interface)
+            serve_lock_step(LockStep(robot, service.faults, service.truth), interface, attendant)
             overruns = 0
         else:
-            overruns = serve_real_time(robot, interface, service)
+            overruns = serve_real_time(robot, interface, attendant, service)
     say(f"robot: {json.dumps({**robot.summary(), 'overruns': overruns})}")
 
 
-def serve_lock_step(robot: LockStep, interface: Interface) -> None:
+def serve_lock_step(robot: LockStep, interface: Interface, attendant: Attendant) -> None:
     """Publish a state, wait for its answer, step; until the controller is gone.
 
     For the next controller, if there may be one, the robot begins anew: its run depends on its
@@ -132,13 +175,16 @@ def serve_lock_step(robot: LockStep, interface: Interface) -> None:
             robot.answered(arrival.message, arrival.writer)
         if arrivals:
             continue
+        attendant.look()
         if interface.is_over():
             return
         if robot.robot.is_left(interface.commands.writers):
             robot.restart()
 
 
-def serve_real_time(robot: SimulatedRobot, interface: Interface, service: Service) -> int:
+def serve_real_time(
+    robot: SimulatedRobot, interface: Interface, attendant: Attendant, service: Service
+) -> int:
     """Publish, obey and step by the clock, until the controller is gone; returns overruns.
 
     Time stands still until the first command: a robot on its feet would fall while it waits.
@@ -155,9 +201,10 @@ def serve_real_time(robot: SimulatedRobot, interface: Interface, service: Servic
         if not robot.waits:
             robot.step()
         truth = robot.truth() if service.truth else None
-        interface.publish(Published(robot.state(), truth))
+        interface.publish(Published(robot.state(), truth, robot.odometry()))
         step += 1
         if step % steps_a_look == 0:
+            attendant.look()
             if robot.is_left(interface.commands.writers):
                 robot.forget_writer()
             if interface.is_over():

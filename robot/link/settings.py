@@ -6,11 +6,14 @@ from types import MappingProxyType
 
 from spikeport.errors import UsageError
 from spikeport.robot.link.codec import TICK_S
+from spikeport.robot.link.odometer import OdometerErrors
 
 LOCK_STEP_HZ = 200.0
 """Physics steps a second in lock-step: as of a run without an interface."""
 LOWEST_HZ, HIGHEST_HZ = 200.0, 1000.0
 WATCHDOG_S = 0.1
+LONGEST_MODE = 64
+"""Letters of a sport mode's name."""
 
 
 @dataclass(frozen=True)
@@ -29,6 +32,12 @@ class RobotSettings:
         Draws the posture that it begins in.
     posture_rad : mapping of str to float
         Angles of joints that begin elsewhere than in the default pose.
+    sport_mode : str
+        The mode that commands it, and nobody else, until it is released; empty for none.
+    let_down_s : float or None
+        Time from its first command until it is let down from its hoist; None for never.
+    odometer : OdometerErrors or None
+        Its odometer's errors; None for a robot without one.
     """
 
     rate_hz: float = LOCK_STEP_HZ
@@ -36,6 +45,9 @@ class RobotSettings:
     watchdog_s: float = WATCHDOG_S
     seed: int = 0
     posture_rad: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+    sport_mode: str = ""
+    let_down_s: float | None = None
+    odometer: OdometerErrors | None = None
 
     def __post_init__(self) -> None:
         """Check the values; UsageError says what is wrong."""
@@ -44,6 +56,14 @@ class RobotSettings:
             raise UsageError(
                 f"{self.rate_hz:g} physics steps a second: must be from {LOWEST_HZ:g} to "
                 f"{HIGHEST_HZ:g}, and each a whole number of ms, as at 200, 500 or 1000"
+            )
+        if self.let_down_s is not None and not self.hoist:
+            raise UsageError("--let-down is for a robot on its --hoist")
+        mode = self.sport_mode
+        if len(mode) > LONGEST_MODE or not (mode.isascii() and mode.isprintable()):
+            raise UsageError(
+                f"sport mode {mode[:LONGEST_MODE]!a}: a name of up to {LONGEST_MODE} printable "
+                "ASCII letters, as ai"
             )
         if not 0 < self.watchdog_s <= 60:
             raise UsageError(

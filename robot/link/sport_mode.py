@@ -10,14 +10,13 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from spikeport.errors import BackendError
+from spikeport.robot.link.settings import LONGEST_MODE
 
-SERVICE, VERSION = "motion_switcher", "1.0.0.1"
-"""Name and version of the service, whose topics are rt/api/SERVICE/request and /response."""
 CHECK_MODE, RELEASE_MODE = 1001, 1003
+"""Functions of the motion switcher."""
 EMPTY = json.dumps({})
-"""The parameter of both requests."""
+"""The parameter of both."""
 MOST_RELEASES = 5
-LONGEST_NAME = 64
 
 
 class Answer(NamedTuple):
@@ -87,7 +86,7 @@ def _mode(data: str) -> str:
         name = None
     if (
         not isinstance(name, str)
-        or len(name) > LONGEST_NAME
+        or len(name) > LONGEST_MODE
         or not (name.isascii() and name.isprintable())
     ):
         raise BackendError(

@@ -1,5 +1,6 @@
 """A robot of one's own: a process that is started for one run, and ended with it."""
 
+import dataclasses
 import json
 import socket
 from collections.abc import Sequence
@@ -7,6 +8,7 @@ from collections.abc import Sequence
 from spikeport.child import START_S, Child
 from spikeport.errors import BackendError, RobotLostError
 from spikeport.robot.link.client import Observed, RobotClient
+from spikeport.robot.link.odometer import OdometerErrors
 from spikeport.robot.link.over_dds import join
 from spikeport.robot.link.place import Place
 from spikeport.robot.link.settings import RobotSettings
@@ -38,7 +40,7 @@ class StubRobot(RobotClient):
         try:
             self._child = Child("robot", _arguments(place, settings, real_time, faults))
             try:
-                self._client = join(place, real_time, settings)
+                self._client = join(place, real_time, settings, switches=real_time)
             except BaseException:
                 self._child.close()
                 raise
@@ -94,9 +96,17 @@ def _arguments(
         *("--watchdog-ms", repr(1000 * settings.watchdog_s)),
         *clock,
         *(["--hoist"] if settings.hoist else []),
+        *_odometer(settings.odometer),
         *(p for fault in faults for p in ("--fault", fault)),
         *(p for joint, rad in settings.posture_rad.items() for p in ("--pose", f"{joint}={rad!r}")),
     ]
+
+
+def _odometer(errors: OdometerErrors | None) -> list[str]:
+    if errors is None:
+        return []
+    values = dataclasses.asdict(errors).items()
+    return ["--odometer", *(p for k, v in values for p in ("--odometer-error", f"{k}={v!r}"))]
 
 
 def _free_domain() -> tuple[socket.socket, Place]:

@@ -1,4 +1,4 @@
-"""Keys of the terminal, where a process has one: the same events as the remote's."""
+"""Keys of the terminal, where a process has one; a controller's are the remote's events."""
 
 import os
 import select
@@ -30,12 +30,15 @@ class Terminal:
             self._before = termios.tcgetattr(descriptor)
             tty.setcbreak(descriptor)
 
+    def keys(self) -> str:
+        """Return the keys that were pressed since the last call, as small letters."""
+        if self._descriptor is None or not select.select([self._descriptor], [], [], 0)[0]:
+            return ""
+        return os.read(self._descriptor, MOST_KEYS).decode("ascii", "replace").lower()
+
     def events(self) -> list[Event]:
         """Return the events of the keys that were pressed since the last call."""
-        if self._descriptor is None or not select.select([self._descriptor], [], [], 0)[0]:
-            return []
-        keys = os.read(self._descriptor, MOST_KEYS).decode("ascii", "replace").lower()
-        return [TERMINAL[key] for key in keys if key in TERMINAL]
+        return [TERMINAL[key] for key in self.keys() if key in TERMINAL]
 
     def close(self) -> None:
         """Let the terminal be as it was."""
@@ -45,6 +48,15 @@ class Terminal:
 
 
 def own_terminal() -> Terminal:
-    """Return the terminal that is this process' input; without one, one that has no keys."""
-    has_one = sys.stdin is not None and sys.stdin.isatty()
-    return Terminal(sys.stdin.fileno() if has_one else None)
+    """Return the terminal that is this process' input; without one, one that has no keys.
+
+    A process in the background has none: the system would stop it as it asks for a key.
+    """
+    if sys.stdin is None or not sys.stdin.isatty():
+        return Terminal(None)
+    descriptor = sys.stdin.fileno()
+    try:
+        in_front = os.tcgetpgrp(descriptor) == os.getpgrp()
+    except OSError:  # the terminal of another session
+        in_front = False
+    return Terminal(descriptor if in_front else None)

@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     from spikeport.compile.pipeline import Compilation, compile_network
     from spikeport.simulator import Simulator
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 __all__ = [
     "ChipImage",
     "Compilation",

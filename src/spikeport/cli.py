@@ -18,6 +18,7 @@ from spikeport import __version__
 from spikeport.cli_servers import board_app, robot_app
 from spikeport.commands.options import (
     ChipOption,
+    CountsOption,
     ImageFile,
     Link,
     NoCache,
@@ -187,6 +188,7 @@ def simulate_command(
     ] = True,
     out: Annotated[Path | None, written("Folder of the run.")] = None,
     overwrite: Annotated[bool, typer.Option(help="Replace an earlier run in --out.")] = False,
+    counts: CountsOption = False,
     build_timeout: BuildTimeout = None,
     link: Link,
     tls: Tls,
@@ -205,6 +207,7 @@ def simulate_command(
             beside_float=beside_float,
             out=out,
             overwrite=overwrite,
+            counts=counts,
             build_timeout_s=build_timeout,
             link=link_options(link, tls, backend),
         )
@@ -219,6 +222,17 @@ def show_command(
     from spikeport.commands.show import run
 
     run(image)
+
+
+@app.command("view")
+def view_command(
+    folder: Annotated[Path, typer.Argument(help="The folder of a finished run.")],
+    out: Annotated[Path | None, written("File of the page; by default view.html there.")] = None,
+) -> None:
+    """Make a page of a run: it plays robot, spikes, gates and errors in a browser."""
+    from spikeport.commands.view import run
+
+    run(folder, out)
 
 
 @app.command("step")
@@ -371,8 +385,8 @@ def figure_command(
     figure: Annotated[
         str,
         typer.Argument(
-            help="reach (the paper's Fig. 4), draw (Fig. 5), walk (6a), walk-sweep (6b) or "
-            "walk-silenced (6c)."
+            help="The paper's number, or a name: 1 teaser, 3 reach, 4 draw, 5a walk, "
+            "5b walk-sweep, 5c walk-silenced, 6 basal-ganglia."
         ),
     ],
     target: Target,
@@ -417,6 +431,43 @@ def sweep_command(
         out=out,
         workers=workers,
         probes=probes,
+    )
+    raise typer.Exit(run(request))
+
+
+@app.command("evaluate")
+@with_options
+def evaluate_command(
+    experiment: Annotated[str, typer.Argument(help="The policy's experiment: walk.")],
+    *,
+    row: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="KEY=VALUE,...", help="Perturbation of a row, for the table's own; repeatable."
+        ),
+    ] = None,
+    episodes: Annotated[int, typer.Option(help="Of each row.", min=1, max=MOST_POINTS)] = 20,
+    seed: SeedOption = 0,
+    target: Target,
+    seconds: SecondsOption = None,
+    settings: SettingsOption,
+    out: Annotated[Path | None, written("Folder; an evaluation that is there goes on.")] = None,
+    no_cache: NoCache = False,
+    workers: Workers,
+) -> None:
+    """Evaluate how robust a policy is: falls, tracking, margins and gait under perturbations."""
+    from spikeport.commands.evaluate import EvaluateRequest, run
+
+    request = EvaluateRequest(
+        experiment=experiment,
+        target=target,
+        rows=row or [],
+        episodes=episodes,
+        seed=seed,
+        seconds=seconds,
+        settings=settings,
+        out=out,
+        workers=workers,
     )
     raise typer.Exit(run(request))
 

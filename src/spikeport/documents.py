@@ -1,15 +1,19 @@
 """Documents that are made from data: ``python -m spikeport.documents docs`` writes them.
 
-``rules.md`` is the table of rules, ``report.schema.json`` the schema of reports. Tests hold the
-files to what is written here.
+``rules.md`` is the table of rules, ``report.schema.json`` the schema of reports, ``commands.md``
+the help of every command. Tests hold the files to what is written here.
 """
 
 import json
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
+
+from typer.main import get_command
 
 from spikeport.atomic import write_text
+from spikeport.cli import app
 from spikeport.compile.check.rules import GROUPS, RULES, Rule
 from spikeport.compile.report.schema import schema
 
@@ -19,6 +23,12 @@ Every rule `spikeport compile` checks, with the id its messages carry. `spikepor
 SP101` prints one of them. SP0xx to SP2xx are refused; SP3xx end a compile with exit code 1; SP4xx
 are hints; SP5xx are refused on this machine. Made from `compile/check/rules.toml` by `python -m
 spikeport.documents docs`."""
+
+
+COMMANDS_HEAD = """# Command line
+
+The commands, their arguments and options: the texts of `--help`. Exit codes: 0 done, 1 does not
+fit or failed, 2 wrong use. Made from the commands by `python -m spikeport.documents docs`."""
 
 
 def rules() -> str:
@@ -43,7 +53,46 @@ def report_schema() -> str:
     return json.dumps(schema(), indent=2) + "\n"
 
 
-DOCUMENTS: dict[str, Callable[[], str]] = {"rules.md": rules, "report.schema.json": report_schema}
+def commands() -> str:
+    """Return the help of every command, as Markdown."""
+    root = get_command(app)
+    return "\n\n".join([COMMANDS_HEAD, *_commands("spikeport", root)]) + "\n"
+
+
+def _commands(path: str, command: Any) -> Iterator[str]:
+    for name, one in getattr(command, "commands", {}).items():
+        if hasattr(one, "commands"):
+            yield from _commands(f"{path} {name}", one)
+            continue
+        usage = [_argument(row) for row in one.params if row.param_type_name == "argument"]
+        yield f"## {' '.join((path, name))}\n\n    {' '.join((path, name, *usage))} [OPTIONS]"
+        yield " ".join(one.help.split())
+        if rows := [_row(row) for row in one.params if not row.hidden]:
+            yield "\n".join(("| | | default |", "|---|---|---|", *rows))
+
+
+def _argument(row: Any) -> str:
+    name = row.metavar or row.name.upper()
+    return name if row.required else f"[{name}]"
+
+
+def _row(row: Any) -> str:
+    names = " or ".join(f"`{name}`" for name in (*row.opts, *row.secondary_opts))
+    if row.param_type_name == "argument":
+        names = f"`{_argument(row)}`"
+    elif row.metavar:
+        names += f" `{row.metavar}`"
+    plain = isinstance(row.default, str | int | float) and not isinstance(row.default, bool)
+    default = f"`{row.default}`" if plain else ""
+    text = " ".join((row.help or "").split())
+    return f"| {names} | {text} | {default} |".replace("||", "\\|\\|")
+
+
+DOCUMENTS: dict[str, Callable[[], str]] = {
+    "rules.md": rules,
+    "report.schema.json": report_schema,
+    "commands.md": commands,
+}
 
 
 def main(folder: Path) -> None:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from spikeport.backends import tape_kernel as kernel
-from spikeport.backends.tape_kernel import decode, run_tape
+from spikeport.backends.tape_kernel import run_tape
 
 MEMORY = [1.0, 2.0, -3.0, 10.0, 20.0, 30.0]
 
@@ -55,16 +55,3 @@ def test_operations_run_in_turn() -> None:
     add = [kernel.ADD, 1, 2, 1, 1, 1, 0, 0]
     run_tape(memory, np.array([copy, add, add]), np.zeros((3, 2)), np.zeros(0))
     assert memory.tolist() == [1, 1, 2]
-
-
-@pytest.mark.parametrize(
-    ("held", "values", "exact"),
-    [([3, 0, 0], [3, 1.5], True), ([3, 4, 0], [3, 9.5], False), ([0, 0, 5], [-5, 0], True)],
-)
-def test_a_sum_of_several_terms_is_not_exact(
-    held: list[int], values: list[float], exact: bool
-) -> None:
-    found = np.zeros(2)
-    tables = np.array([0, 2, 4]), np.array([0, 2, 0, 1]), np.array([1.0, -1.0, 0.5, 2.0])
-    assert decode(np.array(held, dtype=np.int32), *tables, found) == exact
-    assert found.tolist() == values

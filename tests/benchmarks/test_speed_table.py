@@ -5,7 +5,6 @@ from table import table
 
 RESULTS = {
     "machine": {"processor": "a processor", "python": "3.11.7", "numpy": "2.4.6"},
-    "triad_bytes_per_s": 10e9,
     "networks": {
         "small": {
             "title": "Two neurons.",
@@ -16,7 +15,9 @@ RESULTS = {
             "simulator_us": {"nengo-loihi": 5000.0, "native": 50.0, "nengo": 125.0},
             "spikes": 300.4,
             "synaptic_events": 20000.0,
-            "weight_bytes": 40000.0,
+            "distinct_bytes": 20000.0,
+            "stored_bytes": 2.5e6,
+            "read_bytes_per_s": 10e9,
         }
     },
 }
@@ -25,10 +26,12 @@ RESULTS = {
 def test_the_table_has_times_ratios_and_the_distance_to_the_bandwidth() -> None:
     lines = table(RESULTS).splitlines()
     assert lines[2] == "| Two neurons | 4,000 | 20 | 200x | 5,000 | 50 | 100x | 125 | 2.5x |"
-    assert lines[6] == "| Two neurons | 300 | 20,000 | 1,000 million | 2.00 GB/s | 20 % |"
+    assert lines[6] == (
+        "| Two neurons | 300 | 20,000 | 1,000 million | 1.00 GB/s | 10 % of 10 GB/s (2.5 MB) |"
+    )
     assert lines[8:] == [
-        "a processor, one thread; python 3.11.7, numpy 2.4.6. Memory bandwidth (STREAM triad, same "
-        "run): 10.0 GB/s. An image of 1,234 weights is extracted in 0.5 s and opened in 1.0 s."
+        "a processor, one thread; python 3.11.7, numpy 2.4.6. An image of 1,234 "
+        "weights is extracted in 0.5 s and opened in 1.0 s."
     ]
 
 
@@ -42,3 +45,10 @@ def test_what_was_between_the_markers_is_replaced() -> None:
     text = f"before\n{BEGIN}\nold\n{END}\nafter\n"
     assert insert(text, "new") == f"before\n{BEGIN}\nnew\n{END}\nafter\n"
     assert insert(insert(text, "new"), "new") == insert(text, "new")
+
+
+def test_what_was_not_measured_is_a_dash() -> None:
+    (network,) = RESULTS["networks"].values()
+    old = {key: value for key, value in network.items() if not key.endswith("bytes")}
+    lines = table({**RESULTS, "networks": {"small": old}}).splitlines()
+    assert lines[6].endswith("| 1,000 million | - | - |")

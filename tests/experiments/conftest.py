@@ -13,9 +13,12 @@ from spikeport.cli import main
 from spikeport.experiments import driver
 from spikeport.experiments.arm.reach import ReachSettings, ReachTrial
 from spikeport.experiments.options import Options, Outcome
+from spikeport.experiments.policy.calibration import Walks
 from spikeport.experiments.sweep.folder import SweepFolder
 from spikeport.experiments.sweep.plan import Sweep
 from spikeport.experiments.sweep.table import table
+from spikeport.experiments.walk import gait, trial
+from spikeport.experiments.walk.gait import record_gait
 from spikeport.networks.operational_space import OperationalSpaceLaw
 from spikeport.robot.arm import ArmDynamics
 from tests.helpers import stages
@@ -69,6 +72,18 @@ def sweep_of() -> Callable[..., Sweep]:
         return Sweep(**{**asked, **replaced})
 
     return make
+
+
+@pytest.fixture
+def short_gait(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let walks be prepared in little time: ranges and calibrations from seconds of gait."""
+
+    def short(policy):
+        return record_gait(policy, 1.0)
+
+    monkeypatch.setattr(trial, "record_gait", short)
+    monkeypatch.setattr(trial, "WALKS", Walks(short, gait.drift_trim))
+    monkeypatch.setattr(gait, "STRAIGHT_S", 2.5)
 
 
 @pytest.fixture(scope="session")

@@ -44,21 +44,29 @@ from spikeport.reading.notebook import read_notebook
 from spikeport.robot.link.codec import (
     COMMAND,
     STATE,
+    Base,
     Command,
-    Truth,
+    decode_base,
     decode_command,
     decode_state,
-    decode_truth,
+    encode_base,
     encode_command,
     encode_state,
-    encode_truth,
 )
 from spikeport.robot.link.h1 import check_commands
 from spikeport.robot.link.remote import decode
+from spikeport.robot.link.requests import (
+    Request,
+    Response,
+    decode_request,
+    decode_response,
+    encode_request,
+    encode_response,
+)
 from spikeport.robot.link.robot import SimulatedRobot
 from spikeport.robot.link.settings import RobotSettings
 from spikeport.robot.link.signals import MotorCommands, Sensors
-from spikeport.robot.link.sport_mode import Answer, SportModeRelease
+from spikeport.robot.link.sport_mode import CHECK_MODE, EMPTY, Answer, SportModeRelease
 from spikeport.robot.link.wire import MessageError
 from tests.helpers import nir_graphs
 from tests.helpers.arrivals import remote
@@ -279,7 +287,9 @@ READINGS = Sensors(0.0, np.array([1.0, 0, 0, 0]), *np.zeros((2, 3)), *np.zeros((
 def _robot_messages(folder: Path) -> None:
     (folder / "a.lowcmd").write_bytes(encode_command(Command(5, REST)))
     (folder / "a.lowstate").write_bytes(encode_state(5, READINGS))
-    (folder / "a.sportmodestate").write_bytes(encode_truth(Truth(5, *np.zeros((2, 3)))))
+    (folder / "a.request").write_bytes(encode_request(Request(7, CHECK_MODE, EMPTY)))
+    (folder / "a.response").write_bytes(encode_response(Response(7, CHECK_MODE, 0, EMPTY)))
+    (folder / "a.sportmodestate").write_bytes(encode_base(Base(5, *np.zeros((2, 3)))))
 
 
 def _read_message(path: Path, message: bytes) -> None:
@@ -287,8 +297,12 @@ def _read_message(path: Path, message: bytes) -> None:
     try:
         if path.suffix == ".lowstate":
             decode_state(message)
+        elif path.suffix == ".request":
+            decode_request(message)
+        elif path.suffix == ".response":
+            decode_response(message)
         elif path.suffix == ".sportmodestate":
-            decode_truth(message)
+            decode_base(message)
         else:
             check_commands(decode_command(message).motors)
             robot = SimulatedRobot(RobotSettings(hoist=True))

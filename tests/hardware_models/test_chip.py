@@ -63,12 +63,12 @@ CORES = '[limits.cores]\nvalue = 128\nunit = "1"\nsource = "Davies 2018"\n'
         ),
         ("[limits.cores]", "[limits.kernels]", None),
         (
-            'value = 0.104\nunit = "W"',
-            'value = 0.104\nunit = "watt"',
-            "power.static_chip_w.unit: unknown unit 'watt'; "
+            'value = 0.94\nunit = "W"',
+            'value = 0.94\nunit = "watt"',
+            "power.board_idle_w.unit: unknown unit 'watt'; "
             "there is: 1, J, W, bit, mW, ms, nJ, ns, pJ, s, uW, us",
         ),
-        ('value = 0.104\nunit = "W"', 'value = 104\nunit = "mW"\nlow = 105', None),
+        ('value = 0.94\nunit = "W"', 'value = 940\nunit = "mW"\nlow = 950', None),
         ("schema = 1", "schema = 2", "schema: version 2 is not supported, only 1"),
         (
             "spike = { value = 69.3, low = 60.984",
@@ -107,7 +107,7 @@ def test_one_problem(tmp_path, old, new, problem):
     path = edited(tmp_path, (old, new))
     several = {
         "[limits.kernels]": "limits.cores: is missing\n  limits.kernels: is not a known key",
-        'value = 104\nunit = "mW"\nlow = 105': "power.static_chip_w: low 105 is above value 104",
+        'value = 940\nunit = "mW"\nlow = 950': "power.board_idle_w: low 950 is above value 940",
     }
     assert_refused(path, f"{path}: not a chip:\n  {problem or several[new]}")
 

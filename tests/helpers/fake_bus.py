@@ -5,7 +5,8 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from spikeport.robot.link.lock_step import LockStep
-from spikeport.robot.link.messages import COMMANDS, STATES, TRUTHS, Topic
+from spikeport.robot.link.messages import COMMANDS, ODOMETRY, STATES, TRUTHS, Topic
+from spikeport.robot.link.odometer import OdometerErrors
 from spikeport.robot.link.robot import SimulatedRobot
 from spikeport.robot.link.settings import RobotSettings
 
@@ -19,14 +20,14 @@ class FakeReader:
     """A reader whose messages are put there; one that has none asks for more."""
 
     def __init__(self, ask: Callable[[], None]) -> None:
-        self.queue: deque[bytes] = deque()
+        self.queue: deque[bytes | Arrival] = deque()
         self.writers = [1]
         self._ask = ask
 
     def take(self, within_s: float = 0.0) -> list[Arrival]:
         if not self.queue and within_s > 0:
             self._ask()
-        found = [Arrival(message, 1) for message in self.queue]
+        found = [one if isinstance(one, Arrival) else Arrival(one, 1) for one in self.queue]
         self.queue.clear()
         return found
 
@@ -35,6 +36,7 @@ class FakeWriter:
     """A writer that keeps what it is to send."""
 
     n_readers = 1
+    number = 1
 
     def __init__(self, obey: Callable[[bytes], None]) -> None:
         self.sent: list[bytes] = []
@@ -52,9 +54,11 @@ class FakeBus:
     fell silent.
     """
 
-    def __init__(self) -> None:
-        self.robot = LockStep(SimulatedRobot(RobotSettings(hoist=True)))
-        self.readers = {topic: FakeReader(self.publish) for topic in (STATES, TRUTHS)}
+    def __init__(self, odometer: OdometerErrors | None = None) -> None:
+        self.robot = LockStep(SimulatedRobot(RobotSettings(hoist=True, odometer=odometer)))
+        self.readers = {topic: FakeReader(self.publish) for topic in (STATES, TRUTHS, ODOMETRY)}
+        if odometer is None:
+            self.readers[ODOMETRY].writers = []
         self.commands = FakeWriter(self.obey)
         self.loses = 0
         self.publishes = True
@@ -75,10 +79,12 @@ class FakeBus:
 
     def publish(self) -> None:
         if self.publishes:
-            state, truth = self.robot.published()
+            state, truth, odometry = self.robot.published()
             self.readers[STATES].queue.append(state)
             if truth is not None:
                 self.readers[TRUTHS].queue.append(truth)
+            if odometry is not None:
+                self.readers[ODOMETRY].queue.append(odometry)
 
     def close(self) -> None:
         self.closed = True

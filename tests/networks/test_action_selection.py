@@ -152,8 +152,9 @@ def test_nengo_spas_own_network_has_the_same_interface():
     with nengo.Simulator(network, progress_bar=False) as sim:
         sim.run(0.3)
     assert sim.data[gates][200:].mean(axis=0) == pytest.approx([1, 0, 0], abs=0.1)
-    assert list(probes) == ["strD1", "strD2", "stn", "gpe", "gpi", "thalamus"]
+    assert list(probes) == ["strD1", "strD2", "stn", "gpe", "gpi", "thalamus", "gate"]
     assert sim.data[probes["strD1"]].any()
+    assert not sim.data[probes["gate"]][200:].any()
 
 
 def test_one_action_is_nothing_to_select_from():

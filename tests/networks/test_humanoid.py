@@ -64,9 +64,11 @@ def shown(net: HumanoidNetwork, law, region) -> nengo.Network:
     return network
 
 
-def run(network: nengo.Network) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+def run(
+    network: nengo.Network, **where: str
+) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
     """(n_phases, steps, size) outputs and (n_phases, steps) spikes of each part."""
-    with Simulator(network, pipeline="compact") as sim:
+    with Simulator(network, **{"pipeline": "compact", **where}) as sim:
         sim.run_steps(3 * HOLD_STEPS)
         values = [sim.data[probe].reshape(3, HOLD_STEPS, -1) for probe in network.outputs]
         spikes = [
@@ -92,6 +94,15 @@ def test_one_action_silences_the_other(law, region):
             else:
                 assert late[100:].mean() > 1
                 assert np.abs(value).max() > 0.1
+
+
+@pytest.mark.slow
+def test_nengo_spas_selection_silences_in_float(law, region):
+    net = parts(law, region, SMALL, small_layers(), HumanoidOptions(spa=True))
+    _, spikes = run(shown(net, law, region), backend="reference", pipeline="")
+    for part, is_open in (("arm", 1), ("follower", 0), ("policy", 0)):
+        late = spikes[part][:, 2 * CLOSED_STEPS :].sum(axis=1)
+        assert [bool(n) for n in late] == [phase % 2 == is_open for phase in range(3)]
 
 
 @pytest.mark.slow

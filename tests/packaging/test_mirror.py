@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-OTHERS = {"benchmarks", "examples", "fuzz", "helpers", "nengo_suite", "packaging", "shadow"}
+OTHERS = {"benchmarks", "docs", "examples", "fuzz", "helpers", "nengo_suite", "packaging", "shadow"}
 """Folders of tests that mirror none of the package: scripts, spoilt files, suites, the whole."""
 
 TYPES = {

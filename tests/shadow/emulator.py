@@ -87,9 +87,9 @@ class ShadowEmulator(EmulatorInterface):
         if learning is None:
             return
         for synapse, trace in self.synapses.traces.items():
-            ours = learning._synapses[self._groups[synapse]]
-            yield "trace", learning._state.traces[ours], trace
-            yield "learned weights", np.stack(ours.weights), np.stack(synapse.weights)
+            ours = learning.groups[self._groups[synapse]]
+            yield "trace", ours.traces, trace
+            yield "learned weights", ours.weights, np.concatenate(synapse.weights)
         yield "random stream", learning._rng.get_state()[1], self.rng.get_state()[1]
         yield "place in random stream", learning._rng.get_state()[2], self.rng.get_state()[2]
 

@@ -69,6 +69,6 @@ def test_commands_change_as_fast_as_a_robot_can():
 
 
 def test_commands_may_jump():
-    commands = drawn(2, change_per_s=(np.inf,) * 3, heading=0.0)
+    commands = drawn(2, jumping=1.0, heading=0.0)
     commands.update(np.zeros(2))
     assert (commands.value == commands.wanted).all()

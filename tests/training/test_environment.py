@@ -11,7 +11,9 @@ from spikeport.training.commands import CommandRange
 from spikeport.training.environment import EPISODE_STEPS, TrainingTask, WalkEnvironment
 from spikeport.training.observation import PRIVILEGED
 from spikeport.training.rewards import Weights
+from spikeport.training.terrain import Terrain
 
+UNEVEN = randomisation.UNDISTURBED
 CALM = TrainingTask(randomisation=randomisation.UNDISTURBED)
 STATE = mirror.joined(
     mirror.SCALAR,
@@ -139,7 +141,7 @@ def test_pushes_change_the_velocity(environment):
 
 
 def test_what_is_missing_of_a_command_is_averaged_until_a_fall(environment):
-    told = CommandRange(vx_m_s=(0.5, 0.5), wz_rad_s=0.0, heading=0.0, change_per_s=(np.inf,) * 3)
+    told = CommandRange(vx_m_s=(0.5, 0.5), wz_rad_s=0.0, heading=0.0, jumping=1.0)
     env = environment(n=2, task=replace(CALM, commands=told))
     average = np.zeros((2, 3))
     for _ in range(25):
@@ -166,7 +168,7 @@ def test_a_joint_offset_is_kept_for_an_episode(environment):
 
 def test_bodies_differ_within_their_ranges(environment):
     env = environment(n=30, task=TrainingTask())
-    floor = env._models[0].geom("floor").id
+    floor = env._models[0].geom("left_ground").id
     friction = [m.geom_friction[floor, 0] for m in env._models]
     assert 0.5 <= min(friction) < 0.7
     assert 1.0 < max(friction) <= 1.2
@@ -188,3 +190,32 @@ def test_an_arm_may_be_busy_while_the_robot_stands(environment):
     away = np.abs(env._targets - POSE_RAD) > 0
     assert away.any()
     assert not away[:, ~ARMS].any()
+
+
+def standing_feet(env, steps=60):
+    """The robots' feet after they have stood still, but for those who fell."""
+    for _ in range(steps):
+        env.step(np.zeros((env.n, 19)))
+    return env.feet
+
+
+def test_feet_touch_the_ground_of_their_robot(environment):
+    """A foot that is lifted comes down on the plane that was laid below it meanwhile."""
+    rough = Terrain(rough=1.0, slope_rad=0.1, relief_m=0.02, box_m=0.03)
+    env = environment(n=8, task=replace(CALM, randomisation=replace(UNEVEN, terrain=rough)))
+    rng, lowest = np.random.default_rng(0), []
+    for _ in range(40):
+        env.step(0.5 * rng.standard_normal((8, 19)))
+        pressed = env.feet.contact & (env.age > 10)[:, None]
+        lowest.append(env.feet.height_m[pressed])
+    lowest = np.concatenate(lowest)
+    assert len(lowest) > 50
+    assert np.abs(env.feet.ground_m).max() > 0.005
+    assert -0.04 < np.median(lowest) < 0.02
+
+
+def test_level_ground_is_at_zero(environment):
+    env = environment(n=3)
+    feet = standing_feet(env, 5)
+    assert not feet.ground_m.any()
+    np.testing.assert_allclose(env.pelvis_m, env.motion.height_m)

@@ -31,3 +31,14 @@ def test_reset_puts_both_feet_down():
     gait.update(np.ones((1, 2), bool))
     assert not gait.touched_down.any()
     np.testing.assert_allclose(gait.since_lift_s, 0.02)
+
+
+def test_the_time_on_both_feet_lasts_until_the_step_in_which_one_is_lifted():
+    gait = walked((0, 1), (1, 1), (1, 1))
+    np.testing.assert_allclose(gait.both_s, [0.04])
+    gait.update(np.array([[True, False]]))
+    assert gait.lifted.tolist() == [[False, True]]
+    np.testing.assert_allclose(gait.both_s, [0.04])
+    gait.update(np.array([[True, False]]))
+    assert not gait.lifted.any()
+    np.testing.assert_allclose(gait.both_s, [0.0])

@@ -5,6 +5,7 @@ import pytest
 
 from spikeport.robot.description import JOINTS, load
 from spikeport.robot.engine import mujoco
+from spikeport.robot.foot_sensors import SENSORS
 from spikeport.training import model
 
 
@@ -29,10 +30,29 @@ def test_actuators_hold_positions_with_the_robots_gains(built):
 
 
 def test_sensors_of_the_left_foot_come_first(built):
-    assert built.nsensordata == 2 * sum(model.SENSORS.values())
-    assert built.sensor_dim.tolist() == list(model.SENSORS.values()) * 2
+    assert built.nsensordata == 2 * sum(SENSORS.values())
+    assert built.sensor_dim.tolist() == list(SENSORS.values()) * 2
     data = mujoco.MjData(built)
     mujoco.mj_forward(built, data)
     left, right = np.split(data.sensordata, 2)
     assert left[1] > 0 > right[1]  # y of the heels: left is positive
     np.testing.assert_allclose(left[[0, 2]], right[[0, 2]], atol=1e-9)
+
+
+def test_each_foot_stands_on_a_floor_of_its_own(built):
+    data = mujoco.MjData(built)
+    data.qpos[2] = 1.0
+    mujoco.mj_forward(built, data)
+    pairs = {tuple(sorted(built.geom(g).name for g in contact.geom)) for contact in data.contact}
+    assert pairs
+    assert {pair[0].split("_")[0] == pair[1].split("_")[0] for pair in pairs} == {True}
+    assert {name for pair in pairs for name in pair} & set(model.PLANES) == set(model.PLANES)
+
+
+def test_a_floor_may_be_moved(built):
+    plane = built.geom("left_ground").id
+    data = mujoco.MjData(built)
+    built.geom_pos[plane] = 0.0, 0.0, 0.3
+    mujoco.mj_forward(built, data)
+    built.geom_pos[plane] = 0.0
+    assert data.geom("left_ground").xpos[2] == 0.3

@@ -1,9 +1,9 @@
 import numpy as np
 
 from spikeport.robot import state
+from spikeport.robot.foot_sensors import SENSORS
 from spikeport.robot.plant import Plant
 from spikeport.robot.walk_interface import observation
-from spikeport.training import model
 from spikeport.training.motion import FeetMotion, Motion
 
 
@@ -38,12 +38,15 @@ def test_the_level_frame_turns_about_the_vertical_alone():
 
 
 def test_feet_from_sensors():
-    sensors = np.zeros((1, sum(model.SENSORS.values()) * 2))
-    sensors[0, [2, 5]] = 0.12, 0.055  # heights of left heel and toe
-    sensors[0, 6:9] = 1, 2, 3
-    sensors[0, 13 + 10 : 13 + 13] = 0, 30, -40
-    feet = FeetMotion.from_sensors(sensors)
-    np.testing.assert_allclose(feet.height_m, [[0.04, -0.02]])
-    np.testing.assert_allclose(feet.velocity[0, 0], [1, 2, 3])
+    sensors = np.zeros((1, 2, sum(SENSORS.values())))
+    sensors[0, 0, [2, 5]] = 0.12, 0.055  # heights of left heel and toe
+    sensors[0, 0, 6:9], sensors[0, 0, 9:12] = (1, 2, 3), (3, 2, 1)
+    sensors[0, 1, [2, 5]] = 0.1, 0.1
+    sensors[0, 1, 13:16] = 0, 30, -40
+    feet = FeetMotion.from_sensors(sensors.reshape(1, -1), lambda xy: np.full(xy.shape[:2], 0.02))
+    np.testing.assert_allclose(feet.clearance_m[0, 0], [0.08, 0.02])
+    np.testing.assert_allclose(feet.height_m, [[0.02, 0.06]])
+    np.testing.assert_allclose(feet.velocity[0, 0], [2, 2, 2])
+    np.testing.assert_allclose(feet.lowest_velocity[0], [3, 2, 1], atol=1e-3)
     np.testing.assert_allclose(feet.force_n, [[0, 50]])
     assert feet.contact.tolist() == [[False, True]]

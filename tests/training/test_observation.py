@@ -9,6 +9,7 @@ from spikeport.robot.walk_interface import PARTS, POSE_RAD
 from spikeport.training import observation
 from spikeport.training.environment import TrainingTask, WalkEnvironment
 from spikeport.training.randomisation import UNDISTURBED, Randomisation, observation_noise
+from spikeport.training.velocity_belief import EstimatorErrors
 
 
 @pytest.fixture
@@ -28,7 +29,7 @@ def make():
 
 def test_parts_lie_where_the_interface_has_them(make):
     env = make(UNDISTURBED)
-    seen = observation.exact_observation(env)
+    seen = observation.exact_observation(env, env.motion)
     assert seen.shape == (3, 69)
     np.testing.assert_array_equal(seen[:, PARTS["linear velocity"]], env.motion.velocity)
     np.testing.assert_array_equal(seen[:, PARTS["command"]], env.commands.value)
@@ -39,8 +40,10 @@ def test_parts_lie_where_the_interface_has_them(make):
 def test_noise_is_within_its_width_and_none_where_none_is_asked_for(make):
     rng = np.random.default_rng(0)
     calm, noisy = make(UNDISTURBED), make(Randomisation(observation_noise=2.0))
-    assert np.array_equal(observation.noisy(calm, rng), observation.exact_observation(calm))
-    off = np.abs(observation.noisy(noisy, rng) - observation.exact_observation(noisy))
+    assert np.array_equal(
+        observation.noisy(calm, rng), observation.exact_observation(calm, calm.motion)
+    )
+    off = np.abs(observation.noisy(noisy, rng) - observation.exact_observation(noisy, noisy.motion))
     assert (off <= 2 * observation_noise() + 1e-12).all()
     assert off.max() > 0.5
 
@@ -48,5 +51,20 @@ def test_noise_is_within_its_width_and_none_where_none_is_asked_for(make):
 def test_the_critic_sees_what_the_policy_does_and_more(make):
     env = make(UNDISTURBED)
     seen = observation.privileged(env)
-    assert np.array_equal(seen[:, :69], observation.exact_observation(env))
+    assert np.array_equal(seen[:, :69], observation.exact_observation(env, env.motion))
     assert seen.shape == (3, len(observation.PRIVILEGED.sign))
+
+
+def test_the_policy_observes_late_and_by_its_estimator_the_critic_does_not(make):
+    late = replace(UNDISTURBED, observation_delay_steps=(4, 4))
+    env = make(replace(late, estimator=EstimatorErrors(scale=0.5)))
+    before, action = env.motion, env.actions[0]
+    env.step(action)
+    observed = observation.noisy(env, np.random.default_rng(0))
+    np.testing.assert_array_equal(observed[:, PARTS["joint angles"]], before.q - POSE_RAD)
+    assert env.belief.error.any()
+    np.testing.assert_allclose(
+        observed[:, PARTS["linear velocity"]], before.velocity + env.belief.error
+    )
+    exact = observation.privileged(env)
+    np.testing.assert_array_equal(exact[:, PARTS["joint angles"]], env.motion.q - POSE_RAD)

@@ -28,14 +28,21 @@ def drawn(nominal, ranges, seed=0):
 
 def test_the_robot_as_it_is_described_stays_itself(nominal):
     other = drawn(nominal, UNDISTURBED)
-    for name in ("dof_armature", "dof_damping", "body_mass", "body_ipos", "actuator_gainprm"):
+    for name in (
+        "dof_armature",
+        "dof_damping",
+        "body_mass",
+        "body_inertia",
+        "body_ipos",
+        "actuator_gainprm",
+    ):
         assert np.array_equal(getattr(other, name), getattr(nominal, name)), name
     assert np.array_equal(other.actuator_biasprm, nominal.actuator_biasprm)
 
 
 def test_what_is_drawn_is_within_its_range_and_lengths_stay(nominal):
     ranges = Randomisation()
-    floor, torso = nominal.geom("floor").id, nominal.body("torso_link").id
+    floor, torso = nominal.geom("right_ground").id, nominal.body("torso_link").id
     for seed in range(20):
         other = drawn(nominal, ranges, seed)
         assert 0.5 <= other.geom_friction[floor, 0] <= 1.2
@@ -65,3 +72,9 @@ def test_what_was_commanded_and_done_last_is_known_exactly_or_nearly():
     assert not width[PARTS["last action"]].any()
     assert set(width[PARTS["joint velocities"]]) == {0.5}
     assert set(width[PARTS["command"]]) == {0.05}
+
+
+def test_all_masses_may_be_scaled_together(nominal):
+    other = drawn(nominal, replace(UNDISTURBED, mass=(1.1, 1.1)))
+    np.testing.assert_allclose(other.body_mass, 1.1 * nominal.body_mass)
+    np.testing.assert_allclose(other.body_inertia, 1.1 * nominal.body_inertia)

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from spikeport.robot.description import JOINTS
+from spikeport.robot.link.h1 import SPEED_LIMITS_RAD_S
 from spikeport.robot.walk_interface import POSE_RAD
 from spikeport.training import rewards
 from spikeport.training.rewards import RewardSettings, Step, Weights
@@ -16,11 +17,11 @@ SETTINGS = RewardSettings(vx_sd_m_s=0.5, wz_sd_rad_s=0.25, drift_m_s=0.1, step_s
 def standing():
     """One robot that stands as it should while it is asked to walk."""
     motion = SimpleNamespace(
-        height_m=np.array([1.0]),
         gravity=np.array([[0.0, 0.0, -1.0]]),
         turn_rate=np.zeros((1, 3)),
         level_velocity=np.zeros((1, 3)),
         q=POSE_RAD[None].copy(),
+        dq=np.zeros((1, 19)),
     )
     feet = SimpleNamespace(
         contact=np.array([[True, True]]),
@@ -34,11 +35,15 @@ def standing():
         since_lift_s=np.zeros((1, 2)),
         touched_down=np.zeros((1, 2), bool),
         last_air_s=np.zeros((1, 2)),
+        lifted=np.zeros((1, 2), bool),
+        both_s=np.zeros(1),
     )
     still = np.zeros((1, 19))
     return Step(
         motion=motion,
         feet=feet,
+        feet_before=SimpleNamespace(velocity=np.zeros((1, 2, 3))),
+        pelvis_m=np.array([1.0]),
         gait=gait,
         command=np.array([[0.5, 0.0, 0.25]]),
         moving=np.array([True]),
@@ -143,3 +148,26 @@ def test_rewards_are_per_second(standing):
     terms = rewards.reward(standing, Weights(alive=0.25, track_velocity=0.0))
     assert terms["alive"] == pytest.approx(0.25 * 0.02)
     assert "track_velocity" not in terms
+
+
+def test_a_foot_that_is_lifted_as_the_other_comes_down_costs(standing):
+    standing.gait.lifted[0, 1], standing.gait.both_s[0] = True, 0.02
+    missing_s = SETTINGS.double_support_s - 0.02
+    assert rewards.hasty_lift(standing)[0] == pytest.approx(missing_s / 0.02)
+    standing.gait.both_s[0] = 0.3
+    assert rewards.hasty_lift(standing)[0] == 0
+
+
+def test_a_foot_that_comes_down_fast_costs(standing):
+    standing.gait.touched_down[0, 0] = True
+    standing.feet_before.velocity[0, :, 2] = -0.5, -2.0
+    assert rewards.hard_touchdown(standing)[0] == pytest.approx(0.25 / 0.02)
+
+
+def test_joints_of_legs_are_to_stay_below_their_motors_speeds(standing):
+    knee, elbow = JOINTS.index("left_knee"), JOINTS.index("left_elbow")
+    standing.motion.dq[0, elbow] = 30.0
+    standing.motion.dq[0, knee] = -0.8 * SPEED_LIMITS_RAD_S[knee]
+    assert rewards.fast_joints(standing)[0] == 0
+    standing.motion.dq[0, knee] -= 2.0
+    assert rewards.fast_joints(standing)[0] == pytest.approx(4.0)

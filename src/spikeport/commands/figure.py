@@ -6,6 +6,8 @@ from dataclasses import dataclass, replace
 from spikeport.commands import run, sweep
 from spikeport.commands.options import RunOptions, Target, Workers
 from spikeport.errors import UsageError, unknown
+from spikeport.experiments import registry, run_folder
+from spikeport.find_network import find_network
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,10 +61,10 @@ class PaperSweep:
         1 if a point failed, else 0; UsageError for options that only a single run has.
         """
         asked = request.options
-        if asked.video or asked.overwrite:
+        if asked.video or asked.overwrite or asked.counts:
             raise UsageError(
                 f"figure '{request.figure}' is a sweep, which goes on with what is in --out; "
-                "leave out --video and --overwrite"
+                "leave out --video, --overwrite and --counts"
             )
         return sweep.run(
             sweep.SweepRequest(
@@ -80,6 +82,26 @@ class PaperSweep:
         )
 
 
+@dataclass(frozen=True)
+class PaperOverview:
+    """A figure of the paper that is drawn from the network itself, without a run."""
+
+    summary: str
+    module: str
+
+    def make(self, request: FigureRequest) -> int:
+        """Build the network and draw it; 0."""
+        asked = request.options
+        drawing = registry.imported("figure 'overview'", self.module)
+        with run_folder.opened(asked.out, "overview", asked.overwrite) as folder:
+            settings = _replaced({"calibrated": "false"}, asked.settings)
+            (network,) = find_network("humanoid", settings, request.target.chip).networks
+            run_folder.clear(folder)
+            run_folder.write_figure(folder, drawing.overview_figure(network))
+        print(f"written: {folder}/ (figure.png)")
+        return 0
+
+
 def _replaced(papers: Mapping[str, str], given: Sequence[str]) -> list[str]:
     """The paper's settings, but for those that are given, and these."""
     keys = {pair.partition("=")[0] for pair in given}
@@ -88,37 +110,55 @@ def _replaced(papers: Mapping[str, str], given: Sequence[str]) -> list[str]:
 
 WALK_S = 40.0
 SWEEP_S = 20.0
-"""Five of the six turns of the paper's path."""
+"""Five of the six turns of the path."""
+LONGEST_S = 60.0
+"""Of a schedule, which ends a run by itself."""
 
-FIGURES: dict[str, PaperFigure | PaperSweep] = {
-    "reach": PaperFigure("Fig. 4: reach-to-target", "reach", 15.0, {"preset": "paper"}),
-    "draw": PaperFigure("Fig. 5: a digit", "draw", 12.0, {"preset": "paper", "digit": "5"}),
+FIGURES: dict[str, PaperFigure | PaperOverview | PaperSweep] = {
+    "teaser": PaperFigure("Fig. 1: walking, drawing and walking on", "switch", LONGEST_S, {}),
+    "overview": PaperOverview(
+        "Fig. 2: parts, populations and connections", "spikeport.experiments.switch.overview"
+    ),
+    "reach": PaperFigure("Fig. 3: reach-to-target", "reach", 15.0, {"preset": "paper"}),
+    "draw": PaperFigure("Fig. 4: a digit", "draw", 12.0, {"preset": "paper", "digit": "5"}),
     "walk": PaperSweep(
-        "Fig. 6a: reference policy and spiking policy",
+        "Fig. 5a: reference policy and spiking policy",
         "walk",
         WALK_S,
-        {"path": "paper"},
+        {"path": "loop"},
         ["policy=mlp,spiking"],
         5,
         "spikeport.experiments.walk.trajectories",
         probes=True,
     ),
     "walk-sweep": PaperSweep(
-        "Fig. 6b: neurons of a unit, and filters between layers",
+        "Fig. 5b: neurons of a unit, and filters between layers",
         "walk",
         SWEEP_S,
-        {"path": "paper", "calibrated": "false"},
+        {"path": "loop", "calibrated": "false"},
         ["n_neurons=2,6,20,40", "tau_fwd=.001,.002,.005,.01", "backend=reference,native"],
         5,
         "spikeport.experiments.walk.sweep_figure",
     ),
     "walk-silenced": PaperFigure(
-        "Fig. 6c: half of the ensembles fall silent",
+        "Fig. 5c: half of the ensembles fall silent",
         "walk",
         WALK_S,
-        {"path": "paper", "silence": "0.5", "silence_at": "25"},
+        {"path": "loop", "silence": "0.5", "silence_at": "25"},
     ),
+    "basal-ganglia": PaperFigure("Fig. 6: spikes of the basal ganglia", "switch", LONGEST_S, {}),
 }
+NUMBERS = {
+    "1": "teaser",
+    "2": "overview",
+    "3": "reach",
+    "4": "draw",
+    "5a": "walk",
+    "5b": "walk-sweep",
+    "5c": "walk-silenced",
+    "6": "basal-ganglia",
+}
+"""The paper's numbers of figures, each with the name that does the same."""
 
 
 def make(request: FigureRequest) -> int:
@@ -131,6 +171,7 @@ def make(request: FigureRequest) -> int:
     UsageError
         If the paper has no figure of that name, or as `spikeport.commands.run.run`.
     """
-    if request.figure not in FIGURES:
-        raise unknown("figure", request.figure, FIGURES)
-    return FIGURES[request.figure].make(request)
+    name = NUMBERS.get(request.figure, request.figure)
+    if name not in FIGURES:
+        raise unknown("figure", name, [*NUMBERS, *FIGURES])
+    return FIGURES[name].make(request)

@@ -31,8 +31,23 @@ def _chip_table(chip: ChipModel) -> Table:
     table = Table(*columns, box=SIMPLE_HEAD, title=title, caption=caveat)
     for what, figure in _figures(chip):
         value = f"{figure.count:,}" if figure.unit in ("1", "bit") else figure.estimate.format()
-        table.add_row(*(escape(text) for text in (what, value, figure.evidence, figure.source)))
+        source = figure.source + f"; {figure.note}" * bool(figure.note)
+        table.add_row(*(escape(text) for text in (what, value, figure.evidence, source)))
+    table.add_row("not public", escape(", ".join(_absent(chip))))
     return table
+
+
+def _absent(chip: ChipModel) -> Iterator[str]:
+    """Yield the names of limits, powers and parts of a chip without a public figure."""
+    for group in (chip.limits, chip.power, chip):
+        for name in type(group).model_fields:
+            if getattr(group, name) is None:
+                yield name.removesuffix("_w").replace("_", " ")
+    for calibration in chip.calibrations:
+        for what, events in (("energy", calibration.energies), ("time", calibration.times)):
+            missing = [name.replace("_", " ") for name, figure in events if figure is None]
+            if missing:
+                yield f"{what} of {', '.join(missing)} ({calibration.name})"
 
 
 def _figures(chip: ChipModel) -> Iterator[tuple[str, Figure]]:

@@ -83,6 +83,11 @@ FaultsOption = Annotated[
 ]
 
 
+CountsOption = Annotated[
+    bool, typer.Option("--counts", help="Write the counts of every step and core, too.")
+]
+
+
 @dataclass(frozen=True, kw_only=True)
 class Target:
     """The backend and chip that an experiment runs on, and the passes of its compile."""
@@ -167,7 +172,7 @@ class RobotLink:
         typer.Option(
             metavar="ESTIMATOR",
             help="Finds the robot's motion: truth (simulation only; for inline and stub by "
-            "default), leg-odometry or ekf (for dds:... by default).",
+            "default), leg-odometry, ekf (for dds:... by default), odometer or ekf+odometer.",
         ),
     ] = None
     may_move: MayMoveOption = False
@@ -194,6 +199,7 @@ class RunOptions:
     out: Annotated[Path | None, written("Folder of the run.")] = None
     overwrite: Annotated[bool, typer.Option(help="Replace an earlier run in --out.")] = False
     video: Annotated[bool, typer.Option("--video", help="Write video.mp4 too.")] = False
+    counts: CountsOption = False
     no_cache: NoCache = False
 
 
@@ -233,12 +239,35 @@ class RobotService:
         float | None, typer.Option(help="Physics steps and states a second: 200, 500 or 1000.")
     ] = None
     hoist: Annotated[bool, typer.Option("--hoist", help="Hang the robot by its pelvis.")] = False
+    let_down: Annotated[
+        float | None,
+        typer.Option(
+            metavar="SECONDS",
+            help="Let it down that long after its first command, and go 4 s later; or press l.",
+            min=0,
+        ),
+    ] = None
+    sport_mode: Annotated[
+        str, typer.Option(metavar="NAME", help="Begin in this sport mode, as `ai`: obey nobody.")
+    ] = ""
     watchdog_ms: Annotated[
         float, typer.Option(help="Time without a valid command until it is damped.")
     ] = 100.0
     truth: Annotated[
         bool, typer.Option("--truth", help="Publish the pelvis' place and velocity, too.")
     ] = False
+    odometer: Annotated[
+        bool, typer.Option("--odometer", help="Publish odometry, on rt/odommodestate.")
+    ] = False
+    odometer_error: Annotated[
+        list[str],
+        typer.Option(
+            metavar="KEY=VALUE",
+            help="An error of it: place_m, velocity_m_s, drift_m or turn_rad; repeatable.",
+            default_factory=list,
+            show_default=False,
+        ),
+    ]
     seed: SeedOption = 0
     pose: Annotated[
         list[str],

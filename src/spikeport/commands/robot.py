@@ -7,8 +7,10 @@ from typing import NoReturn
 
 from spikeport.commands.options import RobotService
 from spikeport.errors import UsageError, unknown
+from spikeport.key_values import parse
 from spikeport.robot.description import JOINTS
 from spikeport.robot.link.faults import FAULTS
+from spikeport.robot.link.odometer import OdometerErrors
 from spikeport.robot.link.place import Place
 from spikeport.robot.link.settings import LOCK_STEP_HZ, RobotSettings
 
@@ -29,6 +31,9 @@ def serve(request: RobotService) -> None:
         watchdog_s=request.watchdog_ms / 1000,
         seed=request.seed,
         posture_rad=dict(map(_angle, request.pose)),
+        sport_mode=request.sport_mode,
+        let_down_s=request.let_down,
+        odometer=_odometer(request),
     )
     from spikeport.robot.link import server  # needs cyclonedds
 
@@ -43,6 +48,16 @@ def serve(request: RobotService) -> None:
     )
     signal.signal(signal.SIGTERM, _ended)
     server.serve(service, lambda line: print(line, flush=True))
+
+
+def _odometer(request: RobotService) -> OdometerErrors | None:
+    """Return the errors of the odometer; None without one."""
+    if request.odometer_error and not request.odometer:
+        raise UsageError("--odometer-error is for a robot with an --odometer")
+    if not request.odometer:
+        return None
+    values = parse(request.odometer_error, OdometerErrors, "the odometer", "--odometer-error")
+    return OdometerErrors(**{key: float(value) for key, value in values.items()})
 
 
 def _ended(_signal: int, _frame: object) -> NoReturn:

@@ -1,9 +1,10 @@
 """``spikeport run``."""
 
 import sys
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
@@ -17,6 +18,7 @@ from spikeport.commands.progress import progress_bar
 from spikeport.commands.screen import print_costs
 from spikeport.commands.tables import resource_table
 from spikeport.compile.passes.parse import parse
+from spikeport.compile.report.drawing import estimate
 from spikeport.constants import DT_S, LONGEST_RUN
 from spikeport.errors import UsageError, unknown
 from spikeport.experiments import registry, run_folder
@@ -25,6 +27,10 @@ from spikeport.hardware_models import chip as chips
 
 if TYPE_CHECKING:
     from spikeport.robot.link.connection import RobotOptions
+
+
+NO_CORES = ("analytic", "reference")
+"""Backends without a chip."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,8 +53,10 @@ def run(request: RunRequest) -> None:
     chosen = experiment.settings(**key_values.parse(asked.settings, experiment.settings, owner))
     seconds = seconds_of(asked.seconds, experiment)
     check_target(target)
+    check_counts(asked.counts, target)
     with (
         run_folder.opened(asked.out, experiment.name, asked.overwrite) as folder,
+        run_folder.counting(asked.counts) as counts,
         progress_bar() as progress,
     ):
         options = Options(
@@ -61,6 +69,7 @@ def run(request: RunRequest) -> None:
             link=request.link,
             cache=cache.of_user(),
             robot=request.robot,
+            counts=counts,
             progress=progress,
             command=("spikeport", *sys.argv[1:]),
         )
@@ -73,6 +82,15 @@ def check_target(target: Target) -> None:
     chips.get(target.chip)
     if target.passes is not None:
         parse(target.passes)
+
+
+def check_counts(asked: bool, target: Target) -> None:
+    """Raise UsageError for counts of cores where there are none."""
+    if asked and target.backend in NO_CORES:
+        raise UsageError(
+            f"--counts: backend '{target.backend}' has no cores to count on; leave it out, or "
+            "choose --backend native"
+        )
 
 
 def seconds_of(asked: float | None, experiment: Experiment) -> float:
@@ -93,6 +111,8 @@ def show_outcome(outcome: Outcome, folder: Path) -> None:
     if outcome.report is not None:
         console.print(resource_table(outcome.report))
         print_costs(console, outcome.report, outcome.activity)
+    if result["energy_by_unit"]:
+        console.print(unit_table(result["energy_by_unit"]))
     table = Table(
         "metric", "value", box=SIMPLE_HEAD, title=f"{result['experiment']} on {result['backend']}"
     )
@@ -101,6 +121,18 @@ def show_outcome(outcome: Outcome, folder: Path) -> None:
     console.print(table)
     names = ", ".join(sorted(p.name for p in folder.iterdir()))
     console.print(f"written: {folder}/ ({names})", markup=False)
+
+
+def unit_table(found: Mapping[str, Mapping[str, Any]]) -> Table:
+    """Return the energy of a run by unit of what the robot did, in every calibration."""
+    table = Table("energy", box=SIMPLE_HEAD, caption="without host processors and host I/O")
+    for name in next(iter(found.values())):
+        table.add_column(escape(name))
+    for unit, by_calibration in found.items():
+        for kind in ("dynamic", "static"):
+            texts = [estimate(spent[kind]) for spent in by_calibration.values()]
+            table.add_row(f"{kind}, a {unit}", *map(escape, texts))
+    return table
 
 
 def _text(value: object) -> str:

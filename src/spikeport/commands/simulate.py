@@ -16,7 +16,7 @@ from spikeport.backends import registry as backends
 from spikeport.backends.board.link import OWN_STUB, LinkOptions
 from spikeport.commands.options import Target
 from spikeport.commands.progress import progress_bar
-from spikeport.commands.run import check_target
+from spikeport.commands.run import check_counts, check_target
 from spikeport.commands.screen import print_costs
 from spikeport.commands.tables import resource_table
 from spikeport.compile.report.summary import verdict
@@ -45,6 +45,7 @@ class SimulateRequest:
     beside_float: bool
     out: Path | None
     overwrite: bool
+    counts: bool = False
     build_timeout_s: float | None = None
     link: LinkOptions = OWN_STUB
 
@@ -55,13 +56,18 @@ def simulate(request: SimulateRequest) -> None:
     what = "spikeport simulate"
     # Before the work: a package that is absent ends a run here, not when it has its results.
     drawing, series = (registry.imported(what, module, "runs") for module in (FIGURE, DATASET))
-    with run_folder.opened(request.out, _stem(request.network), request.overwrite) as folder:
+    with (
+        run_folder.opened(request.out, _stem(request.network), request.overwrite) as folder,
+        run_folder.counting(request.counts) as counts,
+    ):
         with progress_bar() as progress:
             progress("building the network", None)
             network = _network(request)
-            ran = run(network, _options(request), progress)
+            ran = run(network, _options(request, counts), progress)
             progress("writing", None)
-            _write(folder, request, ran, network, drawing, series)
+            _write(folder, request, ran, drawing, series)
+            run_folder.add_counts(folder, counts)
+            run_folder.write_result(folder, _result(request, ran, network))
         _show(ran, folder)
 
 
@@ -79,6 +85,7 @@ def _check(request: SimulateRequest) -> None:
         )
     backends.get(request.target.backend)
     check_target(request.target)
+    check_counts(request.counts, request.target)
 
 
 def _stem(spec: str) -> str:
@@ -98,7 +105,7 @@ def _network(request: SimulateRequest) -> nengo.Network:
     return network
 
 
-def _options(request: SimulateRequest) -> RunOptions:
+def _options(request: SimulateRequest, counts: Path | None) -> RunOptions:
     return RunOptions(
         steps=round(request.seconds / DT_S),
         backend=request.target.backend,
@@ -107,6 +114,7 @@ def _options(request: SimulateRequest) -> RunOptions:
         seed=request.seed,
         beside_float=request.beside_float,
         link=request.link,
+        counts=counts,
     )
 
 
@@ -114,18 +122,16 @@ def _write(
     folder: Path,
     request: SimulateRequest,
     ran: Ran,
-    network: nengo.Network,
     drawing: ModuleType,
     series: ModuleType,
 ) -> None:
-    """Write a run's folder: its picture is drawn before an earlier run makes room."""
+    """Write a folder but for its result: the picture is drawn before an earlier run makes room."""
     picture = drawing.figure(ran.recorded, ran.backend, request.network)
     run_folder.clear(folder)
     run_folder.write_probes(folder, series.dataset(ran.recorded, ran.backend))
     run_folder.write_figure(folder, picture)
     if ran.report_json is not None:
         run_folder.write_report(folder, ran.report_json, request.network)
-    run_folder.write_result(folder, _result(request, ran, network))
 
 
 def _result(request: SimulateRequest, ran: Ran, network: nengo.Network) -> dict[str, Any]:

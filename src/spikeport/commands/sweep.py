@@ -47,7 +47,7 @@ def run(request: SweepRequest) -> int:
         registry.imported("a sweep", module) for module in (RUN, TABLE, request.figure)
     )
     workers = request.workers
-    _note_trust(workers.scheduler)
+    note_trust(workers.scheduler)
     with opened(request.out, sweep) as folder:
         with progress_bar() as progress:
             failures = execute.run(sweep, folder, workers.scheduler, workers.n_processes, progress)
@@ -60,7 +60,8 @@ def run(request: SweepRequest) -> int:
     return int(bool(failures))
 
 
-def _note_trust(scheduler: str | None) -> None:
+def note_trust(scheduler: str | None) -> None:
+    """Note on the screen what a scheduler without certificates trusts."""
     if scheduler is not None and not scheduler.startswith("tls://"):
         Console(stderr=True, soft_wrap=True, highlight=False).print(
             f"note: --scheduler {scheduler}: whoever reaches this cluster runs code on it and as "

@@ -13,8 +13,10 @@ from spikeport.compile.report.summary import resources
 from spikeport.hardware_models.activity import Activity
 from spikeport.hardware_models.calibration import EnergyCalibration
 from spikeport.hardware_models.chip import ChipModel
+from spikeport.hardware_models.energy import NOT_MODELLED as NO_ENERGY
 from spikeport.hardware_models.energy import Draw, EnergyReport, energy
 from spikeport.hardware_models.host_io import HostIoReport
+from spikeport.hardware_models.timing import NOT_MODELLED as NO_TIME
 from spikeport.hardware_models.timing import timing
 from spikeport.hardware_models.topology import chips_used
 
@@ -88,9 +90,8 @@ def _cost_rows(
         yield from ((label, NO_FIGURE) for label in ("step time, mean", "step time, longest"))
         return
     taken = timing(activity, chip, calibration)
-    fits = "within" if taken.fits else "longer than"
     yield "step time, mean", taken.mean.format()
-    longest = f"{taken.worst.format()}, {fits} dt = {1000 * taken.dt_s:g} ms"
+    longest = f"{taken.worst.format()}, {taken.against_dt}"
     yield "step time, longest", f"{longest} (core {activity.cores.index(taken.limiting_core)})"
     if chip.clock is not None:
         mean, most = (one.value / chip.clock.value for one in (taken.mean, taken.worst))
@@ -123,6 +124,15 @@ def cost_notes(chip: ChipModel, activity: Activity) -> Iterator[str]:
     for name, figure in (("static", chip.power.static_chip_w), ("system", chip.power.board_idle_w)):
         if figure is not None:
             yield f"{name}: {figure.estimate.source}" + (f"; {figure.note}" * bool(figure.note))
+    yield f"in no total: {'; '.join([*_host_processors(chip), *NO_ENERGY, *NO_TIME])}"
+
+
+def _host_processors(chip: ChipModel) -> Iterator[str]:
+    """Yield the power of a chip's own processors, if there is a figure."""
+    figure = chip.power.host_processors_w
+    if figure is not None:
+        mw, source = 1000 * figure.value, figure.estimate.source
+        yield f"host processors on the chip, {mw:g} mW ({source})"
 
 
 def against_float(loss: Loss) -> str:

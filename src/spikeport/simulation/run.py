@@ -40,6 +40,8 @@ class RunOptions:
         Run it in float Nengo, too, after the run on the backend.
     link : LinkOptions
         The way to a board, for backends that have one.
+    counts : Path or None
+        A folder for the counts of every step and core.
     """
 
     steps: int
@@ -49,6 +51,7 @@ class RunOptions:
     seed: int = 0
     beside_float: bool = True
     link: LinkOptions = OWN_STUB
+    counts: Path | None = None
 
 
 class Ran(NamedTuple):
@@ -124,6 +127,7 @@ def _opened(
         seed=options.seed,
         pipeline="" if backend == FLOAT else options.pipeline,
         progress=progress,
+        counts=None if backend == FLOAT else options.counts,
         link=options.link,
     )
 

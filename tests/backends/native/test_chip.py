@@ -6,9 +6,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from spikeport.backends.decoding import Decoder
 from spikeport.backends.native.chip import NativeChip
 from spikeport.errors import BackendError, ImageError
-from tests.helpers.images import Block, Group, Parts, Route
+from tests.helpers.images import Block, Group, Output, Parts, Route
 from tests.helpers.side_by_side import snapshot
 
 NOTHING = np.zeros(0, dtype=int)
@@ -167,3 +168,39 @@ def test_learning_axons_that_are_not_plain_are_refused(group: Group) -> None:
         "synapse group 'group 0' learns: each of its axons needs a row of its own, of one atom, "
         "and a base; compile the image again"
     )
+
+
+def test_a_joined_step_is_a_step_and_its_decoding() -> None:
+    image = Parts(
+        blocks=[Block(n=2, bias=5, vth=100)],
+        groups=[Group(weights=[[64, -128]])],
+        inputs=[3],
+        routes=[Route(axon=[0, 0, 0], input=0)],
+        outputs=[Output("voltage", [1, 0]), Output("spiked", [0, 1], decoded=True)],
+    ).image()
+    decoder, sources = Decoder(image, [1, 0]), np.zeros(3)
+    inbox, values = np.zeros((2, decoder.size))
+    apart, joined = NativeChip(image, 0), NativeChip(image, 0)
+    step = joined.join(sources, decoder.table, inbox)
+    assert step is not None
+    found = []
+    for i in range(30):
+        sources[:] = i % 2, 0, 1000.0 * (i % 3 == 0)
+        held = apart.step(np.flatnonzero(sources), {})
+        decoder.decode(held, values)
+        views, decoded = step()
+        found.append(decoded)
+        np.testing.assert_array_equal(np.concatenate(views), np.concatenate(held))
+        np.testing.assert_array_equal(snapshot(joined).v, snapshot(apart).v)
+        if decoded:
+            np.testing.assert_array_equal(inbox, values)
+    assert any(found)
+    assert apart.activity().messages_host.tolist() == joined.activity().messages_host.tolist()
+    joined.close()
+    assert refusal(step) == "the chip is closed: it cannot step any more"
+
+
+def test_what_learns_takes_errors_and_joins_no_host() -> None:
+    group = Group(weights=[[0, 0]], learning=(1, 4, -7, 10, 8.5, 2, 4))
+    image = Parts([Block(n=2)], [group], [1], [Route([0], input=0)]).image()
+    assert NativeChip(image, 0).join(np.zeros(1), Decoder(image, []).table, np.zeros(0)) is None

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from spikeport.backends.native.chip import NativeChip
+from spikeport.backends.native.kernel import decode
 from spikeport.backends.nengo_loihi import NengoLoihiChip
 from spikeport.compile.image.chip_image import ChipImage
 from tests.helpers.images import INT32_MAX, Block, Group, Output, Parts, Route
@@ -354,3 +355,23 @@ def test_a_chip_starts_at_rest() -> None:
     image = Parts([Block(n=2, bias=9)]).image()
     for chip in (NativeChip(image, 0), NengoLoihiChip(image, 0)):
         assert not any(array.any() for array in snapshot(chip))
+
+
+@pytest.mark.parametrize(
+    ("held", "values", "exact"),
+    [([3, 0, 0], [3, 1.5], True), ([3, 4, 0], [3, 9.5], False), ([0, 0, 5], [-5, 0], True)],
+)
+def test_a_sum_of_several_terms_is_not_exact(
+    held: list[int], values: list[float], exact: bool
+) -> None:
+    found = np.zeros(2)
+    tables = np.array([0, 2, 4]), np.array([0, 2, 0, 1]), np.array([1.0, -1.0, 0.5, 2.0])
+    assert decode(np.array(held, dtype=np.int32), *tables, found) == exact
+    assert found.tolist() == values
+
+
+def test_values_without_a_sum_are_not_decoded() -> None:
+    found = np.ones(2)
+    none = np.zeros(0, dtype=int)
+    assert not decode(np.zeros(3, dtype=np.int32), np.zeros(1, dtype=int), none, np.zeros(0), found)
+    assert found.tolist() == [1, 1]

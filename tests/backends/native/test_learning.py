@@ -87,9 +87,9 @@ def assert_learns_equally(image: ChipImage) -> NativeChip:
 def _assert_equal_learning(image: ChipImage, native: NativeChip, theirs: NengoLoihiChip) -> None:
     learning, emulator = native._learning, theirs._emulator
     for group in learning_groups(image):
-        ours, other = learning._synapses[group], theirs._synapses[group]
-        np.testing.assert_array_equal(ours.weights, other.weights)
-        np.testing.assert_array_equal(learning._state.traces[ours], emulator.synapses.traces[other])
+        ours, other = learning.groups[group], theirs._synapses[group]
+        np.testing.assert_array_equal(ours.weights, np.concatenate(other.weights))
+        np.testing.assert_array_equal(ours.traces, emulator.synapses.traces[other])
     for a, b in zip(learning._rng.get_state(), emulator.rng.get_state(), strict=True):
         np.testing.assert_array_equal(a, b)
 

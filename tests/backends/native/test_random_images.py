@@ -1,9 +1,12 @@
 """The native backend has the bits of nengo-loihi's emulator, and both have the oracle's."""
 
+from unittest import mock
+
 import pytest
 from hypothesis import HealthCheck, event, given, settings
 from hypothesis import strategies as st
 
+from spikeport.backends.native import wiring
 from spikeport.compile.image.chip_image import ChipImage
 from tests.helpers.images import images
 from tests.helpers.side_by_side import assert_equal_steps, random_spikes
@@ -19,7 +22,10 @@ pytestmark = pytest.mark.filterwarnings("ignore:Overflow in")
     database=None,
     suppress_health_check=[HealthCheck.too_slow],
 )
-@given(image=images(), seed=st.integers(0, 2**32 - 1))
-def test_any_image_has_equal_state_outputs_and_counts(image: ChipImage, seed: int) -> None:
-    states = assert_equal_steps(image, seed, random_spikes(image, 20, seed))
+@given(image=images(), seed=st.integers(0, 2**32 - 1), short=st.sampled_from([0, 4, wiring.SHORT]))
+def test_any_image_has_equal_state_outputs_and_counts(
+    image: ChipImage, seed: int, short: int
+) -> None:
+    with mock.patch.object(wiring, "SHORT", short):
+        states = assert_equal_steps(image, seed, random_spikes(image, 20, seed))
     event(f"chip spikes: {any(s.spiked.any() for s in states)}")

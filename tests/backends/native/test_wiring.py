@@ -1,5 +1,7 @@
 """Flat arrays that spikes are delivered along."""
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -16,6 +18,12 @@ def test_equal_parts_have_equal_numbers() -> None:
     assert number_alike(values, np.array([0, 0, 0])).tolist() == [0, 0]
 
 
+@pytest.fixture
+def nothing_is_short(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(wiring, "SHORT", 0)
+
+
+@pytest.mark.usefixtures("nothing_is_short")
 def test_each_source_has_its_deliveries() -> None:
     wired = wire(two_blocks())
     # sources: two compartments that send, three that do not, one on the host
@@ -37,6 +45,7 @@ def test_each_source_has_its_deliveries() -> None:
     assert (wired.shift, wired.weights.dtype) == (6, np.int8)
 
 
+@pytest.mark.usefixtures("nothing_is_short")
 def test_contacts_that_the_same_sources_reach_are_one_delivery() -> None:
     groups = [Group([[64, 128]]), Group([[192, 256]], block=1)]
     routes = [Route([0], group=0, input=0), Route([0], group=1, input=0)]
@@ -45,6 +54,30 @@ def test_contacts_that_the_same_sources_reach_are_one_delivery() -> None:
     # the rows follow each other in targets and weights: one run of four
     assert wired.run.tolist() == [[0, 0, 4, 0]]
     assert wired.weights.tolist() == [1, 2, 3, 4]
+
+
+def test_short_runs_are_lists_of_targets_and_values() -> None:
+    """Between long ones, and with the shift of their group."""
+    groups = [
+        Group([[64] * 9, [64, 128]], indices=[[range(9)], [[3, 7]]]),
+        Group([[320, 448, 192]], block=1),
+        Group([[256]], block=2),
+    ]
+    routes = [Route([0, 1], group=0, input=0), *(Route([0, 0], group=g, input=0) for g in (1, 2))]
+    wired = wire(Parts([Block(9), Block(3), Block(3)], groups, [2], routes).image())
+    assert wired.run[:, 2].tolist() == [9]
+    lists = [
+        list(zip(wired.target[a:b].tolist(), wired.value[a:b].tolist(), strict=True))
+        for a, b in itertools.pairwise(wired.scattered_start.tolist())
+    ]
+    assert sorted(lists) == [[], [(3, 1), (7, 2)], [(9, 5), (10, 7), (11, 3), (12, 4)]]
+    assert (wired.value.dtype, wired.shift) == (np.int16, 6)
+
+
+def test_what_learns_is_not_scattered() -> None:
+    group = Group([[0, 0]], learning=(1, 4, -7, 10, 8.5, 2, 4))
+    wired = wire(Parts([Block(2)], [group], [1], [Route([0], input=0)]).image())
+    assert (len(wired.run), len(wired.target)) == (1, 0)
 
 
 @pytest.mark.parametrize(("largest", "dtype"), [(127, np.int8), (128, np.int16), (2**15, np.int32)])

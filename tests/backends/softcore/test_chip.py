@@ -38,7 +38,7 @@ def assert_same(image: ChipImage, steps: list[np.ndarray]) -> RtlChip:
 
 
 @settings(
-    max_examples=25,
+    max_examples=10,
     derandomize=True,
     deadline=None,
     database=None,

@@ -48,7 +48,7 @@ def test_a_board_on_a_serial_line_has_the_native_states(tmp_path: Path) -> None:
     files = [*map(str, sources(board=True)), str(BENCH)]
     built = ["iverilog", "-g2012", "-o", "bench", "-s", "bench", f"-I{tmp_path}", *files]
     subprocess.run(built, cwd=tmp_path, check=True)
-    subprocess.run(["vvp", "-n", "bench"], cwd=tmp_path, check=True, timeout=120)
+    subprocess.run(["vvp", "-n", "bench"], cwd=tmp_path, check=True, timeout=300)
     found = stream.answers((tmp_path / "answered").read_bytes())[2:]
     cycles, values = found.reshape(STEPS, 16)[:, 0], found.reshape(STEPS, 16)[:, 1:]
     assert (cycles > 10).all()

@@ -2,7 +2,6 @@
 
 import html
 import re
-import shutil
 from collections.abc import Iterator
 from html.parser import HTMLParser
 from pathlib import Path
@@ -14,8 +13,8 @@ from spikeport.compile.check.violation import Violation
 from spikeport.compile.report.page import by_rule, write_page, write_pair
 from spikeport.compile.report.report import Report
 from spikeport.hardware_models import chip as chips
+from tests.helpers.browsers import browser, tab_of
 
-CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
 VOID = {"meta", "br", "input", "link", "img", "hr"}
 
 
@@ -139,32 +138,16 @@ def test_rows_are_grouped_by_rule() -> None:
 # in a browser
 
 
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    if CHROMIUM is None:
-        pytest.skip("opens pages in a browser: apt-get install chromium")
-    api = pytest.importorskip("playwright.sync_api")
-    with (
-        api.sync_playwright() as playwright,
-        playwright.chromium.launch(
-            executable_path=CHROMIUM, args=["--no-sandbox", "--disable-dev-shm-usage"]
-        ) as opened,
-    ):
+@pytest.fixture(scope="module", name="browser")
+def browser_fixture() -> Iterator[Any]:
+    with browser() as opened:
         yield opened
 
 
 @pytest.fixture
 def opened(browser: Any, page: Path) -> Iterator[Any]:
-    """The page in a browser, which has said nothing and asked for nothing but the file."""
-    said: list[str] = []
-    tab = browser.new_page(viewport={"width": 1000, "height": 800})
-    tab.on("console", lambda message: said.append(message.text))
-    tab.on("pageerror", lambda error: said.append(str(error)))
-    tab.on("request", lambda request: said.append(request.url))
-    tab.goto(page.as_uri())
-    yield tab
-    assert said == [page.as_uri()]
-    tab.close()
+    with tab_of(browser, page) as tab:
+        yield tab
 
 
 @pytest.mark.slow

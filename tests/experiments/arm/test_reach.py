@@ -126,6 +126,7 @@ def test_the_result_has_every_field(loihi):
             "energy",
             "timing",
             "host_io",
+            "energy_by_unit",
         ),
         "versions",
     ]

@@ -24,7 +24,7 @@ def run(sweep_of, tmp_path, monkeypatch):
     (tmp_path / "marks").mkdir()
     monkeypatch.setenv(sweeps.MARKS, str(tmp_path / "marks"))
     monkeypatch.setenv("OMP_NUM_THREADS", "1")
-    monkeypatch.setattr(sweep_run, "run_point", sweeps.do_as_told)
+    monkeypatch.setattr(sweep_run.PointRun, "new", lambda: sweeps.do_as_told)
 
     def run(*speeds, scheduler, progress=silent):
         sweep = sweep_of(varied={"speed": speeds})

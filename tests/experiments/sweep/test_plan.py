@@ -31,3 +31,18 @@ def test_a_network_seed_that_is_given_stays(sweep_of, given):
 def test_a_points_name_is_a_files_name(sweep_of):
     (point,) = sweep_of(varied={"path": ("a/b,c.csv",), "tau_fwd": (0.002,)}).points()
     assert point.name == "path=a%2Fb%2Cc.csv,tau_fwd=0.002,seed=0"
+
+
+def test_points_share_a_network_where_settings_of_the_run_alone_differ(sweep_of):
+    def networks(**varied):
+        points = sweep_of(varied=varied, seeds=(0, 1), settings={"network_seed": 5}).points()
+        return len({point.network for point in points})
+
+    assert networks(path=("paper", "line"), speed=(0.3, 0.5)) == 1
+    assert networks(n_neurons=(2, 20), path=("paper", "line")) == 2
+    assert networks(backend=("native", "nengo-loihi")) == 2
+
+
+def test_points_with_a_network_seed_of_their_own_share_none(sweep_of):
+    points = sweep_of(varied={"path": ("paper", "line")}, seeds=(0, 1)).points()
+    assert len({point.network for point in points}) == 2

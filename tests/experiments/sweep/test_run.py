@@ -17,7 +17,7 @@ def marks(monkeypatch, tmp_path):
     folder = tmp_path / "marks"
     folder.mkdir()
     monkeypatch.setenv(sweeps.MARKS, str(folder))
-    monkeypatch.setattr(sweep_run, "run_point", sweeps.do_as_told)
+    monkeypatch.setattr(sweep_run.PointRun, "new", lambda: sweeps.do_as_told)
     return folder
 
 

@@ -6,6 +6,7 @@ import pytest
 import xarray as xr
 from PIL import Image
 
+from spikeport.errors import UsageError
 from spikeport.experiments import driver
 from spikeport.experiments.options import Options
 from spikeport.experiments.switch.settings import SwitchSettings
@@ -35,6 +36,20 @@ def exact(request, tmp_path_factory, brief):
     """Six seconds of the exact controllers."""
     folder = tmp_path_factory.mktemp("exact")
     return folder, switched(folder, brief, anchor=request.param)
+
+
+# what is refused
+
+
+def test_nengo_spas_selection_is_for_float_alone():
+    trial = SwitchTrial(SwitchSettings(selection="spa"), Options(60.0))
+    with pytest.raises(UsageError) as caught:
+        trial.check()
+    assert str(caught.value) == (
+        "selection=spa: on backend 'native', where neurons have one filter, and nengo_spa's "
+        "GPi and GPe need two (AMPA 2 ms, GABA 8 ms); leave it out, or give --backend reference"
+    )
+    SwitchTrial(SwitchSettings(selection="spa"), Options(60.0, backend="reference")).check()
 
 
 # how well it does
@@ -81,6 +96,7 @@ def test_the_run_ends_with_its_schedule(exact):
     with xr.open_dataset(folder / "probes.nc", engine="h5netcdf") as probes:
         assert (probes.sizes["time"], probes.sizes["step"]) == (1200, 6000)
         assert probes.hand.attrs["units"] == "m"
+        assert probes.qpos.shape == (1200, 26)
         assert list(probes.selectable.values) == ["walk", "draw"]
 
 

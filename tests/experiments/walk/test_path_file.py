@@ -24,6 +24,12 @@ def test_a_file_has_its_own_times(written):
     assert path.at(4.0) == pytest.approx([1.2, 1, 0, 0.5])
 
 
+def test_a_path_may_stop_and_turn_back(written):
+    path = written("0,0,0", "4,2,0", "8,2,0", "20,-3,0")
+    assert path.at(6.0) == pytest.approx([2, 0, 0, 0])
+    assert path.at(14.0)[2] < 0
+
+
 TABLE = "expected columns 't_s,x_m,y_m' and two rows or more of rising times, found "
 NUMBERS = "times that do not rise, or numbers that are not finite or above 1e+10"
 
@@ -66,6 +72,11 @@ NUMBERS = "times that do not rise, or numbers that are not finite or above 1e+10
             ["0,0,0", "4,2,0", "4.5,2,1", "20,3,1"],
             "moves 1.00 m from 4 to 4.5 s, 2.00 m/s, limit 1 m/s, for which the policy is "
             "trained; cure: more time for it",
+        ),
+        (
+            ["0,0,0", "2,1,0", "3,1,0.5", "4,0.5,0.5", "5,0.5,0", "6,1,0", "7,1,0.5", "20,1,5"],
+            "turns by 4.71 rad from 2 to 5 s, limit 4 rad in 4 s, 1 rad/s, for which the policy is "
+            "trained; cure: more time for it, or wider turns",
         ),
         (
             ["0,0,0", "8,2,0"],

@@ -4,7 +4,7 @@ import pytest
 from spikeport.errors import UsageError
 from spikeport.experiments.walk.paths import SHAPES, find_path
 
-CLOSED = ["figure-eight", "paper"]
+CLOSED = ["figure-eight", "loop"]
 
 
 def steps_m(path, times):
@@ -32,14 +32,14 @@ def test_the_trained_turns_are_enough(name):
     heading = np.unwrap([np.arctan2(*path.at(t)[:1:-1]) for t in times])
     turn_rad_s = np.abs(np.diff(heading)) / 0.05
     assert turn_rad_s.max() < 0.8
-    assert turn_rad_s.max() > 0.7 or name != "paper"
+    assert turn_rad_s.max() > 0.7 or name != "loop"
 
 
 def test_turns_that_are_too_fast_are_refused():
     with pytest.raises(UsageError) as caught:
-        find_path("paper", 1.0, 10.0)
+        find_path("loop", 1.0, 10.0)
     assert str(caught.value) == (
-        "path 'paper': turns by 1.54 rad/s at 1 m/s, limit 1 rad/s, for which the policy is "
+        "path 'loop': turns by 1.54 rad/s at 1 m/s, limit 1 rad/s, for which the policy is "
         "trained; cure: a speed of at most 0.65 m/s"
     )
 
@@ -62,7 +62,7 @@ def test_an_unknown_path_says_which_there_are():
     with pytest.raises(UsageError) as caught:
         find_path("circle", 0.5, 10.0)
     assert str(caught.value) == (
-        "unknown path 'circle'; there is: FILE.csv, figure-eight, line, paper, s-curve"
+        "unknown path 'circle'; there is: FILE.csv, figure-eight, line, loop, s-curve"
     )
 
 
@@ -72,3 +72,9 @@ def test_a_path_is_laid_down_from_a_robot():
     assert laid.at(0)[2:] == pytest.approx([0, 0.5], abs=1e-3)
     forward, left = find_path("s-curve", 0.5, 10.0).at(4.0)[:2]
     assert laid.at(4.0)[:2] == pytest.approx([3 - left, 2 + forward])
+
+
+def test_the_loop_has_the_name_it_had_too():
+    earlier, now = find_path("paper", 0.5, 10.0), find_path("loop", 0.5, 10.0)
+    np.testing.assert_array_equal(earlier.points, now.points)
+    assert now.distances_m(np.array([[-1.0, 1.0]])) == pytest.approx([1.0], abs=0.01)

@@ -7,12 +7,12 @@ from spikeport.experiments.walk.recording import WalkRecording, WalkRun, dataset
 from spikeport.robot.walk_interface import PARTS
 
 N = 3
+SIZES = {"observation": 69, "reference": 4, "state": 5, "action": 19, "command": 2}
 
 
 def recorded(**given):
     """A robot that stands still, but for what is given."""
-    sizes = {"observation": 69, "reference": 4, "state": 5, "action": 19, "command": 2}
-    series = {name: np.zeros((N, size)) for name, size in sizes.items()}
+    series = {name: np.zeros((N, size)) for name, size in SIZES.items()}
     series |= {"height_m": np.ones(N), "on_floor": np.ones((N, 2), dtype=bool)}
     return WalkRecording(0.005 * np.arange(N), **{**series, **given})
 
@@ -33,6 +33,20 @@ def test_speed_is_that_along_the_heading():
     recording = recorded(state=state)
     assert recording.speed_m_s == pytest.approx([0.5, 0.2, -0.5])
     assert recording.position_m.tolist() == [[1, 2], [3, 4], [5, 6]]
+
+
+def test_the_way_is_that_from_half_second_to_half_second():
+    n = 301
+    state = np.zeros((n, 5))
+    state[:, 1] = 0.3 * 0.005 * np.arange(n)
+    state[:, 2] = 0.1 * (np.arange(n) % 100 == 50)  # sway between
+    series = {name: np.zeros((n, size)) for name, size in SIZES.items()}
+    walked = WalkRecording(
+        0.005 * np.arange(n),
+        **{**series, "state": state, "height_m": np.ones(n), "on_floor": np.ones((n, 2), bool)},
+    )
+    assert walked.walked_m == pytest.approx(0.45)
+    assert recorded().walked_m == 0
 
 
 def test_the_yaw_rate_is_about_the_vertical_of_a_tilted_robot():

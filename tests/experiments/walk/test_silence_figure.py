@@ -1,4 +1,4 @@
-"""The walk with a share of its policy's ensembles silenced (the paper's Fig. 6c)."""
+"""The walk with a share of its policy's ensembles silenced (the paper's Fig. 5c)."""
 
 import json
 

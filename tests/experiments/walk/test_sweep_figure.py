@@ -22,3 +22,10 @@ def test_the_figure_shows_means_over_the_seeds(finished):
         "native",
     ]
     drawn.savefig(folder.path / "figure.png")
+
+
+def test_errors_are_those_of_runs_that_walked(finished):
+    _, _, made = finished
+    shown = walk_sweep_figure.of_walks(made.assign(falls=made["falls"] * 0 + 1))
+    assert shown["cross_track_rms_m"].isnull().all()
+    assert shown["falls"].sum() == made["falls"].count() > 0

@@ -57,7 +57,7 @@ def test_the_exact_controller_walks_ahead(exact):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("path", ["line", "s-curve", "figure-eight", "paper"])
+@pytest.mark.parametrize("path", ["line", "s-curve", "figure-eight", "loop"])
 def test_the_exact_controller_follows_every_path(tmp_path, path):
     figures = walked(tmp_path, 40.0, path=path)["metrics"]
     assert figures["falls"] == 0
@@ -147,6 +147,7 @@ def test_the_result_has_every_field(exact):
             "energy",
             "timing",
             "host_io",
+            "energy_by_unit",
         ),
         "versions",
     ]

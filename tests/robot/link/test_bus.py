@@ -31,6 +31,7 @@ def exchanged() -> dict[str, object]:
             "numbers": numbers,
             "whole": whole,
             "writers": len({arrival.writer for arrival in (*found, last)}),
+            "named": [found[0].writer, last.writer] == [writer.number, other.number],
             "known": {arrival.writer for arrival in (*found, last)} == set(reader.writers),
             "none": reader.take(0.01),
         }
@@ -41,6 +42,7 @@ def test_messages_arrive_whole_in_order_and_with_their_writer() -> None:
         "numbers": list(range(20)),
         "whole": True,
         "writers": 2,
+        "named": True,
         "known": True,
         "none": [],
     }

@@ -35,9 +35,55 @@ def test_a_robot_that_is_silent_is_given_up() -> None:
         robot.exchange(seen, DAMPING)
 
 
+def ticks(robot: InlineRobot, steps: int) -> list[tuple[int, int]]:
+    """Return the ticks that are observed step by step, and those that ask for an answer."""
+    seen, found = robot.first(), []
+    for _ in range(steps):
+        seen = robot.exchange(seen, DAMPING)
+        found.append((seen.tick, seen.asks))
+    return found
+
+
+def test_a_state_that_is_late_is_held_and_answered_at_its_time() -> None:
+    robot = inline("state-delay=10:1")
+    assert ticks(robot, 5) == [(5, 10), (5, 15), (10, 20), (15, 25), (20, 30)]
+    assert (robot.figures.states, robot.figures.held) == (3, 2)
+    assert robot.summary()["robot"]["steps"] == 5
+
+
+@pytest.mark.parametrize(
+    ("fault", "expected"),
+    [
+        ("state-loss@3", [10, 10, 20, 25]),
+        ("state-duplicate@3", [10, 15, 15, 25]),
+        ("state-reorder@3", [10, 10, 15, 25]),
+    ],
+)
+def test_states_lost_twice_or_in_another_order_are_held(fault: str, expected: list[int]) -> None:
+    """Of two that come together the last wins; an older one is none."""
+    assert [tick for tick, _ in ticks(inline(fault), 4)] == expected
+
+
+def test_a_robot_without_new_states_for_too_long_is_damped() -> None:
+    robot = inline("state-mute@3")
+    with pytest.raises(
+        RobotLostError, match="go into damping: no new state for 45 ms, allowed 40 ms"
+    ):
+        ticks(robot, 100)
+    assert robot.summary()["robot"]["steps"] == 11
+
+
+def test_a_state_that_is_not_finite_damps_the_robot() -> None:
+    robot = inline("state-nan@3")
+    with pytest.raises(RobotLostError, match="go into damping: LowState_: a number of a sensor"):
+        ticks(robot, 100)
+    summary = robot.summary()
+    assert (summary["damaged"], summary["robot"]["steps"]) == (1, 3)
+
+
 def test_ticks_do_not_go_back() -> None:
     robot = LockStep(SimulatedRobot(RobotSettings(hoist=True)))
     found = observed(robot.published())
     check_order(found, found)
     with pytest.raises(RobotLostError, match="its tick went from 7 back to 5 ms"):
-        check_order(found._replace(tick=7), found)
+        check_order(found._replace(asks=7), found)

@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 
 from spikeport.robot.link.codec import (
+    BASE,
     COMMAND,
     STATE,
-    TRUTH,
+    Base,
     Command,
-    Truth,
+    decode_base,
     decode_command,
     decode_state,
-    decode_truth,
+    encode_base,
     encode_command,
     encode_state,
-    encode_truth,
 )
 from spikeport.robot.link.h1 import MODES, SLOTS
 from spikeport.robot.link.signals import MotorCommands, Sensors
@@ -56,8 +56,8 @@ def test_a_state_comes_back() -> None:
 
 
 def test_the_truth_comes_back_to_the_millisecond() -> None:
-    sent = Truth(61_005, np.array([1.5, -2.25, 0.75]), np.array([0.5, 0.0, -0.125]))
-    found = decode_truth(encode_truth(sent))
+    sent = Base(61_005, np.array([1.5, -2.25, 0.75]), np.array([0.5, 0.0, -0.125]))
+    found = decode_base(encode_base(sent))
     assert found.tick == 61_005
     np.testing.assert_array_equal(found.position, sent.position)
     np.testing.assert_array_equal(found.velocity, sent.velocity)
@@ -78,7 +78,7 @@ def test_joints_lie_in_their_slots_and_the_unused_one_is_commanded_nothing() -> 
 def test_bytes_are_fixed() -> None:
     """What a robot got once, it gets for good: a digest that changes is another protocol."""
     command, state = encode_command(Command(5, COMMANDS)), encode_state(125, SENSORS)
-    truth = encode_truth(Truth(125, SENSORS.gyroscope, SENSORS.accelerometer))
+    truth = encode_base(Base(125, SENSORS.gyroscope, SENSORS.accelerometer))
     assert command[-4:].hex() == "54e4dbd7"
     assert state[-4:].hex() == "60f4ed4e"
     digests = [hashlib.sha256(message).hexdigest()[:16] for message in (command, state, truth)]
@@ -100,10 +100,10 @@ def test_an_orientation_that_is_none_is_refused() -> None:
 
 def test_a_truth_that_is_none_is_refused() -> None:
     with pytest.raises(MessageError, match=r"SportModeState_: 3 bytes, not 512"):
-        decode_truth(b"123")
+        decode_base(b"123")
     with pytest.raises(MessageError, match="SportModeState_: a number is not finite"):
-        decode_truth(encode_truth(Truth(1, np.full(3, np.nan), np.zeros(3))))
+        decode_base(encode_base(Base(1, np.full(3, np.nan), np.zeros(3))))
 
 
 def test_layouts_are_of_unitrees_sizes() -> None:
-    assert (COMMAND.size, STATE.size, TRUTH.size) == (808, 1176, 512)
+    assert (COMMAND.size, STATE.size, BASE.size) == (808, 1176, 512)

@@ -10,7 +10,7 @@ from spikeport.robot.link.controlled import ControlledRobot
 from spikeport.robot.link.controller import HOLD
 from spikeport.robot.link.controller_states import Event
 from spikeport.robot.link.h1 import DAMPING
-from spikeport.robot.link.messages import STATES
+from spikeport.robot.link.messages import STATES, TRUTHS
 from spikeport.robot.link.signals import MotorCommands
 from tests.helpers.arrivals import remote
 from tests.helpers.fake_board import FakeClock
@@ -54,7 +54,7 @@ class LiveBus(FakeBus):
 
 def started(at: dict[int, Event]) -> tuple[LiveBus, ControlledRobot, Keys, list[str]]:
     bus, keys, words = LiveBus(), Keys(at), []
-    return bus, ControlledRobot(bus, True, DT_S, FakeClock(), keys, words.append), keys, words
+    return bus, ControlledRobot(bus, TRUTHS, DT_S, FakeClock(), keys, words.append), keys, words
 
 
 def sent(bus: FakeBus) -> list[MotorCommands]:
@@ -129,7 +129,7 @@ def test_stop_before_the_run_is_left_by_arming_again() -> None:
 def test_a_robot_that_falls_silent_before_the_run_is_given_up(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(over_dds, "FIRST_S", 0.02)
+    monkeypatch.setattr(over_dds, "FIRST_S", 0.3)
     bus, robot, _, _ = started({})
     bus.pressed = {}
     monkeypatch.setattr(bus, "obey", lambda message: None)

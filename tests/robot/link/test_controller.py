@@ -143,7 +143,7 @@ def test_a_state_that_comes_too_late_is_answered_by_damping(robot):
     robot.to(State.RUN)
     robot.time_s += 0.05
     assert same(robot.send(), DAMPING)
-    assert "none for 55 ms, allowed 40 ms" in robot.controller.refused
+    assert "no new state for 55 ms, allowed 40 ms" in robot.controller.refused
 
 
 def test_a_stream_of_old_states_is_a_silent_robot(robot):

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from spikeport.robot.link.codec import Command
-from spikeport.robot.link.faults import FAULTS, KINDS, FaultyWay
+from spikeport.robot.link.faults import FAULTS, KINDS, FaultyWay, of_commands, of_states
 from spikeport.robot.link.h1 import DAMPING
 
 STEP_MS = 5
@@ -13,7 +13,8 @@ STEP_MS = 5
 
 def arrivals(*faults: str, steps: int = 6, seed: int = 0) -> list[list[int]]:
     """Return which commands arrive in each step; they are numbered by their step."""
-    way = FaultyWay(STEP_MS, [FAULTS.parse(text) for text in faults], seed)
+    plan = [FAULTS.parse(text) for text in faults]
+    way = FaultyWay(STEP_MS, lambda it: it, plan, seed)
     found = []
     for step in range(1, steps + 1):
         way.send(step, STEP_MS * step, Command(step, DAMPING))
@@ -59,12 +60,17 @@ def test_plans_are_deterministic() -> None:
     assert arrivals(*plan, steps=200) != arrivals(*plan, steps=200, seed=1)
 
 
-def test_a_target_becomes_not_a_number_and_the_command_of_the_controller_stays() -> None:
-    way, command = FaultyWay(STEP_MS, [FAULTS.parse("nan@1")]), Command(1, DAMPING)
-    way.send(1, STEP_MS, command)
-    (found,) = way.arrived(STEP_MS)
-    assert np.isnan(found.motors.q[0])
-    assert np.isfinite(command.motors.q).all()
+def test_a_message_is_spoilt_where_the_plan_says_so() -> None:
+    way = FaultyWay(STEP_MS, str.upper, [FAULTS.parse("nan@2")])
+    for step, message in enumerate("abc", 1):
+        way.send(step, STEP_MS * step, message)
+    assert way.arrived(3 * STEP_MS) == ["a", "B", "c"]
+
+
+def test_faults_of_states_are_those_with_that_in_front() -> None:
+    plan = [FAULTS.parse(text) for text in ("delay=10:1", "state-loss@3", "stop@9")]
+    assert [fault.kind for fault in of_commands(plan)] == ["delay", "stop"]
+    assert [(fault.kind, fault.step) for fault in of_states(plan)] == [("loss", 3)]
 
 
 def test_every_kind_can_be_asked_for() -> None:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from spikeport.robot.link.codec import Command, decode_state, encode_command
+from spikeport.robot.link.codec import Command, Turn, decode_state, encode_command, turn_of
 from spikeport.robot.link.faults import FAULTS
 from spikeport.robot.link.h1 import DAMPING
 from spikeport.robot.link.lock_step import LockStep
@@ -73,6 +73,27 @@ def test_the_watchdog_is_tripped_by_silence_alone(
 def test_faults_are_deterministic() -> None:
     motions = [run(lock_step("jitter=10:1", "loss:0.1"), 100)["motion"] for _ in range(2)]
     assert motions[0] == motions[1] != run(lock_step(), 100)["motion"]
+
+
+def test_a_command_with_a_target_that_is_not_a_number_leaves_the_controllers_own() -> None:
+    one, motors = lock_step("nan@1"), HOLD._replace(q=POSE_RAD.copy())
+    answer(one, motors)
+    assert one.robot.refusals.beyond_limits == 1
+    assert np.isfinite(motors.q).all()
+
+
+def test_faults_of_states_leave_the_robot_as_it_is() -> None:
+    faulty = lock_step("state-delay=20:1", "state-nan:0.2", "state-reorder:0.2")
+    assert run(faulty, 50)["motion"] == run(lock_step(), 50)["motion"]
+
+
+def test_a_state_says_whom_the_robot_obeys_and_what_it_asks() -> None:
+    one = lock_step("state-mute@2")
+    assert turn_of(one.published().state) == Turn(5, 0)
+    command = encode_command(Command(5, HOLD))
+    one.answered(command, writer=2**40 + 7)
+    assert decode_state(one.published().state)[0] == 5
+    assert turn_of(one.published().state) == Turn(10, 2**40 + 7)
 
 
 def test_a_robot_that_stops_is_silent() -> None:

@@ -7,7 +7,17 @@ from spikeport.errors import RobotLostError, UsageError
 from spikeport.robot.estimator.base import Fix
 from spikeport.robot.link.client import InlineRobot, Observed
 from spikeport.robot.link.lock_step import LockStep
-from spikeport.robot.link.motion import EKF, ESTIMATORS, TRUTH, EstimatedMotion
+from spikeport.robot.link.messages import ODOMETRY, TRUTHS
+from spikeport.robot.link.motion import (
+    EKF,
+    EKF_ODOMETER,
+    ESTIMATORS,
+    ODOMETER,
+    TRUTH,
+    EstimatedMotion,
+    needed,
+)
+from spikeport.robot.link.odometer import OdometerErrors
 from spikeport.robot.link.robot import SimulatedRobot
 from spikeport.robot.link.settings import RobotSettings
 from spikeport.robot.link.signals import MotorCommands
@@ -19,7 +29,8 @@ HOIST = Fix(np.array([0.0, 0.0, 1.06]), 0.0)
 
 
 def observations(n: int, *, hoist: bool = False, truth: bool = True) -> list[Observed]:
-    robot = InlineRobot(LockStep(SimulatedRobot(RobotSettings(hoist=hoist)), tells_truth=truth))
+    settings = RobotSettings(hoist=hoist, odometer=OdometerErrors())
+    robot = InlineRobot(LockStep(SimulatedRobot(settings), tells_truth=truth))
     seen = [robot.first()]
     for _ in range(n):
         seen.append(robot.exchange(seen[-1], STAND))
@@ -70,5 +81,23 @@ def test_a_robot_on_its_hoist_is_where_the_hoist_holds_it() -> None:
 
 
 def test_an_unknown_estimator_is_refused() -> None:
-    with pytest.raises(UsageError, match="unknown estimator 'gps'; there is: ekf, leg-odometry"):
+    with pytest.raises(UsageError, match="unknown estimator 'gps'; there is: ekf, "):
         EstimatedMotion("gps")
+
+
+@pytest.mark.parametrize("name", [ODOMETER, EKF_ODOMETER])
+def test_without_odometry_there_is_no_estimate_by_it(name: str) -> None:
+    (seen,) = observations(0)
+    with pytest.raises(RobotLostError, match="the robot publishes no odometry"):
+        EstimatedMotion(name)(seen._replace(odometry=None))
+
+
+def test_estimators_that_need_a_topic_beside_the_states_say_which() -> None:
+    assert [needed(name) for name in (TRUTH, EKF, ODOMETER)] == [TRUTHS, None, ODOMETRY]
+
+
+def test_a_state_that_is_held_changes_no_estimate() -> None:
+    motion, seen = EstimatedMotion(EKF_ODOMETER), observations(3)
+    for one in seen:
+        found = motion(one)
+    assert motion(seen[-1]) is found

@@ -1,38 +1,42 @@
 """The controller's end: what it waits for, asks again for, skips, and gives up."""
 
+import numpy as np
 import pytest
 
-from spikeport.errors import RobotLostError
+from spikeport.errors import BackendError, RobotLostError
 from spikeport.robot.link import over_dds
 from spikeport.robot.link.client import Observed
-from spikeport.robot.link.codec import decode_command
+from spikeport.robot.link.codec import Command, decode_command, encode_command, encode_state
 from spikeport.robot.link.h1 import DAMPING
 from spikeport.robot.link.lock_step import LockStep
-from spikeport.robot.link.messages import STATES, TRUTHS
+from spikeport.robot.link.messages import ODOMETRY, STATES, TRUTHS
+from spikeport.robot.link.odometer import OdometerErrors
 from spikeport.robot.link.over_dds import LockStepRobot, RealTimeRobot
 from spikeport.robot.link.robot import SimulatedRobot
 from spikeport.robot.link.settings import RobotSettings
+from spikeport.robot.link.signals import Sensors
 from tests.helpers.fake_board import FakeClock
-from tests.helpers.fake_bus import FakeBus
+from tests.helpers.fake_bus import Arrival, FakeBus
 
 HOLD = DAMPING
+READINGS = Sensors(0.0, np.array([1.0, 0, 0, 0]), *np.zeros((2, 3)), *np.zeros((3, 19)))
 
 
 @pytest.fixture(autouse=True)
 def _impatient(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(over_dds, "FIRST_S", 0.02)
-    monkeypatch.setattr(over_dds, "PATIENCE_S", 0.02)
+    monkeypatch.setattr(over_dds, "FIRST_S", 0.3)
+    monkeypatch.setattr(over_dds, "PATIENCE_S", 0.3)
 
 
 def lock_step() -> tuple[FakeBus, LockStepRobot, Observed]:
     bus = FakeBus()
-    robot = LockStepRobot(bus, True)
+    robot = LockStepRobot(bus, TRUTHS)
     return bus, robot, robot.first()
 
 
 def real_time() -> tuple[FakeBus, RealTimeRobot, Observed, FakeClock]:
     bus, clock = FakeBus(), FakeClock()
-    robot = RealTimeRobot(bus, True, 0.005, clock)
+    robot = RealTimeRobot(bus, TRUTHS, 0.005, clock)
     return bus, robot, robot.first(), clock
 
 
@@ -60,21 +64,74 @@ def test_a_command_that_was_lost_is_sent_again() -> None:
 def test_without_a_publisher_of_the_truth_states_alone_are_observations(clocked: bool) -> None:
     bus = FakeBus()
     bus.robot = LockStep(SimulatedRobot(RobotSettings(hoist=True)), tells_truth=False)
-    robot = RealTimeRobot(bus, False, 0.005, FakeClock()) if clocked else LockStepRobot(bus, False)
+    robot = RealTimeRobot(bus, None, 0.005, FakeClock()) if clocked else LockStepRobot(bus, None)
     seen = robot.first()
     assert seen.truth is None
     bus.publish()
     assert robot.exchange(seen, HOLD).truth is None
     with pytest.raises(RobotLostError, match="--truth for --estimator truth"):
-        LockStepRobot(bus, True).first()
+        LockStepRobot(bus, TRUTHS).first()
 
 
-def test_damaged_states_are_skipped_and_counted() -> None:
+def test_damaged_truths_are_skipped_and_counted() -> None:
     bus, robot, seen = lock_step()
-    bus.readers[STATES].queue.extend([b"nonsense", bytes(1176)])
     bus.readers[TRUTHS].queue.append(b"nonsense")
     assert robot.exchange(seen, HOLD).tick == 10
-    assert robot.summary()["damaged"] == 3
+    assert robot.summary()["damaged"] == 1
+
+
+def test_damaged_states_are_skipped_and_counted_until_the_first_command() -> None:
+    bus = FakeBus()
+    bus.readers[STATES].queue.extend([b"nonsense", bytes(1176)])
+    robot = LockStepRobot(bus, TRUTHS)
+    assert robot.first().tick == 5
+    assert robot.summary()["damaged"] == 2
+
+
+BETWEEN = {
+    "LowState_: 8 bytes, not 1176": b"nonsense",
+    "LowState_: its checksum is wrong": bytes(1176),
+    "a state written by 2, those before by 1": Arrival(encode_state(5, READINGS), 2),
+}
+
+
+@pytest.mark.parametrize("reason", BETWEEN)
+@pytest.mark.parametrize("clocked", [False, True])
+def test_a_state_that_is_refused_between_two_good_ones_damps(clocked: bool, reason: str) -> None:
+    bus, robot, seen = real_time()[:3] if clocked else lock_step()
+    bus.publish()
+    bus.readers[STATES].queue.append(BETWEEN[reason])
+    bus.publish()
+    with pytest.raises(RobotLostError, match=f"go into damping: {reason}"):
+        robot.exchange(seen, HOLD)
+    last = decode_command(bus.commands.sent[-1]).motors
+    assert (last.kd == 8).all()
+    assert not last.kp.any()
+
+
+def test_states_of_a_run_of_another_controller_are_none_to_begin_with() -> None:
+    bus = FakeBus()
+    for _ in range(4):
+        bus.robot.answered(encode_command(Command(bus.robot.robot.tick, HOLD)), writer=7)
+    bus.publish()
+    bus.robot.restart()  # the other one has left; its last state is still under way
+    seen = (robot := LockStepRobot(bus, TRUTHS)).first()
+    assert (seen.tick, seen.controller) == (5, 0)
+    assert robot.exchange(seen, HOLD).controller == bus.commands.number
+
+
+def test_a_robot_that_another_controller_drives_is_not_joined() -> None:
+    bus = FakeBus()
+    bus.robot.answered(encode_command(Command(5, HOLD)), writer=7)
+    with pytest.raises(RobotLostError, match="There is one, which another controller drives"):
+        LockStepRobot(bus, TRUTHS).first()
+
+
+def test_a_controller_that_came_second_is_told() -> None:
+    bus, robot, seen = lock_step()
+    bus.robot.answered(encode_command(Command(5, HOLD)), writer=7)
+    with pytest.raises(RobotLostError, match="another controller drives the robot"):
+        robot.exchange(seen, HOLD)
 
 
 def test_a_robot_that_does_not_answer_is_given_up() -> None:
@@ -104,7 +161,7 @@ def test_no_robot_is_said_with_a_cure() -> None:
     bus = FakeBus()
     bus.publishes = False
     with pytest.raises(RobotLostError, match="is `spikeport robot serve` running there"):
-        LockStepRobot(bus, True).first()
+        LockStepRobot(bus, TRUTHS).first()
 
 
 def test_leaving_closes_the_bus() -> None:
@@ -117,7 +174,7 @@ def test_in_real_time_the_newest_state_wins() -> None:
     bus, robot, seen, _ = real_time()
     for _ in range(3):
         bus.publish()
-        bus.robot.robot.step()
+        bus.robot.answered(encode_command(Command(bus.robot.robot.tick, HOLD)), writer=1)
     bus.publish()
     assert robot.exchange(seen, HOLD).tick == bus.robot.robot.tick
     assert robot.summary()["states"] == 1
@@ -134,9 +191,53 @@ def test_in_real_time_nothing_new_is_held_and_then_given_up() -> None:
     assert robot.summary()["overruns"] == 1
 
 
+def test_odometry_comes_with_the_states_and_its_silence_damps() -> None:
+    bus, clock = FakeBus(OdometerErrors()), FakeClock()
+    robot = RealTimeRobot(bus, ODOMETRY, 0.005, clock)
+    seen = robot.first()
+    assert seen.odometry is not None
+    assert seen.odometry.tick == seen.tick
+    bus.robot.robot._odometer = None
+
+    def go_on(seen: Observed) -> None:
+        for _ in range(100):
+            seen = robot.exchange(seen, HOLD)
+            bus.publish()
+
+    with pytest.raises(RobotLostError, match=r"no odometry for 20\d ms, allowed 200 ms"):
+        go_on(seen)
+    assert (decode_command(bus.commands.sent[-1]).motors.kd == 8).all()
+
+
+def test_in_lock_step_odometry_is_of_the_tick_of_its_state() -> None:
+    robot = LockStepRobot(FakeBus(OdometerErrors()), ODOMETRY)
+    seen = robot.first()
+    for _ in range(5):
+        seen = robot.exchange(seen, HOLD)
+        assert seen.odometry is not None
+        assert seen.odometry.tick == seen.tick
+
+
 def test_in_real_time_leaving_damps() -> None:
-    bus, robot, _, _ = real_time()
+    bus, robot, seen, _ = real_time()
+    robot.exchange(seen, HOLD)
     robot.close()
     sent = [decode_command(message).motors for message in bus.commands.sent]
-    assert len(sent) == 3
-    assert all((motors.kd == 8).all() and not motors.kp.any() for motors in sent)
+    assert len(sent) == 4
+    assert all((motors.kd == 8).all() and not motors.kp.any() for motors in sent[1:])
+
+
+class Stuck:
+    """A motion switcher that keeps its mode."""
+
+    def release(self) -> list[str]:
+        raise BackendError("still in mode 'ai'")
+
+
+def test_a_robot_that_keeps_its_sport_mode_gets_no_command() -> None:
+    bus = FakeBus()
+    robot = RealTimeRobot(bus, TRUTHS, 0.005, FakeClock(), Stuck())
+    with pytest.raises(BackendError, match="still in mode 'ai'"):
+        robot.first()
+    robot.close()
+    assert bus.commands.sent == []

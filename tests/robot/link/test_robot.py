@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from spikeport.robot.description import JOINTS
-from spikeport.robot.link.codec import Command, decode_state, decode_truth, encode_command
+from spikeport.robot.link.codec import Command, decode_base, decode_state, encode_command
 from spikeport.robot.link.h1 import DAMPING, SPEED_LIMITS_RAD_S, TORQUE_LIMITS_NM
 from spikeport.robot.link.robot import SimulatedRobot
 from spikeport.robot.link.settings import RobotSettings
@@ -37,7 +37,7 @@ def test_time_is_in_ticks_and_begins_after_zero() -> None:
         assert one.tick == ticks
         one.step()
         assert (one.tick, one.steps) == (2 * ticks, 1)
-        assert decode_state(one.state())[0] == decode_truth(one.truth()).tick == 2 * ticks
+        assert decode_state(one.state())[0] == decode_base(one.truth()).tick == 2 * ticks
 
 
 def test_joints_go_where_they_are_driven() -> None:
@@ -148,7 +148,7 @@ def test_the_hoist_holds_a_limp_robot_which_else_falls() -> None:
     for hoist in (True, False):
         one = SimulatedRobot(RobotSettings(hoist=hoist))
         commanded(one, DAMPING, 300)
-        heights.append(decode_truth(one.truth()).position[2])
+        heights.append(decode_base(one.truth()).position[2])
     assert heights[0] == pytest.approx(1.06, abs=0.01)
     assert heights[1] < 0.7
 

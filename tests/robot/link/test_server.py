@@ -12,8 +12,8 @@ import pytest
 
 from spikeport.robot.link.codec import (
     Command,
+    decode_base,
     decode_state,
-    decode_truth,
     encode_command,
 )
 from spikeport.robot.link.h1 import DAMPING
@@ -49,7 +49,7 @@ def in_lock_step() -> dict[str, object]:
         other = bus.writer(COMMANDS)
         until = time.monotonic() + 60
         while not truths and time.monotonic() < until:  # readers are not found at the same time
-            truths += [decode_truth(arrival.message).tick for arrival in told.take(0.2)]
+            truths += [decode_base(arrival.message).tick for arrival in told.take(0.2)]
         while len(ticks) < 10 and time.monotonic() < until:
             for arrival in states.take(0.2):
                 tick, _ = decode_state(arrival.message)
@@ -61,7 +61,7 @@ def in_lock_step() -> dict[str, object]:
                 if ticks:
                     other.write(good)
                 ticks.append(tick)
-            truths += [decode_truth(arrival.message).tick for arrival in told.take()]
+            truths += [decode_base(arrival.message).tick for arrival in told.take()]
         time.sleep(0.3)
     return {"ticks": ticks, "truths": sorted(set(truths))[:10], "robot": said(process)}
 
@@ -79,18 +79,18 @@ def test_a_robot_in_lock_step_steps_once_for_each_answer() -> None:
 def one_after_the_other() -> list[dict[str, object]]:
     """Let two controllers use one robot, and return what each observed last."""
     from spikeport.robot.link.bus import Bus
+    from spikeport.robot.link.messages import TRUTHS
     from spikeport.robot.link.over_dds import LockStepRobot
     from spikeport.robot.link.place import Place
 
     process, found = started("--lock-step"), []
     for _ in range(2):
-        robot = LockStepRobot(Bus(Place(), keeps_all=True), True)
+        robot = LockStepRobot(Bus(Place(), keeps_all=True), TRUTHS)
         seen = robot.first()
         for _ in range(5):
             seen = robot.exchange(seen, DAMPING)
         found.append({"tick": seen.tick, "q": seen.sensors.q.tolist()})
-        robot.close()
-        time.sleep(1.0)
+        robot.close()  # and the next one comes at once
     process.terminate()
     process.communicate(timeout=30)
     return found
@@ -118,6 +118,38 @@ def in_real_time() -> dict[str, object]:
         for _ in range(30):
             last = _newest_tick(states)
     return {"waiting": waiting, "last": last, "robot": said(process)}
+
+
+def in_sport_mode() -> dict[str, object]:
+    """Command a robot that is in sport mode; one that asks for its release first, is obeyed."""
+    from spikeport.robot.link.bus import Bus
+    from spikeport.robot.link.messages import COMMANDS
+    from spikeport.robot.link.over_dds import join
+    from spikeport.robot.link.place import Place
+    from spikeport.robot.link.settings import RobotSettings
+
+    process = started("--hoist", "--sport-mode", "ai")
+    with Bus(Place(), keeps_all=False) as bus:
+        commands = bus.writer(COMMANDS)
+        while not commands.n_readers:
+            time.sleep(0.02)
+        for _ in range(5):
+            commands.write(encode_command(Command(0, DAMPING)))
+            time.sleep(0.05)
+    robot = join(Place(), True, RobotSettings())
+    seen = robot.first()
+    for _ in range(50):
+        seen = robot.exchange(seen, DAMPING)
+    robot.close()
+    process.terminate()
+    process.communicate(timeout=30)
+    return {"modes": robot.summary()["released_modes"], "tick": seen.tick}
+
+
+def test_sport_mode_is_released_before_the_first_command() -> None:
+    found = in_namespace(in_sport_mode)
+    assert found["modes"] == ["ai"]
+    assert found["tick"] > 2
 
 
 def _newest_tick(states: object) -> int:

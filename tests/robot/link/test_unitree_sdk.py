@@ -19,6 +19,7 @@ import pytest
 from spikeport.robot.link.codec import Command, decode_command, decode_state, encode_command
 from spikeport.robot.link.h1 import SLOTS
 from spikeport.robot.link.signals import MotorCommands
+from spikeport.robot.link.sport_mode import EMPTY, RELEASE_MODE
 from tests.helpers import unitree_messages
 from tests.helpers.namespace import in_namespace
 
@@ -76,7 +77,7 @@ def test_unitrees_controller_drives_our_robot() -> None:
     found = in_namespace(our_robot)
     robot = found["robot"]
     assert robot["steps"] > 0
-    assert robot["refused"] == {"damaged": 0, "beyond_limits": 0, "second_writer": 0}
+    assert not any(robot["refused"].values())
     reached = np.array(found["peer"]["q"])[SLOTS]
     assert np.abs(reached - RAMP).max() < 0.2
     assert np.linalg.norm(found["peer"]["quaternion"]) == pytest.approx(1)
@@ -85,6 +86,7 @@ def test_unitrees_controller_drives_our_robot() -> None:
 def our_controller() -> dict[str, object]:
     from spikeport.robot.link.bus import Bus
     from spikeport.robot.link.messages import COMMANDS, STATES
+    from spikeport.robot.link.motion_switcher import MotionSwitcher
     from spikeport.robot.link.place import Place
 
     peer, states = started("robot"), []
@@ -92,12 +94,20 @@ def our_controller() -> dict[str, object]:
     motors = MotorCommands(ramp, none, ramp + 100, ramp + 1, ramp - 1)
     with Bus(Place(domain=0), keeps_all=False) as bus:
         reader, writer = bus.reader(STATES), bus.writer(COMMANDS)
+        switcher = MotionSwitcher(bus, required=True)
+        modes, released = switcher.release(), switcher.ask(RELEASE_MODE, EMPTY)._asdict()
         until = time.monotonic() + 60
         while peer.poll() is None and time.monotonic() < until:
             for arrival in reader.take(0.05):
                 states.append(decode_state(arrival.message)[1].q.tolist())
                 writer.write(encode_command(Command(0, motors)))
-    return {"peer": last_line(peer), "states": states[-1:], "sent": [m.tolist() for m in motors]}
+    return {
+        "peer": last_line(peer),
+        "states": states[-1:],
+        "sent": [m.tolist() for m in motors],
+        "modes": modes,
+        "released": released,
+    }
 
 
 @needs_the_sdk
@@ -105,5 +115,7 @@ def our_controller() -> dict[str, object]:
 def test_our_controller_drives_unitrees_robot() -> None:
     found = in_namespace(our_controller)
     np.testing.assert_array_equal(found["states"], [RAMP])
+    assert found["modes"] == []
+    assert found["released"]["code"] == 0
     for name, sent in zip(MotorCommands._fields, found["sent"], strict=True):
         np.testing.assert_array_equal(np.array(found["peer"][name])[SLOTS], sent)

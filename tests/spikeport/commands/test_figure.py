@@ -68,7 +68,7 @@ def test_the_walks_figures_are_sweeps(spikeport, asked, tmp_path):
         vary=["policy=mlp,spiking"],
         seeds=(3, 4, 5, 6, 7),
         seconds=40.0,
-        settings=["path=paper"],
+        settings=["path=loop"],
         out=Path(tmp_path),
         workers=Workers(),
         probes=True,
@@ -97,13 +97,13 @@ def test_a_single_run_has_no_workers(spikeport, asked, option):
     assert asked == []
 
 
-@pytest.mark.parametrize("option", ["--video", "--overwrite"])
+@pytest.mark.parametrize("option", ["--video", "--overwrite", "--counts"])
 def test_a_sweep_has_no_video_and_overwrites_nothing(spikeport, asked, option):
     assert spikeport("figure", "walk", option) == (
         2,
         "",
-        "error: figure 'walk' is a sweep, which goes on with what is in --out; leave out --video "
-        "and --overwrite\n",
+        "error: figure 'walk' is a sweep, which goes on with what is in --out; leave out --video, "
+        "--overwrite and --counts\n",
     )
     assert asked == []
 
@@ -112,5 +112,15 @@ def test_an_unknown_figure_lists_those_there_are(spikeport):
     assert spikeport("figure", "dance") == (
         2,
         "",
-        "error: unknown figure 'dance'; there is: draw, reach, walk, walk-silenced, walk-sweep\n",
+        "error: unknown figure 'dance'; there is: 1, 2, 3, 4, 5a, 5b, 5c, 6, basal-ganglia, "
+        "draw, overview, reach, teaser, walk, walk-silenced, walk-sweep\n",
     )
+
+
+def test_the_papers_numbers_stand_for_the_names(spikeport, asked):
+    for figure_ in ("1", "teaser", "6", "basal-ganglia", "3", "reach", "5a", "walk"):
+        assert spikeport("figure", figure_).code == 0
+    assert asked[0] == asked[1] == asked[2] == asked[3]
+    assert asked[0].experiment == "switch"
+    assert asked[4] == asked[5]
+    assert asked[6] == asked[7]

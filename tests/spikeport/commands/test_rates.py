@@ -11,7 +11,11 @@ def test_stated_rates_give_energy_and_time(spikeport, net_py, report):
     assert (done.code, done.err) == (0, "")
     assert "energy and time, expected at 100 Hz, neurons 50 Hz" in done.out
     assert "within dt = 1 ms (core 0)" in done.out
-    assert "static: Frady 2020 [transcribed]" in done.out
+    assert "static: Frady 2020; Blouw 2019 [transcribed]" in done.out
+    assert "not shown to be within dt" in " ".join(done.out.split())
+    assert (
+        "in no total: host processors on the chip, 65 mW (Frady 2020 [transcribed]); " in done.out
+    )
     written = report.read()
     assert written["basis"]["rates_hz"] == {"all": 100, "neurons": 50}
     assert written["energy"]["nahuku-fit"]["dynamic"]["power"]["value"] > 0

@@ -1,0 +1,222 @@
+"""Energy of runs on the chip beside that of computers for the same controllers.
+
+    spikeport run walk --set path=paper --out walk      # and any other runs
+    OPENBLAS_NUM_THREADS=1 python benchmarks/computers.py walk [...] [--into docs/costs.md]
+
+Times of the controllers in NumPy are CPU times of this machine. Its power is read from RAPL where
+there is one that may be read, else assumed, and the table says which.
+"""
+
+import argparse
+import json
+import time
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import markdown_table
+import numpy as np
+from timing import cpu_us
+
+from spikeport.hardware_models.computers import BreakEven, OnChip, all_of_them, break_even
+from spikeport.hardware_models.estimate import Estimate
+from spikeport.networks.operational_space import OperationalSpaceLaw
+from spikeport.networks.path_following import FollowerGains, exact_command
+from spikeport.networks.walking_policy import load
+from spikeport.robot.arm import ArmDynamics
+from spikeport.robot.walk_interface import CONTROL_DT_S
+
+RAPL = Path("/sys/class/powercap/intel-rapl:0/energy_uj")
+ASSUMED_W = 10.0
+"""Power of a core at work, where none is measured: an assumption, not a figure of this machine."""
+CALIBRATION = "nahuku-fit"
+ROUNDS = 7
+LAW_DT_S = 0.005
+"""Period of the arm's law, that of the physics."""
+
+
+class Power(NamedTuple):
+    """Power of this machine at work, in W, and where it is from."""
+
+    watts: float
+    source: str
+
+
+def macs_of_policy() -> int:
+    """Return the multiplications and additions of the walking policy."""
+    return sum(W.size for W in load().weights)
+
+
+def in_numpy() -> dict[str, tuple[float, float]]:
+    """Return CPU time in s and period in s of each controller."""
+    policy, gains = load(), FollowerGains()
+    law = OperationalSpaceLaw(ArmDynamics())
+    rng = np.random.RandomState(0)
+    observation, q = rng.randn(policy.weights[0].shape[1]), np.array([[0.1, -0.2, 0.3, 0.4]])
+    reference, state = rng.randn(4), rng.randn(5)
+    microseconds = cpu_us(
+        {
+            "policy": lambda: policy(observation),
+            "path follower": lambda: exact_command(gains, reference, state),
+            "arm's law": lambda: law.terms(q),
+        },
+        ROUNDS,
+    )
+    periods = {"policy": CONTROL_DT_S, "path follower": CONTROL_DT_S, "arm's law": LAW_DT_S}
+    return {name: (us / 1e6, periods[name]) for name, us in microseconds.items()}
+
+
+def power() -> Power:
+    """Return the power of this machine by RAPL, while it computes for a second; else assumed."""
+    try:
+        before, begin = int(RAPL.read_text()), time.monotonic()
+        policy, observation = load(), np.zeros(69)
+        while time.monotonic() < begin + 1.0:
+            policy(observation)
+        joules = (int(RAPL.read_text()) - before) / 1e6
+        return Power(joules / (time.monotonic() - begin), "RAPL, the whole package")
+    except OSError:
+        return Power(ASSUMED_W, "assumed: this machine has no RAPL that may be read")
+
+
+def on_chip(result: dict[str, Any]) -> OnChip:
+    """Return the cost of a run on the chip."""
+    spent = result["energy"][CALIBRATION]
+    steps = spent["n_steps"]
+    terms = {term["event"]: term for term in spent["terms"]}
+    operations = terms["synaptic_operation"]
+    n, joules = operations["count"], operations["energy"]["value"]
+    return OnChip(
+        synaptic_operations=n / steps,
+        synaptic_operation_j=joules / n,
+        other_j=(spent["dynamic_run"]["value"] - joules) / steps,
+        static_w=spent["static"]["power"]["value"],
+        dt_s=spent["period_s"],
+    )
+
+
+def units(results: dict[str, dict[str, Any]]) -> str:
+    """Return joules by unit of what the robot did, run by run."""
+    heads = ("run", "unit", "dynamic, davies2018", f"dynamic, {CALIBRATION}", "static [interval]")
+    rows = [
+        (
+            name,
+            f"a {unit}",
+            _joules(by["davies2018"]["dynamic"]["value"]),
+            _joules(by[CALIBRATION]["dynamic"]["value"]),
+            _interval(by[CALIBRATION]["static"]),
+        )
+        for name, result in results.items()
+        for unit, by in result["energy_by_unit"].items()
+    ]
+    return markdown_table.table(heads, rows)
+
+
+def computers(times: dict[str, tuple[float, float]], drawn: Power) -> str:
+    """Return the energy of a policy period on every computer."""
+    macs = macs_of_policy()
+    heads = ("computer", "operations", "at rest, 20 ms", "in all, 20 ms", "source")
+    rows = [
+        (
+            one.name,
+            _joules(one.for_macs(macs)),
+            "in the first" if one.idle is None else _joules(one.idle.value * CONTROL_DT_S),
+            _joules(one.in_period(macs, CONTROL_DT_S)),
+            one.energy.source,
+        )
+        for one in all_of_them()
+    ]
+    seconds = times["policy"][0]
+    here = f"{1e6 * seconds:.0f} us of CPU at {drawn.watts:g} W ({drawn.source})"
+    rows.append(("this CPU, NumPy", _joules(seconds * drawn.watts), "not known", "not known", here))
+    return markdown_table.table(heads, rows)
+
+
+def where_equal(results: dict[str, dict[str, Any]]) -> str:
+    """Return what would have to be true for the chip to draw no more than each computer."""
+    heads = ("run", "against", "synaptic operations a step", "dynamic a step", "static", "rate")
+    macs = macs_of_policy()
+    return markdown_table.table(
+        heads,
+        [
+            (name, one.name, *_words(break_even(chip, one, macs, 1 / CONTROL_DT_S), chip))
+            for name, result in results.items()
+            if "policy period" in result["energy_by_unit"]
+            for chip in [on_chip(result)]
+            for one in all_of_them()
+        ],
+    )
+
+
+def _words(found: BreakEven, chip: OnChip) -> Iterator[str]:
+    """Yield each figure beside the one it has now."""
+    operations, dynamic_j, static_w, rate_hz = found
+    now = chip.synaptic_operations
+    yield "none" if operations is None else f"{operations:,.0f} (now {now:,.0f})"
+    yield "none" if dynamic_j is None else f"{_joules(dynamic_j)} (now {_joules(chip.dynamic_j)})"
+    yield (
+        "none" if static_w is None else f"{1000 * static_w:,.2f} mW (now {1000 * chip.static_w:g})"
+    )
+    yield "any" if rate_hz is None else f"{rate_hz:,.0f} Hz (now {1 / CONTROL_DT_S:g})"
+
+
+def operations(results: dict[str, dict[str, Any]]) -> Iterator[str]:
+    """Yield the operations of a policy period, in words."""
+    macs, steps = macs_of_policy(), round(CONTROL_DT_S / 0.001)
+    for name, result in results.items():
+        if "policy period" in result["energy_by_unit"]:
+            n = steps * on_chip(result).synaptic_operations
+            yield f"- {name}: {n:,.0f} synaptic operations, {n / macs:,.0f} times {macs:,}"
+
+
+def _joules(value: float) -> str:
+    return Estimate(value, None, None, "J", "").format().partition(" [")[0]
+
+
+def _interval(estimate: dict[str, float]) -> str:
+    low, high = _joules(estimate["low"]), _joules(estimate["high"])
+    return f"{_joules(estimate['value'])} [{low}, {high}]"
+
+
+def timed(times: dict[str, tuple[float, float]], drawn: Power) -> str:
+    """Return the controllers in NumPy on this CPU."""
+    heads = (
+        "controller in NumPy",
+        "CPU time",
+        "period",
+        f"energy at {drawn.watts:g} W",
+        "a second",
+    )
+    rows = [
+        (
+            name,
+            f"{1e6 * seconds:.0f} us",
+            f"{1000 * period:g} ms",
+            _joules(seconds * drawn.watts),
+            _joules(seconds * drawn.watts / period),
+        )
+        for name, (seconds, period) in times.items()
+    ]
+    return markdown_table.table(heads, rows)
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Print the tables, or write them into a document."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("runs", nargs="+", type=Path, help="folders of runs on the chip")
+    parser.add_argument("--into", type=Path)
+    asked = parser.parse_args(arguments)
+    results = {run.name: json.loads((run / "result.json").read_text()) for run in asked.runs}
+    times, drawn = in_numpy(), power()
+    parts = [
+        units(results),
+        "\n".join(operations(results)),
+        timed(times, drawn),
+        computers(times, drawn),
+        where_equal(results),
+    ]
+    markdown_table.show("\n\n".join(part for part in parts if part), asked.into)
+
+
+if __name__ == "__main__":
+    main()

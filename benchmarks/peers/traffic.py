@@ -1,0 +1,89 @@
+"""The networks that all contestants run, as arrays; imports NumPy alone, as each has its own.
+
+Neurons integrate and fire, without a leak: v <- v + bias + sum of w over what spiked in the step
+before; a spike where v > vth, and v = 0 then. All numbers are integers, so that sums are exact in
+floats of 32 bits, too, and every simulator has the same spikes.
+"""
+
+import json
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+WARM_UP = 20
+"""Steps before the clock starts: what is compiled when it is first used is compiled by then."""
+STEPS = 100
+
+
+class Traffic(NamedTuple):
+    """A network of n neurons with m weights.
+
+    Attributes
+    ----------
+    start : (n + 1,) array
+        Where each neuron's weights begin.
+    target, weight : (m,) arrays
+        The neuron that a weight is for, and the weight.
+    bias, vth : (n,) arrays
+        Drive of a step and threshold.
+    """
+
+    start: np.ndarray
+    target: np.ndarray
+    weight: np.ndarray
+    bias: np.ndarray
+    vth: np.ndarray
+
+    @property
+    def n(self) -> int:
+        """Return the number of neurons."""
+        return len(self.bias)
+
+    @property
+    def fan_out(self) -> np.ndarray:
+        """Return the number of weights of each neuron, (n,)."""
+        return np.diff(self.start)
+
+    @property
+    def source(self) -> np.ndarray:
+        """Return the neuron that each weight is of, (m,)."""
+        return np.repeat(np.arange(self.n), self.fan_out)
+
+    @property
+    def is_dense(self) -> bool:
+        """Return whether a matrix of all weights has few zeros, so that it pays to store them."""
+        return 4 * len(self.weight) > self.n**2
+
+
+def load(path: str) -> Traffic:
+    """Read a network."""
+    with np.load(path) as arrays:
+        return Traffic(*(arrays[name] for name in Traffic._fields))
+
+
+class Running(NamedTuple):
+    """A network that was built: what runs some steps, and what counts each neuron's spikes."""
+
+    run: Callable[[int], object]
+    spikes: Callable[[], np.ndarray]
+
+
+def contest(version: str, made: Callable[[Traffic], Running]) -> None:
+    """Build and run the network in the file that is the first argument, in this process.
+
+    The second argument is the file for the result: CPU time, and spikes by neuron, or in sum.
+    """
+    begin = time.process_time()
+    run, spikes = made(load(sys.argv[1]))
+    run(WARM_UP)
+    before, built_s = spikes().copy(), time.process_time() - begin
+    begin = time.process_time()
+    run(STEPS)
+    cpu_s = time.process_time() - begin
+    fired = (spikes() - before).tolist()
+    found = {"version": version, "built_s": built_s, "cpu_s": cpu_s, "spikes": fired}
+    Path(sys.argv[2]).write_text(json.dumps(found), encoding="utf-8")

@@ -1,0 +1,182 @@
+"""Compile time, memory and step time of ever larger networks, up to a board of 32 chips.
+
+    OPENBLAS_NUM_THREADS=1 python benchmarks/scale.py [--n N]... [--out FILE] [--figure FILE]
+
+A network of n neurons is a chain of groups of 512, each neuron of which has weights to 32 random
+ones of the next group and fires by its bias. It is compiled in a process of its own, and the image
+runs in another, so that each peak of memory is of one of them alone. What is there already in the
+file of results stays, but for the sizes that are asked for: by default all, with ``--n 0`` none.
+"""
+
+import argparse
+import itertools
+import json
+import tempfile
+import time
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import markdown_table
+import nengo
+import numpy as np
+import scipy.sparse
+from growth import board, peak_bytes
+from matplotlib.figure import Figure
+from speed import machine
+from timing import cpu_us
+
+from spikeport.backends.native.chip import NativeChip
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.pipeline import compile_network
+
+RESULTS = Path(__file__).parent / "scale.json"
+GROUP, FAN_OUT = 512, 32
+SIZES = (4_096, 16_384, 65_536, 131_072, 262_144, 1_048_576)
+"""Neurons; 131,072 fill a chip, 1,048,576 a quarter of a board of 32."""
+CHIP = 131_072
+MEMORY = ("compile_bytes", "run_bytes")
+HEADS = (
+    *("neurons", "cores", "synapses", "compile, CPU s", "peak of the compile, MB (a synapse)"),
+    *("peak of loading and running, MB (a synapse)", "load into kernels, CPU s"),
+    *("step, CPU ms", "million events a second"),
+)
+PANELS = {
+    "CPU time, s": {"compile": ("compile_s", 1), "load into kernels": ("open_s", 1)},
+    "peak of memory, GB": {"compile": ("compile_bytes", 1e-9), "run": ("run_bytes", 1e-9)},
+    "a step, CPU ms": {"native": ("step_us", 1e-3)},
+}
+"""What is drawn, panel by panel: the label of each line, its figure and unit."""
+
+
+def chain(n: int) -> nengo.Network:
+    """Groups of neurons in a chain, n neurons in all."""
+    rng = np.random.RandomState(0)
+    with nengo.Network(seed=0) as network:
+        groups = [
+            nengo.Ensemble(GROUP, 1, gain=np.ones(GROUP), bias=rng.uniform(0.9, 1.5, GROUP)).neurons
+            for _ in range(n // GROUP)
+        ]
+        for pre, post in itertools.pairwise(groups):
+            nengo.Connection(pre, post, transform=_scattered(rng), synapse=0.005)
+        nengo.Probe(groups[-1][:1])
+    return network
+
+
+def _scattered(rng: np.random.RandomState) -> nengo.Sparse:
+    """Weights from each neuron to 32 random ones."""
+    targets = np.concatenate([rng.choice(GROUP, FAN_OUT, replace=False) for _ in range(GROUP)])
+    sources = np.repeat(np.arange(GROUP), FAN_OUT)
+    weights = rng.uniform(-1e-3, 1e-3, len(sources))
+    return nengo.Sparse(
+        (GROUP, GROUP), init=scipy.sparse.csr_matrix((weights, (targets, sources)), (GROUP, GROUP))
+    )
+
+
+def compiled(n: int, chip: Path, image: Path) -> dict[str, float]:
+    """Compile a network and save its image; what it took."""
+    network = chain(n)
+    before, begin = peak_bytes(), time.process_time()
+    found = compile_network(network, chip).image
+    cpu_s, grown = time.process_time() - begin, peak_bytes() - before
+    found.save(image)
+    return {
+        "neurons": found.n_compartments,
+        "cores": found.n_cores,
+        "synapses": len(found.synapses.weight),
+        "compile_s": cpu_s,
+        "compile_bytes": grown,
+    }
+
+
+def run(image: Path, rounds: int) -> dict[str, float]:
+    """Load an image, and step it; what it took."""
+    before = peak_bytes()
+    loaded = ChipImage.load(image)
+    begin = time.process_time()
+    chip = NativeChip(loaded, seed=0)
+    open_s = time.process_time() - begin
+    nothing = np.zeros(0, dtype=np.int64)
+    step_us = cpu_us({"step": lambda: chip.step(nothing, {})}, rounds)["step"]
+    activity = chip.activity()
+    return {
+        "open_s": open_s,
+        "run_bytes": peak_bytes() - before,
+        "step_us": step_us,
+        "events": float(activity.synaptic_operations.sum(axis=1).mean()),
+        "spikes": float(activity.spikes.sum(axis=1).mean()),
+    }
+
+
+def measure(n: int, rounds: int) -> dict[str, float]:
+    """Compile and run a network, each in a process of its own."""
+    with tempfile.TemporaryDirectory() as folder:
+        chip, image = board(Path(folder)), Path(folder) / "image.npz"
+        return {**_apart(compiled, n, chip, image), **_apart(run, image, rounds)}
+
+
+def _apart(function: Callable[..., dict[str, float]], *arguments: object) -> dict[str, float]:
+    with ProcessPoolExecutor(1, get_context("spawn")) as process:
+        return process.submit(function, *arguments).result()
+
+
+def table(sizes: dict[str, dict[str, float]]) -> str:
+    """The figures of all sizes."""
+    return markdown_table.table(HEADS, [_row(one) for one in sizes.values()])
+
+
+def _row(one: dict[str, float]) -> tuple[str, ...]:
+    per_synapse = [one[key] / one["synapses"] for key in MEMORY]
+    return (
+        f"{one['neurons']:,}",
+        f"{one['cores']:,}",
+        f"{one['synapses']:,}",
+        f"{one['compile_s']:,.1f}",
+        *(
+            f"{one[key] / 1e6:,.0f} ({each:,.0f} B)"
+            for key, each in zip(MEMORY, per_synapse, strict=True)
+        ),
+        f"{one['open_s']:,.1f}",
+        f"{one['step_us'] / 1e3:,.2f}",
+        f"{one['events'] / one['step_us']:,.0f}",
+    )
+
+
+def draw(sizes: dict[str, dict[str, float]], path: Path) -> None:
+    """Draw compile time, memory and step time over the number of neurons."""
+    figure = Figure(figsize=(11, 3.4), layout="constrained")
+    neurons = [one["neurons"] for one in sizes.values()]
+    for axes, (title, lines) in zip(figure.subplots(1, 3), PANELS.items(), strict=True):
+        for label, (key, unit) in lines.items():
+            axes.loglog(neurons, [one[key] * unit for one in sizes.values()], "o-", label=label)
+        axes.set(title=title, xlabel="neurons")
+        axes.axvline(CHIP, color="0.7", lw=1, ls=":")
+        axes.legend(frameon=False)
+    figure.savefig(path, dpi=110)
+
+
+def main() -> None:
+    """Measure the sizes that are asked for; write the results, print a table, draw a figure."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--n", action="append", type=int)
+    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--out", type=Path, default=RESULTS)
+    parser.add_argument("--figure", type=Path)
+    arguments = parser.parse_args()
+    results: dict[str, Any] = {"machine": machine(), "sizes": {}}
+    if arguments.out.exists():
+        results["sizes"] = json.loads(arguments.out.read_text(encoding="utf-8"))["sizes"]
+    for n in filter(None, SIZES if arguments.n is None else arguments.n):
+        results["sizes"][str(n)] = measure(n, arguments.rounds)
+        print(n, results["sizes"][str(n)], flush=True)
+        arguments.out.write_text(json.dumps(results, indent=2) + "\n", encoding="utf-8")
+    sizes = dict(sorted(results["sizes"].items(), key=lambda size: int(size[0])))
+    print(table(sizes))
+    if arguments.figure is not None:
+        draw(sizes, arguments.figure)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,62 @@
+"""CPU time of a chip with random wiring, with its short runs as lists of targets and as runs.
+
+    OPENBLAS_NUM_THREADS=1 python benchmarks/scattered.py [--neurons N] [--rounds N]
+
+Every neuron is wired to 47 random others. Both chips run in turn, in one process.
+"""
+
+import argparse
+import statistics
+from unittest import mock
+
+import numpy as np
+from timing import cpu_us
+
+from spikeport.backends.native import wiring
+from spikeport.backends.native.chip import NativeChip
+from spikeport.compile.image.chip_image import ChipImage
+from tests.helpers.images import Block, Group, Parts, Route
+
+FAN_OUT, PER_CORE = 47, 1000
+NO_SPIKES = np.zeros(0, dtype=np.int64)
+
+
+def image(n: int) -> ChipImage:
+    """Return n neurons that drive themselves, a thousand a core."""
+    rng = np.random.RandomState(0)
+    targets = [np.sort(rng.choice(n, FAN_OUT, replace=False)) for _ in range(n)]
+    blocks, groups, routes = [], [], []
+    for core, first in enumerate(range(0, n, PER_CORE)):
+        bias = rng.randint(2**10, 2**13, PER_CORE)
+        blocks.append(Block(PER_CORE, core, bias=bias, vth=2**16, decay_v=128))
+        near = [of[(of >= first) & (of < first + PER_CORE)] - first for of in targets]
+        weights = [64 * rng.randint(-60, 60, (1, len(of))) for of in near]
+        groups.append(Group(weights, indices=[of[np.newaxis] for of in near], block=core))
+    for source, first in enumerate(range(0, n, PER_CORE)):
+        axons = np.arange(first, first + PER_CORE)
+        routes += [Route(axons, group=core, block=source) for core in range(len(blocks))]
+    return Parts(blocks, groups, [], routes).image()
+
+
+def main() -> None:
+    """Measure both, and print them."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--neurons", type=int, default=8000)
+    parser.add_argument("--rounds", type=int, default=15)
+    arguments = parser.parse_args()
+    wired, chips = image(arguments.neurons), {}
+    for name, short in (("runs", 0), ("lists", wiring.SHORT)):
+        with mock.patch.object(wiring, "SHORT", short):
+            chips[name] = NativeChip(wired, 0)
+    found = cpu_us(
+        {name: lambda chip=chip: chip.step(NO_SPIKES, {}) for name, chip in chips.items()},
+        arguments.rounds,
+    )
+    events = statistics.mean(chips["lists"].activity().synaptic_operations.sum(axis=1))
+    for name, us in found.items():
+        print(f"{name}: {us:.1f} us a step, {events / us:.0f} million events a second")
+    print(f"{events:,.0f} events a step, ratio {found['runs'] / found['lists']:.2f}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,132 @@
+"""CPU time of a step of `run reach`, `walk` and `switch` here, beside that of another version.
+
+    git worktree add /tmp/old COMMIT && pip install --no-deps --target /tmp/old-site /tmp/old
+    OPENBLAS_NUM_THREADS=1 python benchmarks/versions.py /tmp/old-site [--experiment NAME]...
+
+Each version runs in a process of its own, and blocks of steps take turns: what else the machine
+does meets both. Physics are part of a step, and the policy is as it was converted, so that nothing
+is calibrated.
+"""
+
+import argparse
+import contextlib
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import IO
+
+EXPERIMENTS = {
+    "reach": ["--seconds", "1000"],
+    "walk": ["--seconds", "1000", "--set", "calibrated=false"],
+    "switch": ["--set", "calibrated=false"],
+}
+BLOCK = 200
+"""Steps that a version runs before it is the other's turn."""
+
+
+class Version:
+    """A process that runs an experiment with the package in a folder, block by block."""
+
+    def __init__(self, site: str, experiment: str) -> None:
+        self._process = subprocess.Popen(
+            [sys.executable, "-W", "ignore", __file__, "--serve", experiment],
+            env={**os.environ, "PYTHONPATH": site},
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+
+    def block(self) -> float:
+        """Return the CPU time of a step, in us, over the next block; NaN when the run is over."""
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        with contextlib.suppress(BrokenPipeError):
+            self._process.stdin.write("\n")
+            self._process.stdin.flush()
+        return float(self._process.stdout.readline() or "nan")
+
+    def close(self) -> None:
+        """End the process."""
+        self._process.kill()
+        self._process.wait()
+
+
+class Turns:
+    """The end of a `Version` that steps: it waits for its turn before each block."""
+
+    def __init__(self, orders: IO[str], answers: IO[str]) -> None:
+        self._orders, self._answers = orders, answers
+        self._n, self._begin = 0, 0.0
+
+    def step(self) -> None:
+        """Begin a step."""
+        if self._n % BLOCK == 0:
+            if self._n:
+                us = (time.process_time() - self._begin) / BLOCK * 1e6
+                print(us, file=self._answers, flush=True)
+            if not self._orders.readline():
+                os._exit(0)
+            self._begin = time.process_time()
+        self._n += 1
+
+
+def run_experiment(name: str, turns: Turns) -> None:
+    """Run an experiment by its command; its rehearsals are no steps."""
+    from spikeport.cli import main as command
+    from spikeport.simulator import Simulator
+
+    step = Simulator.step
+
+    def counted(self: Simulator) -> None:
+        if self.compilation is not None:
+            turns.step()
+        step(self)
+
+    Simulator.step = counted  # type: ignore[method-assign]
+    with tempfile.TemporaryDirectory() as folder:
+        out = ["--out", str(Path(folder, "run")), "--overwrite"]
+        sys.argv = ["spikeport", "run", name, *EXPERIMENTS[name], *out]
+        command()
+
+
+def compare(experiment: str, old_site: str, blocks: int) -> str:
+    """Return a line with both versions' medians and tenth percentiles, and the ratios."""
+    here = str(Path(__file__).parents[1] / "src")
+    versions = Version(old_site, experiment), Version(here, experiment)
+    for version in versions:  # compiled and warm before anything counts
+        version.block()
+    found = [[v.block() for v in versions] for _ in range(blocks)]
+    for version in versions:
+        version.close()
+    times = [sorted(one) for one in zip(*found, strict=True)]
+    old, new = (statistics.median(one) for one in times)
+    old_p10, new_p10 = (one[len(one) // 10] for one in times)
+    return (
+        f"{experiment}: {old:.1f} -> {new:.1f} us a step, {old / new:.2f} times "
+        f"(p10 {old_p10:.1f} -> {new_p10:.1f}, {old_p10 / new_p10:.2f} times)"
+    )
+
+
+def main() -> None:
+    """Compare the versions, or be one of them."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("old_site", nargs="?", help="folder in which the other version lies")
+    parser.add_argument("--experiment", action="append", choices=EXPERIMENTS)
+    parser.add_argument("--blocks", type=int, default=30)
+    parser.add_argument("--serve", choices=EXPERIMENTS, help=argparse.SUPPRESS)
+    arguments = parser.parse_args()
+    if arguments.serve:
+        answers = os.fdopen(os.dup(1), "w")
+        os.dup2(2, 1)  # commands print, too
+        run_experiment(arguments.serve, Turns(sys.stdin, answers))
+        return
+    for experiment in arguments.experiment or EXPERIMENTS:
+        print(compare(experiment, arguments.old_site, arguments.blocks), flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,50 @@
+"""The energy of a run by unit of what the robot did: a reach, a metre, a second."""
+
+from collections.abc import Mapping
+
+from spikeport.hardware_models.activity import Activity
+from spikeport.hardware_models.chip import ChipModel
+from spikeport.hardware_models.energy import Draw, energy
+
+Amounts = Mapping[str, float]
+"""How much of each unit a run did."""
+
+
+def by_unit(
+    activity: Activity, chip: ChipModel, amounts: Amounts
+) -> dict[str, dict[str, dict[str, object]]]:
+    """Return the energy of a run in J by unit and calibration.
+
+        E = n_steps (E_dyn + E_stat) / amount
+
+    Parameters
+    ----------
+    activity : Activity
+        The counts of the run.
+    chip : ChipModel
+        The chip.
+    amounts : mapping of str to float
+        How much of each unit the run did; one of 0 is left out.
+
+    Returns
+    -------
+    found : dict
+        By unit and calibration ``dynamic`` and ``static``, each an estimate as plain data, None
+        where no figure is public. Host processors and host I/O are in neither.
+    """
+    spent = {one.name: energy(activity, chip, one) for one in chip.calibrations}
+    return {
+        unit: {
+            name: {
+                "dynamic": _share(one.dynamic, one.n_steps / amount),
+                "static": _share(one.static, one.n_steps / amount),
+            }
+            for name, one in spent.items()
+        }
+        for unit, amount in amounts.items()
+        if amount
+    }
+
+
+def _share(draw: Draw | None, steps: float) -> dict[str, object] | None:
+    return None if draw is None else draw.energy_step.scaled(steps).to_dict()

@@ -1,0 +1,1 @@
+"""Robustness of a walking policy: random commands under perturbations."""

@@ -1,0 +1,137 @@
+"""The figures of an episode: falls, tracking, margins of the joints, and gait."""
+
+import numpy as np
+
+from spikeport.experiments.evaluate.stage import EpisodeRecording, Stage
+from spikeport.experiments.walk.metrics import smoothed
+from spikeport.robot.link.h1 import SPEED_LIMITS_RAD_S
+from spikeport.robot.perturbed_plant import PerturbedPlant
+from spikeport.training.motion import Motion
+
+BEFORE_FALL_S = 1.0
+"""A fall is no walking from here on: nothing but the fall is counted."""
+SHORTEST_S = 3.0
+"""Of what is left then; figures of less are None."""
+SETTLING_S = 1.0
+"""After a change of command, in which no error is counted."""
+CONTACT_N = 1.0
+IMPACT_S = 0.05
+MOVING = 0.2
+"""Of a command in m/s and rad/s: a robot that is asked for less may stand."""
+_PLACES, _VELOCITIES, _FORCE = slice(0, 6), slice(6, 12), slice(13, 16)
+"""Of heel and toe, and of the foot, in the values of `robot.foot_sensors`."""
+
+FIGURES = {
+    "speed_error_m_s": "mean |command - speed along the heading|, both smoothed over 0.2 s",
+    "yaw_rate_error_rad_s": "mean |command - yaw rate|, the same",
+    "torque_use": "torque by limit that is not exceeded for 99 % of the time, of the worst joint",
+    "speed_use": "largest joint speed as a share of its motor's in Unitree's h1.urdf",
+    "joint_margin_rad": "least distance of a joint from its stops, negative beyond",
+    "clearance_m": "mean height of the lower of heel and toe at the top of a step",
+    "double_support": "share of the time on both feet, of the time that it is to move",
+    "steps_per_s": "touch-downs a second of that time",
+    "slip_m_s": "mean speed of the lower of heel and toe along the floor, by the foot's load",
+    "impact_bw": "mean of the largest force within 50 ms of a touch-down, in body weights",
+    "cost_of_transport": "positive work of the joints by weight and way",
+}
+"""Every figure of an episode beside its fall, with what it is."""
+
+
+def measure(stage: Stage) -> dict[str, float | int | None]:
+    """Return the figures of an episode that is over."""
+    recording = stage.witness.recording()
+    fallen_at_s = stage.walk.fallen_at_s
+    figures: dict[str, float | int | None] = {
+        "falls": int(fallen_at_s is not None),
+        "fallen_at_s": fallen_at_s,
+        **dict.fromkeys(FIGURES),
+    }
+    end_s = np.inf if fallen_at_s is None else fallen_at_s - BEFORE_FALL_S
+    walked = recording.where(recording.time_s < end_s)
+    if len(walked.time_s) and walked.time_s[-1] >= SHORTEST_S:
+        figures |= _tracking(stage, walked) | _margins(stage.plant, walked)
+        figures |= _gait(stage.plant, walked)
+    return figures
+
+
+def _tracking(stage: Stage, walked: EpisodeRecording) -> dict[str, float]:
+    motion = Motion.from_states(walked.qpos, walked.qvel)
+    moved = np.stack((motion.level_velocity[:, 0], motion.yaw_rate), axis=1)
+    errors = np.abs(smoothed(walked.command[:, [0, 2]] - moved, walked.time_s))
+    settled = stage.commands.age_s(walked.time_s) > SETTLING_S
+    speed, yaw_rate = errors[settled].mean(axis=0).tolist()
+    return {"speed_error_m_s": speed, "yaw_rate_error_rad_s": yaw_rate}
+
+
+def _margins(plant: PerturbedPlant, walked: EpisodeRecording) -> dict[str, float]:
+    model, q = plant.model, walked.qpos[:, 7:]
+    low, high = model.jnt_range[1:].T
+    torque = np.abs(walked.torque_nm) / model.actuator_forcerange[:, 1]
+    speed = np.abs(walked.qvel[:, 6:]) / SPEED_LIMITS_RAD_S
+    return {
+        "torque_use": float(np.quantile(torque, 0.99, axis=0).max()),
+        "speed_use": float(speed.max()),
+        "joint_margin_rad": float(np.minimum(q - low, high - q).min()),
+    }
+
+
+def _gait(plant: PerturbedPlant, walked: EpisodeRecording) -> dict[str, float | None]:
+    """Return the figures of feet and work; those without a step or a way are None."""
+    dt_s = float(walked.time_s[1] - walked.time_s[0])
+    moves = (np.abs(walked.command) > MOVING).any(axis=1)
+    force_n = np.linalg.norm(walked.feet[:, :, _FORCE], axis=2)
+    down = force_n > CONTACT_N
+    height_m, speed_m_s = _soles(plant, walked)
+    steps = [_Steps(*columns) for columns in zip(down.T, height_m.T, force_n.T, strict=True)]
+    begun = np.concatenate([one.down_at for one in steps])
+    peaks = np.concatenate([one.peaks(round(IMPACT_S / dt_s)) for one in steps])
+    tops = np.concatenate([one.tops() for one in steps])
+    weight_n = plant.model.body_mass.sum() * -plant.model.opt.gravity[2]
+    work_j = np.maximum(walked.torque_nm * walked.qvel[:, 6:], 0).sum() * dt_s
+    way_m = np.linalg.norm(walked.qvel[:, :2], axis=1).sum() * dt_s
+    moving_s = np.count_nonzero(moves) * dt_s
+    return {
+        "clearance_m": float(tops.mean()) if len(tops) else None,
+        "double_support": float(down.all(axis=1)[moves].mean()) if moving_s else None,
+        "steps_per_s": float(moves[begun].sum() / moving_s) if moving_s else None,
+        "slip_m_s": float((force_n * speed_m_s).sum() / force_n.sum()) if down.any() else None,
+        "impact_bw": float(peaks.mean() / weight_n) if len(peaks) else None,
+        "cost_of_transport": float(work_j / (weight_n * way_m)) if way_m else None,
+    }
+
+
+def _soles(plant: PerturbedPlant, walked: EpisodeRecording) -> tuple[np.ndarray, np.ndarray]:
+    """Return heights (n, 2) above the floor, and speeds, of the lower of heel and toe."""
+    n = len(walked.time_s)
+    places, velocities = (
+        walked.feet[:, :, part].reshape(n, 2, 2, 3) for part in (_PLACES, _VELOCITIES)
+    )
+    radii = [
+        [plant.model.geom(f"{side}_{part}").size[0] for part in ("heel", "toe")]
+        for side in ("left", "right")
+    ]
+    heights = places[..., 2] - np.array(radii) - plant.floor_m(places[..., 0], places[..., 1])
+    speeds = np.linalg.norm(velocities[..., :2], axis=-1)
+    lower = heights.argmin(axis=2)[..., None]
+    height, speed = (np.take_along_axis(each, lower, axis=2)[..., 0] for each in (heights, speeds))
+    return height, speed
+
+
+class _Steps:
+    """The steps of a foot, of whether it is on the floor (n,), its heights and its forces."""
+
+    def __init__(self, down: np.ndarray, height_m: np.ndarray, force_n: np.ndarray) -> None:
+        changes = np.diff(down.astype(int))
+        self.down_at = np.flatnonzero(changes == 1) + 1
+        self._up_at = np.flatnonzero(changes == -1) + 1
+        self._height_m, self._force_n = height_m, force_n
+
+    def peaks(self, n_after: int) -> np.ndarray:
+        """Return the largest force after each touch-down."""
+        return np.array([self._force_n[at : at + n_after].max() for at in self.down_at])
+
+    def tops(self) -> np.ndarray:
+        """Return the highest point of each swing that was whole."""
+        begun = np.searchsorted(self._up_at, self.down_at, side="left") - 1
+        whole = zip(self.down_at[begun >= 0], self._up_at[begun[begun >= 0]], strict=True)
+        return np.array([self._height_m[up:down].max() for down, up in whole])

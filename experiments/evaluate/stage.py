@@ -1,0 +1,118 @@
+"""An episode of a policy: a perturbed robot that obeys random commands, and what was recorded."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from spikeport.experiments.evaluate.commands import RandomCommands
+from spikeport.experiments.loop import Loop, Port, Recording
+from spikeport.experiments.walk.port import NOWHERE, WalkPort
+from spikeport.networks.region import Box
+from spikeport.robot.foot_sensors import SENSORS
+from spikeport.robot.perturbation import Perturbation
+from spikeport.robot.perturbed_plant import PerturbedPlant
+from spikeport.robot.walk_interface import OBSERVATION_SIZE, PARTS
+
+_FEET = 2 * sum(SENSORS.values())
+
+
+@dataclass(frozen=True)
+class EpisodeRecording(Recording):
+    """A robot after every physics step: MuJoCo's states, torques, foot sensors, and the command.
+
+    Attributes
+    ----------
+    qpos, qvel : (n, 26) and (n, 25) array
+        MuJoCo's.
+    torque_nm : (n, 19) array
+        Torques of the joints.
+    feet : (n, 2, 16) array
+        Values of `robot.foot_sensors`, left foot first.
+    command : (n, 3) array
+        The command that the policy observes: vx and vy in m/s, wz in rad/s.
+    """
+
+    qpos: np.ndarray
+    qvel: np.ndarray
+    torque_nm: np.ndarray
+    feet: np.ndarray
+    command: np.ndarray
+
+
+class Witness(Port):
+    """A port that only watches a robot.
+
+    Parameters
+    ----------
+    plant : PerturbedPlant
+        The robot.
+    walk : WalkPort
+        Its legs, served before this port.
+    """
+
+    def __init__(self, plant: PerturbedPlant, walk: WalkPort) -> None:
+        self._plant, self._walk = plant, walk
+        self._rows: list[tuple[object, ...]] = []
+
+    def observe(self) -> np.ndarray:
+        """Keep what there is to see, and return no value."""
+        data = self._plant.data
+        command = self._walk.seen[0][PARTS["command"]]
+        feet = data.sensordata[-_FEET:].reshape(2, -1)
+        states = data.qpos.copy(), data.qvel.copy(), data.actuator_force.copy(), feet.copy()
+        self._rows.append((self._plant.time_s, *states, command))
+        return np.empty(0)
+
+    def drive(self, _values: np.ndarray) -> None:
+        """Drive nothing."""
+
+    def recording(self) -> EpisodeRecording:
+        """Return what was seen."""
+        return EpisodeRecording.of(self._rows)
+
+
+class Stage:
+    """A robot under a perturbation that obeys random commands; both depend on the seed.
+
+    Parameters
+    ----------
+    perturbation : Perturbation
+        What it is perturbed by.
+    seconds : float
+        How long it walks.
+    seed : int
+        Draws posture, commands, and what a perturbation leaves to chance.
+    encoding : Box or None
+        Range of the observations that the policy represents.
+    observe_every_s, dt_s : float
+        Time from one observation of the policy to the next, and from one of its actions.
+    """
+
+    def __init__(
+        self,
+        perturbation: Perturbation,
+        seconds: float,
+        seed: int,
+        encoding: Box | None,
+        observe_every_s: float,
+        dt_s: float,
+    ) -> None:
+        self.plant = PerturbedPlant(perturbation)
+        self.walk = WalkPort(self.plant, encoding, observe_every_s)
+        self.witness = Witness(self.plant, self.walk)
+        self.commands = RandomCommands(seconds, seed)
+        self._loop = Loop(self.plant, [self.walk, self.witness], dt_s)
+        self.n_steps = round(seconds / dt_s)
+        self.plant.reset(seed)
+        self.walk.follow(NOWHERE)
+        self._loop.begin()
+
+    @property
+    def over(self) -> bool:
+        """True once the robot fell."""
+        return self._loop.over
+
+    def advance(self, action: np.ndarray) -> np.ndarray:
+        """Advance by a step under an action (19,), and return the policy's observation (69,)."""
+        command = self.commands.at(self.plant.time_s)
+        return self._loop.step(np.concatenate((action, command)))[:OBSERVATION_SIZE]

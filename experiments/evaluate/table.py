@@ -1,0 +1,94 @@
+"""The robustness table: every row's figures with their intervals, as data and as Markdown."""
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+from spikeport.experiments.evaluate.interval import Interval, of_mean, of_share
+from spikeport.experiments.evaluate.measures import FIGURES
+from spikeport.experiments.evaluate.plan import Evaluation
+from spikeport.experiments.evaluate.rows import Row, name_of
+from spikeport.experiments.sweep.folder import SweepFolder
+
+HEADINGS = {
+    "speed_error_m_s": "speed error, m/s",
+    "yaw_rate_error_rad_s": "yaw rate error, rad/s",
+    "torque_use": "torque, of limit",
+    "speed_use": "joint speed, of limit",
+    "joint_margin_rad": "to joint stops, rad",
+    "clearance_m": "clearance, m",
+    "double_support": "double support",
+    "steps_per_s": "steps/s",
+    "slip_m_s": "slip, m/s",
+    "impact_bw": "impact, body weights",
+    "cost_of_transport": "cost of transport",
+}
+"""What each of `FIGURES` is called in a table."""
+
+
+class TableRow(NamedTuple):
+    """A row: its perturbation, falls with Wilson's interval, and the means of figures."""
+
+    row: Row
+    falls: int
+    fell: Interval
+    means: Mapping[str, Interval | None]
+
+    @property
+    def name(self) -> str:
+        """The row's name."""
+        return name_of(self.row)
+
+
+def table(evaluation: Evaluation, folder: SweepFolder) -> list[TableRow]:
+    """Return the rows of which at least one episode is finished."""
+    found = ((row, _metrics(evaluation, folder, row)) for row in evaluation.rows)
+    return [_row(row, metrics) for row, metrics in found if metrics]
+
+
+def _metrics(evaluation: Evaluation, folder: SweepFolder, row: Row) -> list[dict[str, Any]]:
+    points = [evaluation.point(row, seed) for seed in evaluation.seeds]
+    return [folder.read(point)["metrics"] for point in points if folder.holds(point)]
+
+
+def _row(row: Row, metrics: list[dict[str, Any]]) -> TableRow:
+    falls = sum(one["falls"] for one in metrics)
+    means = {
+        name: of_mean([one[name] for one in metrics if one[name] is not None]) for name in FIGURES
+    }
+    return TableRow(row, falls, of_share(falls, len(metrics)), means)
+
+
+def as_json(rows: list[TableRow]) -> list[dict[str, object]]:
+    """Return rows as ``result.json`` holds them."""
+    return [
+        {
+            "row": one.name,
+            "perturbation": dict(one.row),
+            "falls": one.falls,
+            "fell": one.fell._asdict(),
+            **{name: mean and mean._asdict() for name, mean in one.means.items()},
+        }
+        for one in rows
+    ]
+
+
+def markdown(rows: list[TableRow]) -> str:
+    """Return the table in Markdown; an interval stands behind its figure."""
+    lines = [
+        f"| perturbation | falls | fell, 95 % | {' | '.join(HEADINGS.values())} |",
+        "|---" * (3 + len(HEADINGS)) + "|",
+    ]
+    for one in rows:
+        percent = f"{100 * (one.fell.low or 0):.0f}-{100 * (one.fell.high or 0):.0f} %"
+        figures = " | ".join(_text(one.means[name]) for name in HEADINGS)
+        lines.append(f"| {one.name} | {one.falls} of {one.fell.n} | {percent} | {figures} |")
+    return "\n".join(lines) + "\n"
+
+
+def _text(mean: Interval | None) -> str:
+    """Return a mean with half its interval; a dash where no episode has the figure."""
+    if mean is None:
+        return "-"
+    if mean.high is None:
+        return f"{mean.estimate:.3f}"
+    return f"{mean.estimate:.3f} ± {mean.high - mean.estimate:.3f}"

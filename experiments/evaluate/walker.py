@@ -1,0 +1,103 @@
+"""Policies that walk episodes: the exact one in a loop of its own, or spikes in a simulator."""
+
+import dataclasses
+import functools
+from typing import Protocol
+
+import nengo
+import numpy as np
+
+from spikeport import cache
+from spikeport.constants import DT_S
+from spikeport.experiments.evaluate.stage import Stage
+from spikeport.experiments.options import Options
+from spikeport.experiments.walk.port import OBSERVATION_DT_S
+from spikeport.experiments.walk.settings import WalkSettings
+from spikeport.experiments.walk.trial import WalkTrial
+from spikeport.networks.walking_policy import WalkingPolicy
+from spikeport.robot.perturbation import PHYSICS_DT_S, Perturbation
+from spikeport.robot.walk_interface import ACTION_SIZE, CONTROL_DT_S, OBSERVATION_SIZE
+from spikeport.simulator import Simulator
+
+
+class Walker(Protocol):
+    """A policy that walks episodes."""
+
+    def walk(self, perturbation: Perturbation, seconds: float, seed: int) -> Stage:
+        """Walk an episode, up to a fall, and return what is left of it."""
+
+
+class ExactWalker:
+    """The exact policy, which observes and acts every 20 ms."""
+
+    def __init__(self, policy: WalkingPolicy) -> None:
+        self._policy = policy
+
+    def walk(self, perturbation: Perturbation, seconds: float, seed: int) -> Stage:
+        """Walk an episode; see `Walker.walk`."""
+        stage = Stage(perturbation, seconds, seed, None, CONTROL_DT_S, PHYSICS_DT_S)
+        every, action = round(CONTROL_DT_S / PHYSICS_DT_S), np.zeros(ACTION_SIZE)
+        for step in range(stage.n_steps):
+            if stage.over:
+                break
+            observed = stage.advance(action)
+            if (step + 1) % every == 0:
+                action = self._policy(observed)
+        return stage
+
+
+class SpikingWalker:
+    """A policy of neurons, compiled once; a robot takes the place of another in each episode.
+
+    Parameters
+    ----------
+    trial : WalkTrial
+        Settings and options that it is made by.
+    """
+
+    def __init__(self, trial: WalkTrial) -> None:
+        options = trial.options
+        walker, self._encoding = trial.spiking_policy()
+        self._stage: Stage | None = None
+        with nengo.Network(label="policy", seed=trial.settings.network_seed) as network:
+            network.add(walker)
+            robot = nengo.Node(self._advance, size_in=ACTION_SIZE, size_out=OBSERVATION_SIZE)
+            nengo.Connection(robot, walker.observation, synapse=None)
+            nengo.Connection(walker.action, robot, synapse=None)
+        self._sim = Simulator(
+            network,
+            chip=options.chip,
+            backend=options.backend,
+            dt=DT_S,
+            seed=options.seed,
+            pipeline=options.pipeline,
+        )
+
+    def walk(self, perturbation: Perturbation, seconds: float, seed: int) -> Stage:
+        """Walk an episode; see `Walker.walk`."""
+        stage = Stage(perturbation, seconds, seed, self._encoding, OBSERVATION_DT_S, DT_S)
+        self._stage = stage
+        self._sim.reset(seed)
+        for _ in range(stage.n_steps):
+            if stage.over:
+                break
+            self._sim.step()
+        return stage
+
+    def _advance(self, _t: float, action: np.ndarray) -> np.ndarray:
+        assert self._stage is not None
+        return self._stage.advance(action)
+
+
+def find_walker(settings: WalkSettings, options: Options) -> Walker:
+    """Return the walker of settings and options, made once a process for all perturbations."""
+    unperturbed = dataclasses.replace(settings, **dataclasses.asdict(Perturbation()))
+    return _made(unperturbed, dataclasses.replace(options, seed=0, seconds=0.0))
+
+
+@functools.lru_cache(maxsize=1)
+def _made(settings: WalkSettings, options: Options) -> Walker:
+    trial = WalkTrial(settings, dataclasses.replace(options, cache=cache.of_user()))
+    if trial.exact_policy:
+        return ExactWalker(settings.walking_policy())
+    return SpikingWalker(trial)

@@ -1,0 +1,117 @@
+"""A point of a sweep, run by a worker, which keeps the network that it made for the next one."""
+
+import contextlib
+import os
+import secrets
+import tempfile
+import threading
+import warnings
+from collections.abc import Iterator
+from contextlib import closing
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from nengo.exceptions import SimulationError
+
+from spikeport import cache
+from spikeport.errors import DivergedError
+from spikeport.experiments import driver, registry, run_folder
+from spikeport.experiments.driver import Ready
+from spikeport.experiments.sweep.folder import PointFiles
+from spikeport.experiments.sweep.plan import Point
+from spikeport.experiments.sweep.store import Store
+from spikeport.experiments.trial import Trial
+from spikeport.files import read_json
+
+
+@dataclass(frozen=True)
+class PointRun:
+    """What runs the points of a sweep, sent to each worker.
+
+    Attributes
+    ----------
+    sweep : str
+        A text that no other sweep has: a worker of a cluster may see several.
+    keeps : bool
+        Whether the user's cache is used; else results are shared by the workers of a folder alone.
+    """
+
+    sweep: str
+    keeps: bool
+
+    @classmethod
+    def new(cls) -> "PointRun":
+        """Return that of a sweep which begins."""
+        return cls(secrets.token_hex(8), os.environ.get(cache.FOLDER) != cache.OFF)
+
+    def __call__(self, point: Point, scratch: str) -> PointFiles:
+        """Run a point; what it needs on the way is in folders within ``scratch``."""
+        options = replace(point.options, cache=self._store(scratch))
+        experiment = registry.get(point.sweep.experiment)
+        trial = experiment.trial(experiment.settings(**point.settings), options)
+        with warnings.catch_warnings(action="ignore"), kept_if_whole():
+            ready = _ready((self.sweep, point.network), trial)
+            return _files(trial, ready, point.sweep.probes, scratch)
+
+    def _store(self, scratch: str) -> Store:
+        kept = cache.of_user()
+        if self.keeps and kept is not cache.NOTHING:
+            return Store(kept.folder)
+        return Store(Path(scratch) / f"store-{self.sweep}")
+
+
+class _Kept(threading.local):
+    """The network that this thread made last, with its key; each worker has a thread."""
+
+    key: tuple[str, str] | None = None
+    ready: Ready[Any] | None = None
+
+
+_KEPT = _Kept()
+
+
+@contextlib.contextmanager
+def kept_if_whole() -> Iterator[None]:
+    """Keep what is made ready in the block, unless it fails or has a board at a link's end."""
+    try:
+        yield
+    except BaseException:
+        drop()
+        raise
+    if _KEPT.ready is not None and _KEPT.ready.sim.link is not None:
+        drop()
+
+
+def _ready(key: tuple[str, str], trial: Trial[Any, Any]) -> Ready[Any]:
+    """Return what was made ready for a trial with the same network, else make it ready."""
+    if _KEPT.ready is None or _KEPT.key != key:
+        drop()
+        _KEPT.key, _KEPT.ready = key, driver.prepare(trial)
+    return _KEPT.ready
+
+
+def drop() -> None:
+    """Let go of the network that is kept, if there is one."""
+    ready, _KEPT.ready = _KEPT.ready, None
+    if ready is not None:
+        with ready.sim, closing(ready.closed.rig.plant):
+            pass
+
+
+def _files(
+    trial: Trial[Any, Any], ready: Ready[Any], keeps_probes: bool, scratch: str
+) -> PointFiles:
+    """Perform a trial, and return what is kept of it: pictures and pages are not made."""
+    try:
+        done = driver.perform(trial, ready)
+    except SimulationError as error:
+        raise DivergedError(str(error)) from error
+    with tempfile.TemporaryDirectory(dir=scratch) as name:
+        folder = Path(name)
+        run_folder.write_result(folder, driver.outcome(trial, ready, done).result)
+        probes = None
+        if keeps_probes:
+            run_folder.write_probes(folder, trial.probes(done))
+            probes = (folder / "probes.nc").read_bytes()
+        return PointFiles(read_json(folder / "result.json"), probes)

@@ -1,0 +1,48 @@
+"""Points that wait for workers, those of a network together: who has it made goes on with it."""
+
+from collections import deque
+from collections.abc import Iterable
+
+from spikeport.experiments.sweep.plan import Point
+
+
+class Queue:
+    """Points that wait, by network; those of a network in their order.
+
+    Parameters
+    ----------
+    points : iterable of Point
+        All of them.
+    """
+
+    def __init__(self, points: Iterable[Point]) -> None:
+        self._waiting: dict[str, deque[Point]] = {}
+        self._begun: set[str] = set()
+        for point in points:
+            self.put(point)
+
+    def __bool__(self) -> bool:
+        """Return whether a point waits."""
+        return bool(self._waiting)
+
+    def put(self, point: Point) -> None:
+        """Let a point wait behind the others of its network."""
+        self._waiting.setdefault(point.network, deque()).append(point)
+
+    def take(self, network: str | None) -> Point:
+        """Take a point for a worker that has a network made, or none.
+
+        It is one of that network, else the first of a network that no worker has, else one of the
+        network of which most wait.
+        """
+        chosen = network if network in self._waiting else self._other()
+        self._begun.add(chosen)
+        points = self._waiting[chosen]
+        point = points.popleft()
+        if not points:
+            del self._waiting[chosen]
+        return point
+
+    def _other(self) -> str:
+        new = next((network for network in self._waiting if network not in self._begun), None)
+        return new or max(self._waiting, key=lambda network: len(self._waiting[network]))

@@ -1,0 +1,52 @@
+"""Results that the workers of a sweep share: each is made once, and whoever needs it too waits."""
+
+import contextlib
+import fcntl
+import os
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from spikeport import cache
+from spikeport.cache import Arrays, Cache
+
+LOCK = ".lock"
+
+
+class Store(Cache):
+    """A cache in which one process makes a result at a time, while others wait for it.
+
+    A lock ends with the process that holds it, so a worker that dies leaves its work to the next.
+    On a file system without locks, or one that is full, nobody waits: some results are then made
+    more than once, and are the same.
+    """
+
+    def kept(self, kind: str, inputs: object, make: Callable[[], Arrays]) -> Arrays:
+        """Return the arrays kept under ``inputs``, else make and keep them; see `Cache.kept`."""
+        with self._alone(f".{kind}-{cache.digest_of((kind, inputs))[:32]}{LOCK}"):
+            return super().kept(kind, inputs, make)
+
+    @contextlib.contextmanager
+    def _alone(self, name: str) -> Iterator[None]:
+        """Wait until no other process is in the block of that name."""
+        lock = None
+        with contextlib.suppress(OSError):
+            self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+            lock = _locked(self.folder / name)
+        try:
+            yield
+        finally:
+            if lock is not None:
+                # Removed while it is locked: who waits for it finds that, and makes another.
+                (self.folder / name).unlink(missing_ok=True)
+                os.close(lock)
+
+
+def _locked(path: Path) -> int:
+    """Return the descriptor of a locked file at a path."""
+    while True:
+        lock = os.open(path, os.O_CREAT | os.O_RDWR | os.O_NOFOLLOW, 0o600)
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        with contextlib.suppress(FileNotFoundError):
+            if os.path.samestat(os.fstat(lock), path.stat()):
+                return lock
+        os.close(lock)  # who held it before has removed it

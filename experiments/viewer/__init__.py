@@ -1,0 +1,1 @@
+"""A finished run as a page: robot, spikes, gates and errors on one time line."""

@@ -1,0 +1,103 @@
+"""Rows of a run's time line: lines of values, and dots of spikes."""
+
+import itertools
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+MOST_POINTS = 1000
+"""Points of a line: more than a screen has columns for."""
+MOST_SPIKES = 20_000
+"""Dots of a row: beyond it every n-th spike is drawn, and the row says so."""
+MOST_LINES = 24
+FIRST = ("error", "gates", "spike", "command", "torque")
+"""Parts of names, in the order in which their rows stand; the others follow."""
+POSES = "qpos"
+
+
+class Row(NamedTuple):
+    """A row of the time line.
+
+    Attributes
+    ----------
+    name : str
+        Its title.
+    unit : str
+        The unit of its values.
+    times_s : (n,) array
+        When its values or spikes are, in s.
+    values : (n, lines) or (n,) array
+        Values of each line; for spikes the numbers of their neurons.
+    labels : list of str
+        The name of each line; empty for spikes.
+    """
+
+    name: str
+    unit: str
+    times_s: np.ndarray
+    values: np.ndarray
+    labels: list[str]
+
+
+def rows(probes: xr.Dataset) -> list[Row]:
+    """Return all rows of a run's time series, errors, gates and spikes first."""
+    found = [*_errors(probes), *_lines(probes), *_spikes(probes)]
+    return sorted(found, key=lambda row: _place(row.name))
+
+
+def _place(name: str) -> int:
+    return next((i for i, part in enumerate(FIRST) if part in name), len(FIRST))
+
+
+def _errors(probes: xr.Dataset) -> Iterator[Row]:
+    """Yield how far the hand is off its target, and the robot off its reference."""
+    if {"hand", "target"} <= probes.keys():
+        yield _error(probes, "error of the hand", probes.target.values - probes.hand.values)
+    if {"reference", "state"} <= probes.keys():
+        place = probes.state.sel(turned=["x", "y"]).values
+        there = probes.reference.sel(moving=["x", "y"]).values
+        yield _error(probes, "error of place, the reference's lead in it", place - there)
+
+
+def _error(probes: xr.Dataset, name: str, off_m: np.ndarray) -> Row:
+    return _thinned(name, "m", probes.time.values, np.linalg.norm(off_m, axis=1)[:, np.newaxis], [])
+
+
+def _lines(probes: xr.Dataset) -> Iterator[Row]:
+    for name, series in probes.data_vars.items():
+        along = series.dims[0] if series.dims else ""
+        is_series = along in ("time", "step") and name != POSES
+        if is_series and np.issubdtype(series.dtype, np.number):
+            values = series.values.reshape(len(series), -1)[:, :MOST_LINES]
+            labels = _labels(series) if series.ndim > 1 else []
+            unit = str(series.attrs.get("units", ""))
+            yield _thinned(str(name), unit, probes[along].values, values, labels[:MOST_LINES])
+
+
+def _labels(series: xr.DataArray) -> list[str]:
+    """Return a name for each column: its coordinates, one behind the other."""
+    names = (series[along].values for along in series.dims[1:])
+    return [" ".join(map(str, parts)) for parts in itertools.product(*names)]
+
+
+def _thinned(
+    name: str, unit: str, times_s: np.ndarray, values: np.ndarray, labels: list[str]
+) -> Row:
+    step = -(-len(times_s) // MOST_POINTS)
+    return Row(name, unit, times_s[::step], values[::step].astype(float), labels)
+
+
+def _spikes(probes: xr.Dataset) -> Iterator[Row]:
+    for name in map(str, probes.data_vars):
+        neurons = f"{name.removesuffix('_time')}_neuron"
+        if not name.endswith("_time") or neurons not in probes:
+            continue
+        step = max(1, -(-probes[name].size // MOST_SPIKES))
+        title = name.removesuffix("_time").removesuffix("_spike")
+        shown = "" if step == 1 else f", one of {step} drawn"
+        times_s = probes[name].values[::step]
+        yield Row(
+            f"spikes of {title}{shown}", "neuron", times_s, probes[neurons].values[::step], []
+        )

@@ -1,0 +1,83 @@
+"""Alterations of the robot's body and floor, made in its model before that is compiled."""
+
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from spikeport.files import read_toml
+from spikeport.robot import menagerie
+from spikeport.robot.description import JOINTS
+from spikeport.robot.engine import mujoco
+from spikeport.robot.feet import SIDES
+from spikeport.robot.perturbation import MENAGERIE, URDF, Perturbation
+
+URDF_PATH = Path(__file__).with_name("h1_urdf.toml")
+TORSO = "torso_link"
+_MIRRORED_COM = np.array([1, -1, 1])
+_MIRRORED_INERTIA = np.array([1, 1, 1, -1, 1, -1])
+_FEET = {"foot1": "heel", "foot2": "sole", "foot3": "toe"}
+"""Menagerie's classes of contact shapes, and what they are called here."""
+
+
+def alter(spec: mujoco.MjSpec, perturbation: Perturbation) -> None:
+    """Give a model another body, torques and friction, as a perturbation asks for.
+
+    Raises
+    ------
+    MissingExtraError, UsageError
+        It asks for Menagerie's feet, which are not on this machine.
+    """
+    if perturbation.robot_model == URDF:
+        _take_urdf(spec)
+    if perturbation.robot_model == MENAGERIE:
+        _take_menagerie_feet(spec)
+    _weigh(spec, perturbation)
+    for actuator in spec.actuators:
+        actuator.forcerange *= perturbation.strength
+    for geom in spec.geoms:
+        if geom.contype:  # what robots stand on; contacts take the friction of higher priority
+            geom.friction[0], geom.priority = perturbation.friction, 1
+
+
+def _weigh(spec: mujoco.MjSpec, perturbation: Perturbation) -> None:
+    for body in spec.bodies:
+        body.mass *= perturbation.mass
+        body.fullinertia *= perturbation.mass
+    torso = spec.body(TORSO)
+    torso.mass += perturbation.payload
+    torso.ipos += np.array([perturbation.com_x, perturbation.com_y, 0.0])
+
+
+@cache
+def _urdf() -> dict[str, Any]:
+    return read_toml(URDF_PATH)
+
+
+def _take_urdf(spec: mujoco.MjSpec) -> None:
+    """Take masses, centres of mass, inertias and ranges of Unitree's URDF."""
+    for name, link in _urdf()["links"].items():
+        for side in SIDES if name.startswith("left_") else ("left",):
+            body, right = spec.body(name.replace("left_", f"{side}_")), side == "right"
+            body.mass = link["mass"]
+            body.ipos = link["com"] * (_MIRRORED_COM if right else 1)
+            body.fullinertia = link["inertia"] * (_MIRRORED_INERTIA if right else 1)
+    for role, span in _urdf()["ranges"].items():
+        for joint in JOINTS:
+            if joint.endswith(role):
+                spec.joint(joint).range = span
+
+
+def _take_menagerie_feet(spec: mujoco.MjSpec) -> None:
+    """Take the contact shapes of Menagerie's feet: three capsules, of which two stand for ours."""
+    theirs = mujoco.MjSpec.from_file(str(menagerie.model_file()))
+    for side in SIDES:
+        ankle = f"{side}_ankle_link"
+        shapes = {geom.classname.name: geom for geom in theirs.body(ankle).geoms}
+        for kind, part in _FEET.items():
+            shape, name = shapes[kind], f"{side}_{part}"
+            geom = spec.geom(name) or spec.body(ankle).add_geom(spec.find_default("solid"))
+            geom.name, geom.type = name, mujoco.mjtGeom.mjGEOM_CAPSULE
+            geom.pos = np.zeros(3)  # its ends say where it is
+            geom.size, geom.fromto = shape.size, shape.fromto

@@ -1,0 +1,48 @@
+"""Odometry of others as an estimate: place and velocity are theirs, tilt and rates the IMU's.
+
+    v = R^T v_world
+
+R is the IMU's orientation, turned about the vertical to the heading of the fix.
+"""
+
+import numpy as np
+
+from spikeport.robot.estimator import torso
+from spikeport.robot.estimator.base import Fix
+from spikeport.robot.estimator.legs import WAIST, Legs
+from spikeport.robot.estimator.start import start
+from spikeport.robot.link.signals import Sensors
+from spikeport.robot.state import RobotState
+
+
+class Odometer:
+    """Returns the motion that fixes have; without a new one, the last one's place and velocity."""
+
+    def reset(self, sensors: Sensors, position: Fix | None = None) -> RobotState:
+        """Start over; see `StateEstimator.reset`."""
+        legs = Legs()
+        begun = start(sensors, legs.soles(sensors.q).points, legs.radii_m, position)
+        self._place, self._velocity, self._turn_rad = begun.position, np.zeros(3), 0.0
+        return self.update(sensors, position)
+
+    def update(self, sensors: Sensors, position: Fix | None = None) -> RobotState:
+        """Return the motion at an observation, by a fix if there is one."""
+        waist_rad, waist_rad_s = sensors.q.item(WAIST), sensors.dq.item(WAIST)
+        own = torso.rotation(sensors.quaternion) @ torso.waist_rotation(waist_rad).T
+        if position is not None:
+            self._place = np.array(position.position, dtype=float)
+            if position.velocity is not None:
+                self._velocity = np.array(position.velocity, dtype=float)
+            if position.yaw_rad is not None:
+                self._turn_rad = position.yaw_rad - torso.heading_rad(own)
+        rotation = torso.turned(own, self._turn_rad)
+        return RobotState(
+            base_position=self._place.copy(),
+            base_quaternion=torso.quaternion(rotation),
+            base_linear_velocity=rotation.T @ self._velocity,
+            base_angular_velocity=torso.pelvis_angular_velocity(
+                sensors.gyroscope, waist_rad, waist_rad_s
+            ),
+            q=sensors.q.copy(),
+            dq=sensors.dq.copy(),
+        )

@@ -1,0 +1,28 @@
+"""Sensors at the feet of a simulated robot, which no real one has; they change no motion.
+
+Each foot gets the positions (m) and velocities (m/s) of its heel and toe, and whether and how it
+touches the floor (number of contacts, force in N), all in the world frame.
+"""
+
+from spikeport.robot.engine import mujoco
+from spikeport.robot.feet import SIDES
+
+SENSORS = {"heel": 3, "toe": 3, "heel velocity": 3, "toe velocity": 3, "contact": 4}
+"""Sensors of each foot in their order, and their sizes."""
+_NET_FORCE = 3
+
+
+def add_foot_sensors(spec: mujoco.MjSpec) -> None:
+    """Add the sensors of both feet behind those that a model has, left foot first."""
+    kind, thing, data = mujoco.mjtSensor, mujoco.mjtObj, mujoco.mjtConDataField
+    fields = 1 << int(data.mjCONDATA_FOUND) | 1 << int(data.mjCONDATA_FORCE)
+    for foot in SIDES:
+        for sensor in (kind.mjSENS_FRAMEPOS, kind.mjSENS_FRAMELINVEL):
+            for part in ("heel", "toe"):
+                spec.add_sensor(type=sensor, objtype=thing.mjOBJ_GEOM, objname=f"{foot}_{part}")
+        spec.add_sensor(
+            type=kind.mjSENS_CONTACT,
+            objtype=thing.mjOBJ_BODY,
+            objname=f"{foot}_ankle_link",
+            intprm=[fields, _NET_FORCE, 1],
+        )

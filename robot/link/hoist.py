@@ -1,0 +1,60 @@
+"""The hoist of a simulated robot: it holds the pelvis, lets it down, and lets go of it."""
+
+from enum import Enum
+
+import numpy as np
+
+from spikeport.robot.plant import Plant
+
+LOWERS_M_S = 0.05
+"""Speed at which the pelvis is let down."""
+
+
+class Held(Enum):
+    """How a hoist holds a robot, from one `Hoist.pull` to the next."""
+
+    HANGS = "hangs on its hoist"
+    LOWERS = "is let down"
+    STANDS = "stands on the floor, and its hoist still holds it"
+    FREE = "is let go of"
+
+
+class Hoist:
+    """The hoist of a plant, which holds it by its pelvis if the plant is anchored.
+
+    Parameters
+    ----------
+    plant : Plant
+        The robot.
+
+    Attributes
+    ----------
+    held : Held
+        How it holds the robot.
+    """
+
+    def __init__(self, plant: Plant) -> None:
+        self._plant = plant
+        self.held = Held.HANGS if plant.anchored else Held.FREE
+
+    def pull(self) -> None:
+        """Let a robot that hangs down to the floor, or let go of one that stands there."""
+        plant = self._plant
+        if self.held is Held.HANGS:
+            self.held = Held.LOWERS
+            self._pose, self._left_m = plant.data.qpos[:7].copy(), plant.lowest_sole_m()
+            self._torso_rad = float(plant.data.joint("torso").qpos[0])
+        elif self.held is Held.STANDS:
+            self.held = Held.FREE
+            plant.release()
+
+    def step(self) -> None:
+        """Let a robot that is on its way down further down, by as much as fits in a step."""
+        if self.held is not Held.LOWERS:
+            return
+        down_m = float(np.clip(self._left_m, 0, LOWERS_M_S * self._plant.dt_s))
+        self._left_m -= down_m
+        self._pose[2] -= down_m
+        self._plant.anchor(self._pose, self._torso_rad)
+        if self._left_m <= 0:
+            self.held = Held.STANDS

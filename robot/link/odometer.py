@@ -1,0 +1,111 @@
+"""Odometry that a robot publishes: as a simulated one has it, and as fixes of an estimator.
+
+A published place counts from wherever its odometer began. In a run it counts from where that
+begins, as an estimate without fixes does.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from spikeport.errors import UsageError
+from spikeport.robot.estimator import torso
+from spikeport.robot.estimator.base import Fix
+from spikeport.robot.estimator.legs import WAIST, Legs
+from spikeport.robot.estimator.start import start
+from spikeport.robot.link.codec import Base
+from spikeport.robot.link.signals import Sensors
+
+
+@dataclass(frozen=True)
+class OdometerErrors:
+    """Errors of a simulated odometer.
+
+    Attributes
+    ----------
+    place_m, velocity_m_s : float
+        Standard deviations of white noise, for each axis.
+    drift_m, turn_rad : float
+        Standard deviations of random walks, of the place along x and y and of the heading, after
+        one second; they grow with the square root of time.
+    """
+
+    place_m: float = 0.005
+    velocity_m_s: float = 0.02
+    drift_m: float = 0.01
+    turn_rad: float = 0.002
+
+    def __post_init__(self) -> None:
+        """Check the values; UsageError says what is wrong."""
+        for name, value in vars(self).items():
+            if not 0 <= value < math.inf:
+                raise UsageError(f"--odometer-error {name}={value:g}: must be 0 or more")
+
+
+class SimulatedOdometer:
+    """An odometer with errors, which are drawn once a step.
+
+    Parameters
+    ----------
+    errors : OdometerErrors
+        Its errors.
+    seed : int
+        Draws them.
+    step_s : float
+        Length of a step.
+    """
+
+    def __init__(self, errors: OdometerErrors, seed: int, step_s: float) -> None:
+        self._errors, self._rng = errors, np.random.default_rng(seed)
+        self._root_s = float(np.sqrt(step_s))
+        self._drift_m, self._turn_rad = np.zeros(3), 0.0
+
+    def read(self, true: Base) -> Base:
+        """Return what it says of a motion: turned by its drift, moved by it, and with noise."""
+        errors, rng = self._errors, self._rng
+        self._drift_m[:2] += errors.drift_m * self._root_s * rng.standard_normal(2)
+        self._turn_rad += errors.turn_rad * self._root_s * float(rng.standard_normal())
+        turn = torso.waist_rotation(self._turn_rad)
+        place = turn @ true.position + self._drift_m + errors.place_m * rng.standard_normal(3)
+        velocity = turn @ true.velocity + errors.velocity_m_s * rng.standard_normal(3)
+        rotation = torso.turned(torso.rotation(true.quaternion), self._turn_rad)
+        return Base(true.tick, place, velocity, torso.quaternion(rotation))
+
+
+class OdometryFixes:
+    """Fixes of what is published, in a world that begins at the first one.
+
+    The robot is then above the origin, its lowest sole at height 0, with the heading of its IMU.
+
+    Parameters
+    ----------
+    first : Base
+        The first odometry.
+    sensors : Sensors
+        The observation of that moment.
+    """
+
+    def __init__(self, first: Base, sensors: Sensors) -> None:
+        legs = Legs()
+        begun = start(sensors, legs.soles(sensors.q).points, legs.radii_m, None)
+        own = begun.rotation @ torso.waist_rotation(sensors.q.item(WAIST)).T
+        yaw_rad = _yaw_rad(first)
+        self._turn_rad = 0.0 if yaw_rad is None else torso.heading_rad(own) - yaw_rad
+        self._turn = torso.waist_rotation(self._turn_rad)
+        self._origin, self._begun = first.position, begun.position
+
+    def fix(self, odometry: Base) -> Fix:
+        """Return the fix of an odometry; without an orientation, it has no heading."""
+        yaw_rad = _yaw_rad(odometry)
+        return Fix(
+            self._turn @ (odometry.position - self._origin) + self._begun,
+            None if yaw_rad is None else yaw_rad + self._turn_rad,
+            self._turn @ odometry.velocity,
+        )
+
+
+def _yaw_rad(odometry: Base) -> float | None:
+    if not odometry.quaternion.any():
+        return None
+    return torso.heading_rad(torso.rotation(odometry.quaternion))

@@ -1,0 +1,105 @@
+"""The robot with a perturbation: another body on another floor, pushed, late and badly sensed."""
+
+from collections import deque
+from collections.abc import Mapping
+from types import MappingProxyType
+
+import numpy as np
+
+from spikeport.robot.altered import alter
+from spikeport.robot.description import specified
+from spikeport.robot.engine import mujoco
+from spikeport.robot.foot_sensors import add_foot_sensors
+from spikeport.robot.perturbation import Perturbation
+from spikeport.robot.plant import Plant
+from spikeport.robot.pushes import Pushes
+from spikeport.robot.senses import Senses
+from spikeport.robot.state import RobotState
+from spikeport.robot.terrain import find_terrain
+
+_STREAM = 1
+"""Beside the seed of a run: what is drawn here is not what a posture is drawn from."""
+
+
+class PerturbedPlant(Plant):
+    """The H1 as a perturbation has it, with sensors at its feet.
+
+    Parameters
+    ----------
+    perturbation : Perturbation
+        The differences from `Plant`; what a run draws of them depends on its seed.
+    anchored, appearance
+        As `Plant`.
+
+    Raises
+    ------
+    MissingExtraError, UsageError
+        As `robot.altered.alter`.
+    """
+
+    def __init__(
+        self,
+        perturbation: Perturbation,
+        *,
+        anchored: bool = False,
+        appearance: str = "primitive",
+    ) -> None:
+        self._perturbation = perturbation
+        self._terrain = find_terrain(perturbation.terrain)
+        self._gain_scale = perturbation.gains
+        super().__init__(anchored=anchored, appearance=appearance)
+
+    def _compiled(self, appearance: str) -> mujoco.MjModel:
+        spec = specified(appearance)
+        self._terrain.lay(spec)
+        alter(spec, self._perturbation)
+        add_foot_sensors(spec)
+        return spec.compile()
+
+    def reset(
+        self,
+        seed: int,
+        *,
+        posture_rad: Mapping[str, float] = MappingProxyType({}),
+        perturbation_rad: float = 0.02,
+    ) -> None:
+        """Start over; see `Plant.reset`. The seed draws pushes, noise and the floor too."""
+        asked, rng = self._perturbation, np.random.RandomState([_STREAM, seed])
+        self._terrain = self._terrain.begin(self.model, rng)
+        super().reset(seed, posture_rad=posture_rad, perturbation_rad=perturbation_rad)
+        self._pushes = Pushes(asked.push, asked.push_every, rng)
+        self._commands = deque([self.data.ctrl.copy()] * self._steps(asked.action_delay))
+        self._senses = Senses(self, asked, self._steps(asked.observation_delay), rng)
+
+    def step(self) -> None:
+        """Advance the physics by ``dt_s`` under the commands of some time ago; see `Plant.step`."""
+        wanted = self.data.ctrl.copy()
+        self._commands.append(wanted)
+        self.data.ctrl[:] = self._commands.popleft()
+        push = self._pushes.due(self.time_s)
+        if push is not None:
+            self.data.qvel[:2] += push
+            mujoco.mj_step1(self.model, self.data)
+        super().step()
+        self.data.ctrl[:] = wanted
+        self._senses.look()
+
+    @property
+    def state(self) -> RobotState:
+        """The motion of the robot, as its controllers know it."""
+        return self._senses.state
+
+    @property
+    def in_plane(self) -> np.ndarray:
+        """Heading in rad, place in m and velocity in m/s, (5,), as controllers know it."""
+        return self._senses.in_plane
+
+    def floor_m(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Return (...) heights of the floor at places (...) of the world, in m."""
+        return self._terrain.height_m(x, y)
+
+    def _floor_m(self, place: np.ndarray) -> float:
+        return float(self._terrain.height_m(place[:1], place[1:2])[0])
+
+    def _steps(self, delay_s: float) -> int:
+        return round(delay_s / self.dt_s)

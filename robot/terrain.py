@@ -1,0 +1,204 @@
+"""Floors that a robot walks on: flat, a slope, boxes of drawn heights, or smooth relief.
+
+=======================  ===========================================================
+``flat``                 a plane
+``slope:DEGREES``        a plane that rises ahead of the robot; negative ones fall
+``slope:DEGREES:SIDE``   the same, rising in direction SIDE in degrees, 90 is to the left
+``boxes:M``              boxes of 0.4 m, each of a height from 0 to M m
+``relief:M``             waves of about 1 m, from 0 to M m
+=======================  ===========================================================
+
+Uneven floors are squares of 24 m on a flat floor, drawn once; each run begins elsewhere in one,
+which a seed draws.
+"""
+
+import functools
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from scipy.ndimage import gaussian_filter, map_coordinates
+
+from spikeport.arrays import Floats
+from spikeport.errors import UsageError
+from spikeport.robot.engine import mujoco
+
+FLAT = "flat"
+BODY = "terrain"
+STEEPEST_DEGREES = 30.0
+HIGHEST_M = 0.3
+SIZE_M = 24.0
+BOX_M, GRID_M = 0.4, 0.05
+WAVE_M = 0.2
+"""Standard deviation of the filter of relief, in m: its waves are about five times as long."""
+SHIFT_M = 3.0
+"""How far from the middle of an uneven floor a run may begin, along x and y."""
+DEEP_M = 0.5
+"""Of boxes, below their tops."""
+BELOW_M = 0.001
+"""How far the flat floor is below: a foot does not touch both."""
+SEED = 0
+
+
+class Terrain(Protocol):
+    """A floor."""
+
+    def lay(self, spec: mujoco.MjSpec) -> None:
+        """Lay it into the model of a robot on a flat floor."""
+
+    def begin(self, model: mujoco.MjModel, rng: np.random.RandomState) -> "Terrain":
+        """Begin a run on it, and return it as it lies then."""
+
+    def height_m(self, x: Floats, y: Floats) -> Floats:
+        """Return (...) heights above the start's level at places (...) in m."""
+
+
+@dataclass(frozen=True)
+class Slope:
+    """A plane of an angle in rad that rises in a direction in rad."""
+
+    angle_rad: float = 0.0
+    direction_rad: float = 0.0
+
+    def lay(self, spec: mujoco.MjSpec) -> None:
+        """Tilt the floor."""
+        if self.angle_rad:
+            half, c, s = self.angle_rad / 2, np.cos(self.direction_rad), np.sin(self.direction_rad)
+            spec.geom("floor").quat = [np.cos(half), np.sin(half) * s, -np.sin(half) * c, 0]
+
+    def begin(self, model: mujoco.MjModel, rng: np.random.RandomState) -> "Slope":
+        """Return the slope, which is the same everywhere."""
+        return self
+
+    def height_m(self, x: Floats, y: Floats) -> Floats:
+        """Return heights, tan(angle) (x cos(direction) + y sin(direction))."""
+        along = x * np.cos(self.direction_rad) + y * np.sin(self.direction_rad)
+        return np.asarray(np.tan(self.angle_rad) * along)
+
+
+class Pose(NamedTuple):
+    """Place and turn of an uneven floor in the world, in m and rad."""
+
+    x: float = 0.0
+    y: float = 0.0
+    turn_rad: float = 0.0
+
+    def inside(self, x: Floats, y: Floats) -> tuple[Floats, Floats]:
+        """Return places of the world in the floor's own frame."""
+        c, s = np.cos(self.turn_rad), np.sin(self.turn_rad)
+        x, y = np.asarray(x - self.x), np.asarray(y - self.y)
+        return np.asarray(c * x + s * y), np.asarray(c * y - s * x)
+
+
+MIDDLE = Pose()
+"""The pose of a floor whose middle is at the world's origin."""
+
+
+@dataclass(frozen=True)
+class Uneven:
+    """A floor of boxes, or of smooth waves, of heights from 0 to ``highest_m``."""
+
+    highest_m: float
+    smooth: bool
+    pose: Pose = MIDDLE
+
+    @property
+    def cell_m(self) -> float:
+        """The distance of the heights in the table."""
+        return GRID_M if self.smooth else BOX_M
+
+    def table_m(self) -> Floats:
+        """Return heights (n, n), rows along y and columns along x."""
+        return np.asarray(self.highest_m * _drawn(self.smooth))
+
+    def lay(self, spec: mujoco.MjSpec) -> None:
+        """Lay the floor above the flat one."""
+        body = spec.worldbody.add_body(name=BODY)
+        touched = {"contype": 1, "conaffinity": 0, "rgba": [0.6, 0.62, 0.65, 1]}
+        table, half = self.table_m(), SIZE_M / 2
+        if self.smooth:
+            n = len(table)
+            field = spec.add_hfield(
+                name=BODY, nrow=n, ncol=n, size=[half, half, self.highest_m, DEEP_M]
+            )
+            field.userdata = table.ravel()  # scaled such that the highest is `highest_m`
+            body.add_geom(type=mujoco.mjtGeom.mjGEOM_HFIELD, hfieldname=BODY, **touched)
+        else:
+            size = [BOX_M / 2, BOX_M / 2, DEEP_M / 2]
+            for (row, column), height in np.ndenumerate(table):
+                x, y = (np.array([column, row]) + 0.5) * BOX_M - half
+                place = [x, y, height - DEEP_M / 2]
+                body.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=size, pos=place, **touched)
+        spec.geom("floor").pos = [0, 0, -BELOW_M]
+
+    def begin(self, model: mujoco.MjModel, rng: np.random.RandomState) -> "Uneven":
+        """Move and turn the floor under the robot."""
+        x, y = rng.uniform(-SHIFT_M, SHIFT_M, 2)
+        pose = Pose(float(x), float(y), float(rng.uniform(-np.pi, np.pi)))
+        body = model.body(BODY)
+        body.pos[:2] = pose.x, pose.y
+        body.quat[:] = np.cos(pose.turn_rad / 2), 0, 0, np.sin(pose.turn_rad / 2)
+        return Uneven(self.highest_m, self.smooth, pose)
+
+    def height_m(self, x: Floats, y: Floats) -> Floats:
+        """Return heights; 0 beyond the edge."""
+        places = (np.stack(self.pose.inside(x, y)) + SIZE_M / 2) / self.cell_m
+        column, row = places if self.smooth else np.floor(places)
+        at = np.stack((row, column))
+        drawn = map_coordinates(_drawn(self.smooth), at, order=int(self.smooth), cval=0.0)
+        return np.asarray(self.highest_m * drawn)
+
+
+@functools.cache
+def _drawn(smooth: bool) -> Floats:
+    """Return shares (n, n) of the largest height, for boxes or at the points of a relief."""
+    n = round(SIZE_M / (GRID_M if smooth else BOX_M)) + int(smooth)
+    drawn = np.random.RandomState(SEED).uniform(size=(n, n))
+    if smooth:
+        drawn = gaussian_filter(drawn, WAVE_M / GRID_M, mode="wrap")
+        drawn = (drawn - drawn.min()) / (drawn.max() - drawn.min())
+    drawn.setflags(write=False)
+    return drawn
+
+
+def find_terrain(text: str) -> Terrain:
+    """Return the floor that a text names.
+
+    Raises
+    ------
+    UsageError
+        If it names none, or one that is too steep or too high.
+    """
+    kind, *numbers = text.split(":")
+    values = _numbers(text, numbers)
+    if kind == FLAT and not values:
+        return Slope()
+    if kind == "slope" and len(values) in (1, 2):
+        _check(text, abs(values[0]), STEEPEST_DEGREES, "degrees")
+        return Slope(*np.radians(values).tolist())
+    if kind in ("boxes", "relief") and len(values) == 1 and values[0] > 0:
+        _check(text, values[0], HIGHEST_M, "m")
+        return Uneven(values[0], kind == "relief")
+    raise _no_terrain(text)
+
+
+def _numbers(text: str, numbers: list[str]) -> list[float]:
+    try:
+        values = [float(number) for number in numbers]
+    except ValueError:
+        raise _no_terrain(text) from None
+    if not np.isfinite(values).all():
+        raise _no_terrain(text)
+    return values
+
+
+def _no_terrain(text: str) -> UsageError:
+    return UsageError(
+        f"terrain={text}: no terrain; expected {FLAT}, slope:DEGREES, slope:DEGREES:SIDE, boxes:M "
+        "or relief:M, as boxes:0.01"
+    )
+
+
+def _check(text: str, used: float, limit: float, unit: str) -> None:
+    if used > limit:
+        raise UsageError(f"terrain={text}: {used:g} {unit}, limit {limit:g} {unit}")

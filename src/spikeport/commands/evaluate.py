@@ -1,0 +1,155 @@
+"""``spikeport evaluate``: a robustness table of a policy."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
+
+from spikeport import key_values
+from spikeport.atomic import atomic_path, write_text
+from spikeport.commands.options import Target, Workers
+from spikeport.commands.progress import progress_bar
+from spikeport.commands.run import check_target, seconds_of
+from spikeport.commands.sweep import note_trust
+from spikeport.constants import MOST_POINTS
+from spikeport.errors import UsageError, unknown
+from spikeport.experiments import registry
+from spikeport.experiments.sweep.folder import SweepFolder, opened
+from spikeport.files import write_json
+
+if TYPE_CHECKING:
+    from spikeport.experiments.evaluate.plan import Evaluation
+    from spikeport.experiments.evaluate.table import TableRow
+
+EXPERIMENT = "walk"
+EPISODE_S = 20.0
+SHOWN = ("speed_error_m_s", "yaw_rate_error_rad_s", "speed_use", "clearance_m", "impact_bw")
+"""Figures on the screen; all of them are in the folder."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class EvaluateRequest:
+    """An evaluation, as the user asked for it."""
+
+    experiment: str
+    target: Target
+    rows: list[str]
+    episodes: int
+    seed: int
+    seconds: float | None
+    settings: list[str]
+    out: Path | None
+    workers: Workers
+
+
+def run(request: EvaluateRequest) -> int:
+    """Run what is missing of an evaluation, and write its table; 1 if an episode failed, else 0."""
+    if request.experiment != EXPERIMENT:
+        raise unknown("experiment to evaluate", request.experiment, (EXPERIMENT,))
+    run_module = registry.imported("an evaluation", "spikeport.experiments.evaluate.run")
+    evaluation, workers = planned(request), request.workers
+    note_trust(workers.scheduler)
+    with opened(request.out, evaluation) as folder:
+        with progress_bar() as progress:
+            failures = run_module.run(
+                evaluation, folder, workers.scheduler, workers.n_processes, progress
+            )
+        _write(evaluation, folder)
+    for point, reason in failures:
+        Console(soft_wrap=True, highlight=False).print(
+            f"failed: {point.name}: {reason}", markup=False
+        )
+    return int(bool(failures))
+
+
+def planned(request: EvaluateRequest) -> "Evaluation":
+    """Return the evaluation, with every setting checked.
+
+    Raises
+    ------
+    UsageError
+        If a setting, row or backend is not one of the experiment's.
+    """
+    from spikeport.experiments.evaluate.plan import Evaluation
+    from spikeport.experiments.evaluate.rows import find_rows
+
+    experiment, target = registry.get(EXPERIMENT), request.target
+    if target.backend not in experiment.backends:
+        raise unknown(f"backend of {experiment.name}", target.backend, experiment.backends)
+    check_target(target)
+    owner = f"experiment '{experiment.name}'"
+    settings = key_values.parse(request.settings, experiment.settings, owner)
+    seconds = EPISODE_S if request.seconds is None else request.seconds
+    evaluation = Evaluation(
+        experiment=experiment.name,
+        backend=target.backend,
+        chip=target.chip,
+        pipeline=experiment.passes(target.passes),
+        seconds=seconds_of(seconds, experiment),
+        settings={"network_seed": 0, **settings},
+        varied={},
+        seeds=tuple(range(request.seed, request.seed + request.episodes)),
+        rows=find_rows(request.rows),
+    )
+    _check(evaluation)
+    return evaluation
+
+
+def _check(evaluation: "Evaluation") -> None:
+    n_points = len(evaluation.rows) * len(evaluation.seeds)
+    if n_points > MOST_POINTS:
+        raise UsageError(
+            f"an evaluation of {n_points:,} episodes, limit {MOST_POINTS:,}; cure: fewer --row or "
+            "--episodes"
+        )
+    experiment, seed = registry.get(EXPERIMENT), evaluation.seeds[0]
+    for point in [evaluation.point(row, seed) for row in evaluation.rows]:
+        experiment.settings(**point.settings)
+    experiment.trial(experiment.settings(**evaluation.settings), point.options).check()
+
+
+def _write(evaluation: "Evaluation", folder: SweepFolder) -> None:
+    """Write table and picture of what is finished, and print them."""
+    from spikeport.experiments.evaluate.figure import figure
+    from spikeport.experiments.evaluate.table import as_json, markdown, table
+
+    rows = table(evaluation, folder)
+    if not rows:
+        return
+    policy = evaluation.settings.get("policy", "spiking")
+    title = (
+        f"policy {policy} on {evaluation.backend}, {len(evaluation.seeds)} episodes of "
+        f"{evaluation.seconds:g} s a row, intervals of 95 %"
+    )
+    write_text(folder.path / "table.md", markdown(rows))
+    with atomic_path(folder.path / "figure.png") as temporary:
+        figure(rows, title).savefig(temporary, dpi=110, format="png")
+    write_json(
+        folder.path / "result.json",
+        {
+            "experiment": f"evaluate {evaluation.experiment}",
+            "backend": evaluation.backend,
+            "seconds": evaluation.seconds,
+            "settings": dict(evaluation.settings),
+            "rows": as_json(rows),
+        },
+    )
+    _show(rows, title, folder.path)
+
+
+def _show(rows: "list[TableRow]", title: str, folder: Path) -> None:
+    from spikeport.experiments.evaluate.table import HEADINGS
+
+    headings = [HEADINGS[name] for name in SHOWN]
+    shown = Table("perturbation", "falls", *headings, box=SIMPLE_HEAD, title=title)
+    for one in rows:
+        means = (one.means[name] for name in SHOWN)
+        cells = ("-" if mean is None else f"{mean.estimate:.3f}" for mean in means)
+        shown.add_row(one.name, f"{one.falls} of {one.fell.n}", *cells)
+    console = Console(soft_wrap=True, highlight=False)
+    console.print(shown)
+    names = ", ".join(sorted(p.name for p in folder.iterdir() if not p.name.startswith(".")))
+    console.print(f"written: {folder}/ ({names})", markup=False)

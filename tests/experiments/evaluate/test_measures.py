@@ -1,0 +1,80 @@
+"""Figures of an episode, of the exact policy and of recordings that are made up."""
+
+import numpy as np
+import pytest
+
+from spikeport.experiments.evaluate.measures import FIGURES, measure
+from spikeport.experiments.evaluate.stage import EpisodeRecording, Stage
+from spikeport.experiments.evaluate.walker import ExactWalker
+from spikeport.experiments.policy.settings import load_policy
+from spikeport.experiments.walk.port import OBSERVATION_DT_S
+from spikeport.robot.link.h1 import SPEED_LIMITS_RAD_S
+from spikeport.robot.perturbation import NONE, Perturbation
+
+DT_S = 0.005
+
+
+@pytest.fixture(scope="module")
+def walker():
+    return ExactWalker(load_policy())
+
+
+def test_the_exact_policy_walks_as_it_was_measured(walker):
+    figures = measure(walker.walk(NONE, 6.0, 4))
+    assert (figures["falls"], figures["fallen_at_s"]) == (0, None)
+    assert set(FIGURES) < set(figures)
+    assert figures["speed_error_m_s"] < 0.06
+    assert figures["yaw_rate_error_rad_s"] < 0.1
+    assert 0.05 < figures["clearance_m"] < 0.2
+    assert 2 < figures["steps_per_s"] < 6
+    assert figures["torque_use"] <= 1
+
+
+def test_nothing_but_the_fall_is_counted_of_an_early_one(walker):
+    figures = measure(walker.walk(Perturbation(strength=0.2), 6.0, 4))
+    assert figures["falls"] == 1
+    assert figures["fallen_at_s"] < 4
+    assert [figures[name] for name in FIGURES] == [None] * len(FIGURES)
+
+
+class MadeUp:
+    """A witness of a recording that was made up."""
+
+    def __init__(self, recording):
+        self._recording = recording
+
+    def recording(self):
+        return self._recording
+
+
+def test_figures_of_a_gait_that_is_known():
+    """A robot that glides at 0.5 m/s and lifts each foot by 8 cm for half of every second."""
+    stage, n = Stage(NONE, 6.0, 0, None, OBSERVATION_DT_S, DT_S), 1200
+    time_s = DT_S * np.arange(n)
+    qpos = np.tile(stage.plant.data.qpos, (n, 1))
+    qpos[:, 3:7], qpos[:, 7:] = [1, 0, 0, 0], 0.1
+    qvel = np.zeros((n, 25))
+    qvel[:, 0], qvel[:, 6 + 3] = 0.5, 0.25 * SPEED_LIMITS_RAD_S[3]
+    torque = np.zeros((n, 19))
+    torque[:, 3] = 30.0
+    feet = np.zeros((n, 2, 16))
+    phase = (time_s[:, None] + [0, 0.5]) % 1
+    up = phase < 0.4
+    feet[:, :, 2] = 0.02 + 0.08 * up * np.sin(np.pi * phase / 0.4)
+    feet[:, :, 5] = feet[:, :, 2] + 0.1  # toes are higher: the heels count
+    feet[:, :, 15] = 500.0 * ~up
+    feet[:, :, 6] = 0.1  # the heels slide
+    command = np.tile([0.6, 0.0, 0.0], (n, 1))
+    stage.witness = MadeUp(EpisodeRecording(time_s, qpos, qvel, torque, feet, command))
+    figures = measure(stage)
+    weight_n = stage.plant.model.body_mass.sum() * 9.81
+    assert figures["speed_error_m_s"] == pytest.approx(0.1)
+    assert figures["yaw_rate_error_rad_s"] == pytest.approx(0)
+    assert figures["torque_use"] == pytest.approx(0.1)
+    assert figures["speed_use"] == pytest.approx(0.25)
+    assert figures["clearance_m"] == pytest.approx(0.08, abs=1e-3)
+    assert figures["double_support"] == pytest.approx(0.2, abs=0.01)
+    assert figures["steps_per_s"] == pytest.approx(2, abs=0.1)
+    assert figures["slip_m_s"] == pytest.approx(0.1, abs=1e-6)
+    assert figures["impact_bw"] == pytest.approx(500 / weight_n)
+    assert figures["cost_of_transport"] == pytest.approx(30 * 3.5 / (weight_n * 0.5))

@@ -1,0 +1,38 @@
+"""Rows of the table, by default and as asked for."""
+
+import pytest
+
+from spikeport.errors import UsageError
+from spikeport.experiments.evaluate.rows import MENAGERIE, ROWS, find_rows, name_of
+from spikeport.robot.perturbation import Perturbation
+
+
+def test_the_rows_of_the_table_are_perturbations(monkeypatch):
+    monkeypatch.delenv("MENAGERIE_ROOT", raising=False)
+    assert find_rows([]) == ROWS
+    assert len({name_of(row) for row in ROWS}) == len(ROWS)
+    for row in ROWS:
+        Perturbation(**row)
+    monkeypatch.setenv("MENAGERIE_ROOT", "/somewhere")
+    assert find_rows([])[-1] == MENAGERIE
+
+
+def test_rows_that_are_asked_for_follow_the_nominal_one():
+    rows = find_rows(["terrain=boxes:0.01,push=0.8"])
+    assert [name_of(row) for row in rows] == ["nominal", "push=0.8 terrain=boxes:0.01"]
+
+
+@pytest.mark.parametrize(
+    ("texts", "message"),
+    [
+        (["speed=1"], "unknown key of a perturbation 'speed'; there is: action_delay, "),
+        (["push=hard"], "--row push=hard: expected a number"),
+        (["push"], "--row push: expected KEY=VALUE"),
+        (["push=1", "push=1.0"], "--row push=1.0: given twice"),
+        (["terrain=hills"], "terrain=hills: no terrain"),
+    ],
+)
+def test_what_is_no_row_is_refused(texts, message):
+    with pytest.raises(UsageError) as caught:
+        find_rows(texts)
+    assert str(caught.value).startswith(message)

@@ -1,0 +1,53 @@
+"""Policies that walk episodes, exact and in spikes."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from spikeport.experiments.evaluate.walker import ExactWalker, SpikingWalker, find_walker
+from spikeport.experiments.options import Options
+from spikeport.experiments.walk import trial as walk_trial
+from spikeport.experiments.walk.gait import record_gait
+from spikeport.experiments.walk.settings import WalkSettings
+from spikeport.experiments.walk.trial import WalkTrial
+from spikeport.robot.perturbation import NONE, Perturbation
+
+OPTIONS = Options(2.0, backend="analytic", pipeline="compact")
+
+
+def test_rows_and_seeds_share_a_walker():
+    settings = WalkSettings()
+    made = find_walker(settings, OPTIONS)
+    assert isinstance(made, ExactWalker)
+    pushed = dataclasses.replace(settings, push=0.8)
+    assert find_walker(pushed, dataclasses.replace(OPTIONS, seed=3)) is made
+
+
+def test_an_episode_depends_on_its_seed_and_perturbation():
+    walker = find_walker(WalkSettings(), OPTIONS)
+    ends = [
+        walker.walk(*asked).plant.data.qpos.copy()
+        for asked in [
+            (NONE, 1.0, 3),
+            (NONE, 1.0, 3),
+            (NONE, 1.0, 4),
+            (Perturbation(mass=1.1), 1, 3),
+        ]
+    ]
+    np.testing.assert_array_equal(ends[0], ends[1])
+    assert not np.array_equal(ends[0], ends[2])
+    assert not np.array_equal(ends[0], ends[3])
+
+
+@pytest.mark.slow
+def test_spikes_walk_episode_after_episode_bit_for_bit(monkeypatch):
+    monkeypatch.setattr(walk_trial, "record_gait", lambda policy: record_gait(policy, 1.0))
+    settings = WalkSettings(n_neurons=2, calibrated=False)
+    trial = WalkTrial(settings, Options(1.0, backend="native", pipeline="compact"))
+    walker = SpikingWalker(trial)
+    first = walker.walk(NONE, 0.5, 3).plant.data.qpos.copy()
+    other = walker.walk(Perturbation(friction=0.3), 0.5, 4).plant.data.qpos
+    again = walker.walk(NONE, 0.5, 3).plant.data.qpos
+    np.testing.assert_array_equal(again, first)
+    assert not np.array_equal(other, first)

@@ -1,0 +1,58 @@
+"""Points of a sweep are the runs that they stand for, whatever their worker did before."""
+
+import json
+
+import pytest
+
+from spikeport import cache
+from spikeport.experiments import driver, registry
+from spikeport.experiments.sweep import point as sweep_point
+from spikeport.experiments.sweep.point import PointRun
+
+SAME = ("metrics", "activity", "image_digest", "resources", "energy", "seeds", "settings")
+
+
+@pytest.fixture
+def run(tmp_path, monkeypatch):
+    """Run points as a worker does, which lets go of its last network at the end."""
+    monkeypatch.setenv(cache.FOLDER, str(tmp_path / "cache"))
+    worker = PointRun.new()
+    yield lambda point: worker(point, str(tmp_path))
+    sweep_point.drop()
+
+
+@pytest.fixture
+def prepared(monkeypatch):
+    """The trials whose networks were made ready."""
+    trials = []
+    prepare = driver.prepare
+
+    def counted(trial):
+        trials.append(trial)
+        return prepare(trial)
+
+    monkeypatch.setattr(driver, "prepare", counted)
+    return trials
+
+
+SWEEPS = [
+    ("reach", {"m1": 40, "cb": 30, "s1": 10}, {}),
+    ("walk", {"n_neurons": 2, "follower": "exact"}, {"path": ("line", "s-curve")}),
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("experiment", "settings", "varied"), SWEEPS, ids=["reach", "walk"])
+def test_points_of_a_network_equal_single_runs(
+    run, prepared, sweep_of, short_gait, tmp_path, experiment, settings, varied
+):
+    settings = {"network_seed": 0, **settings}
+    asked = {"experiment": experiment, "settings": settings, "varied": varied, "seconds": 0.1}
+    points = sweep_of(**asked, seeds=(1, 2)).points()
+    found = [run(point).result for point in points]
+    assert len(prepared) == 1
+    for point, result in list(zip(points, found, strict=True))[1:]:
+        one = registry.get(experiment)
+        one.run(one.settings(**point.settings), point.options, tmp_path / point.name)
+        single = json.loads((tmp_path / point.name / "result.json").read_text())
+        assert {key: result[key] for key in SAME} == {key: single[key] for key in SAME}

@@ -1,0 +1,63 @@
+"""The page of a run: it asks for nothing, plays, scrubs, turns the robot and saves a picture."""
+
+import re
+
+import pytest
+from PIL import Image
+
+from spikeport.experiments.viewer.page import write_page
+from tests.helpers.browsers import browser, tab_of
+
+
+@pytest.fixture
+def page(series, tmp_path):
+    write_page(tmp_path / "view.html", series, "switch: runs/<b>one</b>")
+    return tmp_path / "view.html"
+
+
+def test_a_page_asks_for_nothing_and_texts_of_a_run_are_no_markup(page):
+    text = page.read_text()
+    assert not re.search(r"https?://|@import|url\(", text)
+    assert "default-src 'none'" in text
+    assert "<b>" not in text
+    assert text.count("</script>") == 2
+
+
+def test_a_run_without_a_robot_has_its_rows(series, tmp_path):
+    write_page(tmp_path / "view.html", series.drop_vars("qpos"), "net")
+    assert '"robot":' not in (tmp_path / "view.html").read_text()
+
+
+@pytest.mark.slow
+def test_it_plays_scrubs_turns_and_saves(page, tmp_path):
+    with browser() as opened, tab_of(opened, page) as tab:
+
+        def picture():
+            return tab.evaluate("document.getElementById('robot').toDataURL()")
+
+        assert tab.locator("#time").text_content() == "0.000 of 1.000 s"
+        assert tab.locator("figcaption").first.text_content() == "error of the hand (m)"
+        low = picture()
+        box = tab.locator("figure canvas").nth(1).bounding_box()
+        tab.mouse.click(box["x"] + 0.75 * box["width"], box["y"] + 20)
+        assert tab.evaluate("now") == pytest.approx(0.75, abs=0.01)
+        high = picture()
+        assert high != low
+        tab.locator("#robot").hover()
+        tab.mouse.down()
+        tab.mouse.move(200, 300)
+        tab.mouse.up()
+        assert picture() != high
+        tab.locator("#at").press("Home")
+        assert tab.evaluate("now") == 0
+        tab.locator("#speed").select_option("4")
+        tab.locator("#play").click()
+        tab.locator("#play[aria-pressed=false]").wait_for()
+        assert tab.evaluate("now === run.end_s")
+        assert tab.locator("#play").text_content() == "play"
+        with tab.expect_download() as saving:
+            tab.locator("#save").click()
+        saving.value.save_as(tmp_path / "saved.png")
+    with Image.open(tmp_path / "saved.png") as saved:
+        assert saved.width > 500
+        assert len(saved.convert("RGB").getcolors(2**20)) > 20

@@ -1,0 +1,40 @@
+"""Pages in headless Chromium, which fetch nothing and say nothing."""
+
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
+
+
+@contextmanager
+def browser() -> Iterator[Any]:
+    """A browser, or a test that is skipped."""
+    if CHROMIUM is None:
+        pytest.skip("opens pages in a browser: apt-get install chromium")
+    api = pytest.importorskip("playwright.sync_api")
+    with (
+        api.sync_playwright() as playwright,
+        playwright.chromium.launch(
+            executable_path=CHROMIUM, args=["--no-sandbox", "--disable-dev-shm-usage"]
+        ) as opened,
+    ):
+        yield opened
+
+
+@contextmanager
+def tab_of(browser: Any, page: Path) -> Iterator[Any]:
+    """A page in a browser, which has said nothing and asked for nothing but the file."""
+    said: list[str] = []
+    tab = browser.new_page(viewport={"width": 1000, "height": 800})
+    tab.on("console", lambda message: said.append(message.text))
+    tab.on("pageerror", lambda error: said.append(str(error)))
+    tab.on("request", lambda request: said.append(request.url))
+    tab.goto(page.as_uri())
+    yield tab
+    assert [url for url in said if not url.startswith("data:")] == [page.as_uri()]
+    tab.close()

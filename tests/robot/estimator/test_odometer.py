@@ -1,0 +1,35 @@
+"""Odometry of others as an estimate: theirs where they have it, the IMU's else."""
+
+import numpy as np
+
+from spikeport.robot.estimator.base import Fix
+from spikeport.robot.estimator.odometer import Odometer
+from spikeport.robot.estimator.torso import heading_rad, rotation
+from tests.helpers.arrivals import STANDING
+
+PLACE = np.array([1.0, 2.0, 0.9])
+
+
+def test_place_and_velocity_are_those_of_the_fix_in_the_frame_of_its_heading() -> None:
+    found = Odometer().reset(STANDING, Fix(PLACE, np.pi / 2, np.array([0.0, 0.5, 0.0])))
+    np.testing.assert_array_equal(found.base_position, PLACE)
+    np.testing.assert_allclose(found.base_linear_velocity, [0.5, 0, 0], atol=1e-12)
+    assert abs(heading_rad(rotation(found.base_quaternion)) - np.pi / 2) < 1e-12
+    np.testing.assert_array_equal(found.q, STANDING.q)
+
+
+def test_what_a_fix_has_not_is_as_it_was() -> None:
+    estimator = Odometer()
+    estimator.reset(STANDING, Fix(PLACE, 0.5, np.array([0.1, 0.0, 0.0])))
+    for fix in (None, Fix(PLACE)):
+        found = estimator.update(STANDING, fix)
+        np.testing.assert_array_equal(found.base_position, PLACE)
+        assert abs(np.linalg.norm(found.base_linear_velocity) - 0.1) < 1e-12
+        assert abs(heading_rad(rotation(found.base_quaternion)) - 0.5) < 1e-12
+
+
+def test_without_a_fix_it_begins_above_the_origin_at_rest() -> None:
+    found = Odometer().reset(STANDING)
+    assert found.base_position[:2].tolist() == [0, 0]
+    assert 0.9 < found.base_position[2] < 1.1
+    assert not found.base_linear_velocity.any()

@@ -1,0 +1,114 @@
+"""The motion switcher: a controller asks, a simulated robot answers, and nothing moves before."""
+
+import json
+from collections import defaultdict, deque
+
+import pytest
+
+from spikeport.errors import BackendError
+from spikeport.robot.link import motion_switcher
+from spikeport.robot.link.codec import Command, encode_command
+from spikeport.robot.link.h1 import DAMPING
+from spikeport.robot.link.messages import SWITCHER_REQUESTS, SWITCHER_RESPONSES, Topic
+from spikeport.robot.link.motion_switcher import UNKNOWN_FUNCTION, MotionSwitcher, SwitcherService
+from spikeport.robot.link.requests import Response, encode_response
+from spikeport.robot.link.robot import SimulatedRobot
+from spikeport.robot.link.settings import RobotSettings
+from spikeport.robot.link.sport_mode import CHECK_MODE, EMPTY, Answer
+from tests.helpers.fake_bus import Arrival
+
+
+class End:
+    """Reader and writer of a topic in one: what is written is read."""
+
+    def __init__(self, bus: "Exchange") -> None:
+        self.queue: deque[bytes] = deque()
+        self.bus = bus
+
+    def write(self, message: bytes) -> None:
+        self.queue.append(message)
+
+    def take(self, within_s: float = 0.0) -> list[Arrival]:
+        if within_s and self.bus.service is not None:
+            self.bus.service.serve()
+        found = [Arrival(message, 1) for message in self.queue]
+        self.queue.clear()
+        return found
+
+    @property
+    def n_readers(self) -> int:
+        return int(self.bus.service is not None)
+
+    @property
+    def writers(self) -> list[int]:
+        return [1] * self.n_readers
+
+
+class Exchange:
+    """A bus with a robot's motion switcher at its other end, or nobody."""
+
+    def __init__(self, robot: SimulatedRobot | None) -> None:
+        self.ends: defaultdict[Topic, End] = defaultdict(lambda: End(self))
+        self.service = None
+        self.service = None if robot is None else SwitcherService(self, robot)
+
+    def reader(self, topic: Topic, *, keeps_all: bool) -> End:
+        assert keeps_all
+        return self.ends[topic]
+
+    def writer(self, topic: Topic) -> End:
+        return self.ends[topic]
+
+
+@pytest.fixture(autouse=True)
+def _impatient(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("FOUND_S", "ANSWERS_S", "PAUSE_S"):
+        monkeypatch.setattr(motion_switcher, name, 0.02)
+
+
+def in_mode(mode: str) -> SimulatedRobot:
+    return SimulatedRobot(RobotSettings(hoist=True, sport_mode=mode))
+
+
+def test_a_mode_is_released_and_commands_count_only_then() -> None:
+    robot = in_mode("ai")
+    command = encode_command(Command(0, DAMPING))
+    assert robot.read(command, writer=1) is None
+    assert (robot.refusals.sport_mode, robot.waits) == (1, True)
+    assert robot.last_refusal == "mode 'ai' commands; release it first"
+    assert MotionSwitcher(Exchange(robot), required=True).release() == ["ai"]
+    assert robot.read(command, writer=2) is not None
+    robot.restart()
+    assert robot.sport_mode == "ai"
+
+
+def test_a_robot_without_a_mode_is_left_as_it_is() -> None:
+    assert MotionSwitcher(Exchange(in_mode("")), required=True).release() == []
+
+
+def test_without_a_switcher_a_simulation_goes_on_and_a_robot_does_not() -> None:
+    assert MotionSwitcher(Exchange(None), required=False).release() is None
+    with pytest.raises(BackendError, match=r"no motion switcher within 0\.02 s"):
+        MotionSwitcher(Exchange(None), required=True).release()
+
+
+def test_answers_of_others_and_damaged_ones_are_not_taken() -> None:
+    bus = Exchange(in_mode("ai"))
+    bus.ends[SWITCHER_RESPONSES].queue.extend(
+        [b"nonsense", encode_response(Response(1, CHECK_MODE, 0, '{"name": ""}'))]
+    )
+    bus.ends[SWITCHER_REQUESTS].queue.append(b"nonsense")
+    answer = MotionSwitcher(bus, required=True).ask(CHECK_MODE, EMPTY)
+    assert json.loads(answer.data) == {"form": "0", "name": "ai"}
+
+
+def test_a_switcher_that_is_silent_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    bus = Exchange(in_mode("ai"))
+    monkeypatch.setattr(bus.service, "serve", lambda: None)
+    with pytest.raises(BackendError, match=r"did not answer within 0\.02 s; is the robot up"):
+        MotionSwitcher(bus, required=True).release()
+
+
+def test_other_functions_are_answered_by_unitrees_error() -> None:
+    switcher = MotionSwitcher(Exchange(in_mode("ai")), required=True)
+    assert switcher.ask(1002, '{"name": "ai"}') == Answer(UNKNOWN_FUNCTION, "")

@@ -1,0 +1,157 @@
+"""The robot with a perturbation, beside the robot as it is."""
+
+import numpy as np
+import pytest
+
+from spikeport.robot.description import JOINTS
+from spikeport.robot.perturbation import NONE, Perturbation
+from spikeport.robot.perturbed_plant import PerturbedPlant
+from spikeport.robot.plant import Plant
+from spikeport.robot.state import in_plane
+
+
+def moved(plant, seed=3, steps=40):
+    """Let a robot stand while its arms are lifted; returns it."""
+    plant.reset(seed)
+    for step in range(steps):
+        plant.hold(JOINTS[11:], 0.01 * step)
+        plant.step()
+    return plant
+
+
+@pytest.fixture(scope="module")
+def plain():
+    return moved(Plant())
+
+
+def test_without_a_perturbation_it_moves_as_it_is_bit_for_bit(plain):
+    unperturbed = moved(PerturbedPlant(NONE))
+    np.testing.assert_array_equal(unperturbed.data.qpos, plain.data.qpos)
+    np.testing.assert_array_equal(unperturbed.data.qvel, plain.data.qvel)
+    for found, true in zip(unperturbed.state, plain.state, strict=True):
+        np.testing.assert_array_equal(found, true)
+    np.testing.assert_allclose(unperturbed.in_plane, plain.in_plane, atol=1e-12)
+    assert unperturbed.height_m == plain.height_m
+
+
+def test_a_run_depends_on_its_seed_alone():
+    asked = Perturbation(push=1.0, push_every=0.1, sensor_noise=1.0, terrain="relief:0.02")
+    plant = moved(PerturbedPlant(asked))
+    first = plant.data.qpos.copy(), plant.state
+    moved(plant, seed=4)
+    assert not np.array_equal(plant.data.qpos, first[0])
+    again = moved(plant)
+    np.testing.assert_array_equal(again.data.qpos, first[0])
+    np.testing.assert_array_equal(again.state.dq, first[1].dq)
+
+
+def test_an_observation_is_late():
+    late, now = moved(PerturbedPlant(Perturbation(observation_delay=0.02))), PerturbedPlant(NONE)
+    np.testing.assert_array_equal(late.state.q, moved(now, steps=36).state.q)
+    np.testing.assert_allclose(late.in_plane, in_plane(late.state))
+
+
+def test_a_command_is_late():
+    plant, now = PerturbedPlant(Perturbation(action_delay=0.015)), PerturbedPlant(NONE)
+    for each in (plant, now):
+        each.reset(3)
+    plant.hold(["left_elbow"], 1.5)
+    for _ in range(3):
+        plant.step()
+        now.step()
+    np.testing.assert_array_equal(plant.data.qpos, now.data.qpos)
+    plant.step()
+    now.step()
+    assert plant.data.qpos[-5] != now.data.qpos[-5]
+
+
+def test_a_push_changes_the_horizontal_velocity():
+    plant = PerturbedPlant(Perturbation(push=0.5, push_every=0.1))
+    plant.reset(0)
+    speeds = []
+    for _ in range(40):
+        plant.step()
+        speeds.append(np.linalg.norm(plant.data.qvel[:2]))
+    assert max(np.diff(speeds)) > 0.2
+
+
+def test_bodies_and_motors_are_altered(plain):
+    heavy = PerturbedPlant(Perturbation(mass=1.1, payload=5.0, com_x=0.04, strength=0.5)).model
+    own = plain.model
+    torso = own.body("torso_link").id
+    assert heavy.body_mass.sum() == pytest.approx(1.1 * own.body_mass.sum() + 5)
+    assert heavy.body_ipos[torso] == pytest.approx(own.body_ipos[torso] + [0.04, 0, 0])
+    np.testing.assert_allclose(heavy.body_inertia, 1.1 * own.body_inertia, rtol=1e-6)
+    np.testing.assert_allclose(heavy.actuator_forcerange, 0.5 * own.actuator_forcerange)
+
+
+def test_gains_and_friction_are_altered():
+    plant = PerturbedPlant(Perturbation(gains=0.8, friction=0.3))
+    assert plant.model.actuator_gainprm[JOINTS.index("left_knee"), 0] == pytest.approx(160)
+    plant.step()
+    assert plant.data.ncon
+    assert plant.data.contact.friction[0, 0] == pytest.approx(0.3)
+
+
+def test_unitrees_urdf_has_other_masses_and_ranges(plain):
+    model = PerturbedPlant(Perturbation(robot_model="urdf")).model
+    assert model.body_mass.sum() == pytest.approx(59.338)
+    right, left = model.body("right_knee_link"), model.body("left_knee_link")
+    assert right.mass[0] == left.mass[0] == pytest.approx(2.824)
+    assert right.ipos == pytest.approx(left.ipos * [1, -1, 1])
+    np.testing.assert_allclose(right.inertia, left.inertia)
+    assert model.joint("left_hip_pitch").range == pytest.approx([-3.14, 2.53])
+    assert model.joint("left_knee").range == pytest.approx(plain.model.joint("left_knee").range)
+
+
+@pytest.mark.parametrize("terrain", ["slope:6", "slope:6:90", "boxes:0.02", "relief:0.02"])
+def test_a_robot_stands_on_its_terrain(terrain):
+    plant = PerturbedPlant(Perturbation(terrain=terrain))
+    plant.reset(1)
+    assert plant._lowest_sole_m() == pytest.approx(0, abs=1e-9)
+    for _ in range(60):
+        plant.step()
+    assert 0.86 < plant.height_m < 1.0
+
+
+@pytest.mark.parametrize("estimator", ["leg-odometry", "ekf"])
+def test_an_estimator_takes_the_place_of_the_truth(estimator):
+    plant = moved(PerturbedPlant(Perturbation(estimator=estimator)))
+    true = plant.true_in_plane
+    assert not np.array_equal(plant.in_plane, true)
+    np.testing.assert_allclose(plant.in_plane, true, atol=0.1)
+
+
+FEET = """
+<mujoco>
+  <default>
+    <default class="foot1"><geom type="capsule" size=".014" fromto="-.035 0 -.056 .02 0 -.045"/>
+    </default>
+    <default class="foot2"><geom type="capsule" size=".014" fromto=".02 0 -.045 .115 0 -.056"/>
+    </default>
+    <default class="foot3"><geom type="capsule" size=".014" fromto=".14 -.03 -.056 .14 .03 -.056"/>
+    </default>
+  </default>
+  <worldbody>
+    <body name="left_ankle_link">
+      <geom class="foot1"/><geom class="foot2"/><geom class="foot3"/>
+    </body>
+    <body name="right_ankle_link">
+      <geom class="foot1"/><geom class="foot2"/><geom class="foot3"/>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+
+
+def test_menageries_feet_are_three_capsules(tmp_path, monkeypatch):
+    (tmp_path / "unitree_h1").mkdir()
+    (tmp_path / "unitree_h1" / "h1.xml").write_text(FEET)
+    monkeypatch.setenv("MENAGERIE_ROOT", str(tmp_path))
+    plant = PerturbedPlant(Perturbation(robot_model="menagerie"))
+    shapes = [plant.model.geom(f"left_{part}") for part in ("heel", "sole", "toe")]
+    assert [shape.size[0] for shape in shapes] == pytest.approx([0.014] * 3)
+    assert shapes[2].pos == pytest.approx([0.14, 0, -0.056])
+    for _ in range(60):
+        plant.step()
+    assert 0.86 < plant.height_m < 1.0

@@ -1,0 +1,68 @@
+"""Terrain: texts that name it, and heights that agree with what MuJoCo collides with."""
+
+import mujoco
+import numpy as np
+import pytest
+
+from spikeport.errors import UsageError
+from spikeport.robot.description import specified
+from spikeport.robot.terrain import Slope, Uneven, find_terrain
+
+EXPECTED = (
+    "no terrain; expected flat, slope:DEGREES, slope:DEGREES:SIDE, boxes:M or relief:M, as "
+    "boxes:0.01"
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("hills", EXPECTED),
+        ("boxes", EXPECTED),
+        ("boxes:-1", EXPECTED),
+        ("slope:nan", EXPECTED),
+        ("relief:a", EXPECTED),
+        ("flat:1", EXPECTED),
+        ("slope:40", "40 degrees, limit 30 degrees"),
+        ("boxes:1", "1 m, limit 0.3 m"),
+    ],
+)
+def test_what_names_no_terrain_is_refused(text, message):
+    with pytest.raises(UsageError) as caught:
+        find_terrain(text)
+    assert str(caught.value) == f"terrain={text}: {message}"
+
+
+def test_texts_name_terrain():
+    assert find_terrain("flat") == Slope()
+    assert find_terrain("slope:6:90") == Slope(np.radians(6), np.pi / 2)
+    assert find_terrain("relief:0.02") == Uneven(0.02, smooth=True)
+
+
+def hits(model, data, x, y):
+    """Heights at which rays from above meet the floor."""
+    geom, world = np.zeros(1, dtype=np.int32), np.array([1, 0, 0, 0, 0, 0], dtype=np.uint8)
+    down = np.array([0.0, 0.0, -1.0])
+    distances = [
+        mujoco.mj_ray(model, data, np.array([*place, 2.0]), down, world, 1, 1, geom)
+        for place in zip(x, y, strict=True)
+    ]
+    return 2.0 - np.array(distances)
+
+
+@pytest.mark.parametrize("text", ["slope:6:90", "slope:-3", "boxes:0.05", "relief:0.05"])
+def test_heights_are_those_of_the_model(text):
+    terrain, spec = find_terrain(text), specified()
+    terrain.lay(spec)
+    for geom in spec.geoms:  # nothing but the floor is in the way of rays
+        geom.group = 0 if geom.contype else 3
+    model = spec.compile()
+    laid = terrain.begin(model, np.random.RandomState(3))
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    x, y = np.random.RandomState(0).uniform(-4, 4, (2, 20))
+    # a relief's cells are two triangles each; between them it differs from what is interpolated
+    np.testing.assert_allclose(laid.height_m(x, y), hits(model, data, x, y), atol=0.002)
+    if text[0] in "br":
+        assert 0 <= laid.height_m(x, y).min() < laid.height_m(x, y).max() <= 0.05
+        assert laid.height_m(np.array([30.0]), np.array([0.0])) == 0

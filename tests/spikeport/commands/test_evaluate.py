@@ -1,0 +1,74 @@
+"""``spikeport evaluate``: its table, its picture, and what it refuses."""
+
+import json
+
+import pytest
+
+from spikeport.experiments.evaluate import run as evaluate_run
+from spikeport.experiments.evaluate.episode import run_episode
+from spikeport.experiments.sweep.run import Failure
+
+WALK = ("evaluate", "walk", "--backend", "analytic", "--seconds", "4")
+FILES = "figure.png, points, result.json, sweep.json, table.md"
+
+
+@pytest.fixture
+def here(monkeypatch):
+    """Episodes in this process, one after the other; those on boxes fail."""
+
+    def run(evaluation, folder, _scheduler, _n_workers, _progress):
+        missing = [point for point in evaluation.points() if not folder.holds(point)]
+        for point in missing:
+            if "terrain" not in point.place:
+                folder.write(point, run_episode(point, ""))
+        return [Failure(point, "no boxes") for point in missing if "terrain" in point.place]
+
+    monkeypatch.setattr(evaluate_run, "run", run)
+
+
+def test_an_evaluation_leaves_a_table_a_picture_and_every_episode(spikeport, here, tmp_path):
+    rows = ("--row", "strength=0.2", "--row", "terrain=boxes:0.01")
+    done = spikeport(*WALK, *rows, "--episodes", 2, "--out", tmp_path)
+    assert done.code == 1
+    assert "failed: terrain=boxes%3A0.01,seed=0: no boxes\n" in done.out
+    assert f"written: {tmp_path}/ ({FILES})\n" in done.out
+    result = json.loads((tmp_path / "result.json").read_text())
+    nominal, weak = result["rows"]
+    assert (nominal["row"], nominal["falls"], nominal["fell"]["n"]) == ("nominal", 0, 2)
+    assert nominal["speed_error_m_s"]["n"] == 2
+    assert (weak["row"], weak["falls"], weak["speed_error_m_s"]) == ("strength=0.2", 2, None)
+    table = (tmp_path / "table.md").read_text().splitlines()
+    assert table[2].startswith("| nominal | 0 of 2 | 0-66 % | 0.0")
+    assert table[3] == "| strength=0.2 | 2 of 2 | 34-100 % |" + " - |" * 11
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("evaluate", "reach"), "unknown experiment to evaluate 'reach'; there is: walk"),
+        ((*WALK, "--row", "push=x"), "--row push=x: expected a number"),
+        (
+            (*WALK, "--backend", "gpu"),
+            "unknown backend of walk 'gpu'; there is: analytic, board, "
+            "native, nengo-loihi, reference, replay",
+        ),
+        (
+            (*WALK, "--episodes", "100000", "--row", "push=1"),
+            "an evaluation of 200,000 episodes, limit 100,000; cure: fewer --row or --episodes",
+        ),
+    ],
+)
+def test_what_cannot_be_evaluated_is_refused(spikeport, here, tmp_path, arguments, message):
+    done = spikeport(*arguments, "--out", tmp_path / "out")
+    assert done == (2, "", f"error: {message}\n")
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.slow
+def test_workers_walk_the_episodes_and_one_that_is_there_goes_on(spikeport, tmp_path):
+    asked = (*WALK[:-1], "0.5", "--episodes", 1, "--row", "push=0.5", "--workers", 1)
+    assert spikeport(*asked, "--out", tmp_path).code == 0
+    written = {path: path.stat().st_mtime_ns for path in (tmp_path / "points").iterdir()}
+    assert len(written) == 2
+    assert spikeport(*asked, "--out", tmp_path).code == 0
+    assert {path: path.stat().st_mtime_ns for path in written} == written

@@ -1,0 +1,34 @@
+"""``spikeport view``: the page of a run's folder."""
+
+from spikeport.experiments import run_folder
+
+
+def test_a_page_is_written_into_the_folder_of_a_run(spikeport, tmp_path):
+    import xarray as xr
+
+    values = ("time", [1.0, 2.0], {"units": "V"})
+    run_folder.write_probes(tmp_path, xr.Dataset({"probe": values}, {"time": [0.0, 0.001]}))
+    run_folder.write_result(tmp_path, {"experiment": "simulate"})
+    done = spikeport("view", tmp_path)
+    assert (done.code, done.err) == (0, "")
+    assert done.out.startswith(f"written: {tmp_path / 'view.html'} (")
+    assert "simulate: " in (tmp_path / "view.html").read_text()
+    assert spikeport("view", tmp_path, "--out", tmp_path / "other.html").code == 0
+    assert (tmp_path / "other.html").is_file()
+
+
+def test_a_folder_without_a_run_is_refused(spikeport, tmp_path):
+    done = spikeport("view", tmp_path)
+    assert done.code == 2
+    assert done.err == f"error: {tmp_path / 'result.json'}: no such file\n"
+
+
+def test_damaged_time_series_are_refused(spikeport, tmp_path):
+    run_folder.write_result(tmp_path, {})
+    done = spikeport("view", tmp_path)
+    assert (done.code, done.out) == (2, "")
+    assert "no finished run; cure: " in done.err
+    (tmp_path / "probes.nc").write_bytes(b"CDF, or not")
+    done = spikeport("view", tmp_path)
+    assert (done.code, done.out) == (2, "")
+    assert done.err.startswith(f"error: {tmp_path / 'probes.nc'}: cannot be read (")

@@ -1,0 +1,47 @@
+"""Estimated velocities of training robots."""
+
+import numpy as np
+import pytest
+
+from spikeport.training.velocity_belief import EstimatorErrors, VelocityBelief
+
+N = 400
+FORWARD = np.tile([0.8, 0.0, 0.0], (N, 1))
+STILL = np.zeros((N, 3))
+
+
+def begun(**errors):
+    belief = VelocityBelief(N, EstimatorErrors(**errors), np.random.default_rng(0))
+    belief.restart(np.ones(N, bool))
+    return belief
+
+
+def test_without_errors_the_velocity_is_known():
+    belief = begun()
+    belief.update(FORWARD, STILL)
+    assert not belief.error.any()
+
+
+def test_leg_odometry_errs_by_the_feet_that_slip_and_by_its_filter():
+    belief, slip = begun(odometry=1.0), np.tile([0.2, 0.0, 0.0], (N, 1))
+    belief.update(FORWARD, STILL)
+    np.testing.assert_allclose(belief.error[:, 0], -0.8 * np.exp(-0.02 / 0.03))
+    for _ in range(50):
+        belief.update(FORWARD, slip)
+    np.testing.assert_allclose(belief.error, -slip, atol=1e-9)
+
+
+def test_others_are_off_by_a_factor_and_wander():
+    belief = begun(scale=0.2, wander_m_s=0.05)
+    for _ in range(100):
+        belief.update(FORWARD, STILL)
+    assert belief.error[:, 1].std() == pytest.approx(0.05, rel=0.15)
+    assert belief.error[:, 0].std() == pytest.approx(
+        np.hypot(0.8 * 0.2 / np.sqrt(3), 0.05), rel=0.15
+    )
+
+
+def test_a_share_has_leg_odometry():
+    belief = begun(odometry=0.3)
+    belief.update(FORWARD, STILL)
+    assert 0.2 < belief.error.any(axis=1).mean() < 0.4

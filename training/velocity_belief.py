@@ -1,0 +1,79 @@
+"""The velocity of its pelvis that a robot observes: no sensor has it, an estimator does.
+
+    leg odometry    b += s (v - u - b),    s = 1 - exp(-dt / 30 ms)
+    other           b = (1 + a) v + w,     w an Ornstein-Uhlenbeck process of 1 s
+
+u is the velocity of the lowest points of the feet, which leg odometry takes to stand still
+(`spikeport.robot.estimator.leg_odometry`); a and the kind of estimator are drawn for an episode.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from spikeport.arrays import Flags, Floats
+from spikeport.robot.walk_interface import CONTROL_DT_S
+
+FILTER_S, WANDER_S = 0.03, 1.0
+
+
+@dataclass(frozen=True)
+class EstimatorErrors:
+    """The errors of estimated velocities.
+
+    Attributes
+    ----------
+    odometry : float
+        Share of the robots that have leg odometry.
+    scale : float
+        Largest a of the others.
+    wander_m_s : float
+        Standard deviation of w, along each axis.
+    """
+
+    odometry: float = 0.0
+    scale: float = 0.0
+    wander_m_s: float = 0.0
+
+
+class VelocityBelief:
+    """The estimators of n robots.
+
+    Parameters
+    ----------
+    n : int
+        Number of robots.
+    errors : EstimatorErrors
+        Their errors.
+    rng : Generator
+        Draws kinds, scales and wandering.
+
+    Attributes
+    ----------
+    error : ndarray, (n, 3)
+        Estimate less velocity, in the pelvis frame, m/s.
+    """
+
+    def __init__(self, n: int, errors: EstimatorErrors, rng: np.random.Generator) -> None:
+        self._errors, self._rng = errors, rng
+        self.error, self._odometry, self._wander = np.zeros((3, n, 3))
+        self._scale = np.zeros((n, 1))
+        self._steps = np.zeros((n, 1), bool)
+
+    def restart(self, which: Flags) -> None:
+        """Draw the estimators of some robots, ``which (n,)``, which are at rest."""
+        k, errors, rng = int(np.count_nonzero(which)), self._errors, self._rng
+        self._steps[which] = rng.random((k, 1)) < errors.odometry
+        self._scale[which] = rng.uniform(-errors.scale, errors.scale, (k, 1))
+        self._wander[which] = errors.wander_m_s * rng.standard_normal((k, 3))
+        self._odometry[which], self.error[which] = 0.0, 0.0
+
+    def update(self, velocity: Floats, slip: Floats) -> None:
+        """Advance by one control step, with v and u in the pelvis frame, ``(n, 3)``."""
+        share = -np.expm1(-CONTROL_DT_S / FILTER_S)
+        self._odometry += share * (velocity - slip - self._odometry)
+        kept = np.exp(-CONTROL_DT_S / WANDER_S)
+        spread = self._errors.wander_m_s * np.sqrt(1 - kept**2)
+        self._wander = kept * self._wander + spread * self._rng.standard_normal(velocity.shape)
+        other = self._scale * velocity + self._wander
+        self.error = np.where(self._steps, self._odometry - velocity, other)
