@@ -16,7 +16,7 @@ from spikeport.compile.check.hints import filter_hints, image_hints, network_hin
 from spikeport.compile.check.lint import lint
 from spikeport.compile.check.memory import over_memory
 from spikeport.compile.check.offload import Offload
-from spikeport.compile.check.verify import verify, verify_settings, verify_size
+from spikeport.compile.check.verify import verify, verify_learning, verify_settings, verify_size
 from spikeport.compile.check.violation import DoesNotFitError, NothingOnChipError
 from spikeport.compile.ground.names import Names
 from spikeport.compile.ground.refusal import ArgumentError, RefusedError, collected_warnings
@@ -278,7 +278,9 @@ def _rewritten(network: nengo.Network, names: Names, run: PassRun, chip: ChipMod
 def _verified(image: ChipImage, target: ChipModel, floats: FloatBlocks) -> list[CoreUse]:
     """Return the use of every core, once all limits of the chip are found to be kept."""
     cores = core_uses(image, target)
-    if exceeded := [*verify(cores, target), *verify_settings(image, target)]:
+    exceeded = [*verify(cores, target), *verify_settings(image, target)]
+    exceeded += verify_learning(image, target)
+    if exceeded:
         raise DoesNotFitError(target.name, exceeded, _owners(image, floats))
     return cores
 
