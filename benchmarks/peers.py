@@ -209,8 +209,8 @@ def _rows(case: dict[str, Any]) -> Iterator[list[str]]:
             one["version"],
             f"{one['cpu_s'] / STEPS * 1e6:,.0f}",
             f"{case['events'] / one['cpu_s'] / 1e6:,.1f}",
-            f"{emulator:,.2f}x",
-            f"{native:,.3f}x",
+            f"{emulator:.3g}x",
+            f"{native:.2g}x",
             f"{one['spikes']:,}, {same}",
         ]
 

@@ -30,10 +30,10 @@ def test_the_fastest_comes_first_with_its_ratios_and_whether_spikes_are_equal() 
     lines = table(RESULTS).splitlines()
     assert lines[0] == "**Two neurons**"
     assert lines[4:8] == [
-        "| spikeport 1 | 100 | 100.0 | 100.00x | 1.000x | 30, equal, neuron by neuron |",
-        "| Nengo 4 | 1,000 | 10.0 | 10.00x | 0.100x | 31, others |",
-        "| nengo-loihi 1 | 10,000 | 1.0 | 1.00x | 0.010x | 30, equal, neuron by neuron |",
-        "| SANA-FE 2 | 20,000 | 0.5 | 0.50x | 0.005x | 30, equal in sum |",
+        "| spikeport 1 | 100 | 100.0 | 100x | 1x | 30, equal, neuron by neuron |",
+        "| Nengo 4 | 1,000 | 10.0 | 10x | 0.1x | 31, others |",
+        "| nengo-loihi 1 | 10,000 | 1.0 | 1x | 0.01x | 30, equal, neuron by neuron |",
+        "| SANA-FE 2 | 20,000 | 0.5 | 0.5x | 0.005x | 30, equal in sum |",
     ]
 
 
