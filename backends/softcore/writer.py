@@ -64,7 +64,8 @@ def written(image: ChipImage, unit: int | None = None) -> MemoryImage:
     table = RowTable(image, rows, unit)
     lists = _messages_of_sources(image, table)
     order = np.argsort(image.compartment_core, kind="stable")
-    cores, broken = [], []
+    cores: list[CoreMemory] = []
+    broken: list[str] = []
     for number, mine in enumerate(positions(image.compartment_core, image.n_cores)):
         core = _core(image, mine, [lists[i] for i in mine], table.words(number))
         cores.append(core)

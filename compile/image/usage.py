@@ -193,7 +193,7 @@ def _words(payload_bits: np.ndarray, layout: SynapseLayout) -> np.ndarray:
 
 def _group_bits(image: ChipImage, chip: ChipModel) -> list[int]:
     if chip.soft_memory is not None:
-        return soft_row_bits(image).tolist()
+        return list(map(int, soft_row_bits(image)))
     sizes, rows = np.diff(image.rows.start), itertools.pairwise(image.groups.row_start)
     return [
         list_bits(sizes[first:end], form, layout(chip))
