@@ -8,6 +8,7 @@ import pytest
 
 EVERYONE = {
     *("errors", "atomic", "arrays", "cache", "child", "constants", "fault_plan", "files"),
+    "function_identity",
     *("key_values", "neurons", "pacing", "progress", "reading", "table"),
 }
 FOLDERS: dict[str, set[str]] = {
