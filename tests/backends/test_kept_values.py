@@ -1,0 +1,64 @@
+"""Values come back as they were written, and nothing comes of a kind that is not known."""
+
+import nengo
+import numpy as np
+import pytest
+
+from spikeport.backends.kept_values import NotKeptError, Reader, Writer
+from spikeport.hardware_models.limits import Usage
+from spikeport.reading.mismatch import MismatchError
+
+SHARED = np.arange(6.0).reshape(2, 3)
+VALUES = [
+    None,
+    True,
+    3,
+    0.1,
+    "text",
+    [1, (2, "a")],
+    {"a": [1], 2: None},
+    slice(1, None, 2),
+    Usage("core 0", "compartments", 3, None, "compartments"),
+    nengo.Alpha(0.01),
+    nengo.LIF(tau_rc=0.03),
+]
+
+
+def back(value, spoil=lambda tree: tree):
+    writer = Writer({id(SHARED): ["called", 0]})
+    tree = spoil(writer.write(value))
+    reader = Reader(writer.arrays(tree))
+    reader.reference = lambda reference: SHARED if reference == ["called", 0] else None
+    return reader.read(reader.tree)
+
+
+@pytest.mark.parametrize("value", VALUES, ids=str)
+def test_a_value_comes_back(value):
+    found = back(value)
+    assert found == value
+    assert type(found) is type(value)
+
+
+@pytest.mark.parametrize("order", "CF")
+def test_an_array_comes_back_in_its_order(order):
+    array = np.array([[1, 2], [3, 4]], dtype="i2", order=order)
+    found = back([array, array])
+    np.testing.assert_array_equal(found[0], array, strict=True)
+    assert found[0].strides == array.strides
+    assert found[0] is found[1]
+
+
+def test_a_reference_is_the_object_itself():
+    assert back(SHARED) is SHARED
+
+
+@pytest.mark.parametrize("value", [object(), print, np.array([print]), nengo.PES(), {1, 2}])
+def test_what_is_not_known_is_not_written(value):
+    with pytest.raises(NotKeptError, match="has no form in a cache"):
+        back(value)
+
+
+@pytest.mark.parametrize("tree", [["call", "os.system"], ["frozen", ["os", "system"], {}]])
+def test_what_is_not_known_is_not_read(tree):
+    with pytest.raises(MismatchError):
+        back(None, spoil=lambda _: tree)
