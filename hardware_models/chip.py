@@ -7,7 +7,7 @@ import math
 from pathlib import Path
 from typing import Annotated
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import Field, StrictBool, ValidationInfo, field_validator
 
 from spikeport.errors import ChipFileError, unknown
 from spikeport.files import Line, Name, read_model
@@ -50,6 +50,21 @@ class SynapseMemory(Strictly):
     word: Bits
     list_header: Bits
     population_32_slots: Count
+
+
+class SoftMemory(Strictly):
+    """Blocks of memory that the soft cores of an FPGA share: each takes what its contents fill.
+
+        blocks of a core = core + ceil(out_axons out_axon / block) + ceil(synapse_bits / block)
+
+    Without ``core`` or ``out_axon`` the part lies in other memory. Synapses lie in rows of 16-bit
+    words, see ``hardware_models/softcore/walker.v``.
+    """
+
+    blocks: Count
+    block: Bits
+    core: Count | None = None
+    out_axon: Bits | None = None
 
 
 class Topology(Strictly):
@@ -106,6 +121,12 @@ class ChipModel(Strictly):
         What holds for every network; without a public mesh no hops are counted.
     synapse_memory : SynapseMemory or None
         Without a public layout, bits of weights and indices alone are counted.
+    soft_memory : SoftMemory or None
+        Memory that soft cores share; None of chips that are made.
+    clock : Figure or None
+        The time of a cycle, in s, where all times are cycles of one clock.
+    learns : bool
+        Whether synapses can learn on it.
     host_io : HostIo or None
         Without a published figure nobody knows whether host and chip keep up with real time.
     calibrations : tuple of EnergyCalibration
@@ -119,6 +140,9 @@ class ChipModel(Strictly):
     pipeline: Line = ""
     limits: Limits
     synapse_memory: SynapseMemory | None = None
+    soft_memory: SoftMemory | None = None
+    clock: Time | None = None
+    learns: StrictBool = True
     topology: Topology | None = None
     power: Powers = Powers()
     host_io: HostIo | None = None

@@ -52,8 +52,8 @@ class Figure(Strictly):
         One of ``UNITS``. Figures that belong to a `ChipModel` are in SI.
     source : str
         The publication or file the figure is from.
-    evidence : {"code", "transcribed", "abstract", "vendor", "thread"}
-        How the source was read.
+    evidence : {"code", "transcribed", "abstract", "vendor", "thread", "tool"}
+        How the source was read; ``"tool"``: a program's log, of a design of this project.
     note : str
         What else one must know to use the figure.
     """
@@ -61,7 +61,7 @@ class Figure(Strictly):
     value: NonNegative
     unit: Annotated[str, AfterValidator(_known_unit)]
     source: Name
-    evidence: Literal["code", "transcribed", "abstract", "vendor", "thread"]
+    evidence: Literal["code", "transcribed", "abstract", "vendor", "thread", "tool"]
     low: NonNegative | None = None
     high: NonNegative | None = None
     note: Line = ""

@@ -120,6 +120,31 @@ class PerCore(Limit):
         return None if figure is None else figure.count
 
 
+@dataclass(frozen=True)
+class SharedMemory(Limit):
+    """used = sum of the blocks of memory that cores take, limit = those of the board.
+
+    See `spikeport.hardware_models.chip.SoftMemory`.
+    """
+
+    resource: str = "memory_blocks"
+
+    def usages(self, cores: Sequence[CoreUse], chip: ChipModel) -> list[Usage]:
+        """See `Limit.usages`."""
+        return [self.total(cores, chip)]
+
+    def total(self, cores: Sequence[CoreUse], chip: ChipModel) -> Usage:
+        """See `Limit.total`."""
+        pool = chip.soft_memory
+        assert pool is not None  # without one there is no such limit
+        fixed = 0 if pool.core is None else pool.core.count
+        out_axon = 0 if pool.out_axon is None else pool.out_axon.count
+        filled = [(core.out_axons * out_axon, core.synapse_bits) for core in cores]
+        used = sum(fixed + sum(-(-bits // pool.block.count) for bits in both) for both in filled)
+        most = pool.blocks.count * chip.limits.chips.count
+        return Usage(chip.name, self.resource, used, most, "1")
+
+
 LIMITS: tuple[Limit, ...] = (
     Cores(),
     Chips(),
@@ -140,12 +165,17 @@ def n_cores(chip: ChipModel) -> int:
 
 def usages(cores: Sequence[CoreUse], chip: ChipModel) -> list[Usage]:
     """Use of every resource by every object, whether within its limit or not."""
-    return [usage for limit in LIMITS for usage in limit.usages(cores, chip)]
+    return [usage for limit in _limits(chip) for usage in limit.usages(cores, chip)]
 
 
 def totals(cores: Sequence[CoreUse], chip: ChipModel) -> dict[str, Usage]:
     """Use of every resource by all cores together, by resource."""
-    return {limit.resource: limit.total(cores, chip) for limit in LIMITS}
+    return {limit.resource: limit.total(cores, chip) for limit in _limits(chip)}
+
+
+def _limits(chip: ChipModel) -> tuple[Limit, ...]:
+    """Return the limits that a chip has; a pool of memory is one of few."""
+    return LIMITS if chip.soft_memory is None else (*LIMITS, SharedMemory())
 
 
 def limits_of_a_core(chip: ChipModel) -> dict[str, int | None]:

@@ -3,6 +3,8 @@
 import math
 from collections.abc import Sequence
 
+import numpy as np
+
 from spikeport.compile.check import rules
 from spikeport.compile.check.violation import Violation
 from spikeport.compile.image.chip_image import ChipImage
@@ -25,6 +27,17 @@ def verify_settings(image: ChipImage, chip: ChipModel) -> list[Violation]:
         for label, load in zip(image.cores, core_loads(image, chip), strict=True)
         for name, mask in zip(SHARED, load.profiles[len(PROFILES) :], strict=True)
         if name in CHECKED and mask.bit_count() > 1
+    ]
+
+
+def verify_learning(image: ChipImage, chip: ChipModel) -> list[Violation]:
+    """Return every core with synapses that learn, where the chip has no learning."""
+    if chip.learns:
+        return []
+    groups = np.bincount(image.group_core, image.learns, minlength=1)
+    return [
+        rules.get("SP109").broken(image.cores[core], f"{int(groups[core]):,} groups")
+        for core in np.flatnonzero(groups)
     ]
 
 

@@ -16,6 +16,7 @@ import numpy as np
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.deliveries import deliveries
 from spikeport.compile.image.manifest import Manifest
+from spikeport.compile.image.soft_rows import soft_row_bits
 from spikeport.compile.image.tables import positions
 from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.limits import CoreUse
@@ -62,7 +63,9 @@ def block_amounts(image: ChipImage, chip: ChipModel) -> np.ndarray:
     sizes = np.diff(image.blocks.start)
     in_axons = np.bincount(block, weights=np.diff(image.groups.axon_start), minlength=n)
     # The atom of a spike stands with its compartment, so one list serves all atoms.
-    slots = np.where(_share_lists(image), 0, out_slots(image, chip))
+    # A soft core has no populations: each compartment has a list of its own.
+    shared = False if chip.soft_memory is not None else _share_lists(image)
+    slots = np.where(shared, 0, out_slots(image, chip))
     out_axons = np.bincount(image.compartment_block, weights=slots, minlength=n)
     bits = np.bincount(block, weights=_group_bits(image, chip), minlength=n)
     return np.stack([sizes, in_axons, out_axons, bits], axis=1).astype(int)
@@ -189,6 +192,8 @@ def _words(payload_bits: np.ndarray, layout: SynapseLayout) -> np.ndarray:
 
 
 def _group_bits(image: ChipImage, chip: ChipModel) -> list[int]:
+    if chip.soft_memory is not None:
+        return list(map(int, soft_row_bits(image)))
     sizes, rows = np.diff(image.rows.start), itertools.pairwise(image.groups.row_start)
     return [
         list_bits(sizes[first:end], form, layout(chip))

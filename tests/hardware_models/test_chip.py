@@ -99,7 +99,7 @@ CORES = '[limits.cores]\nvalue = 128\nunit = "1"\nsource = "Davies 2018"\n'
             'evidence = "abstract"',
             'evidence = "hearsay"',
             "power.board_idle_w.evidence: "
-            "Input should be 'code', 'transcribed', 'abstract', 'vendor' or 'thread'",
+            "Input should be 'code', 'transcribed', 'abstract', 'vendor', 'thread' or 'tool'",
         ),
     ],
 )

@@ -1,5 +1,6 @@
 import pytest
 
+from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.limits import CoreUse, Usage, totals, usages
 
 EMPTY = CoreUse("empty", 0, 0, 0, 0, 0, 0, 0)
@@ -58,3 +59,23 @@ def test_a_limit_that_is_not_public_is_never_exceeded(chip):
     assert found["in_axons"] == Usage("over", "in_axons", 10**9, None, "1")
     assert not found["in_axons"].exceeded
     assert totals([OVER], partly)["in_axons"].limit is None
+
+
+def test_soft_cores_share_blocks_of_memory():
+    soft = chips.get("softcore-ecp5-85f")
+    pool = soft.soft_memory
+    core = EMPTY._replace(out_axons=2, synapse_bits=pool.block.count + 1)
+    assert totals([core, EMPTY], soft)["memory_blocks"].used == 2 * pool.core.count + 1 + 2
+    many = [core._replace(synapse_bits=100 * pool.block.count)] * 2
+    found = [usage for usage in usages(many, soft) if usage.exceeded]
+    assert [(usage.resource, usage.limit) for usage in found] == [
+        ("synapse_bits", 1048576),
+        ("synapse_bits", 1048576),
+        ("memory_blocks", pool.blocks.count),
+    ]
+
+
+def test_rows_may_have_memory_of_their_own():
+    soft = chips.get("softcore-up5k")
+    core = EMPTY._replace(out_axons=1000, synapse_bits=1)
+    assert totals([core], soft)["memory_blocks"] == Usage(soft.name, "memory_blocks", 1, 4, "1")

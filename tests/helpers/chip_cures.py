@@ -25,7 +25,7 @@ from spikeport.compile.pipeline import compile_network
 from spikeport.compile.report.budget import Budget
 from spikeport.hardware_models import chip as chips
 from tests.helpers.chip_files import chip_file
-from tests.helpers.cured import Case, Check, compiled, network_of
+from tests.helpers.cured import Case, Check, compiled, network_of, on_host
 
 
 def on(make: Callable[[], object], passes: str = "", **limits: int) -> Check:
@@ -139,6 +139,15 @@ def learning() -> None:
     dense((9,))
 
 
+def learning_on_host() -> None:
+    """The same, with what learns on the host."""
+    a, target = nengo.Ensemble(9, 1), nengo.Node(size_in=1)
+    on_host(a)
+    learned = nengo.Connection(a, target, learning_rule_type=nengo.PES())
+    nengo.Connection(target, learned.learning_rule)
+    dense((9,))
+
+
 def in_memory(n: int, size: int, memory_gb: float = 0.5) -> Check:
     """A check by the estimate for a chain of n ensembles, in so much memory."""
 
@@ -152,6 +161,7 @@ def in_memory(n: int, size: int, memory_gb: float = 0.5) -> Check:
 
 SMALL = {"out_axons": 20, "in_axons": 1000}
 INS = {"in_axons": 20}
+SOFT = "softcore-ecp5-85f"
 CASES = [
     Case(
         "SP101",
@@ -238,6 +248,12 @@ CASES = [
         (apart(partial(kinds, nengo.LIF(), nengo.LIF(min_voltage=-1))),),
     ),
     Case(
+        "SP109",
+        "keep what learns on the host with net.config[ensemble].on_chip = False",
+        compiled(learning, SOFT),
+        (compiled(learning_on_host, SOFT),),
+    ),
+    Case(
         "SP201",
         "use fewer or smaller ensembles or fewer decoded connections, or {parts} such boards",
         lambda: (
@@ -257,6 +273,16 @@ CASES = [
         "let the compiler fuse ensembles",
         on(partial(ensembles, [9] * 3), cores=2),
         (on(partial(ensembles, [9] * 3), "compact", cores=2),),
+    ),
+    Case(
+        "SP202",
+        "use fewer neurons or sparser connections, or a larger FPGA",
+        compiled(partial(dense, [300] * 2), "softcore-ecp5-25f"),
+        (
+            compiled(partial(dense, [150] * 2), "softcore-ecp5-25f"),
+            compiled(partial(dense, [300] * 2, kept=0.1), "softcore-ecp5-25f"),
+            compiled(partial(dense, [300] * 2), SOFT),
+        ),
     ),
     Case(
         "SP301",

@@ -44,6 +44,7 @@ IN_RUNS = {
 `test_draw`."""
 
 ELSEWHERE = {
+    "backends/softcore/simulation.py": "backends/softcore/test_chip.py",
     "spikeport/reading/archive.py": "networks/loading/test_archives.py",
     "networks/spa_selection.py": "networks/test_action_selection.py",
     "training/export.py": "training/test_networks.py",

@@ -40,7 +40,9 @@ def make():
 """
 
 
-PATTERNS = [f"**/*.{end}" for end in ("py", "toml", "xml", "npz", "md", "h", "cpp")] + ["py.typed"]
+PATTERNS = [f"**/*.{end}" for end in ("py", "toml", "xml", "npz", "md", "h", "cpp", "v")] + [
+    "py.typed"
+]
 
 
 def names(wheel):

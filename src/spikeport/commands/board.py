@@ -48,10 +48,22 @@ def _nxsdk(image: ChipImage, seed: int) -> CountingChip:
     return NxsdkChip(image, seed, real_half, _say_of_board)
 
 
+def _rtl(image: ChipImage, seed: int) -> CountingChip:
+    from spikeport.backends.softcore.chip import RtlChip
+
+    return RtlChip(image, seed, _say_of_board)
+
+
 def _need_gcc() -> None:
     from spikeport.backends.board.nxsdk.compiled import require_gcc
 
     require_gcc()
+
+
+def _need_verilator() -> None:
+    from spikeport.backends.softcore.verilated import require_verilator
+
+    require_verilator()
 
 
 def _need_nxsdk() -> None:
@@ -60,20 +72,27 @@ def _need_nxsdk() -> None:
     require_nxsdk()
 
 
-MACHINES = {"native": _native, "nengo-loihi": _nengo_loihi, "snips": _snips, "nxsdk": _nxsdk}
-NEEDS = {"snips": _need_gcc, "nxsdk": _need_nxsdk}
+MACHINES = {
+    "native": _native,
+    "nengo-loihi": _nengo_loihi,
+    "snips": _snips,
+    "nxsdk": _nxsdk,
+    "rtl": _rtl,
+}
+NEEDS = {"snips": _need_gcc, "nxsdk": _need_nxsdk, "rtl": _need_verilator}
 """What looks for the programs that a machine cannot do without, before a host comes."""
 
 
 def serve(request: BoardService, tls: Tls) -> None:
     """Be a board until the process is ended; its socket goes with it."""
-    if request.machine not in MACHINES:
-        raise unknown("machine", request.machine, MACHINES)
-    if request.machine in NEEDS:
-        NEEDS[request.machine]()
+    name = "rtl" if request.rtl else request.machine
+    if name not in MACHINES:
+        raise unknown("machine", name, MACHINES)
+    if name in NEEDS:
+        NEEDS[name]()
     service = Service(
         address=Address.parse(request.listen),
-        machine=Machine(request.machine, MACHINES[request.machine]),
+        machine=Machine(name, MACHINES[name]),
         certificates=certificates(tls),
         allow_remote=request.allow_remote,
         faults=[FAULTS.parse(text) for text in request.fault],

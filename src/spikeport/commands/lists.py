@@ -54,11 +54,14 @@ def _figures(chip: ChipModel) -> Iterator[tuple[str, Figure]]:
     """Every figure of a chip that is known, with what it is a figure of."""
     groups: list[tuple[str, BaseModel]] = [("", chip.limits), ("", chip.power)]
     groups += [] if chip.host_io is None else [("host I/O: ", chip.host_io)]
+    groups += [] if chip.soft_memory is None else [("shared memory: ", chip.soft_memory)]
     for calibration in chip.calibrations:
         groups += [
             (f"{calibration.name}: energy of ", calibration.energies),
             (f"{calibration.name}: time of ", calibration.times),
         ]
+    if chip.clock is not None:
+        yield "clock", chip.clock
     for prefix, group in groups:
         for name in type(group).model_fields:
             if (figure := getattr(group, name)) is not None:

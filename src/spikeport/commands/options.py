@@ -209,8 +209,11 @@ class BoardService:
 
     listen: Annotated[str, typer.Option(metavar="ADDRESS", help="unix:PATH or tcp://HOST:PORT.")]
     machine: Annotated[
-        str, typer.Option("--machine", help="The chip: native, nengo-loihi, snips or nxsdk.")
+        str, typer.Option("--machine", help="The chip: native, nengo-loihi, snips, nxsdk or rtl.")
     ] = "native"
+    rtl: Annotated[
+        bool, typer.Option("--rtl", help="The soft core in Verilator: --machine rtl.")
+    ] = False
     fault: FaultsOption
     once: Annotated[bool, typer.Option("--once", help="End after one session.")] = False
     idle: Annotated[

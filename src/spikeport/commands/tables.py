@@ -93,6 +93,9 @@ def _cost_rows(
     yield "step time, mean", taken.mean.format()
     longest = f"{taken.worst.format()}, {taken.against_dt}"
     yield "step time, longest", f"{longest} (core {activity.cores.index(taken.limiting_core)})"
+    if chip.clock is not None:
+        mean, most = (one.value / chip.clock.value for one in (taken.mean, taken.worst))
+        yield "cycles, mean and longest", f"{mean:,.0f} and {most:,.0f}"
     if chips_used(len(activity.cores), chip) > 1:
         time = taken.between_chips.format() if taken.between_chips else NO_FIGURE
         yield "between chips", f"{_between_chips(spent, activity):,.1f} messages / step: {time}"

@@ -4,12 +4,13 @@ import nengo
 import numpy as np
 import pytest
 
-from spikeport.compile.check.verify import verify, verify_settings, verify_size
+from spikeport.compile.check.verify import verify, verify_learning, verify_settings, verify_size
 from spikeport.compile.check.violation import DoesNotFitError, Violation
 from spikeport.compile.pipeline import compile_network
 from spikeport.errors import CompileError
 from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.limits import CoreUse
+from tests.helpers.images import Group, Parts
 
 
 def refusal(network: nengo.Network, passes: str = "") -> DoesNotFitError:
@@ -147,3 +148,12 @@ def test_a_network_with_more_compartments_than_the_chip_has_is_refused_unbuilt()
     (violation,) = verify_size(128 * 1024 + 1, chip)
     assert violation[:5] == ("SP201", "cores", "loihi", "at least 129", "128")
     assert violation.cure.endswith("or 2 such boards")
+
+
+def test_a_chip_without_learning_refuses_what_learns() -> None:
+    learning = Parts(groups=[Group([[64]], learning=(1,) * 7), Group([[64]])]).image()
+    assert verify_learning(learning, chips.get("loihi")) == []
+    assert [str(one) for one in verify_learning(learning, chips.get("softcore-ecp5-85f"))] == [
+        "block 0: SP109 learning synapses: 1 groups, limit none; cure: keep what learns on the "
+        "host with net.config[ensemble].on_chip = False"
+    ]

@@ -24,7 +24,11 @@ def test_a_machine_that_is_none_is_refused() -> None:
 
 @pytest.mark.parametrize(
     ("machine", "reason"),
-    [("nxsdk", "no NxSDK is installed here"), ("snips", "no gcc is installed")],
+    [
+        ("nxsdk", "no NxSDK is installed here"),
+        ("snips", "no gcc is installed"),
+        ("rtl", "no verilator is installed"),
+    ],
 )
 def test_a_machine_that_lacks_a_program_is_refused_before_a_host_comes(
     machine: str, reason: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
@@ -34,6 +38,15 @@ def test_a_machine_that_lacks_a_program_is_refused_before_a_host_comes(
     with pytest.raises(MissingExtraError, match=reason):
         serve(request, Tls())
     assert list(tmp_path.iterdir()) == []
+
+
+def test_rtl_is_a_machine_with_a_name_of_its_own(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))
+    request = BoardService(listen="unix:x", rtl=True, fault=[])
+    with pytest.raises(MissingExtraError, match="no verilator is installed"):
+        serve(request, Tls())
 
 
 def recorded(path: Path, faults: tuple[str, ...] = ()) -> None:

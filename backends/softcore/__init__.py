@@ -1,0 +1,1 @@
+"""The soft core: its memories, written from an image, and the core itself in Verilator."""

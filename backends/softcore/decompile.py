@@ -1,0 +1,118 @@
+"""The integers of a memory image, and those of an image, in one form that can be compared.
+
+A memory image does not keep blocks, groups, axons and atoms apart. The same in both, and all that a
+step computes with, are the constants of each compartment, the bounds of its voltage, and what a
+spike of each source adds to each compartment, modulo 2^22.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy import sparse
+
+from spikeport.backends.native.contacts import contacts_of, pairs_of
+from spikeport.backends.native.rows import rows_of
+from spikeport.backends.softcore.memory import (
+    ROW_BITS,
+    SUM_BITS,
+    VALUE_BITS,
+    CoreMemory,
+    MemoryImage,
+    wrapped,
+)
+from spikeport.backends.softcore.rows import decoded
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.tables import ranges
+
+
+class Integers(NamedTuple):
+    """The integers that a step computes with, compartments in the image's order."""
+
+    constants: np.ndarray
+    """bias, decay_u, decay_v, vth, refract_delay, vmin and vmax, (7, n_compartments)."""
+    weights: sparse.csr_array
+    """Sums of what a spike of a source adds, wrapped to 22 bits, (n_sources, n_compartments)."""
+
+
+def of_image(image: ChipImage) -> Integers:
+    """Return the integers of an image."""
+    block, c = image.compartment_block, image.compartments
+    constants = [c.bias, c.decay_u, c.decay_v, c.vth, c.refract_delay]
+    constants += [image.blocks.vmin[block], image.blocks.vmax[block]]
+    rows, contacts, pairs = rows_of(image), contacts_of(image), pairs_of(image)
+    used = contacts.used[pairs.contact]
+    source, contact = pairs.source[used], pairs.contact[used]
+    row = contacts.row[contact]
+    sizes = np.diff(rows.start)[row]
+    places = ranges(rows.start[row], sizes)
+    targets = rows.indices[places] + np.repeat(contacts.first[contact], sizes)
+    weights = rows.weights[places]
+    shape = image.n_sources, image.n_compartments
+    return Integers(np.stack(constants), _summed(np.repeat(source, sizes), targets, weights, shape))
+
+
+def of_memory(memory: MemoryImage) -> Integers:
+    """Return the integers of a memory image."""
+    n = len(memory.order)
+    messages = [*_messages_of_compartments(memory), *_messages_of_host(memory)]
+    sources, targets, weights = [], [], []
+    for source, core, row in messages:
+        local, added = decoded(memory.cores[core].rows, row, memory.unit)
+        targets.append(memory.order[memory.first[core] + local])
+        weights.append(added)
+        sources.append(np.full(len(local), source))
+    nothing = [np.zeros(0, dtype=np.int64)]
+    of, to, sizes = (np.concatenate(nothing + one) for one in (sources, targets, weights))
+    shape = n + len(memory.host_start) - 1, n
+    constants = np.empty((7, n), dtype=np.int64)
+    constants[:, memory.order] = np.concatenate([_constants(c) for c in memory.cores], axis=1)
+    return Integers(constants, _summed(of, to, sizes, shape))
+
+
+def _messages_of_compartments(memory: MemoryImage) -> list[tuple[int, int, int]]:
+    """Return source, core and row of every message that a compartment sends."""
+    found, mask = [], (1 << memory.core_bits) - 1
+    for first, core in zip(memory.first, memory.cores, strict=True):
+        for local, word in enumerate(core.constants.tolist()):
+            at, more = word >> 32 & 0xFFF, bool(word >> 44)
+            while more:
+                axon = int(core.axons[at])
+                row = axon & ((1 << ROW_BITS) - 1)
+                found.append((int(memory.order[first + local]), axon >> ROW_BITS & mask, row))
+                at, more = at + 1, not axon >> (ROW_BITS + memory.core_bits)
+    return found
+
+
+def _messages_of_host(memory: MemoryImage) -> list[tuple[int, int, int]]:
+    sources = np.repeat(np.arange(len(memory.host_start) - 1), np.diff(memory.host_start))
+    return [
+        (len(memory.order) + source, core, row)
+        for source, (core, row) in zip(sources.tolist(), memory.host_messages.tolist(), strict=True)
+    ]
+
+
+def _constants(core: CoreMemory) -> np.ndarray:
+    words = core.constants.astype(np.int64)
+    profile = core.profiles.astype(np.int64)[words >> 24 & 31]
+    voltages = np.full(len(words), core.voltages, dtype=np.int64)
+    return np.stack(
+        [
+            wrapped(words, VALUE_BITS),
+            4095 - (profile & 0xFFF),
+            4096 - (profile >> 12 & 0x1FFF),
+            wrapped(core.thresholds[words >> 29 & 7], VALUE_BITS),
+            profile >> 25,
+            wrapped(voltages >> VALUE_BITS, VALUE_BITS),
+            wrapped(voltages, VALUE_BITS),
+        ]
+    )
+
+
+def _summed(
+    sources: np.ndarray, targets: np.ndarray, weights: np.ndarray, shape: tuple[int, int]
+) -> sparse.csr_array:
+    """Return the sums of weights from source to target, wrapped, without those that are zero."""
+    sums = sparse.coo_array((weights.astype(np.int64), (sources, targets)), shape=shape).tocsr()
+    sums.data = wrapped(sums.data, SUM_BITS)
+    sums.eliminate_zeros()
+    return sums

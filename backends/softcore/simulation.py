@@ -1,0 +1,116 @@
+"""Soft cores in Verilator, loaded with a memory image."""
+
+import ctypes
+from typing import NamedTuple
+
+import numpy as np
+
+from spikeport.backends.softcore.memory import MemoryImage
+from spikeport.backends.softcore.verilated import Build, library
+from spikeport.errors import BackendError
+
+STATE = ("u", "v", "q", "refractory", "spiked")
+MOST_CYCLES = 1 << 26
+"""Cycles after which a step is given up."""
+
+
+class Stepped(NamedTuple):
+    """A step of the cores.
+
+    Attributes
+    ----------
+    cycles : int
+        Cycles from its begin until nothing is under way.
+    weights : (n_cores,) array
+        Weights that were added on each core, those of value 0 on the way to others included.
+    messages : int
+        Messages that the bus moved.
+    """
+
+    cycles: int
+    weights: np.ndarray
+    messages: int
+
+
+class Simulation:
+    """Soft cores with the contents of a memory image, at rest.
+
+    Parameters
+    ----------
+    memory : MemoryImage
+        What the host writes.
+    build : Build, optional
+        Another chip than that with as many cores as are used.
+
+    Attributes
+    ----------
+    state : (n_compartments, 5) array
+        u, v, q, refractory steps and spike of each compartment after a step, core by core.
+    """
+
+    def __init__(self, memory: MemoryImage, build: Build | None = None) -> None:
+        n_cores = len(memory.cores)
+        build = build or Build(n_cores, memory.unit)
+        self._library = library(build)
+        self._library.softcore_open.restype = ctypes.c_void_p
+        self._library.softcore_step.restype = ctypes.c_int64
+        self.state = np.zeros((len(memory.order), len(STATE)), dtype=np.int32)
+        self._counts = np.zeros(build.cores + 1, dtype=np.uint32)
+        self._n_cores = n_cores
+        first = np.zeros(build.cores, dtype=np.uint32)
+        first[:n_cores] = memory.first
+        opened = self._library.softcore_open(_pointer(first), build.cores)
+        self._opened: ctypes.c_void_p | None = ctypes.c_void_p(opened)
+        entries = np.ascontiguousarray(memory.entries())
+        self._library.softcore_write(self._opened, _pointer(entries), len(entries))
+        unused = np.array([[core, 5, 0, 0, 0] for core in range(n_cores, build.cores)], np.uint32)
+        self._library.softcore_write(self._opened, _pointer(unused), len(unused))
+        for _ in range(2):  # banks of sums
+            self._step(np.zeros((0, 2), dtype=np.uint32), clear=True)
+        self.state[:] = 0
+
+    def step(self, messages: np.ndarray) -> Stepped:
+        """Take a step, with the host's messages, which arrive in the next one.
+
+        Parameters
+        ----------
+        messages : (n, 2) int array
+            Core and row.
+
+        Raises
+        ------
+        BackendError
+            If the step does not end.
+        """
+        return self._step(np.ascontiguousarray(messages, dtype=np.uint32), clear=False)
+
+    def _step(self, messages: np.ndarray, clear: bool) -> Stepped:
+        cycles = self._library.softcore_step(
+            self._opened,
+            int(clear),
+            _pointer(messages),
+            len(messages),
+            _pointer(self.state),
+            _pointer(self._counts),
+            MOST_CYCLES,
+        )
+        if cycles < 0:
+            raise BackendError(f"a step of the soft core did not end in {MOST_CYCLES:,} cycles")
+        return Stepped(cycles, self._counts[: self._n_cores].copy(), int(self._counts[-1]))
+
+    def read(self, core: int, compartment: int) -> tuple[int, int, int]:
+        """Return u, v and spike of a compartment of a core, by the chip's own port."""
+        held = np.zeros(3, dtype=np.int32)
+        self._library.softcore_read(self._opened, core, compartment, _pointer(held))
+        u, v, spike = held.tolist()
+        return u, v, spike
+
+    def close(self) -> None:
+        """Free the simulation; it cannot step any more."""
+        if self._opened is not None:
+            self._library.softcore_close(self._opened)
+            self._opened = None
+
+
+def _pointer(array: np.ndarray) -> ctypes.c_void_p:
+    return array.ctypes.data_as(ctypes.c_void_p)

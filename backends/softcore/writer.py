@@ -1,0 +1,214 @@
+"""Image -> memory image: what the host writes into soft cores, or every rule that is broken."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from spikeport.backends.native.contacts import contacts_of, pairs_of
+from spikeport.backends.native.rows import KernelRows, rows_of
+from spikeport.backends.softcore.memory import (
+    AXONS,
+    DELAY_BITS,
+    LOG_COMPARTMENTS,
+    PROFILES,
+    ROW_BITS,
+    ROW_WORDS,
+    THRESHOLDS,
+    VALUE_BITS,
+    CoreMemory,
+    MemoryImage,
+    core_bits,
+)
+from spikeport.backends.softcore.rows import encoded
+from spikeport.compile.check import rules
+from spikeport.compile.check.verify import verify_learning
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.soft_rows import WORD_BITS
+from spikeport.compile.image.tables import offsets, positions
+from spikeport.errors import BackendError
+from spikeport.hardware_models import chip as chips
+
+MODEL = "softcore-ecp5-85f"
+"""A chip of soft cores: what these lack, all of them lack."""
+MOST_UNIT = 6
+"""Weights that nengo-loihi discretised are multiples of 2^6."""
+
+
+class Message(NamedTuple):
+    """The row that a spike adds, and its core."""
+
+    core: int
+    row: int
+
+
+def written(image: ChipImage, unit: int | None = None) -> MemoryImage:
+    """Return the memory image of an image; the same image gives the same one.
+
+    Parameters
+    ----------
+    image : ChipImage
+        The image.
+    unit : int, optional
+        Sums are in units of 2^unit; by default as large as the weights allow, at most 2^6.
+
+    Raises
+    ------
+    BackendError
+        If the image breaks a rule of the soft core; names all that it breaks.
+    """
+    image = image.checked
+    _refuse(_unheld(image))
+    rows = rows_of(image)
+    unit = min(rows.common_shift, MOST_UNIT) if unit is None else unit
+    table = RowTable(image, rows, unit)
+    lists = _messages_of_sources(image, table)
+    order = np.argsort(image.compartment_core, kind="stable")
+    cores: list[CoreMemory] = []
+    broken: list[str] = []
+    for number, mine in enumerate(positions(image.compartment_core, image.n_cores)):
+        core = _core(image, mine, [lists[i] for i in mine], table.words(number))
+        cores.append(core)
+        broken += _too_large(image.cores[number], core)
+    _refuse(broken)
+    host = lists[image.n_compartments :]
+    messages = np.array([m for one in host for m in one], dtype=np.int64).reshape(-1, 2)
+    return MemoryImage(tuple(cores), offsets(map(len, host)), messages, order, unit)
+
+
+class RowTable:
+    """The rows of all cores: equal rows of a core are stored once.
+
+    Parameters
+    ----------
+    image : ChipImage
+        The image.
+    rows : KernelRows
+        Its rows.
+    unit : int
+        The unit of sums.
+    """
+
+    def __init__(self, image: ChipImage, rows: KernelRows, unit: int) -> None:
+        self._rows, self._unit = rows, unit
+        self._contacts = contacts_of(image)
+        self._words: list[list[np.ndarray]] = [[] for _ in range(image.n_cores)]
+        self._known: list[dict[bytes, int]] = [{} for _ in range(image.n_cores)]
+        self._sizes = [0] * image.n_cores
+        order = np.argsort(image.compartment_core, kind="stable")
+        starts = offsets(np.bincount(image.compartment_core, minlength=image.n_cores))
+        self._local = np.empty(image.n_compartments, dtype=np.int64)
+        self._local[order] = np.arange(len(order)) - starts[image.compartment_core[order]]
+
+    def messages(self, contact: int) -> list[Message]:
+        """Return the messages of a spike along a contact: one for each part of its weights."""
+        if not self._contacts.used[contact]:
+            return []
+        core, number = int(self._contacts.core[contact]), self._contacts.row[contact]
+        begin, end = self._rows.start[number], self._rows.start[number + 1]
+        first = int(self._local[self._contacts.first[contact]]) if end > begin else 0
+        parts = encoded(
+            first, self._rows.indices[begin:end], self._rows.weights[begin:end], self._unit
+        )
+        return [Message(core, self._address(core, part)) for part in parts]
+
+    def _address(self, core: int, words: np.ndarray) -> int:
+        known, key = self._known[core], words.tobytes()
+        if key not in known:
+            known[key] = self._sizes[core]
+            self._words[core].append(words)
+            self._sizes[core] += len(words)
+        return known[key]
+
+    def words(self, core: int) -> np.ndarray:
+        """Return the words of a core's rows."""
+        parts = self._words[core]
+        return np.concatenate(parts).astype(np.uint64) if parts else np.zeros(0, dtype=np.uint64)
+
+
+def _messages_of_sources(image: ChipImage, table: RowTable) -> list[list[Message]]:
+    """Return the messages of a spike of each source: compartments, then those of the host."""
+    pairs = pairs_of(image)
+    of_contact = {k: table.messages(k) for k in np.unique(pairs.contact).tolist()}
+    lists: list[list[Message]] = [[] for _ in range(image.n_sources)]
+    for source, contact in zip(pairs.source.tolist(), pairs.contact.tolist(), strict=True):
+        lists[source] += of_contact[contact]
+    return lists
+
+
+def _core(
+    image: ChipImage, mine: np.ndarray, lists: Sequence[Sequence[Message]], rows: np.ndarray
+) -> CoreMemory:
+    """Return the memories of a core with these compartments."""
+    constants = image.compartments
+    keep_u, keep_v = 4095 - constants.decay_u[mine], 4096 - constants.decay_v[mine]
+    packed = constants.refract_delay[mine] << 25 | keep_v << 12 | keep_u
+    profiles, profile = np.unique(packed, return_inverse=True)
+    thresholds, threshold = np.unique(constants.vth[mine], return_inverse=True)
+    bits = core_bits(image.n_cores) + ROW_BITS
+    sizes = np.array([len(one) for one in lists], dtype=np.int64)
+    axons = np.array([m.core << ROW_BITS | m.row for one in lists for m in one], dtype=np.int64)
+    axons[np.cumsum(sizes)[sizes > 0] - 1] |= 1 << bits
+    block = image.compartment_block[mine[:1]]
+    voltages = _field(image.blocks.vmin[block]) << VALUE_BITS | _field(image.blocks.vmax[block])
+    words = (sizes > 0).astype(np.int64) << 44
+    words |= (np.cumsum(sizes) - sizes) << 32
+    words |= threshold.astype(np.int64) << 29 | profile.astype(np.int64) << 24
+    words |= _field(constants.bias[mine])
+    contents = (words, axons, rows, profiles, _field(thresholds), voltages)
+    return CoreMemory(*(np.asarray(one).astype(np.uint64) for one in contents))
+
+
+def _field(values: np.ndarray) -> np.ndarray:
+    """Return values as fields of 24 bits."""
+    return values.astype(np.int64) & ((1 << VALUE_BITS) - 1)
+
+
+def _unheld(image: ChipImage) -> Iterator[str]:
+    """Yield what a soft core cannot do or hold of an image, whatever its size."""
+    if image.compartments.enable_noise.any():
+        yield (
+            f"{int(image.compartments.enable_noise.sum()):,} compartments have noise, and a soft "
+            "core has no random numbers; cure: run it on native"
+        )
+    yield from map(str, verify_learning(image, chips.get(MODEL)))
+    voltages = np.stack([image.blocks.vmin, image.blocks.vmax], axis=1)
+    for core, name in enumerate(image.cores):
+        n = len(np.unique(voltages[image.blocks.core == core], axis=0))
+        if n > 1:
+            yield str(rules.get("SP108").broken(name, f"{n} of clipping"))
+    yield from _out_of_range(image)
+
+
+def _out_of_range(image: ChipImage) -> Iterator[str]:
+    half = 1 << (VALUE_BITS - 1)
+    constants, blocks = image.compartments, image.blocks
+    for name, values, low, high in (
+        ("bias", constants.bias, -half, half - 1),
+        ("threshold", constants.vth, -half, half - 1),
+        ("vmin", blocks.vmin, -half, half - 1),
+        ("vmax", blocks.vmax, -half, half - 1),
+        ("refractory delay", constants.refract_delay, 0, (1 << DELAY_BITS) - 1),
+    ):
+        outside = values[(values < low) | (values > high)]
+        if len(outside):
+            yield f"{name} {outside[0]:,}: registers hold {low:,} to {high:,}; cure: scale it"
+
+
+def _too_large(name: str, core: CoreMemory) -> Iterator[str]:
+    """Yield the memories of a core that are too small."""
+    for rule, used, limit in (
+        ("SP103", len(core.constants), 1 << LOG_COMPARTMENTS),
+        ("SP101", len(core.axons), AXONS),
+        ("SP104", WORD_BITS * len(core.rows), WORD_BITS * ROW_WORDS),
+        ("SP105", len(core.profiles), PROFILES),
+        ("SP106", len(core.thresholds), THRESHOLDS),
+    ):
+        if used > limit:
+            parts = -(-used // limit)
+            yield str(rules.get(rule).broken(name, f"{used:,}", f"{limit:,}", parts=parts))
+
+
+def _refuse(reasons: Iterable[str]) -> None:
+    if broken := "\n".join(f"  {one}" for one in reasons):
+        raise BackendError(f"the soft core cannot hold the image:\n{broken}")

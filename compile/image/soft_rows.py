@@ -1,0 +1,63 @@
+"""The room that rows of weights take in a soft core, before they are written.
+
+A row has two words of 16 bits as a header, then a word for each weight, or one for two weights
+where hardly any target is left out; see ``hardware_models/softcore/walker.v``. Weights of zero are
+left out, and such as need more than 8 bits are split into several rows.
+"""
+
+import numpy as np
+
+from spikeport.compile.image.chip_image import ChipImage
+
+WORD_BITS, HEADER_WORDS = 16, 2
+DENSE_MOST = 1.3
+"""A row is stored without gaps if that takes at most so many entries for each weight: an entry is a
+cycle, and takes half the memory of one with a gap."""
+MOST_GAP = 255
+WEIGHT_BITS, DIGIT_BITS = 8, 7
+"""Bits of a weight, and those that a row leaves to another one where its weights need more."""
+
+
+def soft_row_bits(image: ChipImage) -> np.ndarray:
+    """Return the bits of each group's rows, (n_groups,): no less than the writer takes.
+
+    Equal rows of a core are stored once; here this is known of axons with the same row and base.
+    """
+    words = _row_words(image)
+    group = np.repeat(np.arange(len(image.groups)), np.diff(image.groups.axon_start))
+    row = image.groups.row_start[group] + image.in_axons.row
+    used = image.in_axons.base >= 0
+    distinct = np.unique(np.stack([group, row, image.in_axons.base])[:, used], axis=1)
+    bits = WORD_BITS * words[distinct[1]]
+    return np.bincount(distinct[0], bits, minlength=len(image.groups)).astype(np.int64)
+
+
+def _row_words(image: ChipImage) -> np.ndarray:
+    """Return the words of each row, all its atoms together, (n_rows,)."""
+    weight, index = image.synapses.weight, image.synapses.index.astype(np.int64)
+    atoms = image.rows.atoms
+    sizes = np.repeat(np.diff(image.rows.start) // atoms, atoms)
+    part = np.repeat(np.arange(len(sizes)), sizes)  # of each weight: its row and atom
+    kept = np.flatnonzero(weight)
+    part, index, weight = part[kept], index[kept], weight[kept].astype(np.int64)
+    n, union, size = (np.zeros(len(sizes), dtype=np.int64) for _ in range(3))
+    first, last = np.full(len(sizes), np.iinfo(np.int64).max), np.full(len(sizes), -1)
+    np.add.at(n, part, 1)
+    np.bitwise_or.at(union, part, weight)
+    np.maximum.at(size, part, np.where(weight < 0, -weight - 1, weight))
+    np.minimum.at(first, part, index)
+    np.maximum.at(last, part, index)
+    span = last - first + 1
+    dense, sparse = -(-span // 2), n + span // MOST_GAP
+    words = HEADER_WORDS + np.where(span <= DENSE_MOST * n, dense, sparse)
+    words *= np.where(n > 0, _digits(size, union), 0)
+    row = np.repeat(np.arange(len(atoms)), atoms)
+    return np.bincount(row, words, minlength=len(atoms)).astype(np.int64)
+
+
+def _digits(size: np.ndarray, union: np.ndarray) -> np.ndarray:
+    """Return the rows that weights are split into, by their largest size and the bits they have."""
+    zeros = np.log2(np.maximum(union & -union, 1)).astype(np.int64)
+    bits = np.ceil(np.log2((size >> zeros) + 1.0)).astype(np.int64) + 1
+    digits: np.ndarray = 1 + np.maximum(-(-(bits - WEIGHT_BITS) // DIGIT_BITS), 0)
+    return digits

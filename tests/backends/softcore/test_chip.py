@@ -1,0 +1,92 @@
+"""The Verilog beside the native chip, every state of every compartment after every step."""
+
+import shutil
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from spikeport.backends.board.board import Board, Machine
+from spikeport.backends.board.chip import BoardChip
+from spikeport.backends.native.chip import NativeChip
+from spikeport.backends.softcore.chip import RtlChip
+from spikeport.backends.softcore.simulation import Simulation
+from spikeport.backends.softcore.writer import written
+from spikeport.compile.image.chip_image import ChipImage
+from tests.helpers.fake_board import FakeClock, FakeLine, small_image, spike_train
+from tests.helpers.side_by_side import random_spikes
+from tests.helpers.soft_images import BUILD, soft_images, wide_image
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(shutil.which("verilator") is None, reason="no verilator: make referees"),
+]
+
+
+def assert_same(image: ChipImage, steps: list[np.ndarray]) -> RtlChip:
+    """Every state and every output of all steps is the native chip's."""
+    chip, native = RtlChip(image, 0, build=BUILD), NativeChip(image, 0)
+    for spikes in steps:
+        outputs = zip(chip.step(spikes, {}), native.step(spikes, {}), strict=True)
+        for found, expected in outputs:
+            np.testing.assert_array_equal(found, expected)
+        assert chip.differing == {}
+    chip.close()
+    return chip
+
+
+@settings(
+    max_examples=10,
+    derandomize=True,
+    deadline=None,
+    database=None,
+    suppress_health_check=[HealthCheck.too_slow],
+)
+@given(image=soft_images(), seed=st.integers(0, 2**32 - 1))
+def test_any_image_has_the_native_states(image: ChipImage, seed: int) -> None:
+    assert_same(image, random_spikes(image, 20, seed))
+
+
+def test_wide_rows_and_queues_that_are_full() -> None:
+    """All nine sources of the host spike at once, each to three blocks, into queues of four."""
+    image = wide_image(2)
+    steps = [np.repeat(np.arange(9), 3)] * 10 + random_spikes(image, 30, 1)
+    chip = assert_same(image, steps)
+    assert chip.worst_cycles > 3000
+
+
+def test_a_session_says_what_it_compared() -> None:
+    said: list[str] = []
+    machine = Machine("rtl", lambda image, seed: RtlChip(image, seed, said.append, BUILD))
+    line = FakeLine(Board(machine), FakeClock(), ())
+    chip, native = BoardChip(small_image(), 0, line), NativeChip(small_image(), 0)
+    for spikes in spike_train(200):
+        for found, expected in zip(chip.step(spikes, {}), native.step(spikes, {}), strict=True):
+            np.testing.assert_array_equal(found, expected)
+    np.testing.assert_array_equal(chip.activity().messages, native.activity().messages)
+    chip.close()
+    nothing = "u 0, v 0, q 0, refractory 0, spiked 0"
+    assert said[2] == f"5,000 states compared in 200 steps; differing: {nothing}"
+    assert said[3].startswith("cycles a step: ")
+
+
+@pytest.fixture
+def simulation() -> Iterator[Simulation]:
+    made = Simulation(written(small_image(), unit=0), BUILD)
+    yield made
+    made.close()
+
+
+def test_a_weight_that_is_wrong_is_found(simulation: Simulation) -> None:
+    native, memory = NativeChip(small_image(), 0), written(small_image(), unit=0)
+    for _ in range(2):
+        simulation.step(memory.messages(np.array([0])))
+        native.step(np.array([1, 2]), {})  # two spikes in place of one
+    assert native.state.q[:3].tolist() == [128, -128, 256]
+    assert simulation.state[:3, 2].tolist() == [64, -64, 128]
+
+
+def test_a_step_of_nothing_takes_as_long_as_its_largest_core(simulation: Simulation) -> None:
+    assert simulation.step(np.zeros((0, 2))).cycles < 3 + 20

@@ -1,0 +1,45 @@
+"""Bounded proofs of the queue, the bus and the barrier: all that can happen in 14 cycles."""
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from spikeport.backends.softcore.verilated import FOLDER, sources
+
+CYCLES = 14
+SCRIPT = "prep -top {top} -flatten; memory_map; opt; dffunmap; opt; sat -verify -prove-asserts -seq"
+
+pytestmark = pytest.mark.skipif(shutil.which("yosys") is None, reason="no yosys: make referees")
+
+
+def proved(top: str, folder: Path, change: tuple[str, str] = ("", "")) -> bool:
+    """Return whether all assertions hold, after a change to the core's Verilog."""
+    names = {path.name: path for path in sources()}
+    text = "".join(names[name].read_text() for name in ("queue.v", "bus.v", "barrier.v"))
+    assert change[0] in text
+    (folder / "core.v").write_text(text.replace(*change) if change[0] else text)
+    read = f"read_verilog -formal core.v {FOLDER / 'formal' / top}.v"
+    script = f"{read}; {SCRIPT.format(top=top)} {CYCLES}"
+    done = subprocess.run(["yosys", "-q", "-p", script], cwd=folder, capture_output=True, text=True)
+    assert not done.returncode or "proof did fail" in done.stdout + done.stderr
+    return done.returncode == 0
+
+
+@pytest.mark.parametrize("top", ["queue_order", "quiet_stays"])
+def test_it_holds(top: str, tmp_path: Path) -> None:
+    assert proved(top, tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("top", "change"),
+    [
+        ("queue_order", ("assign ready = !held[LOG_DEPTH];", "assign ready = 1'b1;")),
+        ("queue_order", ("seen <= written;", "seen <= written + 1'b1;")),
+        ("quiet_stays", (" & bus_empty & !go;", " & !go;")),
+        ("quiet_stays", ("wire free = !valid | moved;", "wire free = 1'b1;")),
+    ],
+)
+def test_a_fault_is_found(top: str, change: tuple[str, str], tmp_path: Path) -> None:
+    assert not proved(top, tmp_path, change)

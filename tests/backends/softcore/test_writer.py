@@ -1,0 +1,77 @@
+"""The writer: an image always gives the same words, and what a core cannot hold is refused."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+
+from spikeport.backends.softcore.writer import written
+from spikeport.errors import BackendError
+from tests.helpers.fake_board import small_image
+from tests.helpers.images import Block, Group, Parts, Route
+from tests.helpers.soft_images import wide_image
+
+
+def test_the_same_image_gives_the_same_digest() -> None:
+    assert written(wide_image(3)).digest == written(wide_image(3)).digest
+    assert written(wide_image(3)).digest != written(wide_image(4)).digest
+    assert written(small_image()).digest[:16] == "2f27d9c58d3b8766"
+
+
+def test_sums_are_in_the_units_of_the_weights() -> None:
+    assert written(small_image()).unit == 6
+    assert written(small_image(), unit=0).unit == 0
+
+
+def sparse_rows(n: int) -> Group:
+    """Return n different rows of 340 weights, each two words more."""
+    rng = np.random.RandomState(0)
+    weights = rng.randint(1, 100, (n, 1, 340))
+    return Group(list(weights), [np.arange(0, 1020, 3)[np.newaxis]] * n)
+
+
+def parts(block: Block, groups: Sequence[Group] = (), routes: Sequence[Route] = ()) -> Parts:
+    return Parts(blocks=[block], groups=list(groups), inputs=[200], routes=list(routes))
+
+
+@pytest.mark.parametrize(
+    ("refused", "reason"),
+    [
+        (
+            parts(Block(enable_noise=1)),
+            "1 compartments have noise, and a soft core has no random numbers",
+        ),
+        (
+            parts(Block(n=2), [Group([[64, 64]], learning=(1, 1, 1, 1, 1, 1, 1))]),
+            "SP109 learning synapses: 1 groups, limit none",
+        ),
+        (parts(Block(bias=2**23)), "bias 8,388,608: registers hold -8,388,608 to 8,388,607"),
+        (parts(Block(refract_delay=64)), "refractory delay 64: registers hold 0 to 63"),
+        (parts(Block(vmin=-(2**30))), "vmin -1,073,741,824: registers hold"),
+        (parts(Block(n=1025)), "SP103 compartments: 1,025, limit 1,024"),
+        (parts(Block(n=40, decay_u=range(40))), "SP105 compartment-profiles: 40, limit 32"),
+        (parts(Block(n=9, vth=range(9))), "SP106 threshold-profiles: 9, limit 8"),
+        (
+            parts(Block(n=1020), [sparse_rows(200)], [Route(range(200), input=0)]),
+            "SP104 synapse-bits: 1,094,400, limit 1,048,576",
+        ),
+        (
+            Parts(
+                blocks=[Block(n=1000)],
+                groups=[Group([[64]])],
+                routes=[Route([0] * 1000, block=0) for _ in range(5)],
+            ),
+            "SP101 out-axons: 5,000, limit 4,096",
+        ),
+    ],
+)
+def test_what_a_core_cannot_hold_is_refused_by_rule(refused: Parts, reason: str) -> None:
+    with pytest.raises(BackendError, match="the soft core cannot hold the image") as caught:
+        written(refused.image())
+    assert reason in str(caught.value)
+
+
+def test_blocks_of_a_core_share_their_bounds() -> None:
+    image = Parts(blocks=[Block(vmin=-5), Block(vmin=-6)]).image()
+    with pytest.raises(BackendError, match="SP108 shared settings: 2 of clipping, limit 1"):
+        written(image)
