@@ -11,7 +11,8 @@ from nengo.base import NengoObject
 
 from spikeport.backends.chip import Chip, Joinable, Joined
 from spikeport.backends.decoding import Decoder, OutputRecording
-from spikeport.backends.host_program import HostProgram, host_program
+from spikeport.backends.host_program import HostProgram
+from spikeport.backends.kept import program_of
 from spikeport.backends.tape import Flattener, PooledSignals
 from spikeport.compile.ground.rewrite import Built
 from spikeport.compile.image.tables import offsets, part
@@ -35,7 +36,7 @@ class HostLoop:
     """
 
     def __init__(self, compilation: Compilation, chip: Chip, seed: int) -> None:
-        image, program = compilation.image, host_program(compilation.model)
+        image, program = compilation.image, program_of(compilation)
         self.compilation = compilation
         self._chip = chip
         self._host = nengo.Simulator(
@@ -52,7 +53,8 @@ class HostLoop:
         }
         self._flatten(program)
         first = offsets(image.inputs.size)
-        self._events = [(first[i], one) for i, one in compilation.blocks.floats.events.items()]
+        self._events = [(first[i], one) for i, one in program.events.items()]
+        self._params = program.params
         self._n_steps = 0
         self._joined = self._join()
 
@@ -134,7 +136,7 @@ class HostLoop:
         """Return the built parameters; see `spikeport.backends.execution.Execution.built`."""
         if obj in self.compilation.built:
             return self.compilation.built[obj]
-        params = self.compilation.model.params
+        params = self._params
         return params[obj] if obj in params else self._host.model.params[obj]
 
     def clear_probes(self) -> None:

@@ -1,14 +1,21 @@
 """The part of a compiled network that stays on the host."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
 import nengo
+from nengo.base import NengoObject
+
+from spikeport.compile.ground.rewrite import Built
+from spikeport.compile.pipeline import Compilation
 
 if TYPE_CHECKING:
     from nengo_loihi.block import Synapse
     from nengo_loihi.builder import Model
     from nengo_loihi.builder.inputs import PESModulatoryTarget
+
+    from spikeport.compile.loihi.events import EventSteps
 
 
 class HostPort(NamedTuple):
@@ -30,7 +37,8 @@ class HostProgram:
     ``model`` is Nengo's built model. ``senders`` collect the spikes of each input,
     ``error_senders`` the errors of groups that learn; ``receivers`` pairs outputs, by number,
     with the processes that take their values; ``probes`` maps probes of on-chip objects to the
-    output they record.
+    output they record, ``params`` objects of the network to what Nengo built of them; ``events``
+    has the spikes of inputs that are read from files, by number.
     """
 
     model: nengo.builder.Model
@@ -38,10 +46,13 @@ class HostProgram:
     error_senders: tuple[HostPort, ...]
     receivers: tuple[tuple[int, nengo.Process], ...]
     probes: dict[nengo.Probe, int]
+    params: Mapping[NengoObject, Built] = field(default_factory=dict)
+    events: Mapping[int, "EventSteps"] = field(default_factory=dict)
 
 
-def host_program(model: "Model") -> HostProgram:
-    """Collect the host side of a model that nengo-loihi has built."""
+def host_program(compilation: Compilation) -> HostProgram:
+    """Collect the host side of a network that nengo-loihi has built."""
+    model = compilation.model
     outputs = {id(probe): i for i, probe in enumerate(model.probes)}
     node_of = {id(model.spike_targets[r]): s for s, r in model.host2chip_senders.items()}
     synapses = [s for block in model.blocks for s in block.synapses if s.learning]
@@ -63,6 +74,8 @@ def host_program(model: "Model") -> HostProgram:
             for probe, node in model.chip2host_receivers.items()
         ),
         probes={probe: outputs[id(model.objs[probe]["out"])] for probe in on_chip},
+        params=model.params,
+        events=compilation.blocks.floats.events,
     )
 
 

@@ -12,9 +12,11 @@ from spikeport.backends.board.link import OWN_STUB, LinkOptions, on_board, repla
 from spikeport.backends.chip import Chip
 from spikeport.backends.execution import Execution
 from spikeport.backends.host_loop import HostLoop
+from spikeport.backends.kept import Asked, compiled
 from spikeport.backends.nengo_loihi import NengoLoihiChip
 from spikeport.backends.reference import Reference, fused
 from spikeport.backends.step_log import LogOptions
+from spikeport.cache import NOTHING, Cache
 from spikeport.compile.check.violation import NothingOnChipError
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.loihi.build_settings import AS_USUAL, BuildSettings
@@ -30,7 +32,7 @@ class Source(NamedTuple):
     """A network, the arguments of `spikeport.compile.pipeline.compile_network`, and of its run.
 
     ``counts`` is a folder for the counts of every step, see `spikeport.backends.step_log.StepLog`;
-    ``link`` is the way to a board.
+    ``link`` is the way to a board; compiles are kept in ``cache``.
     """
 
     network: nengo.Network
@@ -42,9 +44,17 @@ class Source(NamedTuple):
     settings: BuildSettings = AS_USUAL
     progress: Progress = silent
     link: LinkOptions = OWN_STUB
+    cache: Cache = NOTHING
 
     def compiled(self) -> Compilation:
-        """Compile the network."""
+        """Return the compile that is kept, else compile the network."""
+        chip = chips.get(str(self.chip))
+        passes = chip.pipeline if self.pipeline is None else self.pipeline
+        pipeline = parse(passes) if isinstance(passes, str) else passes
+        asked = Asked(self.network, chip, self.dt_s, pipeline, self.settings, self.offload)
+        return compiled(asked, self.cache, self._compile)
+
+    def _compile(self) -> Compilation:
         return compile_network(
             self.network,
             self.chip,
@@ -77,12 +87,12 @@ def _on(load: Callable[[ChipImage, int, LogOptions, LinkOptions], Chip]) -> Open
 
     def open_source(source: Source, seed: int, compilation: Compilation | None) -> Execution:
         try:
-            compiled = compilation or source.compiled()
+            found = compilation or source.compiled()
         except NothingOnChipError as nothing:
             warnings.warn(nothing.verdict, stacklevel=4)  # the caller of Simulator or its reset
             return _without_chip(source, seed, None)
-        log = LogOptions(compiled.report.chip, source.counts)
-        return HostLoop(compiled, load(compiled.image, seed, log, source.link), seed)
+        log = LogOptions(found.report.chip, source.counts)
+        return HostLoop(found, load(found.image, seed, log, source.link), seed)
 
     return open_source
 

@@ -1,6 +1,6 @@
 """Energy of runs on the chip beside that of computers for the same controllers.
 
-    spikeport run walk --set path=paper --out walk      # and any other runs
+    spikeport run walk --set path=loop --out walk      # and any other runs
     OPENBLAS_NUM_THREADS=1 python benchmarks/computers.py walk [...] [--into docs/costs.md]
 
 Times of the controllers in NumPy are CPU times of this machine. Its power is read from RAPL where

@@ -141,14 +141,17 @@ def _run(python: str, script: str, folder: Path, *more: str) -> dict[str, Any]:
     result = folder / "result.json"
     result.unlink(missing_ok=True)
     command = [python, "-W", "ignore", SCRIPTS / f"run_{script}.py", folder / "traffic.npz", result]
-    done = subprocess.run(
-        [*map(str, command), *more],
-        env={**os.environ, **ONE_THREAD},
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        timeout=TIMEOUT_S,
-    )
+    try:
+        done = subprocess.run(
+            [*map(str, command), *more],
+            env={**os.environ, **ONE_THREAD},
+            cwd=folder,
+            capture_output=True,
+            text=True,
+            timeout=TIMEOUT_S,
+        )
+    except subprocess.TimeoutExpired:
+        return {"failed": f"took more than {TIMEOUT_S} s"}
     if done.returncode or not result.exists():
         return {"failed": (done.stderr.strip().splitlines() or ["no reason"])[-1]}
     found: dict[str, Any] = json.loads(result.read_text(encoding="utf-8"))
@@ -206,8 +209,8 @@ def _rows(case: dict[str, Any]) -> Iterator[list[str]]:
             one["version"],
             f"{one['cpu_s'] / STEPS * 1e6:,.0f}",
             f"{case['events'] / one['cpu_s'] / 1e6:,.1f}",
-            f"{emulator:,.2f}x",
-            f"{native:,.3f}x",
+            f"{emulator:.3g}x",
+            f"{native:.2g}x",
             f"{one['spikes']:,}, {same}",
         ]
 

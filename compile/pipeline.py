@@ -1,7 +1,8 @@
 """Network -> passes -> blocks -> passes -> image -> passes -> verified, with a report."""
 
+import functools
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from numbers import Real
 from pathlib import Path
@@ -57,12 +58,13 @@ RULES, BUILD, ROUND, VERIFY = "checking rules", "building blocks", "rounding", "
 class Compilation:
     """A compiled network: the image, the report on it, and the blocks it was made of.
 
-    ``stand_ins`` and ``built`` are those of `spikeport.compile.ground.rewrite.Rewrite`.
+    ``make_blocks`` returns the blocks, ``stand_ins`` and ``built`` are those of
+    `spikeport.compile.ground.rewrite.Rewrite`.
     """
 
     image: ChipImage
     report: Report
-    blocks: IntegerBlocks
+    make_blocks: Callable[[], IntegerBlocks]
     stand_ins: Mapping[nengo.Probe, nengo.Probe] = field(default_factory=dict)
     built: Mapping[NengoObject, Built] = field(default_factory=dict)
 
@@ -77,6 +79,11 @@ class Compilation:
     def _repr_html_(self) -> str:
         """Return the report as a notebook shows it."""
         return self.report._repr_html_()
+
+    @functools.cached_property
+    def blocks(self) -> IntegerBlocks:
+        """The blocks that the image was made of; those of a kept compile are made anew."""
+        return self.make_blocks()
 
     @property
     def model(self) -> "Model":
@@ -211,7 +218,7 @@ def _compiled(job: Job) -> Compilation:
         ),
         host=host_traffic(image),
     )
-    return Compilation(image, report, blocks, rewrite.stand_ins, rewrite.built)
+    return Compilation(image, report, lambda: blocks, rewrite.stand_ins, rewrite.built)
 
 
 def _built(rewrite: Rewrite, job: Job, run: PassRun) -> FloatBlocks:

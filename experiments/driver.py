@@ -109,6 +109,7 @@ def prepare(trial: Trial[K, R]) -> Ready[K]:
         counts=options.counts,
         progress=options.progress,
         link=options.link,
+        cache=options.cache,
     )
     return Ready(closed, sim)
 

@@ -63,16 +63,17 @@ def _whole(obj: NengoObject | ObjView | Neurons) -> NengoObject:
     return whole.ensemble if isinstance(whole, Neurons) else whole
 
 
-def overview_figure(network: HumanoidNetwork) -> Figure:
-    """Draw a humanoid's parts, their neurons and how they are wired."""
-    parts = {name: getattr(network, name) for name in PLACES if name != ROBOT}
+def overview_figure(network: nengo.Network) -> Figure:
+    """Draw the parts of the humanoid in a network, their neurons and how they are wired."""
+    (humanoid,) = (one for one in network.all_networks if isinstance(one, HumanoidNetwork))
+    parts = {name: getattr(humanoid, name) for name in PLACES if name != ROBOT}
     figure = Figure(figsize=(12, 9))
     axes = figure.add_axes((0, 0, 1, 1))
     axes.set(xlim=(0, 1), ylim=(0, 1))
     axes.axis("off")
     heights = {name: _draw_part(axes, name, populations(part)) for name, part in parts.items()}
     heights[ROBOT] = _draw_part(axes, ROBOT, {})
-    for pre, post in arrows(network, parts):
+    for pre, post in arrows(humanoid, parts):
         _draw_arrow(axes, heights, (pre, post), "-")
     for part in ("arm", "follower", "policy"):
         _draw_arrow(axes, heights, (ROBOT, part), "--")

@@ -25,9 +25,9 @@ from spikeport.robot.link.wire import MessageError
 if TYPE_CHECKING:
     from spikeport.robot.link.bus import Bus
 
-FOUND_S = 2.0
+FOUND_S = 5.0
 """Time in which a switcher must be found, once its robot was."""
-ANSWERS_S = 3.0
+ANSWERS_S = 10.0
 """Time in which it must answer."""
 PAUSE_S = 1.0
 """Time that a robot has to leave its mode, before it is checked again."""

@@ -13,6 +13,7 @@ import numpy as np
 from spikeport.robot.engine import mujoco
 from spikeport.robot.estimator.base import Fix
 from spikeport.robot.link.client import RobotClient
+from spikeport.robot.link.codec import TICK_S
 from spikeport.robot.link.motion import Motion
 from spikeport.robot.link.settings import RobotSettings
 from spikeport.robot.link.signals import MotorCommands
@@ -77,7 +78,7 @@ class LinkedPlant(Plant):
         hoist = Fix(self.data.qpos[:3].copy(), 0.0) if self._anchored_at_reset else None
         self._motion = self._estimator(hoist)
         self._observed = self._robot.first()
-        self._begun_tick = self._observed.tick
+        self._begun_tick = self._observed.asks
         self._show()
         self._history.clear()
         self._history.record(self.data)
@@ -128,7 +129,7 @@ class LinkedPlant(Plant):
         state, data = self._motion(self._observed), self.data
         data.qpos[:] = np.concatenate((state.base_position, state.base_quaternion, state.q))
         data.qvel[:] = np.concatenate((np.zeros(3), state.base_angular_velocity, state.dq))
-        data.time = 0.001 * (self._observed.tick - self._begun_tick)
+        data.time = TICK_S * (self._observed.asks - self._begun_tick)
         rotation = np.empty(9)
         mujoco.mju_quat2Mat(rotation, data.qpos[3:7])
         data.qvel[:3] = rotation.reshape(3, 3) @ state.base_linear_velocity

@@ -190,8 +190,7 @@ def serve_real_time(
     Time stands still until the first command: a robot on its feet would fall while it waits.
     """
     deadlines = Deadlines(1 / service.robot.rate_hz, SystemClock())
-    steps_a_look = max(1, round(SLICE_S * service.robot.rate_hz))
-    step = 0
+    looked_s = time.monotonic()
     while True:
         deadlines.begin()
         for arrival in interface.commands.take():
@@ -202,8 +201,8 @@ def serve_real_time(
             robot.step()
         truth = robot.truth() if service.truth else None
         interface.publish(Published(robot.state(), truth, robot.odometry()))
-        step += 1
-        if step % steps_a_look == 0:
+        if time.monotonic() - looked_s >= SLICE_S:
+            looked_s = time.monotonic()
             attendant.look()
             if robot.is_left(interface.commands.writers):
                 robot.forget_writer()

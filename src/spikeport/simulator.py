@@ -24,6 +24,7 @@ from spikeport.backends.board.link import OWN_STUB, LinkOptions
 from spikeport.backends.execution import Execution
 from spikeport.backends.sampling import sampled
 from spikeport.backends.step_log import counts_files
+from spikeport.cache import NOTHING, Cache
 from spikeport.compile.ground.refusal import ArgumentError
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.passes.pipeline import Pipeline
@@ -74,6 +75,8 @@ class Simulator:
     link : LinkOptions, optional
         The way to a board, for the backends ``"board"`` and ``"replay"``; by default a board's
         stub in simulated time.
+    cache : Cache
+        Compiles are kept there, as in `spikeport.cache.of_user()`; by default nowhere.
 
     Attributes
     ----------
@@ -112,6 +115,7 @@ class Simulator:
         hardware_options: Mapping[str, object] | None = None,
         progress: Progress = silent,
         link: LinkOptions = OWN_STUB,
+        cache: Cache = NOTHING,
     ) -> None:
         check_arguments(network, chip, dt, pipeline)
         migration.check_target(target, backend)
@@ -128,6 +132,7 @@ class Simulator:
             migration.build_settings(model, dt, remove_passthrough),
             progress,
             link,
+            cache,
         )
         self._open = functools.partial(registry.get(backend).open, source)
         self._probes = network.all_probes

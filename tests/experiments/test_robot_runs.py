@@ -69,6 +69,17 @@ def test_a_walk_is_the_same_in_one_process_and_in_two() -> None:
 
 
 @pytest.mark.slow
+def test_a_walk_on_odometry_with_faulty_states_is_the_same_in_one_process_and_in_two() -> None:
+    faults = ["state-delay=10:1", "state-loss:0.1", "state-reorder:0.1"]
+    asked = ("walk", "analytic", "inline", 0.5, "", faults, "odometer")
+    inline = run(*asked)
+    assert inline["states"] < inline["steps"] == 100
+    assert 0.01 < max(inline["estimator"]["velocity_error_m_s"]) < 0.05
+    stub = in_namespace(run, *(one if one != "inline" else "stub" for one in asked))
+    assert stub == inline
+
+
+@pytest.mark.slow
 def test_a_walk_on_an_estimate_is_the_same_in_one_process_and_in_two() -> None:
     inline = run("walk", "analytic", "inline", 1.0, estimator="ekf")
     assert inline["estimator"]["name"] == "ekf"

@@ -9,11 +9,13 @@ from typing import NamedTuple
 
 import nengo
 import numpy as np
+import pytest
 import torch
 import yaml
 from torch import nn
 
 from spikeport import cache, compile_network, nir
+from spikeport.backends import kept
 from spikeport.backends.board.board import Board, pieces
 from spikeport.backends.board.chip import BoardChip
 from spikeport.backends.board.frame import Frame, Kind, Splitter
@@ -21,12 +23,15 @@ from spikeport.backends.board.hello import Hello
 from spikeport.backends.board.messages import Codec
 from spikeport.backends.board.nxsdk.answer import recv_bytes
 from spikeport.backends.board.record import SessionRecorder
+from spikeport.backends.kept import Asked
 from spikeport.backends.replay import ReplayChip
 from spikeport.commands import report_file
 from spikeport.commands.diff import changes
 from spikeport.commands.step import by_step
 from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.loihi.build_settings import AS_USUAL
 from spikeport.compile.loihi.events import event_steps
+from spikeport.compile.passes.parse import parse
 from spikeport.errors import BackendError, UsageError
 from spikeport.experiments import calibration
 from spikeport.experiments.calibration import DecoderCalibration
@@ -39,6 +44,7 @@ from spikeport.hardware_models.chip import BUILT_IN
 from spikeport.networks import walking_policy
 from spikeport.networks.loading.files import load_mlp
 from spikeport.networks.walking_policy import WalkingPolicy
+from spikeport.reading import npz
 from spikeport.reading.mismatch import MismatchError
 from spikeport.reading.notebook import read_notebook
 from spikeport.robot.link.codec import (
@@ -339,6 +345,28 @@ def _kept(path: Path) -> dict[str, np.ndarray]:
         raise UsageError(f"{path}: {error}") from None
 
 
+def _compile_asked() -> Asked:
+    with nengo.Network(seed=0) as network:
+        ensemble = nengo.Ensemble(10, 1)
+        nengo.Connection(nengo.Node(np.sin), ensemble)
+        nengo.Probe(ensemble, synapse=0.01)
+    return Asked(network, chips.get("loihi"), 0.001, parse(""), AS_USUAL, offload=False)
+
+
+def _compiled_arrays(folder: Path) -> None:
+    asked = _compile_asked()
+    compilation = compile_network(asked.network, pipeline="")
+    np.savez(folder / "compile.npz", **kept.arrays_of(compilation, asked.network))
+
+
+def _kept_compile(path: Path) -> None:
+    """Read a compile whose seal holds, whatever it is."""
+    try:
+        kept.read(npz.read(path), _compile_asked(), lambda: pytest.fail("compiled"))
+    except MismatchError as error:
+        raise UsageError(f"{path}: {error}") from None
+
+
 LOADERS = {
     "npz": Loader(_npz, walking_policy.load),
     "TorchScript": Loader(_torchscript, load_mlp),
@@ -363,6 +391,7 @@ LOADERS = {
     "bodies": Loader(_bodies, _answered_whole),
     "answers": Loader(_answers, _received),
     "cache": Loader(_entry, _kept),
+    "kept compile": Loader(_compiled_arrays, _kept_compile),
     "robot messages": Loader(_robot_messages, lambda p: _read_message(p, p.read_bytes())),
     "robot messages, sealed": Loader(_robot_messages, _sealed_anew),
 }

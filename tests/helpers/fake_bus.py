@@ -6,9 +6,10 @@ from typing import NamedTuple
 
 from spikeport.robot.link.lock_step import LockStep
 from spikeport.robot.link.messages import COMMANDS, ODOMETRY, STATES, TRUTHS, Topic
-from spikeport.robot.link.odometer import OdometerErrors
 from spikeport.robot.link.robot import SimulatedRobot
 from spikeport.robot.link.settings import RobotSettings
+
+HANGS = RobotSettings(hoist=True)
 
 
 class Arrival(NamedTuple):
@@ -54,10 +55,10 @@ class FakeBus:
     fell silent.
     """
 
-    def __init__(self, odometer: OdometerErrors | None = None) -> None:
-        self.robot = LockStep(SimulatedRobot(RobotSettings(hoist=True, odometer=odometer)))
+    def __init__(self, settings: RobotSettings = HANGS) -> None:
+        self.robot = LockStep(SimulatedRobot(settings))
         self.readers = {topic: FakeReader(self.publish) for topic in (STATES, TRUTHS, ODOMETRY)}
-        if odometer is None:
+        if settings.odometer is None:
             self.readers[ODOMETRY].writers = []
         self.commands = FakeWriter(self.obey)
         self.loses = 0

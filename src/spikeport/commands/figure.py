@@ -95,7 +95,7 @@ class PaperOverview:
         drawing = registry.imported("figure 'overview'", self.module)
         with run_folder.opened(asked.out, "overview", asked.overwrite) as folder:
             settings = _replaced({"calibrated": "false"}, asked.settings)
-            (network,) = find_network("humanoid", settings, request.target.chip).networks
+            network = find_network("humanoid", settings, request.target.chip)
             run_folder.clear(folder)
             run_folder.write_figure(folder, drawing.overview_figure(network))
         print(f"written: {folder}/ (figure.png)")

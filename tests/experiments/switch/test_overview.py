@@ -36,7 +36,9 @@ def test_arrows_are_the_connections_between_parts(network):
 
 
 def test_every_part_is_drawn_with_its_neurons(network, tmp_path):
-    drawn = overview.overview_figure(network)
+    with nengo.Network() as run:
+        run.add(network)
+    drawn = overview.overview_figure(run)
     texts = [text.get_text() for text in drawn.axes[0].texts]
     for name in PARTS:
         assert f"{name}: 11 neurons" in texts

@@ -4,17 +4,22 @@ import numpy as np
 import pytest
 
 from spikeport.errors import RobotLostError
+from spikeport.networks.walking_policy import load
 from spikeport.robot.link import over_dds
-from spikeport.robot.link.codec import STATE, decode_command
+from spikeport.robot.link.codec import STATE, decode_base, decode_command
 from spikeport.robot.link.controlled import ControlledRobot
 from spikeport.robot.link.controller import HOLD
 from spikeport.robot.link.controller_states import Event
 from spikeport.robot.link.h1 import DAMPING
+from spikeport.robot.link.hoist import Held
 from spikeport.robot.link.messages import STATES, TRUTHS
+from spikeport.robot.link.motion import EKF, EstimatedMotion
+from spikeport.robot.link.settings import RobotSettings
 from spikeport.robot.link.signals import MotorCommands
+from spikeport.robot.walk_interface import observation, targets_rad
 from tests.helpers.arrivals import remote
 from tests.helpers.fake_board import FakeClock
-from tests.helpers.fake_bus import FakeBus
+from tests.helpers.fake_bus import HANGS, FakeBus
 
 DT_S = 0.005
 
@@ -36,8 +41,8 @@ class Keys:
 class LiveBus(FakeBus):
     """A robot that publishes after every command, with the remote's keys at ticks."""
 
-    def __init__(self) -> None:
-        super().__init__()
+    def __init__(self, settings: RobotSettings = HANGS) -> None:
+        super().__init__(settings)
         self.pressed: dict[int, tuple[str, ...]] = {}
 
     def obey(self, message: bytes) -> None:
@@ -52,8 +57,10 @@ class LiveBus(FakeBus):
             queue[-1] = STATE.sealed(state.view("<u4"))
 
 
-def started(at: dict[int, Event]) -> tuple[LiveBus, ControlledRobot, Keys, list[str]]:
-    bus, keys, words = LiveBus(), Keys(at), []
+def started(
+    at: dict[int, Event], settings: RobotSettings = HANGS
+) -> tuple[LiveBus, ControlledRobot, Keys, list[str]]:
+    bus, keys, words = LiveBus(settings), Keys(at), []
     return bus, ControlledRobot(bus, TRUTHS, DT_S, FakeClock(), keys, words.append), keys, words
 
 
@@ -136,3 +143,25 @@ def test_a_robot_that_falls_silent_before_the_run_is_given_up(
     bus.commands._obey = bus.obey
     with pytest.raises(RobotLostError, match="allowed 40 ms"):
         robot.first()
+
+
+@pytest.mark.slow
+def test_a_robot_is_started_by_hand_let_down_and_let_go_of_and_walks_on_an_estimate() -> None:
+    """Real time with a clock that never stalls: of 2,000 steps none is late, and none is held."""
+    by_hand = {10: Event.START, 1000: Event.RUN}
+    bus, robot, _, _ = started(by_hand, RobotSettings(hoist=True, let_down_s=2.5))
+    motion, policy, action = EstimatedMotion(EKF), load(), np.zeros(19)
+    seen = robot.first()
+    assert (seen.tick, bus.robot.robot.hoist.held) == (5000, Held.STANDS)
+    for step in range(1000):
+        state = motion(seen)
+        if step % 4 == 0:
+            action = policy(observation(state, (0.5, 0.0, 0.0), action))
+        seen = robot.exchange(seen, HOLD._replace(q=targets_rad(action)))
+    assert bus.robot.robot.hoist.held is Held.FREE
+    position = decode_base(bus.robot.robot.truth()).position
+    assert position[2] > 0.9
+    assert np.linalg.norm(position[:2]) > 1.0
+    summary = robot.summary()
+    assert (summary["state"], summary["refusals"]) == ("run", 0)
+    assert (summary["held"], summary["overruns"]) == (0, 0)

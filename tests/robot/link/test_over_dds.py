@@ -19,6 +19,7 @@ from tests.helpers.fake_board import FakeClock
 from tests.helpers.fake_bus import Arrival, FakeBus
 
 HOLD = DAMPING
+WITH_ODOMETER = RobotSettings(hoist=True, odometer=OdometerErrors())
 READINGS = Sensors(0.0, np.array([1.0, 0, 0, 0]), *np.zeros((2, 3)), *np.zeros((3, 19)))
 
 
@@ -192,7 +193,7 @@ def test_in_real_time_nothing_new_is_held_and_then_given_up() -> None:
 
 
 def test_odometry_comes_with_the_states_and_its_silence_damps() -> None:
-    bus, clock = FakeBus(OdometerErrors()), FakeClock()
+    bus, clock = FakeBus(WITH_ODOMETER), FakeClock()
     robot = RealTimeRobot(bus, ODOMETRY, 0.005, clock)
     seen = robot.first()
     assert seen.odometry is not None
@@ -210,7 +211,7 @@ def test_odometry_comes_with_the_states_and_its_silence_damps() -> None:
 
 
 def test_in_lock_step_odometry_is_of_the_tick_of_its_state() -> None:
-    robot = LockStepRobot(FakeBus(OdometerErrors()), ODOMETRY)
+    robot = LockStepRobot(FakeBus(WITH_ODOMETER), ODOMETRY)
     seen = robot.first()
     for _ in range(5):
         seen = robot.exchange(seen, HOLD)

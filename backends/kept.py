@@ -1,0 +1,211 @@
+"""Compiles that are kept from run to run: the image, the report, and the host's part.
+
+A network is compiled again if anything that decides the result is another: see
+`spikeport.compile.ground.identity` for the network, `spikeport.cache` for all else.
+"""
+
+import functools
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import nengo
+import numpy as np
+from nengo.base import NengoObject
+from nengo.exceptions import NengoException
+
+from spikeport.backends.host_program import HostProgram, host_program
+from spikeport.backends.kept_host import (
+    HostReader,
+    HostWriter,
+    UsersObjects,
+    built_parameters,
+)
+from spikeport.backends.kept_values import NotKeptError, Reader
+from spikeport.cache import Arrays, Cache, Nothing, digest_of
+from spikeport.compile.ground.identity import identity
+from spikeport.compile.ground.rewrite import Built
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.manifest import Header, read_header
+from spikeport.compile.loihi.build_settings import BuildSettings
+from spikeport.compile.passes.pipeline import Pipeline
+from spikeport.compile.pipeline import Compilation
+from spikeport.compile.report.report import Report
+from spikeport.errors import ImageError
+from spikeport.hardware_models.chip import ChipModel
+from spikeport.reading.mismatch import MismatchError
+
+HEADER, IMAGE = "header", "image/"
+"""The name of the image's header, and what the names of its arrays begin with."""
+MOST_BYTES = 256 << 20
+"""Of an entry: a larger one takes about as long to read as what it saves."""
+DAMAGES = (
+    LookupError,
+    TypeError,
+    ValueError,
+    ArithmeticError,
+    AttributeError,
+    AssertionError,
+    RecursionError,
+    ImportError,
+    ImageError,
+    NengoException,
+)
+"""What becomes of an entry that is whole, and not what this file writes."""
+
+Compile = Callable[[], Compilation]
+
+
+@dataclass(frozen=True)
+class KeptCompilation(Compilation):
+    """A compiled network that was kept, with its host; the blocks are compiled when asked for."""
+
+    program: HostProgram | None = None
+
+
+def program_of(compilation: Compilation) -> HostProgram:
+    """Return the host's part of a compilation."""
+    if isinstance(compilation, KeptCompilation) and compilation.program is not None:
+        return compilation.program
+    return host_program(compilation)
+
+
+class BuiltParameters(Mapping[NengoObject, Built]):
+    """What Nengo built of a network's objects: compiled again when it is first asked for.
+
+    It has the points that decoders are solved at, which can take a hundred times what runs.
+    """
+
+    def __init__(self, compile_it: Compile, users: UsersObjects) -> None:
+        self._compile_it, self._users = compile_it, users
+
+    @functools.cached_property
+    def _built(self) -> dict[NengoObject, Built]:
+        compilation = self._compile_it()
+        return built_parameters(compilation, host_program(compilation), self._users)
+
+    def __getitem__(self, obj: NengoObject) -> Built:
+        return self._built[obj]
+
+    def __iter__(self) -> Iterator[NengoObject]:
+        return iter(self._built)
+
+    def __len__(self) -> int:
+        return len(self._built)
+
+
+class Asked(NamedTuple):
+    """A network to compile, and all else that decides the result."""
+
+    network: nengo.Network
+    chip: ChipModel
+    dt_s: float
+    pipeline: Pipeline
+    settings: BuildSettings
+    offload: bool
+
+
+def compiled(asked: Asked, kept: Cache, compile_it: Compile) -> Compilation:
+    """Return the compilation that is kept, else compile and keep it.
+
+    A network that has no identity, or whose host has no form that can be kept, is compiled each
+    time; a warning says why.
+    """
+    if isinstance(kept, Nothing):
+        return compile_it()
+    try:
+        inputs = digest_of((identity(asked.network), *asked[1:]))
+    except TypeError as error:
+        return _each_time(error, compile_it)
+    made: list[Compilation] = []
+
+    def make() -> Arrays:
+        made.append(compile_it())
+        return arrays_of(made[0], asked.network)
+
+    try:
+        arrays = kept.kept("compile", inputs, make)
+    except NotKeptError as error:
+        return _each_time(error, lambda: made[0])
+    if made:
+        return made[0]
+    try:
+        found = read(arrays, asked, compile_it)
+    except MismatchError as error:
+        warnings.warn(f"cache: {error}; the network is compiled again", stacklevel=2)
+        return compile_it()
+    for notice in found.report.warnings:
+        warnings.warn(notice, stacklevel=2)
+    return found
+
+
+def _each_time(why: TypeError, compile_it: Compile) -> Compilation:
+    warnings.warn(f"cache: {why}; the network is compiled in each run", stacklevel=3)
+    return compile_it()
+
+
+def arrays_of(compilation: Compilation, network: nengo.Network) -> Arrays:
+    """Return a compilation as arrays, for a cache.
+
+    Raises
+    ------
+    NotKeptError
+        If a part of it has no form that can be kept.
+    """
+    users, program = UsersObjects(network), host_program(compilation)
+    if program.events:
+        raise NotKeptError("inputs that read events from files have no form in a cache")
+    host = HostWriter(users, program)
+    chip: Any = None  # it is in the key
+    report = replace(compilation.report, chip=chip)
+    tree = {
+        "host": host.program(compilation.stand_ins, users),
+        "report": host.values.write(report),
+    }
+    image = {IMAGE + name: array for name, array in compilation.image.arrays.items()}
+    found = {**host.values.arrays(tree), HEADER: _header(compilation.image), **image}
+    if (size := sum(array.nbytes for array in found.values())) > MOST_BYTES:
+        raise NotKeptError(f"its compile takes {size >> 20:,} MB, limit {MOST_BYTES >> 20:,} MB")
+    return found
+
+
+def read(arrays: Arrays, asked: Asked, compile_it: Compile) -> KeptCompilation:
+    """Return the compilation in the arrays of a cache.
+
+    Raises
+    ------
+    MismatchError
+        If they hold none, or that of another network.
+    """
+    try:
+        return _read(arrays, asked, compile_it)
+    except DAMAGES as error:
+        raise MismatchError("a compile as it was kept", f"none ({error})") from error
+
+
+def _read(arrays: Arrays, asked: Asked, compile_it: Compile) -> KeptCompilation:
+    header = read_header(arrays[HEADER].tobytes())
+    names = [name for name in arrays if name.startswith(IMAGE)]
+    image = ChipImage.from_arrays(
+        header.manifest, {name.removeprefix(IMAGE): arrays[name] for name in names}
+    )
+    if image.digest != header.digest:
+        raise MismatchError("the image of its digest", "another")
+    users = UsersObjects(asked.network)
+    reader = Reader(arrays)
+    host = HostReader(reader, reader.tree["host"], users)
+    report: Report = reader.read(reader.tree["report"])
+    program = host.program()
+    again = functools.cache(compile_it)
+    program = replace(program, params=BuiltParameters(again, users))
+    return KeptCompilation(
+        image.checked,
+        replace(report, chip=asked.chip),
+        lambda: again().blocks,
+        program=program,
+    )
+
+
+def _header(image: ChipImage) -> np.ndarray:
+    return np.frombuffer(Header(image.digest, image.manifest).to_json(), np.uint8)

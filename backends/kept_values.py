@@ -1,0 +1,207 @@
+"""Values of a compile as plain data and arrays, and back: what a cache keeps of them.
+
+Only values that are known here are written, each by a rule of its own; only those are read. So an
+entry of a cache can make no object but these, and calls nothing.
+
+    plain data     JSON
+    arrays         end to end in one array of bytes, by number
+    objects        the fields of NamedTuples and dataclasses of spikeport, the parameters of
+                   Nengo's frozen objects (synapses, neuron types, distributions)
+    references     the user's own objects and functions, by their number in the user's network
+"""
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields, is_dataclass
+from importlib import import_module
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+from nengo.params import FrozenObject
+
+from spikeport.cache import Arrays
+from spikeport.reading.mismatch import MismatchError
+
+Tree: TypeAlias = Any
+"""Plain data, ready for JSON."""
+TUPLES = ("spikeport.compile.", "spikeport.hardware_models.")
+FROZEN = ("nengo.synapses", "nengo.neurons", "nengo.dists")
+ALIGNMENT = 64
+
+
+class NotKeptError(TypeError):
+    """The error of a value that has no form in a cache."""
+
+
+class Writer:
+    """Writes values as trees; arrays that occur again are written once.
+
+    Parameters
+    ----------
+    references : mapping of int to a tree
+        What stands for objects that are not written, by ``id``.
+    """
+
+    def __init__(self, references: Mapping[int, Tree]) -> None:
+        self._references = references
+        self._numbers: dict[int, int] = {}
+        self._arrays: list[np.ndarray] = []
+        self._kept: list[object] = []
+
+    def write(self, value: object) -> Tree:
+        """Return a value as plain data.
+
+        Raises
+        ------
+        NotKeptError
+            If there is no rule for a part of it.
+        """
+        if id(value) in self._references:
+            return ["ref", self._references[id(value)]]
+        match value:
+            case None | bool() | int() | float() | str() if type(value) in PLAIN:
+                return value
+            case np.ndarray():
+                return ["array", self._number(value)]
+            case np.generic():
+                return ["scalar", self._number(np.asarray(value))]
+            case slice():
+                return ["slice", value.start, value.stop, value.step]
+            case dict():
+                return ["dict", [[self.write(k), self.write(v)] for k, v in value.items()]]
+        return self._object(value)
+
+    def _object(self, value: object) -> Tree:
+        kind = [type(value).__module__, type(value).__qualname__]
+        if type(value) in (list, tuple):
+            assert isinstance(value, list | tuple)
+            return [type(value).__name__, [self.write(one) for one in value]]
+        if isinstance(value, tuple) and hasattr(value, "_fields") and _among(kind[0], TUPLES):
+            return ["tuple_of", kind, [self.write(one) for one in value]]
+        if is_dataclass(value) and _among(kind[0], TUPLES):
+            state = {one.name: getattr(value, one.name) for one in fields(value)}
+            return ["data", kind, self.write(state)]
+        if isinstance(value, FrozenObject) and kind[0] in FROZEN:
+            state = {n: s for n, s in value.__getstate__().items() if not n.startswith("_Frozen")}
+            return ["frozen", kind, self.write(state)]
+        raise NotKeptError(f"an object of {kind[0]}.{kind[1]} has no form in a cache")
+
+    def _number(self, array: np.ndarray) -> int:
+        if array.dtype.hasobject:
+            raise NotKeptError("an array of Python objects has no form in a cache")
+        if id(array) not in self._numbers:
+            self._numbers[id(array)] = len(self._arrays)
+            self._arrays.append(array)
+        return self._numbers[id(array)]
+
+    def arrays(self, tree: Tree) -> dict[str, np.ndarray]:
+        """Return a tree, and all arrays that were written, as a few arrays."""
+        table: list[tuple[str, list[int], str, int]] = []
+        start = 0
+        for array in self._arrays:
+            table.append((array.dtype.str, list(array.shape), _order(array), start))
+            start += -(-array.nbytes // ALIGNMENT) * ALIGNMENT
+        pool = np.zeros(start, np.uint8)
+        for array, (*_, begin) in zip(self._arrays, table, strict=True):
+            content = array.tobytes(_order(array))
+            pool[begin : begin + array.nbytes] = np.frombuffer(content, np.uint8)
+        text = json.dumps([tree, table]).encode()
+        return {"tree": np.frombuffer(text, np.uint8), "pool": pool}
+
+
+class Reader:
+    """Reads what a `Writer` wrote.
+
+    Parameters
+    ----------
+    arrays : mapping of str to array
+        Those that `Writer.arrays` returned.
+
+    Attributes
+    ----------
+    reference : callable
+        The object that the tree of a reference stands for.
+    """
+
+    reference: Callable[[Tree], object]
+
+    def __init__(self, arrays: Arrays) -> None:
+        self._pool = arrays["pool"]
+        self.tree, self._table = json.loads(arrays["tree"].tobytes())
+        self._read: dict[int, np.ndarray] = {}
+
+    def read(self, tree: Tree) -> Any:
+        """Return the value that a tree was written of.
+
+        Raises
+        ------
+        MismatchError
+            If it is of no form that is known.
+        """
+        if not isinstance(tree, list):
+            return tree
+        match tree:
+            case ["ref", reference]:
+                return self.reference(reference)
+            case ["array", int(number)]:
+                return self._array(number)
+            case ["scalar", int(number)]:
+                return self._array(number)[()]
+            case ["slice", start, stop, step]:
+                return slice(start, stop, step)
+            case ["dict", pairs]:
+                return {self.read(key): self.read(value) for key, value in pairs}
+            case ["list", parts]:
+                return [self.read(part) for part in parts]
+            case ["tuple", parts]:
+                return tuple(self.read(part) for part in parts)
+            case ["tuple_of", kind, parts]:
+                return _class(kind, TUPLES)(*(self.read(part) for part in parts))
+            case ["data", kind, state]:
+                return self._data(_class(kind, TUPLES), self.read(state))
+            case ["frozen", kind, state]:
+                return self._frozen(_class(kind, FROZEN), self.read(state))
+        raise MismatchError("a value that a compile keeps", str(tree)[:80])
+
+    def _array(self, number: int) -> np.ndarray:
+        if number not in self._read:
+            dtype, shape, order, start = self._table[number]
+            size = int(np.prod(shape)) * np.dtype(dtype).itemsize
+            flat = self._pool[start : start + size].view(dtype)
+            self._read[number] = flat.reshape(shape, order=order)
+        return self._read[number]
+
+    @staticmethod
+    def _data(kind: type, state: dict[str, object]) -> object:
+        made: object = object.__new__(kind)
+        for name, value in state.items():
+            object.__setattr__(made, name, value)
+        return made
+
+    @staticmethod
+    def _frozen(kind: type, state: dict[str, object]) -> object:
+        made: Any = object.__new__(kind)
+        made.__setstate__(state)
+        return made
+
+
+def _order(array: np.ndarray) -> Literal["F", "C"]:
+    return "F" if array.flags.f_contiguous and not array.flags.c_contiguous else "C"
+
+
+PLAIN = (type(None), bool, int, float, str)
+
+
+def _among(module: str, known: Sequence[str]) -> bool:
+    return any(module == one or (one.endswith(".") and module.startswith(one)) for one in known)
+
+
+def _class(kind: Sequence[str], known: Sequence[str]) -> type:
+    """Return a class of the modules that are known."""
+    module, name = kind
+    if not _among(module, known):
+        raise MismatchError("a class that a compile keeps", f"{module}.{name}")
+    found = getattr(import_module(module), name)
+    if not isinstance(found, type):
+        raise MismatchError("a class that a compile keeps", f"{module}.{name}")
+    return found

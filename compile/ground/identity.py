@@ -1,0 +1,173 @@
+"""The identity of a network: everything in it that decides what it is compiled to, as plain data.
+
+Objects are numbered in the order of definition, and refer to each other by number. What nodes call
+while a network runs decides nothing, and is not part of it; what connections compute is.
+"""
+
+import marshal
+from collections.abc import Iterable, Iterator
+from dataclasses import fields, is_dataclass
+from typing import Any
+
+import nengo
+import numpy as np
+import scipy.sparse
+from nengo.base import NengoObject, ObjView
+from nengo.connection import LearningRule
+from nengo.ensemble import Neurons
+from nengo.params import FrozenObject, iter_params
+from nengo.rc import rc
+
+from spikeport.function_identity import FunctionIdentity
+
+BUILT_IN = (type(None), bool, int, float, str, bytes)
+PLAIN_PYTHON = ("nengo", "nengo_loihi", "spikeport")
+"""Packages whose objects keep their state where it can be read."""
+LATER = "called while the network runs"
+
+
+def identity(network: nengo.Network) -> bytes:
+    """Return the identity of a network.
+
+    Raises
+    ------
+    TypeError
+        If a part of it has none that lasts; the message names part and object.
+    """
+    # The format without references among its parts: it depends on nothing but values.
+    return marshal.dumps(_Identity(network).whole(), 2)
+
+
+class _Identity:
+    def __init__(self, network: nengo.Network) -> None:
+        self._network = network
+        self._objects = list(_members(network))
+        self._number = {id(obj): number for number, obj in enumerate(self._objects)}
+        self._parameters_of: dict[type, list[str]] = {}
+        self._frozen: dict[int, tuple[FrozenObject, object]] = {}
+
+    def whole(self) -> Any:
+        bits = [rc.float_dtype.str, rc.int_dtype.str]
+        return bits, [self._member(obj) for obj in self._objects]
+
+    def _member(self, obj: NengoObject | nengo.Network) -> object:
+        try:
+            if isinstance(obj, nengo.Network):
+                return self._net(obj)
+            return [type(obj).__name__, *self._parameters(obj)]
+        except TypeError as error:
+            raise TypeError(f"{obj}: {error}") from error
+
+    def _net(self, network: nengo.Network) -> object:
+        sizes = [len(getattr(network, kind)) for kind in KINDS]
+        return ["Network", sizes, network.label, network.seed, list(self._config(network))]
+
+    def _config(self, network: nengo.Network) -> Iterator[object]:
+        """Yield the settings in a network's config, of classes and of single objects."""
+        of_objects = []
+        for key, settings in network.config.params.items():
+            if isinstance(key, type):
+                yield key.__name__, self._settings(settings, settings.params)
+            elif id(key) in self._number:
+                known = settings._clsparams
+                own = [name for name in known.extra_params if settings in known.get_param(name)]
+                if own:
+                    of_objects.append((self._number[id(key)], self._settings(settings, own)))
+        yield sorted(of_objects, key=lambda one: one[0])
+
+    def _settings(self, settings: object, names: Iterable[str]) -> object:
+        return [(name, self._value(getattr(settings, name))) for name in names]
+
+    def _parameters(self, obj: NengoObject) -> Iterator[object]:
+        kind = type(obj)
+        if kind not in self._parameters_of:
+            self._parameters_of[kind] = list(iter_params(kind))
+        for name in self._parameters_of[kind]:
+            if name == "output" and callable(output := getattr(obj, name)):
+                yield name, self._value(output) if isinstance(output, nengo.Process) else LATER
+            elif name == "function_info":
+                yield name, self._function(obj)
+            else:
+                yield name, self._value(getattr(obj, name))
+
+    def _function(self, connection: nengo.Connection) -> object:
+        """Return the identity of a connection's function; of those on the host the size alone."""
+        function, size = connection.function, connection.size_mid
+        if isinstance(connection.pre_obj, nengo.Node) and callable(function):
+            return LATER, size
+        return self._value(function), size
+
+    def _value(self, value: object) -> object:
+        return FunctionIdentity(self._plain).of(value)
+
+    def _plain(self, value: object) -> object:
+        """Return the identity of a value that is no function."""
+        match value:
+            case None | bool() | int() | float() | str() | bytes() if type(value) in BUILT_IN:
+                return value
+            case np.generic() | np.ndarray():
+                return self._array(value)
+            case slice():
+                return "slice", [value.start, value.stop, value.step]
+            case np.dtype():
+                return "dtype", value.str
+            case ObjView():
+                return "view", self._plain(value.obj), self._plain(value.slice)
+            case Neurons():
+                return "neurons", self._plain(value.ensemble)
+            case LearningRule():
+                return "rule", self._plain(value.connection), self._value(value.learning_rule_type)
+            case NengoObject() | nengo.Network() if id(value) in self._number:
+                return "object", self._number[id(value)]
+            case _ if scipy.sparse.issparse(value):
+                entries = scipy.sparse.coo_array(value)
+                parts = map(self._array, (entries.row, entries.col, entries.data))
+                return type(value).__name__, list(entries.shape), *parts
+        if type(value).__module__.partition(".")[0] not in PLAIN_PYTHON:
+            raise TypeError(f"an object of {type(value).__qualname__} has no identity that lasts")
+        if isinstance(value, FrozenObject):  # many objects share theirs
+            if id(value) not in self._frozen:
+                self._frozen[id(value)] = value, self._parts(value)
+            return self._frozen[id(value)][1]
+        return self._parts(value)
+
+    @staticmethod
+    def _array(value: np.generic | np.ndarray) -> object:
+        if value.dtype.hasobject:
+            raise TypeError("an array of Python objects has no identity that lasts")
+        # Products depend on the order in memory, in their last bits.
+        return value.dtype.str, value.shape, value.strides, value.tobytes()
+
+    def _parts(self, value: object) -> object:
+        kind = f"{type(value).__module__}.{type(value).__qualname__}"
+        return kind, [(name, self._value(one)) for name, one in _state(value)]
+
+
+KINDS = ("ensembles", "nodes", "networks", "connections", "probes")
+
+
+def _members(network: nengo.Network) -> Iterator[NengoObject | nengo.Network]:
+    """Yield a network and all that is in it, in the order of definition."""
+    yield network
+    for kind in KINDS:
+        for obj in getattr(network, kind):
+            yield from _members(obj) if isinstance(obj, nengo.Network) else [obj]
+
+
+def _state(value: object) -> list[tuple[str, object]]:
+    """Return the parts of an object by name."""
+    if isinstance(value, FrozenObject):
+        state = {name: getattr(value, name) for name in value._paramdict}
+        own = vars(value).items()
+        return sorted(
+            {**state, **{name: one for name, one in own if name not in OF_FROZEN}}.items()
+        )
+    if is_dataclass(value):
+        return [(one.name, getattr(value, one.name)) for one in fields(value)]
+    if hasattr(value, "__dict__"):
+        return sorted(vars(value).items())
+    raise TypeError(f"an object of {type(value).__qualname__} has no identity that lasts")
+
+
+OF_FROZEN = ("_paramdict", "_FrozenObject__argreprs")
+"""What Nengo keeps in frozen objects beside their parameters: nothing that decides."""

@@ -1,0 +1,156 @@
+"""The identity of functions: all that decides what they return, in a form that lasts.
+
+A function has one if its code, and whatever it reaches, can be read: values it closes over, its
+defaults, and names of its module, as deep as they go. Code of Python itself, of spikeport and of
+the packages that `spikeport.cache.surroundings` covers is named, and not read.
+"""
+
+import builtins
+import functools
+import sys
+from collections.abc import Callable, Mapping
+from types import BuiltinFunctionType, CodeType, FunctionType, MethodType, ModuleType
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from spikeport.cache import COMPUTING
+
+COVERED = {name.replace("-", "_") for name in COMPUTING} | {"spikeport", *sys.stdlib_module_names}
+"""Packages whose code does not change while the surroundings of a result stay the same."""
+
+UNSTABLE = {
+    *("open", "input", "exec", "eval", "globals", "environ", "getenv", "time"),
+    *("random", "rand", "randn", "randint", "uniform", "normal"),
+}
+"""Names of what is another in each process, whatever the code that asks for it."""
+
+DISPATCHER = type(np.linalg.norm)
+"""The type of NumPy's functions that other arrays may answer for."""
+
+ValueIdentity: TypeAlias = Callable[[object], object]
+"""Returns the identity of a value that a function reaches; TypeError if it has none."""
+
+
+def is_covered(module: str | None) -> bool:
+    """Return whether the surroundings of a result say what a module does."""
+    root = (module or "").partition(".")[0]
+    return root in COVERED and root != "__main__"
+
+
+class FunctionIdentity:
+    """The identities of functions.
+
+    Parameters
+    ----------
+    of_value : callable
+        The identity of a value that is no function, class or module.
+    """
+
+    def __init__(self, of_value: ValueIdentity) -> None:
+        self._of_value = of_value
+        self._known: dict[int, int] = {}
+        self._kept: list[object] = []
+
+    def of(self, value: object) -> object:
+        """Return the identity of a value that a function may reach, as plain data.
+
+        Raises
+        ------
+        TypeError
+            If it has none: a class of the user's, or an object of one.
+        """
+        match value:
+            case ModuleType():
+                return self._named("module", value.__name__, "")
+            case MethodType():
+                return "method", self.of(value.__self__), self.of(value.__func__)
+            case functools.partial():
+                return "partial", *map(self.of, (value.func, value.args, value.keywords))
+            case FunctionType():
+                return self._function(value)
+            case type() | np.ufunc() | BuiltinFunctionType() | DISPATCHER():
+                return self._builtin(value)
+            case list() | tuple() | set() | frozenset() | Mapping():
+                return self._container(value)
+            case _:
+                return self._of_value(value)
+
+    def _builtin(self, value: Any) -> object:
+        if isinstance(value, np.ufunc):
+            return self._ufunc(value)
+        owner = getattr(value, "__self__", None)
+        if isinstance(value, BuiltinFunctionType) and not isinstance(owner, ModuleType | None):
+            return "bound", self.of(owner), value.__name__
+        return self._named("name", value.__module__, value.__qualname__)
+
+    def _ufunc(self, value: np.ufunc) -> object:
+        name: Any = value.__name__
+        if value is not getattr(np, name, None):
+            raise TypeError(f"{value!r} has no identity that lasts")
+        return "ufunc", name
+
+    def _named(self, kind: str, module: str | None, name: str) -> object:
+        if not is_covered(module):
+            raise TypeError(f"{kind} {module or ''}.{name} has no identity that lasts".strip())
+        return kind, module, name
+
+    def _container(self, value: object) -> object:
+        if (first := self._again(value)) is not None:
+            return first
+        if isinstance(value, Mapping):
+            return "mapping", [(self.of(key), self.of(one)) for key, one in value.items()]
+        assert isinstance(value, list | tuple | set | frozenset)
+        if isinstance(value, set | frozenset):
+            return "set", sorted(repr(self.of(one)) for one in value)
+        return type(value).__name__, [self.of(one) for one in value]
+
+    def _again(self, value: object) -> object:
+        """Return the number of a value that was met before; functions may reach themselves."""
+        if id(value) in self._known:
+            return "again", self._known[id(value)]
+        self._known[id(value)] = len(self._known)
+        self._kept.append(value)  # so that no other takes its id
+        return None
+
+    def _function(self, value: FunctionType) -> object:
+        if (first := self._again(value)) is not None:
+            return first
+        cells = [self.of(cell.cell_contents) for cell in value.__closure__ or ()]
+        rest = self.of(value.__defaults__), self.of(value.__kwdefaults__), self.of(vars(value))
+        code = value.__code__
+        if is_covered(value.__module__):
+            return "function", value.__module__, value.__qualname__, _code(code), cells, *rest
+        if unstable := sorted(UNSTABLE & _names(code)):
+            raise TypeError(f"a function that uses {unstable[0]} has no identity that lasts")
+        used = {name: self._global(value, name) for name in sorted(_names(code))}
+        return "function", _code(code), cells, *rest, used
+
+    def _global(self, function: FunctionType, name: str) -> object:
+        if name in function.__globals__:
+            return self.of(function.__globals__[name])
+        return "builtin" if hasattr(builtins, name) else "attribute"
+
+
+def _names(code: CodeType) -> set[str]:
+    """Return the names that code looks up, in functions within it too."""
+    inner = [_names(one) for one in code.co_consts if isinstance(one, CodeType)]
+    return set(code.co_names).union(*inner)
+
+
+def _code(code: CodeType) -> object:
+    """Return all of code that decides what it does, as plain data."""
+    sizes = code.co_argcount, code.co_posonlyargcount, code.co_kwonlyargcount, code.co_flags
+    names = code.co_names, code.co_varnames, code.co_freevars, code.co_cellvars
+    consts = [_constant(one) for one in code.co_consts]
+    return code.co_code, code.co_exceptiontable, list(sizes), [list(some) for some in names], consts
+
+
+def _constant(value: object) -> object:
+    if isinstance(value, CodeType):
+        return _code(value)
+    if isinstance(value, frozenset):
+        return "set", sorted(map(repr, value))
+    if isinstance(value, tuple):
+        return [_constant(one) for one in value]
+    return type(value).__name__, repr(value)

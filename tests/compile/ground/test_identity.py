@@ -1,0 +1,128 @@
+"""Networks have the same identity where they are compiled to the same, whatever nodes call."""
+
+import nengo
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+import spikeport
+from spikeport.cache import digest_of
+from spikeport.compile.ground.identity import identity
+
+
+def digest(network):
+    return digest_of(identity(network))
+
+
+def made(change=lambda _: None, weights=((1.0, 2.0),), power=2, order="C", called=np.sin):
+    """Return a network; ``change`` is called with it."""
+    with nengo.Network(seed=1, label="net") as net:
+        spikeport.add_params(net)
+        net.node = nengo.Node(lambda t: called(t))
+        net.a = nengo.Ensemble(20, 2, label="a")
+        with nengo.Network(label="inner") as net.inner:
+            net.b = nengo.Ensemble(10, 1, seed=3)
+        nengo.Connection(net.node, net.a[0])
+        net.on_host = nengo.Connection(net.node, net.a[1], function=lambda x: called(x))
+        net.wired = nengo.Connection(net.a, net.b, transform=np.array(weights, order=order))
+        net.squared = nengo.Connection(net.a, net.b, function=lambda x: x[0] ** power)
+        net.wired_neurons = nengo.Connection(net.a.neurons[:5], net.b.neurons[5:], transform=0.01)
+        net.probe = nengo.Probe(net.b, synapse=0.01)
+        change(net)
+    return net
+
+
+def test_equal_networks_have_the_same():
+    assert digest(made()) == digest(made())
+    assert digest(made(called=np.cos)) == digest(made())
+
+
+def test_a_compile_changes_nothing():
+    network = made()
+    before = digest(network)
+    spikeport.compile_network(network, pipeline="compact")
+    assert digest(network) == before
+
+
+def setting(path, value):
+    """Return a change: an attribute of a part, dots between them, gets a value."""
+    *parts, name = path.split(".")
+
+    def change(net):
+        for part in parts:
+            net = getattr(net, part)
+        setattr(net, name, value)
+
+    return change
+
+
+def configured(net):
+    net.config[net.b].on_chip = False
+
+
+def of_class(net):
+    net.config[nengo.Connection].set_param("mine", nengo.params.Parameter("mine", default=1))
+
+
+CHANGES = [
+    setting("seed", 2),
+    setting("label", "other"),
+    setting("inner.seed", 2),
+    setting("a.radius", 1.1),
+    setting("a.label", "c"),
+    setting("a.seed", 5),
+    setting("a.encoders", nengo.dists.Choice([[1, 0]])),
+    setting("a.max_rates", nengo.dists.Uniform(100, 201)),
+    setting("a.neuron_type", nengo.SpikingRectifiedLinear()),
+    setting("a.neuron_type", nengo.LIF(tau_rc=0.021)),
+    setting("a.eval_points", np.zeros((5, 2))),
+    setting("wired.synapse", 0.006),
+    setting("wired.synapse", nengo.Alpha(0.005)),
+    setting("squared.solver", nengo.solvers.LstsqL2(reg=0.2)),
+    setting("squared.solver", nengo.solvers.LstsqL2(weights=True)),
+    setting("squared.scale_eval_points", False),
+    setting("probe.synapse", 0.011),
+    setting("probe.sample_every", 0.01),
+    setting("node.label", "node"),
+    configured,
+    of_class,
+    lambda net: nengo.Connection(net.a[0], net.b),
+    lambda net: nengo.Probe(net.a.neurons[:3]),
+    lambda net: nengo.Ensemble(5, 1),
+]
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_any_change_is_another(change):
+    assert digest(made(change)) != digest(made())
+
+
+def test_all_changes_differ_from_each_other():
+    assert len({digest(made(change)) for change in CHANGES}) == len(CHANGES)
+
+
+def test_values_that_functions_close_over_count():
+    assert digest(made(power=3)) != digest(made())
+
+
+@settings(max_examples=20, deadline=None)
+@given(arrays(float, (1, 2), elements=st.floats(-1e3, 1e3)), st.integers(0, 1))
+def test_any_bit_of_a_weight_counts(weights, at):
+    changed = weights.copy()
+    changed[0, at] = np.nextafter(changed[0, at], np.inf)
+    assert digest(made(weights=weights)) != digest(made(weights=changed))
+
+
+def test_a_part_without_one_is_named():
+    class Mine:
+        factor = 2
+
+    mine = Mine()
+
+    def change(net):
+        nengo.Connection(net.a, net.b, function=lambda x: mine.factor * x[0])
+
+    with pytest.raises(TypeError, match=r"<Connection .*an object of .*Mine has no identity"):
+        digest(made(change))

@@ -1,0 +1,104 @@
+"""Functions have the same identity where they do the same, and none where that is not known."""
+
+import functools
+import math
+import random
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from spikeport.cache import digest_of
+from spikeport.function_identity import FunctionIdentity
+from spikeport.networks.policy_values import exact
+
+SCALE = 2.0
+
+
+def plain(value):
+    if value is None or isinstance(value, (bool, int, float, str, np.ndarray)):
+        return value
+    raise TypeError(f"{type(value).__name__} has no identity that lasts")
+
+
+def digest(function):
+    return digest_of(FunctionIdentity(plain).of(function))
+
+
+def closing_over(value, default=1.0):
+    return lambda x, k=default: k * x * value
+
+
+def scaled(x):
+    return SCALE * x
+
+
+def calls(x):
+    return scaled(x) + 1
+
+
+def recursive(n):
+    return 1 if n == 0 else n * recursive(n - 1)
+
+
+@given(st.floats(allow_nan=False), st.floats(allow_nan=False))
+def test_a_closure_counts_with_its_values_and_defaults(a, b):
+    assert digest(closing_over(a)) == digest(closing_over(a))
+    equal = repr(a) == repr(b)
+    assert (digest(closing_over(a)) == digest(closing_over(b))) == equal
+    assert (digest(closing_over(1.0, a)) == digest(closing_over(1.0, b))) == equal
+
+
+@given(st.lists(st.floats(), min_size=1), st.data())
+def test_any_bit_of_a_matrix_that_is_closed_over_counts(weights, data):
+    changed = np.array(weights)
+    changed.view(np.uint64)[data.draw(st.integers(0, len(weights) - 1))] ^= np.uint64(1)
+    assert digest(closing_over(changed)) != digest(closing_over(np.array(weights)))
+
+
+def test_code_counts():
+    assert digest(lambda x: x + 1) == digest(lambda x: x + 1)
+    ones = [lambda x: x + 1, lambda x: x + 2, lambda x: x - 1, lambda x: math.sin(x)]
+    ones += [lambda x: (lambda: x + 1)(), lambda x: (lambda: x + 2)(), lambda x, y=0: x + 1]
+    assert len({digest(one) for one in ones}) == len(ones)
+
+
+def test_names_of_its_module_count_however_deep(monkeypatch):
+    before = digest(calls)
+    monkeypatch.setitem(globals(), "SCALE", 2.5)
+    assert digest(calls) != before
+    monkeypatch.undo()
+    assert digest(calls) == before
+    monkeypatch.setitem(globals(), "scaled", lambda x: 2 * x)
+    assert digest(calls) != before
+
+
+def test_what_is_known_by_name_is_named():
+    known = [np.sin, np.square, math.sin, np.linalg.norm, exact, functools.partial(exact, 1)]
+    known += [functools.partial(exact, 2), recursive, "abc".join, "abd".join]
+    assert len({digest(one) for one in known}) == len(known)
+
+
+class Mine:
+    def method(self, x):
+        return x
+
+
+@pytest.mark.parametrize(
+    "function",
+    [
+        Mine,
+        Mine().method,
+        random.random,
+        random.Random(0).gauss,
+        np.random.RandomState(0).randn,
+        lambda x: random.random(),
+        lambda x: len(open("file").name),  # noqa: SIM115
+        lambda x: Mine().method(x),
+        closing_over(object()),
+    ],
+)
+def test_what_may_do_another_thing_tomorrow_has_no_identity(function):
+    with pytest.raises(TypeError, match="has no identity that lasts"):
+        digest(function)
