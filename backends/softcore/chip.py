@@ -66,7 +66,8 @@ class RtlChip:
         say: Callable[[str], None] = say_nothing,
         build: Build | None = None,
     ) -> None:
-        self._memory = written(image, None if build is None else build.unit)
+        chip = () if build is None else (build.unit, build.cores)
+        self._memory = written(image, *chip)
         self._simulation = Simulation(self._memory, build)
         self._model, self._say = chips.get(MODEL), say
         self._twin = NativeChip(image, seed, LogOptions(chip=self._model))

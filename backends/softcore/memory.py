@@ -72,6 +72,8 @@ class MemoryImage:
         The image's number of each compartment, core by core.
     unit : int
         Sums are in units of 2^unit, and 22 - unit bits wide.
+    core_bits : int
+        Bits of the number of a core in an axon.
     """
 
     cores: tuple[CoreMemory, ...]
@@ -79,11 +81,7 @@ class MemoryImage:
     host_messages: np.ndarray
     order: np.ndarray
     unit: int
-
-    @property
-    def core_bits(self) -> int:
-        """Bits of the number of a core."""
-        return core_bits(len(self.cores))
+    core_bits: int
 
     @property
     def first(self) -> np.ndarray:

@@ -41,9 +41,9 @@ class Build(NamedTuple):
         return [f"-G{name}={value}" for name, value in parameters.items()]
 
 
-def sources(board: bool = False) -> list[Path]:
-    """Return the files of Verilog that a chip is made of, or a chip on a board."""
-    return sorted([*FOLDER.glob("*.v"), *(FOLDER.glob("board/*.v") if board else ())])
+def sources() -> list[Path]:
+    """Return the files of Verilog that a chip is made of."""
+    return sorted(FOLDER.glob("*.v"))
 
 
 def require_verilator() -> None:

@@ -42,7 +42,7 @@ class Message(NamedTuple):
     row: int
 
 
-def written(image: ChipImage, unit: int | None = None) -> MemoryImage:
+def written(image: ChipImage, unit: int | None = None, cores: int = 1) -> MemoryImage:
     """Return the memory image of an image; the same image gives the same one.
 
     Parameters
@@ -51,6 +51,8 @@ def written(image: ChipImage, unit: int | None = None) -> MemoryImage:
         The image.
     unit : int, optional
         Sums are in units of 2^unit; by default as large as the weights allow, at most 2^6.
+    cores : int
+        Cores of the chip, if it has more than the image uses.
 
     Raises
     ------
@@ -64,16 +66,16 @@ def written(image: ChipImage, unit: int | None = None) -> MemoryImage:
     table = RowTable(image, rows, unit)
     lists = _messages_of_sources(image, table)
     order = np.argsort(image.compartment_core, kind="stable")
-    cores: list[CoreMemory] = []
+    bits, memories = core_bits(max(cores, image.n_cores)), []
     broken: list[str] = []
     for number, mine in enumerate(positions(image.compartment_core, image.n_cores)):
-        core = _core(image, mine, [lists[i] for i in mine], table.words(number))
-        cores.append(core)
+        core = _core(image, mine, [lists[i] for i in mine], table.words(number), bits)
+        memories.append(core)
         broken += _too_large(image.cores[number], core)
     _refuse(broken)
     host = lists[image.n_compartments :]
     messages = np.array([m for one in host for m in one], dtype=np.int64).reshape(-1, 2)
-    return MemoryImage(tuple(cores), offsets(map(len, host)), messages, order, unit)
+    return MemoryImage(tuple(memories), offsets(map(len, host)), messages, order, unit, bits)
 
 
 class RowTable:
@@ -137,18 +139,21 @@ def _messages_of_sources(image: ChipImage, table: RowTable) -> list[list[Message
 
 
 def _core(
-    image: ChipImage, mine: np.ndarray, lists: Sequence[Sequence[Message]], rows: np.ndarray
+    image: ChipImage,
+    mine: np.ndarray,
+    lists: Sequence[Sequence[Message]],
+    rows: np.ndarray,
+    bits: int,
 ) -> CoreMemory:
-    """Return the memories of a core with these compartments."""
+    """Return the memories of a core with these compartments; ``bits`` of a core's number."""
     constants = image.compartments
     keep_u, keep_v = 4095 - constants.decay_u[mine], 4096 - constants.decay_v[mine]
     packed = constants.refract_delay[mine] << 25 | keep_v << 12 | keep_u
     profiles, profile = np.unique(packed, return_inverse=True)
     thresholds, threshold = np.unique(constants.vth[mine], return_inverse=True)
-    bits = core_bits(image.n_cores) + ROW_BITS
     sizes = np.array([len(one) for one in lists], dtype=np.int64)
     axons = np.array([m.core << ROW_BITS | m.row for one in lists for m in one], dtype=np.int64)
-    axons[np.cumsum(sizes)[sizes > 0] - 1] |= 1 << bits
+    axons[np.cumsum(sizes)[sizes > 0] - 1] |= 1 << (ROW_BITS + bits)
     block = image.compartment_block[mine[:1]]
     voltages = _field(image.blocks.vmin[block]) << VALUE_BITS | _field(image.blocks.vmax[block])
     words = (sizes > 0).astype(np.int64) << 44

@@ -12,7 +12,6 @@ from spikeport.commands.options import (
     SeedOption,
     Tls,
     with_options,
-    written,
 )
 
 board_app = typer.Typer(help="Boards at the end of a link, and records of them.")
@@ -39,24 +38,6 @@ def board_check_command(
     from spikeport.commands.board_check import run
 
     raise typer.Exit(run(image, n_steps=steps, seed=seed))
-
-
-@board_app.command("write")
-def board_write_command(
-    image: ImageFile,
-    *,
-    out: Annotated[Path, written("Folder to write into.")],
-    baud_cycles: Annotated[
-        int, typer.Option(help="Clock cycles of a bit on the serial line.", min=4, max=65535)
-    ] = 25,
-    log_queue: Annotated[
-        int, typer.Option(help="Messages that wait at a core: 2 to the power of it.", min=2, max=12)
-    ] = 9,
-) -> None:
-    """Write what an FPGA with soft cores is built of and loaded with; see docs/softcore.md."""
-    from spikeport.commands.board_write import run
-
-    run(image, out, baud_cycles=baud_cycles, log_queue=log_queue)
 
 
 @board_app.command("inspect")

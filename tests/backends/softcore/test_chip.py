@@ -60,8 +60,8 @@ def test_wide_rows_and_queues_that_are_full() -> None:
 def test_a_session_says_what_it_compared() -> None:
     said: list[str] = []
     machine = Machine("rtl", lambda image, seed: RtlChip(image, seed, said.append, BUILD))
-    line = FakeLine(Board(machine), FakeClock(), ())
-    chip, native = BoardChip(small_image(), 0, line), NativeChip(small_image(), 0)
+    clock, native = FakeClock(), NativeChip(small_image(), 0)
+    chip = BoardChip(small_image(), 0, FakeLine(Board(machine), clock, ()), clock=clock)
     for spikes in spike_train(200):
         for found, expected in zip(chip.step(spikes, {}), native.step(spikes, {}), strict=True):
             np.testing.assert_array_equal(found, expected)
@@ -74,7 +74,7 @@ def test_a_session_says_what_it_compared() -> None:
 
 @pytest.fixture
 def simulation() -> Iterator[Simulation]:
-    made = Simulation(written(small_image(), unit=0), BUILD)
+    made = Simulation(written(small_image(), BUILD.unit, BUILD.cores), BUILD)
     yield made
     made.close()
 

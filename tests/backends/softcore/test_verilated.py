@@ -21,8 +21,8 @@ def test_the_number_of_a_core_has_as_many_bits_as_it_needs() -> None:
 
 
 def test_every_file_of_verilog_says_what_it_computes() -> None:
-    assert len(sources(board=True)) == len(sources()) + 3
-    for path in sources(board=True):
+    assert len(sources()) == 10
+    for path in sources():
         text = path.read_text(encoding="utf-8")
         assert text.startswith("// "), path.name
         assert len(text.splitlines()) < 140, path.name
