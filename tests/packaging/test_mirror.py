@@ -30,6 +30,10 @@ IN_RUNS = {
     "experiments/arm/settings.py",
     "experiments/arm/trial.py",
     "experiments/driver.py",
+    "experiments/evaluate/episode.py",
+    "experiments/evaluate/figure.py",
+    "experiments/evaluate/run.py",
+    "experiments/evaluate/stage.py",
     "experiments/switch/controller.py",
     "experiments/switch/figure.py",
     "experiments/switch/nuclei_figure.py",
@@ -41,7 +45,7 @@ IN_RUNS = {
     "experiments/walk/settings.py",
 }
 """Modules of experiments that have no test but runs of the experiment: `test_trial`, `test_reach`,
-`test_draw`."""
+`test_draw`, and of evaluations: `test_evaluate`."""
 
 ELSEWHERE = {
     "backends/softcore/simulation.py": "backends/softcore/test_chip.py",

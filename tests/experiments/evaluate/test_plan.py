@@ -1,0 +1,11 @@
+"""The order of an evaluation's episodes."""
+
+from spikeport.experiments.evaluate.plan import Evaluation
+
+
+def test_all_rows_have_a_seed_before_any_has_the_next(monkeypatch):
+    evaluation = object.__new__(Evaluation)
+    object.__setattr__(evaluation, "rows", ({}, {"push": 0.8}))
+    object.__setattr__(evaluation, "seeds", (5, 6))
+    places = [point.place for point in evaluation.points()]
+    assert places == [{"seed": 5}, {"push": 0.8, "seed": 5}, {"seed": 6}, {"push": 0.8, "seed": 6}]

@@ -1,0 +1,63 @@
+"""The robustness table, from episodes that are kept."""
+
+import pytest
+
+from spikeport.experiments.evaluate.measures import FIGURES
+from spikeport.experiments.evaluate.table import as_json, markdown, table
+
+
+class Kept:
+    """A folder of episodes, by their row's name and seed."""
+
+    def __init__(self, metrics):
+        self._metrics = metrics
+
+    def holds(self, point):
+        return point in self._metrics
+
+    def read(self, point):
+        return {"metrics": self._metrics[point]}
+
+
+class Asked:
+    """An evaluation whose points are pairs of row and seed."""
+
+    rows = ({}, {"push": 0.8}, {"friction": 0.2})
+    seeds = (0, 1)
+
+    def point(self, row, seed):
+        return (*row, seed)
+
+
+def walked(falls, **figures):
+    return {"falls": falls, **dict.fromkeys(FIGURES), **figures}
+
+
+@pytest.fixture
+def rows():
+    kept = {
+        (0,): walked(0, clearance_m=0.10),
+        (1,): walked(0, clearance_m=0.12),
+        ("push", 0): walked(1),
+    }
+    return table(Asked(), Kept(kept))
+
+
+def test_rows_without_an_episode_are_left_out(rows):
+    assert [row.name for row in rows] == ["nominal", "push=0.8"]
+    assert [row.fell.n for row in rows] == [2, 1]
+
+
+def test_an_interval_stands_behind_each_mean(rows):
+    nominal, pushed = markdown(rows).splitlines()[2:]
+    assert nominal.startswith("| nominal | 0 of 2 | 0-66 % | - |")
+    assert "| 0.110 ± 0.127 |" in nominal  # t of one degree of freedom: 12.7 times 0.01
+    assert pushed.startswith("| push=0.8 | 1 of 1 | 21-100 % | - |")
+
+
+def test_json_has_the_perturbation_and_every_figure(rows):
+    nominal, pushed = as_json(rows)
+    assert nominal["clearance_m"]["estimate"] == pytest.approx(0.11)
+    assert pushed["perturbation"] == {"push": 0.8}
+    assert pushed["falls"] == 1
+    assert set(FIGURES) <= set(pushed)

@@ -1,0 +1,56 @@
+"""Other bodies and floors of the robot."""
+
+import numpy as np
+import pytest
+
+from spikeport.robot.altered import alter
+from spikeport.robot.description import MODEL_PATH
+from spikeport.robot.engine import mujoco
+from spikeport.robot.perturbation import Perturbation
+
+
+def built(**perturbed):
+    spec = mujoco.MjSpec.from_file(str(MODEL_PATH))
+    alter(spec, Perturbation(**perturbed))
+    return spec.compile()
+
+
+@pytest.fixture(scope="module")
+def own():
+    return built()
+
+
+def test_without_a_perturbation_the_body_is_the_robots(own):
+    whole = mujoco.MjModel.from_xml_path(str(MODEL_PATH))
+    np.testing.assert_allclose(own.body_mass, whole.body_mass)
+    np.testing.assert_allclose(own.actuator_forcerange, whole.actuator_forcerange)
+
+
+def test_masses_and_inertias_are_scaled_together(own):
+    heavy = built(mass=1.2)
+    np.testing.assert_allclose(heavy.body_mass, 1.2 * own.body_mass)
+    np.testing.assert_allclose(heavy.body_inertia, 1.2 * own.body_inertia, rtol=1e-6)
+
+
+def test_the_torso_carries_a_payload_and_its_centre_moves(own):
+    loaded = built(payload=5.0, com_x=0.05)
+    torso = own.body("torso_link").id
+    assert loaded.body_mass[torso] - own.body_mass[torso] == pytest.approx(5.0)
+    np.testing.assert_allclose(loaded.body_ipos[torso] - own.body_ipos[torso], [0.05, 0, 0])
+
+
+def test_torque_limits_and_friction(own):
+    weak = built(strength=0.5, friction=0.3)
+    np.testing.assert_allclose(weak.actuator_forcerange, 0.5 * own.actuator_forcerange)
+    floor = weak.geom("floor")
+    assert floor.friction[0] == 0.3
+    assert floor.priority[0] == 1
+
+
+def test_unitrees_urdf_is_heavier_and_the_same_on_both_sides(own):
+    urdf = built(robot_model="urdf")
+    assert urdf.body_mass.sum() == pytest.approx(59.3, abs=0.1)
+    assert own.body_mass.sum() == pytest.approx(51.4, abs=0.1)
+    left, right = urdf.body("left_knee_link"), urdf.body("right_knee_link")
+    assert left.mass[0] == right.mass[0]
+    np.testing.assert_allclose(left.ipos * [1, -1, 1], right.ipos)
