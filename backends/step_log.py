@@ -142,8 +142,9 @@ class StepLog:
     def close(self) -> None:
         """Write the steps that are not yet written, and the messages; the counts stay readable."""
         self._write()
-        folder, (between, from_host) = self._options.folder, self._messages()
+        folder = self._options.folder
         if folder is not None and counts_files(folder):
+            between, from_host = self._messages()
             cores, dt_s = np.array(self._cores), np.array(self._dt_s)
             arrays = {"between_cores": between, "from_host": from_host}
             _save(folder / MESSAGES, {**arrays, "cores": cores, "dt_s": dt_s})

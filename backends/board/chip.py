@@ -295,5 +295,6 @@ class BoardChip:
                 self._line.send(Frame(Kind.STOP, self._session, self._at))
         if self._recorder is not None:
             self._recorder.close()
-        self._log.close()
+        with suppress(BoardLostError):  # a board that is gone says no more of its messages
+            self._log.close()
         self._line.close()

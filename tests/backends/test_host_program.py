@@ -3,11 +3,11 @@
 import nengo
 
 from spikeport.backends.host_program import HostProgram, host_program
-from tests.helpers.chip_networks import integer_blocks
+from spikeport.compile.pipeline import compile_network
 
 
 def program_of(network: nengo.Network) -> HostProgram:
-    return host_program(integer_blocks(network).model)
+    return host_program(compile_network(network))
 
 
 def test_inputs_and_outputs_are_numbered_as_in_the_model() -> None:

@@ -10,7 +10,6 @@ IMPORTERS = [
     "spikeport.compile.pipeline",
     "spikeport.compile.loihi.discretise",
     "spikeport.compile.rewriting.decode_paths",
-    "spikeport.backends.native.learning",
     "spikeport.backends.registry",
 ]
 """Modules by which nengo-loihi can be imported first."""

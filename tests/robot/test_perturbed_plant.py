@@ -108,7 +108,7 @@ def test_unitrees_urdf_has_other_masses_and_ranges(plain):
 def test_a_robot_stands_on_its_terrain(terrain):
     plant = PerturbedPlant(Perturbation(terrain=terrain))
     plant.reset(1)
-    assert plant._lowest_sole_m() == pytest.approx(0, abs=1e-9)
+    assert plant.lowest_sole_m() == pytest.approx(0, abs=1e-9)
     for _ in range(60):
         plant.step()
     assert 0.86 < plant.height_m < 1.0

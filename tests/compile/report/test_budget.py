@@ -35,7 +35,7 @@ def test_every_budget_that_is_exceeded_is_named(chain, activity) -> None:
 
 def test_the_costliest_calibration_counts(compiled_chain: Compilation, activity) -> None:
     (violation,) = Budget(power_w=0.1).exceeded(compiled_chain.report, activity)
-    assert violation.used == "104 mW [no interval], nahuku-fit"
+    assert violation.used == "104 mW [29, 110], nahuku-fit"
 
 
 @pytest.mark.parametrize("budget", [Budget(power_w=1), Budget(step_us=1)])

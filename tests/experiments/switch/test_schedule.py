@@ -153,7 +153,7 @@ def test_an_arm_without_work(refused, file, phases):
 @pytest.mark.parametrize(
     ("path", "message"),
     [
-        ("round", "unknown path 'round'; there is: FILE.csv, figure-eight, line, paper, s-curve"),
+        ("round", "unknown path 'round'; there is: FILE.csv, figure-eight, line, loop, s-curve"),
         ("nothing.csv", "path 'nothing.csv': No such file or directory"),
     ],
 )

@@ -275,7 +275,7 @@ def test_a_path_that_cannot_be_followed_is_refused_before_the_run(tmp_path, spik
     code, printed, error = spikeport(*ANALYTIC, "--set", "path=circle", "--out", out)
     assert (code, printed) == (2, "")
     assert error == (
-        "error: unknown path 'circle'; there is: FILE.csv, figure-eight, line, paper, s-curve\n"
+        "error: unknown path 'circle'; there is: FILE.csv, figure-eight, line, loop, s-curve\n"
     )
     assert not out.exists()
 

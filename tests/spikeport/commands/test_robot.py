@@ -27,7 +27,11 @@ from spikeport.robot.link.connection import RobotOptions
 )
 def test_what_cannot_be_served_is_refused(asked: dict[str, Any], words: str) -> None:
     with pytest.raises(UsageError, match=words):
-        serve(RobotService(**{"pose": [], "fault": [], "lock_step": True, **asked}))
+        serve(
+            RobotService(
+                **{"pose": [], "fault": [], "odometer_error": [], "lock_step": True, **asked}
+            )
+        )
 
 
 def link(**options: Any) -> RobotLink:

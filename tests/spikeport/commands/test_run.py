@@ -173,12 +173,15 @@ def test_an_interrupted_run_says_so_and_leaves_no_result(start, without_stages, 
     assert not out.exists()
 
 
+RESULT = {"experiment": "switch", "backend": "native", "energy_by_unit": {}}
+
+
 def test_metrics_of_parts_are_named_line_by_line(tmp_path, capsys):
     phases = [
         {"name": "walk", "success": True, "behind_m": 0.1},
         {"name": "draw", "success": False},
     ]
-    result = {"experiment": "switch", "backend": "native", "metrics": {"phases": phases}}
+    result = {**RESULT, "metrics": {"phases": phases}}
     show_outcome(Outcome(result, report=None, activity=None), tmp_path)
     printed = [line.strip() for line in capsys.readouterr().out.splitlines()]
     first = next(i for i, line in enumerate(printed) if line.startswith("phases"))
@@ -188,6 +191,6 @@ def test_metrics_of_parts_are_named_line_by_line(tmp_path, capsys):
 
 def test_names_of_phases_are_no_markup(tmp_path, capsys):
     phases = [{"name": "[/a] [red]b", "success": True}]
-    result = {"experiment": "switch", "backend": "native", "metrics": {"phases": phases}}
+    result = {**RESULT, "metrics": {"phases": phases}}
     show_outcome(Outcome(result, report=None, activity=None), tmp_path)
     assert "[/a] [red]b: success yes" in capsys.readouterr().out

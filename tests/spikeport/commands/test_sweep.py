@@ -140,7 +140,7 @@ def test_a_wrong_value_is_refused_before_anything_starts(spikeport, tmp_path, op
 def test_a_path_that_cannot_be_followed_is_refused_before_anything_starts(spikeport, tmp_path):
     out = tmp_path / "out"
     done = spikeport("sweep", "walk", "--vary", "path=line,circle", "--out", out)
-    known = "FILE.csv, figure-eight, line, paper, s-curve"
+    known = "FILE.csv, figure-eight, line, loop, s-curve"
     assert done == (2, "", f"error: unknown path 'circle'; there is: {known}\n")
     assert not out.exists()
 
