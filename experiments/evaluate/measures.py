@@ -57,7 +57,7 @@ def measure(stage: Stage) -> dict[str, float | int | None]:
 def _tracking(stage: Stage, walked: EpisodeRecording) -> dict[str, float]:
     motion = Motion.from_states(walked.qpos, walked.qvel)
     moved = np.stack((motion.level_velocity[:, 0], motion.yaw_rate), axis=1)
-    errors = np.abs(smoothed(walked.command[:, [0, 2]] - moved, walked.time_s))
+    errors = np.abs(smoothed(walked.command[:, [0, 2]] - moved))
     settled = stage.commands.age_s(walked.time_s) > SETTLING_S
     speed, yaw_rate = errors[settled].mean(axis=0).tolist()
     return {"speed_error_m_s": speed, "yaw_rate_error_rad_s": yaw_rate}

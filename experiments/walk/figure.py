@@ -78,7 +78,7 @@ def _draw_path(axes: Axes, run: WalkRun) -> None:
 def _draw_command(
     axes: Axes, recording: WalkRecording, which: int, motion: np.ndarray, label: str
 ) -> None:
-    axes.plot(recording.time_s, smoothed(motion, recording.time_s), color=TRACE, label="robot")
+    axes.plot(recording.time_s, smoothed(motion), color=TRACE, label="robot")
     axes.plot(recording.time_s, recording.command[:, which], color=COMMAND, lw=0.8, label="command")
     axes.set_ylabel(label)
     axes.legend(loc="lower right", ncols=2, frameon=False)

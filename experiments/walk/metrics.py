@@ -7,6 +7,7 @@ from spikeport.experiments.arm.metrics import rms
 from spikeport.experiments.walk.gait import clipped_shares
 from spikeport.experiments.walk.port import LEAD_S
 from spikeport.experiments.walk.recording import WalkRecording, WalkRun
+from spikeport.robot.perturbation import PHYSICS_DT_S
 
 SMOOTHING_S = 0.2
 """Commands and motions are averaged over this time before they are compared."""
@@ -49,11 +50,11 @@ def metrics(run: WalkRun) -> dict[str, object]:
 
 def to_the_end(run: WalkRun) -> tuple[np.ndarray, np.ndarray]:
     """Return (n, 2) positions and references in m at all physics steps that were asked for."""
-    time_s, position_m = run.recording.time_s, run.recording.position_m
+    position_m = run.recording.position_m
     reference_m = run.recording.reference[:, :2]
-    dt_s = time_s[1] - time_s[0]
-    missing = round(run.seconds / dt_s) - len(time_s)
-    later_s = LEAD_S + dt_s * np.arange(len(time_s), len(time_s) + missing)
+    n, n_asked = len(position_m), round(run.seconds / PHYSICS_DT_S)
+    missing = max(n_asked - n, 0)
+    later_s = LEAD_S + PHYSICS_DT_S * np.arange(n, n + missing)
     ahead_m = np.array([run.path.at(t)[:2] for t in later_s]).reshape(-1, 2)
     lying_m = np.repeat(position_m[-1:], missing, axis=0)
     return np.concatenate((position_m, lying_m)), np.concatenate((reference_m, ahead_m))
@@ -62,13 +63,13 @@ def to_the_end(run: WalkRun) -> tuple[np.ndarray, np.ndarray]:
 def command_errors(recording: WalkRecording) -> np.ndarray:
     """Return (n, 2) command minus motion in m/s and rad/s, smoothed."""
     motion = np.stack((recording.speed_m_s, recording.yaw_rate_rad_s), axis=1)
-    return smoothed(recording.command - motion, recording.time_s)
+    return smoothed(recording.command - motion)
 
 
-def smoothed(values: np.ndarray, time_s: np.ndarray) -> np.ndarray:
-    """Return averages of values (n, ...) over the time around each."""
-    dt_s = time_s[1] - time_s[0]
-    return np.asarray(uniform_filter1d(values, round(SMOOTHING_S / dt_s), axis=0, mode="nearest"))
+def smoothed(values: np.ndarray) -> np.ndarray:
+    """Return averages of values (n, ...), one a step of the physics, over the time around each."""
+    size = round(SMOOTHING_S / PHYSICS_DT_S)
+    return np.asarray(uniform_filter1d(values, size, axis=0, mode="nearest"))
 
 
 def _clipped(run: WalkRun) -> dict[str, float]:
