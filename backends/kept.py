@@ -72,7 +72,7 @@ def program_of(compilation: Compilation) -> HostProgram:
 
 
 class BuiltParameters(Mapping[NengoObject, Built]):
-    """What Nengo built of a network's objects: compiled again when it is first asked for.
+    """Nengo's built parameters of a network: compiled again when they are first asked for.
 
     It has the points that decoders are solved at, which can take a hundred times what runs.
     """

@@ -159,7 +159,7 @@ def _run(python: str, script: str, folder: Path, *more: str) -> dict[str, Any]:
 
 
 def _figures(title: str, fan_out: np.ndarray, found: dict[str, Any]) -> dict[str, Any]:
-    """What is kept: events are those of native's spikes, and a peer is said to have the same."""
+    """Return the table as it is kept: events are those of native's spikes, which a peer has too."""
     from_native = np.array(found["native"]["spikes"])
     figures = {}
     for name, one in found.items():

@@ -91,7 +91,7 @@ class OnChip(NamedTuple):
 
 
 class BreakEven(NamedTuple):
-    """Where chip and computer draw the same, each with all else as it is; None: nowhere above 0.
+    """Points where chip and computer draw the same, all else as it is; None: nowhere above 0.
 
     Attributes
     ----------

@@ -33,7 +33,7 @@ _BOUNDS = {
 
 @dataclass(frozen=True, kw_only=True)
 class Perturbation:
-    """What a simulated robot is perturbed by; by default nothing.
+    """The perturbations of a simulated robot; by default none.
 
     ``robot_model`` is ``own``, ``urdf`` (masses and ranges of Unitree's h1.urdf) or ``menagerie``
     (the feet of MuJoCo Menagerie's H1, which must lie on this machine). ``friction`` is the floor's

@@ -27,7 +27,7 @@ from spikeport.files import read_json
 
 @dataclass(frozen=True)
 class PointRun:
-    """What runs the points of a sweep, sent to each worker.
+    """The runner of a sweep's points, sent to each worker.
 
     Attributes
     ----------

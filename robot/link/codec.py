@@ -37,7 +37,7 @@ class Command(NamedTuple):
 
 
 class Turn(NamedTuple):
-    """What a state says of lock-step; all is 0 where the robot keeps to the clock.
+    """The lock-step fields of a state; all is 0 where the robot keeps to the clock.
 
     Attributes
     ----------

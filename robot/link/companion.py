@@ -13,7 +13,7 @@ WAITS_S = 0.01
 
 
 class Companion:
-    """What comes beside the states, of which the newest counts.
+    """A topic beside the states, of which the newest message counts.
 
     Parameters
     ----------

@@ -11,7 +11,7 @@ LOWERS_M_S = 0.05
 
 
 class Held(Enum):
-    """How a hoist holds a robot, from one `Hoist.pull` to the next."""
+    """The hold of a hoist on a robot, from one `Hoist.pull` to the next."""
 
     HANGS = "hangs on its hoist"
     LOWERS = "is let down"
