@@ -7,7 +7,7 @@
 The heading that is wanted is that of the point to be reached, so the law asks for it to move ahead.
 Where it moves at speed v, the robot settles at d = v / kp_speed behind it; with kp_heading twice
 kp_speed, chord and turn of a circle then agree, and the robot stays on it. The default is a little
-above that: the robot turns later than it is told (docs/walk.md).
+above that: the robot turns later than its command (docs/walk.md).
 
 Source: paper, sec. 3.2.2. The gains are ours, the paper gives none; so are the upper limits, the
 commands that the walking policy is trained for.

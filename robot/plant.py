@@ -164,7 +164,7 @@ class Plant:
         kp: ArrayLike | None = None,
         kd: ArrayLike | None = None,
     ) -> None:
-        """Drive joints to angles and hold them there until told otherwise.
+        """Drive joints to angles and hold them there until another command.
 
         torque = kp (target - q) - kd dq, clipped to the torque limit.
 
@@ -198,7 +198,7 @@ class Plant:
         self.hold(JOINTS, 0.0, kp=0.0, kd=DAMPING_KD)
 
     def torque(self, joints: Sequence[str], torques_nm: ArrayLike) -> None:
-        """Apply torques, clipped to the torque limits, until told otherwise.
+        """Apply torques, clipped to the torque limits, until another command.
 
         Parameters
         ----------

@@ -24,7 +24,7 @@ class Mark(NamedTuple):
 
 
 class _GLContext(Protocol):
-    """Of any of MuJoCo's backends of OpenGL."""
+    """A context of any of MuJoCo's backends of OpenGL."""
 
     def make_current(self) -> None: ...
     def free(self) -> None: ...

@@ -1,4 +1,4 @@
-"""What the robot's own sensors would know of its motion."""
+"""The robot's motion, as its own sensors would know it."""
 
 from typing import NamedTuple
 

@@ -12,7 +12,7 @@ from spikeport.errors import MissingExtraError, UsageError
 
 
 class _Writer(Protocol):
-    """Of imageio, which has no types."""
+    """A writer of imageio, which has no types."""
 
     def append_data(self, im: np.ndarray) -> None: ...
     def close(self) -> None: ...

@@ -38,7 +38,7 @@ class Commands:
     wanted : ndarray, (n, 3)
         What was drawn: vx, vy (m/s) and wz (rad/s); vy is 0.
     value : ndarray, (n, 3)
-        What the robots are told: on its way to ``wanted``, from standing.
+        The commands that robots observe: on their way to ``wanted``, from standing.
     age_s : ndarray, (n,)
         Time since the last draw.
     """

@@ -58,7 +58,7 @@ SETTLING = 20
 LAG = 1
 """Observations from the one an action is for to the one at whose end it is given. The filters of
 spikes delay by more, and a read-out that looks ahead errs more: by an eighth for each observation.
-But a robot whose policy is late turns less than it is told: by 5 % for 10 ms."""
+But a robot whose policy is late turns less than its command: by 5 % for 10 ms."""
 
 STRIDE = 100
 """Observations over which an error is slow, 0.5 s: two steps of a gait."""

@@ -21,7 +21,7 @@ SMALLEST_UPRIGHT = float(np.cos(np.pi / 4))
 ROUNDING = 1e-6
 """Of times, as a share of what they are counted in."""
 SERIES = {
-    "observation": ("observed", "see `part`", "what the policy is told, before it is clipped"),
+    "observation": ("observed", "see `part`", "observation of the policy, before it is clipped"),
     "reference": ("moving", "m, m/s", "place and velocity to take, from the start"),
     "state": ("turned", "rad, m, m/s", "heading, place and velocity of the pelvis"),
     "action": ("joint", "1", "action of the policy"),

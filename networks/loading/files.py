@@ -1,4 +1,4 @@
-"""Reads a file of a policy, whatever of the known formats it has: told by its content.
+"""Reads a file of a policy, in any of the known formats, found by its content.
 
 | format | what it is |
 |---|---|

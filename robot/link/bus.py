@@ -38,7 +38,7 @@ except ImportError as error:
     ) from error
 
 LEASE_S = 5
-"""Time after which a side that was killed, and said nothing, is taken to be gone."""
+"""Time after which a side that was killed, without a message, is taken to be gone."""
 XCDR1 = bytes((0, 1, 0, 0))
 """The head of a message: CDR, little-endian."""
 MOST_TAKEN = 64

@@ -13,7 +13,7 @@ ROWS = 12
 MOST = 240
 """Panels, beyond which a picture has more pixels than matplotlib draws."""
 LINES = 8
-"""Dimensions of a probe that can be told apart."""
+"""Dimensions of a probe that a picture keeps distinct."""
 WIDTH_IN, HEIGHT_IN = 7.0, 1.9
 EXACT = "#9a9da3"
 
