@@ -4,7 +4,7 @@ import os
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 import pytest
@@ -86,16 +86,20 @@ def wheel(checkout: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="session")
 def environment(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Run]:
-    """Makes an environment of the wheel, its core dependencies, NumPy 1 and more packages."""
-    if sys.version_info >= (3, 13):
-        pytest.skip("NumPy 1.26 has no wheels for this Python")
+    """Makes an environment of the wheel, its core dependencies, a NumPy and more packages."""
 
-    def make(*packages: str) -> Run:
+    def make(
+        *packages: str, numpy: Iterable[str] = NUMPY_1, python: Path | str = sys.executable
+    ) -> Run:
+        if numpy is NUMPY_1 and sys.version_info >= (3, 13):
+            pytest.skip("NumPy 1.26 has no wheels for this Python")
         folder = tmp_path_factory.mktemp("environment")
-        done = _run(sys.executable, "-m", "venv", folder / "venv", cwd=folder)
+        done = _run(python, "-m", "venv", folder / "venv", cwd=folder)
         assert done.returncode == 0, done.stderr
         programs = folder / "venv" / "bin"
-        _pip(programs / "python", "install", wheel, *NUMPY_1, *packages, cwd=folder)
+        # What a test imports is compiled then, which is little of all that is installed.
+        options = ("--no-compile", wheel)
+        _pip(programs / "python", "install", *options, *numpy, *packages, cwd=folder)
         return lambda program, *arguments, cwd: _run(programs / program, *arguments, cwd=cwd)
 
     return make

@@ -1,0 +1,39 @@
+"""The wheel in clean environments of the Pythons that are here: each compiles the same image."""
+
+import json
+import shutil
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from spikeport.compile.pipeline import compile_network
+from spikeport.find_network import find_network
+from tests.packaging.test_wheel import NETWORK
+
+pytestmark = pytest.mark.slow
+
+
+def python_of(version: str) -> Path:
+    """A Python of a version, on the path or of pyenv, or a test that is skipped."""
+    pyenv = sorted(Path.home().glob(f".pyenv/versions/{version}.*/bin/python"))
+    for python in (shutil.which(f"python{version}"), *pyenv):
+        # pyenv's shims are there for every version, and fail for those that are not chosen.
+        if python and subprocess.run([python, "-c", ""], capture_output=True).returncode == 0:
+            return Path(python)
+    pytest.skip(f"Python {version} is absent")
+
+
+@pytest.mark.parametrize(("version", "numpy"), [("3.12", "numpy==1.26.4"), ("3.13", "numpy>=2")])
+def test_a_clean_install_compiles_the_same_image(
+    environment: Callable[..., Any], tmp_path: Path, version: str, numpy: str
+) -> None:
+    run = environment(numpy=[numpy], python=python_of(version))
+    (tmp_path / "net.py").write_text(NETWORK, encoding="utf-8")
+    done = run("spikeport", "compile", "net.py:make", "--json", "report.json", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    ours = compile_network(find_network(f"{tmp_path}/net.py:make", [])).image
+    assert json.loads((tmp_path / "report.json").read_text())["image_digest"] == ours.digest
+    assert run("spikeport", "doctor", cwd=tmp_path).returncode == 0
