@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from spikeport.backends.chip import Decoding
-from spikeport.backends.compiled import make_ready
 from spikeport.backends.native.kernel import decode
 from spikeport.backends.sampling import sampled
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.tables import flat, part
+from spikeport.compiled import make_ready
 
 if TYPE_CHECKING:
     import nengo

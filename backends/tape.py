@@ -27,8 +27,8 @@ from nengo.builder.signal import Signal, SignalDict
 from nengo.synapses import LinearFilter
 
 from spikeport.backends import tape_kernel as kernel
-from spikeport.backends.compiled import make_ready
 from spikeport.backends.python_steps import clock_step, function_step, product_step
+from spikeport.compiled import make_ready
 
 TapeRow = tuple[list[int], list[float]]
 

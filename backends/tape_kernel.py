@@ -11,7 +11,7 @@ multiply-add, so that the results are Nengo's, bit for bit.
 
 import numpy as np
 
-from spikeport.backends.compiled import compiled
+from spikeport.compiled import compiled
 
 FILL, COPY, ADD, SCALE_ADD, GATHER_ADD, RELU, LOWPASS, LOWPASS_ADD, GAIN = range(9)
 

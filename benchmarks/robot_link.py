@@ -6,9 +6,13 @@ The robot here is an echo without physics, in a process of its own; DDS is on lo
 counts all threads of both processes. Latencies and misses depend on what else the machine does.
 """
 
+import itertools
+import json
 import os
+import statistics
 import time
 from collections.abc import Callable
+from typing import TypeVar
 
 import numpy as np
 
@@ -26,55 +30,84 @@ from spikeport.robot.link.messages import COMMANDS, STATES
 from spikeport.robot.link.place import Place
 from spikeport.robot.link.signals import Sensors
 
+R = TypeVar("R")
 READINGS = Sensors(0.0, np.array([1.0, 0, 0, 0]), *np.zeros((2, 3)), *np.ones((3, 19)))
-REPEATS = 5000
-STEPS = 3000
+BATCH = 500
+BATCHES = 12
+"""Of each figure the least and the median of the batches are printed: what others on the machine
+take of caches and clock is in the median."""
 SECONDS = 5.0
 DOMAIN = 9
 
 
-def us_each(call: Callable[[], object]) -> float:
-    """Return the CPU time of a call, in us, in mean."""
-    for _ in range(REPEATS // 10):
-        call()
-    begin = time.process_time()
-    for _ in range(REPEATS):
-        call()
-    return 1e6 * (time.process_time() - begin) / REPEATS
+def batches(call: Callable[[], object]) -> list[float]:
+    """Return the CPU time of a call, in us, in the mean of each batch."""
+    found = []
+    for _ in range(BATCHES):
+        begin = time.process_time()
+        for _ in range(BATCH):
+            call()
+        found.append(1e6 * (time.process_time() - begin) / BATCH)
+    return found
+
+
+def show(name: str, us: list[float]) -> None:
+    """Print CPU times."""
+    print(f"{name:32} {min(us):6.1f} us, median {statistics.median(us):6.1f} us")
 
 
 def layouts() -> None:
     """Print what messages cost without a link."""
     state, command = encode_state(5, READINGS), encode_command(Command(5, DAMPING))
-    parts = {
-        "state written": us_each(lambda: encode_state(5, READINGS)),
-        "state read": us_each(lambda: decode_state(state)),
-        "command written": us_each(lambda: encode_command(Command(5, DAMPING))),
-        "command read": us_each(lambda: decode_command(command)),
-    }
-    for name, us in parts.items():
-        print(f"{name:32} {us:6.1f} us")
-    print(f"{'all four, with checksums':32} {sum(parts.values()):6.1f} us")
+    show("state written", batches(lambda: encode_state(5, READINGS)))
+    show("state read", batches(lambda: decode_state(state)))
+    show("command written", batches(lambda: encode_command(Command(5, DAMPING))))
+    show("command read", batches(lambda: decode_command(command)))
+
+
+def in_one_process() -> None:
+    """Print what a state and the command that answers it cost, with DDS and no other process."""
+    with Bus(Place(domain=DOMAIN), keeps_all=True) as bus:
+        states, to_controller = bus.reader(STATES), bus.writer(STATES)
+        commands, to_robot = bus.reader(COMMANDS), bus.writer(COMMANDS)
+        while not (states.n_writers and commands.n_writers):
+            time.sleep(0.01)
+
+        def trip() -> None:
+            to_controller.write(encode_state(5, READINGS))
+            (state,) = states.take(0.2)
+            tick, _ = decode_state(state.message)
+            to_robot.write(encode_command(Command(tick, DAMPING)))
+            (answer,) = commands.take(0.2)
+            decode_command(answer.message)
+
+        show("all four, and DDS in a process", batches(trip))
 
 
 def controller(n: int, pipe: int) -> None:
     """Answer states until the n-th, and report states that came, and CPU time."""
     with Bus(Place(domain=DOMAIN), keeps_all=n > 0) as bus:
         reader, writer = bus.reader(STATES), bus.writer(COMMANDS)
-        while not reader.writers:
+        while not reader.n_writers:
             time.sleep(0.01)
-        begin, came = time.process_time(), 0
-        while reader.writers:
+        times, came = [time.process_time()], 0
+        while reader.n_writers:
             for arrival in reader.take(0.2):
                 tick, _ = decode_state(arrival.message)
                 writer.write(encode_command(Command(tick, DAMPING)))
                 came += 1
-        cpu_s = time.process_time() - begin
-    os.write(pipe, f"{came} {cpu_s}\n".encode())
+                if came % BATCH == 0:
+                    times.append(time.process_time())
+    os.write(pipe, json.dumps([came, us_of(times)]).encode())
 
 
-def with_controller(robot: Callable[[Bus], float], n: int) -> tuple[float, int, float]:
-    """Run an echo against a controller; returns what it returns, states that came, CPU time."""
+def us_of(times: list[float]) -> list[float]:
+    """Return the CPU time of a step in each batch, in us, of the times at their ends."""
+    return [1e6 * (end - begin) / BATCH for begin, end in itertools.pairwise(times)]
+
+
+def with_controller(robot: Callable[[Bus], R], n: int) -> tuple[R, int, list[float]]:
+    """Run an echo against a controller; returns what it returns, states that came, CPU times."""
     read, write = os.pipe()
     child = os.fork()
     if child == 0:
@@ -83,31 +116,33 @@ def with_controller(robot: Callable[[Bus], float], n: int) -> tuple[float, int, 
     with Bus(Place(domain=DOMAIN), keeps_all=n > 0) as bus:
         found = robot(bus)
     os.waitpid(child, 0)
-    came, cpu_s = os.read(read, 100).split()
-    return found, int(came), float(cpu_s)
+    came, times = json.loads(os.read(read, 10_000))
+    return found, came, times
 
 
-def lock_step(bus: Bus) -> float:
-    """Publish and wait for the answer, so often; returns CPU time."""
+def lock_step(bus: Bus) -> list[float]:
+    """Publish and wait for the answer, so often; returns CPU times."""
     writer, reader = bus.writer(STATES), bus.reader(COMMANDS)
-    while not (reader.writers and writer.n_readers):
+    while not (reader.n_writers and writer.n_readers):
         time.sleep(0.01)
-    begin = time.process_time()
-    for tick in range(1, STEPS + 1):
+    times = [time.process_time()]
+    for tick in range(1, BATCHES * BATCH + 1):
         answered = False
         while not answered:
             writer.write(encode_state(tick, READINGS))
             answers = [decode_command(a.message).answers for a in reader.take(0.2)]
             answered = tick in answers
-    return time.process_time() - begin
+        if tick % BATCH == 0:
+            times.append(time.process_time())
+    return us_of(times)
 
 
-def paced(hz: int) -> Callable[[Bus], float]:
+def paced(hz: int) -> Callable[[Bus], int]:
     """Return an echo at a rate, which prints latencies and returns how many states it sent."""
 
-    def run(bus: Bus) -> float:
+    def run(bus: Bus) -> int:
         writer, reader = bus.writer(STATES), bus.reader(COMMANDS)
-        while not (reader.writers and writer.n_readers):
+        while not (reader.n_writers and writer.n_readers):
             time.sleep(0.01)
         deadlines, trips = Deadlines(1 / hz, SystemClock()), RoundTrips()
         n = round(SECONDS * hz)
@@ -123,19 +158,20 @@ def paced(hz: int) -> Callable[[Bus], float]:
         print(
             f"{hz:5} Hz: round trip {trips.summary_us()} us, {deadlines.overruns} overruns", end=""
         )
-        return float(n)
+        return n
 
     return run
 
 
 def main() -> None:
     layouts()
-    robot_s, _, controller_s = with_controller(lock_step, STEPS)
-    for name, cpu_s in (("robot", robot_s), ("controller", controller_s)):
-        print(f"{f'lock-step over DDS, {name}':32} {1e6 * cpu_s / STEPS:6.1f} us of CPU a step")
+    in_one_process()
+    robot_us, _, controller_us = with_controller(lock_step, BATCHES * BATCH)
+    show("a lock-step over DDS, robot", robot_us)
+    show("a lock-step over DDS, controller", controller_us)
     for hz in (200, 500, 1000):
         sent, came, _ = with_controller(paced(hz), 0)
-        print(f", {sent - came:.0f} of {sent:.0f} states missed")
+        print(f", {sent - came} of {sent} states missed")
 
 
 if __name__ == "__main__":

@@ -5,7 +5,6 @@ from collections.abc import Mapping
 import numpy as np
 
 from spikeport.backends.chip import Decoding, Joined
-from spikeport.backends.compiled import make_ready
 from spikeport.backends.native.kernel import LEARNING, accept, deliver, exchange, step, update
 from spikeport.backends.native.learning import Learning
 from spikeport.backends.native.loaded import Host, Loaded, neurons_of, resting_state
@@ -14,6 +13,7 @@ from spikeport.backends.native.wiring import Wiring, wire
 from spikeport.backends.step_log import SUMS_ONLY, LogOptions, MessageCounts, StepLog
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.tables import part
+from spikeport.compiled import make_ready
 from spikeport.errors import BackendError
 from spikeport.hardware_models.activity import PER_STEP, Activity
 

@@ -22,9 +22,9 @@ Source: nengo-loihi 1.1.0, emulator/interface.py and builder/discretize.py.
 
 import numpy as np
 
-from spikeport.backends.compiled import compiled, inlined
 from spikeport.backends.native.loaded import Host, Loaded, Neurons, Rule, State
 from spikeport.backends.native.wiring import Wiring
+from spikeport.compiled import compiled, inlined
 
 Q_SIZE, U_SIZE = 22, 24
 """Bits of q, and of u."""

@@ -17,7 +17,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from spikeport.backends.compiled import make_ready
 from spikeport.backends.native.contacts import first_contacts
 from spikeport.backends.native.kernel import learn, mark, train
 from spikeport.backends.native.loaded import Rule
@@ -26,6 +25,7 @@ from spikeport.backends.native.wiring import Wiring
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.tables import part
 from spikeport.compile.image.validation import FORMAT, WEIGHT_BITS
+from spikeport.compiled import make_ready
 from spikeport.errors import BackendError, ImageError
 
 LEARN_FRAC, OVERFLOW_BITS = 7, 2

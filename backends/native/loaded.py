@@ -6,10 +6,10 @@ import numpy as np
 from numba import types
 from numba.experimental import structref
 
-from spikeport.backends.compiled import compiled, make_ready
 from spikeport.backends.native.wiring import Wiring
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.tables import part
+from spikeport.compiled import compiled, make_ready
 
 KEYS = ("voltage", "current", "spiked")
 CACHE_LINE = 64

@@ -11,9 +11,10 @@ from uuid import UUID
 from spikeport.errors import BackendError, MissingExtraError
 from spikeport.robot.link.messages import Topic
 from spikeport.robot.link.place import LOOPBACK, Place
+from spikeport.robot.link.wire import WORD
 
 try:
-    from cyclonedds._clayer import ddspy_take
+    from cyclonedds._clayer import ddspy_take, ddspy_write
     from cyclonedds.core import (
         DDSException,
         Entity,
@@ -127,19 +128,16 @@ class Writer:
     """A writer of a topic; `Bus.writer` makes one."""
 
     def __init__(self, participant: DomainParticipant, topic: Topic) -> None:
-        kind = idl_type(topic.message)
-        named = DdsTopic(participant, topic.name, kind)
+        named = DdsTopic(participant, topic.name, idl_type(topic.message))
         self._writer = DataWriter(participant, named)
         self.entities = (named, self._writer)
-        self._sample = kind()
-        self._bytes = b""
-        # What a writer asks of a sample is to be made bytes: these are, and no field is touched.
-        self._sample.serialize = lambda **_: self._bytes
 
     def write(self, message: bytes) -> None:
         """Send a message."""
-        self._bytes = XCDR1 + message
-        self._writer.write(self._sample)
+        data = XCDR1 + message
+        code = ddspy_write(self._writer._ref, data + bytes(-len(data) % WORD))
+        if code < 0:
+            raise BackendError(f"DDS cannot write (code {code})")
 
     @property
     def number(self) -> int:
@@ -173,15 +171,20 @@ class Reader:
     def take(self, within_s: float = 0.0) -> list[Arrival]:
         """Return what has come, or comes within a time, oldest first."""
         if within_s > 0:
-            self._waits.wait(duration(nanoseconds=int(1e9 * within_s)))
+            self._waits.wait(int(1e9 * within_s))
         found = ddspy_take(self._reader._ref, self._any, MOST_TAKEN)
         if isinstance(found, int):
             raise BackendError(f"DDS cannot read (code {found})")
         return [
-            Arrival(data[len(XCDR1) :], self._written_by(int(info.publication_handle)))
+            Arrival(data[len(XCDR1) :], self._written_by(info.publication_handle))
             for data, info in found
             if info.valid_data and data.startswith(XCDR1)
         ]
+
+    @property
+    def n_writers(self) -> int:
+        """The number of writers that are there."""
+        return int(self._reader.get_subscription_matched_status().current_count)
 
     @property
     def writers(self) -> list[int]:

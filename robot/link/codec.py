@@ -96,43 +96,43 @@ _STAMP = BASE.words("stamp.sec", "stamp.nanosec")
 _BASE = BASE.words("position", "velocity", "imu_state.quaternion")
 
 
-def _blank(layout: Layout) -> np.ndarray:
-    """Return the bytes that are the same in every message."""
+def _blank(layout: Layout, modes: dict[str, int]) -> np.ndarray:
+    """Return the words of a message that has what is the same in every one."""
     message = np.zeros(layout.size, np.uint8)
     message[layout.at("head") : layout.at("head") + 2] = HEAD
     message[layout.at("level_flag")] = LEVEL_FLAG
-    return message
+    for path, mode in modes.items():
+        message[layout.at(path)] = mode
+    return message.view("<u4")
 
 
-_BLANK_STATE, _BLANK_COMMAND = _blank(STATE), _blank(COMMAND)
-for _slot in range(N_SLOTS):
-    _BLANK_COMMAND[COMMAND.at(f"motor_cmd[{_slot}].mode")] = MODES[_slot]
+_BLANK_STATE = _blank(STATE, {})
+_BLANK_COMMAND = _blank(
+    COMMAND, {f"motor_cmd[{slot}].mode": MODES[slot] for slot in range(N_SLOTS)}
+)
 
 
 def encode_command(command: Command) -> bytes:
     """Return the message of a command; slots without a motor are commanded nothing."""
-    words = _BLANK_COMMAND.copy().view("<u4")
-    words.view("<f4")[_COMMANDED] = np.concatenate(command.motors)
+    words = _BLANK_COMMAND.copy()
     words[_ANSWERS] = command.answers
-    return COMMAND.sealed(words)
+    return COMMAND.sealed(words, _COMMANDED, np.concatenate(command.motors))
 
 
 def decode_command(message: bytes) -> Command:
     """Return the command of a message; raises MessageError for a wrong size or checksum."""
-    words = COMMAND.opened(message)
-    numbers = words.view("<f4")[_COMMANDED].astype(float)
+    words, numbers = COMMAND.opened(message, _COMMANDED)
     return Command(int(words[_ANSWERS]), MotorCommands(*numbers.reshape(5, -1)))
 
 
 def encode_state(tick: int, sensors: Sensors, turn: Turn | None = None) -> bytes:
     """Return the message of an observation; the tick, in ms, says when it was made."""
-    words = _BLANK_STATE.copy().view("<u4")
-    words.view("<f4")[_SENSED] = np.concatenate(sensors[1:])
+    words = _BLANK_STATE.copy()
     words[_TICK] = tick
     if turn is not None:
         words[_ASKS] = turn.asks
         words[_CONTROLLER] = turn.controller % 2**32, turn.controller >> 32
-    return STATE.sealed(words)
+    return STATE.sealed(words, _SENSED, np.concatenate(sensors[1:]))
 
 
 def decode_state(message: bytes) -> tuple[int, Sensors]:
@@ -143,12 +143,11 @@ def decode_state(message: bytes) -> tuple[int, Sensors]:
     MessageError
         If its size or checksum is wrong, a number is not finite, or the orientation is none.
     """
-    words = STATE.opened(message)
-    numbers = words.view("<f4")[_SENSED].astype(float)
-    if np.count_nonzero(np.isfinite(numbers)) < len(numbers):
+    words, numbers = STATE.opened(message, _SENSED)
+    if not math.isfinite(numbers.dot(numbers)):  # squares of float32 stay far within float64
         raise MessageError("LowState_: a number of a sensor is not finite")
     parts = [numbers[part] for part in _PARTS]
-    length = math.sqrt(parts[0] @ parts[0])
+    length = math.sqrt(parts[0].dot(parts[0]))
     if not 0.5 < length < 2:
         raise MessageError(f"LowState_: the IMU's quaternion is of length {length:g}, not 1")
     parts[0] /= length

@@ -36,7 +36,7 @@ class Companion:
     @property
     def published(self) -> bool:
         """True if somebody publishes it."""
-        return bool(self._reader.writers)
+        return self._reader.n_writers > 0
 
     def take(self, tick: int, waits: bool) -> None:
         """Take what came, and, where that waits, what comes until that of a tick.

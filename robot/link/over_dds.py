@@ -2,10 +2,11 @@
 
 import time
 from collections.abc import Callable
+from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 from spikeport.errors import RobotLostError
-from spikeport.pacing import Clock, Deadlines, RoundTrips, SystemClock
+from spikeport.pacing import Clock, Deadlines, RoundTrips, SystemClock, undisturbed
 from spikeport.robot.link.admission import LATEST_S, too_old
 from spikeport.robot.link.client import CommandedRobot, Observed, check_order, observed
 from spikeport.robot.link.codec import STATE, Command, encode_command, remote_of, turn_of
@@ -230,9 +231,11 @@ class RealTimeRobot(DdsRobot):
         self._deadlines, self._clock = Deadlines(period_s, clock), clock
         self._seen_s = self._odometry_s = 0.0
         self._odometries = 0
+        self._rest = ExitStack()
 
     def first(self) -> Observed:
         """Return the first observation; see `RobotClient.first`."""
+        self._rest.enter_context(undisturbed())
         found = super().first()
         self._deadlines.begin()
         self._seen_s = self._odometry_s = self._clock.now()
@@ -272,6 +275,7 @@ class RealTimeRobot(DdsRobot):
         for _ in range(DAMPINGS if self._commanded else 0):
             self._send(0, DAMPING)
         super().close()
+        self._rest.close()
 
 
 def join(

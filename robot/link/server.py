@@ -7,7 +7,7 @@ from contextlib import closing
 from dataclasses import dataclass
 
 from spikeport.fault_plan import Fault
-from spikeport.pacing import Deadlines, SystemClock
+from spikeport.pacing import Deadlines, SystemClock, undisturbed
 from spikeport.robot.link.bus import Bus
 from spikeport.robot.link.lock_step import LockStep, Published
 from spikeport.robot.link.messages import COMMANDS, ODOMETRY, STATES, TRUTHS
@@ -157,7 +157,8 @@ def serve(service: Service, say: Callable[[str], None]) -> None:
             serve_lock_step(LockStep(robot, service.faults, service.truth), interface, attendant)
             overruns = 0
         else:
-            overruns = serve_real_time(robot, interface, attendant, service)
+            with undisturbed():
+                overruns = serve_real_time(robot, interface, attendant, service)
     say(f"robot: {json.dumps({**robot.summary(), 'overruns': overruns})}")
 
 

@@ -1,6 +1,9 @@
 """Steps by a clock: absolute deadlines without bursts, and times of round trips."""
 
+import contextlib
+import gc
 import time
+from collections.abc import Iterator
 from typing import Protocol
 
 import numpy as np
@@ -28,6 +31,20 @@ class SystemClock:
         left = time_s - time.perf_counter()
         if left > 0:
             time.sleep(left)
+
+
+@contextlib.contextmanager
+def undisturbed() -> Iterator[None]:
+    """Leave all objects that are there already out of collections of garbage.
+
+    One collection of a run's 315,000 objects takes 0.2 s, and a robot waits 0.04 s.
+    """
+    gc.collect()
+    gc.freeze()
+    try:
+        yield
+    finally:
+        gc.unfreeze()
 
 
 class Deadlines:

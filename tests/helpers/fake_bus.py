@@ -25,6 +25,10 @@ class FakeReader:
         self.writers = [1]
         self._ask = ask
 
+    @property
+    def n_writers(self) -> int:
+        return len(self.writers)
+
     def take(self, within_s: float = 0.0) -> list[Arrival]:
         if not self.queue and within_s > 0:
             self._ask()

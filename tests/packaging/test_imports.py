@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 EVERYONE = {
-    *("errors", "atomic", "arrays", "cache", "child", "constants", "fault_plan", "files"),
+    *("errors", "atomic", "arrays", "cache", "child", "compiled", "constants", "fault_plan"),
+    "files",
     "function_identity",
     *("key_values", "neurons", "pacing", "progress", "reading", "table"),
 }

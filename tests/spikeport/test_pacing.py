@@ -1,8 +1,10 @@
 """Steps begin at t_0 + n dt; a stall is counted, and never made up for in a burst."""
 
+import gc
+
 import pytest
 
-from spikeport.pacing import Deadlines, RoundTrips, SystemClock
+from spikeport.pacing import Deadlines, RoundTrips, SystemClock, undisturbed
 from tests.helpers.fake_board import FakeClock
 
 
@@ -35,3 +37,9 @@ def test_round_trips_are_known_to_two_per_cent() -> None:
     assert trips.worst_s == 1e-2
     trips.add(1e9)
     assert trips.quantile_s(1.0) <= 1e9
+
+
+def test_objects_of_before_are_left_out_of_collections_while_undisturbed() -> None:
+    with undisturbed():
+        assert gc.get_freeze_count() > 1000
+    assert gc.get_freeze_count() == 0

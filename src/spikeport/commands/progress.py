@@ -21,14 +21,14 @@ from spikeport.progress import Progress
 
 
 @contextlib.contextmanager
-def progress_bar() -> Iterator[Progress]:
+def progress_bar(moves: bool = True) -> Iterator[Progress]:
     """Yield the function that work calls to say how far it is.
 
     On a terminal a bar names the stage, its share, and the time that has passed and is left; it
-    vanishes when the block ends. Elsewhere each stage is a line, with the time at which it began.
-    Both go to the error stream.
+    vanishes when the block ends. Elsewhere, and where nothing is to move, each stage is a line,
+    with the time at which it began. Both go to the error stream.
     """
-    if not Console(file=sys.stderr).is_terminal:
+    if not (moves and Console(file=sys.stderr).is_terminal):
         yield _lines()
         return
     with ProgressBar(

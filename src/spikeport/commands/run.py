@@ -57,7 +57,8 @@ def run(request: RunRequest) -> None:
     with (
         run_folder.opened(asked.out, experiment.name, asked.overwrite) as folder,
         run_folder.counting(asked.counts) as counts,
-        progress_bar() as progress,
+        # drawing a bar ten times a second holds up steps that keep to the clock
+        progress_bar(moves=not _keeps_to_the_clock(request)) as progress,
     ):
         options = Options(
             seconds=seconds,
@@ -75,6 +76,11 @@ def run(request: RunRequest) -> None:
         )
         outcome = experiment.run(chosen, options, folder)
     show_outcome(outcome, folder)
+
+
+def _keeps_to_the_clock(request: RunRequest) -> bool:
+    robot = request.robot
+    return request.link.real_time or (robot is not None and robot.real_time)
 
 
 def check_target(target: Target) -> None:

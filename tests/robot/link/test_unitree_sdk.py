@@ -64,11 +64,14 @@ def test_a_state_of_unitrees_is_read_with_its_checksum() -> None:
 
 
 def our_robot() -> dict[str, object]:
-    serve = ["robot", "serve", "--domain", "0", "--may-move-a-real-robot", "--hoist", "--once"]
-    robot = subprocess.Popen(
+    where = ["--domain", "0", "--may-move-a-real-robot"]
+    serve = ["robot", "serve", *where, "--hoist", "--once", "--idle", "60"]
+    with subprocess.Popen(
         [sys.executable, "-m", "spikeport", *serve], stdout=subprocess.PIPE, text=True
-    )
-    return {"peer": last_line(started("controller")), "robot": last_line(robot)}
+    ) as robot:
+        assert robot.stdout is not None
+        robot.stdout.readline()  # it is there: the peer speaks for `SECONDS`, whoever listens
+        return {"peer": last_line(started("controller")), "robot": last_line(robot)}
 
 
 @needs_the_sdk

@@ -96,7 +96,7 @@ def test_a_sealed_message_opens_and_a_spoilt_one_does_not() -> None:
     layout = Layout(LOW_CMD)
     words = np.arange(layout.size // 4, dtype="<u4")
     message = layout.sealed(words)
-    np.testing.assert_array_equal(layout.opened(message), words)
+    np.testing.assert_array_equal(layout.opened(message)[0], words)
     for spoilt in (message[:-1], message + b"\0", b""):
         with pytest.raises(MessageError, match=r"LowCmd_: \d+ bytes, not 808"):
             layout.opened(spoilt)

@@ -43,3 +43,12 @@ def test_a_compile_names_its_stages(capsys):
     lines = [line.partition("] ")[2] for line in capsys.readouterr().err.splitlines()]
     names = ["checking rules", "fuse", "building blocks", "scale_rows", "rounding", "pack"]
     assert lines == [f"compiling: {name}" for name in [*names, "verifying"]]
+
+
+def test_nothing_moves_on_a_terminal_where_steps_keep_to_the_clock(monkeypatch):
+    terminal = Terminal()
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setattr(sys, "stderr", terminal)
+    with progress_bar(moves=False) as update:
+        update("simulating", 0.5)
+    assert re.fullmatch(r"\[ +[\d.]+ s\] simulating\n", terminal.getvalue())

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from numba.core import caching
 
-from spikeport.backends import compiled as compiling
-from spikeport.backends.compiled import compiled, make_ready
+from spikeport import compiled as compiling
+from spikeport.compiled import compiled, make_ready
 
 CURE = (
     "; each process compiles them anew, which takes about 10 s; "
