@@ -29,7 +29,7 @@ from spikeport.backends.native.chip import NativeChip
 from spikeport.compile.image.chip_image import ChipImage
 
 SHARE = 0.5
-"""Of the host's sources that spike in a step, as on/off neurons do."""
+"""The share of the host's sources that spike in a step, as on/off neurons do."""
 
 
 def cpu_s(process: int) -> float:

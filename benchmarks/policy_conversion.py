@@ -42,7 +42,7 @@ from spikeport.networks.walking_policy import load
 
 RESULTS = Path("build/policy_conversion") / policy_digest(policy_layers(load()))
 SECONDS, FITTED = 32.0, 0.8
-"""Of gait, and the share of it that is fitted; the rest is for the errors."""
+"""The length of gait, and the share of it that is fitted; the rest is for the errors."""
 MOST_LAG = 8
 """Observations, of 5 ms."""
 

@@ -48,7 +48,7 @@ PANELS = {
     "peak of memory, GB": {"compile": ("compile_bytes", 1e-9), "run": ("run_bytes", 1e-9)},
     "a step, CPU ms": {"native": ("step_us", 1e-3)},
 }
-"""What is drawn, panel by panel: the label of each line, its figure and unit."""
+"""The lines of each panel: label, figure and unit."""
 
 
 def chain(n: int) -> nengo.Network:

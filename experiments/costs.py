@@ -7,7 +7,7 @@ from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.energy import Draw, energy
 
 Amounts = Mapping[str, float]
-"""How much of each unit a run did."""
+"""The amount of each unit in a run."""
 
 
 def by_unit(

@@ -21,7 +21,7 @@ from spikeport.constants import DT_S
 from spikeport.errors import UsageError
 
 ROUNDING = 1e-6
-"""Of a ratio of time steps."""
+"""The rounding error that a ratio of time steps may have."""
 
 
 class SteppedPlant(Protocol):

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from spikeport.robot.link.connection import RobotOptions
 
 BACKENDS = ("analytic", "reference", "native", "nengo-loihi", "board", "replay")
-"""Where experiments run: on a backend, or without neurons."""
+"""Names of backends, and of controllers without neurons, that experiments run on."""
 
 
 @dataclass(frozen=True)

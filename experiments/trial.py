@@ -102,7 +102,7 @@ class Trial(ABC, Generic[K, R]):
 
     name: ClassVar[str]
     anchored: ClassVar[bool] = False
-    """Whether the robot hangs by its pelvis from the start."""
+    """True if the robot hangs by its pelvis from the start."""
     settings: Settings
 
     def __init__(self, settings: Settings, options: Options) -> None:

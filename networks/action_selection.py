@@ -31,7 +31,7 @@ from spikeport.errors import UsageError
 from spikeport.networks.rectified import Rectified
 
 GATE_RATES = (1500.0, 1800.0)
-"""Of a closed gate, in Hz: beyond the chip's one spike a step, so that it fires in every step even
+"""Rates of a closed gate, in Hz: beyond the chip's one spike a step, so that it fires always, even
 before it is closed for good."""
 
 

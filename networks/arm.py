@@ -29,7 +29,7 @@ STATE_SIZE = 11
 RASTER_NEURONS = 60
 """Neurons of each M1 axis whose spikes are probed."""
 REGULARISATION = 0.05
-"""Of the torques' decoders (see `nengo.solvers.LstsqL2`)."""
+"""Regularisation of the torques' decoders (see `nengo.solvers.LstsqL2`)."""
 MAX_DECODED_NEURONS = 4000
 """Neurons of one decoded ensemble: a relay on the chip has 4,096 input axons."""
 

@@ -18,7 +18,7 @@ from nengo.base import ObjView
 from nengo_spa.modules.thalamus import Thalamus
 
 FULL_RATE_HZ = 1000.0
-"""Of a closed gate: its neurons fire in every step."""
+"""The rate of a closed gate: its neurons fire in every step."""
 
 
 def gate(

@@ -14,7 +14,7 @@ import numpy as np
 from spikeport.arrays import Floats
 
 SHARE = 0.7
-"""Of neurons that bend, and of values that are decoded, nearly ahead."""
+"""The share of neurons that bend, and of values that are decoded, nearly ahead."""
 
 THRESHOLD = 0.1
 """Largest threshold of a neuron of a bearing, to either side of zero."""

@@ -39,7 +39,7 @@ class Plant:
 
     joints = JOINTS
     _gain_scale = 1.0
-    """Of all gains that joints are driven with."""
+    """The factor of all gains that joints are driven with."""
 
     def __init__(self, *, anchored: bool = False, appearance: str = "primitive") -> None:
         self.model = self._compiled(appearance)

@@ -3,7 +3,7 @@
 import numpy as np
 
 EARLIEST, LATEST = 0.5, 1.5
-"""Of the mean time between pushes, from one to the next."""
+"""The shortest and longest time between two pushes, as shares of its mean."""
 
 
 class Pushes:

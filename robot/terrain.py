@@ -32,11 +32,11 @@ BOX_M, GRID_M = 0.4, 0.05
 WAVE_M = 0.2
 """Standard deviation of the filter of relief, in m: its waves are about five times as long."""
 SHIFT_M = 3.0
-"""How far from the middle of an uneven floor a run may begin, along x and y."""
+"""The largest distance of a start from the middle of an uneven floor, along x and y."""
 DEEP_M = 0.5
-"""Of boxes, below their tops."""
+"""The depth of boxes below their tops."""
 BELOW_M = 0.001
-"""How far the flat floor is below: a foot does not touch both."""
+"""The depth of the flat floor below: a foot does not touch both."""
 SEED = 0
 
 

@@ -54,7 +54,7 @@ class Commands:
 
     @property
     def moving(self) -> Flags:
-        """Who is asked to move by now, ``(n,)``."""
+        """Return the robots that are asked to move by now, ``(n,)``."""
         moving: Flags = np.abs(self.value).max(axis=1) > self._ranges.still
         return moving
 

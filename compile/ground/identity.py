@@ -170,4 +170,4 @@ def _state(value: object) -> list[tuple[str, object]]:
 
 
 OF_FROZEN = ("_paramdict", "_FrozenObject__argreprs")
-"""What Nengo keeps in frozen objects beside their parameters: nothing that decides."""
+"""Attributes of Nengo's frozen objects beside their parameters: they decide nothing."""

@@ -29,7 +29,7 @@ from spikeport.compile.loihi.own_neurons import discretise_own, own_blocks
 LEAST_EXPONENT = -6
 """The least exponent of weights: 2^6 is the unit of what they add to a current."""
 MOST_HALVINGS = 64
-"""How often weights are halved at most: nengo-loihi itself takes those of up to 1e-8 as zero."""
+"""The most halvings of weights: nengo-loihi itself takes those of up to 1e-8 as zero."""
 TINY = 1e-16
 """A largest weight below which nengo-loihi takes all as zero."""
 

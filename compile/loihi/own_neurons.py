@@ -18,7 +18,7 @@ from spikeport.neurons import OWN_TYPES, IntegrateAndFire, chip_decays, integral
 
 MANTISSA = 127
 EXPONENTS = (-1, 7)
-"""Of weights; below, a chip's weights lose bits that they have in memory."""
+"""The range of exponents: below it, a chip's weights lose bits that they have in memory."""
 
 VOLTAGE = 2**23 - 1
 """The voltage goes from -VOLTAGE to VOLTAGE."""

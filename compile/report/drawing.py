@@ -7,7 +7,7 @@ from spikeport.compile.report.report import Json
 from spikeport.hardware_models.estimate import Estimate
 
 SIDE, GAP, TILE_GAP = 44, 3, 10
-"""Of a core, between cores, and between tiles, in pixels."""
+"""The size of a core, the gaps between cores and between tiles, in pixels."""
 PER_ROW = 16
 """Cores in a row of a chip whose mesh is not public."""
 FILL, ENERGY, TIME = "fill", "energy", "step time"

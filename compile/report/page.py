@@ -19,9 +19,9 @@ from spikeport.hardware_models.host_io import HostIoReport
 
 BITS_PER_KIB = 8 * 1024
 MOST_CELLS = 4000
-"""Of the drawing of messages; the report as data has all."""
+"""The most cells in the drawing of messages; the report as data has all."""
 MOST_ROWS = 12
-"""Of tables of what is largest."""
+"""The rows of a table of the largest items."""
 
 
 class Bar(NamedTuple):

@@ -23,10 +23,10 @@ from spikeport.simulator import Simulator
 
 STATES = 1500
 SETTLING_STEPS = 35
-"""Of every state: 7 time constants of the slowest filter before the neurons."""
+"""Steps that each state is held: 7 time constants of the slowest filter before the neurons."""
 COUNTED_STEPS = 30
 SEED = 0
-"""Of the states that are held."""
+"""The seed that draws the states."""
 
 
 class HeldStates(NamedTuple):

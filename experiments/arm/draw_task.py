@@ -19,7 +19,7 @@ REST_S = 0.5
 RAMP_S = 0.5
 """Time in which the pen reaches its speed, and in which it stops again."""
 SHORTEST_S = 4.0
-"""Of a run: a second and a half of it is drawing."""
+"""The shortest run: a second and a half of it is drawing."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ class DrawTask:
     """
 
     begin_s = APPROACH_S + REST_S
-    """When the pen begins to draw."""
+    """The time at which the pen begins to draw."""
 
     def __init__(
         self, stroke: np.ndarray, hand: np.ndarray, seconds: float, dt_s: float = 0.005

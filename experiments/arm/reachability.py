@@ -18,7 +18,7 @@ from spikeport.networks.region import ArmRegion
 from spikeport.robot.arm import ArmDynamics
 
 TOLERANCE_M = 0.001
-"""How far off its target an arm may stay that is said to reach it."""
+"""The distance within which an arm counts as having reached its target."""
 LIMIT_MARGIN_RAD = 0.02
 """Kept to every joint limit: a controller cannot hold a joint exactly there."""
 STARTS = 7
@@ -26,7 +26,7 @@ STARTS = 7
 TRIED = 24
 """Postures of the grid that are tried for each point: one may lead into a joint limit."""
 MAX_STEPS = 100
-"""Of one search; far more than a point within reach takes."""
+"""The most steps of a search; a point within reach takes far fewer."""
 
 
 def check_reachable(what: str, points: np.ndarray) -> None:

@@ -11,15 +11,15 @@ from spikeport.training.motion import Motion
 BEFORE_FALL_S = 1.0
 """A fall is no walking from here on: nothing but the fall is counted."""
 SHORTEST_S = 3.0
-"""Of what is left then; figures of less are None."""
+"""The least time that is left after that; figures of less are None."""
 SETTLING_S = 1.0
 """After a change of command, in which no error is counted."""
 CONTACT_N = 1.0
 IMPACT_S = 0.05
 MOVING = 0.2
-"""Of a command in m/s and rad/s: a robot that is asked for less may stand."""
+"""The least command, in m/s and rad/s: with a smaller one a robot may stand."""
 _PLACES, _VELOCITIES, _FORCE = slice(0, 6), slice(6, 12), slice(13, 16)
-"""Of heel and toe, and of the foot, in the values of `robot.foot_sensors`."""
+"""Slices of `robot.foot_sensors`: places and velocities of heel and toe, force of the foot."""
 
 FIGURES = {
     "speed_error_m_s": "mean |command - speed along the heading|, both smoothed over 0.2 s",

@@ -22,7 +22,7 @@ HEADINGS = {
     "impact_bw": "impact, body weights",
     "cost_of_transport": "cost of transport",
 }
-"""What each of `FIGURES` is called in a table."""
+"""The heading of each of `FIGURES` in a table."""
 
 
 class TableRow(NamedTuple):

@@ -18,7 +18,7 @@ CONVERSION = ("n_neurons", "tau_fwd", "tau_out", "units", "solve")
 """Settings that are also those of `spikeport.networks.policy.PolicyOptions`."""
 
 AUTO = "auto"
-"""Of ``calibrated``: as the backend is."""
+"""A value of ``calibrated``: as the backend needs it."""
 
 H1 = Description(
     joints=JOINTS,
@@ -52,7 +52,7 @@ class PolicySettings(Perturbation):
     """
 
     policies: ClassVar[tuple[str, ...]] = ("spiking",)
-    """What ``policy`` can be beside a file."""
+    """Values of ``policy`` that are no file."""
 
     policy: str = "spiking"
     description: str | None = None

@@ -20,10 +20,10 @@ from spikeport.experiments.sweep.queue import Queue
 from spikeport.experiments.sweep.workers import PointOutcome, Run, died
 
 ANSWER_S = 5
-"""How long a scheduler may take to answer, and a cluster to show a worker."""
+"""The time a scheduler has to answer, and a cluster to have a worker."""
 
 PATIENCE_S = 60
-"""How long a sweep waits without any worker: Dask starts those that died anew, most times."""
+"""The time a sweep waits without any worker: Dask mostly restarts those that died."""
 
 TLS = "tls://"
 

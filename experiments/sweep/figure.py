@@ -18,7 +18,7 @@ from spikeport.experiments.sweep.folder import SweepFolder
 from spikeport.experiments.sweep.plan import SEED, Sweep
 
 LOG_RATIO = 30.0
-"""Where the largest value is so many times the least, the scale is logarithmic."""
+"""The ratio of largest to least value from which on the scale is logarithmic."""
 
 
 def figure(sweep: Sweep, _folder: SweepFolder, table: xr.Dataset) -> Figure:

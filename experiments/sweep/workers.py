@@ -23,16 +23,16 @@ from spikeport.experiments.sweep.queue import Queue
 from spikeport.experiments.sweep.scratch import scratch_folder
 
 PointOutcome = PointFiles | str
-"""What is kept of a point, or why it failed."""
+"""The files of a point, or the reason why it failed."""
 
 Run = Callable[[Point, str], PointFiles]
-"""What runs a point, in a folder where it may leave what it likes."""
+"""A function that runs a point in a folder, where it may leave any files."""
 
 ALLOWED_DEATHS = 2
-"""How often the worker of a point may die before the point is given up at the next time."""
+"""The deaths of workers that a point is allowed; at the next one it is given up."""
 
 END_S = 5
-"""How long a worker may take to end when it is asked to; then it is killed."""
+"""The time a worker has to end when it is asked to, before it is killed."""
 
 ONE_THREAD = dict.fromkeys(
     ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"

@@ -28,9 +28,9 @@ RAMP_S = 1.0
 """Time in which a walk reaches its speed, and in which it ends."""
 PATH_DT_S = 0.02
 RETRACT_REST_S = 0.5
-"""Of a phase that retracts the arm: at its end, in which the hand comes to rest."""
+"""The last part of a phase that retracts the arm, in which the hand comes to rest."""
 BOX = BOXES["small"]
-"""Where targets of a reach phase appear."""
+"""The box in which targets of a reach phase appear."""
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,7 @@ LATEST_SWITCH_S = 0.045
 LARGEST_PATH_ERROR_M = 0.2
 FARTHEST_BEHIND_M = 1.0
 LARGEST_SHAPE_ERROR_M = {True: 0.008, False: 0.012}
-"""Of a robot that is anchored, and of one that is not."""
+"""The limit for a robot that is anchored, and for one that is not."""
 LARGEST_HAND_ERROR_M = 0.04
 
 

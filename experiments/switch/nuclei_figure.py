@@ -21,7 +21,7 @@ NUCLEI = {"strD1": "strD1", "strD2": "strD2", "stn": "STN", "gpi": "GPi"}
 BIN_S = 0.02
 """Rates, and gates over the whole run, are averaged over this time."""
 BEFORE_S, AFTER_S = 0.04, 0.10
-"""What is shown around a switch."""
+"""The time before and after a switch in the figure."""
 STRONGEST = 0.75
 """Share of their colour that the fastest have over the whole run, for lines to stand out."""
 LINE_WIDTH = 2.6

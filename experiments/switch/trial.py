@@ -46,7 +46,7 @@ from spikeport.robot.walk_interface import CONTROL_DT_S
 from spikeport.simulator import Simulator
 
 LONGEST_S = 60.0
-"""Of a schedule, where no time is asked for; a run ends with its schedule."""
+"""The longest schedule where no time is asked for; a run ends with its schedule."""
 GATES = "gates"
 
 

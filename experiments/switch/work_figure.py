@@ -16,7 +16,7 @@ from spikeport.experiments.switch.recording import SwitchRun
 
 TEMPLATE = "0.2"
 DECIMALS = 6
-"""Of places in m: targets that are the same differ no more."""
+"""Decimals of places in m: equal targets differ by less."""
 
 
 def draw_work(axes: Axes, run: SwitchRun, phases: list[Result]) -> None:

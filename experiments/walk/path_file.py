@@ -13,16 +13,16 @@ FASTEST_M_S = 1.0
 FASTEST_RAD_S = 1.0
 """The walking policy is trained up to here."""
 FARTHEST_START_M = 0.5
-"""How far from the robot a path may begin."""
+"""The largest distance from the robot to the begin of a path."""
 LONGEST_M = 10_000.0
 """Way of a path: it becomes points that are close to each other, and walking it takes hours."""
 LARGEST = 1e10
-"""Of a number: seconds may be counted from 1970; larger ones overflow in what is made of them."""
+"""The largest number: seconds may be counted from 1970; larger ones overflow later."""
 TURN_S = 4.0
 """Turns are checked over this time: in it a robot can turn back, or round a corner."""
 ROUNDING = 1e-6
 TABLE_BYTES = 2**22
-"""Of the file: a row for every millisecond of two minutes."""
+"""The largest file: a row for every millisecond of two minutes."""
 
 
 def read_path(file: Path, seconds: float) -> tuple[np.ndarray, np.ndarray]:

@@ -20,7 +20,7 @@ from spikeport.experiments.walk.path_file import FASTEST_RAD_S, read_path
 SPACING_M = 0.005
 """Between the points that stand for a path."""
 ROUNDING = 0.01
-"""Of the curvature of points."""
+"""The rounding error that a curvature between points may have."""
 
 
 @dataclass(frozen=True)

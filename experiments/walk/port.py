@@ -26,7 +26,7 @@ from spikeport.robot.walk_interface import (
 )
 
 LEAD_S = 0.8
-"""How far the reference is ahead of the robot at the start: on the robot, the direction to it would
+"""The lead of the reference at the start: on the robot, the direction to it would
 be that of the gait's sway."""
 
 OBSERVATION_DT_S = 0.005

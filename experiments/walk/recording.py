@@ -17,9 +17,9 @@ from spikeport.simulator import Simulator
 
 LOWEST_M = 0.7
 SMALLEST_UPRIGHT = float(np.cos(np.pi / 4))
-"""Of a pelvis that is tilted by 45 degrees."""
+"""The upright component of a pelvis that is tilted by 45 degrees."""
 ROUNDING = 1e-6
-"""Of times, as a share of what they are counted in."""
+"""The rounding error of a time, as a share of its unit."""
 SERIES = {
     "observation": ("observed", "see `part`", "observation of the policy, before it is clipped"),
     "reference": ("moving", "m, m/s", "place and velocity to take, from the start"),

@@ -10,13 +10,13 @@ from spikeport.reading.archive import Archive
 from spikeport.reading.mismatch import MismatchError
 
 PICKLE_BYTES = 2**24
-"""Of a pickle: it describes tensors in some 100 bytes each, and holds none of their numbers."""
+"""The largest pickle: it describes tensors in some 100 bytes each, without their numbers."""
 
 ORDERS: Mapping[bytes, Order] = {b"little": "<", b"big": ">"}
 DATA = "data.pkl"
 
 MAGIC = 0x1950A86A20F9469CFC6C
-"""What a file of torch from before zip archives begins with, as a pickle."""
+"""The number that a file of torch from before zip archives begins with, as a pickle."""
 
 COUNT_BYTES = 8
 """Before the numbers of a storage in such a file: how many there are."""

@@ -13,14 +13,14 @@ LATEST_S = 0.04
 walks with delays up to 40 ms, and falls with 50 ms."""
 
 RANGE_MARGIN_RAD = 0.1
-"""How far an angle may be beyond a joint's range: stops give way."""
+"""The margin of an angle beyond a joint's range: stops give way."""
 
 MARGIN = 2.0
-"""Of the speed and torque at which a motor pushes no further: landing feet turn the knees of a
+"""The factor over a motor's limits of speed and torque: landing feet turn the knees of a
 simulated robot at up to 1.3 of it."""
 
 FASTEST_RAD_S, LARGEST_M_S2 = 50.0, 300.0
-"""Of an IMU's values: more than it measures (35 rad/s, 16 g), too little for an overflow."""
+"""The largest values of an IMU: it measures up to 35 rad/s and 16 g; these do not overflow yet."""
 
 RESTART_S = 1.0
 """By how much a robot's time goes back only if it began anew."""

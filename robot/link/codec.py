@@ -87,7 +87,7 @@ _SENSED = np.concatenate(
     ]
 )
 _ENDS = (4, 7, 10, 29, 48, 67)
-"""Where the parts of an observation end: quaternion, rates, forces, angles, velocities, torques."""
+"""Ends of the parts of an observation: quaternion, rates, forces, angles, velocities, torques."""
 _PARTS = list(map(slice, (0, *_ENDS), _ENDS))
 _ANSWERS, _TICK = int(COMMAND.words("reserve")[0]), int(STATE.words("tick")[0])
 _ASKS, _CONTROLLER = int(STATE.words("reserve")[0]), STATE.words("sn")

@@ -30,7 +30,7 @@ ODOMETRY_S = 0.2
 """Age of the last odometry after which a robot that is controlled by it is damped, in real time."""
 SLICE_S = 0.2
 DAMPINGS = 3
-"""How often a robot is sent into damping when its controller leaves."""
+"""The number of damping commands that a controller sends as it leaves."""
 
 
 class DdsRobot(CommandedRobot):

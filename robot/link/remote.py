@@ -27,11 +27,11 @@ PRESSES: dict[frozenset[str], Event] = {
     frozenset({"L1", "R1"}): Event.REARM,
     frozenset({"select"}): Event.STOP,
 }
-"""What keys mean that are pressed together; the last one wins. Start, A and select are those of
+"""Events of keys that are pressed together; the last one wins. Start, A and select are those of
 Unitree's own controllers."""
 
 TERMINAL = {"s": Event.START, "a": Event.RUN, " ": Event.STOP, "r": Event.REARM}
-"""What a key of the terminal means."""
+"""The event of each key of the terminal."""
 
 
 class Remote(NamedTuple):

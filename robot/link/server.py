@@ -95,7 +95,7 @@ class Interface:
 
 
 class Attendant:
-    """Who is beside the robot: its motion switcher, and whoever has a hand on its hoist.
+    """The robot's surroundings: its motion switcher, and the hand on its hoist.
 
     Parameters
     ----------

@@ -21,7 +21,7 @@ SPAWN = multiprocessing.get_context("spawn")
 NEVER = 2**31 - 1
 """A voltage that no compartment has."""
 END_S = 10.0
-"""How long the board's process may take to end; then it is killed."""
+"""The time the board's process has to end, before it is killed."""
 
 
 def snips_half() -> Half:

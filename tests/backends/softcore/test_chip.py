@@ -50,7 +50,7 @@ def test_any_image_has_the_native_states(image: ChipImage, seed: int) -> None:
 
 
 def test_wide_rows_and_queues_that_are_full() -> None:
-    """All nine sources of the host spike at once, each to three blocks, into queues of four."""
+    """Nine sources of the host spike at once, each to three blocks, into queues of four."""
     image = wide_image(2)
     steps = [np.repeat(np.arange(9), 3)] * 10 + random_spikes(image, 30, 1)
     chip = assert_same(image, steps)

@@ -130,7 +130,7 @@ def path(tmp_path, module) -> Path:
 
 
 SECONDS, BYTES = 10, 2**30
-"""What reading a file may take at most."""
+"""The most that reading a file may take."""
 
 
 @pytest.fixture
