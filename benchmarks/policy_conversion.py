@@ -4,7 +4,7 @@
 
 The shipped policy's recorded gait is played in, every observation held for 5 ms. Errors are rms
 over all joints, as a share of how the exact actions vary, against those of some observations
-before: of as many as make the error least. What is done stays in ``build/policy_conversion``, in a
+before: of as many as make the error least. Finished runs stay in ``build/policy_conversion``, in a
 folder for each policy.
 """
 

@@ -53,7 +53,7 @@ class DecoderCalibration:
     Attributes
     ----------
     made_for : mapping of str
-        All that the neurons depend on: experiment, settings, chip and passes.
+        The settings that the neurons depend on: experiment, its own, chip and passes.
     image_digest : str
         Digest of the image they were measured on; empty where no chip was involved.
     decoders : mapping of str to ndarray

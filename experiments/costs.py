@@ -24,7 +24,7 @@ def by_unit(
     chip : ChipModel
         The chip.
     amounts : mapping of str to float
-        How much of each unit the run did; one of 0 is left out.
+        The amount of each unit that the run did; one of 0 is left out.
 
     Returns
     -------

@@ -48,9 +48,9 @@ class Port(ABC):
     Attributes
     ----------
     size_in : int
-        How many values it takes from the network.
+        The number of values it takes from the network.
     size_out : int
-        How many values it returns to the network.
+        The number of values it returns to the network.
     """
 
     size_in: int = 0
@@ -100,9 +100,9 @@ class Loop(Generic[P]):
     Attributes
     ----------
     over : bool
-        Whether one of the ports is over.
+        True if one of the ports is over.
     size_in, size_out : int
-        How many values its ports take and return, all together.
+        The numbers of values its ports take and return, all together.
 
     Raises
     ------
@@ -153,7 +153,7 @@ class Loop(Generic[P]):
         Parameters
         ----------
         values : (size_in,) array
-            Those of the controller, port by port.
+            The values of the controller, port by port.
 
         Returns
         -------

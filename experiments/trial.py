@@ -202,9 +202,9 @@ class Trial(ABC, Generic[K, R]):
         Parameters
         ----------
         run
-            What the run left.
+            The results and recordings of the run.
         pictures : sequence of (height, width, 3) arrays
-            Those of its scenes; empty without graphics.
+            The pictures of its scenes; empty without graphics.
         result : dict
             The content of ``result.json``.
         """

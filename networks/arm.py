@@ -7,7 +7,7 @@
 - CB has one 5-D ensemble [q, dq_j] per joint j, decoding -kv dq_j M_j(q), and a 4-D ensemble [q]
   decoding gravity and posture.
 
-All values are normalised to the region the task needs (`spikeport.networks.region`). Decoded
+Values are normalised to the region the task needs (`spikeport.networks.region`). Decoded
 torques are divided by their full scale, and multiplied again on their way to the torque node, on
 the host: a read-out on the chip saturates, silently, at a value of 10.
 """

@@ -34,7 +34,7 @@ def gate(
     inhibitor : ObjView
         The neurons, such as ``selection.nuclei["gate"][action]``.
     ensembles : iterable of nengo.Ensemble
-        What is silenced.
+        The ensembles to silence.
     strength : float
         Inhibition at 1 kHz, in radii of what an ensemble represents.
     synapse : float

@@ -11,7 +11,7 @@ class Held:
     Parameters
     ----------
     function : callable
-        Of the input alone; the same input gives the same output.
+        A function of the input alone; the same input gives the same output.
     """
 
     def __init__(self, function: Callable[[np.ndarray], np.ndarray]) -> None:

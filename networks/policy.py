@@ -62,7 +62,7 @@ def policy(
     layers : sequence of Layer
         Hidden layers, and the layer of the action.
     ranges : sequence of Ranges
-        Of the hidden layers, see `record_ranges`.
+        The ranges of the hidden layers, see `record_ranges`.
     options : PolicyOptions, optional
         Activation, neurons, rates and time constants.
     seed : int

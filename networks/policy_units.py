@@ -1,9 +1,9 @@
 """The hidden units of a policy as neurons: one or two one-dimensional ensembles each.
 
-Those for z > 0 have encoders +1, those for z < 0 have -1; all are at threshold at z = 0, and all
+Neurons for z > 0 have encoders +1, for z < 0 they have -1; all are at threshold at z = 0, and all
 neurons of an ensemble have the same decoder (`spikeport.networks.solvers.Tied`).
 
-A unit of the first half of a layer and its counterpart in the second have the same neurons. Where
+A unit of the first half of a layer and its counterpart in the second have the same neurons. If
 these units mirror each other, as in a policy that treats left and right alike, what one errs by on
 one side, the other errs by on the other side.
 """
@@ -53,11 +53,11 @@ def hidden_layer(
     label : str
         Its name.
     reach : Ranges
-        Of its units.
+        The ranges of its units.
     options : PolicyOptions
         Neurons, rates and time constants.
     apart : bool
-        Whether ``output`` has the halves of all units by themselves (see `Readout`) or their sums.
+        True if ``output`` has the halves of all units (see `Readout`), not their sums.
     rng : RandomState
         Draws the seeds of the neurons.
     """

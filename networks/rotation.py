@@ -3,7 +3,7 @@
     b = R(-angle) e = [e_x cos + e_y sin, e_y cos - e_x sin]
     a c = ((a + c) / 2)^2 - ((a - c) / 2)^2
 
-A square is a function of one dimension, which few neurons decode well. All eight populations are
+A square is a function of one dimension, which few neurons decode well. The eight populations are
 the same, and even in their value: what squares err mostly cancels in their differences.
 """
 

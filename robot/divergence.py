@@ -52,7 +52,7 @@ class Watch:
         state : (nq + nv,) array
             Positions and velocities, as MuJoCo's ``qpos`` and ``qvel``.
         time_s : float
-            When that is.
+            The time of that state, in s.
         """
         inside = (self._low <= state) & (state <= self._high)
         if np.count_nonzero(inside) == len(state):  # a third of the time of inside.all()

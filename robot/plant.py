@@ -25,7 +25,7 @@ class Plant:
     Parameters
     ----------
     anchored : bool
-        Whether `reset` welds the pelvis to the world at 1.06 m and locks the torso upright.
+        True if `reset` welds the pelvis to the world at 1.06 m and locks the torso upright.
     appearance : str
         As `description.load`.
 

@@ -36,7 +36,7 @@ class Renderer:
     Parameters
     ----------
     model : mujoco.MjModel
-        What to draw, e.g. ``Plant.model``.
+        The model to draw, e.g. ``Plant.model``.
     width, height : int
         Size of the picture in pixels, at most that of the model's framebuffer.
     camera : str

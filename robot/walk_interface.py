@@ -67,7 +67,7 @@ def observation(state: RobotState, command: ArrayLike, last_action: ArrayLike) -
     command : array_like, (3,)
         Wanted vx, vy (m/s) and wz (rad/s) in the pelvis frame.
     last_action : array_like, (19,)
-        What the policy gave last; zeros at the start.
+        The policy's last action; zeros at the start.
     """
     parts = (
         state.base_linear_velocity,

@@ -76,7 +76,7 @@ class Learner:
     options : LearnerOptions
         Sizes, of all workers together.
     worker : Worker
-        Which of them this is; all of them call `update` at the same time.
+        The worker that this is; all of them call `update` at the same time.
 
     Attributes
     ----------
@@ -85,7 +85,7 @@ class Learner:
     robots : int
         Number of its robots.
     actor, average : Module
-        What acts in training, and its running average.
+        The network that acts in training, and its running average.
     """
 
     def __init__(self, options: LearnerOptions, worker: Worker = ALONE) -> None:

@@ -28,7 +28,7 @@ class FeetMotion:
     Attributes
     ----------
     contact : ndarray of bool, (n, 2)
-        Whether a foot is on the floor.
+        True if a foot is on the floor.
     force_n : ndarray, (n, 2)
         Strength of the contact force, N.
     points : ndarray, (n, 2, 2, 3)
@@ -91,7 +91,7 @@ class Motion:
     heading_rad : ndarray, (n,)
         Direction of the pelvis' forward axis about the vertical.
     velocity : ndarray, (n, 3)
-        Of the pelvis, in the pelvis frame, m/s.
+        The velocity of the pelvis, in the pelvis frame, m/s.
     level_velocity : ndarray, (n, 3)
         The same, in a frame that only turns about the vertical, m/s.
     turn_rate : ndarray, (n, 3)

@@ -40,7 +40,7 @@ class LinkFigures:
     asked_again, discarded : int
         Steps that were asked for again; frames that were no answer to the step under way.
     damaged : int
-        How often bytes came that were no frame.
+        Times that bytes came that were no frame.
     overruns : int
         Steps that began late, in real time.
     """

@@ -122,7 +122,7 @@ class Record:
     totals : bytes or None
         The totals at the end; None before it, and of a session that had no end.
     whole : bool
-        Whether the file ends where an entry ends; False before the end.
+        True if the file ends where an entry ends; False before the end.
 
     Raises
     ------

@@ -1,7 +1,7 @@
 """One step of the chip, compiled. Equal to nengo-loihi's emulator in every bit of its state.
 
-All compiled code is in this one file: of what a function calls in other files, numba's cache on
-disk would not notice changes.
+The compiled code is all in this one file: if a function called others in other files, numba's cache
+on disk would not notice changes of those.
 
 Integers are 32 bits wide and wrap; every intermediate is cast, since numba widens int32 sums to
 int64. Loops go over stretches of at most 1,024 compartments and few arrays each: that is what LLVM
@@ -63,7 +63,7 @@ def exchange(
     n_sent : int
         Spikes of the host.
     decoded : bool
-        Whether the values of all outputs are in the host's inbox, see `decode`.
+        True if the values of all outputs are in the host's inbox, see `decode`.
     """
     n_sent, first = 0, len(loaded.state.q)
     for i in range(len(host.sources)):

@@ -36,7 +36,7 @@ class RtlChip:
     image : ChipImage
         The image.
     seed : int
-        Of no effect: what draws random numbers is refused.
+        A seed of no effect: what draws random numbers is refused.
     say : callable
         Is called at the end with a line on states that differ, and one on cycles.
     build : Build, optional

@@ -37,7 +37,7 @@ class Offload(Generic[Result]):
     """A search for the ensembles that have to leave the chip, fewest neurons first.
 
     A move is kept where the problem that it was made for is gone, and taken back where it is not.
-    Where no single ensemble solves one, all that it is about are moved.
+    If no single ensemble solves one, all that it is about are moved.
 
     Parameters
     ----------

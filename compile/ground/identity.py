@@ -1,7 +1,7 @@
 """The identity of a network: everything in it that decides what it is compiled to, as plain data.
 
-Objects are numbered in the order of definition, and refer to each other by number. What nodes call
-while a network runs decides nothing, and is not part of it; what connections compute is.
+Objects are numbered in the order of definition, and refer to each other by number. Functions that
+nodes call while a network runs decide nothing, and are not part of it; those of connections are.
 """
 
 import marshal

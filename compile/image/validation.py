@@ -3,7 +3,7 @@
 Kernels follow the numbers of an image without looking. A file with a digest that fits can have been
 made by hand, so all that a kernel relies on is compared first: the length of every array, the order
 of every start, the bounds of every number, and, across tables, that axons, rows and targets lie
-within the group or block they belong to. What an image computes may still be nonsense.
+within the group or block they belong to. The image may still compute nonsense.
 """
 
 import math

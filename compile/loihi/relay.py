@@ -4,7 +4,7 @@ Decode neurons stand between a decoded connection and its target. The weights fr
 target depend on their kind, so a target has one group of such synapses for every kind in use.
 
 nengo-loihi filters twice: by a connection's synapse on the way into decode neurons, and for 5 ms
-behind them. Where the filter of the target's compartments is stated, both and the step between them
+behind them. If the filter of the target's compartments is stated, both and the step between them
 have the synapse's delay in sum, as long as no less than 5 ms of it is left before decode neurons,
 which spikes that are not filtered would drive beyond their range.
 

@@ -28,10 +28,10 @@ class Pack(ImagePass):
     Parameters
     ----------
     effort : int
-        How much is tried. 0: simple rules; 1: also to empty cores; from 2 on also to cut blocks to
-        parts of up to 1 / effort of a core, where that saves cores.
+        Effort of the search. 0: simple rules; 1: also to empty cores; from 2 on also to cut blocks
+        to parts of up to 1 / effort of a core, where that saves cores.
     exact : bool
-        Whether to look for the fewest cores of all that these blocks or pieces take; for up to some
+        True to look for the fewest cores of all that these blocks or pieces take; for up to some
         100 of them.
     """
 

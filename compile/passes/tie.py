@@ -35,7 +35,7 @@ class Tie(NetworkPass):
     """Let neurons of an ensemble that encode alike share a decoder, where that saves cores.
 
     Neurons with equal encoders get one decoder for each connection, by least squares: they can then
-    share an input axon and its synapses. What is decoded changes, by the error that is noted.
+    share an input axon and its synapses. Decoded values change, by the error that is noted.
 
     Ensembles that may be fused are tied together or not at all. First all are. If the passes that
     follow then need fewer cores, those that are tied in vain get their own decoders back, the

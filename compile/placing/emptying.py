@@ -121,7 +121,7 @@ def emptied(problem: Problem, bins: Bins, exchanges: int = EXCHANGES) -> Bins:
     bins : Bins
         A packing of them; stays as it is.
     exchanges : int
-        How often it is tried, in all, to put a block in the place of another.
+        The number of attempts, in all, to put a block in the place of another.
     """
     while True:
         emptying = Emptying(problem, bins, exchanges)

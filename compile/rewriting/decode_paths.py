@@ -261,9 +261,9 @@ def rejected(costs: Sequence[PathCost], slack: Slack, shared: bool = True) -> di
     costs : sequence of PathCost
         The costs of all paths.
     slack : Slack
-        What a lower error may cost.
+        The price that a lower error may have.
     shared : bool
-        Whether the connection's own filter is that of its target, so that it can be wired directly.
+        True if the connection's own filter is that of its target, so that it can be wired directly.
     """
     reasons = {} if shared else {"direct": OTHER_FILTER}
     relay_s = min(one.delay_s for one in costs if one.path in RELAYS)

@@ -79,7 +79,7 @@ def _built(
     built = {ensemble: solver.ensemble(ensemble) for ensemble in partition.places}
     for connection in matrices.replaced:
         pre = connection.pre_obj
-        # What an ensemble that stays decodes, its own builder solves, later.
+        # The decoders of an ensemble that stays are solved later, by its own builder.
         if not isinstance(pre, nengo.Ensemble) or pre in partition:
             built[connection] = solver.built(connection)
     return built

@@ -58,7 +58,7 @@ class DrawTask:
     stroke : (n, 3) array
         Its points in m, close together.
     hand : (3,) array
-        Where the hand starts, in m.
+        The hand's place at the start, in m.
     seconds : float
         Time of the whole run.
     dt_s : float

@@ -33,7 +33,7 @@ class TaskAim:
     Attributes
     ----------
     task : ArmTask or None
-        What its arm does; None for a hand that is to stay where it is.
+        The task of its arm; None for a hand that is to stay where it is.
     """
 
     def __init__(self, plant: Plant) -> None:
@@ -57,12 +57,12 @@ class ArmPort(Port):
     plant : Plant
         The robot.
     aim : Aim
-        Where the hand is and is to be.
+        The source of the hand's place and target.
 
     Attributes
     ----------
     drives : bool
-        Whether its torques drive the arm; they are recorded in any case.
+        True if its torques drive the arm; they are recorded in any case.
     seen : tuple of array
         The last observation: angles (4,), velocities (4,), hand (3,) and target (3,).
     """

@@ -91,11 +91,11 @@ class ReachTask:
     Parameters
     ----------
     box : TargetBox
-        Where targets are drawn from.
+        The box that targets are drawn from.
     seed : int
         Seed of the targets.
     hand : (3,) array
-        Where the hand starts, in metres.
+        The hand's place at the start, in m.
     """
 
     def __init__(self, box: TargetBox, seed: int, hand: np.ndarray) -> None:

@@ -18,7 +18,7 @@ class RandomCommands:
     Parameters
     ----------
     seconds : float
-        How long an episode takes.
+        The length of an episode.
     seed : int
         Draws times and commands.
     """

@@ -77,9 +77,9 @@ class Stage:
     Parameters
     ----------
     perturbation : Perturbation
-        What it is perturbed by.
+        The perturbation of the robot.
     seconds : float
-        How long it walks.
+        The time for which it walks.
     seed : int
         Draws posture, commands, and what a perturbation leaves to chance.
     encoding : Box or None

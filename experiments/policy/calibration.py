@@ -159,11 +159,11 @@ def calibrated_policy(
     Parameters
     ----------
     layers, ranges, options, seed
-        Those of the policy, as `spikeport.networks.policy.policy` takes them.
+        The arguments of `spikeport.networks.policy.policy`.
     observations : (m, n) array
-        Those of the exact policy's gait, each to be held for 5 ms.
+        Observations of the exact policy's gait, each to be held for 5 ms.
     walks : Walks
-        Of the robot.
+        The walks of the robot.
     run : Options
         Chip, backend and pipeline on which the neurons are to run.
     """

@@ -63,7 +63,7 @@ class Conversion:
     options : PolicyOptions
         Neurons and time constants; with the perceptron's activation.
     observations : (m, n) array
-        What its units' ranges are taken from.
+        The observations that its units' ranges are taken from.
     seed : int
         Seed of the neurons.
     """
@@ -114,7 +114,7 @@ def convert(conversion: Conversion, chip: str, passes: str, progress: Progress) 
     Parameters
     ----------
     conversion : Conversion
-        What is converted, and how.
+        The perceptron, its units' options and its observations.
     chip, passes : str
         As `spikeport.compile_network` takes them.
     progress : callable

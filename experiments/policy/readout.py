@@ -70,13 +70,13 @@ def calibrated(
     Parameters
     ----------
     trial : PolicyTrial
-        What is asked for.
+        The trial, with the read-out it asks for.
     layers, ranges
-        Those of the policy, as `spikeport.networks.policy.policy` takes them.
+        The arguments of `spikeport.networks.policy.policy`.
     gait : (n, 69) array
         Recorded observations.
     walks : Walks
-        Of the robot.
+        The walks of the robot.
 
     Raises
     ------

@@ -48,7 +48,7 @@ class PolicySettings(Perturbation):
     or takes them from a file that ``spikeport calibrate`` wrote; where it is false, the policy is
     as it was converted, as in the paper; ``auto`` fits it on a chip, but not in float, where that
     takes many minutes. ``appearance`` is that of the robot in pictures: ``primitive``, or
-    ``menagerie`` for meshes. All others are those of `spikeport.robot.perturbation.Perturbation`.
+    ``menagerie`` for meshes. The others are those of `spikeport.robot.perturbation.Perturbation`.
     """
 
     policies: ClassVar[tuple[str, ...]] = ("spiking",)

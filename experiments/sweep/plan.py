@@ -29,9 +29,9 @@ class Sweep:
     varied : mapping
         The values of each setting that differs from point to point; ``backend`` can be one.
     seeds : tuple of int
-        Of the run and, where it is neither set nor varied, of the network.
+        Seeds of the run and, where it is neither set nor varied, of the network.
     probes : bool
-        Whether the time series of each point are kept, too.
+        True if the time series of each point are kept, too.
     """
 
     experiment: str

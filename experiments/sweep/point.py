@@ -34,7 +34,7 @@ class PointRun:
     sweep : str
         A text that no other sweep has: a worker of a cluster may see several.
     keeps : bool
-        Whether the user's cache is used; else results are shared by the workers of a folder alone.
+        True if the user's cache is used; else results are shared by the workers of a folder alone.
     """
 
     sweep: str

@@ -12,7 +12,7 @@ class Queue:
     Parameters
     ----------
     points : iterable of Point
-        All of them.
+        The points of the sweep.
     """
 
     def __init__(self, points: Iterable[Point]) -> None:

@@ -3,8 +3,8 @@
     p(t) = p_0 + (p_1 - p_0) w(t / T),    w(tau) = 10 tau^3 - 15 tau^4 + 6 tau^5
 
 The weld begins where the walking robot is, p_0, and within T brings it to where it stood at the
-start of the run, p_1: at the same height and upright, but in place and heading of now. When it is
-let go it stands.
+start of the run, p_1: at the same height and upright, but in place and heading of now. It stands
+when it is let go.
 """
 
 from collections.abc import Iterator

@@ -25,7 +25,7 @@ _SHOULDER = np.array(SHOULDER_M)
 class Frame(NamedTuple):
     """A frame of axes ``rotation`` (3, 3), whose ``origin`` (3,) in the world is seen at ``home``.
 
-    All in m.
+    Places are in m.
     """
 
     origin: np.ndarray

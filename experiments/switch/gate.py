@@ -43,13 +43,13 @@ class Workplace:
     Attributes
     ----------
     task : ArmTask or None
-        What the arm does; None while the robot walks.
+        The task of the arm; None while the robot walks.
     sheet : Frame
         The frame of the sheet to draw on.
     seen : (3,) array
         The hand as the task sees it, in m: on its sheet, or from the torso.
     hand : (3,) array
-        Where the hand is in the world, in m.
+        The hand's place in the world, in m.
     """
 
     def __init__(self, plant: Plant) -> None:
@@ -102,7 +102,7 @@ class WorkRecording(Recording):
     seen_m : (n, 3) array
         The hand as the arm's task sees it: on its sheet, or from the torso.
     hands_m : (n, 3) array
-        Where the hand was in the world.
+        The hand's place in the world, in m.
     """
 
     seen_m: np.ndarray
@@ -121,16 +121,16 @@ class ScheduleGate(Port):
     arm : ArmPort
         Its arm.
     place : Workplace
-        Where the arm works.
+        The workplace of the arm.
     anchors : bool
-        Whether the pelvis is welded to the world while the arm's gate is open.
+        True if the pelvis is welded to the world while the arm's gate is open.
 
     Attributes
     ----------
     goals : sequence of Goal
         The schedule's.
     utilities : (2,) array
-        Those of the present phase.
+        The utilities of the present phase.
     paths : list of WalkPath or None
         The path of every phase so far, where it was laid down; None where the arm worked.
     """
@@ -193,7 +193,7 @@ class HumanoidRig(Rig):
     plant : Plant
         The robot.
     anchors : bool
-        Whether the pelvis is welded to the world while the arm's gate is open.
+        True if the pelvis is welded to the world while the arm's gate is open.
     encoding : Box or None
         Range of the observations that the policy represents.
     observe_every_s, dt_s : float

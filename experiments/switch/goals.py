@@ -106,7 +106,7 @@ class RetractTask:
     Parameters
     ----------
     hand : (3,) array
-        Where it starts, in m.
+        The hand's place at the start, in m.
     seconds : float
         Time of the whole phase.
     dt_s : float

@@ -31,15 +31,15 @@ class SwitchRun(NamedTuple):
     seen_m : (n, 3) array
         The hand as the arm's task sees it: on its sheet, or from the torso.
     hands_m : (n, 3) array
-        Where the hand was in the world.
+        The hand's place in the world.
     gates : (n_steps, n_actions) array
         1 for the action that is selected.
     spikes : dict of str to (n_steps, n_neurons) array
         Spikes of each nucleus, action by action; empty without neurons.
     fallen_at_s : float or None
-        When the robot fell.
+        The time at which the robot fell.
     anchored : bool
-        Whether the pelvis was held while the arm worked.
+        True if the pelvis was held while the arm worked.
     sim : Simulator
         The simulator that ran.
     wall_s : float

@@ -75,8 +75,8 @@ class Rehearsals:
     exact : ExactControllers
         The controllers.
     anchors : bool
-        Whether the pelvis is held while the arm works. Where it is not, the policy balances, and
-        its observations of the arm at work count too.
+        True if the pelvis is held while the arm works. If it is not, the policy balances, and its
+        observations of the arm at work count too.
     goals : callable
         The goals of the schedule, from a seed.
     file : Path

@@ -27,7 +27,7 @@ class Row(NamedTuple):
     unit : str
         The unit of its values.
     times_s : (n,) array
-        When its values or spikes are, in s.
+        The times of its values or spikes, in s.
     values : (n, lines) or (n,) array
         Values of each line; for spikes the numbers of their neurons.
     labels : list of str

@@ -35,7 +35,7 @@ class TurnFirst:
         Parameters
         ----------
         command : (2,) array
-            Those that the follower commands.
+            The speed and yaw rate that the follower commands.
         reference : (4,) array
             Place in m and velocity in m/s to take.
         state : (5,) array

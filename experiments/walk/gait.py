@@ -1,9 +1,9 @@
 """Gaits by which a policy in spikes is made and calibrated.
 
-The exact policy walks random commands for 40 s. What is observed meanwhile, and its mirror image,
-gives the range of every observation (`encoding`), and of every hidden unit
-(`spikeport.networks.policy.record_ranges`), and is what a read-out is refitted on. How a policy
-walks straight on tells how it is trimmed (`drift_trim`).
+The exact policy walks random commands for 40 s. Its observations, with their mirror images,
+give the range of every observation (`encoding`), and of every hidden unit
+(`spikeport.networks.policy.record_ranges`), and a read-out is refitted on them. The drift of a
+policy that walks straight on gives its trim (`drift_trim`).
 """
 
 from collections.abc import Callable, Sequence

@@ -58,9 +58,9 @@ class WalkPort(Port):
     path : WalkPath
         The path that is followed.
     lends_arm : bool
-        Whether another port drives the right arm; the action then drives all other joints.
+        True if another port drives the right arm; the action then drives all other joints.
     fallen_at_s : float or None
-        When the robot fell, which ends the run.
+        The time at which the robot fell, which ends the run.
     seen : tuple of array
         The last observation (69,), before it is clipped, with reference (4,) and state (5,), as
         controllers know it; what is recorded is the true state.

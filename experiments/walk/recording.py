@@ -59,7 +59,7 @@ class WalkRecording(Recording):
     height_m : (n,) array
         Height of the pelvis.
     on_floor : (n, 2) array of bool
-        Whether the left and the right foot touch the floor.
+        True if the left and the right foot touch the floor.
     """
 
     observation: np.ndarray
@@ -106,9 +106,9 @@ class WalkRun(NamedTuple):
     seconds : float
         Simulated time that was asked for.
     recording : WalkRecording
-        All physics steps.
+        The recording of all physics steps.
     fallen_at_s : float or None
-        When the robot fell.
+        The time at which the robot fell.
     encoding : Box or None
         Range of the observations that the policy represents; None where it is exact.
     sim : Simulator

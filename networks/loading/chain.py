@@ -41,7 +41,7 @@ class Chain:
     constant : ndarray
         c, ``(n,)`` or ``()``.
     layers : tuple of Layer
-        Those that ended in an activation.
+        The layers that ended in an activation.
     activations : tuple of str
         Theirs.
     """

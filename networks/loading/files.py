@@ -35,7 +35,7 @@ def load_mlp(path: Path, activation: str = ACTIVATION) -> Mlp:
     path : Path
         A file of any of the formats.
     activation : str
-        Of the actor of a checkpoint; other files say which they have.
+        The function of a checkpoint's actor; other files have it in them.
 
     Raises
     ------

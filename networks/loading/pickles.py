@@ -1,7 +1,7 @@
-"""Pickles as data: a reader that makes plain values, and calls nothing but what it is given.
+"""Pickles as data: a reader that makes plain values, and calls nothing but a list of known names.
 
 Python's own unpickler looks names up and calls them, and five bytes may ask it for 16 GB. So the
-instructions are carried out here. What a file names is one of the known names, or refused.
+instructions are carried out here. A name in a file is one of the known names, or refused.
 """
 
 import pickletools

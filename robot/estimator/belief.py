@@ -43,7 +43,7 @@ class Belief(NamedTuple):
     gyroscope_bias, accelerometer_bias : ndarray, (3,)
         In rad/s and m/s^2.
     covariance : ndarray, (27, 27)
-        Of the errors.
+        The covariance of the errors.
     """
 
     pose: Pose

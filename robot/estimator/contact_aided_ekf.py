@@ -48,7 +48,7 @@ class EkfNoise:
     floor_m : float or None
         By how much the floor is not level where a foot lands; None if it need not be level at all.
     fix : FixNoise
-        Of a fix from outside.
+        The noise of a fix from outside.
     contact : ContactLimits
         By which a point stands.
     tilt_rad, velocity_m_s, gyroscope_bias, accelerometer_bias : float
@@ -76,14 +76,14 @@ class ContactAidedEkf:
     Parameters
     ----------
     noise : EkfNoise
-        Of sensors and contacts.
+        The noise of sensors and contacts.
 
     Attributes
     ----------
     belief : Belief
         State of the IMU with its uncertainty.
     standing : ndarray, (4,) of bool
-        Which of ``legs.POINTS`` stand.
+        The points of ``legs.POINTS`` that stand.
     """
 
     belief: Belief

@@ -47,7 +47,7 @@ class Legs:
     Attributes
     ----------
     radii_m : ndarray, (4,)
-        Of the contact shapes.
+        The radii of the contact shapes.
     """
 
     def __init__(self) -> None:

@@ -37,11 +37,11 @@ class ImuNoise:
     Attributes
     ----------
     gyroscope, accelerometer : float
-        Of white noise, rad/s and m/s^2.
+        The density of white noise, rad/s and m/s^2.
     gyroscope_walk, accelerometer_walk : float
-        Of the biases' random walks, rad/s^2 and m/s^3.
+        The density of the biases' random walks, rad/s^2 and m/s^3.
     slip, sinking : float
-        Of the velocity of a contact that stands, along the floor and across it, m/s.
+        The velocity of a contact that stands, along the floor and across it, m/s.
     """
 
     gyroscope: float = 0.002

@@ -25,7 +25,7 @@ class SensorErrors:
     accelerometer, accelerometer_bias : float
         In m/s^2.
     q, dq : float
-        Of joint angles and velocities, rad and rad/s.
+        The noise of joint angles and velocities, rad and rad/s.
     torque : float
         In N m.
     """

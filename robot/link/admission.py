@@ -32,9 +32,9 @@ class Limits(NamedTuple):
     Attributes
     ----------
     low_rad, high_rad : ndarray
-        Of joint angles.
+        The bounds of joint angles.
     speed_rad_s, torque_nm : ndarray
-        Of the sizes of velocities and torques.
+        The bounds of the sizes of velocities and torques.
     """
 
     low_rad: np.ndarray
@@ -51,9 +51,9 @@ class Arrival(NamedTuple):
     sensors : Sensors
         The observation.
     intact : bool
-        Whether its CRC is right.
+        True if its CRC is right.
     writer : hashable
-        Who wrote it, as the bus names writers.
+        The writer, as the bus names writers.
     remote : bytes
         The 40 bytes of the wireless remote; empty where there is none.
     """
@@ -82,7 +82,7 @@ def refusal(arrival: Arrival, last: Arrival | None, limits: Limits) -> str | Non
     last : Arrival or None
         The last one that was trusted.
     limits : Limits
-        Of plausible observations.
+        The limits of plausible observations.
     """
     if not arrival.intact:
         return "its CRC is wrong"

@@ -67,9 +67,9 @@ class Bus:
     Parameters
     ----------
     place : Place
-        Where it takes part.
+        The domain and interface it takes part in.
     keeps_all : bool
-        Whether readers ask for what is lost, and keep what is not yet read, as lock-step is in need
+        True if readers ask for what is lost, and keep what is not yet read, as lock-step is in need
         of; else the latest message wins, as with Unitree's.
 
     Raises
@@ -133,7 +133,7 @@ class Writer:
         self.entities = (named, self._writer)
         self._sample = kind()
         self._bytes = b""
-        # What a writer asks of a sample is to be made bytes: these are, and no field is touched.
+        # A writer asks of a sample to be made bytes: these are, and no field is touched.
         self._sample.serialize = lambda **_: self._bytes
 
     def write(self, message: bytes) -> None:

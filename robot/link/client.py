@@ -33,7 +33,7 @@ class Observed(NamedTuple):
     truth : Base or None
         Motion of the pelvis, where a simulation publishes it.
     writer : int
-        Who wrote it.
+        The writer of the state.
     remote : bytes
         The message of the wireless remote; empty where nobody asked for it.
     asks : int
@@ -41,7 +41,7 @@ class Observed(NamedTuple):
     came : int
         The tick that it asked to be answered when it came.
     controller : int
-        Who is obeyed, in lock-step; 0 for nobody yet.
+        The controller that is obeyed, in lock-step; 0 for nobody yet.
     odometry : Base or None
         Motion of the pelvis by an odometer, where one is published.
     """

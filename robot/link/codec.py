@@ -59,9 +59,9 @@ class Base(NamedTuple):
     tick : int
         The moment, in ms, as of a state.
     position : ndarray, (3,)
-        Of the pelvis in the world, m.
+        The place of the pelvis in the world, m.
     velocity : ndarray, (3,)
-        Of the pelvis in the world, m/s.
+        The velocity of the pelvis in the world, m/s.
     quaternion : ndarray, (4,)
         Its orientation, (w, x, y, z); 0 where it is not published.
     """

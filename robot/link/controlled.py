@@ -40,9 +40,9 @@ class ControlledRobot(RealTimeRobot):
     Parameters
     ----------
     bus : Bus
-        Where it is.
+        The bus of the robot.
     needs : Topic or None
-        What an observation is whole only with, beside a state.
+        A topic beside the state, without which no observation is whole.
     period_s : float
         Time from one command to the next.
     clock : Clock

@@ -30,7 +30,7 @@ class Hoist:
     Attributes
     ----------
     held : Held
-        How it holds the robot.
+        The way it holds the robot.
     """
 
     def __init__(self, plant: Plant) -> None:

@@ -44,14 +44,14 @@ class LockStep:
     faults : sequence of Fault
         A plan of faults.
     tells_truth : bool
-        Whether it publishes place and velocity of its pelvis.
+        True if it publishes place and velocity of its pelvis.
 
     Attributes
     ----------
     robot : SimulatedRobot
         The robot.
     silent : bool
-        Whether a fault made it fall silent.
+        True if a fault made it fall silent.
     """
 
     def __init__(

@@ -47,7 +47,7 @@ class EstimatedMotion:
     name : str
         One of `ESTIMATORS`.
     held : Fix or None
-        Where a hoist holds the pelvis: a fix at every observation.
+        The place in which a hoist holds the pelvis: a fix at every observation.
 
     Raises
     ------

@@ -42,9 +42,9 @@ class MotionSwitcher:
     Parameters
     ----------
     bus : Bus
-        Where it is.
+        The bus of the robot.
     required : bool
-        Whether a robot without one is refused, as where it may be real.
+        True if a robot without one is refused, as where it may be real.
     """
 
     def __init__(self, bus: "Bus", required: bool) -> None:
@@ -111,7 +111,7 @@ class SwitcherService:
     Parameters
     ----------
     bus : Bus
-        Where it is.
+        The bus of the robot.
     robot : SimulatedRobot
         The robot, whose sport mode it releases.
     """

@@ -39,12 +39,12 @@ class DdsRobot(CommandedRobot):
     Parameters
     ----------
     bus : Bus
-        Where it is; closed with this.
+        The bus of the robot; closed with this.
     needs : Topic or None
-        What an observation is whole only with, beside a state: `TRUTHS`, which only a simulation
-        has, or `ODOMETRY`.
+        A topic beside the state, without which no observation is whole: `TRUTHS`, which only a
+        simulation has, or `ODOMETRY`.
     waits : bool
-        Whether what is published beside a state is waited for, as in lock-step.
+        True if what is published beside a state is waited for, as in lock-step.
     switcher : MotionSwitcher, optional
         Releases sport mode before the first command.
     """
@@ -153,9 +153,9 @@ class LockStepRobot(DdsRobot):
     Parameters
     ----------
     bus : Bus
-        Where it is.
+        The bus of the robot.
     needs : Topic or None
-        What an observation is whole only with, beside a state.
+        A topic beside the state, without which no observation is whole.
     switcher : MotionSwitcher, optional
         Releases sport mode before the first command.
     """
@@ -207,9 +207,9 @@ class RealTimeRobot(DdsRobot):
     Parameters
     ----------
     bus : Bus
-        Where it is.
+        The bus of the robot.
     needs : Topic or None
-        What an observation is whole only with, beside a state.
+        A topic beside the state, without which no observation is whole.
     period_s : float
         Time from one command to the next.
     clock : Clock
@@ -286,15 +286,15 @@ def join(
     Parameters
     ----------
     place : Place
-        Where it is.
+        The domain and interface of the robot.
     real_time : bool
-        Whether it keeps to the clock.
+        True if it keeps to the clock.
     settings : RobotSettings
-        Of which the rate is that of commands.
+        The settings of the robot; their rate is that of commands.
     needs : Topic or None
-        What an observation is whole only with, beside a state.
+        A topic beside the state, without which no observation is whole.
     switches : bool
-        Whether sport mode is released first; a robot of one's own in lock-step has none.
+        True if sport mode is released first; a robot of one's own in lock-step has none.
 
     Raises
     ------

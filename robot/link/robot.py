@@ -3,7 +3,7 @@
     torque = tau + kp (q - q_joint) + kd (dq - dq_joint)
 
 It is clipped to the motor's largest torque, and a motor at its largest speed pushes no further.
-All joints are damped until the first command, and again from the next step of the physics on when
+Joints are damped until the first command, and again from the next step of the physics on when
 none came for as long as the watchdog waits.
 """
 
@@ -46,13 +46,13 @@ class Refusals:
     Attributes
     ----------
     damaged : int
-        Of another size, or with a wrong checksum.
+        Messages of another size, or with a wrong checksum.
     beyond_limits : int
-        With a number that is not finite, or that no motor is to obey.
+        Messages with a number that is not finite, or that no motor is to obey.
     second_writer : int
-        From another writer than the first.
+        Messages from another writer than the first.
     sport_mode : int
-        While sport mode commanded.
+        Messages that came while sport mode commanded.
     """
 
     damaged: int = 0
@@ -79,11 +79,11 @@ class SimulatedRobot:
     steps : int
         Steps since it began.
     refusals : Refusals
-        What it did not obey.
+        The counts of messages that it did not obey.
     watchdog_trips : int
-        How often it went into damping.
+        The number of times it went into damping.
     last_refusal : str
-        Why it refused a message last.
+        The reason why it refused a message last.
     sport_mode : str
         The mode that commands it in a controller's stead; empty if none does.
     hoist : Hoist

@@ -31,13 +31,13 @@ class Service:
     Attributes
     ----------
     place : Place
-        Where it is spoken with.
+        The domain and interface that it is spoken with in.
     robot : RobotSettings
         The robot.
     lock_step : bool
-        Whether it waits for the answer to each state, rather than keep to the clock.
+        True if it waits for the answer to each state, rather than keep to the clock.
     truth : bool
-        Whether it publishes place and velocity of its pelvis.
+        True if it publishes place and velocity of its pelvis.
     faults : sequence of Fault
         A plan of faults, for lock-step.
     once : bool
@@ -61,9 +61,9 @@ class Interface:
     Parameters
     ----------
     bus : Bus
-        Where they are.
+        The bus of the topics.
     service : Service
-        What is published, and when nobody is waited for any more.
+        The settings: topics that are published, and times after which nobody is waited for.
     """
 
     def __init__(self, bus: Bus, service: Service) -> None:
@@ -100,7 +100,7 @@ class Attendant:
     Parameters
     ----------
     bus : Bus
-        Where the motion switcher is.
+        The bus of the motion switcher.
     robot : SimulatedRobot
         The robot.
     terminal : Terminal

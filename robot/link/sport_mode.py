@@ -37,7 +37,7 @@ class SportModeRelease:
     Attributes
     ----------
     released : bool
-        Whether there is no mode any more.
+        True if there is no mode any more.
     mode : str
         The mode's name, as it was last checked.
     """

@@ -26,7 +26,7 @@ class StubRobot(RobotClient):
     settings : RobotSettings
         The robot.
     real_time : bool
-        Whether it keeps to the clock.
+        True if it keeps to the clock.
     faults : sequence of str
         A plan of faults.
     """

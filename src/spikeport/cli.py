@@ -1,7 +1,7 @@
 """The command line.
 
-Exit codes: 0 done, 1 the network does not fit or a run failed, 2 wrong use, 130 interrupted. Which
-of 1 and 2 it is belongs to the class of the error: `SpikeportError.exit_code`.
+Exit codes: 0 done, 1 the network does not fit or a run failed, 2 wrong use, 130 interrupted. The
+class of an error decides between 1 and 2: `SpikeportError.exit_code`.
 """
 
 import io

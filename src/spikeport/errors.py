@@ -23,7 +23,7 @@ A message names the object, the rule, what was used against the limit, and the c
 line exits with the ``exit_code`` of an error's class: 1 where a network or a run failed, 2 where
 the request itself cannot be met.
 
-All of them can be imported from here. `RefusedError` and those below it are Nengo's errors too, and
+Every error can be imported from here. `RefusedError` and those below it are Nengo's errors too, and
 are imported when they are first asked for: Nengo takes a second, which an error need not wait for.
 """
 
@@ -161,7 +161,7 @@ def unknown(kind: str, name: str, known: Iterable[str]) -> UsageError:
     Parameters
     ----------
     kind : str
-        What was looked for, e.g. ``"backend"``.
+        The kind of thing that was looked for, e.g. ``"backend"``.
     name : str
         The name that was given.
     known : iterable of str

@@ -56,7 +56,7 @@ class Simulator:
     seed : int, optional
         Seed of noise and processes; by default the network's seed + 1.
     progress_bar : bool or nengo.utils.progress.ProgressBar
-        How runs show their progress; by default they do not.
+        The progress bar of runs; by default none.
     pipeline : Pipeline or str, optional
         The passes of the compile; by default the chip's.
     counts : str or Path, optional
@@ -84,7 +84,7 @@ class Simulator:
         Image, report and host side; None on the reference backend, and where no ensemble is on the
         chip, so that all of the network runs on the host.
     data : mapping of nengo.Probe to (n_steps, size) array
-        What the probes recorded; ``data[ensemble]`` and ``data[connection]`` hold what Nengo built.
+        Recordings of the probes; ``data[ensemble]`` and ``data[connection]`` hold what Nengo built.
 
     Raises
     ------

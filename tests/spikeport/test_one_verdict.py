@@ -61,7 +61,7 @@ def test_the_list_has_networks_of_every_verdict() -> None:
     refused = [name for name, one in found.items() if one.code == 1]
     assert (len(fit), len(on_host), len(refused)) == (2, 2, 8)
     offloaded = {name: of_simulator(make(), {"offload": True}) for name, make in NETWORKS.items()}
-    # What float Nengo cannot compute either is no better on the host.
+    # An operation that float Nengo cannot compute either is no better on the host.
     assert [name for name, one in offloaded.items() if one.code] == [
         "with_a_sparse_transform",
         "with_an_undefined_function",

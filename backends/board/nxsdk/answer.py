@@ -27,14 +27,14 @@ def recv_bytes(snip: Any, bytes_expected: int) -> np.ndarray:
     Parameters
     ----------
     snip : HostSnip
-        Of nengo-loihi: its ``socket`` is read from, for ``recv_retries`` times ``recv_timeout`` s.
+        nengo-loihi's; its ``socket`` is read, ``recv_retries`` times for ``recv_timeout`` s.
     bytes_expected : int
         Size of the answer, in packets of 256 bytes.
 
     Returns
     -------
     values : (n,) int32 array
-        Of each chip, the time step and its outputs, filled up to whole packets.
+        The time step and the outputs of each chip, filled up to whole packets.
 
     Raises
     ------

@@ -79,7 +79,7 @@ class Folded:
     populations : dict of str to Population
         The populations by name, each after those that lead to it, but for recurrence.
     outputs : dict of str to Signal
-        What is read.
+        The signals that are read.
     """
 
     dt_s: float

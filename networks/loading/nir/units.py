@@ -100,7 +100,7 @@ def _exponents(population: Population, weights: sparse.csr_matrix, leak: np.ndar
 def _full(exponents: np.ndarray, weights: sparse.csr_matrix) -> np.ndarray:
     """Return thresholds, (n,), with which the largest weights take all bits of one synapse.
 
-    All weights share one step, hence no row's become larger than the largest are.
+    Since all weights share one step, no row's become larger than the largest are.
     """
     flat: np.ndarray = np.exp2(exponents)
     rows = abs(weights).max(axis=1).toarray().ravel()

@@ -112,7 +112,7 @@ WALK_S = 40.0
 SWEEP_S = 20.0
 """Five of the six turns of the path."""
 LONGEST_S = 60.0
-"""Of a schedule, which ends a run by itself."""
+"""Most seconds of a schedule, which ends a run by itself."""
 
 FIGURES: dict[str, PaperFigure | PaperOverview | PaperSweep] = {
     "teaser": PaperFigure("Fig. 1: walking, drawing and walking on", "switch", LONGEST_S, {}),
