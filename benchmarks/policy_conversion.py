@@ -106,8 +106,8 @@ def errors(name: str, readout: Readout, halves: np.ndarray, wanted: np.ndarray) 
     """The least error over all lags, and the lag."""
     found, spread = halves @ readout.weights.T + readout.bias, np.sqrt(wanted.var(axis=0).mean())
     first, end = max(SETTLING, MOST_LAG), len(wanted)
-    apart = [found[first:] - wanted[first - lag : end - lag] for lag in range(MOST_LAG)]
-    rms = [float(np.sqrt(np.mean(error**2)) / spread) for error in apart]
+    differences = [found[first:] - wanted[first - lag : end - lag] for lag in range(MOST_LAG)]
+    rms = [float(np.sqrt(np.mean(error**2)) / spread) for error in differences]
     return {name: min(rms), f"{name}_lag_s": HOLD_S * int(np.argmin(rms))}
 
 

@@ -272,7 +272,7 @@ class _Builder:
 
 
 def _select(n_joints: int, extra: dict[int, float] | None = None) -> np.ndarray:
-    """Rows that pick the joint angles from the state, and one row with the given weights."""
+    """Rows that pick the joint angles from the state, and one row with these weights."""
     rows = np.eye(STATE_SIZE)[:n_joints]
     if extra is None:
         return rows

@@ -1,6 +1,6 @@
 """The path follower as a network, in spikes or exact.
 
-    b = R(-heading) (e_x, e_y) / reach                       the error seen by the robot
+    b = R(-heading) (e_x, e_y) / reach                       the error in the robot's frame
     wz = kp_heading atan2(b_y, b_x), limited                 zero is ahead: there is no wrap
     v = max_speed (|e| / reach + kd_speed |e_v| / max_speed), limited
 
@@ -101,10 +101,10 @@ class _Errors:
 
     def __call__(self, values: np.ndarray) -> np.ndarray:
         heading, motion = values[REFERENCE_SIZE], values[REFERENCE_SIZE + 1 :]
-        apart = values[:REFERENCE_SIZE] - motion
+        error = values[:REFERENCE_SIZE] - motion
         turn = np.cos(heading), np.sin(heading)
         return np.concatenate(
-            (_share(apart[:2], self._reach_m), turn, _share(apart[2:], self._fastest_m_s))
+            (_share(error[:2], self._reach_m), turn, _share(error[2:], self._fastest_m_s))
         )
 
 

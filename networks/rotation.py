@@ -30,7 +30,7 @@ ROTATION = np.array([[1, -1, 1, -1, 0, 0, 0, 0], [0, 0, 0, 0, 1, -1, -1, 1]])
 """b from the squares of the halves."""
 
 STRIDE = 7
-"""Neighbours in intercept are so many apart in rate: no rate is that of one region."""
+"""Neighbours in intercept differ by so many in rate: no rate is that of one region."""
 
 N_POINTS = 1000
 """Values at which the decoders of a square are solved."""
@@ -46,7 +46,7 @@ class Squares:
 
 
 def rotate(turned: nengo.Node, body: nengo.Ensemble, squares: Squares) -> None:
-    """Connect a vector and an angle with the ensemble of the vector seen from that angle.
+    """Connect a vector and an angle with the ensemble of the vector turned back by that angle.
 
     Parameters
     ----------

@@ -40,7 +40,7 @@ def _indices(joints: tuple[str, ...]) -> np.ndarray:
     return places
 
 
-def values(what: str, given: ArrayLike, joints: Sequence[str]) -> np.ndarray:
+def values(what: str, numbers: ArrayLike, joints: Sequence[str]) -> np.ndarray:
     """One finite number per joint, ``(n,)``; a single number serves all of them.
 
     Raises
@@ -48,7 +48,7 @@ def values(what: str, given: ArrayLike, joints: Sequence[str]) -> np.ndarray:
     UsageError
         The numbers do not fit the joints, or one is not finite.
     """
-    array = np.asarray(given, dtype=float)
+    array = np.asarray(numbers, dtype=float)
     if array.shape not in ((), (len(joints),)):
         raise UsageError(
             f"{what}: shape {array.shape} given for {len(joints)} joints; give one each"

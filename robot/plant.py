@@ -224,8 +224,8 @@ class Plant:
         together = tuple(joints)
         if self._modes.get(together) == mode:
             return False
-        apart = {k: m for k, m in self._modes.items() if not set(k) & set(together)}
-        self._modes = {**apart, together: mode}
+        others = {k: m for k, m in self._modes.items() if not set(k) & set(together)}
+        self._modes = {**others, together: mode}
         return True
 
     def step(self) -> None:

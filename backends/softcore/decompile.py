@@ -1,6 +1,6 @@
 """The integers of a memory image, and those of an image, in one form that can be compared.
 
-A memory image does not keep blocks, groups, axons and atoms apart. The same in both, and all that a
+A memory image does not separate blocks, groups, axons and atoms. The same in both, and all that a
 step computes with, are the constants of each compartment, the bounds of its voltage, and what a
 spike of each source adds to each compartment, modulo 2^22.
 """

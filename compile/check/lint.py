@@ -78,8 +78,8 @@ def gain_and_bias(scope: Scope) -> Iterator[Violation]:
     """Refuse a gain without a bias, and a bias without a gain."""
     for ensemble in scope.ensembles:
         if (ensemble.gain is None) != (ensemble.bias is None):
-            given = "bias" if ensemble.gain is None else "gain"
-            yield rules.get("SP004").broken(scope.names[ensemble], f"{given} only")
+            stated = "bias" if ensemble.gain is None else "gain"
+            yield rules.get("SP004").broken(scope.names[ensemble], f"{stated} only")
 
 
 def synapse(scope: Scope) -> Iterator[Violation]:

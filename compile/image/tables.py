@@ -323,7 +323,7 @@ def positions(numbers: np.ndarray, n: int) -> list[np.ndarray]:
 
 
 def ranges(begin: np.ndarray, sizes: np.ndarray) -> np.ndarray:
-    """Return ranges of the given sizes from the given beginnings on, end to end."""
+    """Return ranges of these sizes from these beginnings on, end to end."""
     result: np.ndarray = np.arange(sizes.sum()) + np.repeat(begin - offsets(sizes)[:-1], sizes)
     return result
 

@@ -105,9 +105,9 @@ def _join(
     """Cut only where pieces that follow each other are on different cores, or as ``kept``."""
     ends, core = {}, []
     for block, mine in enumerate(cores):
-        apart = np.ones(len(mine) - 1, bool) if block in kept else np.diff(mine) != 0
-        ends[block] = np.array(cuts.get(block, ()), dtype=int)[apart].tolist()
-        core.append(mine[np.append(True, apart)])
+        ends_core = np.ones(len(mine) - 1, bool) if block in kept else np.diff(mine) != 0
+        ends[block] = np.array(cuts.get(block, ()), dtype=int)[ends_core].tolist()
+        core.append(mine[np.append(True, ends_core)])
     return cut(image, ends).on_cores(np.concatenate(core))
 
 

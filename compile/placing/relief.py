@@ -36,12 +36,12 @@ class Relief:
     """
 
     def __init__(self, messages: Messages, links: Links, n_cores: int) -> None:
-        apart = messages.source != messages.target
-        self._messages = Messages(*(array[apart] for array in messages))
+        between = messages.source != messages.target
+        self._messages = Messages(*(array[between] for array in messages))
         self._links = links
         ends = np.concatenate(self._messages[:2])
         self._start = offsets(np.bincount(ends, minlength=n_cores))
-        self._of_core = np.argsort(ends, kind="stable") % max(apart.sum(), 1)
+        self._of_core = np.argsort(ends, kind="stable") % max(between.sum(), 1)
         self._busiest = np.argsort(-self._sums(ends, n_cores), kind="stable")[:BUSIEST]
 
     def relieved(self, order: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Rewrite a network such that given groups of neurons are one ensemble each."""
+"""Rewrite a network such that chosen groups of neurons are one ensemble each."""
 
 from collections.abc import Mapping, Sequence
 
@@ -104,7 +104,7 @@ def _pieces(
 
 
 class ProbeMap:
-    """The probes of ensembles that are taken apart, and the probes that replace them.
+    """The probes of ensembles that are split, and the probes that replace them.
 
     Parameters
     ----------

@@ -51,7 +51,7 @@ class Sheet:
 
 
 class DrawTask:
-    """A stroke, approached and drawn in a given time.
+    """A stroke, approached and drawn in a set time.
 
     Parameters
     ----------

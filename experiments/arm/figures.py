@@ -98,10 +98,10 @@ def _draw_digit(axes: Axes, run: ArmRun, sheet: Sheet, stroke: np.ndarray) -> No
 
 def _draw_errors(axes: Axes, run: ArmRun, stroke: np.ndarray) -> None:
     recording, drawn = run.recording, drawing(run.recording)
-    apart = shape_error(stroke, drawn.hand)
+    errors_m = shape_error(stroke, drawn.hand)
     axes.axvspan(0, DrawTask.begin_s, color="0.93", label="approach")
     axes.plot(recording.time_s, 1000 * recording.distance_m, color=DISTANCE, lw=1.2, label="target")
-    axes.plot(drawn.time_s, 1000 * apart, color=HAND, lw=1.2, label="template")
+    axes.plot(drawn.time_s, 1000 * errors_m, color=HAND, lw=1.2, label="template")
     _mark_limits(axes, run)
     axes.set(ylabel="distance of the hand to (mm)", xlabel="time (s)", ylim=(0, None))
     axes.set_xlim(0, recording.time_s[-1])

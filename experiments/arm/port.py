@@ -63,7 +63,7 @@ class ArmPort(Port):
     ----------
     drives : bool
         True if its torques drive the arm; they are recorded in any case.
-    seen : tuple of array
+    inputs : tuple of array
         The last observation: angles (4,), velocities (4,), hand (3,) and target (3,).
     """
 
@@ -75,7 +75,7 @@ class ArmPort(Port):
         self._aim = aim
         self._rows: list[tuple[object, ...]] = []
         self.drives = True
-        self.seen: tuple[np.ndarray, ...] = ()
+        self.inputs: tuple[np.ndarray, ...] = ()
 
     def begin(self) -> None:
         """Forget what was recorded."""
@@ -83,12 +83,12 @@ class ArmPort(Port):
 
     def observe(self) -> np.ndarray:
         """Return [q, dq, hand, target], (14,)."""
-        self.seen = (*self._plant.motion(ARM_JOINTS), *self._aim.look())
-        return np.concatenate(self.seen)
+        self.inputs = (*self._plant.motion(ARM_JOINTS), *self._aim.look())
+        return np.concatenate(self.inputs)
 
     def drive(self, torque: np.ndarray) -> None:
         """Apply torques; raises DivergedError if one is not finite."""
-        self._rows.append((self._plant.time_s, *self.seen, torque))
+        self._rows.append((self._plant.time_s, *self.inputs, torque))
         if not self.drives:
             return
         if not np.isfinite(torque).all():
@@ -100,7 +100,7 @@ class ArmPort(Port):
 
     def exact_torque(self, law: OperationalSpaceLaw) -> np.ndarray:
         """Return the torque (4,) of the exact law at the last observation, in N m."""
-        q, dq, hand, target = self.seen
+        q, dq, hand, target = self.inputs
         return law.torque(q, dq, target - hand)
 
     def recording(self) -> ArmRecording:

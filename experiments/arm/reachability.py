@@ -74,14 +74,14 @@ def _least_apart(
     """Return the vector (3,) from a point to the nearest hand, trying start after start."""
     least = np.full(3, np.inf)
     for start in starts:
-        apart = least_squares(
+        gap = least_squares(
             lambda q: arm.at(q).position - point,
             start,
             jac=lambda q: arm.at(q).jacobian,
             bounds=bounds,
             max_nfev=MAX_STEPS,
         ).fun
-        least = min(least, apart, key=np.linalg.norm)
+        least = min(least, gap, key=np.linalg.norm)
         if np.linalg.norm(least) < TOLERANCE_M:
             break
     return least

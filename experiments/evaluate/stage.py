@@ -55,9 +55,9 @@ class Witness(Port):
         self._rows: list[tuple[object, ...]] = []
 
     def observe(self) -> np.ndarray:
-        """Keep what there is to see, and return no value."""
+        """Keep state, forces and command, and return no value."""
         data = self._plant.data
-        command = self._walk.seen[0][PARTS["command"]]
+        command = self._walk.inputs[0][PARTS["command"]]
         feet = data.sensordata[-_FEET:].reshape(2, -1)
         states = data.qpos.copy(), data.qvel.copy(), data.actuator_force.copy(), feet.copy()
         self._rows.append((self._plant.time_s, *states, command))
@@ -67,7 +67,7 @@ class Witness(Port):
         """Drive nothing."""
 
     def recording(self) -> EpisodeRecording:
-        """Return what was seen."""
+        """Return the recording."""
         return EpisodeRecording.of(self._rows)
 
 

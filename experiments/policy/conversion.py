@@ -1,6 +1,6 @@
 """A perceptron as a spiking network on a chip, held against the exact one layer by layer.
 
-Observations are shown to it one by one, each until its values have settled. Then those of every
+Its inputs are observations, one by one, each until its values have settled. Then those of every
 layer are compared with exact ones: in float spikes, where all layers can be read, and of the action
 on the chip too.
 """
@@ -31,9 +31,9 @@ from spikeport.progress import Progress
 from spikeport.simulator import Simulator
 
 HOLD_S = 0.05
-"""For how long an observation is shown: on the chip, three layers settle in 40 ms."""
+"""Time for which an observation is held: on the chip, three layers settle in 40 ms."""
 SHOWN = 20
-"""Observations that are shown: evenly spaced ones of all that ranges are taken from."""
+"""Observations that are played in: evenly spaced ones of all that ranges are taken from."""
 
 
 class Converted(NamedTuple):
@@ -81,7 +81,7 @@ class Conversion:
 
     @cached_property
     def shown(self) -> np.ndarray:
-        """The observations that are shown."""
+        """The observations that are played in."""
         n = len(self.observations)
         chosen = np.linspace(0, n - 1, min(SHOWN, n)).round().astype(int)
         return np.asarray(self.observations[chosen])
@@ -160,7 +160,7 @@ def _rms(x: np.ndarray, axis: int | None = None) -> np.ndarray:
 
 def _layers(conversion: Conversion, net: Shown, sim: Simulator) -> Iterator[LayerLint]:
     function = conversion.options.function
-    recorded, shown = (conversion.exact(x) for x in (conversion.observations, conversion.shown))
+    recorded, played = (conversion.exact(x) for x in (conversion.observations, conversion.shown))
     rates_hz = dict(zip(net.all_ensembles, _rates_hz(sim.activity), strict=True))
     for number, layer in enumerate(net.policy.layers):
         radii, tau_s = conversion.ranges[number], conversion.taus_s[number]
@@ -177,7 +177,7 @@ def _layers(conversion: Conversion, net: Shown, sim: Simulator) -> Iterator[Laye
             rate_hz=rate_hz,
             spikes=rate_hz * tau_s * n_neurons / n_units,
             tau_s=tau_s,
-            error=_error(sim.data[net.layers[number]], function.function(shown[number])),
+            error=_error(sim.data[net.layers[number]], function.function(played[number])),
         )
 
 

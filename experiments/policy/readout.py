@@ -40,15 +40,15 @@ def policy_layers(weights: WalkingPolicy) -> list[Layer]:
 
 def check_calibrated(trial: PolicyTrial, weights: WalkingPolicy) -> None:
     """Refuse a file that a trial's policy cannot be calibrated by, see `calibrated`."""
-    given = _asked(trial)
-    if isinstance(given, str):
-        load(Path(given), _made_for(trial, policy_layers(weights)))
+    wanted = _asked(trial)
+    if isinstance(wanted, str):
+        load(Path(wanted), _made_for(trial, policy_layers(weights)))
 
 
 def _asked(trial: PolicyTrial) -> bool | str:
     """Return whether the policy is calibrated, or the file to do it by."""
-    given = trial.settings.calibrated
-    return trial.options.backend != "reference" if given == AUTO else given
+    wanted = trial.settings.calibrated
+    return trial.options.backend != "reference" if wanted == AUTO else wanted
 
 
 def policy_digest(layers: Sequence[Layer]) -> str:
@@ -83,10 +83,10 @@ def calibrated(
     UsageError
         If it is to come from a file that was made for anything else.
     """
-    given = _asked(trial)
-    if isinstance(given, str):
-        return Calibrated(**load(Path(given), _made_for(trial, layers)).decoders)
-    return Calibrated(**refitted(trial, layers, ranges, gait, walks).decoders) if given else None
+    wanted = _asked(trial)
+    if isinstance(wanted, str):
+        return Calibrated(**load(Path(wanted), _made_for(trial, layers)).decoders)
+    return Calibrated(**refitted(trial, layers, ranges, gait, walks).decoders) if wanted else None
 
 
 def refitted(

@@ -119,7 +119,7 @@ class _Pool:
     def _submit(self, waiting: Queue) -> None:
         worker, network = self._idle.popitem()
         point = waiting.take(network)
-        with contextlib.suppress(OSError):  # it died while it was idle: told by its pipe's end
+        with contextlib.suppress(OSError):  # it died while it was idle: its pipe's end says so
             worker.pipe.send(point)
         self._running[worker] = point
 

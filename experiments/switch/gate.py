@@ -46,8 +46,8 @@ class Workplace:
         The task of the arm; None while the robot walks.
     sheet : Frame
         The frame of the sheet to draw on.
-    seen : (3,) array
-        The hand as the task sees it, in m: on its sheet, or from the torso.
+    local_hand : (3,) array
+        The hand in the frame of its task, in m: on its sheet, or in the torso's.
     hand : (3,) array
         The hand's place in the world, in m.
     """
@@ -58,24 +58,24 @@ class Workplace:
         self._draws, self._begin_s = False, 0.0
         self.task: ArmTask | None = None
         self.sheet = self._torso_frame()
-        self.hand = self.seen = plant.hand_position()
+        self.hand = self.local_hand = plant.hand_position()
 
     def begin(self, goal: Goal) -> None:
         """Begin a phase now."""
         self._draws, self._begin_s = goal.phase.arm == "digit", goal.phase.begin_s
         frame = self._frame(self._torso_frame())
-        self.task = goal.task(frame.seen(self._plant.hand_position()))
+        self.task = goal.task(frame.local(self._plant.hand_position()))
 
     def look(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return hand and target (3,) as seen from the torso; the same while the robot walks."""
+        """Return hand and target (3,) in the torso's frame; the same while the robot walks."""
         torso = self._torso_frame()
         frame = self._frame(torso)
         self.hand = self._plant.hand_position()
-        self.seen = frame.seen(self.hand)
+        self.local_hand = frame.local(self.hand)
         if self.task is None:
-            return torso.seen(self.hand), torso.seen(self.hand)
-        self.task.update(self._since_s, self.seen)
-        return torso.seen(self.hand), torso.seen(frame.world(self.task.target))
+            return torso.local(self.hand), torso.local(self.hand)
+        self.task.update(self._since_s, self.local_hand)
+        return torso.local(self.hand), torso.local(frame.world(self.task.target))
 
     @property
     def _since_s(self) -> float:
@@ -175,7 +175,7 @@ class ScheduleGate(Port):
     def drive(self, gates: np.ndarray) -> None:
         """Give the arm to the torques while its gate is open, and weld the pelvis if asked to."""
         draws = gates.item(DRAW) > OPEN
-        self._rows.append((self._plant.time_s, self._place.seen, self._place.hand))
+        self._rows.append((self._plant.time_s, self._place.local_hand, self._place.hand))
         if self._anchor is not None:
             self._anchor.update(draws)
         self._walk.lends_arm = self._arm.drives = draws

@@ -73,8 +73,8 @@ def metrics(run: SwitchRun) -> dict[str, object]:
 
 def _shape_error(run: SwitchRun) -> float | None:
     """Return the rms distance in m of all drawings together from their templates."""
-    apart = np.concatenate([_shape_errors(run, goal) for goal in run.goals])
-    return float(rms(apart)) if len(apart) else None
+    errors_m = np.concatenate([_shape_errors(run, goal) for goal in run.goals])
+    return float(rms(errors_m)) if len(errors_m) else None
 
 
 def phase_metrics(run: SwitchRun) -> list[Result]:
@@ -127,9 +127,9 @@ def _shape_errors(run: SwitchRun, goal: Goal) -> np.ndarray:
 
 def switched_after_s(gates: np.ndarray, phase: Phase) -> float:
     """Return from when on, in s, gates (n, actions) are open for the phase's action alone."""
-    seen = gates[round(phase.begin_s / DT_S) : round(phase.end_s / DT_S)]
+    during = gates[round(phase.begin_s / DT_S) : round(phase.end_s / DT_S)]
     wanted = np.arange(len(ACTIONS)) == ACTIONS.index(phase.action)
-    wrong = np.flatnonzero(((seen > OPEN) != wanted).any(axis=1))
+    wrong = np.flatnonzero(((during > OPEN) != wanted).any(axis=1))
     return float(wrong[-1] + 1) * DT_S if len(wrong) else 0.0
 
 

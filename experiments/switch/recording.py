@@ -69,8 +69,8 @@ def dataset(run: SwitchRun) -> xr.Dataset:
         "action": (JOINTS, "joint", walk.action, "1", "action of the policy"),
         "command": (["speed", "yaw rate"], "commanded", walk.command, "m/s, rad/s", "follower's"),
         "torque": (ARM_JOINTS, "arm_joint", arm.torque, "N m", "torque of the arm's controller"),
-        "hand": (AXES, "axis", arm.hand, "m", "right hand, as seen from the torso"),
-        "target": (AXES, "axis", arm.target, "m", "where it is to be, as seen from the torso"),
+        "hand": (AXES, "axis", arm.hand, "m", "right hand, in the torso's frame"),
+        "target": (AXES, "axis", arm.target, "m", "its target, in the torso's frame"),
     }
     data = {
         name: (("time", along), values, {"units": unit, "long_name": text})

@@ -41,7 +41,7 @@ class ExactControllers(NamedTuple):
 
         ``policy`` walks in place of the exact one.
         """
-        observation, reference, state = rig.walk.seen
+        observation, reference, state = rig.walk.inputs
         gates = np.eye(len(ACTIONS))[rig.gate.utilities.argmax()]
         walks, draws = gates
         action = policy(observation) * (walks if anchored else 1.0)

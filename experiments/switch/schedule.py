@@ -98,7 +98,7 @@ class Phase(_Strictly):
 
     @property
     def values(self) -> tuple[float, ...]:
-        """The utilities in the order of `networks.humanoid.ACTIONS`; 0 where none is given."""
+        """The utilities in the order of `networks.humanoid.ACTIONS`; 0 where there is none."""
         return tuple(self.utilities.get(action, 0.0) for action in ACTIONS)
 
 

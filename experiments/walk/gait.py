@@ -45,8 +45,8 @@ def record_gait(policy: Policy, seconds: float = SECONDS) -> np.ndarray:
     A read-out that is refitted on both treats left and right as the policy does.
     """
     rng = np.random.RandomState(SEED)
-    seen = _walked(policy, lambda: [rng.uniform(*reach) for reach in COMMANDS], seconds)
-    return np.concatenate((seen, mirror.OBSERVATION(seen)))
+    observed = _walked(policy, lambda: [rng.uniform(*reach) for reach in COMMANDS], seconds)
+    return np.concatenate((observed, mirror.OBSERVATION(observed)))
 
 
 def drift_trim(policy: Policy) -> np.ndarray:
@@ -56,8 +56,8 @@ def drift_trim(policy: Policy) -> np.ndarray:
     moved, in mean.
     """
     trim = np.zeros(OBSERVATION_SIZE)
-    seen = _walked(policy, lambda: STRAIGHT, STRAIGHT_S)
-    trim[SIDEWAYS] = seen[SETTLED:, SIDEWAYS].mean()
+    observed = _walked(policy, lambda: STRAIGHT, STRAIGHT_S)
+    trim[SIDEWAYS] = observed[SETTLED:, SIDEWAYS].mean()
     return trim
 
 
@@ -67,17 +67,17 @@ WALKS = Walks(record_gait, drift_trim)
 def _walked(policy: Policy, command: Callable[[], Sequence[float]], seconds: float) -> np.ndarray:
     """Return (n, 69) observations of a robot that gets a new command every 2.5 s."""
     rig = WalkRig(Plant(), None, OBSERVATION_DT_S, OBSERVATION_DT_S)
-    line, action, seen = find_path("line", 1.0, seconds), np.zeros(ACTION_SIZE), []
+    line, action, observed = find_path("line", 1.0, seconds), np.zeros(ACTION_SIZE), []
     rig.begin(SEED, line)
     for step in range(round(seconds / OBSERVATION_DT_S)):
         if step % round(HELD_S / OBSERVATION_DT_S) == 0:
             wanted = command()
         rig.loop.step(np.concatenate((action, wanted)))
-        seen.append(rig.walk.seen[0])
-        action = policy(seen[-1])
+        observed.append(rig.walk.inputs[0])
+        action = policy(observed[-1])
         if rig.loop.over:
             rig.begin(SEED + step, line)
-    return np.array(seen)
+    return np.array(observed)
 
 
 def encoding(observations: np.ndarray) -> Box:

@@ -61,7 +61,7 @@ class WalkPort(Port):
         True if another port drives the right arm; the action then drives all other joints.
     fallen_at_s : float or None
         The time at which the robot fell, which ends the run.
-    seen : tuple of array
+    inputs : tuple of array
         The last observation (69,), before it is clipped, with reference (4,) and state (5,), as
         controllers know it; what is recorded is the true state.
     """
@@ -85,7 +85,7 @@ class WalkPort(Port):
         self.path, self._path_begun_s = NOWHERE, 0.0
         self.lends_arm = False
         self.fallen_at_s: float | None = None
-        self.seen: tuple[np.ndarray, ...] = ()
+        self.inputs: tuple[np.ndarray, ...] = ()
         self._rows: list[tuple[object, ...]] = []
         self._policy_view = PolicyView(observe_every_s)
         self._observed, self._clipped = np.zeros(OBSERVATION_SIZE), np.zeros(OBSERVATION_SIZE)
@@ -125,14 +125,14 @@ class WalkPort(Port):
             self._clipped = self._observed if known is None else known.clip(self._observed)
         state = plant.in_plane
         reference = self.path.at(plant.time_s - self._path_begun_s + LEAD_S)
-        self.seen = self._observed, reference, state
+        self.inputs = self._observed, reference, state
         return np.concatenate((self._clipped, reference, state))
 
     def drive(self, values: np.ndarray) -> None:
         """Hold the joints at the action's targets; raises DivergedError for what is not finite."""
         action, command = values[:ACTION_SIZE], values[ACTION_SIZE:]
         if self._approach is not None:
-            command = self._approach.limited(command, *self.seen[1:])
+            command = self._approach.limited(command, *self.inputs[1:])
         self._record(action, command)
         if np.count_nonzero(np.isfinite(values)) < len(values):
             raise DivergedError(
@@ -149,7 +149,7 @@ class WalkPort(Port):
         if len(self._rows) % self._observe_steps == 0:
             self._answer = action
         self._command = command
-        plant, (observed, reference, _) = self._plant, self.seen
+        plant, (observed, reference, _) = self._plant, self.inputs
         on_floor = self._feet.on_floor(plant.data)
         moved = reference, plant.true_in_plane, action, command
         self._rows.append((plant.time_s, observed, *moved, plant.height_m, on_floor))

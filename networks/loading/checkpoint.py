@@ -70,8 +70,8 @@ def read(path: Path, activation: str) -> Mlp:
     layout = _layout(content)
     state = _tensors(layout.state, content[layout.state])
     _refuse_others(layout, state)
-    apart = _tensors(NORMALIZER_APART, content.get(NORMALIZER_APART, {}))
-    state |= {layout.normalizer + name: value for name, value in apart.items()}
+    normalizer = _tensors(NORMALIZER_APART, content.get(NORMALIZER_APART, {}))
+    state |= {layout.normalizer + name: value for name, value in normalizer.items()}
     return _chain(layout, state, activation).mlp()
 
 

@@ -297,7 +297,7 @@ class Interpreter:
 
 
 def _is_plain(arguments: ast.arguments) -> bool:
-    """Return whether all arguments may be given by place and by name."""
+    """Return whether all arguments may be passed by place and by name."""
     others = (arguments.posonlyargs, arguments.vararg, arguments.kwonlyargs, arguments.kwarg)
     return not any(others)
 

@@ -166,21 +166,21 @@ class LockStepRobot(DdsRobot):
         super().__init__(bus, needs, waits=True, switcher=switcher)
         self._trips = RoundTrips()
 
-    def exchange(self, seen: Observed, motors: MotorCommands) -> Observed:
+    def exchange(self, last: Observed, motors: MotorCommands) -> Observed:
         """Answer an observation, and wait for the next; see `RobotClient.exchange`."""
         begin = time.perf_counter()
-        self._send(seen.asks, motors)
+        self._send(last.asks, motors)
         while (left := PATIENCE_S - (time.perf_counter() - begin)) > 0:
             found = self._newest(min(left, SLICE_S))
             if found is None:
                 if not self._states.writers:
                     break
                 continue
-            if found.asks != seen.asks:
+            if found.asks != last.asks:
                 self._trips.add(time.perf_counter() - begin)
-                return self._follow(seen, found)
-            self._send(seen.asks, motors)  # it asks again: the answer was lost
-        raise RobotLostError(f"the robot does not answer its state of {seen.asks:,} ms")
+                return self._follow(last, found)
+            self._send(last.asks, motors)  # it asks again: the answer was lost
+        raise RobotLostError(f"the robot does not answer its state of {last.asks:,} ms")
 
     def _read(self, arrival: "Arrival") -> Observed | None:
         """Return the observation of a state that is for this controller; None if it is not.
@@ -238,19 +238,19 @@ class RealTimeRobot(DdsRobot):
         self._seen_s = self._odometry_s = self._clock.now()
         return found
 
-    def exchange(self, seen: Observed, motors: MotorCommands) -> Observed:
+    def exchange(self, last: Observed, motors: MotorCommands) -> Observed:
         """Command, wait for the next step, and return what is newest then."""
-        self._send(seen.tick, motors)
+        self._send(last.tick, motors)
         self._deadlines.begin()
         self.figures.overruns = self._deadlines.overruns
         found, now = self._newest(0.0), self._clock.now()
-        self._watch_odometry(seen.tick, now)
-        if found is None or found.tick == seen.tick:
+        self._watch_odometry(last.tick, now)
+        if found is None or found.tick == last.tick:
             self.figures.held += 1
             if now - self._seen_s > LATEST_S:
-                raise self._damped(seen.tick, too_old(now - self._seen_s))
-            return seen
-        check_order(seen, found)
+                raise self._damped(last.tick, too_old(now - self._seen_s))
+            return last
+        check_order(last, found)
         self.figures.states += 1
         self._seen_s = now
         return found

@@ -57,10 +57,10 @@ class StubRobot(RobotClient):
         """Return the first observation; see `RobotClient.first`."""
         return self._client.first()
 
-    def exchange(self, seen: Observed, motors: MotorCommands) -> Observed:
+    def exchange(self, last: Observed, motors: MotorCommands) -> Observed:
         """Answer an observation, and return the next; see `RobotClient.exchange`."""
         try:
-            return self._client.exchange(seen, motors)
+            return self._client.exchange(last, motors)
         except RobotLostError as error:
             if self._child.runs:
                 raise

@@ -16,7 +16,7 @@ MOST_KEYS = 64
 class Terminal:
     """The keys of a terminal, without waiting for any.
 
-    Each counts as it is pressed, and is not shown, until `close`.
+    Each counts as it is pressed, and is not echoed, until `close`.
 
     Parameters
     ----------

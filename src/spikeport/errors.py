@@ -13,7 +13,7 @@
     │   │       └── NothingOnChipError     ... or since all of it runs on the host: no fault
     │   └── OverBudgetError                ... within the user's budget: carries all violations
     ├── ImageError (ValueError)            an image file is foreign, truncated or altered
-    ├── BackendError (RuntimeError)        a backend cannot run what it was given
+    ├── BackendError (RuntimeError)        a backend cannot run an image or input
     │   ├── BoardLostError                 ... a board does not answer, or ended the session
     │   └── RobotLostError                 ... a robot does not, began anew, or fell silent
     ├── RenderError (RuntimeError)         no picture can be made on this machine
@@ -121,7 +121,7 @@ class ImageError(SpikeportError, ValueError):
 
 
 class BackendError(SpikeportError, RuntimeError):
-    """A backend cannot run what it was given."""
+    """A backend cannot run an image or its input."""
 
 
 class BoardLostError(BackendError):
@@ -163,7 +163,7 @@ def unknown(kind: str, name: str, known: Iterable[str]) -> UsageError:
     kind : str
         The kind of thing that was looked for, e.g. ``"backend"``.
     name : str
-        The name that was given.
+        The name that is not known.
     known : iterable of str
         The names there are.
     """

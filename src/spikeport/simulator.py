@@ -228,10 +228,10 @@ class Simulator:
             raise ArgumentError("steps", steps, f"an integer from 0 to {LONGEST_RUN:,}")
         if steps == 0:
             return
-        shown = self.progress_bar if progress_bar is None else progress_bar
+        bar = self.progress_bar if progress_bar is None else progress_bar
         with (
             interrupts_deferred() as check_interrupt,
-            ProgressTracker(shown, Steps("Simulating", "Simulation", steps)) as tracker,
+            ProgressTracker(bar, Steps("Simulating", "Simulation", steps)) as tracker,
         ):
             for _ in range(steps):
                 self.step()

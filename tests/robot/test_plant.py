@@ -145,7 +145,7 @@ def test_torque_replaces_hold_and_hold_replaces_torque(anchored):
 
 
 def test_joints_change_between_hold_and_torque_in_other_company(anchored):
-    """They are told apart from what they were told with others, or alone."""
+    """Their mode is their own, whatever it was with others, or alone."""
     both = ["right_elbow", "left_knee"]
     for joints in (both, ["right_elbow"], both, ["left_knee", "right_elbow"]):
         anchored.torque(joints, 3.0)

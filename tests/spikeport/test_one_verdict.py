@@ -37,8 +37,8 @@ def of_simulator(network: nengo.Network, options: dict[str, object]) -> Verdict:
             return Verdict(error.exit_code, f"error: {error}\n", "")
     with sim:
         if sim.image is None:
-            said = [str(one.message) for one in caught]
-            return Verdict(0, "", next(one for one in said if "in float Nengo" in one))
+            texts = [str(one.message) for one in caught]
+            return Verdict(0, "", next(one for one in texts if "in float Nengo" in one))
         return Verdict(0, "", f"image {sim.image.digest[:16]}")
 
 

@@ -21,7 +21,7 @@ WRITE = 1024
 def recv_bytes(snip: Any, bytes_expected: int) -> np.ndarray:
     """Return the values of an answer; stands in for nengo-loihi's ``HostSnip.recv_bytes``.
 
-    A board that shut down is told by the first value, which is the time step otherwise and never
+    The first value marks a board that shut down, which is the time step otherwise and never
     negative, and by a last write that is -1 in all places.
 
     Parameters

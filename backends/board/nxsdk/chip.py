@@ -42,7 +42,7 @@ def say_nothing(_line: str) -> None:
 class NxsdkChip:
     """An image on a board of NxSDK. Implements `spikeport.backends.board.board.CountingChip`.
 
-    A second board in one process was seen to die with the first one's last words, so each has a
+    A second board in one process died with the first one's last words, so each has a
     process. A board counts nothing, so the native chip steps beside it: counts are of that one, and
     the values in which the two differ are counted.
 

@@ -102,10 +102,10 @@ class PaperOverview:
         return 0
 
 
-def _replaced(papers: Mapping[str, str], given: Sequence[str]) -> list[str]:
+def _replaced(papers: Mapping[str, str], own: Sequence[str]) -> list[str]:
     """The paper's settings, but for those that are given, and these."""
-    keys = {pair.partition("=")[0] for pair in given}
-    return [*(f"{key}={value}" for key, value in papers.items() if key not in keys), *given]
+    keys = {pair.partition("=")[0] for pair in own}
+    return [*(f"{key}={value}" for key, value in papers.items() if key not in keys), *own]
 
 
 WALK_S = 40.0

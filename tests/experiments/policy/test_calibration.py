@@ -84,8 +84,8 @@ def action_error(layers, ranges, calibrated):
     with Simulator(network, pipeline="compact") as sim:
         sim.run_steps(5 * len(shown))
         found = sim.data[probe][4::5]
-    told = shown + (calibrated.trim if calibrated else 0.0)
-    wrong = found[LAG:] - exact(layers, told)[-1][:-LAG]
+    trimmed = shown + (calibrated.trim if calibrated else 0.0)
+    wrong = found[LAG:] - exact(layers, trimmed)[-1][:-LAG]
     return float(np.sqrt(np.mean(wrong[SETTLING:] ** 2)))
 
 
