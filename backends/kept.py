@@ -115,6 +115,7 @@ def compiled(asked: Asked, kept: Cache, compile_it: Compile) -> Compilation:
     if isinstance(kept, Nothing):
         return compile_it()
     try:
+        # A TypeError says that a function or an object has no identity.
         inputs = digest_of((identity(asked.network), *asked[1:]))
     except TypeError as error:
         return _each_time(error, compile_it)

@@ -224,6 +224,8 @@ class Plant:
         together = tuple(joints)
         if self._modes.get(together) == mode:
             return False
+        # Any earlier group with one of these joints is broken up: its joints may be in different
+        # modes now.
         others = {k: m for k, m in self._modes.items() if not set(k) & set(together)}
         self._modes = {**others, together: mode}
         return True

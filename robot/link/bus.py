@@ -86,6 +86,8 @@ class Bus:
         config = _CONFINED.format(name=place.interface, lease=LEASE_S, **rest)
         self._entities: list[Entity] = []
         try:
+            # Made first and closed last: the participant lives in it.
+            # configuration.
             self._entities.append(Domain(place.domain, config))
             self._participant = DomainParticipant(place.domain)
             self._entities.append(self._participant)
@@ -174,6 +176,7 @@ class Reader:
         """Return what has come, or comes within a time, oldest first."""
         if within_s > 0:
             self._waits.wait(duration(nanoseconds=int(1e9 * within_s)))
+        # The C layer's own call: cyclonedds' reader would decode every field.
         found = ddspy_take(self._reader._ref, self._any, MOST_TAKEN)
         if isinstance(found, int):
             raise BackendError(f"DDS cannot read (code {found})")
@@ -207,4 +210,5 @@ class Reader:
 
 def _number(guid: UUID) -> int:
     """Return 64 bits of an endpoint's identity, which has 128."""
+    # 64 bits, as `sn` of a state has two words to name the controller in.
     return (guid.int >> 64) ^ (guid.int % 2**64)

@@ -112,6 +112,7 @@ for _slot in range(N_SLOTS):
 def encode_command(command: Command) -> bytes:
     """Return the message of a command; slots without a motor are commanded nothing."""
     words = _BLANK_COMMAND.copy().view("<u4")
+    # One assignment for all joints, in place of 19 motors of five numbers one by one.
     words.view("<f4")[_COMMANDED] = np.concatenate(command.motors)
     words[_ANSWERS] = command.answers
     return COMMAND.sealed(words)
@@ -149,6 +150,7 @@ def decode_state(message: bytes) -> tuple[int, Sensors]:
         raise MessageError("LowState_: a number of a sensor is not finite")
     parts = [numbers[part] for part in _PARTS]
     length = math.sqrt(parts[0] @ parts[0])
+    # float32 rounds by 1e-7: a length beyond these is no orientation, but other bytes.
     if not 0.5 < length < 2:
         raise MessageError(f"LowState_: the IMU's quaternion is of length {length:g}, not 1")
     parts[0] /= length
@@ -172,6 +174,7 @@ def remote_of(message: bytes) -> bytes:
 def encode_base(base: Base) -> bytes:
     """Return the message of the pelvis' motion."""
     words = np.zeros(BASE.size, np.uint8).view("<u4")
+    # Ticks are ms, a stamp is seconds and ns.
     words[_STAMP] = base.tick // 1000, base.tick % 1000 * 1_000_000
     words.view("<f4")[_BASE] = np.concatenate(base[1:])
     return words.tobytes()

@@ -51,6 +51,7 @@ class MotionSwitcher:
         self._requests = bus.writer(SWITCHER_REQUESTS)
         self._responses = bus.reader(SWITCHER_RESPONSES, keeps_all=True)
         self._required = required
+        # From the time on, so that answers to an earlier controller are never taken for its own.
         self._numbers = itertools.count(time.time_ns())
 
     def release(self) -> list[str] | None:

@@ -88,6 +88,8 @@ class DdsRobot(CommandedRobot):
         until = time.monotonic() + FIRST_S
         while time.monotonic() < until:
             found = self._newest(SLICE_S)
+            # A state alone is not enough: commands to a robot that does not read them yet would be
+            # lost.
             if found is not None and self._commands.n_readers:
                 return found
         raise RobotLostError(
@@ -103,6 +105,8 @@ class DdsRobot(CommandedRobot):
         if newest is None:
             return None
         for topic, companion in self._beside.items():
+            # An odometer may fall silent, which `_watch_odometry` judges; a truth comes with every
+            # state.
             needed = topic is self._needs and topic is TRUTHS
             companion.take(newest.tick, needed or (self._waits and companion.published))
         self.figures.damaged = self._refusals + sum(one.damaged for one in self._beside.values())
@@ -131,6 +135,7 @@ class DdsRobot(CommandedRobot):
         self._refusals += 1
         self.figures.damaged += 1
         if self._runs:
+            # A message of another size has no fields in known places.
             asks = turn_of(message).asks if len(message) == STATE.size else 0
             raise self._damped(asks, reason)
 
@@ -245,6 +250,7 @@ class RealTimeRobot(DdsRobot):
         self.figures.overruns = self._deadlines.overruns
         found, now = self._newest(0.0), self._clock.now()
         self._watch_odometry(last.tick, now)
+        # A state that came again is as old as before: its age counts from when it first came.
         if found is None or found.tick == last.tick:
             self.figures.held += 1
             if now - self._seen_s > LATEST_S:
@@ -269,6 +275,7 @@ class RealTimeRobot(DdsRobot):
 
     def close(self) -> None:
         """Tell the robot to go into damping, if it was ever commanded, and leave."""
+        # Several, since in real time a message may be lost, and nobody is left to repeat it.
         for _ in range(DAMPINGS if self._commanded else 0):
             self._send(0, DAMPING)
         super().close()

@@ -58,6 +58,8 @@ class Layout:
         for path, (at, kind, n) in self._places.items():
             length = n * np.dtype(kind).itemsize
             sources[in_c[path] : in_c[path] + length] = np.arange(at, at + length)
+        # Without the last word, which holds the checksum; each word's highest byte first, as the
+        # CRC reads.
         return sources.reshape(-1, WORD)[:-1, ::-1].ravel()
 
     def words(self, *paths: str) -> np.ndarray:
@@ -105,6 +107,7 @@ def _packed(
     """Yield path, type, length and first byte of fields that are each aligned to their size."""
     for path, kind, n in leaves:
         size = np.dtype(kind).itemsize
+        # Rounded up to a multiple of the size.
         begin = -(-begin // size) * size
         yield path, kind, n, begin
         begin += n * size
