@@ -94,8 +94,7 @@ class ArmDynamics:
         """Bring everything that depends on the posture alone up to date; velocities stay 0."""
         self._data.qpos[self._qpos] = posture
         mujoco.mj_kinematics(self._model, self._data)
-        # The parts of mj_forward that posture, inertia and gravity need, and no others: four times
-        # as fast.
+        # The parts of mj_forward that posture, inertia and gravity need, and no others.
         mujoco.mj_comPos(self._model, self._data)
         mujoco.mj_crb(self._model, self._data)
 

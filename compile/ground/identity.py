@@ -47,6 +47,7 @@ class _Identity:
         self._frozen: dict[int, tuple[FrozenObject, object]] = {}
 
     def whole(self) -> Any:
+        # Nengo builds in the types that its settings name, and they change the result.
         bits = [rc.float_dtype.str, rc.int_dtype.str]
         return bits, [self._member(obj) for obj in self._objects]
 
@@ -70,9 +71,12 @@ class _Identity:
                 yield key.__name__, self._settings(settings, settings.params)
             elif id(key) in self._number:
                 known = settings._clsparams
+                # Settings that were never made for this object are its class's, which stand there
+                # already.
                 own = [name for name in known.extra_params if settings in known.get_param(name)]
                 if own:
                     of_objects.append((self._number[id(key)], self._settings(settings, own)))
+        # By number: a dict of objects is in the order in which they were configured.
         yield sorted(of_objects, key=lambda one: one[0])
 
     def _settings(self, settings: object, names: Iterable[str]) -> object:

@@ -188,6 +188,7 @@ def list_bits(sizes: np.ndarray, form: ListFormat, layout: SynapseLayout) -> int
 
 
 def _words(payload_bits: np.ndarray, layout: SynapseLayout) -> np.ndarray:
+    # Rounded up to whole words.
     return -(-(payload_bits + layout.header_bits) // layout.word_bits)
 
 

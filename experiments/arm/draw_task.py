@@ -81,6 +81,7 @@ class DrawTask:
 
     def update(self, time_s: float, _hand: np.ndarray) -> None:
         """Move the pen on."""
+        # The pen rests at its end for as long as the run goes on.
         step = min(round(time_s / self._dt_s), len(self._way) - 1)
         self.target = self._way[step]
 
@@ -95,6 +96,7 @@ def _along(stroke: np.ndarray, seconds: float, dt_s: float) -> np.ndarray:
     """Return (m, 3) points of a stroke at every step."""
     times = np.arange(0.0, seconds + dt_s, dt_s)
     speed = np.clip(np.minimum(times, seconds - times) / RAMP_S, 0.0, 1.0)
+    # Divided by the sum, so that the pen ends at the end whatever the time step.
     done = np.cumsum(speed) / speed.sum()
     length = arc_length(stroke)
     return np.stack([np.interp(done, length / length[-1], c) for c in stroke.T], axis=1)

@@ -41,6 +41,7 @@ def reach_metrics(run: ArmRun, reach_times_s: Sequence[float]) -> dict[str, obje
     - ``distance_rms_m``: distance of hand and target, root mean square over the run.
     """
     gaps = np.diff([0.0, *reach_times_s])
+    # A hand that got stuck shows here, not in the mean over its reaches.
     waited = np.diff([0.0, *reach_times_s, run.sim.time])
     return {
         "reaches": len(reach_times_s),

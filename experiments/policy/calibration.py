@@ -104,6 +104,8 @@ class SpikingHalves:
         self._run = run
         self._output = np.zeros(n_halves)
         with nengo.Network(label="calibration") as network:
+            # The identity as read-out: the action then is the halves themselves, behind the
+            # action's filter.
             built = build(calibrated=Calibrated(np.eye(n_halves), np.zeros(n_halves)))
             self._held = np.zeros(built.observation.size_in)
             source = nengo.Node(lambda _t: self._held, size_out=len(self._held))
@@ -127,6 +129,7 @@ class SpikingHalves:
         del self._sim
 
     def _give(self, _t: float, halves: np.ndarray) -> None:
+        # Nengo's own array, which the next step overwrites.
         self._output = halves.copy()
 
     def __call__(self, observation: np.ndarray) -> np.ndarray:
@@ -181,6 +184,7 @@ def calibrated_policy(
             return lambda observation: readout.weights @ halves(observation) + readout.bias
 
         gait = played(observations)
+        # Walked by a first fit, whose gait is close to that of the final one.
         own = played(walks.observe(by(refit_lagged(nominal, gait))))
         readout = refit_lagged(nominal, gait, own)
         trim = walks.trim(by(readout))
@@ -191,6 +195,7 @@ def calibrated_policy(
 def refit_lagged(nominal: Readout, *played: Played) -> Readout:
     """Return the read-out of played observations, for actions of `LAG` observations before."""
     halves = [emphasise_slow(part.halves[SETTLING + LAG :]) for part in played]
+    # Filtered part by part: from one gait to the next, values jump.
     wanted = [emphasise_slow(part.wanted[SETTLING:-LAG]) for part in played]
     return refit(nominal, np.concatenate(halves), np.concatenate(wanted))
 

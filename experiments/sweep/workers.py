@@ -70,6 +70,7 @@ class _Worker(NamedTuple):
     def end(self) -> str:
         """End the process, and return how it ended."""
         self.pipe.close()
+        # Asked to end first, killed if it does not within its time.
         self.process.terminate()
         self.process.join(END_S)
         self.process.kill()
@@ -118,6 +119,7 @@ class _Pool:
 
     def _submit(self, waiting: Queue) -> None:
         worker, network = self._idle.popitem()
+        # A point with the network that the worker made last, if one waits.
         point = waiting.take(network)
         with contextlib.suppress(OSError):  # it died while it was idle: its pipe's end says so
             worker.pipe.send(point)
@@ -145,6 +147,7 @@ class _Pool:
         process = SPAWN.Process(target=_serve, args=arguments, daemon=True)
         with _uninterruptible(), _environment(ONE_THREAD):
             process.start()
+        # Else this process would hold the other end open, and never see it end with the worker.
         theirs.close()
         return _Worker(process, ours)
 

@@ -46,6 +46,7 @@ class Frame(NamedTuple):
         """Return an upright frame, after it followed another for a short time."""
         share = seconds / FOLLOWING_S
         ahead = self.rotation[:2, 0]
+        # A low-pass filter of direction and origin, one step of it.
         forward = ahead + share * (other.rotation[:2, 0] - ahead)
         return _upright(forward, self.origin + share * (other.origin - self.origin), self.home)
 

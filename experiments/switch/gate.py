@@ -4,7 +4,7 @@ The schedule sets utilities and goals, no more: what drives the robot is decided
 the controller returns. While the arm's is open its torques drive the right arm; all other joints
 follow the policy's targets, which are the default pose while the policy is silent.
 
-The arm's controller sees places from the torso (`experiments.switch.frames`).
+The arm's controller observes places in the torso's frame (`experiments.switch.frames`).
 """
 
 from collections.abc import Sequence
@@ -88,6 +88,8 @@ class Workplace:
         """Return the frame of the task: the sheet while drawing, else the torso."""
         if not self._draws:
             return torso
+        # The sheet moves with the torso until the pen is down; then it follows slowly, so that
+        # strides do not shake the drawing.
         now, pen_down = torso.upright(), self._since_s > DrawTask.begin_s
         self.sheet = self.sheet.following(now, self._plant.dt_s) if pen_down else now
         return self.sheet
@@ -99,13 +101,13 @@ class WorkRecording(Recording):
 
     Attributes
     ----------
-    seen_m : (n, 3) array
-        The hand as the arm's task sees it: on its sheet, or from the torso.
+    local_m : (n, 3) array
+        The hand in the frame of its task, in m: on its sheet, or in the torso's.
     hands_m : (n, 3) array
         The hand's place in the world, in m.
     """
 
-    seen_m: np.ndarray
+    local_m: np.ndarray
     hands_m: np.ndarray
 
 
@@ -159,6 +161,7 @@ class ScheduleGate(Port):
         number = len(self.paths)
         if number < len(self.goals):
             goal = self.goals[number]
+            # Times are sums of steps: a phase may begin a rounding error early.
             if self._plant.time_s - goal.phase.begin_s > -ROUNDING_S:
                 self._begin_phase(goal)
         return self.utilities
@@ -168,6 +171,8 @@ class ScheduleGate(Port):
         self._place.begin(goal)
         path = goal.path
         if path is not None:
+            # A path counts from the robot's place as it sets off, wherever the phases before have
+            # left it.
             path = path.laid(self._plant.data.qpos[:2], self._walk.heading_rad)
             self._walk.follow(path)
         self.paths.append(path)

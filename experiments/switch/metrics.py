@@ -117,7 +117,7 @@ def pen_down(run: SwitchRun, goal: Goal) -> np.ndarray:
 
 def drawn(run: SwitchRun, goal: Goal) -> np.ndarray:
     """Return (n, 3) where on its sheet the hand was while a phase drew, in m."""
-    return np.asarray(run.seen_m[pen_down(run, goal)])
+    return np.asarray(run.local_m[pen_down(run, goal)])
 
 
 def _shape_errors(run: SwitchRun, goal: Goal) -> np.ndarray:
@@ -156,6 +156,7 @@ def _drawn(run: SwitchRun, number: int, _now: np.ndarray) -> PhaseJudgement:
         return PhaseJudgement(False, {"shape_error_rms_m": None, "recognised_as": None})
     error_m = float(rms(_shape_errors(run, goal)))
     digit = digit_reader.read_digit(Sheet().read(trace)) if digit_reader.can_read() else None
+    # None where no classifier is installed: then the shape alone decides.
     good = error_m <= LARGEST_SHAPE_ERROR_M[run.anchored] and digit in (goal.digit, None)
     return PhaseJudgement(good, {"shape_error_rms_m": error_m, "recognised_as": digit})
 
@@ -166,6 +167,7 @@ def _retracted(run: SwitchRun, _number: int, now: np.ndarray) -> PhaseJudgement:
 
 
 def _reached(run: SwitchRun, _number: int, now: np.ndarray) -> PhaseJudgement:
+    # A target jumps only when it was reached; half the least jump tells jumps from sway.
     moved_m = np.linalg.norm(np.diff(run.arm.target[now], axis=0), axis=1)
     targets = int(np.count_nonzero(moved_m > MIN_JUMP_M / 2))
     return PhaseJudgement(targets > 0, {"targets_reached": targets})

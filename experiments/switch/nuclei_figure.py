@@ -61,6 +61,7 @@ class Window(NamedTuple):
             round(s / DT_S) for s in (max(self.begin_s, 0), self.end_s, self.bin_s)
         )
         part = series[begin:end]
+        # A bin that is not full at the end is left out.
         means = part[: len(part) // width * width].reshape(-1, width, part.shape[1]).mean(axis=1)
         time_s = begin * DT_S + (np.arange(len(means)) + 0.5) * self.bin_s
         return (time_s - self.zero_s) / self.unit_s, means

@@ -28,7 +28,7 @@ class SwitchRun(NamedTuple):
         The path of each phase that began, where it was laid down; None where the arm worked.
     recording, arm : WalkRecording, ArmRecording
         Legs and arm at all physics steps.
-    seen_m : (n, 3) array
+    local_m : (n, 3) array
         The hand as the arm's task sees it: on its sheet, or from the torso.
     hands_m : (n, 3) array
         The hand's place in the world.
@@ -50,7 +50,7 @@ class SwitchRun(NamedTuple):
     paths: list[WalkPath | None]
     recording: WalkRecording
     arm: ArmRecording
-    seen_m: np.ndarray
+    local_m: np.ndarray
     hands_m: np.ndarray
     gates: np.ndarray
     spikes: dict[str, np.ndarray]

@@ -75,6 +75,7 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
     def recorded(self) -> dict[str, object]:
         """Everything that the rehearsals depend on beside the policy."""
         digest = hashlib.sha256(self.schedule.model_dump_json().encode())
+        # Settings that change what the exact controllers do; sizes of neurons do not.
         names = ("digit", "anchor")
         chosen = {name: getattr(self.settings, name) for name in names}
         return {"experiment": self.name, "schedule": digest.hexdigest()[:12], **chosen}
@@ -183,11 +184,14 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
             paths=rig.gate.paths,
             recording=rig.walk.recording(),
             arm=rig.arm.recording(),
-            seen_m=work.seen_m,
+            local_m=work.local_m,
             hands_m=work.hands_m,
             gates=sim.data[closed.probes[GATES]],
             spikes={
-                name: sim.data[probe] != 0 for name, probe in closed.probes.items() if name != GATES
+                # Nengo probes spikes as 1/dt: a truth value takes an eighth of the memory.
+                name: sim.data[probe] != 0
+                for name, probe in closed.probes.items()
+                if name != GATES
             },
             fallen_at_s=rig.walk.fallen_at_s,
             anchored=self.settings.anchor,

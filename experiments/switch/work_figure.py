@@ -39,7 +39,7 @@ def _draw_reaches(axes: Axes, run: SwitchRun, goal: Goal) -> None:
     for place in np.unique(run.arm.target[now].round(DECIMALS), axis=0):
         centre = 100 * Sheet().read(place[np.newaxis])[0]
         axes.add_patch(Circle(centre, 100 * REACHED_M, fill=False, color=TEMPLATE, ls="--"))
-    _draw_trace(axes, run.seen_m[now], color=COLOURS["draw"], lw=1.5)
+    _draw_trace(axes, run.local_m[now], color=COLOURS["draw"], lw=1.5)
 
 
 def _draw_trace(axes: Axes, points: np.ndarray, **style: Any) -> None:

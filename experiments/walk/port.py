@@ -133,6 +133,7 @@ class WalkPort(Port):
         action, command = values[:ACTION_SIZE], values[ACTION_SIZE:]
         if self._approach is not None:
             command = self._approach.limited(command, *self.inputs[1:])
+        # Recorded before it is judged, so that the last states show what was not finite.
         self._record(action, command)
         if np.count_nonzero(np.isfinite(values)) < len(values):
             raise DivergedError(
@@ -176,6 +177,7 @@ class PolicyView:
     """
 
     def __init__(self, every_s: float) -> None:
+        # As many as lie within one control period to either side of the action of one period ago.
         n_last = 2 * round(CONTROL_DT_S / every_s) - 1
         self._last = np.zeros((n_last, ACTION_SIZE))
         self._change: Sequence[float] = (COMMAND_CHANGE_PER_S * every_s).tolist()
@@ -195,6 +197,7 @@ class PolicyView:
         """
         # An array, oldest first: the mean of a list of arrays takes as long as a step of the chip.
         self._last[:-1], self._last[-1] = self._last[1:], action
+        # Plain numbers: arrays of three would take several times as long, in every step.
         wanted = command.item(0), 0.0, command.item(1)
         steps = zip(self._command, wanted, self._change, strict=True)
         self._command = [now + min(max(end - now, -most), most) for now, end, most in steps]

@@ -87,7 +87,6 @@ class Bus:
         self._entities: list[Entity] = []
         try:
             # Made first and closed last: the participant lives in it.
-            # configuration.
             self._entities.append(Domain(place.domain, config))
             self._participant = DomainParticipant(place.domain)
             self._entities.append(self._participant)
