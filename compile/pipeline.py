@@ -267,7 +267,7 @@ def _rewritten(network: nengo.Network, names: Names, run: PassRun, chip: ChipMod
         # A network that has nothing for the chip breaks this rule alone, and is no fault.
         only_empty = [one.id for one in broken] == ["SP001"]
         raise (NothingOnChipError if only_empty else DoesNotFitError)(chip.name, broken)
-    # Before anything is built, since building what is far too large takes minutes and all memory.
+    # Before anything is built: building a network that is far too large takes long, and all memory.
     if not run.rewrites and (much := verify_size(compartments_at_least(network, names), chip)):
         raise DoesNotFitError(chip.name, much)
     if too_large := over_memory(network):

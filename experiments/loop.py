@@ -162,6 +162,7 @@ class Loop(Generic[P]):
         """
         self._tick += 1
         if self._tick % self._ticks == 0:
+            # Copied: the array is Nengo's, and ports keep parts of it.
             self._advance(values.copy())
         return self._observation
 
@@ -172,6 +173,7 @@ class Loop(Generic[P]):
         self._observe()
 
     def _observe(self) -> None:
+        # Served in one order, laid out in another: the gate comes first, its values last.
         found = {port: port.observe() for port in self._served}
         self._observation = np.concatenate([found[port] for port in self._ports])
         self.over = any(port.over for port in self._ports)
@@ -205,6 +207,7 @@ class Loop(Generic[P]):
             label="plant",
         )
         for node, place in _placed(inputs, [node.size_in for node in inputs]):
+            # No synapse: an observation arrives as it is, and the step of delay is the plant's own.
             nengo.Connection(plant[place], node, synapse=None)
         for node, place in _placed(outputs, [node.size_out for node in outputs]):
             nengo.Connection(node, plant[place], synapse=None)

@@ -64,6 +64,7 @@ class Options:
     def substrate(self) -> dict[str, str]:
         """Chip and passes: with equal ones neurons do the same, on either backend with a chip."""
         if self.backend == "reference":
+            # Float Nengo has neither, so its calibrations serve whatever chip is named.
             return {"chip": "none", "passes": "none"}
         return {"chip": str(self.chip), "passes": self.pipeline or "by default"}
 

@@ -63,6 +63,7 @@ class Rig:
     ) -> None:
         self.plant = plant
         self.film = Film(plant)
+        # The film is last: it keeps the pose that the other ports acted on.
         self.loop = Loop(plant, [*ports, self.film], dt_s, gate)
 
 

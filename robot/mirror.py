@@ -37,6 +37,7 @@ def _other_side(joint: str) -> str:
 
 
 def _joint_sign(joint: str) -> float:
+    # The torso turns about the vertical, as yaw does.
     return -1.0 if joint == "torso" or joint.endswith(("yaw", "roll")) else 1.0
 
 

@@ -85,6 +85,7 @@ class Offload(Generic[Result]):
         """Return what more moves give, or raise the error where none helps."""
         for moves in self._possible(error):
             found = self._with([move.ensemble for move in moves])
+            # Another problem may be there now: the search goes on with that one.
             if not isinstance(found, RefusedError) or moves[0].problem not in problems(found):
                 self.moves += moves
                 return found
@@ -104,6 +105,7 @@ class Offload(Generic[Result]):
         ]
         single = [(move,) for group in groups for move in group]
         several = [group for group in groups if len(group) > 1]
+        # All single moves before any pair: what leaves the chip costs spikes over the host's link.
         return sorted(single, key=_n_neurons) + sorted(several, key=_n_neurons)
 
     def _ensembles(self, problem: Problem) -> Iterable[nengo.Ensemble]:

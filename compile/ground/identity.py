@@ -71,8 +71,8 @@ class _Identity:
                 yield key.__name__, self._settings(settings, settings.params)
             elif id(key) in self._number:
                 known = settings._clsparams
-                # Settings that were never made for this object are its class's, which stand there
-                # already.
+                # Values that were set for this object: the others are those of its class, yielded
+                # above.
                 own = [name for name in known.extra_params if settings in known.get_param(name)]
                 if own:
                     of_objects.append((self._number[id(key)], self._settings(settings, own)))

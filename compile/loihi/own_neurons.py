@@ -110,6 +110,7 @@ def _rounded_biases(values: np.ndarray, label: str) -> np.ndarray:
     largest = np.abs(values).max()
     if largest > BIAS_MANTISSA << BIAS_EXPONENT:
         raise _beyond(label, "leak", largest, BIAS_MANTISSA << BIAS_EXPONENT)
+    # The least power of two with which the mantissa holds the value; 1 for small ones.
     step = np.exp2(np.ceil(np.log2(np.maximum(np.abs(values) / BIAS_MANTISSA, 1))))
     rounded: np.ndarray = np.round(values / step) * step
     return rounded

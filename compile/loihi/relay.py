@@ -124,6 +124,7 @@ def _largest_value(model: Model, connection: nengo.Connection) -> float:
     points = built.eval_points @ built.encoders.T / ensemble.radius
     kind = ensemble.neuron_type
     rates = loihi_rates(kind, points, built.gain, built.bias, model.dt)
+    # A connection from neurons may take some of them alone.
     spikes = rates[:, connection.pre_slice] if connection.pre_obj is not ensemble else rates
     weights = model.params[connection].weights * model.dt / getattr(kind, "amplitude", 1.0)
     return float(np.abs(spikes @ weights.T).max() / connection.post_obj.radius)
@@ -139,6 +140,7 @@ def _weaken(model: Model, connection: nengo.Connection, factor: float) -> None:
     usual: Synapse = axon.target
     axon.target = copy.copy(usual)
     _scale(axon.target, 1 / factor)
+    # A group of its own, since the usual one serves the other connections into this target.
     target.add_synapse(axon.target)
     if not any(other.target is usual for block in model.blocks for other in block.axons):
         target.synapses.remove(usual)

@@ -84,7 +84,7 @@ class Tie(NetworkPass):
         if not choice or not trials.saves(choice, than=()):
             return ()
         added = {n: pooled(one.error for one in trials.groups[n]).added for n in choice}
-        # The largest error first: once it is out, smaller ones may save the cores by themselves.
+        # The largest error first: it is the one most worth to be rid of.
         for number in sorted(choice, key=lambda n: -added[n]):
             without = tuple(n for n in choice if n != number)
             if added[number] > self.negligible and not trials.saves(choice, than=without):

@@ -41,6 +41,7 @@ class Relief:
         self._links = links
         ends = np.concatenate(self._messages[:2])
         self._start = offsets(np.bincount(ends, minlength=n_cores))
+        # Messages by core, as sender or receiver: `ends` lists every message twice.
         self._of_core = np.argsort(ends, kind="stable") % max(between.sum(), 1)
         self._busiest = np.argsort(-self._sums(ends, n_cores), kind="stable")[:BUSIEST]
 
@@ -55,6 +56,7 @@ class Relief:
             while (place := self._first_better(order, core, after)) is not None:
                 here = np.flatnonzero(order == core)[0]
                 order[[here, place]] = order[[place, here]]
+                # Places before were tried against the same core, and are not tried again.
                 after = place + 1
         return order
 

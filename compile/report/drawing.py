@@ -88,6 +88,7 @@ def _corners(places: Json, cores: Sequence[int]) -> list[tuple[int, int]]:
     corners = []
     for core in cores:
         at = (places["x"][core], places["y"][core])
+        # Cores of a tile fill its four places in the order of their numbers.
         slot = taken[at] = taken.get(at, -1) + 1
         corners.append((at[0] * tile + slot % 2 * step, at[1] * tile + slot // 2 * step))
     return corners

@@ -141,6 +141,7 @@ def _draw_spikes(axes: Axes, times: np.ndarray, spikes: np.ndarray, error: np.nd
 
 def _by_tuning(spikes: np.ndarray, error: np.ndarray) -> np.ndarray:
     """Return the neurons in the order of how their spikes covary with the error along the axis."""
+    # Physics steps are longer than neurons' steps: each error holds for several.
     per_sample = np.repeat(error, -(-len(spikes) // len(error)))[: len(spikes)]
     covariance = (per_sample - per_sample.mean()) @ spikes
     return spikes[:, np.argsort(covariance)]

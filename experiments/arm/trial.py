@@ -138,7 +138,7 @@ class ArmTrial(Trial[ArmRig, ArmRun]):
         UsageError
             If a point of the goal is out of the arm's reach, or as `spiking_controller`.
         """
-        # Before the controller, which takes minutes to build for a goal that cannot be reached.
+        # Before the controller is built for a goal that cannot be reached.
         check_reachable(self.goal, self.goal_points())
         analytic = self.options.backend == "analytic"
         built = analytic_arm(self.law) if analytic else self.spiking_controller()

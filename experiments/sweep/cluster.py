@@ -80,8 +80,7 @@ def _check(client: Client, scheduler: str) -> None:
     with contextlib.suppress(TimeoutError):
         client.wait_for_workers(1, timeout=ANSWER_S)
     threads = client.nthreads().values()
-    # A worker of several threads would run points side by side in one process, which share its
-    # memory and its network.
+    # Points side by side in the threads of one process would wait for each other.
     if set(threads) != {1}:
         found = "has no worker" if not threads else f"has a worker of {max(threads)} threads"
         raise UsageError(

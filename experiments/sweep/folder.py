@@ -77,7 +77,7 @@ class SweepFolder:
         if not isinstance(result, dict) or not _is_metrics(result.get("metrics")):
             raise UsageError(f"{path}: holds no result; {cure}")
         for key, asked in _asked(point).items():
-            # Compared as JSON, in which a tuple is a list and 1.0 may be 1.
+            # Compared as JSON, in which a tuple is a list.
             if (found := _part(result, key)) != asked:
                 raise UsageError(
                     f"{path}: is of a run with {key}={json.dumps(found)}, but this sweep's has "

@@ -74,6 +74,7 @@ class Point(NamedTuple):
     def settings(self) -> dict[str, Any]:
         """The settings of its experiment."""
         varied = {k: v for k, v in self.place.items() if k not in (SEED, BACKEND)}
+        # A seed that the user set, or varies, wins over the point's own.
         return {"network_seed": self.place[SEED], **self.sweep.settings, **varied}
 
     @property

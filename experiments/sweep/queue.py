@@ -44,5 +44,6 @@ class Queue:
         return point
 
     def _other(self) -> str:
+        # Another network first: a second worker on one would compile it once more.
         new = next((network for network in self._waiting if network not in self._begun), None)
         return new or max(self._waiting, key=lambda network: len(self._waiting[network]))

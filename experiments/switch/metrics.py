@@ -167,7 +167,7 @@ def _retracted(run: SwitchRun, _number: int, now: np.ndarray) -> PhaseJudgement:
 
 
 def _reached(run: SwitchRun, _number: int, now: np.ndarray) -> PhaseJudgement:
-    # A target jumps only when it was reached; half the least jump tells jumps from sway.
+    # A target jumps only when it was reached; half the least jump separates jumps from sway.
     moved_m = np.linalg.norm(np.diff(run.arm.target[now], axis=0), axis=1)
     targets = int(np.count_nonzero(moved_m > MIN_JUMP_M / 2))
     return PhaseJudgement(targets > 0, {"targets_reached": targets})

@@ -29,7 +29,7 @@ class SwitchRun(NamedTuple):
     recording, arm : WalkRecording, ArmRecording
         Legs and arm at all physics steps.
     local_m : (n, 3) array
-        The hand as the arm's task sees it: on its sheet, or from the torso.
+        The hand in the frame of its task, in m: on its sheet, or in the torso's.
     hands_m : (n, 3) array
         The hand's place in the world.
     gates : (n_steps, n_actions) array

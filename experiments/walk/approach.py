@@ -43,6 +43,7 @@ class TurnFirst:
         """
         x, y = reference[:2] - state[1:3]
         still = np.hypot(*reference[2:]) < STANDS_M_S
+        # Two distances, so that a robot that sways does not set off and stop again and again.
         self._stands = bool(still and np.hypot(x, y) < (FAR_M if self._stands else NEAR_M))
         if self._stands:
             return np.zeros(2)

@@ -76,16 +76,19 @@ def _walked(policy: Policy, command: Callable[[], Sequence[float]], seconds: flo
         observed.append(rig.walk.inputs[0])
         action = policy(observed[-1])
         if rig.loop.over:
+            # Another seed each time: from the same start it might fall the same way for ever.
             rig.begin(SEED + step, line)
     return np.array(observed)
 
 
 def encoding(observations: np.ndarray) -> Box:
     """Return the range of every observation, from recorded ones; commands have the training's."""
+    # Quantiles, since a single stumble would widen the range of all that neurons represent.
     box = Box.around(np.quantile(observations, (TAIL, 1 - TAIL), axis=0), MARGIN)
     centre, half = box.centre.copy(), np.maximum(box.half, NARROWEST)
     (slowest, fastest), (_, turn) = COMMANDS
     centre[PARTS["command"]] = ((slowest + fastest) / 2, 0.0, 0.0)
+    # No sideways speed is ever commanded.
     half[PARTS["command"]] = ((fastest - slowest) / 2, NARROWEST, turn)
     return Box(centre, half)
 

@@ -31,6 +31,7 @@ def figure(sweep: Sweep, folder: SweepFolder, table: xr.Dataset) -> Figure:
     axes.set(xlabel="x (m)", ylabel="y (m)", aspect="equal")
     axes.set_adjustable("datalim")
     handles, labels = axes.get_legend_handles_labels()
+    # One entry in the legend for the traces of all seeds.
     once = dict(zip(labels, handles, strict=True))
     axes.legend(once.values(), once.keys(), frameon=False)
     figure.suptitle(_title(sweep, table))

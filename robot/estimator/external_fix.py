@@ -44,6 +44,7 @@ def fixed(belief: Belief, fix: Fix, waist_rad: float, noise: FixNoise) -> Observ
         x, y, _ = ahead = turned[:, 0]
         sensitivity[3, ROTATION] = (np.array([-y, x, 0.0]) @ -hat(ahead)) / (x * x + y * y)
         error_rad = fix.yaw_rad - heading_rad(turned)
+        # The short way round, from -pi to pi.
         innovation[3] = (error_rad + np.pi) % (2 * np.pi) - np.pi
         size = 4
     deviations = np.array([*3 * (noise.position_m,), noise.yaw_rad])[:size]

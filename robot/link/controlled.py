@@ -111,8 +111,10 @@ class ControlledRobot(RealTimeRobot):
         for event in self._terminal.events():
             self._controller.press(event)
         if self._controller.state is State.WAIT:
+            # Until the robot is led on, another one may take its place.
             self._writer = last.writer
         held, self._answered_tick = last.tick == self._answered_tick, last.tick
+        # A new state is judged by the time it came, a held one by the time that is now.
         now_s = self._clock.now() if held else self._seen_s
         return self._controller.answer(Arrival(last.sensors, True, last.writer, last.remote), now_s)
 

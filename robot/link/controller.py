@@ -140,6 +140,7 @@ class Controller:
         if not message:
             return
         now = decode(message)
+        # Keys that are down in the first message were pressed for somebody else.
         before, self._remote = self._remote or now, now
         for event in pressed(before, now):
             self._happen(event)
@@ -156,6 +157,7 @@ class Controller:
         if self.state is State.RUN:
             return self._run(sensors, entered)
         if entered and self.state is State.RAMP:
+            # The ramp begins where the joints are, so that its first command moves nothing.
             self._ramp_from_rad, self._ramp_since_s = sensors.q, now_s
         return self._ramp(now_s)
 

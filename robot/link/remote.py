@@ -45,7 +45,7 @@ class Remote(NamedTuple):
 
 
 def decode(message: bytes) -> Remote:
-    """Return what a remote says; raises UsageError for a message of another size.
+    """Return the keys and sticks of a remote's message; raises UsageError for a message of another size.
 
     A stick that is no number is taken to be in its middle.
     """
@@ -57,6 +57,7 @@ def decode(message: bytes) -> Remote:
 
 
 def _stick(value: float) -> float:
+    # A NaN is not equal to itself.
     return min(max(value, -1.0), 1.0) if value == value else 0.0
 
 

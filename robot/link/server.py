@@ -170,6 +170,7 @@ def serve_lock_step(robot: LockStep, interface: Interface, attendant: Attendant)
     while True:
         if not robot.silent:
             interface.publish(robot.published())
+        # A state may be lost as well as its answer: it is published again after this time.
         arrivals = interface.commands.take(AGAIN_S)
         for arrival in arrivals:
             robot.answered(arrival.message, arrival.writer)
@@ -201,6 +202,7 @@ def serve_real_time(
             robot.step()
         truth = robot.truth() if service.truth else None
         interface.publish(Published(robot.state(), truth, robot.odometry()))
+        # Not in every step: looking for writers takes DDS longer than a step's own work.
         if time.monotonic() - looked_s >= SLICE_S:
             looked_s = time.monotonic()
             attendant.look()

@@ -28,6 +28,7 @@ class Terminal:
         self._descriptor = descriptor
         if descriptor is not None:
             self._before = termios.tcgetattr(descriptor)
+            # Keys arrive one by one, and Ctrl-C still interrupts.
             tty.setcbreak(descriptor)
 
     def keys(self) -> str:
