@@ -88,7 +88,7 @@ def load(path: Path, wanted: Mapping[str, object]) -> DecoderCalibration:
     if not all(D.dtype.kind == "f" and np.isfinite(D).all() for D in decoders.values()):
         raise _refusal(path, "NaN or infinity in it, or no numbers")
     found = DecoderCalibration(made_for, str(arrays[DIGEST]), decoders)
-    # Keys that the file has beyond those are of a later version, and decide nothing here.
+    # Keys that the file has beyond those decide nothing here.
     other = [key for key in wanted if found.made_for.get(key) != wanted[key]]
     if other:
         raise _refusal(

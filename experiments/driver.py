@@ -107,6 +107,7 @@ def prepare(trial: Trial[K, R]) -> Ready[K]:
         backend="reference" if analytic else options.backend,
         dt=DT_S,
         seed=options.seed,
+        # Without neurons on the chip there is nothing to rewrite.
         pipeline="" if analytic else options.pipeline,
         counts=options.counts,
         progress=options.progress,
@@ -125,6 +126,7 @@ def perform(trial: Trial[K, R], ready: Ready[K]) -> R:
         If a number is not finite.
     """
     closed, sim = ready
+    # A simulator that ran another trial: the network is the same, its state is not.
     if sim.n_steps:
         sim.reset(trial.options.seed)
     trial.begin(closed.rig)

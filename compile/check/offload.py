@@ -105,7 +105,7 @@ class Offload(Generic[Result]):
         ]
         single = [(move,) for group in groups for move in group]
         several = [group for group in groups if len(group) > 1]
-        # All single moves before any pair: what leaves the chip costs spikes over the host's link.
+        # Single moves before groups: what leaves the chip costs spikes between host and chip.
         return sorted(single, key=_n_neurons) + sorted(several, key=_n_neurons)
 
     def _ensembles(self, problem: Problem) -> Iterable[nengo.Ensemble]:

@@ -173,7 +173,7 @@ def _largest_indices(image: "ChipImage") -> np.ndarray:
     filled = np.diff(start) > 0
     largest = np.full(len(filled), -1, dtype=np.int64)
     if filled.any():
-        # Of an empty part `reduceat` would return the first index behind it.
+        # For an empty part `reduceat` would return the first index behind it.
         largest[filled] = np.maximum.reduceat(image.synapses.index, start[:-1][filled])
     return largest
 

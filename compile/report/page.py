@@ -195,7 +195,7 @@ class View:
     def cells(self) -> list[Cell]:
         """The messages between cores; none if there are too many to be drawn."""
         found = self._messages()
-        # By logarithm: means of a step range from one in a thousand to hundreds.
+        # By logarithm, since messages range over orders of magnitude.
         most = log1p(max((messages for *_, messages in found), default=0.0))
         if len(found) > MOST_CELLS or not most:
             return []

@@ -88,6 +88,7 @@ class ArmPort(Port):
 
     def drive(self, torque: np.ndarray) -> None:
         """Apply torques; raises DivergedError if one is not finite."""
+        # Recorded before it is judged, so that the last states show what was not finite.
         self._rows.append((self._plant.time_s, *self.inputs, torque))
         if not self.drives:
             return
@@ -132,5 +133,6 @@ class ArmRig(Rig):
         plant = self.plant
         rest = zip(ARM_JOINTS, self.law.gains.rest_rad, strict=True)
         plant.reset(seed, posture_rad=dict(rest))
+        # Made after the reset: a task begins at the hand's place.
         self.aim.task = task(plant.hand_position())
         self.loop.begin()

@@ -58,6 +58,7 @@ class Witness(Port):
         """Keep state, forces and command, and return no value."""
         data = self._plant.data
         command = self._walk.inputs[0][PARTS["command"]]
+        # The feet's sensors were added behind all others.
         feet = data.sensordata[-_FEET:].reshape(2, -1)
         states = data.qpos.copy(), data.qvel.copy(), data.actuator_force.copy(), feet.copy()
         self._rows.append((self._plant.time_s, *states, command))
@@ -101,6 +102,7 @@ class Stage:
         self.walk = WalkPort(self.plant, encoding, observe_every_s)
         self.witness = Witness(self.plant, self.walk)
         self.commands = RandomCommands(seconds, seed)
+        # The witness is last: the command that it keeps is the one observed in this step.
         self._loop = Loop(self.plant, [self.walk, self.witness], dt_s)
         self.n_steps = round(seconds / dt_s)
         self.plant.reset(seed)

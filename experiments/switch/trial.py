@@ -129,6 +129,7 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
 
         paths = [goal.path for goal in self.goals(self.options.seed)]
         exact = rehearsals.exact
+        # Paths as points: a user's file may change under the same name.
         inputs = (self.recorded, paths, exact.policy, exact.gains)
         return Rehearsed.of(self.options.cache.kept("rehearsal", inputs, rehearse))
 
@@ -142,6 +143,7 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
         solved = solved_layers(layers, ranges, options, settings.network_seed, gait)
         found = calibrated(self, layers, ranges, gait, rehearsals.walks)
         self.options.progress("building the controller", None)
+        # A calibration changes the first and the last layer; hidden ones stay as they were solved.
         of = found.of(solved) if found else solved
         return spiking_humanoid(settings, exact, rehearsed.region, of, ranges), encoding(gait)
 
@@ -233,6 +235,7 @@ def _connect(net: HumanoidNetwork, rig: HumanoidRig) -> None:
 def _probes(net: HumanoidNetwork) -> dict[str, nengo.Probe]:
     """Probe all neurons of each nucleus."""
     nuclei = net.selection.nuclei
+    # The populations of a nucleus are views of one ensemble's neurons: that is probed whole.
     return {name: nengo.Probe(populations[0].obj) for name, populations in nuclei.items()}
 
 

@@ -36,6 +36,7 @@ def draw_work(axes: Axes, run: SwitchRun, phases: list[Result]) -> None:
 def _draw_reaches(axes: Axes, run: SwitchRun, goal: Goal) -> None:
     """Draw the way of the hand, and as circles how near it had to come to its targets."""
     now = within(run.recording.time_s, goal.phase)
+    # A target is the same for many steps, but for rounding from the torso's frame and back.
     for place in np.unique(run.arm.target[now].round(DECIMALS), axis=0):
         centre = 100 * Sheet().read(place[np.newaxis])[0]
         axes.add_patch(Circle(centre, 100 * REACHED_M, fill=False, color=TEMPLATE, ls="--"))

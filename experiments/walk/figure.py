@@ -113,7 +113,7 @@ def walk_marks(run: WalkRun) -> Marks:
 
     def marks(end: int) -> list[Mark]:
         now = recording.time_s[end - 1] / PATH_DT_S
-        # A picture's scene has room for some hundreds of shapes alone.
+        # A picture's scene has room for a limited number of shapes.
         near = slice(max(0, round(now) - MARKS // 2), round(now) + MARKS // 2)
         reference = _on_floor(recording.reference[end - 1, :2], 0.04, REFERENCE_RGBA)
         return [reference, *path[near], *trace[: end // TRACE_STEPS][-MARKS:]]

@@ -109,7 +109,7 @@ def _check_turns(file: Path, time_s: np.ndarray, points: np.ndarray) -> None:
     moves = np.linalg.norm(steps, axis=1) > 0
     if not moves.any():
         return
-    # Where the path rests it has no heading; unwrapped, so that turns beyond pi add up.
+    # A path that rests has no heading; unwrapped, so that turns beyond pi add up.
     begun_s, heading = time_s[:-1][moves], np.unwrap(np.arctan2(*steps[moves].T[::-1]))
     # For each piece, the last one that begins within the time.
     last = np.searchsorted(begun_s, begun_s + TURN_S * (1 - ROUNDING), side="right") - 1

@@ -197,7 +197,7 @@ class PolicyView:
         """
         # An array, oldest first: the mean of a list of arrays takes as long as a step of the chip.
         self._last[:-1], self._last[-1] = self._last[1:], action
-        # Plain numbers: arrays of three would take several times as long, in every step.
+        # Plain numbers, which are faster than arrays of three.
         wanted = command.item(0), 0.0, command.item(1)
         steps = zip(self._command, wanted, self._change, strict=True)
         self._command = [now + min(max(end - now, -most), most) for now, end, most in steps]

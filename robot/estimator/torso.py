@@ -37,7 +37,7 @@ def pelvis_angular_velocity(
     gyroscope: np.ndarray, waist_rad: float, waist_rad_s: float
 ) -> np.ndarray:
     """Return (3,) the pelvis' angular velocity in its own frame, rad/s."""
-    # Plain floats: for three numbers several times faster than arrays.
+    # Plain floats, which are faster than arrays of three numbers.
     x, y, z = gyroscope.tolist()
     c, s = float(np.cos(waist_rad)), float(np.sin(waist_rad))
     return np.array((c * x - s * y, s * x + c * y, z - waist_rad_s))

@@ -82,7 +82,7 @@ class RobotOptions:
     @property
     def by_hand(self) -> bool:
         """True if a run over DDS begins in the states before ``RUN``."""
-        # Where a real robot may listen nothing moves before its user starts it.
+        # A real robot that may listen moves only once its user starts it.
         return self.real_time and (self.states or self.place.may_be_real)
 
     @property

@@ -121,7 +121,7 @@ class LinkedPlant(Plant):
         model, ctrl = self.model, self.data.ctrl
         kp, kd = -model.actuator_biasprm[:, 1], -model.actuator_biasprm[:, 2]
         none = np.zeros(len(ctrl))
-        # Of a position command the gain is kp, so nothing is left; a torque command has kp 0.
+        # The gain of a position command is kp, so nothing is left; a torque command has kp 0.
         tau = (model.actuator_gainprm[:, 0] - kp) * ctrl
         return MotorCommands(np.where(kp > 0, ctrl, none), none, kp, kd, tau)
 

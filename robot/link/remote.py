@@ -45,7 +45,7 @@ class Remote(NamedTuple):
 
 
 def decode(message: bytes) -> Remote:
-    """Return the keys and sticks of a remote's message; raises UsageError for a message of another size.
+    """Return the keys and sticks of a message; raises UsageError for one of another size.
 
     A stick that is no number is taken to be in its middle.
     """

@@ -202,7 +202,7 @@ def serve_real_time(
             robot.step()
         truth = robot.truth() if service.truth else None
         interface.publish(Published(robot.state(), truth, robot.odometry()))
-        # Not in every step: looking for writers takes DDS longer than a step's own work.
+        # Not in every step: processes come and go seldom.
         if time.monotonic() - looked_s >= SLICE_S:
             looked_s = time.monotonic()
             attendant.look()

@@ -75,7 +75,7 @@ def refitted(layers, ranges, compact):
 
 
 def action_error(layers, ranges, calibrated):
-    """On observations that the refit has not seen, on the chip."""
+    """On observations that the refit did not use, on the chip."""
     shown = walk(200, 1)
     with nengo.Network(seed=1) as network:
         net = policy(layers, ranges, OPTIONS, calibrated=calibrated)
