@@ -50,16 +50,12 @@ def values(what: str, numbers: ArrayLike, joints: Sequence[str]) -> np.ndarray:
     """
     array = np.asarray(numbers, dtype=float)
     if array.shape not in ((), (len(joints),)):
-        raise UsageError(
-            f"{what}: shape {array.shape} given for {len(joints)} joints; give one each"
-        )
+        raise UsageError(f"{what}: shape {array.shape} for {len(joints)} joints; give one each")
     array = array if array.ndim else np.full(len(joints), array)
     finite = np.isfinite(array)
     if np.count_nonzero(finite) < len(finite):
         first = int(np.argmin(finite))
-        raise UsageError(
-            f"{what}: {array[first]} given for joint '{joints[first]}'; give finite numbers"
-        )
+        raise UsageError(f"{what}: {array[first]} for joint '{joints[first]}'; give finite numbers")
     return array
 
 

@@ -113,5 +113,5 @@ def _shaped(q: ArrayLike, shape: tuple[int, int] | tuple[int]) -> np.ndarray:
     array = np.asarray(q, dtype=float)
     if array.ndim != len(shape) or array.shape[-1] != 4:
         wanted = "(4,)" if len(shape) == 1 else "(n, 4)"
-        raise UsageError(f"q: shape {array.shape} given; the right arm's postures are {wanted}")
+        raise UsageError(f"q: its shape is {array.shape}; the right arm's postures are {wanted}")
     return array

@@ -1,4 +1,4 @@
-"""The ensembles that may be taken apart, and by colour refinement those of them wired alike."""
+"""The ensembles that may be split, and by colour refinement those of them wired alike."""
 
 import itertools
 from collections import Counter, defaultdict

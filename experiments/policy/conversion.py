@@ -83,6 +83,7 @@ class Conversion:
     def shown(self) -> np.ndarray:
         """The observations that are played in."""
         n = len(self.observations)
+        # Spread over the recording: neighbours in time are nearly equal.
         chosen = np.linspace(0, n - 1, min(SHOWN, n)).round().astype(int)
         return np.asarray(self.observations[chosen])
 
@@ -133,6 +134,7 @@ def convert(conversion: Conversion, chip: str, passes: str, progress: Progress) 
         chip_error = _error(sim.data[net.action], exact_action)
         compilation, activity = sim.compilation, sim.activity
     progress("running in float", None)
+    # Built anew: probes of hidden layers would be read-outs on the chip, and take cores there.
     net = conversion.network(probed=True)
     with Simulator(net, backend="reference", dt=DT_S) as sim:
         _run(sim, len(conversion.shown), "running in float", progress)
@@ -151,6 +153,7 @@ def _run(sim: Simulator, n_shown: int, what: str, progress: Progress) -> None:
 def _error(data: np.ndarray, wanted: np.ndarray) -> float:
     """Relative rms error at the end of every observation."""
     steps = round(HOLD_S / DT_S)
+    # The last step of each observation, when filters have settled.
     return float(_rms(data[steps - 1 :: steps] - wanted) / _rms(wanted))
 
 

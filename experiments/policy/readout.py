@@ -48,6 +48,7 @@ def check_calibrated(trial: PolicyTrial, weights: WalkingPolicy) -> None:
 def _asked(trial: PolicyTrial) -> bool | str:
     """Return whether the policy is calibrated, or the file to do it by."""
     wanted = trial.settings.calibrated
+    # In float the neurons do what their decoders were solved for.
     return trial.options.backend != "reference" if wanted == AUTO else wanted
 
 

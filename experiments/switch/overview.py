@@ -37,7 +37,7 @@ def populations(part: nengo.Network) -> Populations:
     """Return the neurons of a part's ensembles; those whose names differ in numbers are one."""
     found: dict[str, int] = {}
     for ensemble in part.all_ensembles:
-        # Ensembles of an axis or a layer are numbered: "M1 x 3" and "M1 x 4" are one population.
+        # Numbered ensembles, such as the units of a layer, are one population.
         name = re.sub(r"\s*\d+", "", str(ensemble.label))
         found[name] = found.get(name, 0) + ensemble.n_neurons
     return found

@@ -16,7 +16,7 @@ CAMERA = "track"
 COLOURS = dict(zip(ACTIONS, ("#2a9d4a", "#c8102e"), strict=True))
 PATH_RGBA = (0.15, 0.15, 0.18, 1.0)
 HAND_RGBA = (1.0, 0.2, 0.15, 1.0)
-"""Bright, to be seen before the robot."""
+"""Bright, to stand out before the robot."""
 PATH_DT_S = 0.2
 HAND_M = 0.007
 TRACE_STEPS = 6

@@ -45,7 +45,7 @@ def parse(
     Raises
     ------
     UsageError
-        For a text without ``=``, a key that is not a parameter (lists those there are), a key given
+        For a text without ``=``, a key that is not a parameter (lists those there are), a key set
         twice, or a value that does not convert.
     """
     split = []
@@ -58,7 +58,7 @@ def parse(
 
 
 def parameters(target: Callable[..., object], owner: str) -> dict[str, Any]:
-    """Return the parameters that can be given by name, each with the type of its values.
+    """Return the parameters that can be set by name, each with the type of its values.
 
     The type is the one it is annotated with, if that is bool, int, float, str, a choice of texts or
     one of several of these, with bounds or without; else the type of its default; else str.
