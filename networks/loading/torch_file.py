@@ -55,7 +55,7 @@ def pickled_in_a_row(written: bytes) -> object:
     Pickles follow each other: a magic number, a version, the writer's system, the content, and the
     keys of its storages. Behind them these lie in the order of their keys.
     """
-    stream, storages = io.BytesIO(written), dict[str, Storage]()
+    stream, by_key = io.BytesIO(written), dict[str, Storage]()
     places: dict[str, int] = {}
 
     def content(key: str, size: int) -> bytes:
@@ -67,7 +67,7 @@ def pickled_in_a_row(written: bytes) -> object:
 
     def storage(identifier: object) -> Storage:
         found = make(identifier)
-        storages[found.key] = found
+        by_key[found.key] = found
         return found
 
     magic, _, system, value, keys = (pickles.load(stream, plain_name, storage) for _ in range(5))
@@ -75,7 +75,7 @@ def pickled_in_a_row(written: bytes) -> object:
         raise MismatchError("a checkpoint of torch", "other pickles")
     if not system.get("little_endian"):
         raise MismatchError("numbers with their low bytes first", "others")
-    places.update(_places(keys, storages, stream.tell()))
+    places.update(_places(keys, by_key, stream.tell()))
     return value
 
 
