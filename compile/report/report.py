@@ -187,7 +187,7 @@ def places(n_cores: int, chip: ChipModel) -> Json:
 
 def traffic(activity: Activity) -> Json:
     """Return the mean messages of a step: rows of source core, destination core and messages."""
-    # Pairs without messages are left out: most cores never send to each other.
+    # Pairs without messages are left out.
     rows, columns = np.nonzero(activity.messages)
     means = activity.messages[rows, columns] / activity.n_steps
     return {

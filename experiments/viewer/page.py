@@ -24,7 +24,7 @@ def write_page(path: Path, probes: xr.Dataset, title: str) -> None:
     """Write the page of a run from its time series."""
     content = {"rows": [_row(row) for row in rows(probes)], "end_s": _end_s(probes)}
     if POSES in probes:
-        # A screen shows no more, and poses are most of the page.
+        # A screen shows no more poses than these.
         step = max(1, round(1 / (FPS * _step_s(probes))))
         times_s = probes.time.values[::step]
         content["robot"] = _robot(shapes(probes[POSES].values[::step]), times_s)
