@@ -134,7 +134,7 @@ class Writer:
         self.entities = (named, self._writer)
         self._sample = kind()
         self._bytes = b""
-        # A writer asks of a sample to be made bytes: these are, and no field is touched.
+        # What a writer asks of a sample is to be made bytes: these are, and no field is touched.
         self._sample.serialize = lambda **_: self._bytes
 
     def write(self, message: bytes) -> None:
@@ -175,7 +175,6 @@ class Reader:
         """Return what has come, or comes within a time, oldest first."""
         if within_s > 0:
             self._waits.wait(duration(nanoseconds=int(1e9 * within_s)))
-        # The C layer's own call: cyclonedds' reader would decode every field.
         found = ddspy_take(self._reader._ref, self._any, MOST_TAKEN)
         if isinstance(found, int):
             raise BackendError(f"DDS cannot read (code {found})")

@@ -112,7 +112,6 @@ for _slot in range(N_SLOTS):
 def encode_command(command: Command) -> bytes:
     """Return the message of a command; slots without a motor are commanded nothing."""
     words = _BLANK_COMMAND.copy().view("<u4")
-    # One assignment for all joints, in place of 19 motors of five numbers one by one.
     words.view("<f4")[_COMMANDED] = np.concatenate(command.motors)
     words[_ANSWERS] = command.answers
     return COMMAND.sealed(words)
@@ -150,7 +149,6 @@ def decode_state(message: bytes) -> tuple[int, Sensors]:
         raise MessageError("LowState_: a number of a sensor is not finite")
     parts = [numbers[part] for part in _PARTS]
     length = math.sqrt(parts[0] @ parts[0])
-    # float32 rounds by 1e-7: a length beyond these is no orientation, but other bytes.
     if not 0.5 < length < 2:
         raise MessageError(f"LowState_: the IMU's quaternion is of length {length:g}, not 1")
     parts[0] /= length

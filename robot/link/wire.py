@@ -58,8 +58,6 @@ class Layout:
         for path, (at, kind, n) in self._places.items():
             length = n * np.dtype(kind).itemsize
             sources[in_c[path] : in_c[path] + length] = np.arange(at, at + length)
-        # Without the last word, which holds the checksum; each word's highest byte first, as the
-        # CRC reads.
         return sources.reshape(-1, WORD)[:-1, ::-1].ravel()
 
     def words(self, *paths: str) -> np.ndarray:
