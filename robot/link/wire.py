@@ -151,7 +151,14 @@ class Layout:
             Its words, ``<u4``; changed.
         places, numbers : ndarray
             Numbers that are to be written into it as float32, and into which words.
+
+        Raises
+        ------
+        ValueError
+            If there are more places than numbers, or fewer.
         """
+        if len(places) != len(numbers):  # compiled code checks no bounds
+            raise ValueError(f"{self._name}: {len(numbers)} numbers for {len(places)} places")
         _seal(message, self._parts, places, numbers)
         return message.tobytes()
 

@@ -10,6 +10,7 @@ from spikeport.robot.link.wire import Layout, MessageError
 
 MESSAGES = {struct.name: struct for struct in (LOW_CMD, LOW_STATE, SPORT_MODE_STATE)}
 XCDR1 = bytes((0, 1, 0, 0))
+LOW_CMD_WORDS = 202
 
 
 def bitwise(words: np.ndarray) -> int:
@@ -110,3 +111,16 @@ def test_a_sealed_message_opens_and_a_spoilt_one_does_not() -> None:
 def test_only_words_are_words() -> None:
     with pytest.raises(AssertionError, match="head"):
         Layout(LOW_CMD).words("head")
+
+
+def test_there_is_a_number_for_each_place() -> None:
+    words, places = np.zeros(LOW_CMD_WORDS, "<u4"), np.array([6, 7])
+    with pytest.raises(ValueError, match="LowCmd_: 1 numbers for 2 places"):
+        Layout(LOW_CMD).sealed(words, places, np.ones(1))
+
+
+def test_bytes_that_align_do_not_count() -> None:
+    layout = Layout(LOW_CMD)
+    message = bytearray(layout.sealed(np.zeros(LOW_CMD_WORDS, "<u4")))
+    message[23] = 1  # between the first motor's mode and its q
+    layout.opened(bytes(message))
