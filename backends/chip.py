@@ -70,7 +70,7 @@ class Joinable(Protocol):
         sources : (n_inputs,) float array
             The host's sources: those that are not 0 spike.
         decoding : Decoding
-            How outputs are decoded.
+            The decoding of the outputs.
         inbox : (n_values,) float array
-            Where decoded values go.
+            The array that decoded values are written to.
         """

@@ -2,8 +2,8 @@
 
 nengo-loihi decodes with NumPy's matrix product, whose rounding depends on how the machine orders
 the sum. A sum with at most one term that is not zero is rounded the same in any order, and nearly
-all read-outs are such: of an on/off pair one compartment is at zero. Those are summed in compiled
-code; in a step where one is not, NumPy's product is taken as nengo-loihi takes it.
+all read-outs are such: of an on/off pair one compartment is at zero. Such sums are compiled
+code; in a step where one is not such, NumPy's product is taken as nengo-loihi takes it.
 """
 
 import itertools
@@ -80,7 +80,7 @@ class Decoder:
     parts : list of slice
         The part of each output in it.
     table : Decoding
-        How it is decoded in compiled code.
+        The decoding of the outputs in compiled code.
     """
 
     def __init__(self, image: ChipImage, numbers: Sequence[int]) -> None:

@@ -45,6 +45,7 @@ class HostLoop:
             model=program.model,
             seed=seed,
             progress_bar=False,
+            # The optimiser merges signals, which would then be no arrays of the pool.
             optimize=False,
         )
         self._decoder = Decoder(image, [output for output, _ in program.receivers])
@@ -93,6 +94,7 @@ class HostLoop:
         with np.errstate(invalid="raise", divide="ignore"):  # as Nengo does
             for function in self._functions:
                 function()
+        # Before the chip steps: Nengo probes the host's own values at the end of its step.
         if self._host.model.probes:
             self._host._probe()
         self._n_steps += 1
@@ -122,6 +124,7 @@ class HostLoop:
     def _sum_errors(self) -> dict[int, np.ndarray]:
         errors: dict[int, np.ndarray] = {}
         for group, box in self._errors:
+            # Several connections may teach one group: their errors add up.
             errors[group] = errors.get(group, 0) + box
         return errors
 

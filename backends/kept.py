@@ -39,7 +39,7 @@ from spikeport.reading.mismatch import MismatchError
 HEADER, IMAGE = "header", "image/"
 """The name of the image's header, and what the names of its arrays begin with."""
 MOST_BYTES = 256 << 20
-"""Of an entry: a larger one takes about as long to read as what it saves."""
+"""The largest entry: a larger one takes about as long to read as it saves."""
 DAMAGES = (
     LookupError,
     TypeError,
@@ -52,7 +52,7 @@ DAMAGES = (
     ImageError,
     NengoException,
 )
-"""What becomes of an entry that is whole, and not what this file writes."""
+"""Errors of reading an entry that is whole, but was not written here."""
 
 Compile = Callable[[], Compilation]
 
@@ -115,6 +115,7 @@ def compiled(asked: Asked, kept: Cache, compile_it: Compile) -> Compilation:
     if isinstance(kept, Nothing):
         return compile_it()
     try:
+        # A TypeError says that a function or an object has no identity.
         inputs = digest_of((identity(asked.network), *asked[1:]))
     except TypeError as error:
         return _each_time(error, compile_it)

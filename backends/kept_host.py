@@ -97,6 +97,7 @@ class HostWriter:
         recorded, on_host = [], []
         for probe in probes:
             now = stand_ins.get(probe, probe)
+            # A pass may record by another probe; one that filters otherwise would change the data.
             if (now.synapse, now.sample_every) != (probe.synapse, probe.sample_every):
                 raise NotKeptError(f"{probe}: it is recorded by another probe than itself")
             if now in program.probes:
@@ -146,6 +147,7 @@ class HostWriter:
             raise NotKeptError("the host has a sparse matrix, which has no form in a cache")
         base = self._signal(signal.base) if signal.is_view else None
         self._signals[id(signal)] = number = len(self._bases)
+        # Held, since a number stands for an `id`, which a freed signal would hand on.
         self._kept.append(signal)
         about = [signal._name, signal.readonly, base, signal.offset]
         if base is None:
@@ -205,6 +207,7 @@ class HostReader:
         return HostProgram(model, senders, errors, receivers, probes)
 
     def _operator(self, name: str, state: dict[str, Tree]) -> operators.Operator:
+        # Past the constructor: some check or compute anew what is restored here.
         made: operators.Operator = object.__new__(OPERATORS[name])
         for key, value in state.items():
             found = (

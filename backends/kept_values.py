@@ -39,7 +39,7 @@ class Writer:
     Parameters
     ----------
     references : mapping of int to a tree
-        What stands for objects that are not written, by ``id``.
+        The trees that stand for objects that are not written, by ``id``.
     """
 
     def __init__(self, references: Mapping[int, Tree]) -> None:
@@ -115,7 +115,7 @@ class Reader:
     Parameters
     ----------
     arrays : mapping of str to array
-        Those that `Writer.arrays` returned.
+        The arrays that `Writer.arrays` returned.
 
     Attributes
     ----------

@@ -32,6 +32,7 @@ from spikeport.progress import Progress
 
 WINDOW = 100
 """Steps in a row in which a source spikes, if its input is saturated: above 0.98 of the radius."""
+# A change far below any rounding: the error that it makes is the floor of what can be measured.
 LAST_BIT = 1 + 2.0**-40
 NEURONS = {
     "bias": "bias",
@@ -180,6 +181,7 @@ def _parts(
         progress("rounding one part at a time", i / len(found))
         mixed = exact.with_part(cause.array, rounded, cause.part)
         errors.append(error(rerun.floats(mixed), baseline))
+    # Independent errors add in squares, and so do their shares.
     squares = sum(one**2 for one in errors) or 1.0
     parts = [
         LossPart(cause.object, cause.what, cause.rounding(exact, rounded), one, one**2 / squares)

@@ -36,9 +36,9 @@ def product_step(op: DotInc, signals: SignalDict) -> Callable[[], None]:
 
     def add() -> None:
         nonlocal known
-        given = vector.tobytes()
-        if given != known[0]:
-            known = given, np.dot(matrix, vector)
+        key = vector.tobytes()
+        if key != known[0]:
+            known = key, np.dot(matrix, vector)
         target[...] += known[1]
 
     return add
@@ -46,13 +46,13 @@ def product_step(op: DotInc, signals: SignalDict) -> Callable[[], None]:
 
 def function_step(op: SimPyFunc, signals: SignalDict) -> Callable[[], None]:
     """Call a user's function, and keep the finite numbers it returns."""
-    function, given = op.fn, _arguments(op, signals)
+    function, arguments = op.fn, _arguments(op, signals)
     output = None if op.output is None else signals[op.output]
 
     refer = _nengo_keeps(op, signals)
 
     def call() -> None:
-        value = function(*given())
+        value = function(*arguments())
         if output is not None and not _kept(value, output):
             refer(value)
 

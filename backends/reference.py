@@ -1,6 +1,6 @@
 """Float Nengo: the computation of a network before any chip rounds it.
 
-Where a compile would fuse its small ensembles, float Nengo runs what that leaves: the same network
+If a compile would fuse its small ensembles, float Nengo runs the fused network: the same one
 to rounding, in far fewer operators.
 
 The counts are those of the network wired directly: every ensemble is a core of its own, a spike

@@ -95,6 +95,7 @@ class ReplayChip:
         except BodyError as error:
             return str(error)
         now, errors_now = self._codec.unpack_step(body, flags)
+        # Named by the first source that differs: a session has too many to list.
         other = np.setxor1d(then, now)
         if other.size:
             verb = "sends" if other[0] in now else "does not send"

@@ -67,9 +67,11 @@ class PooledSignals(SignalDict):
         if array.dtype != np.float64 or not np.may_share_memory(array, self.memory):
             return None
         flat = array.reshape(-1) if array.flags.c_contiguous else array
+        # A tape walks with one stride: an array of two would need more.
         if flat.ndim != 1:
             return None
         address = flat.__array_interface__["data"][0]
+        # Bytes to numbers of 8 bytes: the pool is float64 alone.
         offset = (address - self.memory.__array_interface__["data"][0]) // 8
         return offset, flat.strides[0] // 8
 
@@ -149,6 +151,7 @@ class Flattener:
         """Return one function for each tape, and for each operator that is not on one."""
         compiled = [(op, self._compile(op)) for op in self._sim._step_order]
         functions: list[Callable[[], None]] = []
+        # Neighbours alone are joined: operators stay in the order in which Nengo runs them.
         for on_tape, group in itertools.groupby(compiled, key=lambda pair: pair[1] is not None):
             if not on_tape:
                 functions += [self._python(op) for op, _ in group]
@@ -193,6 +196,7 @@ class Flattener:
         return row and (row, None)
 
     def _copy(self, op: Copy) -> tuple[TapeRow, None] | None:
+        # Slices may be index lists, for which a stride cannot stand.
         if op.src_slice is not None or op.dst_slice is not None:
             return None
         row = self._row(kernel.ADD if op.inc else kernel.COPY, op.dst, op.src)
@@ -217,6 +221,7 @@ class Flattener:
         places = self._signals.place(target), self._signals.place(source)
         if None in places or np.count_nonzero(matrix, axis=1).max() > 1:
             return None
+        # The one column that is not zero; in a row of zeros the first, whose factor adds nothing.
         column = np.abs(matrix).argmax(axis=1)
         table = np.concatenate([matrix[np.arange(len(matrix)), column], column])
         (y, dy), (x, dx) = places  # type: ignore[misc]

@@ -29,7 +29,7 @@ from spikeport.backends.native.chip import NativeChip
 from spikeport.compile.image.chip_image import ChipImage
 
 SHARE = 0.5
-"""Of the host's sources that spike in a step, as on/off neurons do."""
+"""The share of the host's sources that spike in a step, as on/off neurons do."""
 
 
 def cpu_s(process: int) -> float:
@@ -89,13 +89,13 @@ def main() -> None:
     asked.add_argument("image", type=Path)
     asked.add_argument("--steps", type=int, default=2000)
     asked.add_argument("--rounds", type=int, default=5)
-    given = asked.parse_args()
-    image, rng = ChipImage.load(given.image), np.random.default_rng(0)
-    trains = [np.flatnonzero(rng.random(image.n_inputs) < SHARE) for _ in range(given.steps)]
+    options = asked.parse_args()
+    image, rng = ChipImage.load(options.image), np.random.default_rng(0)
+    trains = [np.flatnonzero(rng.random(image.n_inputs) < SHARE) for _ in range(options.steps)]
     native, stub = NativeChip(image, 0), Stub()
     board = BoardChip(image, 0, SocketLine(connect(stub.address), "the board"))
     times: dict[str, list[float]] = {"native": [], "board, both processes": []}
-    for _ in range(given.rounds):
+    for _ in range(options.rounds):
         times["native"].append(stepped_us(native, trains, None))
         times["board, both processes"].append(stepped_us(board, trains, stub.process_id))
     figures = {name: statistics.median(values) for name, values in times.items()}

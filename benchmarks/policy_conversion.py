@@ -4,7 +4,7 @@
 
 The shipped policy's recorded gait is played in, every observation held for 5 ms. Errors are rms
 over all joints, as a share of how the exact actions vary, against those of some observations
-before: of as many as make the error least. What is done stays in ``build/policy_conversion``, in a
+before: of as many as make the error least. Finished runs stay in ``build/policy_conversion``, in a
 folder for each policy.
 """
 
@@ -42,7 +42,7 @@ from spikeport.networks.walking_policy import load
 
 RESULTS = Path("build/policy_conversion") / policy_digest(policy_layers(load()))
 SECONDS, FITTED = 32.0, 0.8
-"""Of gait, and the share of it that is fitted; the rest is for the errors."""
+"""The length of gait, and the share of it that is fitted; the rest is for the errors."""
 MOST_LAG = 8
 """Observations, of 5 ms."""
 
@@ -106,8 +106,8 @@ def errors(name: str, readout: Readout, halves: np.ndarray, wanted: np.ndarray) 
     """The least error over all lags, and the lag."""
     found, spread = halves @ readout.weights.T + readout.bias, np.sqrt(wanted.var(axis=0).mean())
     first, end = max(SETTLING, MOST_LAG), len(wanted)
-    apart = [found[first:] - wanted[first - lag : end - lag] for lag in range(MOST_LAG)]
-    rms = [float(np.sqrt(np.mean(error**2)) / spread) for error in apart]
+    differences = [found[first:] - wanted[first - lag : end - lag] for lag in range(MOST_LAG)]
+    rms = [float(np.sqrt(np.mean(error**2)) / spread) for error in differences]
     return {name: min(rms), f"{name}_lag_s": HOLD_S * int(np.argmin(rms))}
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 CALIBRATION = "nahuku-fit"
-"""Whose energies are given."""
+"""The chip whose energies are estimated."""
 
 
 @dataclass

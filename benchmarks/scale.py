@@ -4,8 +4,8 @@
 
 A network of n neurons is a chain of groups of 512, each neuron of which has weights to 32 random
 ones of the next group and fires by its bias. It is compiled in a process of its own, and the image
-runs in another, so that each peak of memory is of one of them alone. What is there already in the
-file of results stays, but for the sizes that are asked for: by default all, with ``--n 0`` none.
+runs in another, so that each peak of memory is of one of them alone. Rows that are in the file
+of results already stay, but for the sizes that are asked for: by default all, with ``--n 0`` none.
 """
 
 import argparse
@@ -48,7 +48,7 @@ PANELS = {
     "peak of memory, GB": {"compile": ("compile_bytes", 1e-9), "run": ("run_bytes", 1e-9)},
     "a step, CPU ms": {"native": ("step_us", 1e-3)},
 }
-"""What is drawn, panel by panel: the label of each line, its figure and unit."""
+"""The lines of each panel: label, figure and unit."""
 
 
 def chain(n: int) -> nengo.Network:

@@ -150,6 +150,7 @@ def compile_network(
         return _compiled(job)
     except RefusedError as error:
         if not (pipeline.networks or isinstance(error, NothingOnChipError)):
+            # Advice to rewrite is for networks that were compiled as written.
             error.advice = advice(network, lambda: _cores_rewritten(job))
         raise
 
@@ -263,13 +264,16 @@ def _stages(passes: Pipeline) -> list[str]:
 def _rewritten(network: nengo.Network, names: Names, run: PassRun, chip: ChipModel) -> Rewrite:
     """Return the rewritten network; rules hold before and after."""
     if broken := lint(network, names, rewritten=not run.rewrites):
+        # A network that has nothing for the chip breaks this rule alone, and is no fault.
         only_empty = [one.id for one in broken] == ["SP001"]
         raise (NothingOnChipError if only_empty else DoesNotFitError)(chip.name, broken)
+    # Before anything is built: building a network that is far too large takes long, and all memory.
     if not run.rewrites and (much := verify_size(compartments_at_least(network, names), chip)):
         raise DoesNotFitError(chip.name, much)
     if too_large := over_memory(network):
         raise DoesNotFitError(chip.name, too_large)
     rewrite = whole_targets(run.networks(Rewrite(network, names)), run.dt_s)
+    # Once more: a pass may have made what a rule forbids, or mended what it forbade.
     if broken := lint(rewrite.network, rewrite.names):
         raise DoesNotFitError(chip.name, broken)
     return rewrite

@@ -53,7 +53,7 @@ class DecoderCalibration:
     Attributes
     ----------
     made_for : mapping of str
-        All that the neurons depend on: experiment, settings, chip and passes.
+        The settings that the neurons depend on: experiment, its own, chip and passes.
     image_digest : str
         Digest of the image they were measured on; empty where no chip was involved.
     decoders : mapping of str to ndarray
@@ -88,6 +88,7 @@ def load(path: Path, wanted: Mapping[str, object]) -> DecoderCalibration:
     if not all(D.dtype.kind == "f" and np.isfinite(D).all() for D in decoders.values()):
         raise _refusal(path, "NaN or infinity in it, or no numbers")
     found = DecoderCalibration(made_for, str(arrays[DIGEST]), decoders)
+    # Keys that the file has beyond those decide nothing here.
     other = [key for key in wanted if found.made_for.get(key) != wanted[key]]
     if other:
         raise _refusal(
@@ -98,6 +99,7 @@ def load(path: Path, wanted: Mapping[str, object]) -> DecoderCalibration:
 
 def _made_for(path: Path, arrays: Mapping[str, np.ndarray]) -> dict[str, object]:
     """Return all that the decoders depend on, if the file is a calibration of this schema."""
+    # Files of schema 1 do not say so.
     schema = arrays.get(SCHEMA_KEY, np.array(1))
     try:
         made_for = parse_json(str(arrays[MADE_FOR]))
@@ -121,6 +123,7 @@ def hold(node: nengo.Node, values: np.ndarray, steps: int, dt_s: float) -> None:
     """Feed a node each of some values (m, d) for some steps, the last one to the end."""
 
     def value(time_s: float) -> np.ndarray:
+        # Nengo's time is that at the end of a step, so the first one is at dt.
         step = round(time_s / dt_s) - 1
         return np.asarray(values[min(step // steps, len(values) - 1)])
 

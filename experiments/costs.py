@@ -7,7 +7,7 @@ from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.energy import Draw, energy
 
 Amounts = Mapping[str, float]
-"""How much of each unit a run did."""
+"""The amount of each unit in a run."""
 
 
 def by_unit(
@@ -24,7 +24,7 @@ def by_unit(
     chip : ChipModel
         The chip.
     amounts : mapping of str to float
-        How much of each unit the run did; one of 0 is left out.
+        The amount of each unit that the run did; one of 0 is left out.
 
     Returns
     -------

@@ -57,6 +57,7 @@ def run(trial: Trial[K, R], folder: Path) -> Outcome:
     """
     options = trial.options
     if options.video:
+        # Before the run: after it, a missing encoder would cost all of its time.
         check_video(folder, trial.plant())
     ready = prepare(trial)
     rig = ready.closed.rig
@@ -67,6 +68,7 @@ def run(trial: Trial[K, R], folder: Path) -> Outcome:
             path = run_folder.write_last_states(folder, rig.plant.history())
             raise DivergedError(f"{error}; the last states are in {path}") from error
         except BoardLostError as error:
+            # The robot itself is still there: it is brought down before its states are written.
             damp(rig.plant)
             path = run_folder.write_last_states(folder, rig.plant.history())
             raise BoardLostError(
@@ -105,6 +107,7 @@ def prepare(trial: Trial[K, R]) -> Ready[K]:
         backend="reference" if analytic else options.backend,
         dt=DT_S,
         seed=options.seed,
+        # Without neurons on the chip there is nothing to rewrite.
         pipeline="" if analytic else options.pipeline,
         counts=options.counts,
         progress=options.progress,
@@ -123,6 +126,7 @@ def perform(trial: Trial[K, R], ready: Ready[K]) -> R:
         If a number is not finite.
     """
     closed, sim = ready
+    # A simulator that ran another trial: the network is the same, its state is not.
     if sim.n_steps:
         sim.reset(trial.options.seed)
     trial.begin(closed.rig)
@@ -181,6 +185,7 @@ def on_chip(sim: Simulator) -> dict[str, object]:
 
 def link_line(link: Mapping[str, Any]) -> str:
     """Return a line on a run's link to a board: its round trips, and the steps it was late for."""
+    # A record that is played back has no round trips.
     if "round_trip_us" not in link:
         return f"replayed: {link['replays']}"
     trips = {
@@ -222,6 +227,7 @@ def _write(
     """Write a run's folder: its pictures are drawn before an earlier run makes room."""
     scenes: Scenes = trial.scenes(done)
     pictures = draw_scenes(rig.film, scenes)
+    # Only now: a run that fails before leaves the earlier one as it was.
     run_folder.clear(folder)
     run_folder.write_probes(folder, with_poses(trial.probes(done), rig.film))
     figure = trial.figure(done, pictures, result)
@@ -237,4 +243,5 @@ def _write(
     if trial.options.video:
         write_video(folder, rig.film, scenes)
     run_folder.add_counts(folder, trial.options.counts)
+    # Last of all: a folder without it is a run that did not finish.
     run_folder.write_result(folder, result)

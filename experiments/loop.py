@@ -21,7 +21,7 @@ from spikeport.constants import DT_S
 from spikeport.errors import UsageError
 
 ROUNDING = 1e-6
-"""Of a ratio of time steps."""
+"""The rounding error that a ratio of time steps may have."""
 
 
 class SteppedPlant(Protocol):
@@ -48,9 +48,9 @@ class Port(ABC):
     Attributes
     ----------
     size_in : int
-        How many values it takes from the network.
+        The number of values it takes from the network.
     size_out : int
-        How many values it returns to the network.
+        The number of values it returns to the network.
     """
 
     size_in: int = 0
@@ -100,9 +100,9 @@ class Loop(Generic[P]):
     Attributes
     ----------
     over : bool
-        Whether one of the ports is over.
+        True if one of the ports is over.
     size_in, size_out : int
-        How many values its ports take and return, all together.
+        The numbers of values its ports take and return, all together.
 
     Raises
     ------
@@ -153,7 +153,7 @@ class Loop(Generic[P]):
         Parameters
         ----------
         values : (size_in,) array
-            Those of the controller, port by port.
+            The values of the controller, port by port.
 
         Returns
         -------
@@ -162,6 +162,7 @@ class Loop(Generic[P]):
         """
         self._tick += 1
         if self._tick % self._ticks == 0:
+            # Copied: the array is Nengo's, and ports keep parts of it.
             self._advance(values.copy())
         return self._observation
 
@@ -172,6 +173,7 @@ class Loop(Generic[P]):
         self._observe()
 
     def _observe(self) -> None:
+        # Served in one order, laid out in another: the gate comes first, its values last.
         found = {port: port.observe() for port in self._served}
         self._observation = np.concatenate([found[port] for port in self._ports])
         self.over = any(port.over for port in self._ports)
@@ -205,6 +207,7 @@ class Loop(Generic[P]):
             label="plant",
         )
         for node, place in _placed(inputs, [node.size_in for node in inputs]):
+            # No synapse: an observation arrives as it is, and the step of delay is the plant's own.
             nengo.Connection(plant[place], node, synapse=None)
         for node, place in _placed(outputs, [node.size_out for node in outputs]):
             nengo.Connection(node, plant[place], synapse=None)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from spikeport.robot.link.connection import RobotOptions
 
 BACKENDS = ("analytic", "reference", "native", "nengo-loihi", "board", "replay")
-"""Where experiments run: on a backend, or without neurons."""
+"""Names of backends, and of controllers without neurons, that experiments run on."""
 
 
 @dataclass(frozen=True)
@@ -28,11 +28,11 @@ class Options:
     seconds : float
         Simulated time.
     backend, chip, pipeline : str
-        Where it runs, and the passes of its compile; by default the chip's.
+        The backend and chip it runs on, and the passes of its compile; by default the chip's.
     seed : int
         Draws what varies from run to run of the same controller.
     video : bool
-        Whether a video is made.
+        True if a video is made.
     link : LinkOptions
         The way to a board, for backends that have one.
     cache : Cache
@@ -64,6 +64,7 @@ class Options:
     def substrate(self) -> dict[str, str]:
         """Chip and passes: with equal ones neurons do the same, on either backend with a chip."""
         if self.backend == "reference":
+            # Float Nengo has neither, so its calibrations serve whatever chip is named.
             return {"chip": "none", "passes": "none"}
         return {"chip": str(self.chip), "passes": self.pipeline or "by default"}
 
@@ -83,13 +84,13 @@ class Experiment:
     Attributes
     ----------
     summary : str
-        What it shows.
+        A line on what it shows.
     trial : type of Trial
         A run of it, made of settings and options.
     settings : type
         The dataclass of its settings.
     backends : tuple of str
-        Where it runs.
+        The backends it runs on.
     seconds, shortest_s : float
         Simulated time where none is asked for, and the least that it can simulate.
     pipeline : str or None

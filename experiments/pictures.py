@@ -108,6 +108,7 @@ def check_video(folder: Path, plant: Plant) -> None:
     RenderError, MissingExtraError
         If it cannot.
     """
+    # Opened and closed without a picture: whatever is missing shows here.
     with Renderer(plant.model, *VIDEO, "front"), VideoWriter(folder / VIDEO_FILE, FPS):
         pass
 
@@ -141,6 +142,7 @@ def captioned(frame: np.ndarray, caption: Caption) -> np.ndarray:
 
 def _frame(renderer: Renderer, film: Film, marks: Marks, step: int) -> np.ndarray:
     plant = film.plant
+    # The run is over: its plant serves as the puppet of its pictures.
     plant.data.qpos[:] = film.poses[step]
     mujoco.mj_forward(plant.model, plant.data)
     return renderer.frame(plant.data, marks(step + 1))

@@ -70,6 +70,7 @@ def opened(out: Path | None, experiment: str, overwrite: bool = False) -> Iterat
 def _check_free(folder: Path, overwrite: bool) -> None:
     if not os.access(folder, os.W_OK | os.X_OK):
         raise UsageError(f"{folder}: cannot be written to; choose another --out")
+    # Half-written files of a run that was killed are nobody's, and count as nothing.
     held = {path.name for path in folder.iterdir() if not is_leftover(path)}
     if held - {*FILES, COUNTS}:
         raise UsageError(f"{folder}: holds more than a run; choose another --out")

@@ -63,6 +63,7 @@ class Rig:
     ) -> None:
         self.plant = plant
         self.film = Film(plant)
+        # The film is last: it keeps the pose that the other ports acted on.
         self.loop = Loop(plant, [*ports, self.film], dt_s, gate)
 
 
@@ -102,7 +103,7 @@ class Trial(ABC, Generic[K, R]):
 
     name: ClassVar[str]
     anchored: ClassVar[bool] = False
-    """Whether the robot hangs by its pelvis from the start."""
+    """True if the robot hangs by its pelvis from the start."""
     settings: Settings
 
     def __init__(self, settings: Settings, options: Options) -> None:
@@ -202,9 +203,9 @@ class Trial(ABC, Generic[K, R]):
         Parameters
         ----------
         run
-            What the run left.
+            The results and recordings of the run.
         pictures : sequence of (height, width, 3) arrays
-            Those of its scenes; empty without graphics.
+            The pictures of its scenes; empty without graphics.
         result : dict
             The content of ``result.json``.
         """

@@ -1,6 +1,6 @@
 """Counts of what happened on the cores in a run: all that energy and time depend on.
 
-Counts of a run are exact, and integers. Those expected of a run before there is one are not.
+Counts of a run are exact, and integers. Counts that are expected of a run to come are not.
 
 Steps of a long run are not kept one by one: what energy and time need of them is folded into sums,
 see `spikeport.hardware_models.step_time.fold`.

@@ -54,7 +54,7 @@ class EnergyCalibration(Strictly):
     Parameters
     ----------
     name, description : str
-        What it is called, and what was simulated or measured.
+        Its name, and what was simulated or measured.
     energies, times : Energies, Times
         Cost of each event.
     barrier : tuple of BarrierPoint

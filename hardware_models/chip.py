@@ -1,6 +1,6 @@
 """A chip as data: its limits, its mesh, its power and the calibrations of its events.
 
-A chip is a TOML file. Those that come with spikeport lie in ``chips/``.
+A chip is a TOML file. The ones that come with spikeport lie in ``chips/``.
 """
 
 import math
@@ -112,13 +112,13 @@ class ChipModel(Strictly):
     schema_version : int
         Version of the file format; ``schema`` in the file.
     name, title : str
-        What it is called by programs and by people.
+        Its names for programs and for people.
     caveat : str
-        What one must know of every report on it.
+        A warning that stands in every report on it.
     pipeline : str
         The passes of a compile that names none, as ``--passes`` takes them.
     limits, topology, power : Limits, Topology or None, Powers
-        What holds for every network; without a public mesh no hops are counted.
+        The figures that hold for every network; without a public mesh no hops are counted.
     synapse_memory : SynapseMemory or None
         Without a public layout, bits of weights and indices alone are counted.
     soft_memory : SoftMemory or None
@@ -126,7 +126,7 @@ class ChipModel(Strictly):
     clock : Figure or None
         The time of a cycle, in s, where all times are cycles of one clock.
     learns : bool
-        Whether synapses can learn on it.
+        True if synapses can learn on it.
     host_io : HostIo or None
         Without a published figure nobody knows whether host and chip keep up with real time.
     calibrations : tuple of EnergyCalibration

@@ -19,7 +19,7 @@ class Computer(Strictly):
     Parameters
     ----------
     name : str
-        What it is called.
+        Its name.
     macs : int
         Multiplications and additions of one inference of the network that was measured.
     energy : Figure
@@ -96,9 +96,9 @@ class BreakEven(NamedTuple):
     Attributes
     ----------
     synaptic_operations : float or None
-        Of a step.
+        Synaptic operations of a step.
     dynamic_j : float or None
-        Of a step.
+        Dynamic energy of a step, in J.
     static_w : float or None
         Power of the chip at rest.
     rate_hz : float or None

@@ -61,8 +61,8 @@ class CoreEnergy:
 class ModuleEnergy:
     """Mean energy of a step of one module, in J; None: no public figure.
 
-    Of what its neurons and synapses do, wherever they lie: messages depend on the placement, and
-    are not in it.
+    The energy is that of its neurons and synapses, wherever they lie: messages depend on the
+    placement, and are not in it.
     """
 
     module: str
@@ -84,15 +84,15 @@ class EnergyReport:
     dynamic_run : Estimate or None
         Their sum, in J; None: nothing of what happened has a public figure.
     dynamic, static : Draw or None
-        What the events cost, and what the chips cost at rest; None: no public figure.
+        The draw of the events, and of the chips at rest; None: no public figure.
     system : Draw or None
-        What the whole board costs: at rest, chips included, and the events on top.
+        The draw of the whole board: at rest, chips included, and the events on top.
     cores : tuple of CoreEnergy
         The dynamic energy of a step, core by core.
     missing : tuple of str
-        What has counts or is drawn, and has no public figure; its energy is left out.
+        Items that have counts or are drawn, and no public figure; their energy is left out.
     not_modelled : tuple of str
-        What costs energy and is not in this model, and so is left out as well.
+        Items that cost energy and are not in this model, and so are left out as well.
     """
 
     calibration: str

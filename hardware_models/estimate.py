@@ -21,7 +21,7 @@ class Estimate:
     unit : str
         An SI unit without prefix, e.g. ``"J"``.
     source : str
-        Where the figures behind the value are from, separated by ``"; "``.
+        The sources of the figures behind the value, separated by ``"; "``.
     """
 
     value: float

@@ -53,9 +53,9 @@ class Figure(Strictly):
     source : str
         The publication or file the figure is from.
     evidence : {"code", "transcribed", "abstract", "vendor", "thread", "tool"}
-        How the source was read; ``"tool"``: a program's log, of a design of this project.
+        The way the source was read; ``"tool"``: a program's log, of a design of this project.
     note : str
-        What else one must know to use the figure.
+        A remark that one must know to use the figure.
     """
 
     value: NonNegative

@@ -72,9 +72,9 @@ class HostIoReport:
     published : Estimate or None
         Published time of a step in which host and chip talk, in s; None: there is none.
     verdict : {"shown", "not shown", "excluded"}
-        Whether host and chip are known to keep up with ``dt_s``.
+        The evidence that host and chip keep up with ``dt_s``.
     reason : str
-        Why, in words.
+        The reason in words.
     """
 
     counted: bool
@@ -132,7 +132,7 @@ def host_io(
     Parameters
     ----------
     traffic : HostTraffic
-        What crosses in each step.
+        The values and spikes that cross in each step.
     chip : ChipModel
         The chip, with its published figures.
     activity : Activity, optional

@@ -159,7 +159,7 @@ def core_times(activity: Activity, times: Times, bound: Bound) -> np.ndarray:
     times : Times
         The times t.
     bound : {"value", "low", "high"}
-        Which of each time to take.
+        The end of each time's range to take.
 
     Returns
     -------

@@ -50,19 +50,19 @@ class TimingReport:
     worst_step, limiting_core : int, str
         The longest step, and the core that takes longest in it.
     fits : bool
-        Whether the longest step takes no longer than ``dt_s``.
+        True if the longest step takes no longer than ``dt_s``.
     fits_at_high : bool or None
         The same of its upper bound; None where that is not known.
     barrier : Estimate or None
         The barrier's share of each step, in s; None: no public figure.
     between_chips : Estimate or None
-        What messages between chips take of a step, in s; None: no public figure.
+        The share of messages between chips in a step, in s; None: no public figure.
     cores : tuple of CoreTime
         The mean time of a step, core by core.
     missing : tuple of str
-        What happened and has no public figure; its time is left out.
+        Items that happened and have no public figure; their time is left out.
     not_modelled : tuple of str
-        What takes time on a chip and is not in this model, and so is left out as well.
+        Items that take time on a chip and are not in this model, and so are left out as well.
     """
 
     calibration: str

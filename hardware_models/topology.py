@@ -2,7 +2,7 @@
 
     chip = core // cores of a chip
 
-How chips are connected is not public: messages between them are counted, not routed.
+The connections of chips are not public: messages between them are counted, not routed.
 """
 
 from typing import NamedTuple

@@ -10,7 +10,7 @@
 
 The gates of all actions but one fire, and silence what they are wired to (`networks.gating`): the
 selected action is disinhibited. Weights are those of nengo_spa's basal ganglia, u the utilities
-times a gain. What differs makes the selection sharp in the noise of few neurons: nengo_spa's LIF
+times a gain. The differences make the selection sharp in the noise of few neurons: nengo_spa's LIF
 populations are spiking rectified linear ones with one decoder each (`solvers.Tied`), which compute
 [.]+ as they are and share axons on the chip; the thalamus has no threshold and saturates its gate;
 and where nengo_spa filters GABA with 8 ms and AMPA with 2 ms, a population on the chip has one
@@ -31,7 +31,7 @@ from spikeport.errors import UsageError
 from spikeport.networks.rectified import Rectified
 
 GATE_RATES = (1500.0, 1800.0)
-"""Of a closed gate, in Hz: beyond the chip's one spike a step, so that it fires in every step even
+"""Rates of a closed gate, in Hz: beyond the chip's one spike a step, so that it fires always, even
 before it is closed for good."""
 
 
@@ -122,9 +122,9 @@ def gate_neurons(
     Returns
     -------
     gates : nengo.Ensemble
-        All of them, which take a value for each action.
+        The ensemble of all gates, which takes a value for each action.
     neurons : list of ObjView
-        Those of each action, to silence what is wired to them.
+        The neurons of each action, to silence what is wired to them.
     """
     kind = _gate(options)
     gates = kind.ensemble(n_actions, 1.0, np.random.RandomState(seed), "gate")

@@ -3,7 +3,7 @@
 elu = z for z > 0, exp(z) - 1 below;    relu = max(z, 0);    tanh = tanh(z)
 silu = z / (1 + exp(-z));    gelu = z Phi(z), Phi the normal distribution function
 
-All are 0 at z = 0, where the neurons of both signs are at threshold.
+Each is 0 at z = 0, where the neurons of both signs are at threshold.
 """
 
 from collections.abc import Callable

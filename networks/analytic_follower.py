@@ -21,7 +21,7 @@ class FollowerNetwork(nengo.Network):
     ``reference`` takes planar position (m) and velocity (m/s) of the point to follow, ``state`` the
     robot's heading (rad), planar position (m) and velocity (m/s), all in the world frame;
     ``command`` gives forward speed (m/s) and yaw rate (rad/s). ``filters`` are its ensembles, by
-    the time constant in s of what they are told.
+    the time constant in s of their input.
     """
 
     reference: nengo.Node

@@ -7,7 +7,7 @@
 - CB has one 5-D ensemble [q, dq_j] per joint j, decoding -kv dq_j M_j(q), and a 4-D ensemble [q]
   decoding gravity and posture.
 
-All values are normalised to the region the task needs (`spikeport.networks.region`). Decoded
+Values are normalised to the region the task needs (`spikeport.networks.region`). Decoded
 torques are divided by their full scale, and multiplied again on their way to the torque node, on
 the host: a read-out on the chip saturates, silently, at a value of 10.
 """
@@ -29,7 +29,7 @@ STATE_SIZE = 11
 RASTER_NEURONS = 60
 """Neurons of each M1 axis whose spikes are probed."""
 REGULARISATION = 0.05
-"""Of the torques' decoders (see `nengo.solvers.LstsqL2`)."""
+"""Regularisation of the torques' decoders (see `nengo.solvers.LstsqL2`)."""
 MAX_DECODED_NEURONS = 4000
 """Neurons of one decoded ensemble: a relay on the chip has 4,096 input axons."""
 
@@ -272,7 +272,7 @@ class _Builder:
 
 
 def _select(n_joints: int, extra: dict[int, float] | None = None) -> np.ndarray:
-    """Rows that pick the joint angles from the state, and one row with the given weights."""
+    """Rows that pick the joint angles from the state, and one row with these weights."""
     rows = np.eye(STATE_SIZE)[:n_joints]
     if extra is None:
         return rows

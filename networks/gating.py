@@ -18,7 +18,7 @@ from nengo.base import ObjView
 from nengo_spa.modules.thalamus import Thalamus
 
 FULL_RATE_HZ = 1000.0
-"""Of a closed gate: its neurons fire in every step."""
+"""The rate of a closed gate: its neurons fire in every step."""
 
 
 def gate(
@@ -34,7 +34,7 @@ def gate(
     inhibitor : ObjView
         The neurons, such as ``selection.nuclei["gate"][action]``.
     ensembles : iterable of nengo.Ensemble
-        What is silenced.
+        The ensembles to silence.
     strength : float
         Inhibition at 1 kHz, in radii of what an ensemble represents.
     synapse : float

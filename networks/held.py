@@ -11,16 +11,16 @@ class Held:
     Parameters
     ----------
     function : callable
-        Of the input alone; the same input gives the same output.
+        A function of the input alone; the same input gives the same output.
     """
 
     def __init__(self, function: Callable[[np.ndarray], np.ndarray]) -> None:
         self._function = function
-        self._seen: bytes | None = None
+        self._key: bytes | None = None
 
     def __call__(self, _t: float, values: np.ndarray) -> np.ndarray:
         """The function of the values; ``_t`` is Nengo's time."""
-        seen = values.tobytes()
-        if seen != self._seen:
-            self._seen, self._found = seen, self._function(values)
+        key = values.tobytes()
+        if key != self._key:
+            self._key, self._found = key, self._function(values)
         return self._found

@@ -4,9 +4,9 @@
     command = follower(reference, state)                      while "walk" is selected, else 0
     action = policy(observation) + bias                       likewise, or always
 
-All gating is on the chip: gates of the actions that are not selected silence the neurons
+Gating is on the chip: gates of the actions that are not selected silence the neurons
 (`spikeport.networks.gating`). A constant would pass a gate by, so the policy's output bias comes
-from neurons too. Where ``balances`` is set, the policy is not gated: at zero command it keeps the
+from neurons too. With ``balances`` set, the policy is not gated: at zero command it keeps the
 robot standing while the arm draws.
 
 Source: paper, sec. 3.3.
@@ -97,9 +97,9 @@ def humanoid(
     arm, follower, policy : nengo.Network
         The parts, not yet in any network; the policy's last layer is one `without_bias`.
     bias : (19,) array
-        That layer's bias.
+        The bias of that layer.
     options : HumanoidOptions, optional
-        What is gated, and how.
+        The parts that are gated, and their gates.
     seed : int
         Seed of the selection.
     """

@@ -1,11 +1,11 @@
 """The path follower as a network, in spikes or exact.
 
-    b = R(-heading) (e_x, e_y) / reach                       the error seen by the robot
+    b = R(-heading) (e_x, e_y) / reach                       the error in the robot's frame
     wz = kp_heading atan2(b_y, b_x), limited                 zero is ahead: there is no wrap
     v = max_speed (|e| / reach + kd_speed |e_v| / max_speed), limited
 
 The host subtracts the state from the reference, so that neurons see bounded errors and no world
-coordinates, and takes cosine and sine of the heading. All the rest is in spikes.
+coordinates, and takes cosine and sine of the heading. The rest is in spikes.
 
 Source: paper, sec. 3.2.2; the factorisation in the body frame is ours. The exact law is in
 `spikeport.networks.path_following`.
@@ -39,7 +39,7 @@ class FollowerOptions:
     ``n_velocity`` those of position and velocity error, and ``n_speed`` those of the forward speed.
     A neuron on the chip fires every so many whole steps, so slow ones err less, by the rates'
     steps, and by their noise more. The bearing's are fast: its noise is that of the yaw rate.
-    What reaches it is smoothed for long, since noise there makes the robot turn less than is asked;
+    Its input is smoothed for long, since noise there makes the robot turn less than is asked;
     so is the command, since its slow noise throws the robot off its path.
     """
 
@@ -101,10 +101,10 @@ class _Errors:
 
     def __call__(self, values: np.ndarray) -> np.ndarray:
         heading, motion = values[REFERENCE_SIZE], values[REFERENCE_SIZE + 1 :]
-        apart = values[:REFERENCE_SIZE] - motion
+        error = values[:REFERENCE_SIZE] - motion
         turn = np.cos(heading), np.sin(heading)
         return np.concatenate(
-            (_share(apart[:2], self._reach_m), turn, _share(apart[2:], self._fastest_m_s))
+            (_share(error[:2], self._reach_m), turn, _share(error[2:], self._fastest_m_s))
         )
 
 

@@ -5,7 +5,7 @@
     wz = kp_heading wrap(atan2(e_y, e_x) - heading)
 
 The heading that is wanted is that of the point to be reached, so the law asks for it to move ahead.
-Where it moves at speed v, the robot settles at d = v / kp_speed behind it; with kp_heading twice
+At speed v, the robot settles at d = v / kp_speed behind it; with kp_heading twice
 kp_speed, chord and turn of a circle then agree, and the robot stays on it. The default is a little
 above that: the robot turns later than its command (docs/walk.md).
 

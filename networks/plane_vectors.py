@@ -14,7 +14,7 @@ import numpy as np
 from spikeport.arrays import Floats
 
 SHARE = 0.7
-"""Of neurons that bend, and of values that are decoded, nearly ahead."""
+"""The share of neurons that bend, and of values that are decoded, nearly ahead."""
 
 THRESHOLD = 0.1
 """Largest threshold of a neuron of a bearing, to either side of zero."""
@@ -44,8 +44,8 @@ def bearing_ensemble(
 ) -> nengo.Ensemble:
     """Neurons of a vector no longer than 1, a function of whose bearing is to be decoded.
 
-    Where they bend, their thresholds and rates are spread evenly, not drawn: with some draws what
-    is decoded nearly ahead was too steep by a quarter.
+    Thresholds and rates are spread evenly where they bend, not drawn: with some draws the value
+    decoded nearly ahead was too steep by a quarter.
 
     Parameters
     ----------

@@ -62,7 +62,7 @@ def policy(
     layers : sequence of Layer
         Hidden layers, and the layer of the action.
     ranges : sequence of Ranges
-        Of the hidden layers, see `record_ranges`.
+        The ranges of the hidden layers, see `record_ranges`.
     options : PolicyOptions, optional
         Activation, neurons, rates and time constants.
     seed : int
@@ -95,8 +95,8 @@ def solved_layers(
         return list(layers)
     if observations is None:
         raise UsageError("solve='layer' needs recorded observations; give them to policy()")
-    apart = [layers[0], *(by_halves(layer, options) for layer in layers[1:])]
-    net = _network(apart, ranges, options, seed)
+    halved = [layers[0], *(by_halves(layer, options) for layer in layers[1:])]
+    net = _network(halved, ranges, options, seed)
     return solve_layers(net, layers, options, observations)
 
 
@@ -112,8 +112,8 @@ def _network(
         net.layers = []
         values, synapse = net.observation, None
         for number, (layer, reach) in enumerate(zip(layers[:-1], ranges, strict=True)):
-            apart = isinstance(layers[number + 1], Readout)
-            hidden = hidden_layer(f"layer {number + 1}", reach, options, apart, rng)
+            halves = isinstance(layers[number + 1], Readout)
+            hidden = hidden_layer(f"layer {number + 1}", reach, options, halves, rng)
             _dense(values, hidden.input, layer, synapse)
             net.layers.append(hidden)
             values, synapse = hidden.output, options.tau_fwd

@@ -45,9 +45,9 @@ def solve_layers(
     net : PolicyNetwork
         The policy, its ``layers`` with outputs by halves.
     layers : sequence of Layer
-        Of the multilayer perceptron.
+        The layers of the multilayer perceptron.
     options : PolicyOptions
-        Those of the policy.
+        The options of the policy.
     observations : (m, n) array
         Recorded observations.
     """

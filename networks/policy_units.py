@@ -1,9 +1,9 @@
 """The hidden units of a policy as neurons: one or two one-dimensional ensembles each.
 
-Those for z > 0 have encoders +1, those for z < 0 have -1; all are at threshold at z = 0, and all
+Neurons for z > 0 have encoders +1, for z < 0 they have -1; all are at threshold at z = 0, and all
 neurons of an ensemble have the same decoder (`spikeport.networks.solvers.Tied`).
 
-A unit of the first half of a layer and its counterpart in the second have the same neurons. Where
+A unit of the first half of a layer and its counterpart in the second have the same neurons. If
 these units mirror each other, as in a policy that treats left and right alike, what one errs by on
 one side, the other errs by on the other side.
 """
@@ -44,7 +44,7 @@ class HiddenLayer(nengo.Network):
 
 
 def hidden_layer(
-    label: str, reach: Ranges, options: PolicyOptions, apart: bool, rng: np.random.RandomState
+    label: str, reach: Ranges, options: PolicyOptions, halves: bool, rng: np.random.RandomState
 ) -> HiddenLayer:
     """A layer of units.
 
@@ -53,11 +53,11 @@ def hidden_layer(
     label : str
         Its name.
     reach : Ranges
-        Of its units.
+        The ranges of its units.
     options : PolicyOptions
         Neurons, rates and time constants.
-    apart : bool
-        Whether ``output`` has the halves of all units by themselves (see `Readout`) or their sums.
+    halves : bool
+        True if ``output`` has the halves of all units (see `Readout`), not their sums.
     rng : RandomState
         Draws the seeds of the neurons.
     """
@@ -68,13 +68,13 @@ def hidden_layer(
     net = HiddenLayer(label=label)
     with net:
         net.input = nengo.Node(size_in=n, label=f"{label} input")
-        net.output = nengo.Node(size_in=n * len(signs) if apart else n, label=f"{label} output")
+        net.output = nengo.Node(size_in=n * len(signs) if halves else n, label=f"{label} output")
         net.halves = []
         for unit, (number, sign) in itertools.product(range(n), enumerate(signs)):
             seed = int(seeds[number, unit % pairs])
             ensemble, points = _ensemble(unit, sign, radii[sign][unit], kinds[sign], options, seed)
             nengo.Connection(net.input[unit], ensemble, synapse=None)
-            target = net.output[unit + n * number if apart else unit]
+            target = net.output[unit + n * number if halves else unit]
             decoded = _decode(ensemble, target, points, options)
             net.halves.append(Half(unit, ensemble, decoded))
     return net

@@ -33,8 +33,8 @@ class Readout(Layer):
 class Calibrated:
     """The changes that a calibration makes to a policy where it runs.
 
-    ``weights`` and ``bias`` are those of a `Readout`; ``trim`` (n_in,) is added to what the first
-    layer is told.
+    ``weights`` and ``bias`` are those of a `Readout`; ``trim`` (n_in,) is added to the
+    first layer's input.
     """
 
     weights: np.ndarray
@@ -44,8 +44,8 @@ class Calibrated:
     def of(self, layers: Sequence[Layer]) -> list[Layer]:
         """The layers of a policy, so changed."""
         first, *others, _ = layers
-        told = Layer(first.weights, first.bias + (first.weights * self.trim).sum(axis=1))
-        return [told, *others, Readout(self.weights, self.bias)]
+        trimmed = Layer(first.weights, first.bias + (first.weights * self.trim).sum(axis=1))
+        return [trimmed, *others, Readout(self.weights, self.bias)]
 
 
 @dataclass(frozen=True)

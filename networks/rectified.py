@@ -2,7 +2,7 @@
 
     f(x) = slope [x - threshold]+
 
-All neurons of a population have the same threshold, spread gains and the same decoder
+The neurons of a population have one threshold, spread gains and one decoder
 (`spikeport.networks.solvers.Tied`). Several such populations are one ensemble, with a dimension for
 each.
 """
@@ -25,15 +25,15 @@ class Rectified:
     Attributes
     ----------
     threshold, slope : float
-        Of the line.
+        The parameters of the line.
     full : float
-        Where neurons fire at the given rates.
+        The value at which neurons fire at the chosen rates.
     n_neurons : int
         Neurons of a population.
     rates : tuple of float
         Rates in Hz are drawn uniformly from these.
     switches : bool
-        Whether the decoder is solved at ``full`` alone: for populations that are mostly silent, or
+        True if the decoder is solved at ``full`` alone: for populations that are mostly silent, or
         fire in every step of the chip.
     """
 

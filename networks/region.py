@@ -109,5 +109,5 @@ class ArmRegion:
         drawn = q[rng.randint(len(q), size=n_samples)]
         drawn = drawn + rng.uniform(-jitter, jitter, drawn.shape) * 2 * box.half
         position = Box.around(x)
-        apart = Box.symmetric(error).at_least(position.half)
-        return cls(box, Box.symmetric(dq), position, apart, box.clip(drawn))
+        errors = Box.symmetric(error).at_least(position.half)
+        return cls(box, Box.symmetric(dq), position, errors, box.clip(drawn))

@@ -3,7 +3,7 @@
     b = R(-angle) e = [e_x cos + e_y sin, e_y cos - e_x sin]
     a c = ((a + c) / 2)^2 - ((a - c) / 2)^2
 
-A square is a function of one dimension, which few neurons decode well. All eight populations are
+A square is a function of one dimension, which few neurons decode well. The eight populations are
 the same, and even in their value: what squares err mostly cancels in their differences.
 """
 
@@ -30,7 +30,7 @@ ROTATION = np.array([[1, -1, 1, -1, 0, 0, 0, 0], [0, 0, 0, 0, 1, -1, -1, 1]])
 """b from the squares of the halves."""
 
 STRIDE = 7
-"""Neighbours in intercept are so many apart in rate: no rate is that of one region."""
+"""Neighbours in intercept differ by so many in rate: no rate is that of one region."""
 
 N_POINTS = 1000
 """Values at which the decoders of a square are solved."""
@@ -46,7 +46,7 @@ class Squares:
 
 
 def rotate(turned: nengo.Node, body: nengo.Ensemble, squares: Squares) -> None:
-    """Connect a vector and an angle with the ensemble of the vector seen from that angle.
+    """Connect a vector and an angle with the ensemble of the vector turned back by that angle.
 
     Parameters
     ----------

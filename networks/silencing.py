@@ -21,8 +21,8 @@ def silence(
 ) -> list[nengo.Ensemble]:
     """Silence a share of a network's ensembles, drawn from a seed, at a time in seconds.
 
-    ``synapse`` is the filter of the inhibition: that of what else the ensembles are told. Returns
-    those that fall silent, in the network's order.
+    ``synapse`` is the filter of the inhibition: that of the ensembles' other inputs. Returns the
+    ones that fall silent, in the network's order.
     """
     ensembles = list(net.all_ensembles)
     drawn = np.random.RandomState(seed).permutation(len(ensembles))[: round(share * len(ensembles))]

@@ -17,9 +17,9 @@ class PerDimension(nengo.solvers.Solver):
     n_neurons : int
         Neurons per dimension.
     each : nengo.solvers.Solver, optional
-        What solves a dimension; regularised least squares if not given.
+        The solver of a dimension; by default regularised least squares.
     weights : bool
-        Whether the connection is wired from neuron to neuron.
+        True if the connection is wired from neuron to neuron.
     """
 
     compositional = True

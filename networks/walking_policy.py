@@ -42,7 +42,7 @@ class WalkingPolicy:
     Attributes
     ----------
     weights, biases : tuple of ndarray
-        Of every layer, ``(outputs, inputs)`` and ``(outputs,)``.
+        The parameters of every layer, ``(outputs, inputs)`` and ``(outputs,)``.
     joints : tuple of str
         The joints in the order of the actions.
     pose_rad : ndarray, (joints,)

@@ -40,7 +40,7 @@ def _indices(joints: tuple[str, ...]) -> np.ndarray:
     return places
 
 
-def values(what: str, given: ArrayLike, joints: Sequence[str]) -> np.ndarray:
+def values(what: str, numbers: ArrayLike, joints: Sequence[str]) -> np.ndarray:
     """One finite number per joint, ``(n,)``; a single number serves all of them.
 
     Raises
@@ -48,18 +48,14 @@ def values(what: str, given: ArrayLike, joints: Sequence[str]) -> np.ndarray:
     UsageError
         The numbers do not fit the joints, or one is not finite.
     """
-    array = np.asarray(given, dtype=float)
+    array = np.asarray(numbers, dtype=float)
     if array.shape not in ((), (len(joints),)):
-        raise UsageError(
-            f"{what}: shape {array.shape} given for {len(joints)} joints; give one each"
-        )
+        raise UsageError(f"{what}: shape {array.shape} for {len(joints)} joints; give one each")
     array = array if array.ndim else np.full(len(joints), array)
     finite = np.isfinite(array)
     if np.count_nonzero(finite) < len(finite):
         first = int(np.argmin(finite))
-        raise UsageError(
-            f"{what}: {array[first]} given for joint '{joints[first]}'; give finite numbers"
-        )
+        raise UsageError(f"{what}: {array[first]} for joint '{joints[first]}'; give finite numbers")
     return array
 
 

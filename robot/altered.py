@@ -44,6 +44,7 @@ def alter(spec: mujoco.MjSpec, perturbation: Perturbation) -> None:
 def _weigh(spec: mujoco.MjSpec, perturbation: Perturbation) -> None:
     for body in spec.bodies:
         body.mass *= perturbation.mass
+        # Heavier by density, so inertia grows with the mass.
         body.fullinertia *= perturbation.mass
     torso = spec.body(TORSO)
     torso.mass += perturbation.payload
@@ -65,6 +66,7 @@ def _take_urdf(spec: mujoco.MjSpec) -> None:
             body.fullinertia = link["inertia"] * (_MIRRORED_INERTIA if right else 1)
     for role, span in _urdf()["ranges"].items():
         for joint in JOINTS:
+            # A range holds for both sides: the URDF's are symmetric.
             if joint.endswith(role):
                 spec.joint(joint).range = span
 

@@ -85,6 +85,7 @@ class ArmDynamics:
             position[i] = self._data.site_xpos[self._site]
             mujoco.mj_jacSite(self._model, self._data, jacobian[i], None, self._site)
             mujoco.mj_fullM(self._model, self._data, inertia[i])
+            # At rest the bias force is gravity alone.
             mujoco.mj_rne(self._model, self._data, 0, bias[i])
         J, M = jacobian[..., self._dof], inertia[:, self._dof[:, None], self._dof]
         return H1ArmTerms(position, J, M, _task_inertia(J, M), bias[:, self._dof])
@@ -93,6 +94,7 @@ class ArmDynamics:
         """Bring everything that depends on the posture alone up to date; velocities stay 0."""
         self._data.qpos[self._qpos] = posture
         mujoco.mj_kinematics(self._model, self._data)
+        # The parts of mj_forward that posture, inertia and gravity need, and no others.
         mujoco.mj_comPos(self._model, self._data)
         mujoco.mj_crb(self._model, self._data)
 
@@ -100,6 +102,7 @@ class ArmDynamics:
 def _task_inertia(J: np.ndarray, M: np.ndarray) -> np.ndarray:
     """Damped inverses of ``J M^-1 J^T``, ``(n, 3, 3)``."""
     mobility = J @ np.linalg.solve(M, J.swapaxes(1, 2))
+    # Symmetric up to rounding: made so exactly, as `hermitian` reads one half alone.
     V, s, _ = np.linalg.svd((mobility + mobility.swapaxes(1, 2)) / 2, hermitian=True)
     damped = s / (s**2 + (TASK_DAMPING * s[:, :1]) ** 2)
     inverses: np.ndarray = (V * damped[:, None, :]) @ V.swapaxes(1, 2)
@@ -110,5 +113,5 @@ def _shaped(q: ArrayLike, shape: tuple[int, int] | tuple[int]) -> np.ndarray:
     array = np.asarray(q, dtype=float)
     if array.ndim != len(shape) or array.shape[-1] != 4:
         wanted = "(4,)" if len(shape) == 1 else "(n, 4)"
-        raise UsageError(f"q: shape {array.shape} given; the right arm's postures are {wanted}")
+        raise UsageError(f"q: its shape is {array.shape}; the right arm's postures are {wanted}")
     return array

@@ -9,7 +9,7 @@ from spikeport.robot.description import JOINTS
 from spikeport.robot.engine import mujoco
 
 RANGE_MARGIN_RAD = 0.5
-"""How far a joint may be beyond its range: MuJoCo's stops are springs, and the knee's give way by
+"""The margin of a joint beyond its range: MuJoCo's stops are springs, and the knee's give way by
 0.44 rad when it runs into them under full torque."""
 
 
@@ -52,7 +52,7 @@ class Watch:
         state : (nq + nv,) array
             Positions and velocities, as MuJoCo's ``qpos`` and ``qvel``.
         time_s : float
-            When that is.
+            The time of that state, in s.
         """
         inside = (self._low <= state) & (state <= self._high)
         if np.count_nonzero(inside) == len(state):  # a third of the time of inside.all()

@@ -20,6 +20,7 @@ class Feet:
 
     def __init__(self, model: mujoco.MjModel) -> None:
         parts = [[model.geom(f"{side}_{part}").id for part in _PARTS] for side in SIDES]
+        # The number behind the last foot stands for every other shape.
         self._foot = np.full(model.ngeom, len(SIDES))
         for foot, geoms in enumerate(parts):
             self._foot[geoms] = foot

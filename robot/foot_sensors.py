@@ -16,6 +16,7 @@ def add_foot_sensors(spec: mujoco.MjSpec) -> None:
     """Add the sensors of both feet behind those that a model has, left foot first."""
     kind, thing, data = mujoco.mjtSensor, mujoco.mjtObj, mujoco.mjtConDataField
     fields = 1 << int(data.mjCONDATA_FOUND) | 1 << int(data.mjCONDATA_FORCE)
+    # Behind the model's own: what reads those counts from the front.
     for foot in SIDES:
         for sensor in (kind.mjSENS_FRAMEPOS, kind.mjSENS_FRAMELINVEL):
             for part in ("heel", "toe"):

@@ -31,6 +31,7 @@ class History:
     def arrays(self) -> dict[str, np.ndarray]:
         """``time_s (n,)``, ``qpos (n, 26)``, ``qvel (n, 25)``, ``ctrl (n, 19)``, oldest first."""
         kept = min(self._count, len(self._rows))
+        # Steps in the order of time, at their places in the ring.
         order = np.arange(self._count - kept, self._count) % len(self._rows)
         time, qpos, qvel, ctrl = np.split(self._rows[order], self._ends, axis=1)
         return {"time_s": time[:, 0], "qpos": qpos, "qvel": qvel, "ctrl": ctrl}

@@ -37,26 +37,27 @@ def _other_side(joint: str) -> str:
 
 
 def _joint_sign(joint: str) -> float:
+    # The torso turns about the vertical, as yaw does.
     return -1.0 if joint == "torso" or joint.endswith(("yaw", "roll")) else 1.0
 
 
 VECTOR = Mirror(np.arange(3), np.array([1.0, -1.0, 1.0]))
-"""Of a velocity or direction."""
+"""The mirror of a velocity or direction."""
 
 AXIAL = Mirror(np.arange(3), np.array([-1.0, 1.0, -1.0]))
-"""Of an angular velocity."""
+"""The mirror of an angular velocity."""
 
 COMMAND = Mirror(np.arange(3), np.array([1.0, -1.0, -1.0]))
-"""Of (vx, vy, wz)."""
+"""The mirror of (vx, vy, wz)."""
 
 JOINT = Mirror(
     np.array([JOINTS.index(_other_side(j)) for j in JOINTS]),
     np.array([_joint_sign(j) for j in JOINTS]),
 )
-"""Of joint angles, joint velocities and actions."""
+"""The mirror of joint angles, joint velocities and actions."""
 
 SCALAR = Mirror(np.arange(1), np.ones(1))
 PAIR = Mirror(np.array([1, 0]), np.ones(2))
-"""Of one number per foot, the left one first."""
+"""The mirror of one number per foot, the left one first."""
 
 OBSERVATION = joined(VECTOR, AXIAL, VECTOR, COMMAND, JOINT, JOINT, JOINT)

@@ -10,7 +10,7 @@ from spikeport.robot.terrain import FLAT, find_terrain
 OWN, URDF, MENAGERIE = "own", "urdf", "menagerie"
 ROBOT_MODELS = (OWN, URDF, MENAGERIE)
 ESTIMATORS = (TRUTH, "leg-odometry", EKF)
-"""Those that need nothing but the robot's own sensors, and the truth."""
+"""Estimators that need nothing but the robot's own sensors, and the truth."""
 PHYSICS_DT_S = 0.005
 LONGEST_DELAY_S = 0.5
 ROUNDING = 1e-6

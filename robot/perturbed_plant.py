@@ -74,13 +74,16 @@ class PerturbedPlant(Plant):
     def step(self) -> None:
         """Advance the physics by ``dt_s`` under the commands of some time ago; see `Plant.step`."""
         wanted = self.data.ctrl.copy()
+        # Appended, then taken: a delay of no steps gives back the same command.
         self._commands.append(wanted)
         self.data.ctrl[:] = self._commands.popleft()
         push = self._pushes.due(self.time_s)
         if push is not None:
             self.data.qvel[:2] += push
+            # Quantities that depend on velocities are computed anew after the jump.
             mujoco.mj_step1(self.model, self.data)
         super().step()
+        # Ports read the command as it was set, not the one that acts now.
         self.data.ctrl[:] = wanted
         self._senses.look()
 

@@ -25,7 +25,7 @@ class Plant:
     Parameters
     ----------
     anchored : bool
-        Whether `reset` welds the pelvis to the world at 1.06 m and locks the torso upright.
+        True if `reset` welds the pelvis to the world at 1.06 m and locks the torso upright.
     appearance : str
         As `description.load`.
 
@@ -39,7 +39,7 @@ class Plant:
 
     joints = JOINTS
     _gain_scale = 1.0
-    """Of all gains that joints are driven with."""
+    """The factor of all gains that joints are driven with."""
 
     def __init__(self, *, anchored: bool = False, appearance: str = "primitive") -> None:
         self.model = self._compiled(appearance)
@@ -224,8 +224,10 @@ class Plant:
         together = tuple(joints)
         if self._modes.get(together) == mode:
             return False
-        apart = {k: m for k, m in self._modes.items() if not set(k) & set(together)}
-        self._modes = {**apart, together: mode}
+        # Any earlier group with one of these joints is broken up: its joints may be in different
+        # modes now.
+        others = {k: m for k, m in self._modes.items() if not set(k) & set(together)}
+        self._modes = {**others, together: mode}
         return True
 
     def step(self) -> None:

@@ -3,7 +3,7 @@
 import numpy as np
 
 EARLIEST, LATEST = 0.5, 1.5
-"""Of the mean time between pushes, from one to the next."""
+"""The shortest and longest time between two pushes, as shares of its mean."""
 
 
 class Pushes:
@@ -27,6 +27,7 @@ class Pushes:
         """Return the change (2,) of the velocity in the world, m/s, if a push is due by a time."""
         if time_s < self._next_s:
             return None
+        # Drawn before the direction: the order of draws is part of a run.
         self._next_s = self._later(time_s)
         direction = self._rng.uniform(-np.pi, np.pi)
         return self._speed_m_s * np.array((np.cos(direction), np.sin(direction)))

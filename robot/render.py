@@ -36,7 +36,7 @@ class Renderer:
     Parameters
     ----------
     model : mujoco.MjModel
-        What to draw, e.g. ``Plant.model``.
+        The model to draw, e.g. ``Plant.model``.
     width, height : int
         Size of the picture in pixels, at most that of the model's framebuffer.
     camera : str
@@ -116,9 +116,9 @@ def _check_size(model: mujoco.MjModel, width: int, height: int) -> None:
 
 def _context_class() -> Callable[[int, int], _GLContext]:
     """Leave it to mujoco if MUJOCO_GL or a display says so, else EGL, which needs no display."""
-    said = any(os.environ.get(name) for name in ("MUJOCO_GL", "DISPLAY", "WAYLAND_DISPLAY"))
+    stated = any(os.environ.get(name) for name in ("MUJOCO_GL", "DISPLAY", "WAYLAND_DISPLAY"))
     chosen: Callable[[int, int], _GLContext]
-    if said or sys.platform != "linux":
+    if stated or sys.platform != "linux":
         chosen = mujoco.GLContext
     else:
         from mujoco import egl
@@ -133,9 +133,9 @@ def _open(model: mujoco.MjModel, width: int, height: int) -> tuple[_GLContext, m
         gl.make_current()
         context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100.value)
     except Exception as error:  # each backend and driver raises errors of its own
-        said = os.environ.get("MUJOCO_GL") or "(unset)"
+        setting = os.environ.get("MUJOCO_GL") or "(unset)"
         raise RenderError(
-            f"no picture can be made: no OpenGL context with MUJOCO_GL={said} ({error}); "
+            f"no picture can be made: no OpenGL context with MUJOCO_GL={setting} ({error}); "
             "without a display set MUJOCO_GL=egl and apt-get install libegl1 libegl-mesa0 "
             "libgl1-mesa-dri, or set MUJOCO_GL=osmesa and apt-get install libosmesa6"
         ) from error

@@ -64,6 +64,7 @@ class Senses:
             errors = {name: self._noise * rough for name, rough in asdict(ROUGH).items()}
             self._sensors = SimulatedSensors(plant, SensorErrors(**errors), rng.randint(2**31))
             self._estimator = BY_SENSORS[perturbation.estimator]()
+        # Filled with the first observation: a late sensor reads where the run began.
         self._late = deque([self._begun()] * (delay_steps + 1), delay_steps + 1)
 
     @property
@@ -94,6 +95,7 @@ class Senses:
         if not self._noise:
             return true
         quaternion = np.empty(4)
+        # The vector part of a small turn's quaternion is half its angle.
         tilt = np.array([1.0, *self._drawn(WIDTHS.tilt / 2, 2), 0.0])
         mujoco.mju_mulQuat(quaternion, true.base_quaternion, tilt / np.linalg.norm(tilt))
         return RobotState(

@@ -58,5 +58,6 @@ def in_plane(state: RobotState) -> np.ndarray:
     rotation = np.empty(9)
     mujoco.mju_quat2Mat(rotation, state.base_quaternion)
     velocity = rotation.reshape(3, 3) @ state.base_linear_velocity
+    # Row-major: entries (1, 0) and (0, 0), the pelvis' x axis in the plane.
     heading = np.arctan2(rotation[3], rotation[0])
     return np.array((heading, *state.base_position[:2], *velocity[:2]))

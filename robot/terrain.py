@@ -32,11 +32,11 @@ BOX_M, GRID_M = 0.4, 0.05
 WAVE_M = 0.2
 """Standard deviation of the filter of relief, in m: its waves are about five times as long."""
 SHIFT_M = 3.0
-"""How far from the middle of an uneven floor a run may begin, along x and y."""
+"""The largest distance of a start from the middle of an uneven floor, along x and y."""
 DEEP_M = 0.5
-"""Of boxes, below their tops."""
+"""The depth of boxes below their tops."""
 BELOW_M = 0.001
-"""How far the flat floor is below: a foot does not touch both."""
+"""The depth of the flat floor below: a foot does not touch both."""
 SEED = 0
 
 
@@ -64,6 +64,8 @@ class Slope:
         """Tilt the floor."""
         if self.angle_rad:
             half, c, s = self.angle_rad / 2, np.cos(self.direction_rad), np.sin(self.direction_rad)
+            # Half the angle, about the axis in the plane at right angles to the direction of
+            # rising.
             spec.geom("floor").quat = [np.cos(half), np.sin(half) * s, -np.sin(half) * c, 0]
 
     def begin(self, model: mujoco.MjModel, rng: np.random.RandomState) -> "Slope":
@@ -129,6 +131,7 @@ class Uneven:
                 x, y = (np.array([column, row]) + 0.5) * BOX_M - half
                 place = [x, y, height - DEEP_M / 2]
                 body.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=size, pos=place, **touched)
+        # The flat floor goes on beyond the edge of the uneven one.
         spec.geom("floor").pos = [0, 0, -BELOW_M]
 
     def begin(self, model: mujoco.MjModel, rng: np.random.RandomState) -> "Uneven":
@@ -143,6 +146,7 @@ class Uneven:
     def height_m(self, x: Floats, y: Floats) -> Floats:
         """Return heights; 0 beyond the edge."""
         places = (np.stack(self.pose.inside(x, y)) + SIZE_M / 2) / self.cell_m
+        # Relief is interpolated between points, a box is level.
         column, row = places if self.smooth else np.floor(places)
         at = np.stack((row, column))
         drawn = map_coordinates(_drawn(self.smooth), at, order=int(self.smooth), cval=0.0)
@@ -155,6 +159,7 @@ def _drawn(smooth: bool) -> Floats:
     n = round(SIZE_M / (GRID_M if smooth else BOX_M)) + int(smooth)
     drawn = np.random.RandomState(SEED).uniform(size=(n, n))
     if smooth:
+        # Smoothing lowers the waves: they are stretched again to cover 0 to 1.
         drawn = gaussian_filter(drawn, WAVE_M / GRID_M, mode="wrap")
         drawn = (drawn - drawn.min()) / (drawn.max() - drawn.min())
     drawn.setflags(write=False)

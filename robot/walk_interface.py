@@ -32,7 +32,7 @@ PARTS = {
     "joint velocities": slice(31, 50),
     "last action": slice(50, 69),
 }
-"""Where each part of an observation lies: m/s, rad/s, a unit vector, (vx m/s, vy m/s, wz rad/s),
+"""Slices of an observation: m/s, rad/s, a unit vector, (vx m/s, vy m/s, wz rad/s),
 rad from the default pose, rad/s, and actions; the first three are vectors in the pelvis frame."""
 
 COMMAND_CHANGE_PER_S = np.array([1.0, 1.0, 2.0])
@@ -67,7 +67,7 @@ def observation(state: RobotState, command: ArrayLike, last_action: ArrayLike) -
     command : array_like, (3,)
         Wanted vx, vy (m/s) and wz (rad/s) in the pelvis frame.
     last_action : array_like, (19,)
-        What the policy gave last; zeros at the start.
+        The policy's last action; zeros at the start.
     """
     parts = (
         state.base_linear_velocity,

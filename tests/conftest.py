@@ -97,7 +97,7 @@ def environment(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Callab
         done = _run(python, "-m", "venv", folder / "venv", cwd=folder)
         assert done.returncode == 0, done.stderr
         programs = folder / "venv" / "bin"
-        # What a test imports is compiled then, which is little of all that is installed.
+        # Modules are compiled as a test imports them, which is little of all that is installed.
         options = ("--no-compile", wheel)
         _pip(programs / "python", "install", *options, *numpy, *packages, cwd=folder)
         return lambda program, *arguments, cwd: _run(programs / program, *arguments, cwd=cwd)

@@ -19,7 +19,7 @@ class Checkpoint(NamedTuple):
     Attributes
     ----------
     options : dict
-        What the run must not change when it goes on: seed, sizes.
+        The settings that the run must not change when it goes on: seed, sizes.
     segment : int
         Number of segments done.
     learner : dict

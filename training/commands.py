@@ -15,8 +15,8 @@ class CommandRange:
     ``standing`` and ``turning`` are the shares of commands that ask to stand, and to turn in
     place; ``heading`` is the share of the others that asks for a direction, which is turned to
     with wz = ``heading_gain`` * (direction - heading), limited to +- ``wz_rad_s``. Commands change
-    no faster than `COMMAND_CHANGE_PER_S`, but for a share of ``jumping`` that is there at once. Who
-    is asked for no more than ``still`` need not step.
+    no faster than `COMMAND_CHANGE_PER_S`, but for a share of ``jumping`` that is there at once. A
+    robot that is asked for no more than ``still`` need not step.
     """
 
     vx_m_s: tuple[float, float] = (0.0, 1.0)
@@ -36,7 +36,7 @@ class Commands:
     Attributes
     ----------
     wanted : ndarray, (n, 3)
-        What was drawn: vx, vy (m/s) and wz (rad/s); vy is 0.
+        The commands drawn: vx, vy (m/s) and wz (rad/s); vy is 0.
     value : ndarray, (n, 3)
         The commands that robots observe: on their way to ``wanted``, from standing.
     age_s : ndarray, (n,)
@@ -54,7 +54,7 @@ class Commands:
 
     @property
     def moving(self) -> Flags:
-        """Who is asked to move by now, ``(n,)``."""
+        """Return the robots that are asked to move by now, ``(n,)``."""
         moving: Flags = np.abs(self.value).max(axis=1) > self._ranges.still
         return moving
 

@@ -105,7 +105,7 @@ Legs on the chip, their read-out refitted, were off by 0.005 rad over 0.8 s and 
 now; were they as cheap as before, they would become more frequent again."""
 
 _HELD = tuple(name for name in JOINTS if "shoulder" in name or "elbow" in name or name == "torso")
-"""What an action does to these joints in 20 ms is lost in the noise of the rewards."""
+"""Joints that are held: the effect of their actions is lost in the noise of the rewards."""
 
 _SPIKES = HiddenNoise(white=0.03, lasting=0.03)
 

@@ -64,7 +64,7 @@ class WalkEnvironment:
     n : int
         Number of robots.
     task : TrainingTask
-        What they do.
+        Their task.
     seed : int
         Seed of all that is random.
     threads : int

@@ -16,11 +16,11 @@ class Gait:
     since_lift_s : ndarray
         Time since the foot last left the floor.
     touched_down : ndarray of bool
-        Whether the foot came down in the last step.
+        True if the foot came down in the last step.
     last_air_s : ndarray
-        How long it had been in the air then.
+        The time it had been in the air then.
     lifted : ndarray of bool
-        Whether the foot left the floor in the last step.
+        True if the foot left the floor in the last step.
     both_s : ndarray, (n,)
         Time for which both feet have been on the floor, or had been before the last step.
     """

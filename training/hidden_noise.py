@@ -28,7 +28,7 @@ class HiddenNoiseSource:
     Parameters
     ----------
     noise : HiddenNoise
-        How large it is.
+        The size of the noise.
     robots, units : int
         Numbers of them.
     """

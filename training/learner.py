@@ -76,16 +76,16 @@ class Learner:
     options : LearnerOptions
         Sizes, of all workers together.
     worker : Worker
-        Which of them this is; all of them call `update` at the same time.
+        The worker that this is; all of them call `update` at the same time.
 
     Attributes
     ----------
     worker : Worker
-        As given.
+        The worker that this is.
     robots : int
         Number of its robots.
     actor, average : Module
-        What acts in training, and its running average.
+        The network that acts in training, and its running average.
     """
 
     def __init__(self, options: LearnerOptions, worker: Worker = ALONE) -> None:
@@ -123,18 +123,18 @@ class Learner:
         """Let the robots act for one horizon; returns falls and rewards per second."""
         log: list[dict[str, np.ndarray]] = []
         with torch.inference_mode():
-            seen = self._look(env)
+            observed = self._look(env)
             for _ in range(self.options.horizon):
-                outcome = env.step(self.ppo.act(seen).numpy())
-                seen = self._look(env)
+                outcome = env.step(self.ppo.act(observed).numpy())
+                observed = self._look(env)
                 self.ppo.process_env_step(
-                    seen,
+                    observed,
                     _tensor(outcome.reward),
                     torch.as_tensor(outcome.fallen | outcome.timed_out),
                     {"time_outs": torch.as_tensor(outcome.timed_out)},
                 )
                 log.append({"falls": outcome.fallen, "reward": outcome.reward, **outcome.terms})
-            self.ppo.compute_returns(seen)
+            self.ppo.compute_returns(observed)
         return {name: mean / CONTROL_DT_S for name, mean in mean_figures(log).items()}
 
     def update(self) -> TrainingFigures:
@@ -157,11 +157,11 @@ class Learner:
         self.average.load_state_dict(state["average"])
 
     def _look(self, env: WalkEnvironment) -> TensorDict:
-        seen = _tensor(env.observe())
+        values = _tensor(env.observe())
         if self._noisy:
             noise = self._noise.draw(torch.as_tensor(env.age == 0))
-            seen = torch.cat((seen, noise), dim=1)
-        return _observations(seen, _tensor(env.observe_all()))
+            values = torch.cat((values, noise), dim=1)
+        return _observations(values, _tensor(env.observe_all()))
 
     def _sample(self, noise_size: int) -> TensorDict:
         sizes = (len(OBSERVATION.order) + noise_size, len(PRIVILEGED.order))

@@ -9,7 +9,7 @@ from spikeport.robot.feet import SIDES
 from spikeport.robot.foot_sensors import add_foot_sensors
 
 HEEL_RADIUS_M, TOE_RADIUS_M = 0.02, 0.015
-"""Of the contact shapes of a foot in ``h1.xml``."""
+"""Radii of the contact shapes of a foot in ``h1.xml``."""
 
 KP = np.array([GAINS[joint].kp for joint in JOINTS])
 KD = np.array([GAINS[joint].kd for joint in JOINTS])

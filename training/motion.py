@@ -28,7 +28,7 @@ class FeetMotion:
     Attributes
     ----------
     contact : ndarray of bool, (n, 2)
-        Whether a foot is on the floor.
+        True if a foot is on the floor.
     force_n : ndarray, (n, 2)
         Strength of the contact force, N.
     points : ndarray, (n, 2, 2, 3)
@@ -91,7 +91,7 @@ class Motion:
     heading_rad : ndarray, (n,)
         Direction of the pelvis' forward axis about the vertical.
     velocity : ndarray, (n, 3)
-        Of the pelvis, in the pelvis frame, m/s.
+        The velocity of the pelvis, in the pelvis frame, m/s.
     level_velocity : ndarray, (n, 3)
         The same, in a frame that only turns about the vertical, m/s.
     turn_rate : ndarray, (n, 3)
@@ -150,7 +150,7 @@ def in_frame(rotation: Floats, vectors: Floats) -> Floats:
 
 
 def _turned_back(vectors: Floats, angle: Floats) -> Floats:
-    """Vectors ``(n, 3)`` as seen from a frame that is turned about z by ``angle (n,)``."""
+    """Vectors ``(n, 3)`` in a frame that is turned about z by ``angle (n,)``."""
     c, s = np.cos(angle), np.sin(angle)
     x, y, z = vectors.T
     return np.stack((c * x + s * y, c * y - s * x, z), axis=1)

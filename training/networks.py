@@ -42,15 +42,15 @@ class MirrorNetwork(nn.Module):
     Parameters
     ----------
     inputs : Mirror
-        How the input is mirrored.
+        The mirror image of the input.
     outputs : Mirror
-        How the output is.
+        The mirror image of the output.
     scale : ndarray
         Factor of every input, folded into the first layer.
     output_gain : float
         Size of the last layer's weights, against what is usual.
     symmetry_breaking_sd : float
-        Of the part of the first bias that has no mirror image; 0: there is none.
+        Deviation of the part of the first bias that has no mirror image; 0: there is none.
     """
 
     def __init__(

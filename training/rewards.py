@@ -67,7 +67,7 @@ class Step:
 
     @property
     def single_support(self) -> Flags:
-        """Who is asked to move and has one foot on the floor, ``(n,)``."""
+        """Return the robots that are asked to move and have one foot on the floor, ``(n,)``."""
         on_one: Flags = self.feet.contact.sum(axis=1) == 1
         return self.moving & on_one
 

@@ -2,8 +2,8 @@
 
 rank = (falls, |vx error| / 0.06 m/s + |wz error| / 0.10 rad/s), the smallest first
 
-Of those that walked best as trained, the one that walks best under hard pushes: as trained so few
-robots fall that chance would choose.
+It is the one that walks best under hard pushes, among the checkpoints that walked best as trained:
+as trained so few robots fall that chance would choose.
 """
 
 from dataclasses import dataclass, replace

@@ -13,7 +13,7 @@ from spikeport.training.train import TrainOptions, train
 
 NAME = "h1_walk"
 EPISODES, SEED = 200, 30_000
-"""Of the card's evaluations, which no choice was made by."""
+"""Episodes and seed of the card's evaluations, by which no choice was made."""
 
 
 def train_walk(options: TrainOptions, command: str, progress: Progress) -> dict[str, Evaluation]:

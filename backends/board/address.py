@@ -62,9 +62,9 @@ class Address:
     text : str
         As it was written.
     host, port : str, int
-        Of TCP.
+        The TCP host and port.
     path : Path or None
-        Of a Unix socket.
+        The Unix socket.
     """
 
     text: str

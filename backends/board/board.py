@@ -125,6 +125,7 @@ class Board:
         if image.digest != self._hello.digest:
             raise BodyError(f"an image {image.digest[:12]}, not {self._hello.digest[:12]}")
         while len(self._images) >= IMAGES_KEPT:
+            # The oldest goes: dicts keep the order of insertion.
             del self._images[next(iter(self._images))]
         self._images[image.digest] = image
         return [self._open(image, self._hello)]
@@ -132,7 +133,9 @@ class Board:
     def _open(self, image: ChipImage, hello: Hello) -> Frame:
         """Begin a session, with the chip at rest; it answers when the first step can come."""
         self._upload.clear()
+        # Warmed on a chip of its own: the session's chip has to begin at rest.
         steps_per_s = _warm(self._machine.load(image, hello.seed))
+        # Not guessable, and never 0, which stands for no session.
         number = secrets.randbelow(2**32 - 1) + 1
         self.session = Session(number, self._machine.load(image, hello.seed), Codec(image))
         body = Welcome(image.digest, self._machine.name, steps_per_s).pack()
@@ -141,6 +144,7 @@ class Board:
     def _step(self, frame: Frame) -> Frame:
         """Step the chip; a step that was asked for before is answered again, and not repeated."""
         session = self._session_of(frame)
+        # The answer was lost on its way: a second step would put the chip ahead of the host.
         if frame.step == session.at and session.last is not None:
             return session.last
         if frame.step != session.at + 1:
@@ -148,6 +152,7 @@ class Board:
         spikes, errors = session.codec.unpack_step(frame.body, frame.flags)
         begin = time.perf_counter_ns()
         held = session.chip.step(spikes, errors)
+        # The field has 32 bits, which are 71 minutes.
         lasted_us = min((time.perf_counter_ns() - begin) // 1000, 2**32 - 1)
         body = session.codec.pack_state(held, session.chip.log.last)
         session.at = frame.step

@@ -40,7 +40,7 @@ class LinkFigures:
     asked_again, discarded : int
         Steps that were asked for again; frames that were no answer to the step under way.
     damaged : int
-        How often bytes came that were no frame.
+        Times that bytes came that were no frame.
     overruns : int
         Steps that began late, in real time.
     """
@@ -171,6 +171,7 @@ class BoardChip:
         """
         if self._closed:
             raise BackendError("the chip is closed: it cannot step any more")
+        # Two processes on one socket would take each other's answers.
         if os.getpid() != self._process:
             raise BackendError(
                 "a forked process has no board of its own: build the simulator in the process that "
@@ -221,6 +222,7 @@ class BoardChip:
     def _taken(self, frame: Frame) -> bool:
         """Take a frame as the answer, if it is the one."""
         self._check(frame)
+        # Late answers of earlier steps, and of sessions before a restart, end here.
         if (frame.kind, frame.session, frame.step) != (Kind.STATE, self._session, self._at + 1):
             self.figures.discarded += 1
             return False

@@ -55,7 +55,7 @@ class Frame(NamedTuple):
     body : bytes
         The content.
     flags : int
-        What the body is like, by kind.
+        The bits that describe the body, by kind.
     lasted_us : int
         Time, in us, that the board took for the step.
     version : int
@@ -93,7 +93,7 @@ class Splitter:
     Attributes
     ----------
     bad : int
-        How often bytes were skipped because they were no whole frame.
+        Times that bytes were skipped because they were no whole frame.
     """
 
     def __init__(self) -> None:

@@ -26,7 +26,7 @@ class LinkOptions:
     board : str
         ``"stub"`` starts a server and ends it; else ``unix:PATH`` or ``tcp://HOST:PORT``.
     real_time : bool
-        Whether steps keep to the clock of this machine, rather than wait for the board.
+        True if steps keep to the clock of this machine, rather than wait for the board.
     hold : int
         In real time, the steps for which outputs are held while the board is late.
     faults : tuple of str

@@ -97,6 +97,7 @@ class Codec:
 
     def _pack_spikes(self, spikes: np.ndarray) -> tuple[bytes, int]:
         """Return spikes as bits or as a list, whichever is shorter, and the flag of that form."""
+        # A listed spike takes 4 bytes.
         if 4 * len(spikes) > self._bitmap_bytes and (bits := self._as_bits(spikes)) is not None:
             return bits, BITMAP
         listed = np.sort(spikes)
@@ -115,6 +116,7 @@ class Codec:
         except IndexError:
             return None
         bits = np.packbits(self._spiking[: self._n_inputs]).tobytes()
+        # Fewer bits than spikes: a source spiked twice, or one is beyond the last.
         return bits if int.from_bytes(bits).bit_count() == len(spikes) else None
 
     def unpack_step(self, body: bytes, flags: int) -> tuple[np.ndarray, dict[int, np.ndarray]]:
@@ -163,6 +165,8 @@ class Codec:
         if len(body) != len(self._state):
             raise BodyError(f"an answer of {len(body)} bytes, not {len(self._state)}")
         self._state[:] = body
+        # A table of 256 rows, in place: `unpackbits` would make an array in each step. "clip"
+        # spares NumPy a buffer.
         OF_BYTE.take(self._bits, 0, self._spikes, "clip")
         return Stepped(self._views, self._counts.astype(np.int64))
 

@@ -73,7 +73,7 @@ class SessionRecorder:
         self._steps = 0
 
     def begin(self, hello: Hello, welcome: Welcome) -> None:
-        """Write what both sides said of themselves."""
+        """Write the greetings of both sides."""
         self._add(Entry.SESSION, json.dumps({**asdict(hello), **asdict(welcome)}).encode())
 
     def step(self, board_step: int, flags: int, sent: bytes, answer: bytes | None) -> None:
@@ -122,7 +122,7 @@ class Record:
     totals : bytes or None
         The totals at the end; None before it, and of a session that had no end.
     whole : bool
-        Whether the file ends where an entry ends; False before the end.
+        True if the file ends where an entry ends; False before the end.
 
     Raises
     ------

@@ -29,13 +29,13 @@ class Service:
     Attributes
     ----------
     address : Address
-        Where it listens.
+        The address that it listens at.
     machine : Machine
         The chip that it runs.
     certificates : Certificates, optional
         Files of TLS; a host must show a certificate too.
     allow_remote : bool
-        Whether it may listen where other machines reach it.
+        True if it may listen where other machines reach it.
     faults : sequence of Fault
         A plan of faults, for each connection anew.
     once : bool

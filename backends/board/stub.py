@@ -19,7 +19,7 @@ class Stub:
     Attributes
     ----------
     address : Address
-        Where it listens.
+        The address that it listens at.
 
     Raises
     ------

@@ -11,7 +11,7 @@ from typing import ClassVar
 from spikeport.pacing import Clock, Deadlines
 
 ASKS = 3
-"""How often a step of real time is asked for before it is over."""
+"""The number of times a step of real time is asked for before it is over."""
 
 
 @dataclass(frozen=True)

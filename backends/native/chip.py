@@ -43,6 +43,8 @@ class NativeChip:
         self._loaded = Loaded(self._wiring, self._neurons, self.state)
         rng = np.random.RandomState(seed)
         self._learning = _learning(image, self._wiring, rng)
+        # Noise and learning draw from one stream, as in the emulator, so noise is drawn even where
+        # only learning hears it.
         self._noise = Noise(image, rng, drawn_anyway=self._learning is not None)
         self._n_arriving = 0
         self.log = StepLog(image.cores, image.manifest.dt_s, self._messages, log)
@@ -52,6 +54,7 @@ class NativeChip:
         self._closed = False
         self._make_ready()
 
+    # Compiled at construction, for the first step not to wait for it.
     def _make_ready(self) -> None:
         no_spikes, no_counts = np.zeros(0, dtype=np.int64), np.zeros((0, 0), dtype=np.int64)
         if self._learning is not None:
@@ -106,6 +109,7 @@ class NativeChip:
         """Let the host send n spikes in a step: a source may spike more than once."""
         more = 2 * n - len(self.state.pending)
         self.state = self.state._replace(
+            # Twice as much as asked for, so that room is seldom made.
             pending=np.zeros(2 * n, dtype=np.int32),
             arriving=np.append(self.state.arriving, np.zeros(more, dtype=np.int32)),
         )

@@ -1,7 +1,7 @@
 """One step of the chip, compiled. Equal to nengo-loihi's emulator in every bit of its state.
 
-All compiled code is in this one file: of what a function calls in other files, numba's cache on
-disk would not notice changes.
+The compiled code is all in this one file: if a function called others in other files, numba's cache
+on disk would not notice changes of those.
 
 Integers are 32 bits wide and wrap; every intermediate is cast, since numba widens int32 sums to
 int64. Loops go over stretches of at most 1,024 compartments and few arrays each: that is what LLVM
@@ -63,10 +63,11 @@ def exchange(
     n_sent : int
         Spikes of the host.
     decoded : bool
-        Whether the values of all outputs are in the host's inbox, see `decode`.
+        True if the values of all outputs are in the host's inbox, see `decode`.
     """
     n_sent, first = 0, len(loaded.state.q)
     for i in range(len(host.sources)):
+        # Written before it is known to spike, and kept only if n_sent moves on: no branch.
         loaded.state.pending[n_sent] = first + i
         n_sent += host.sources[i] != 0
     deliver(loaded, n_arriving, counts)
@@ -88,6 +89,7 @@ def decode(
     Return whether there is a sum for every value, with at most one term that is not zero. Only then
     is it rounded as any matrix product would be, whatever its order and width.
     """
+    # A decoder that is not to be tried has an empty table, and so no start for each value.
     exact = len(start) == len(values) + 1
     for i in range(len(start) - 1):
         total, terms = 0.0, 0
@@ -125,6 +127,7 @@ def deliver(loaded: Loaded, n_arriving: int, counts: np.ndarray) -> int:
     n = _sort(wiring, state, n_arriving)
     for number in state.touched[:n]:
         times = state.spikes_of[number]
+        # Cleared on the way, so that the next step finds zeros without a pass of its own.
         state.spikes_of[number] = 0
         for r in range(wiring.run_start[number], wiring.run_start[number + 1]):
             first, weight, length, shift = wiring.run[r]
@@ -142,10 +145,12 @@ def _sort(wiring: Wiring, state: State, n_arriving: int) -> int:
     """
     n = 0
     for source in state.arriving[:n_arriving]:
+        # Costs are counted by fan, of which there are far fewer than sources.
         state.sent[0, wiring.fan[source]] += 1
         for k in range(wiring.delivery_start[source], wiring.delivery_start[source + 1]):
             number = np.uintp(wiring.delivery[k])
             before = state.spikes_of[number]
+            # A delivery is listed when its first spike comes; else the next one overwrites it.
             state.touched[np.uintp(n)] = number
             n += before == 0
             state.spikes_of[number] = before + 1
@@ -189,6 +194,7 @@ def update(loaded: Loaded, n_pending: int, noise: np.ndarray, counts: np.ndarray
     ``counts`` gains spikes, active and inactive updates of each core in its rows for them.
     """
     neurons, state, shift = loaded.neurons, loaded.state, loaded.wiring.shift
+    # One loop for each quantity, not one for all: each has few arrays, so LLVM vectorises it.
     for a, b, vmin, vmax in neurons.stretch:
         v, refractory, spiked = state.v[a:b], state.refractory[a:b], state.spiked[a:b]
         _receive(state.q[a:b], state.sums[a:b], shift, noise[0, a:b])
@@ -207,6 +213,7 @@ def update(loaded: Loaded, n_pending: int, noise: np.ndarray, counts: np.ndarray
 @inlined
 def _wrap(x: np.int32, size: int) -> np.int32:
     shift = 32 - size
+    # The shift to the right is arithmetic: it repeats the sign bit of the narrower number.
     return I32(I32(x << shift) >> shift)
 
 
@@ -225,7 +232,9 @@ def _receive(q: np.ndarray, sums: np.ndarray, shift: int, noise: np.ndarray) -> 
     """Set q to the sums that arrived, and begin to add up anew."""
     for i in range(len(q)):
         q[i] = I32(I32(sums[i]) << shift)
+        # Spikes of the next step add to these.
         sums[i] = 0
+    # Without noise the array has no columns, and this loop no turns.
     for i in range(len(noise)):
         q[i] = I32(q[i] + noise[i])
 
@@ -262,6 +271,7 @@ def _fire(
 ) -> None:
     for i in range(len(v)):
         x = min(max(v[i], vmin), vmax)
+        # The voltage is held at zero while a compartment rests; its current goes on.
         x = I32(0) if refractory[i] > 0 else x
         fires = x > vth[i]
         spiked[i] = I32(fires)
@@ -275,6 +285,7 @@ def _rest(refractory: np.ndarray, refract: np.ndarray, spiked: np.ndarray) -> No
         mask = I32(-spiked[i])
         left = I32(I32(refract[i] & mask) | I32(refractory[i] & ~mask))
         left = I32(left - I32(1))
+        # The sign's mask is all ones below zero: so this is max(left, 0).
         refractory[i] = I32(left & ~I32(left >> 31))
 
 
@@ -294,8 +305,10 @@ def _list_spikes(neurons: Neurons, state: State, counts: np.ndarray) -> int:
         begin, end, core, always_active = neurons.block[block]
         before = n
         for i in range(np.uintp(begin), np.uintp(end)):
+            # As in `_sort`: written always, kept if it spiked.
             state.arriving[np.uintp(n)] = i
             n += state.spiked[i]
+        # A bias in every compartment makes each active in every step: nothing is to be counted.
         active = end - begin if always_active else _count_active(neurons, state, begin, end)
         counts[SPIKES, core] += n - before
         counts[ACTIVE, core] += active
@@ -325,6 +338,7 @@ def mark(touched: np.ndarray, trace_of: np.ndarray, raised: np.ndarray) -> bool:
         i = trace_of[number]
         if i >= 0:
             lost |= raised[i]
+            # A trace holds one spike between its updates; the emulator loses a second one as well.
             raised[i] = True
     return lost
 
@@ -355,6 +369,7 @@ def learn(
     for i in range(len(traces)):
         for j in range(n):
             change = I32(I32(traces[i] * errors[j]) * I32(rule.rate))
+            # Weight and change meet with `LEARN_FRAC` bits behind the point; the rounding is last.
             exact = _shift(weights[i, j], rule.weight_shift)
             exact = I32(exact + _shift(change, rule.product_shift))
             weight, beyond = _round(exact * rule.scale, uniform[i * n + j], rule.most)

@@ -125,6 +125,7 @@ class Learning:
 
     def step(self, touched: np.ndarray, errors: Mapping[int, np.ndarray]) -> np.ndarray:
         """Learn from the spikes and errors of a step; return the weights updated, (n_cores,)."""
+        # Epochs count from the first step, as in the emulator: an epoch of 2 acts in steps 2, 4, 6.
         self._t += 1
         if mark(touched, self._trace_of, self._raised):
             warnings.warn("Synaptic trace spikes lost", stacklevel=2)
@@ -139,6 +140,7 @@ class Learning:
         return updated
 
     def _train(self, one: Group) -> None:
+        # Drawn for every trace, even one at zero: the emulator's stream goes on by as many.
         uniform = self._rng.rand(len(one.traces))
         if train(one.traces, one.raised, one.decay, one.magnitude, uniform):
             warnings.warn("Clipping synapse trace", stacklevel=2)
@@ -148,6 +150,8 @@ class Learning:
         pair = np.zeros(one.weights.shape[1], dtype=np.int32)
         if error is not None:
             scaled = _scaled(error, self._scale)
+            # A value is decoded by two compartments of opposite sign, so each gets the error with
+            # its own.
             pair[:] = np.concatenate([-scaled, scaled])
         if learn(one.weights, one.traces, pair, one.rule, uniform):
             warnings.warn("Clipping learning weights", stacklevel=2)
@@ -179,12 +183,14 @@ def _group(
     weights = image.synapses.weight[first:end].astype(np.int32)
     in_order = len(weights) > 0 and np.array_equal(number, np.arange(len(weights)))
     if in_order:
+        # A view: learning then writes where spikes read, without a copy.
         weights = wiring.weights[place[0] : place[0] + len(place)]
     n_targets = np.diff(image.blocks.start)[image.groups.block[group]] // 2 * 2
     return Group(
         core=int(image.group_core[group]),
         train_epoch=train_epoch,
         learn_epoch=int(learning["learn_epoch"]),
+        # Traces decay once an epoch, hence by all of its steps.
         decay=float(np.exp(-train_epoch / int(learning["tracing_tau"]))),
         magnitude=learning["tracing_mag"],
         rule=_rule(image, group, learning),
@@ -199,6 +205,7 @@ def _group(
 def _rule(image: ChipImage, group: int, learning: Mapping[str, float]) -> Rule:
     form = dict(zip(FORMAT, image.groups.format[group].tolist(), strict=True))
     exponent = LEAST_EXPONENT + form["weight_exp"]
+    # A mixed-sign weight spends one bit on its sign, so it is coarser by a factor of 2.
     dropped = 8 - WEIGHT_BITS[form["weight_bits"]] + (form["fanout_type"] == 1)
     return Rule(
         rate=int(learning["lr_int"]),

@@ -159,6 +159,7 @@ def neurons_of(image: ChipImage) -> Neurons:
         block=np.stack([starts[:-1], starts[1:], image.blocks.core, always], axis=1),
         stretch=_stretches(image),
         bias=image.compartments.bias,
+        # nengo-loihi decays the current by one 4096th more than set, the voltage as set.
         keep_u=4095 - image.compartments.decay_u,
         keep_v=4096 - image.compartments.decay_v,
         vth=image.compartments.vth,
@@ -172,6 +173,7 @@ def _stretches(image: ChipImage) -> np.ndarray:
     starts, n = image.blocks.start, image.n_compartments
     limits = np.stack([image.blocks.vmin, image.blocks.vmax], axis=1)
     changes = np.append(True, (np.diff(limits, axis=0) != 0).any(axis=1))
+    # A stretch has one vmin and vmax, which the kernel then holds in registers.
     begin = np.union1d(starts[:-1][changes], np.arange(0, n, STRETCH))
     block = np.searchsorted(starts, begin, side="right") - 1
     return np.column_stack([begin, np.append(begin[1:], n), limits[block]])
@@ -182,8 +184,10 @@ def _aligned_sums(wiring: Wiring, n: int, dtype: type) -> np.ndarray:
 
     A cache line begins where most weights are added, so that vectors of them lie in one line.
     """
+    # The target at which most weights begin decides: all runs cannot be aligned at once.
     added = np.bincount(wiring.run[:, 0], weights=wiring.run[:, 2], minlength=1)
     line = CACHE_LINE // np.dtype(dtype).itemsize
+    # NumPy does not align to cache lines: a line more leaves room to begin where one begins.
     room: np.ndarray = np.zeros(n + line, dtype=dtype)
     skipped = -(room.ctypes.data // room.itemsize + int(added.argmax())) % line
     return room[skipped : skipped + n]

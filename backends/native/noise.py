@@ -37,7 +37,9 @@ class Noise:
         if not self._drawn:
             return NONE
         uniform = self._rng.randint(-127, 128, size=len(self._offset), dtype=np.int32)
+        # The stream went on; the sums need no zeros added.
         if not self._heard:
             return NONE
+        # The conversion cuts towards zero, as the emulator's does.
         noise = ((uniform + self._offset) * self._scale).astype(np.int32)
         return np.stack([np.where(self._on_u, 0, noise), np.where(self._on_u, noise, 0)])

@@ -55,6 +55,7 @@ def _shifts(image: ChipImage) -> np.ndarray:
     bounds = itertools.pairwise(image.rows.start[image.groups.row_start])
     # A bit is zero in every weight of a group if it is zero in their union.
     bits = [int(np.bitwise_or.reduce(image.synapses.weight[a:b])) for a, b in bounds]
+    # b & -b keeps the lowest bit that is set.
     shifts = [(b & -b).bit_length() - 1 if b else MOST_SHIFT for b in bits]
     return np.array(shifts, dtype=np.uint8)
 
@@ -102,6 +103,7 @@ def runs_of(rows: KernelRows) -> Runs:
     """Return the stretches of consecutive targets."""
     begins = np.ones(len(rows.indices), dtype=bool)
     begins[1:] = np.diff(rows.indices) != 1
+    # A row begins a run, even where its first target follows the last one of the row before.
     begins[rows.start[:-1][np.diff(rows.start) > 0]] = True
     first = np.flatnonzero(begins)
     length = np.diff(np.append(first, len(rows.indices)))

@@ -69,7 +69,7 @@ class Wiring(NamedTuple):
 def wire(image: ChipImage) -> Wiring:
     """Flatten the routes, axons and rows of an image.
 
-    Where something learns, every contact is a delivery of its own and weights stay in order.
+    If anything learns, every contact is a delivery of its own and weights stay in order.
 
     Raises
     ------

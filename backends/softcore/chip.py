@@ -18,7 +18,7 @@ from spikeport.hardware_models.activity import Activity
 from spikeport.hardware_models.timing import timing
 
 HELD = {"current": 0, "voltage": 1, "spiked": 2}
-"""What outputs read, by its place in what the chip's port reads."""
+"""The register of each kind of output, by its place at the chip's port."""
 
 
 def say_nothing(_line: str) -> None:
@@ -36,7 +36,7 @@ class RtlChip:
     image : ChipImage
         The image.
     seed : int
-        Of no effect: what draws random numbers is refused.
+        A seed of no effect: what draws random numbers is refused.
     say : callable
         Is called at the end with a line on states that differ, and one on cycles.
     build : Build, optional

@@ -1,6 +1,6 @@
 """The integers of a memory image, and those of an image, in one form that can be compared.
 
-A memory image does not keep blocks, groups, axons and atoms apart. The same in both, and all that a
+A memory image does not separate blocks, groups, axons and atoms. The same in both, and all that a
 step computes with, are the constants of each compartment, the bounds of its voltage, and what a
 spike of each source adds to each compartment, modulo 2^22.
 """
@@ -74,11 +74,13 @@ def _messages_of_compartments(memory: MemoryImage) -> list[tuple[int, int, int]]
     found, mask = [], (1 << memory.core_bits) - 1
     for first, core in zip(memory.first, memory.cores, strict=True):
         for local, word in enumerate(core.constants.tolist()):
+            # The layout is that of `CoreMemory.constants`: axon from bit 32 on, sends at bit 44.
             at, more = word >> 32 & 0xFFF, bool(word >> 44)
             while more:
                 axon = int(core.axons[at])
                 row = axon & ((1 << ROW_BITS) - 1)
                 found.append((int(memory.order[first + local]), axon >> ROW_BITS & mask, row))
+                # Axons of a compartment follow each other; the last one's top bit is set.
                 at, more = at + 1, not axon >> (ROW_BITS + memory.core_bits)
     return found
 
@@ -98,6 +100,7 @@ def _constants(core: CoreMemory) -> np.ndarray:
     return np.stack(
         [
             wrapped(words, VALUE_BITS),
+            # A core stores the share that is kept, nengo-loihi the decay.
             4095 - (profile & 0xFFF),
             4096 - (profile >> 12 & 0x1FFF),
             wrapped(core.thresholds[words >> 29 & 7], VALUE_BITS),

@@ -116,6 +116,7 @@ class MemoryImage:
         """SHA-256 of all that the host writes and of its table of messages."""
         found = hashlib.sha256()
         for array in (self.entries(), self.host_start, self.host_messages, self.unit):
+            # One byte order, so that the digest is the same on any machine.
             content = np.asarray(array).astype("<u4")
             found.update(f"{content.shape}".encode() + content.tobytes())
         return found.hexdigest()

@@ -36,9 +36,11 @@ def _parts(weights: np.ndarray) -> Iterator[tuple[np.ndarray, int]]:
     if not len(weights):
         return
     union = int(np.bitwise_or.reduce(weights))
+    # The number of zero bits at the end of all weights.
     shift = (union & -union).bit_length() - 1
     weights = weights >> shift
     half = 1 << (WEIGHT_BITS - 1)
+    # Low digits first, without sign; what is left at the end has the sign.
     while weights.min() < -half or weights.max() >= half:
         low = weights & ((1 << DIGIT_BITS) - 1)
         if low.any():
@@ -52,6 +54,7 @@ def _row(first: int, targets: np.ndarray, weights: np.ndarray, shift: int) -> np
     kept = weights != 0
     targets, octets = targets[kept].astype(np.int64), weights[kept] & 0xFF
     span = int(targets[-1] - targets[0]) + 1
+    # A dense entry has no gap and takes half a word, so it pays with holes in between, too.
     is_dense = span <= DENSE_MOST * len(targets)
     words = _dense(targets, octets, span) if is_dense else _sparse(targets, octets)
     entries = span if is_dense else len(words)

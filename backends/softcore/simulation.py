@@ -38,7 +38,7 @@ class Simulation:
     Parameters
     ----------
     memory : MemoryImage
-        What the host writes.
+        The memory contents that the host writes.
     build : Build, optional
         Another chip than that with as many cores as are used.
 

@@ -70,6 +70,7 @@ def library(build: Build) -> ctypes.CDLL:
     require_verilator()
     version = subprocess.run(["verilator", "--version"], capture_output=True, check=True).stdout
     files = {path.name: path.read_bytes() for path in [*sources(), SIMULATION]}
+    # Everything that the library depends on: a change of the Verilog builds it anew.
     inputs = (version, files, tuple(build))
     kept = cache.of_user().kept("verilated", inputs, lambda: {"library": _built(build)})
     # A library is loaded from a file, which a process does not need any more once it has it.

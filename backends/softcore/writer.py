@@ -148,15 +148,18 @@ def _core(
     """Return the memories of a core with these compartments; ``bits`` of a core's number."""
     constants = image.compartments
     keep_u, keep_v = 4095 - constants.decay_u[mine], 4096 - constants.decay_v[mine]
+    # The fields of `CoreMemory.profiles`: packed first, so that equal profiles are equal numbers.
     packed = constants.refract_delay[mine] << 25 | keep_v << 12 | keep_u
     profiles, profile = np.unique(packed, return_inverse=True)
     thresholds, threshold = np.unique(constants.vth[mine], return_inverse=True)
     sizes = np.array([len(one) for one in lists], dtype=np.int64)
     axons = np.array([m.core << ROW_BITS | m.row for one in lists for m in one], dtype=np.int64)
+    # The last axon of each compartment that has any ends its list.
     axons[np.cumsum(sizes)[sizes > 0] - 1] |= 1 << (ROW_BITS + bits)
     block = image.compartment_block[mine[:1]]
     voltages = _field(image.blocks.vmin[block]) << VALUE_BITS | _field(image.blocks.vmax[block])
     words = (sizes > 0).astype(np.int64) << 44
+    # The address of a compartment's first axon.
     words |= (np.cumsum(sizes) - sizes) << 32
     words |= threshold.astype(np.int64) << 29 | profile.astype(np.int64) << 24
     words |= _field(constants.bias[mine])

@@ -1,7 +1,7 @@
 """The networks that all contestants run, as arrays; imports NumPy alone, as each has its own.
 
 Neurons integrate and fire, without a leak: v <- v + bias + sum of w over what spiked in the step
-before; a spike where v > vth, and v = 0 then. All numbers are integers, so that sums are exact in
+before; a spike where v > vth, and v = 0 then. Numbers are integers, so that sums are exact in
 floats of 32 bits, too, and every simulator has the same spikes.
 """
 
@@ -25,7 +25,7 @@ class Traffic(NamedTuple):
     Attributes
     ----------
     start : (n + 1,) array
-        Where each neuron's weights begin.
+        The index at which each neuron's weights begin.
     target, weight : (m,) arrays
         The neuron that a weight is for, and the weight.
     bias, vth : (n,) arrays

@@ -49,7 +49,7 @@ CURES = {
         "give the passthrough node a function, as in nengo.Node(lambda t, x: x, size_in=...)"
     ),
 }
-"""What to do about a refusal, by some of its words."""
+"""Cures of refusals, by some of a refusal's words."""
 
 
 def cure_of(error: Exception) -> str:

@@ -2,8 +2,8 @@
 
 nengo-loihi finds some of these one at a time, some as an assertion without text, and lets others
 pass in silence (a subclass of LIF is built as plain LIF). Found by reading nengo-loihi 1.1.0's
-builder and confirmed by the tests of this module. What each rule says and why stands in
-``rules.toml``, SP0xx.
+builder and confirmed by the tests of this module. The text of each rule and its reason
+stand in ``rules.toml``, SP0xx.
 """
 
 from collections import Counter
@@ -78,8 +78,8 @@ def gain_and_bias(scope: Scope) -> Iterator[Violation]:
     """Refuse a gain without a bias, and a bias without a gain."""
     for ensemble in scope.ensembles:
         if (ensemble.gain is None) != (ensemble.bias is None):
-            given = "bias" if ensemble.gain is None else "gain"
-            yield rules.get("SP004").broken(scope.names[ensemble], f"{given} only")
+            stated = "bias" if ensemble.gain is None else "gain"
+            yield rules.get("SP004").broken(scope.names[ensemble], f"{stated} only")
 
 
 def synapse(scope: Scope) -> Iterator[Violation]:

@@ -37,7 +37,7 @@ class Offload(Generic[Result]):
     """A search for the ensembles that have to leave the chip, fewest neurons first.
 
     A move is kept where the problem that it was made for is gone, and taken back where it is not.
-    Where no single ensemble solves one, all that it is about are moved.
+    If no single ensemble solves one, all that it is about are moved.
 
     Parameters
     ----------
@@ -85,6 +85,7 @@ class Offload(Generic[Result]):
         """Return what more moves give, or raise the error where none helps."""
         for moves in self._possible(error):
             found = self._with([move.ensemble for move in moves])
+            # Another problem may be there now: the search goes on with that one.
             if not isinstance(found, RefusedError) or moves[0].problem not in problems(found):
                 self.moves += moves
                 return found
@@ -104,6 +105,7 @@ class Offload(Generic[Result]):
         ]
         single = [(move,) for group in groups for move in group]
         several = [group for group in groups if len(group) > 1]
+        # Single moves before groups: what leaves the chip costs spikes between host and chip.
         return sorted(single, key=_n_neurons) + sorted(several, key=_n_neurons)
 
     def _ensembles(self, problem: Problem) -> Iterable[nengo.Ensemble]:

@@ -24,9 +24,9 @@ class Passage(NamedTuple):
     own_s : float
         The time constant of its synapse, in seconds.
     relay_s : float or None
-        That of its relay, None without one.
+        The time constant of its relay, None without one.
     target_s : float
-        That which it asks of its target's compartments.
+        The time constant that it asks of its target's compartments.
     """
 
     connection: str

@@ -1,7 +1,7 @@
 """The identity of a network: everything in it that decides what it is compiled to, as plain data.
 
-Objects are numbered in the order of definition, and refer to each other by number. What nodes call
-while a network runs decides nothing, and is not part of it; what connections compute is.
+Objects are numbered in the order of definition, and refer to each other by number. Functions that
+nodes call while a network runs decide nothing, and are not part of it; those of connections are.
 """
 
 import marshal
@@ -47,6 +47,7 @@ class _Identity:
         self._frozen: dict[int, tuple[FrozenObject, object]] = {}
 
     def whole(self) -> Any:
+        # Nengo builds in the types that its settings name, and they change the result.
         bits = [rc.float_dtype.str, rc.int_dtype.str]
         return bits, [self._member(obj) for obj in self._objects]
 
@@ -70,9 +71,12 @@ class _Identity:
                 yield key.__name__, self._settings(settings, settings.params)
             elif id(key) in self._number:
                 known = settings._clsparams
+                # Values that were set for this object: the others are those of its class, yielded
+                # above.
                 own = [name for name in known.extra_params if settings in known.get_param(name)]
                 if own:
                     of_objects.append((self._number[id(key)], self._settings(settings, own)))
+        # By number: a dict of objects is in the order in which they were configured.
         yield sorted(of_objects, key=lambda one: one[0])
 
     def _settings(self, settings: object, names: Iterable[str]) -> object:
@@ -170,4 +174,4 @@ def _state(value: object) -> list[tuple[str, object]]:
 
 
 OF_FROZEN = ("_paramdict", "_FrozenObject__argreprs")
-"""What Nengo keeps in frozen objects beside their parameters: nothing that decides."""
+"""Attributes of Nengo's frozen objects beside their parameters: they decide nothing."""

@@ -88,7 +88,7 @@ class Names:
         obj = base(obj)
         if isinstance(obj, nengo.Connection):
             return self._name(obj)
-        # What the builder adds by itself, and is not named, are the ends of its read-outs.
+        # The builder adds only the ends of its read-outs by itself; those have no name.
         return self._names.get(obj, "read-out")
 
     def _unique(self, name: str) -> str:

@@ -91,9 +91,9 @@ def reason_of(error: Exception) -> str:
     return f"{type(error).__name__}: {reason}"
 
 
-def without_addresses(said: Exception | Warning | str) -> str:
+def without_addresses(message: Exception | Warning | str) -> str:
     """Return a text without the memory addresses by which Nengo names objects without a label."""
-    return ADDRESS.sub("", str(said))
+    return ADDRESS.sub("", str(message))
 
 
 class Notices:

@@ -55,7 +55,7 @@ class Rewrite:
     stand_ins, built : mapping
         See above.
     seeds : mapping of Nengo objects to int
-        The seeds that Nengo would have given to objects in their old place.
+        The seeds that Nengo would draw for objects in their old place.
     pieces : mapping of nengo.Ensemble to Piece
         The ensembles of the network that are one piece each of an ensemble that was cut.
     input_weight : float, optional

@@ -171,6 +171,7 @@ class ChipImage:
         """SHA-256 over manifest and arrays, in hexadecimal."""
         state = hashlib.sha256(self.manifest.to_json())
         for name, array in self.arrays.items():
+            # Name, type and shape too: equal bytes may be other numbers.
             state.update(f"{name} {array.dtype.str} {array.shape}".encode())
             state.update(array.data)
         return state.hexdigest()

@@ -92,7 +92,7 @@ class Reached(NamedTuple):
 def synapses_of(image: "ChipImage") -> Iterator[Reached]:
     """Yield the synapses that spikes of each route read, one route after the other.
 
-    All at once they could be many more than the image stores, since axons share rows.
+    Held all at once, they could be many more than the image stores, since axons share rows.
     """
     ways = deliveries(image)
     ways = ways.of(image.in_axons.base[ways.axon] >= 0)

@@ -1,6 +1,6 @@
 """The traffic of an image with its host: spikes and learning errors in, values and spikes back.
 
-What is read back is packed as nengo-loihi's snips do it: a word for the number of the step, a word
+Outputs are packed as nengo-loihi's snips do it: a word for the number of the step, a word
 for each current and voltage, and a word for 32 spikes of compartments at even distances.
 
 Source: nengo-loihi 1.1.0, hardware/interface.py, ``ChipSnips.prepare_for_probe``.

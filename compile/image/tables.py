@@ -307,6 +307,7 @@ def part(start: np.ndarray, i: int | np.integer) -> slice:
 
 def offsets(sizes: Iterable[int] | np.ndarray) -> np.ndarray:
     """Return the beginnings of parts laid end to end, and the end of the last one."""
+    # `cumsum` takes no generator.
     sizes = sizes if isinstance(sizes, np.ndarray) else list(sizes)
     return np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
 
@@ -323,7 +324,7 @@ def positions(numbers: np.ndarray, n: int) -> list[np.ndarray]:
 
 
 def ranges(begin: np.ndarray, sizes: np.ndarray) -> np.ndarray:
-    """Return ranges of the given sizes from the given beginnings on, end to end."""
+    """Return ranges of these sizes from these beginnings on, end to end."""
     result: np.ndarray = np.arange(sizes.sum()) + np.repeat(begin - offsets(sizes)[:-1], sizes)
     return result
 
@@ -338,6 +339,7 @@ def _canonical(array: np.ndarray, declared: Column, name: str) -> np.ndarray:
         raise ImageError(f"{name}: values of type {array.dtype} are no numbers")
     with np.errstate(invalid="ignore"):
         canonical = np.array(array, dtype=dtype, order="C")
+    # NumPy would cut or wrap in silence.
     if array.dtype != canonical.dtype and not np.array_equal(canonical, array):
         raise ImageError(f"{name}: values of {array.dtype} do not fit into {dtype}")
     canonical.setflags(write=False)

@@ -68,9 +68,10 @@ def block_traffic(image: ChipImage) -> BlockTraffic:
     reached = reached_blocks(image)
     on_chip = reached[: image.n_compartments].tocoo()
     sender = image.compartment_block[on_chip.row]
-    apart = sender != on_chip.col
+    between = sender != on_chip.col
     shape = (image.n_blocks, image.n_blocks)
-    direct = sparse.csr_matrix((on_chip.data[apart], (sender[apart], on_chip.col[apart])), shape)
+    ends = sender[between], on_chip.col[between]
+    direct = sparse.csr_matrix((on_chip.data[between], ends), shape)
     rows = np.split(reached.indices, reached.indptr[1:-1])
     sources = Counter(tuple(row.tolist()) for row in rows if len(row) > 1)
     return BlockTraffic(sparse.csr_matrix(direct + direct.T), sources)

@@ -101,12 +101,12 @@ def _share_lists(image: ChipImage) -> np.ndarray:
     """
     shares = np.zeros(image.n_compartments, dtype=bool)
     if image.groups.pop_type.any():
-        seen: set[tuple[int, bytes]] = set()
+        known: set[tuple[int, bytes]] = set()
         block = image.compartment_block.tolist()
         for source, axons in _population_lists(image):
             key = (block[source], axons)
-            shares[source] = key in seen
-            seen.add(key)
+            shares[source] = key in known
+            known.add(key)
     return shares
 
 
@@ -188,6 +188,7 @@ def list_bits(sizes: np.ndarray, form: ListFormat, layout: SynapseLayout) -> int
 
 
 def _words(payload_bits: np.ndarray, layout: SynapseLayout) -> np.ndarray:
+    # Rounded up to whole words.
     return -(-(payload_bits + layout.header_bits) // layout.word_bits)
 
 

@@ -3,7 +3,7 @@
 Kernels follow the numbers of an image without looking. A file with a digest that fits can have been
 made by hand, so all that a kernel relies on is compared first: the length of every array, the order
 of every start, the bounds of every number, and, across tables, that axons, rows and targets lie
-within the group or block they belong to. What an image computes may still be nonsense.
+within the group or block they belong to. The image may still compute nonsense.
 """
 
 import math
@@ -55,6 +55,7 @@ def check(image: "ChipImage") -> None:
     for table in image.tables:
         for name, column in table.columns().items():
             _check_values(image, table, name, column)
+    # In this order: later checks follow numbers that earlier ones have bounded.
     _check_manifest(image)
     _check_cores(image)
     _check_rows(image)
@@ -108,6 +109,7 @@ def _check_values(image: "ChipImage", table: Table, name: str, column: Column) -
 def _check_start(start: np.ndarray, place: str, divided: str, length: int) -> None:
     if start.size == 0 or start[0] != 0:
         raise _refuse(f"{place}[0]", start[0] if start.size else "missing", "not 0")
+    # Each start at least the one before: no part is of negative length.
     before = np.append(0, start[:-1])
     _require(start >= before, place, start, "at least", before)
     if start[-1] != length:
@@ -138,6 +140,7 @@ def _check_cores(image: "ChipImage") -> None:
     """Refuse numbers of cores other than 0 and on without a gap: there are no more than blocks."""
     core, n = image.blocks.core, image.n_blocks
     _require(core < n, "blocks.core", core, f"at most {n - 1}, one for each block")
+    # No larger than the number of blocks, by the check before, whatever the file says.
     used = np.zeros(int(core.max(initial=-1)) + 1, dtype=bool)
     used[core] = True
     if not used.all():
@@ -159,6 +162,7 @@ def _check_axons(image: "ChipImage") -> None:
     row = np.repeat(groups.row_start[:-1], n_axons) + axons.row
     farthest = axons.base + _largest_indices(image)[row]
     end = np.repeat(np.diff(image.blocks.start)[groups.block], n_axons)
+    # An axon without a base delivers nothing, so its row may point anywhere.
     inside = (axons.base < 0) | (farthest < end)
     _require(inside, "the farthest target of in_axons", farthest, "at most", end - 1)
 
@@ -169,6 +173,7 @@ def _largest_indices(image: "ChipImage") -> np.ndarray:
     filled = np.diff(start) > 0
     largest = np.full(len(filled), -1, dtype=np.int64)
     if filled.any():
+        # For an empty part `reduceat` would return the first index behind it.
         largest[filled] = np.maximum.reduceat(image.synapses.index, start[:-1][filled])
     return largest
 
@@ -196,6 +201,7 @@ def _check_routes(image: "ChipImage") -> None:
 
 def _check_inputs(image: "ChipImage") -> None:
     size = image.inputs.size
+    # Objects, since JSON's integers have any length.
     stated = np.array([entry.size for entry in image.manifest.inputs], dtype=object)
     _require(size == stated, "manifest.inputs.size", stated, "not", size)
     if image.n_inputs > MOST_INPUTS:

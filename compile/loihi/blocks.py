@@ -136,7 +136,9 @@ def copied_probe(probe: LoihiProbe) -> LoihiProbe:
     """Return a probe whose weights can be changed; its targets are those of the original."""
     new = copy.copy(probe)
     new.weights = [
-        None if weights is None else weights.copy(order="K") for weights in probe.weights
+        # "K" keeps the order in memory, on which the rounding of products depends.
+        None if weights is None else weights.copy(order="K")
+        for weights in probe.weights
     ]
     return new
 

@@ -149,6 +149,7 @@ class OrderedModel(Model):
 
     def _order_passthrough(self) -> None:
         passthrough = self.split.passthrough
+        # Sorted once: a second call finds the list.
         if isinstance(passthrough.to_add, set):
             passthrough.to_add = sorted(passthrough.to_add, key=self._sort_key)
 
@@ -157,6 +158,7 @@ class OrderedModel(Model):
         slices = (repr(connection.pre_slice), repr(connection.post_slice))
         function = getattr(connection.function, "__qualname__", "")
         init = np.asarray(getattr(connection.transform, "init", 0.0))
+        # Everything by which two connections between the same ends can differ, as text that sorts.
         return (*ends, *slices, function, init.tobytes().hex())
 
 
@@ -179,6 +181,7 @@ def build(rewrite: Rewrite, dt_s: float, settings: BuildSettings = AS_USUAL) -> 
     """
     network, names = rewrite.network, rewrite.names
     model = OrderedModel(dt_s, names)
+    # Objects of the network that a pass replaced hand on their seeds: their parts draw as they did.
     model.seeds.update({network: network.seed or 0, **rewrite.seeds})
     model.seeded[network] = True
     settings.set_on(model)
@@ -315,6 +318,7 @@ def _input_entry(model: OrderedModel, source: LoihiInput) -> InputEntry:
     if crossing not in model.connection_decode_neurons:
         return InputEntry(name, size, Encoding("spikes"))  # their filter is on the chip
     neurons = model.node_neurons
+    # Every pair of the host's has the same gain and bias: the first stands for all.
     encoding = Encoding("on_off", float(neurons.gain[0]), float(neurons.bias[0]))
     return InputEntry(name, size, encoding, _filter(crossing.synapse))
 

@@ -29,7 +29,7 @@ from spikeport.compile.loihi.own_neurons import discretise_own, own_blocks
 LEAST_EXPONENT = -6
 """The least exponent of weights: 2^6 is the unit of what they add to a current."""
 MOST_HALVINGS = 64
-"""How often weights are halved at most: nengo-loihi itself takes those of up to 1e-8 as zero."""
+"""The most halvings of weights: nengo-loihi itself takes those of up to 1e-8 as zero."""
 TINY = 1e-16
 """A largest weight below which nengo-loihi takes all as zero."""
 
@@ -101,7 +101,9 @@ def _as_one_row(synapse: Synapse) -> Iterator[None]:
 def _rounded(compartment: Compartment, largest: float) -> Compartment:
     """Return a rounded compartment; weights of at most ``largest`` take all bits that they can."""
     refusals: list[BuildError] = []
+    # A largest weight twice as large, by assumption, halves the scale: one bit less for weights.
     for halvings in range(MOST_HALVINGS):
+        # The discretiser rounds in place, and may have begun before it refuses.
         rounded = copy.deepcopy(compartment)
         try:
             # By its module's name: `numpy1_semantics` stands another in its place there.
@@ -121,6 +123,7 @@ def _scale(synapse: Synapse, info: Mapping[str, Any]) -> tuple[float, np.ndarray
     """Return the largest weight, scale and exponent that a group of weights is rounded with."""
     whole = info["w_max"], info["w_scale"], info["w_exp"]
     largest = synapse.max_abs_weight()
+    # Weights that learn need the block's whole range, which they may grow into.
     if synapse.learning or largest <= TINY:
         return whole
     if info["w_exp"] - int(np.floor(np.log2(info["w_max"] / largest))) >= LEAST_EXPONENT:

@@ -119,6 +119,7 @@ def _read(path: Path, kind: str | None, relative: bool | None) -> Events:
         raise MismatchError(f"file_fmt or suffix {' or '.join(FORMATS)}", kind or "none")
     content = read_bytes(path, FILE_BYTES)
     events = _from_aedat(content) if kind == "aedat" else _from_events(content)
+    # Sorted, as `at` searches by bisection; stable, so that events of one moment keep their order.
     events = Events(*(array[np.argsort(events.t_us, kind="stable")] for array in events))
     if len(events.t_us) and (kind == "aedat" if relative is None else relative):
         events = events._replace(t_us=events.t_us - events.t_us[0])
@@ -128,12 +129,14 @@ def _read(path: Path, kind: str | None, relative: bool | None) -> Events:
 def _from_events(content: bytes) -> Events:
     table = _table(content, EVENTS)
     y, x = table["y"].astype(np.int64), table["x"].astype(np.int64)
+    # Bit 0 of x and of y is not of the event: see `EVENTS`.
     return Events(table["t_us"].astype(np.int64), y >> 2, x >> 1, y >> 1 & 1)
 
 
 def _from_aedat(content: bytes) -> Events:
     table = _table(content[_header_length(content) :], AEDAT)
     address = table["address"].astype(np.int64)
+    # {.. 1, y 9, x 10, polarity 1, .. 11}, the layout of a DAVIS camera.
     y, x = address >> 22 & 0x1FF, address >> 12 & 0x3FF
     return Events(table["t_us"].astype(np.int64), y, x, address >> 11 & 1)
 

@@ -124,6 +124,7 @@ def _axon_rows(synapse: Synapse) -> np.ndarray:
 
 def _axon_bases(synapse: Synapse) -> np.ndarray:
     bases = synapse.axon_compartment_bases
+    # nengo-loihi marks unused axons by any negative number; images have -1 alone.
     return np.zeros(synapse.n_axons, int) if bases is None else np.maximum(np.asarray(bases), -1)
 
 
@@ -150,6 +151,7 @@ def _routes(model: Model) -> _RouteTables:
     synapses = (synapse for block in model.blocks for synapse in block.synapses)
     number = {synapse: i for i, synapse in enumerate(synapses)}
     sources = [(0, i, block) for i, block in enumerate(model.blocks)]
+    # Blocks first, then inputs, as sources are numbered.
     sources += [(1, i, source) for i, source in enumerate(model.inputs)]
     routes = [(kind, i, source, axon) for kind, i, source in sources for axon in source.axons]
     return {
@@ -202,6 +204,7 @@ def _output_entry(named: OutputName, probe: LoihiProbe) -> OutputEntry:
         key=probe.key,
         weights="matrix" if probe.is_transformed else "scale" if matrix.size else "none",
         shape=matrix.shape,
+        # Kept because BLAS rounds a product by the order of its matrix in memory.
         layout="C" if _in_c_order(probe) else "F",
         segments=tuple(len(_selected(*segment)) for segment in _segments(probe)),
         order=None if probe.reindexing is None else tuple(int(i) for i in probe.reindexing),

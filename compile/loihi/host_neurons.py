@@ -1,7 +1,7 @@
 """The host's neurons that send values to the chip as spikes, one pair a dimension.
 
-nengo-loihi's pairs share a spike in every step, whatever the value. Those here are at threshold at
-zero, and send what a value is off it:
+nengo-loihi's pairs share a spike in every step, whatever the value. Pairs here are at threshold at
+zero, and send a value's distance from it:
 
     J_on = max(x, 0) / (w dt),   J_off = max(-x, 0) / (w dt)         (in Hz)
 

@@ -18,7 +18,7 @@ from spikeport.neurons import OWN_TYPES, IntegrateAndFire, chip_decays, integral
 
 MANTISSA = 127
 EXPONENTS = (-1, 7)
-"""Of weights; below, a chip's weights lose bits that they have in memory."""
+"""The range of exponents: below it, a chip's weights lose bits that they have in memory."""
 
 VOLTAGE = 2**23 - 1
 """The voltage goes from -VOLTAGE to VOLTAGE."""
@@ -110,6 +110,7 @@ def _rounded_biases(values: np.ndarray, label: str) -> np.ndarray:
     largest = np.abs(values).max()
     if largest > BIAS_MANTISSA << BIAS_EXPONENT:
         raise _beyond(label, "leak", largest, BIAS_MANTISSA << BIAS_EXPONENT)
+    # The least power of two with which the mantissa holds the value; 1 for small ones.
     step = np.exp2(np.ceil(np.log2(np.maximum(np.abs(values) / BIAS_MANTISSA, 1))))
     rounded: np.ndarray = np.round(values / step) * step
     return rounded

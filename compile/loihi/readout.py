@@ -17,7 +17,7 @@ def readout_scale(decoders: np.ndarray, ensemble: nengo.Ensemble, dt_s: float) -
 
     .. math:: s_r = c \max_n |D_{rn}|
 
-    All rows then make the same use of the weights' bits; c is the least for which no threshold is
+    So all rows make the same use of the weights' bits; c is the least for which no threshold is
     reached even if all neurons spike at once.
 
     Parameters

@@ -4,7 +4,7 @@ Decode neurons stand between a decoded connection and its target. The weights fr
 target depend on their kind, so a target has one group of such synapses for every kind in use.
 
 nengo-loihi filters twice: by a connection's synapse on the way into decode neurons, and for 5 ms
-behind them. Where the filter of the target's compartments is stated, both and the step between them
+behind them. If the filter of the target's compartments is stated, both and the step between them
 have the synapse's delay in sum, as long as no less than 5 ms of it is left before decode neurons,
 which spikes that are not filtered would drive beyond their range.
 
@@ -124,6 +124,7 @@ def _largest_value(model: Model, connection: nengo.Connection) -> float:
     points = built.eval_points @ built.encoders.T / ensemble.radius
     kind = ensemble.neuron_type
     rates = loihi_rates(kind, points, built.gain, built.bias, model.dt)
+    # A connection from neurons may take some of them alone.
     spikes = rates[:, connection.pre_slice] if connection.pre_obj is not ensemble else rates
     weights = model.params[connection].weights * model.dt / getattr(kind, "amplitude", 1.0)
     return float(np.abs(spikes @ weights.T).max() / connection.post_obj.radius)
@@ -139,6 +140,7 @@ def _weaken(model: Model, connection: nengo.Connection, factor: float) -> None:
     usual: Synapse = axon.target
     axon.target = copy.copy(usual)
     _scale(axon.target, 1 / factor)
+    # A group of its own, since the usual one serves the other connections into this target.
     target.add_synapse(axon.target)
     if not any(other.target is usual for block in model.blocks for other in block.axons):
         target.synapses.remove(usual)

@@ -97,6 +97,8 @@ def _cuts(
         if kept.any():
             new = new[kept]
             shared = old.axon_to_weight_map is not None
+            # The place of the lowest old target, as nengo-loihi takes it, whatever its order in the
+            # block.
             base = int(new[np.argmin(reached[kept])]) % MOST_BASES if shared else 0
             cuts[key] = _Cut(kept, base, new - base)
     return cuts
@@ -110,6 +112,7 @@ def _part(old: Synapse, axons: list[_Axon], cuts: Mapping[bytes, _Cut]) -> Synap
     for axon in axons:
         cut = cuts[axon.targets]
         weights = np.ascontiguousarray(old.weights[axon.row][:, cut.kept])
+        # Rows of equal weights and targets are stored once, whatever their axons' bases.
         key = weights.tobytes(), cut.offset.tobytes()
         if key not in number:
             number[key] = len(rows)

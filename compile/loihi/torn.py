@@ -1,7 +1,7 @@
-"""Connections that learn, torn apart: nengo-loihi splits what is too large for a core.
+"""Connections that learn, torn: nengo-loihi splits blocks that are too large for a core.
 
-Of the parts of a group of synapses that it splits none learns any more, and the error that the host
-sends has no group to go to.
+No part of a group of synapses that it splits learns any more, and the error that the host sends has
+no group to go to.
 """
 
 from collections.abc import Iterator

@@ -65,11 +65,11 @@ def _reached(network: nengo.Network, folded: Sequence[nengo.Node]) -> Iterator[N
             followers[base(connection.pre_obj)].append(connection)
     constant = [node for node in network.all_nodes if isinstance(node.output, np.ndarray)]
     ahead: list[Named] = [*constant]
-    passed, seen = set(folded), set(constant)
+    passed, reached = set(folded), set(constant)
     while ahead:
         for connection in followers[ahead.pop()]:
             post = base(connection.post_obj)
-            if post not in seen:
-                seen.add(post)
+            if post not in reached:
+                reached.add(post)
                 yield post
                 ahead += [post] if post in passed else []

@@ -45,7 +45,7 @@ class DecodePath(NetworkPass):
 
     An ensemble has one filter for all that goes into it, the slowest that anything asks for.
     ``auto`` wires directly only what makes it no slower for any other input than a relay of its own
-    would be: 5 ms and a step. All others keep their own filter, in decode neurons.
+    would be: 5 ms and a step. The others keep their own filter, in decode neurons.
 
     Attributes
     ----------
@@ -124,7 +124,7 @@ def target_filters(
     Parameters
     ----------
     connections : sequence of nengo.Connection
-        All connections.
+        The connections of the network.
     scope : Scope
         The network.
     wanted : mapping of nengo.Connection to str

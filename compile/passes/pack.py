@@ -28,10 +28,10 @@ class Pack(ImagePass):
     Parameters
     ----------
     effort : int
-        How much is tried. 0: simple rules; 1: also to empty cores; from 2 on also to cut blocks to
-        parts of up to 1 / effort of a core, where that saves cores.
+        Effort of the search. 0: simple rules; 1: also to empty cores; from 2 on also to cut blocks
+        to parts of up to 1 / effort of a core, where that saves cores.
     exact : bool
-        Whether to look for the fewest cores of all that these blocks or pieces take; for up to some
+        True to look for the fewest cores of all that these blocks or pieces take; for up to some
         100 of them.
     """
 
@@ -105,9 +105,9 @@ def _join(
     """Cut only where pieces that follow each other are on different cores, or as ``kept``."""
     ends, core = {}, []
     for block, mine in enumerate(cores):
-        apart = np.ones(len(mine) - 1, bool) if block in kept else np.diff(mine) != 0
-        ends[block] = np.array(cuts.get(block, ()), dtype=int)[apart].tolist()
-        core.append(mine[np.append(True, apart)])
+        ends_core = np.ones(len(mine) - 1, bool) if block in kept else np.diff(mine) != 0
+        ends[block] = np.array(cuts.get(block, ()), dtype=int)[ends_core].tolist()
+        core.append(mine[np.append(True, ends_core)])
     return cut(image, ends).on_cores(np.concatenate(core))
 
 

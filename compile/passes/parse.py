@@ -28,7 +28,7 @@ def parse(text: str) -> Pipeline:
         the passes cannot follow each other; see `Pipeline`.
     """
     pairs = [match.group("name", "options") for match in _matches(ONE_PASS, text)]
-    return Pipeline(tuple(one for name, given in pairs for one in _passes(name, given)))
+    return Pipeline(tuple(one for name, options in pairs for one in _passes(name, options)))
 
 
 def _matches(pattern: re.Pattern[str], text: str) -> list[re.Match[str]]:

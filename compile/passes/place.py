@@ -19,8 +19,8 @@ class Place(ImagePass):
     """Give cores their numbers, and thereby tiles and chips, such that messages have short ways.
 
     Messages between chips count first, then the fullest link, as a step ends when the last message
-    has arrived; hops, which take energy, count third. What a core itself does depends on its blocks
-    alone. All neurons are taken to spike alike.
+    has arrived; hops, which take energy, count third. A core's own work depends on its blocks
+    alone. Neurons are taken to spike alike.
     """
 
     name: ClassVar[str] = "place"

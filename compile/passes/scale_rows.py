@@ -19,7 +19,7 @@ but for rounding are scattered over all magnitudes, and a threshold has 17 bits.
 class ScaleRows(BlockPass):
     """Scale a compartment's weights, bias and threshold by 2^-k, for weights to survive 8 bits.
 
-    All weights of a block share a scale, so neurons of small gain lose theirs beside neurons of
+    The weights of a block share a scale, so neurons of small gain lose theirs beside neurons of
     large gain. A compartment's input, state and threshold may be scaled together without changing
     when it spikes; powers of two make that exact. Each k takes a threshold profile of the core.
 

@@ -11,13 +11,13 @@ from spikeport.compile.passes.base import Context, NetworkPass
 
 @dataclass(frozen=True)
 class SparseInputs(NetworkPass):
-    """Let the host send spikes for what a value is off zero, not one in every step.
+    """Let the host send spikes for a value's distance from zero, not one in every step.
 
     nengo-loihi encodes a value by two neurons on the host, which share a spike in every step at any
     value. Here they are at threshold at zero: a value x, in units of the target's radius, takes
-    |x| / weight spikes a step. What arrives has the same mean. What a neuron has still to send is
-    from 0 to ``weight``, and what nengo-loihi's pair has is from -1 to 1: so while a value keeps
-    its sign, it errs as much with a weight of 2, and by half with 1.
+    |x| / weight spikes a step. The sum that arrives has the same mean. The rest that a neuron has
+    still to send is from 0 to ``weight``, that of nengo-loihi's pair from -1 to 1: so while a value
+    keeps its sign, it errs as much with a weight of 2, and by half with 1.
 
     The network itself stays as it is. With a weight of 1 so does the image, but for the encoding of
     its inputs. Values saturate at ``weight`` in place of 1.

@@ -35,7 +35,7 @@ class Tie(NetworkPass):
     """Let neurons of an ensemble that encode alike share a decoder, where that saves cores.
 
     Neurons with equal encoders get one decoder for each connection, by least squares: they can then
-    share an input axon and its synapses. What is decoded changes, by the error that is noted.
+    share an input axon and its synapses. Decoded values change, by the error that is noted.
 
     Ensembles that may be fused are tied together or not at all. First all are. If the passes that
     follow then need fewer cores, those that are tied in vain get their own decoders back, the
@@ -84,6 +84,7 @@ class Tie(NetworkPass):
         if not choice or not trials.saves(choice, than=()):
             return ()
         added = {n: pooled(one.error for one in trials.groups[n]).added for n in choice}
+        # The largest error first: it is the one most worth to be rid of.
         for number in sorted(choice, key=lambda n: -added[n]):
             without = tuple(n for n in choice if n != number)
             if added[number] > self.negligible and not trials.saves(choice, than=without):
@@ -177,6 +178,7 @@ def _relay_rates_hz(image: ChipImage) -> dict[str, float]:
     for number, block in enumerate(image.manifest.blocks):
         if block.kind == "relay":
             mine = part(image.blocks.start, number)
+            # A compartment fires once a step at most.
             spikes = (state.bias[mine] / state.vth[mine]).clip(0, 1)
             rates[block.owner] = float(spikes.mean() / image.manifest.dt_s)
     return rates

@@ -50,7 +50,7 @@ class Cores:
         self.set(core, [*self.bins[core], block], load)
 
     def set(self, core: int, blocks: list[int], load: Load) -> None:
-        """Give a core other blocks, which have the given load."""
+        """Put other blocks on a core, with their load."""
         self.bins[core], self.loads[core] = blocks, load
         self.tally.put(core, load)
         if self._heard is not None:

@@ -107,6 +107,7 @@ def _part(group: Group, first: int, end: int, piece: int) -> tuple[Group, np.nda
     # Axons that read a row from the same base go on sharing one row, which keeps the memory small.
     keys = list(zip(group.axon_row.tolist(), group.axon_base.tolist(), strict=True))
     rows = {key: _stretch(group.rows[key[0]], key[1], first, end) for key in dict.fromkeys(keys)}
+    # Axons without a target in this stretch are no axons of the piece.
     used = [i for i, key in enumerate(keys) if rows[key].weights.size]
     number = {key: n for n, key in enumerate(dict.fromkeys(keys[i] for i in used))}
     axon = np.full(len(keys), -1)

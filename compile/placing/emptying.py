@@ -68,6 +68,7 @@ class Emptying:
             self._exchanges.core_of(possible).tolist(), possible.tolist(), strict=True
         ):
             at[core].add(other)
+        # Blocks of the core that is being emptied have no place to give.
         at.pop(self._victim, None)
         for core in sorted(at):
             kinds = set()
@@ -82,6 +83,7 @@ class Emptying:
         room = self._cores.with_room(block)
         room = room[(room != but) & (room != self._victim)]
         if len(room):
+            # The fullest: room stays together for large blocks.
             best = int(room[np.argmax(self._cores.fills(block, room))])
             load = self._cores.loads[best].joined(self._problem.loads[block])
             self._set(best, [*self._cores.bins[best], block], load)
@@ -103,6 +105,7 @@ class Emptying:
         return True
 
     def _set(self, core: int, blocks: list[int], load: Load) -> None:
+        # The state before the first change alone: that is what a failed attempt goes back to.
         self._before.setdefault(core, (self._cores.bins[core], self._cores.loads[core]))
         self._put(core, blocks, load)
 
@@ -121,7 +124,7 @@ def emptied(problem: Problem, bins: Bins, exchanges: int = EXCHANGES) -> Bins:
     bins : Bins
         A packing of them; stays as it is.
     exchanges : int
-        How often it is tried, in all, to put a block in the place of another.
+        The number of attempts, in all, to put a block in the place of another.
     """
     while True:
         emptying = Emptying(problem, bins, exchanges)

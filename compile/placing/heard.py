@@ -55,6 +55,7 @@ class Heard:
                 spikes[core] = spikes.get(core, 0) + n
         for number, sources in self._audiences[block].items():
             for core, n in self._heard[number].items():
+                # A block is no partner of itself.
                 if others := n - (core == home):
                     spikes[core] = spikes.get(core, 0) + sources * others
         return spikes

@@ -143,4 +143,5 @@ def _numbered(values: np.ndarray) -> np.ndarray:
 
 
 def _mask(numbers: np.ndarray) -> int:
+    # Distinct numbers: equal ones would carry into the next bit.
     return sum(1 << number for number in set(numbers.tolist()))

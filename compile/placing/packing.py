@@ -94,6 +94,7 @@ def filled(problem: Problem, order: Sequence[int], choice: CoreChoice) -> Bins:
     for block in order:
         best = cores.with_room(block)
         if len(best) > 1:
+            # `lexsort` takes the last key first; the number of the core decides between equals.
             best = best[np.lexsort((best, *reversed(choice(cores, block, best))))]
         cores.put(int(best[0]) if len(best) else len(cores.bins), block)
     return cores.bins

@@ -36,12 +36,13 @@ class Relief:
     """
 
     def __init__(self, messages: Messages, links: Links, n_cores: int) -> None:
-        apart = messages.source != messages.target
-        self._messages = Messages(*(array[apart] for array in messages))
+        between = messages.source != messages.target
+        self._messages = Messages(*(array[between] for array in messages))
         self._links = links
         ends = np.concatenate(self._messages[:2])
         self._start = offsets(np.bincount(ends, minlength=n_cores))
-        self._of_core = np.argsort(ends, kind="stable") % max(apart.sum(), 1)
+        # Messages by core, as sender or receiver: `ends` lists every message twice.
+        self._of_core = np.argsort(ends, kind="stable") % max(between.sum(), 1)
         self._busiest = np.argsort(-self._sums(ends, n_cores), kind="stable")[:BUSIEST]
 
     def relieved(self, order: np.ndarray) -> np.ndarray:
@@ -55,6 +56,7 @@ class Relief:
             while (place := self._first_better(order, core, after)) is not None:
                 here = np.flatnonzero(order == core)[0]
                 order[[here, place]] = order[[place, here]]
+                # Places before were tried against the same core, and are not tried again.
                 after = place + 1
         return order
 

@@ -59,7 +59,7 @@ class Savings:
         first = places[saved.argmax(axis=0)]
         most = saved.max(axis=0)
         better = (most > self._most) | ((most == self._most) & (first < self._partner))
-        # Where the best partner is one of these and no better one is, all have to be compared.
+        # A place whose best partner is one of these, and got no better one, is compared with all.
         lost = np.isin(self._partner, places) & (most <= self._most)
         lost[places] = True
         self._partner[better], self._most[better] = first[better], most[better]

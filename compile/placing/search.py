@@ -37,6 +37,7 @@ class Search:
         """
         slots = self._uncut_slots
         bounds: dict[int, list[int]] = {}
+        # Ends since slots only grow, and are bounded by one piece for each compartment.
         while (found := self._bounds(room, slots)) != bounds:
             bounds = found
             slots = np.maximum(slots, self._slots(bounds))

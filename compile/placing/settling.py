@@ -59,7 +59,7 @@ class Settling:
     def settle(self, block: int) -> bool:
         """Move one block, or swap it with another, if more spikes are within cores then."""
         home, spikes = self._core[block], self._heard.spikes(block)
-        # Where neither its own core nor any that it sends to has changed, it would stay once more.
+        # If neither its own core nor any that it sends to has changed, it would stay once more.
         if max(self._changed[core] for core in (home, *spikes)) <= self._stayed[block]:
             return False
         now = spikes.get(home, 0)
@@ -130,7 +130,7 @@ class Settling:
         if core not in self._rests:
             blocks = self.bins[core]
             loads = [self._problem.loads[block] for block in blocks]
-            # All before a block, and all after it: profiles unite, and cannot be taken away again.
+            # Sums before a block and after it: profiles unite, and cannot be taken away again.
             before, after = _sums(loads), _sums(reversed(loads))[::-1]
             rests = (a.joined(b) for a, b in zip(before[:-1], after[1:], strict=True))
             self._rests[core] = dict(zip(blocks, rests, strict=True))

@@ -102,6 +102,7 @@ class _Kind:
             self._masks.append(0)
             self._count = _grown(self._count, core + 1)
         before, self._masks[core] = self._masks[core], mask
+        # Most blocks bring no profile that is new to their core.
         if before == mask:
             return
         self._count[core] = mask.bit_count()
@@ -111,6 +112,7 @@ class _Kind:
 
     def joined(self, mask: int) -> np.ndarray:
         """Return how many profiles each core would have with those of a mask, (n_cores,)."""
+        # Counts of both, less the profiles that they have in common.
         joined: np.ndarray = self._count[: len(self._masks)] + mask.bit_count()
         for bit in _bits(mask):
             if (has := self._has.get(bit)) is not None:
@@ -124,6 +126,7 @@ def _bits(mask: int) -> list[int]:
     """Return the numbers of the bits that are set, ascending."""
     bits = []
     while mask:
+        # The lowest bit that is set.
         low = mask & -mask
         bits.append(low.bit_length() - 1)
         mask ^= low
@@ -134,5 +137,6 @@ def _grown(array: np.ndarray, n: int) -> np.ndarray:
     """Return an array of at least n rows, with as many zeros again where it has to grow."""
     if len(array) >= n:
         return array
+    # Doubled, so that n cores cost a number of copies that grows with log n.
     more = np.zeros((max(n, 2 * len(array)) - len(array), *array.shape[1:]), array.dtype)
     return np.concatenate([array, more])

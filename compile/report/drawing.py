@@ -7,7 +7,7 @@ from spikeport.compile.report.report import Json
 from spikeport.hardware_models.estimate import Estimate
 
 SIDE, GAP, TILE_GAP = 44, 3, 10
-"""Of a core, between cores, and between tiles, in pixels."""
+"""The size of a core, the gaps between cores and between tiles, in pixels."""
 PER_ROW = 16
 """Cores in a row of a chip whose mesh is not public."""
 FILL, ENERGY, TIME = "fill", "energy", "step time"
@@ -88,6 +88,7 @@ def _corners(places: Json, cores: Sequence[int]) -> list[tuple[int, int]]:
     corners = []
     for core in cores:
         at = (places["x"][core], places["y"][core])
+        # Cores of a tile fill its four places in the order of their numbers.
         slot = taken[at] = taken.get(at, -1) + 1
         corners.append((at[0] * tile + slot % 2 * step, at[1] * tile + slot // 2 * step))
     return corners

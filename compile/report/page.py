@@ -19,9 +19,9 @@ from spikeport.hardware_models.host_io import HostIoReport
 
 BITS_PER_KIB = 8 * 1024
 MOST_CELLS = 4000
-"""Of the drawing of messages; the report as data has all."""
+"""The most cells in the drawing of messages; the report as data has all."""
 MOST_ROWS = 12
-"""Of tables of what is largest."""
+"""The rows of a table of the largest items."""
 
 
 class Bar(NamedTuple):
@@ -145,6 +145,7 @@ class View:
         limits, cores = self.report["limits_of_a_core"], self.report["cores"]
         if name not in limits or not cores:
             return Bar(words, used, limit, share, "", None, None)
+        # The first of several that are equally full.
         core = max(range(len(cores)), key=lambda number: cores[number][name])
         most, of_core = cores[core][name], limits[name]
         text = f"{_amount(name, most)} of {_amount(name, of_core)}"
@@ -194,6 +195,7 @@ class View:
     def cells(self) -> list[Cell]:
         """The messages between cores; none if there are too many to be drawn."""
         found = self._messages()
+        # By logarithm, since messages range over orders of magnitude.
         most = log1p(max((messages for *_, messages in found), default=0.0))
         if len(found) > MOST_CELLS or not most:
             return []

@@ -54,7 +54,7 @@ class Report:
     """The resources, placement, errors and hints of a compiled network.
 
     ``cores`` holds the use of every core, ``errors`` the quantisation error of every block,
-    ``warnings`` what nengo-loihi's builder said on the way. ``placed`` names the blocks on each
+    ``warnings`` the warnings of nengo-loihi's builder. ``placed`` names the blocks on each
     core, ``passes`` holds name, options and findings of every pass, ``lower_bound`` how few cores
     the blocks could take, by reason, ``neurobench`` NeuroBench's static metrics, ``hints`` what
     compiles but is lost or left out, ``offloaded`` the ensembles that were moved to the host,
@@ -187,6 +187,7 @@ def places(n_cores: int, chip: ChipModel) -> Json:
 
 def traffic(activity: Activity) -> Json:
     """Return the mean messages of a step: rows of source core, destination core and messages."""
+    # Pairs without messages are left out.
     rows, columns = np.nonzero(activity.messages)
     means = activity.messages[rows, columns] / activity.n_steps
     return {

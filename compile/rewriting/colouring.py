@@ -1,4 +1,4 @@
-"""The ensembles that may be taken apart, and by colour refinement those of them wired alike."""
+"""The ensembles that may be split, and by colour refinement those of them wired alike."""
 
 import itertools
 from collections import Counter, defaultdict
@@ -104,7 +104,7 @@ def alike(scope: Scope, ensembles: Sequence[nengo.Ensemble]) -> list[list[nengo.
     """
     colour: dict[NengoObject, int] = dict.fromkeys(scope.network.all_ensembles, 0)
     free: list[NengoObject] = list(ensembles)
-    # Passthrough nodes are refined like ensembles, so that those behind them are told apart.
+    # Passthrough nodes are refined like ensembles, so that those behind them get different colours.
     for node in scope.network.all_nodes:
         colour[node] = -1 if is_passthrough(node) else 0
         free += [node] if is_passthrough(node) else []
@@ -158,11 +158,11 @@ class _Refinement:
             parts[self._colour[obj]].setdefault(self._neighbours(obj), []).append(obj)
         new = []
         for old, found in parts.items():
-            apart = sorted(found.values(), key=len)
+            split = sorted(found.values(), key=len)
             # Colours of neighbours are as before for the rest, and for no part: all parts differ.
-            if sum(map(len, apart)) == self._sizes[old]:
-                apart.pop()
-            for part in apart:
+            if sum(map(len, split)) == self._sizes[old]:
+                split.pop()
+            for part in split:
                 self._recolour(part, old)
                 new += part
         return new

@@ -151,6 +151,7 @@ def _relay(path: str, link: Link, limits: Limits, dt_s: float, rate_hz: float) -
     neurons = RELAYS[path](dt=dt_s)
     pairs = neurons.pairs_per_dim  # of decode neurons: one for positive, one for negative values
     axons, d = _distinct(link.decoders), link.decoders.shape[0]
+    # Twice, since every pair has a neuron for positive values and one for negative ones.
     bits = 2 * (pairs * axons.nnz + link.encoders.nnz) * WEIGHT_BITS
     ops = 2 * pairs * rate_hz * link.decoders.nnz + _relay_rate(path, dt_s) * link.encoders.nnz
     return PathCost(
@@ -170,6 +171,7 @@ def _relay(path: str, link: Link, limits: Limits, dt_s: float, rate_hz: float) -
 
 def _host(link: Link, limits: Limits, dt_s: float, rate_hz: float) -> PathCost:
     d = link.decoders.shape[0]
+    # One of the host's two neurons spikes in every step, whatever the value.
     ops = 2 * rate_hz * link.decoders.nnz + link.encoders.nnz / dt_s
     bits = 2 * (link.decoders.nnz + link.encoders.nnz) * WEIGHT_BITS
     cores = _cores(
@@ -213,6 +215,7 @@ def _relay_rate(path: str, dt_s: float) -> float:
 @functools.cache
 def relay_noise(path: str, dt_s: float) -> float:
     """Simulate a relay and a 5 ms filter; return the rms error of values in [-0.9, 0.9]."""
+    # Short of the range's ends, where a relay saturates.
     values = np.linspace(-0.9, 0.9, 37)[:, np.newaxis]
     if path == "host":
         gain = bias = np.full(2, 0.5 / dt_s)
@@ -222,6 +225,7 @@ def relay_noise(path: str, dt_s: float) -> float:
         neurons = RELAYS[path](dt=dt_s)
         gain, bias, scale = neurons.gain, neurons.bias, neurons.scale
         kind = LoihiSpikingRectifiedLinear()
+    # Decode neurons come in pairs: on, off, on, off.
     signs = np.where(np.arange(len(gain)) % 2, -1.0, 1.0)
     current = gain * signs * values + bias
     voltage, output = np.zeros_like(current), np.zeros_like(current)
@@ -261,9 +265,9 @@ def rejected(costs: Sequence[PathCost], slack: Slack, shared: bool = True) -> di
     costs : sequence of PathCost
         The costs of all paths.
     slack : Slack
-        What a lower error may cost.
+        The price that a lower error may have.
     shared : bool
-        Whether the connection's own filter is that of its target, so that it can be wired directly.
+        True if the connection's own filter is that of its target, so that it can be wired directly.
     """
     reasons = {} if shared else {"direct": OTHER_FILTER}
     relay_s = min(one.delay_s for one in costs if one.path in RELAYS)

@@ -164,6 +164,7 @@ class EdgeMatrices:
         if places is not None:
             weights = self._solver.weights(connection)
             for place in places:
+                # An ensemble that is split has its columns in several groups.
                 mine = weights[:, place.part.start : place.part.stop]
                 started = origin._replace(source=EdgeSource(place.group))
                 self._add(connection, started, mine, place.neuron)

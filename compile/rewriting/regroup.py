@@ -1,4 +1,4 @@
-"""Rewrite a network such that given groups of neurons are one ensemble each."""
+"""Rewrite a network such that chosen groups of neurons are one ensemble each."""
 
 from collections.abc import Mapping, Sequence
 
@@ -79,7 +79,7 @@ def _built(
     built = {ensemble: solver.ensemble(ensemble) for ensemble in partition.places}
     for connection in matrices.replaced:
         pre = connection.pre_obj
-        # What an ensemble that stays decodes, its own builder solves, later.
+        # The decoders of an ensemble that stays are solved later, by its own builder.
         if not isinstance(pre, nengo.Ensemble) or pre in partition:
             built[connection] = solver.built(connection)
     return built
@@ -104,7 +104,7 @@ def _pieces(
 
 
 class ProbeMap:
-    """The probes of ensembles that are taken apart, and the probes that replace them.
+    """The probes of ensembles that are split, and the probes that replace them.
 
     Parameters
     ----------

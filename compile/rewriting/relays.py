@@ -1,7 +1,7 @@
 """Compartments that a network takes at least where none of its connections is rewritten.
 
 nengo-loihi gives every decoded connection between ensembles on the chip decode neurons of its own.
-Those are counted without building anything: a passthrough node between m ensembles and n others
+Neurons are counted without building anything: a passthrough node between m ensembles and n others
 stands for up to m n connections, each of which would be solved for.
 """
 
@@ -68,8 +68,8 @@ def _is_relayed(connection: nengo.Connection) -> bool:
 class _Sources:
     """The values that reach passthrough nodes, as matrices from connections off the chip.
 
-    Of each node, the matrices of all connections lie side by side, with the number of the
-    connection for each column.
+    The matrices of all connections of a node lie side by side, with the number of the connection
+    for each column.
     """
 
     def __init__(self, nodes: list[nengo.Node], scope: Scope) -> None:

@@ -50,7 +50,7 @@ def whole_targets(rewrite: Rewrite, dt_s: float) -> Rewrite:
             flat.keep(connection)
     for probe in network.all_probes:
         flat.keep(probe)
-    # What an ensemble on the host decodes, Nengo's own builder solves, later.
+    # The decoders of an ensemble on the host are solved later, by Nengo's own builder.
     known = [c for c in parts if not isinstance(c.pre_obj, nengo.Ensemble) or scope.on_chip(c.pre)]
     return rewrite.then(flat.network, {}, {c: solver.built(c) for c in known}, flat.seeds)
 

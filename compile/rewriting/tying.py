@@ -167,7 +167,9 @@ def _shared(connection: nengo.Connection, solver: ParameterSolver) -> Iterator[S
     """Yield the decoders that the neurons before a connection could share, if they are fewer."""
     encoders = solver.ensemble(connection.pre_obj).encoders
     _, number = np.unique(encoders, axis=0, return_inverse=True)
+    # A row of the identity for each neuron: the one of its class.
     classes = np.eye(number.max() + 1)[number.ravel()]
+    # Every neuron is a class of its own: there is nothing to share.
     if classes.shape[1] == len(encoders):
         return
     twin = _twin(connection, _OnePerClass(classes, connection.solver), solver)
@@ -182,6 +184,7 @@ def _twin(connection: nengo.Connection, by: Solver, solver: ParameterSolver) -> 
     twin = nengo.Connection(
         connection.pre, connection.post, **{**like, "solver": by}, add_to_container=False
     )
+    # The same seed draws the same evaluation points, so errors differ by the decoders alone.
     solver.seeds[twin] = solver.seeds[connection]
     return twin
 

@@ -23,10 +23,10 @@ from spikeport.simulator import Simulator
 
 STATES = 1500
 SETTLING_STEPS = 35
-"""Of every state: 7 time constants of the slowest filter before the neurons."""
+"""Steps that each state is held: 7 time constants of the slowest filter before the neurons."""
 COUNTED_STEPS = 30
 SEED = 0
-"""Of the states that are held."""
+"""The seed that draws the states."""
 
 
 class HeldStates(NamedTuple):
@@ -42,6 +42,7 @@ def draw_states(law: OperationalSpaceLaw, region: ArmRegion, n: int = STATES) ->
     rng = np.random.RandomState(SEED)
     q = region.q_samples[rng.randint(len(region.q_samples), size=n)]
     dq = region.dq.restore(rng.uniform(-1, 1, (n, 4)))
+    # The hand follows from the angles: states where it is elsewhere never occur.
     x = law.arm.batch(q).position
     target = region.x.clip(x + region.error.restore(rng.uniform(-1, 1, (n, 3))))
     return HeldStates(np.hstack([q, dq, x]), target, term_torques(law.terms(q), dq, target - x))
@@ -78,6 +79,7 @@ def _rates(
     found: dict[nengo.Probe, list[np.ndarray]] = {probe: [] for probe in probes}
     for state in range(states):
         sim.run_steps(SETTLING_STEPS)
+        # Spikes of the state before are still in the filters until here.
         sim.clear_probes()
         sim.run_steps(COUNTED_STEPS)
         for probe in probes:

@@ -43,9 +43,11 @@ def read_digit(trace: np.ndarray) -> int:
 def rasterise(trace: np.ndarray) -> np.ndarray:
     """Return (8, 8) picture from 0 to 16 of a trace (n, 2), first row on top."""
     low, high = trace.min(axis=0), trace.max(axis=0)
+    # The longer side fills the bitmap, but for half a stroke at each end.
     scale = (BITMAP - 2 * PEN) / (high - low).max()
     cells = np.arange(BITMAP) + 0.5
     across, down = np.meshgrid(cells, cells)
+    # Cells of the bitmap in the trace's metres, rows from top to bottom.
     grid = np.stack([across - BITMAP / 2, BITMAP / 2 - down], axis=-1) / scale + (low + high) / 2
     distance, _ = cKDTree(trace).query(grid)
     inked = distance * scale <= PEN
@@ -69,4 +71,5 @@ def _reader() -> "SVC":
     from sklearn.svm import SVC
 
     digits = load_digits()
+    # scikit-learn's own example for this data set has this gamma.
     return SVC(gamma=0.001).fit(digits.data, digits.target)

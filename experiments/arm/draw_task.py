@@ -19,7 +19,7 @@ REST_S = 0.5
 RAMP_S = 0.5
 """Time in which the pen reaches its speed, and in which it stops again."""
 SHORTEST_S = 4.0
-"""Of a run: a second and a half of it is drawing."""
+"""The shortest run: a second and a half of it is drawing."""
 
 
 @dataclass(frozen=True)
@@ -51,14 +51,14 @@ class Sheet:
 
 
 class DrawTask:
-    """A stroke, approached and drawn in a given time.
+    """A stroke, approached and drawn in a set time.
 
     Parameters
     ----------
     stroke : (n, 3) array
         Its points in m, close together.
     hand : (3,) array
-        Where the hand starts, in m.
+        The hand's place at the start, in m.
     seconds : float
         Time of the whole run.
     dt_s : float
@@ -66,7 +66,7 @@ class DrawTask:
     """
 
     begin_s = APPROACH_S + REST_S
-    """When the pen begins to draw."""
+    """The time at which the pen begins to draw."""
 
     def __init__(
         self, stroke: np.ndarray, hand: np.ndarray, seconds: float, dt_s: float = 0.005
@@ -81,6 +81,7 @@ class DrawTask:
 
     def update(self, time_s: float, _hand: np.ndarray) -> None:
         """Move the pen on."""
+        # The pen rests at its end for as long as the run goes on.
         step = min(round(time_s / self._dt_s), len(self._way) - 1)
         self.target = self._way[step]
 
@@ -95,6 +96,7 @@ def _along(stroke: np.ndarray, seconds: float, dt_s: float) -> np.ndarray:
     """Return (m, 3) points of a stroke at every step."""
     times = np.arange(0.0, seconds + dt_s, dt_s)
     speed = np.clip(np.minimum(times, seconds - times) / RAMP_S, 0.0, 1.0)
+    # Divided by the sum, so that the pen ends at the end whatever the time step.
     done = np.cumsum(speed) / speed.sum()
     length = arc_length(stroke)
     return np.stack([np.interp(done, length / length[-1], c) for c in stroke.T], axis=1)

@@ -98,10 +98,10 @@ def _draw_digit(axes: Axes, run: ArmRun, sheet: Sheet, stroke: np.ndarray) -> No
 
 def _draw_errors(axes: Axes, run: ArmRun, stroke: np.ndarray) -> None:
     recording, drawn = run.recording, drawing(run.recording)
-    apart = shape_error(stroke, drawn.hand)
+    errors_m = shape_error(stroke, drawn.hand)
     axes.axvspan(0, DrawTask.begin_s, color="0.93", label="approach")
     axes.plot(recording.time_s, 1000 * recording.distance_m, color=DISTANCE, lw=1.2, label="target")
-    axes.plot(drawn.time_s, 1000 * apart, color=HAND, lw=1.2, label="template")
+    axes.plot(drawn.time_s, 1000 * errors_m, color=HAND, lw=1.2, label="template")
     _mark_limits(axes, run)
     axes.set(ylabel="distance of the hand to (mm)", xlabel="time (s)", ylim=(0, None))
     axes.set_xlim(0, recording.time_s[-1])
@@ -141,6 +141,7 @@ def _draw_spikes(axes: Axes, times: np.ndarray, spikes: np.ndarray, error: np.nd
 
 def _by_tuning(spikes: np.ndarray, error: np.ndarray) -> np.ndarray:
     """Return the neurons in the order of how their spikes covary with the error along the axis."""
+    # Physics steps are longer than neurons' steps: each error holds for several.
     per_sample = np.repeat(error, -(-len(spikes) // len(error)))[: len(spikes)]
     covariance = (per_sample - per_sample.mean()) @ spikes
     return spikes[:, np.argsort(covariance)]

@@ -41,6 +41,7 @@ def reach_metrics(run: ArmRun, reach_times_s: Sequence[float]) -> dict[str, obje
     - ``distance_rms_m``: distance of hand and target, root mean square over the run.
     """
     gaps = np.diff([0.0, *reach_times_s])
+    # A hand that got stuck shows here, not in the mean over its reaches.
     waited = np.diff([0.0, *reach_times_s, run.sim.time])
     return {
         "reaches": len(reach_times_s),
@@ -65,11 +66,11 @@ def lag(drawn: ArmRecording) -> float:
     """Return by how much time in s the hand follows: argmin_l sum_t |x(t + l) - target(t)|^2."""
     dt_s = drawn.time_s[1] - drawn.time_s[0]
     steps = range(min(round(LONGEST_LAG_S / dt_s), len(drawn.time_s) // 2))
-    apart = [
+    errors_m = [
         rms(np.linalg.norm(drawn.hand[k:] - drawn.target[: len(drawn.target) - k], axis=1))
         for k in steps
     ]
-    return float(np.argmin(apart) * dt_s)
+    return float(np.argmin(errors_m) * dt_s)
 
 
 def draw_metrics(run: ArmRun, stroke: np.ndarray, recognised_as: int | None) -> dict[str, object]:
@@ -81,10 +82,10 @@ def draw_metrics(run: ArmRun, stroke: np.ndarray, recognised_as: int | None) -> 
     - ``recognised_as``: the digit a classifier reads, None where there is no classifier.
     """
     drawn = drawing(run.recording)
-    apart = shape_error(stroke, drawn.hand)
+    errors_m = shape_error(stroke, drawn.hand)
     return {
-        "shape_error_rms_m": float(rms(apart)),
-        "shape_error_max_m": float(apart.max()),
+        "shape_error_rms_m": float(rms(errors_m)),
+        "shape_error_max_m": float(errors_m.max()),
         "tracking_error_rms_m": float(rms(drawn.distance_m)),
         "lag_s": lag(drawn),
         "recognised_as": recognised_as,

@@ -33,7 +33,7 @@ class TaskAim:
     Attributes
     ----------
     task : ArmTask or None
-        What its arm does; None for a hand that is to stay where it is.
+        The task of its arm; None for a hand that is to stay where it is.
     """
 
     def __init__(self, plant: Plant) -> None:
@@ -57,13 +57,13 @@ class ArmPort(Port):
     plant : Plant
         The robot.
     aim : Aim
-        Where the hand is and is to be.
+        The source of the hand's place and target.
 
     Attributes
     ----------
     drives : bool
-        Whether its torques drive the arm; they are recorded in any case.
-    seen : tuple of array
+        True if its torques drive the arm; they are recorded in any case.
+    inputs : tuple of array
         The last observation: angles (4,), velocities (4,), hand (3,) and target (3,).
     """
 
@@ -75,7 +75,7 @@ class ArmPort(Port):
         self._aim = aim
         self._rows: list[tuple[object, ...]] = []
         self.drives = True
-        self.seen: tuple[np.ndarray, ...] = ()
+        self.inputs: tuple[np.ndarray, ...] = ()
 
     def begin(self) -> None:
         """Forget what was recorded."""
@@ -83,12 +83,13 @@ class ArmPort(Port):
 
     def observe(self) -> np.ndarray:
         """Return [q, dq, hand, target], (14,)."""
-        self.seen = (*self._plant.motion(ARM_JOINTS), *self._aim.look())
-        return np.concatenate(self.seen)
+        self.inputs = (*self._plant.motion(ARM_JOINTS), *self._aim.look())
+        return np.concatenate(self.inputs)
 
     def drive(self, torque: np.ndarray) -> None:
         """Apply torques; raises DivergedError if one is not finite."""
-        self._rows.append((self._plant.time_s, *self.seen, torque))
+        # Recorded before it is judged, so that the last states show what was not finite.
+        self._rows.append((self._plant.time_s, *self.inputs, torque))
         if not self.drives:
             return
         if not np.isfinite(torque).all():
@@ -100,7 +101,7 @@ class ArmPort(Port):
 
     def exact_torque(self, law: OperationalSpaceLaw) -> np.ndarray:
         """Return the torque (4,) of the exact law at the last observation, in N m."""
-        q, dq, hand, target = self.seen
+        q, dq, hand, target = self.inputs
         return law.torque(q, dq, target - hand)
 
     def recording(self) -> ArmRecording:
@@ -132,5 +133,6 @@ class ArmRig(Rig):
         plant = self.plant
         rest = zip(ARM_JOINTS, self.law.gains.rest_rad, strict=True)
         plant.reset(seed, posture_rad=dict(rest))
+        # Made after the reset: a task begins at the hand's place.
         self.aim.task = task(plant.hand_position())
         self.loop.begin()

@@ -18,7 +18,7 @@ from spikeport.experiments.options import BACKENDS, Experiment
 from spikeport.experiments.run_folder import Result
 
 TRACE_S = 1.0
-"""How long a trace pictures show."""
+"""The length of the trace in pictures."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -33,6 +33,7 @@ class TargetBox:
         """Return a random point of the box that is at least 10 cm from the last target."""
         while True:
             point = rng.uniform(self.low_m, self.high_m)
+            # Ends with probability one: `find_box` refuses boxes too small for such a jump.
             if np.linalg.norm(point - last) >= MIN_JUMP_M and self.reachable(point):
                 return point
 
@@ -91,11 +92,11 @@ class ReachTask:
     Parameters
     ----------
     box : TargetBox
-        Where targets are drawn from.
+        The box that targets are drawn from.
     seed : int
         Seed of the targets.
     hand : (3,) array
-        Where the hand starts, in metres.
+        The hand's place at the start, in m.
     """
 
     def __init__(self, box: TargetBox, seed: int, hand: np.ndarray) -> None:
@@ -126,6 +127,7 @@ class GridTour:
 
     def __init__(self, box: TargetBox, points: int = 4, dwell_s: float = 0.6) -> None:
         self._dwell_s = dwell_s
+        # In random order the hand crosses the whole box between targets, not along its edges alone.
         self._targets = np.random.RandomState(0).permutation(box.grid(points))
         self.seconds = dwell_s * len(self._targets)
         self.target = self._targets[0]

@@ -18,7 +18,7 @@ from spikeport.networks.region import ArmRegion
 from spikeport.robot.arm import ArmDynamics
 
 TOLERANCE_M = 0.001
-"""How far off its target an arm may stay that is said to reach it."""
+"""The distance within which an arm counts as having reached its target."""
 LIMIT_MARGIN_RAD = 0.02
 """Kept to every joint limit: a controller cannot hold a joint exactly there."""
 STARTS = 7
@@ -26,7 +26,7 @@ STARTS = 7
 TRIED = 24
 """Postures of the grid that are tried for each point: one may lead into a joint limit."""
 MAX_STEPS = 100
-"""Of one search; far more than a point within reach takes."""
+"""The most steps of a search; a point within reach takes far fewer."""
 
 
 def check_reachable(what: str, points: np.ndarray) -> None:
@@ -44,10 +44,10 @@ def check_sampled(what: str, points: np.ndarray, region: ArmRegion) -> None:
 
 def _check(where: str, what: str, points: np.ndarray, inside: Iterable[np.ndarray]) -> None:
     for point, nearest in zip(points, inside, strict=True):
-        apart_m = np.linalg.norm(point - nearest)
-        if apart_m > TOLERANCE_M:
+        gap_m = np.linalg.norm(point - nearest)
+        if gap_m > TOLERANCE_M:
             raise UsageError(
-                f"{what}: {_text(point)} is out of {where}, by {100 * apart_m:.1f} cm; the nearest "
+                f"{what}: {_text(point)} is out of {where}, by {100 * gap_m:.1f} cm; the nearest "
                 f"point inside is {_text(nearest)}; cure: move it there, or make it smaller"
             )
 
@@ -61,27 +61,28 @@ def nearest_reachable(points: np.ndarray) -> Iterator[np.ndarray]:
     arm = ArmDynamics()
     margin = np.array([LIMIT_MARGIN_RAD, -LIMIT_MARGIN_RAD])
     low, high = (arm.limits_rad + margin).T
+    # Off the limits, where a search would start with its derivative cut off.
     shares = np.linspace(0.05, 0.95, STARTS)
     postures = low + (high - low) * np.array(list(product(shares, repeat=4)))
     _, starts = cKDTree(arm.batch(postures).position).query(points, TRIED)
     for point, near in zip(points, starts, strict=True):
-        yield point + _least_apart(arm, point, postures[near], (low, high))
+        yield point + _least_gap(arm, point, postures[near], (low, high))
 
 
-def _least_apart(
+def _least_gap(
     arm: ArmDynamics, point: np.ndarray, starts: np.ndarray, bounds: tuple[np.ndarray, np.ndarray]
 ) -> np.ndarray:
     """Return the vector (3,) from a point to the nearest hand, trying start after start."""
     least = np.full(3, np.inf)
     for start in starts:
-        apart = least_squares(
+        gap = least_squares(
             lambda q: arm.at(q).position - point,
             start,
             jac=lambda q: arm.at(q).jacobian,
             bounds=bounds,
             max_nfev=MAX_STEPS,
         ).fun
-        least = min(least, apart, key=np.linalg.norm)
+        least = min(least, gap, key=np.linalg.norm)
         if np.linalg.norm(least) < TOLERANCE_M:
             break
     return least

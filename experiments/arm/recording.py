@@ -41,7 +41,7 @@ class ArmRecording(Recording):
     q, dq : (n, 4) array
         Joint angles in rad, and velocities in rad/s.
     hand, target : (n, 3) array
-        Where the hand is and is to be, in m.
+        The hand's place and its target, in m.
     torque : (n, 4) array
         The controller's torques, in N m.
     """
@@ -73,13 +73,13 @@ class ArmRun(NamedTuple):
     Attributes
     ----------
     recording : ArmRecording
-        All physics steps.
+        The recording of all physics steps.
     task : ArmTask or None
-        What the arm did.
+        The task of the arm.
     exact : (n, 4) array
         Torques of the exact law at the recorded states, in N m.
     at_limit : (n,) array of bool
-        Whether a joint was at its lowest or highest angle.
+        True if a joint was at its lowest or highest angle.
     rasters : dict of str to (n_steps, n_neurons) array
         Spikes of some M1 neurons, by axis; empty without neurons.
     sim : Simulator

@@ -31,7 +31,7 @@ class ArmSettings:
         """Check the values; UsageError says what is wrong."""
         if self.preset not in PRESETS:
             raise unknown("preset", self.preset, PRESETS)
-        for key, value in self._given_sizes().items():
+        for key, value in self._own_sizes().items():
             if value < 1:
                 raise UsageError(f"{key}={value}: the number of neurons must be at least 1")
         if not 0 <= self.network_seed <= LARGEST_SEED:
@@ -39,11 +39,11 @@ class ArmSettings:
                 f"network_seed={self.network_seed}: a seed must be from 0 to {LARGEST_SEED}"
             )
 
-    def _given_sizes(self) -> dict[str, int]:
+    def _own_sizes(self) -> dict[str, int]:
         sizes = {"m1": self.m1, "cb": self.cb, "s1": self.s1}
         return {key: value for key, value in sizes.items() if value is not None}
 
     @property
     def sizes(self) -> ArmSizes:
         """Neuron counts of the controller."""
-        return dataclasses.replace(PRESETS[self.preset], **self._given_sizes())
+        return dataclasses.replace(PRESETS[self.preset], **self._own_sizes())

@@ -34,6 +34,7 @@ def unit_stroke(digit: int) -> np.ndarray:
     if closed:
         points = np.vstack([points, points[:1]])
     chords = np.sqrt(np.linalg.norm(np.diff(points, axis=0), axis=1))  # centripetal
+    # Square roots of chords as parameter: a spline over them makes no loops between near points.
     knots = np.concatenate([[0.0], np.cumsum(chords)])
     spline = CubicSpline(knots, points, bc_type="periodic" if closed else "natural")
     return np.asarray(spline(np.linspace(0.0, knots[-1], POINTS)))

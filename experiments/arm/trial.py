@@ -138,6 +138,7 @@ class ArmTrial(Trial[ArmRig, ArmRun]):
         UsageError
             If a point of the goal is out of the arm's reach, or as `spiking_controller`.
         """
+        # Before the controller is built for a goal that cannot be reached.
         check_reachable(self.goal, self.goal_points())
         analytic = self.options.backend == "analytic"
         built = analytic_arm(self.law) if analytic else self.spiking_controller()
@@ -188,6 +189,7 @@ class ArmTrial(Trial[ArmRig, ArmRun]):
         def marks(end: int) -> list[Mark]:
             now_s = recording.time_s[end - 1]
             trace = recording.hand[:end][recording.time_s[:end] >= self.trace_since(now_s)]
+            # MuJoCo's scene has room for a limited number of shapes.
             thinned = trace[:: 2 + len(trace) // TRACE_MARKS]
             target = Mark(tuple(recording.target[end - 1]), 0.025, TARGET_RGBA)
             return [target, *(Mark(tuple(hand), 0.004, TRACE_RGBA) for hand in thinned)]

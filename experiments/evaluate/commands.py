@@ -18,7 +18,7 @@ class RandomCommands:
     Parameters
     ----------
     seconds : float
-        How long an episode takes.
+        The length of an episode.
     seed : int
         Draws times and commands.
     """
@@ -41,10 +41,12 @@ class RandomCommands:
         return np.asarray(time_s - self._starts_s[self._number(time_s)])
 
     def _number(self, time_s: float | np.ndarray) -> np.ndarray:
+        # A command holds from its start on, that moment included.
         return np.searchsorted(self._starts_s, time_s, side="right") - 1
 
 
 def _drawn(rng: np.random.RandomState) -> list[float]:
+    # Drawn in any case, so that every command takes three numbers of the stream.
     kind = rng.uniform()
     speed, yaw_rate = (rng.uniform(*reach) for reach in COMMANDS)
     if kind < STANDING:

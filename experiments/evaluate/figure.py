@@ -24,6 +24,7 @@ def figure(rows: Sequence[TableRow], title: str) -> Figure:
     for axis, name in zip(axes[1:], DRAWN, strict=True):
         _draw(axis, [one.means[name] for one in rows], HEADINGS[name], COLOR)
     axes[0].set_yticks(range(len(rows)), [one.name for one in rows], fontsize=8)
+    # The first row on top, as in the table.
     axes[0].invert_yaxis()
     figure.suptitle(title)
     return figure

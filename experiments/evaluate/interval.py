@@ -33,5 +33,6 @@ def of_mean(values: Sequence[float]) -> Interval | None:
     mean = float(np.mean(values))
     if n == 1:
         return Interval(mean, None, None, n)
+    # Two-sided: half of what is left lies beyond each end.
     half = stats.t.ppf((1 + CONFIDENCE) / 2, n - 1) * stats.sem(values)
     return Interval(mean, float(mean - half), float(mean + half), n)

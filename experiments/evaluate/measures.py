@@ -11,15 +11,15 @@ from spikeport.training.motion import Motion
 BEFORE_FALL_S = 1.0
 """A fall is no walking from here on: nothing but the fall is counted."""
 SHORTEST_S = 3.0
-"""Of what is left then; figures of less are None."""
+"""The least time that is left after that; figures of less are None."""
 SETTLING_S = 1.0
 """After a change of command, in which no error is counted."""
 CONTACT_N = 1.0
 IMPACT_S = 0.05
 MOVING = 0.2
-"""Of a command in m/s and rad/s: a robot that is asked for less may stand."""
+"""The least command, in m/s and rad/s: with a smaller one a robot may stand."""
 _PLACES, _VELOCITIES, _FORCE = slice(0, 6), slice(6, 12), slice(13, 16)
-"""Of heel and toe, and of the foot, in the values of `robot.foot_sensors`."""
+"""Slices of `robot.foot_sensors`: places and velocities of heel and toe, force of the foot."""
 
 FIGURES = {
     "speed_error_m_s": "mean |command - speed along the heading|, both smoothed over 0.2 s",
@@ -46,6 +46,7 @@ def measure(stage: Stage) -> dict[str, float | int | None]:
         "fallen_at_s": fallen_at_s,
         **dict.fromkeys(FIGURES),
     }
+    # A robot that falls swings its joints and feet as no walk does.
     end_s = np.inf if fallen_at_s is None else fallen_at_s - BEFORE_FALL_S
     walked = recording.where(recording.time_s < end_s)
     if len(walked.time_s) and walked.time_s[-1] >= SHORTEST_S:
@@ -65,6 +66,7 @@ def _tracking(stage: Stage, walked: EpisodeRecording) -> dict[str, float]:
 
 def _margins(plant: PerturbedPlant, walked: EpisodeRecording) -> dict[str, float]:
     model, q = plant.model, walked.qpos[:, 7:]
+    # Joint 0 is the free one of the pelvis, which has no stops.
     low, high = model.jnt_range[1:].T
     torque = np.abs(walked.torque_nm) / model.actuator_forcerange[:, 1]
     speed = np.abs(walked.qvel[:, 6:]) / SPEED_LIMITS_RAD_S
@@ -87,6 +89,7 @@ def _gait(plant: PerturbedPlant, walked: EpisodeRecording) -> dict[str, float | 
     peaks = np.concatenate([one.peaks(round(IMPACT_S / dt_s)) for one in steps])
     tops = np.concatenate([one.tops() for one in steps])
     weight_n = plant.model.body_mass.sum() * -plant.model.opt.gravity[2]
+    # Braking gives nothing back: negative work counts as none.
     work_j = np.maximum(walked.torque_nm * walked.qvel[:, 6:], 0).sum() * dt_s
     way_m = np.linalg.norm(walked.qvel[:, :2], axis=1).sum() * dt_s
     moving_s = np.count_nonzero(moves) * dt_s
@@ -112,6 +115,7 @@ def _soles(plant: PerturbedPlant, walked: EpisodeRecording) -> tuple[np.ndarray,
     ]
     heights = places[..., 2] - np.array(radii) - plant.floor_m(places[..., 0], places[..., 1])
     speeds = np.linalg.norm(velocities[..., :2], axis=-1)
+    # The lower one bears: its height is the clearance, its speed the slip.
     lower = heights.argmin(axis=2)[..., None]
     height, speed = (np.take_along_axis(each, lower, axis=2)[..., 0] for each in (heights, speeds))
     return height, speed
@@ -132,6 +136,7 @@ class _Steps:
 
     def tops(self) -> np.ndarray:
         """Return the highest point of each swing that was whole."""
+        # The lift before each touch-down; a foot that was in the air at the start has none, -1.
         begun = np.searchsorted(self._up_at, self.down_at, side="left") - 1
         whole = zip(self.down_at[begun >= 0], self._up_at[begun[begun >= 0]], strict=True)
         return np.array([self._height_m[up:down].max() for down, up in whole])

@@ -55,9 +55,10 @@ class Witness(Port):
         self._rows: list[tuple[object, ...]] = []
 
     def observe(self) -> np.ndarray:
-        """Keep what there is to see, and return no value."""
+        """Keep state, forces and command, and return no value."""
         data = self._plant.data
-        command = self._walk.seen[0][PARTS["command"]]
+        command = self._walk.inputs[0][PARTS["command"]]
+        # The feet's sensors were added behind all others.
         feet = data.sensordata[-_FEET:].reshape(2, -1)
         states = data.qpos.copy(), data.qvel.copy(), data.actuator_force.copy(), feet.copy()
         self._rows.append((self._plant.time_s, *states, command))
@@ -67,7 +68,7 @@ class Witness(Port):
         """Drive nothing."""
 
     def recording(self) -> EpisodeRecording:
-        """Return what was seen."""
+        """Return the recording."""
         return EpisodeRecording.of(self._rows)
 
 
@@ -77,9 +78,9 @@ class Stage:
     Parameters
     ----------
     perturbation : Perturbation
-        What it is perturbed by.
+        The perturbation of the robot.
     seconds : float
-        How long it walks.
+        The time for which it walks.
     seed : int
         Draws posture, commands, and what a perturbation leaves to chance.
     encoding : Box or None
@@ -101,6 +102,7 @@ class Stage:
         self.walk = WalkPort(self.plant, encoding, observe_every_s)
         self.witness = Witness(self.plant, self.walk)
         self.commands = RandomCommands(seconds, seed)
+        # The witness is last: the command that it keeps is the one observed in this step.
         self._loop = Loop(self.plant, [self.walk, self.witness], dt_s)
         self.n_steps = round(seconds / dt_s)
         self.plant.reset(seed)

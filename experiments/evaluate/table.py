@@ -22,7 +22,7 @@ HEADINGS = {
     "impact_bw": "impact, body weights",
     "cost_of_transport": "cost of transport",
 }
-"""What each of `FIGURES` is called in a table."""
+"""The heading of each of `FIGURES` in a table."""
 
 
 class TableRow(NamedTuple):
@@ -53,7 +53,9 @@ def _metrics(evaluation: Evaluation, folder: SweepFolder, row: Row) -> list[dict
 def _row(row: Row, metrics: list[dict[str, Any]]) -> TableRow:
     falls = sum(one["falls"] for one in metrics)
     means = {
-        name: of_mean([one[name] for one in metrics if one[name] is not None]) for name in FIGURES
+        # Early falls have no figures: means are of the episodes that have.
+        name: of_mean([one[name] for one in metrics if one[name] is not None])
+        for name in FIGURES
     }
     return TableRow(row, falls, of_share(falls, len(metrics)), means)
 

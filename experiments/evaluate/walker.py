@@ -76,6 +76,7 @@ class SpikingWalker:
     def walk(self, perturbation: Perturbation, seconds: float, seed: int) -> Stage:
         """Walk an episode; see `Walker.walk`."""
         stage = Stage(perturbation, seconds, seed, self._encoding, OBSERVATION_DT_S, DT_S)
+        # The network's node steps this robot from here on.
         self._stage = stage
         self._sim.reset(seed)
         for _ in range(stage.n_steps):
@@ -91,6 +92,7 @@ class SpikingWalker:
 
 def find_walker(settings: WalkSettings, options: Options) -> Walker:
     """Return the walker of settings and options, made once a process for all perturbations."""
+    # Perturbations are the stage's: with all of them the policy is one network, compiled once.
     unperturbed = dataclasses.replace(settings, **dataclasses.asdict(Perturbation()))
     return _made(unperturbed, dataclasses.replace(options, seed=0, seconds=0.0))
 

@@ -15,8 +15,8 @@ filter `emphasise_slow`: noise within a step averages out, what lasts throws a r
 
 The observations are those of the exact policy's gait first; then a robot walks on the spikes, and
 what it observes is added, since a gait of spikes sways otherwise than the exact one (Ross et al.
-2011, dataset aggregation). Last, the robot walks straight on, and its policy is told that it drifts
-to a side by as much as it did: the trim.
+2011, dataset aggregation). Last, the robot walks straight on, and its policy's input is moved by as
+much as it drifted to a side: the trim.
 
 `experiments.policy.readout` refits with this where ``calibrated`` asks for it: the policy is built
 with ``Calibrated(**calibrated_policy(...).decoders)``. Decoders, and what they are made for, are a
@@ -56,7 +56,7 @@ HOLD_S = 0.005
 SETTLING = 20
 """Observations at the start that are not used."""
 LAG = 1
-"""Observations from the one an action is for to the one at whose end it is given. The filters of
+"""Observations from the one an action is for to the one at whose end it comes. The filters of
 spikes delay by more, and a read-out that looks ahead errs more: by an eighth for each observation.
 But a robot whose policy is late turns less than its command: by 5 % for 10 ms."""
 
@@ -93,7 +93,7 @@ class SpikingHalves:
     Parameters
     ----------
     build : callable
-        Makes the policy, given how it is ``calibrated``.
+        Makes the policy, from its argument ``calibrated``.
     n_halves : int
         Halves of the last hidden layer's units.
     run : Options
@@ -102,14 +102,16 @@ class SpikingHalves:
 
     def __init__(self, build: Callable[..., PolicyNetwork], n_halves: int, run: Options) -> None:
         self._run = run
-        self._given = np.zeros(n_halves)
+        self._output = np.zeros(n_halves)
         with nengo.Network(label="calibration") as network:
+            # The identity as read-out: the action then is the halves themselves, behind the
+            # action's filter.
             built = build(calibrated=Calibrated(np.eye(n_halves), np.zeros(n_halves)))
             self._held = np.zeros(built.observation.size_in)
             source = nengo.Node(lambda _t: self._held, size_out=len(self._held))
             nengo.Connection(source, built.observation, synapse=None)
-            given = nengo.Node(self._give, size_in=n_halves)
-            nengo.Connection(built.action, given, synapse=None)
+            sink = nengo.Node(self._give, size_in=n_halves)
+            nengo.Connection(built.action, sink, synapse=None)
         # what the other backend with a chip does, native does bit for bit, and faster
         backend = "reference" if run.backend == "reference" else "native"
         self._sim = Simulator(
@@ -127,13 +129,14 @@ class SpikingHalves:
         del self._sim
 
     def _give(self, _t: float, halves: np.ndarray) -> None:
-        self._given = halves.copy()
+        # Nengo's own array, which the next step overwrites.
+        self._output = halves.copy()
 
     def __call__(self, observation: np.ndarray) -> np.ndarray:
         """Return (n_halves,) at the end of the time for which an observation is held."""
         self._held = observation
         self._sim.run_steps(round(HOLD_S / DT_S))
-        return self._given
+        return self._output
 
     def play(self, observations: np.ndarray) -> np.ndarray:
         """Return (m, n_halves) for observations (m, n), one after the other."""
@@ -159,11 +162,11 @@ def calibrated_policy(
     Parameters
     ----------
     layers, ranges, options, seed
-        Those of the policy, as `spikeport.networks.policy.policy` takes them.
+        The arguments of `spikeport.networks.policy.policy`.
     observations : (m, n) array
-        Those of the exact policy's gait, each to be held for 5 ms.
+        Observations of the exact policy's gait, each to be held for 5 ms.
     walks : Walks
-        Of the robot.
+        The walks of the robot.
     run : Options
         Chip, backend and pipeline on which the neurons are to run.
     """
@@ -181,6 +184,7 @@ def calibrated_policy(
             return lambda observation: readout.weights @ halves(observation) + readout.bias
 
         gait = played(observations)
+        # Walked by a first fit, whose gait is close to that of the final one.
         own = played(walks.observe(by(refit_lagged(nominal, gait))))
         readout = refit_lagged(nominal, gait, own)
         trim = walks.trim(by(readout))
@@ -191,6 +195,7 @@ def calibrated_policy(
 def refit_lagged(nominal: Readout, *played: Played) -> Readout:
     """Return the read-out of played observations, for actions of `LAG` observations before."""
     halves = [emphasise_slow(part.halves[SETTLING + LAG :]) for part in played]
+    # Filtered part by part: from one gait to the next, values jump.
     wanted = [emphasise_slow(part.wanted[SETTLING:-LAG]) for part in played]
     return refit(nominal, np.concatenate(halves), np.concatenate(wanted))
 

@@ -1,6 +1,6 @@
 """A perceptron as a spiking network on a chip, held against the exact one layer by layer.
 
-Observations are shown to it one by one, each until its values have settled. Then those of every
+Its inputs are observations, one by one, each until its values have settled. Then those of every
 layer are compared with exact ones: in float spikes, where all layers can be read, and of the action
 on the chip too.
 """
@@ -31,9 +31,9 @@ from spikeport.progress import Progress
 from spikeport.simulator import Simulator
 
 HOLD_S = 0.05
-"""For how long an observation is shown: on the chip, three layers settle in 40 ms."""
+"""Time for which an observation is held: on the chip, three layers settle in 40 ms."""
 SHOWN = 20
-"""Observations that are shown: evenly spaced ones of all that ranges are taken from."""
+"""Observations that are played in: evenly spaced ones of all that ranges are taken from."""
 
 
 class Converted(NamedTuple):
@@ -63,7 +63,7 @@ class Conversion:
     options : PolicyOptions
         Neurons and time constants; with the perceptron's activation.
     observations : (m, n) array
-        What its units' ranges are taken from.
+        The observations that its units' ranges are taken from.
     seed : int
         Seed of the neurons.
     """
@@ -81,8 +81,9 @@ class Conversion:
 
     @cached_property
     def shown(self) -> np.ndarray:
-        """The observations that are shown."""
+        """The observations that are played in."""
         n = len(self.observations)
+        # Spread over the recording: neighbours in time are nearly equal.
         chosen = np.linspace(0, n - 1, min(SHOWN, n)).round().astype(int)
         return np.asarray(self.observations[chosen])
 
@@ -114,7 +115,7 @@ def convert(conversion: Conversion, chip: str, passes: str, progress: Progress) 
     Parameters
     ----------
     conversion : Conversion
-        What is converted, and how.
+        The perceptron, its units' options and its observations.
     chip, passes : str
         As `spikeport.compile_network` takes them.
     progress : callable
@@ -133,6 +134,7 @@ def convert(conversion: Conversion, chip: str, passes: str, progress: Progress) 
         chip_error = _error(sim.data[net.action], exact_action)
         compilation, activity = sim.compilation, sim.activity
     progress("running in float", None)
+    # Built anew: probes of hidden layers would be read-outs on the chip, and take cores there.
     net = conversion.network(probed=True)
     with Simulator(net, backend="reference", dt=DT_S) as sim:
         _run(sim, len(conversion.shown), "running in float", progress)
@@ -151,6 +153,7 @@ def _run(sim: Simulator, n_shown: int, what: str, progress: Progress) -> None:
 def _error(data: np.ndarray, wanted: np.ndarray) -> float:
     """Relative rms error at the end of every observation."""
     steps = round(HOLD_S / DT_S)
+    # The last step of each observation, when filters have settled.
     return float(_rms(data[steps - 1 :: steps] - wanted) / _rms(wanted))
 
 
@@ -160,7 +163,7 @@ def _rms(x: np.ndarray, axis: int | None = None) -> np.ndarray:
 
 def _layers(conversion: Conversion, net: Shown, sim: Simulator) -> Iterator[LayerLint]:
     function = conversion.options.function
-    recorded, shown = (conversion.exact(x) for x in (conversion.observations, conversion.shown))
+    recorded, played = (conversion.exact(x) for x in (conversion.observations, conversion.shown))
     rates_hz = dict(zip(net.all_ensembles, _rates_hz(sim.activity), strict=True))
     for number, layer in enumerate(net.policy.layers):
         radii, tau_s = conversion.ranges[number], conversion.taus_s[number]
@@ -177,7 +180,7 @@ def _layers(conversion: Conversion, net: Shown, sim: Simulator) -> Iterator[Laye
             rate_hz=rate_hz,
             spikes=rate_hz * tau_s * n_neurons / n_units,
             tau_s=tau_s,
-            error=_error(sim.data[net.layers[number]], function.function(shown[number])),
+            error=_error(sim.data[net.layers[number]], function.function(played[number])),
         )
 
 

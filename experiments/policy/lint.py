@@ -23,15 +23,15 @@ class LayerLint:
     n_units : int
         Its units.
     below, above : float
-        How far the pre-activations that any unit represents reach.
+        The range of pre-activations that any unit represents.
     spread : float
         Range over rms pre-activation, median of the units' halves.
     rate_hz : float
         Mean firing rate of its neurons.
     spikes : float
-        Of a unit in the time constant that filters its value.
+        Spikes of a unit in the time constant that filters its value.
     tau_s : float
-        That time constant.
+        The time constant that filters a unit's value.
     error : float
         Rms difference of spiking from exact values, over the rms exact value.
     """

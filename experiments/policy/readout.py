@@ -40,15 +40,16 @@ def policy_layers(weights: WalkingPolicy) -> list[Layer]:
 
 def check_calibrated(trial: PolicyTrial, weights: WalkingPolicy) -> None:
     """Refuse a file that a trial's policy cannot be calibrated by, see `calibrated`."""
-    given = _asked(trial)
-    if isinstance(given, str):
-        load(Path(given), _made_for(trial, policy_layers(weights)))
+    wanted = _asked(trial)
+    if isinstance(wanted, str):
+        load(Path(wanted), _made_for(trial, policy_layers(weights)))
 
 
 def _asked(trial: PolicyTrial) -> bool | str:
     """Return whether the policy is calibrated, or the file to do it by."""
-    given = trial.settings.calibrated
-    return trial.options.backend != "reference" if given == AUTO else given
+    wanted = trial.settings.calibrated
+    # In float the neurons do what their decoders were solved for.
+    return trial.options.backend != "reference" if wanted == AUTO else wanted
 
 
 def policy_digest(layers: Sequence[Layer]) -> str:
@@ -70,23 +71,23 @@ def calibrated(
     Parameters
     ----------
     trial : PolicyTrial
-        What is asked for.
+        The trial, with the read-out it asks for.
     layers, ranges
-        Those of the policy, as `spikeport.networks.policy.policy` takes them.
+        The arguments of `spikeport.networks.policy.policy`.
     gait : (n, 69) array
         Recorded observations.
     walks : Walks
-        Of the robot.
+        The walks of the robot.
 
     Raises
     ------
     UsageError
         If it is to come from a file that was made for anything else.
     """
-    given = _asked(trial)
-    if isinstance(given, str):
-        return Calibrated(**load(Path(given), _made_for(trial, layers)).decoders)
-    return Calibrated(**refitted(trial, layers, ranges, gait, walks).decoders) if given else None
+    wanted = _asked(trial)
+    if isinstance(wanted, str):
+        return Calibrated(**load(Path(wanted), _made_for(trial, layers)).decoders)
+    return Calibrated(**refitted(trial, layers, ranges, gait, walks).decoders) if wanted else None
 
 
 def refitted(

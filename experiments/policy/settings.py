@@ -18,7 +18,7 @@ CONVERSION = ("n_neurons", "tau_fwd", "tau_out", "units", "solve")
 """Settings that are also those of `spikeport.networks.policy.PolicyOptions`."""
 
 AUTO = "auto"
-"""Of ``calibrated``: as the backend is."""
+"""A value of ``calibrated``: as the backend needs it."""
 
 H1 = Description(
     joints=JOINTS,
@@ -48,11 +48,11 @@ class PolicySettings(Perturbation):
     or takes them from a file that ``spikeport calibrate`` wrote; where it is false, the policy is
     as it was converted, as in the paper; ``auto`` fits it on a chip, but not in float, where that
     takes many minutes. ``appearance`` is that of the robot in pictures: ``primitive``, or
-    ``menagerie`` for meshes. All others are those of `spikeport.robot.perturbation.Perturbation`.
+    ``menagerie`` for meshes. The others are those of `spikeport.robot.perturbation.Perturbation`.
     """
 
     policies: ClassVar[tuple[str, ...]] = ("spiking",)
-    """What ``policy`` can be beside a file."""
+    """Values of ``policy`` that are no file."""
 
     policy: str = "spiking"
     description: str | None = None

@@ -20,10 +20,10 @@ from spikeport.experiments.sweep.queue import Queue
 from spikeport.experiments.sweep.workers import PointOutcome, Run, died
 
 ANSWER_S = 5
-"""How long a scheduler may take to answer, and a cluster to show a worker."""
+"""The time a scheduler has to answer, and a cluster to have a worker."""
 
 PATIENCE_S = 60
-"""How long a sweep waits without any worker: Dask starts those that died anew, most times."""
+"""The time a sweep waits without any worker: Dask mostly restarts those that died."""
 
 TLS = "tls://"
 
@@ -80,6 +80,7 @@ def _check(client: Client, scheduler: str) -> None:
     with contextlib.suppress(TimeoutError):
         client.wait_for_workers(1, timeout=ANSWER_S)
     threads = client.nthreads().values()
+    # Points side by side in the threads of one process would wait for each other.
     if set(threads) != {1}:
         found = "has no worker" if not threads else f"has a worker of {max(threads)} threads"
         raise UsageError(

@@ -18,7 +18,7 @@ from spikeport.experiments.sweep.folder import SweepFolder
 from spikeport.experiments.sweep.plan import SEED, Sweep
 
 LOG_RATIO = 30.0
-"""Where the largest value is so many times the least, the scale is logarithmic."""
+"""The ratio of largest to least value from which on the scale is logarithmic."""
 
 
 def figure(sweep: Sweep, _folder: SweepFolder, table: xr.Dataset) -> Figure:
@@ -70,6 +70,7 @@ def _draw_panel(axes: Axes, values: xr.DataArray, over: str, key: Sequence[str])
 
 def _draw_line(axes: Axes, values: xr.DataArray, over: str, color: Any, label: str) -> None:
     seeds = [name for name in values.dims if name != over]
+    # Texts have no scale: they stand side by side, in their order.
     at = np.arange(values.sizes[over]) if _is_text(values[over]) else values[over].values
     axes.plot(at, values.mean(seeds), "o-", color=color, label=label)
     axes.fill_between(at, values.min(seeds), values.max(seeds), color=color, alpha=0.2, lw=0)

@@ -77,6 +77,7 @@ class SweepFolder:
         if not isinstance(result, dict) or not _is_metrics(result.get("metrics")):
             raise UsageError(f"{path}: holds no result; {cure}")
         for key, asked in _asked(point).items():
+            # Compared as JSON, in which a tuple is a list.
             if (found := _part(result, key)) != asked:
                 raise UsageError(
                     f"{path}: is of a run with {key}={json.dumps(found)}, but this sweep's has "
@@ -90,6 +91,7 @@ def _is_metrics(value: object) -> bool:
     if not isinstance(value, dict) or len(value) > MOST_METRICS:
         return False
     numbers = [number for number in value.values() if isinstance(number, int | float)]
+    # An integer of JSON may have any length, and a table holds floats.
     within = all(isinstance(n, float) or abs(n) <= sys.float_info.max for n in numbers)
     return (
         bool(numbers) and within and all(name.isascii() and name.isidentifier() for name in value)

@@ -29,9 +29,9 @@ class Sweep:
     varied : mapping
         The values of each setting that differs from point to point; ``backend`` can be one.
     seeds : tuple of int
-        Of the run and, where it is neither set nor varied, of the network.
+        Seeds of the run and, where it is neither set nor varied, of the network.
     probes : bool
-        Whether the time series of each point are kept, too.
+        True if the time series of each point are kept, too.
     """
 
     experiment: str
@@ -74,6 +74,7 @@ class Point(NamedTuple):
     def settings(self) -> dict[str, Any]:
         """The settings of its experiment."""
         varied = {k: v for k, v in self.place.items() if k not in (SEED, BACKEND)}
+        # A seed that the user set, or varies, wins over the point's own.
         return {"network_seed": self.place[SEED], **self.sweep.settings, **varied}
 
     @property

@@ -34,7 +34,7 @@ class PointRun:
     sweep : str
         A text that no other sweep has: a worker of a cluster may see several.
     keeps : bool
-        Whether the user's cache is used; else results are shared by the workers of a folder alone.
+        True if the user's cache is used; else results are shared by the workers of a folder alone.
     """
 
     sweep: str
@@ -79,6 +79,7 @@ def kept_if_whole() -> Iterator[None]:
     except BaseException:
         drop()
         raise
+    # A board serves one session: the next point must be free to open its own.
     if _KEPT.ready is not None and _KEPT.ready.sim.link is not None:
         drop()
 
@@ -95,6 +96,7 @@ def drop() -> None:
     """Let go of the network that is kept, if there is one."""
     ready, _KEPT.ready = _KEPT.ready, None
     if ready is not None:
+        # Entered to be left: that closes both, even if one of them raises.
         with ready.sim, closing(ready.closed.rig.plant):
             pass
 

@@ -12,7 +12,7 @@ class Queue:
     Parameters
     ----------
     points : iterable of Point
-        All of them.
+        The points of the sweep.
     """
 
     def __init__(self, points: Iterable[Point]) -> None:
@@ -44,5 +44,6 @@ class Queue:
         return point
 
     def _other(self) -> str:
+        # Another network first: a second worker on one would compile it once more.
         new = next((network for network in self._waiting if network not in self._begun), None)
         return new or max(self._waiting, key=lambda network: len(self._waiting[network]))

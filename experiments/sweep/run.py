@@ -36,6 +36,7 @@ def run(
         A scheduler is asked for, and Dask is absent.
     """
     points = sweep.points()
+    # A sweep that was interrupted goes on with these.
     missing = [point for point in points if not folder.holds(point)]
     if not missing:
         return []

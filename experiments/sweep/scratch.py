@@ -29,6 +29,7 @@ def remove_leftovers() -> None:
     for path in Path(tempfile.gettempdir()).glob(f"{PREFIX}*"):
         with contextlib.suppress(OSError):
             status = path.lstat()
+            # A temporary folder is shared: others may have put something there under this name.
             if status.st_uid != os.getuid() or not stat.S_ISDIR(status.st_mode):
                 continue
             lock = os.open(path, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)

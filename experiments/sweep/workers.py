@@ -23,16 +23,16 @@ from spikeport.experiments.sweep.queue import Queue
 from spikeport.experiments.sweep.scratch import scratch_folder
 
 PointOutcome = PointFiles | str
-"""What is kept of a point, or why it failed."""
+"""The files of a point, or the reason why it failed."""
 
 Run = Callable[[Point, str], PointFiles]
-"""What runs a point, in a folder where it may leave what it likes."""
+"""A function that runs a point in a folder, where it may leave any files."""
 
 ALLOWED_DEATHS = 2
-"""How often the worker of a point may die before the point is given up at the next time."""
+"""The deaths of workers that a point is allowed; at the next one it is given up."""
 
 END_S = 5
-"""How long a worker may take to end when it is asked to; then it is killed."""
+"""The time a worker has to end when it is asked to, before it is killed."""
 
 ONE_THREAD = dict.fromkeys(
     ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
@@ -70,6 +70,7 @@ class _Worker(NamedTuple):
     def end(self) -> str:
         """End the process, and return how it ended."""
         self.pipe.close()
+        # Asked to end first, killed if it does not within its time.
         self.process.terminate()
         self.process.join(END_S)
         self.process.kill()
@@ -118,8 +119,9 @@ class _Pool:
 
     def _submit(self, waiting: Queue) -> None:
         worker, network = self._idle.popitem()
+        # A point with the network that the worker made last, if one waits.
         point = waiting.take(network)
-        with contextlib.suppress(OSError):  # it died while it was idle: told by its pipe's end
+        with contextlib.suppress(OSError):  # it died while it was idle: its pipe's end says so
             worker.pipe.send(point)
         self._running[worker] = point
 
@@ -145,6 +147,7 @@ class _Pool:
         process = SPAWN.Process(target=_serve, args=arguments, daemon=True)
         with _uninterruptible(), _environment(ONE_THREAD):
             process.start()
+        # Else this process would hold the other end open, and never see it end with the worker.
         theirs.close()
         return _Worker(process, ours)
 

@@ -3,8 +3,8 @@
     p(t) = p_0 + (p_1 - p_0) w(t / T),    w(tau) = 10 tau^3 - 15 tau^4 + 6 tau^5
 
 The weld begins where the walking robot is, p_0, and within T brings it to where it stood at the
-start of the run, p_1: at the same height and upright, but in place and heading of now. When it is
-let go it stands.
+start of the run, p_1: at the same height and upright, but in place and heading of now. It stands
+when it is let go.
 """
 
 from collections.abc import Iterator
@@ -44,6 +44,7 @@ class Anchor:
             return
         if not self._plant.anchored:
             self._moves = iter(self._way())
+        # One pose a step; at the end of the way the weld stays where it is.
         for *pose, torso_rad in self._moves:
             self._plant.anchor(pose, torso_rad)
             break
@@ -54,6 +55,8 @@ class Anchor:
         begin = np.append(data.qpos[:7], data.joint("torso").qpos)
         w, _, _, z = begin[3:7]
         turn = np.hypot(w, z)  # what is left of the rotation about the vertical
+        # Upright: the part of the quaternion about x and y is left out.
         end = np.array([*begin[:2], self._height_m, w / turn, 0, 0, z / turn, 0])
+        # The last pose is exact, whatever the step.
         share = np.append(minimum_jerk(RAISING_S, self._plant.dt_s), 1.0)
         return begin + np.outer(share, end - begin)

@@ -43,6 +43,8 @@ def spiking_humanoid(
     layers, ranges
         The policy's layers, solved for, and the ranges of its units.
     """
+    # The last layer's bias is a constant, which no gate could silence: it comes from neurons of its
+    # own.
     *hidden, last = layers
     seed, options = settings.network_seed, settings.policy_options
     as_they_are = dataclasses.replace(options, solve="unit")

@@ -105,6 +105,7 @@ def _draw_switch(beside: dict[str, Axes], run: SwitchRun) -> None:
         if goal.phase.action != before.phase.action
     ]
     last_s = len(run.gates) * DT_S - AFTER_S
+    # The window around the switch must lie within the run.
     if not begins or not BEFORE_S <= begins[0] <= last_s:
         for axes in beside.values():
             axes.set_axis_off()
@@ -125,6 +126,7 @@ def _show_pictures(
     whole = grid[0, OVER_TIME].subgridspec(1, max(1, len(shown)), wspace=0.03)
     for number, (goal, picture, step) in enumerate(shown):
         axes = figure.add_subplot(whole[0, number])
+        # The middle three fifths, where the robot is.
         side = picture.shape[1] // 5
         show_picture(axes, picture[:, side:-side])
         _label(axes, goal)

@@ -1,6 +1,6 @@
 """Frames in which the arm sees places, each as if the robot were anchored and upright.
 
-    seen = home + R^T (world - origin)
+    local = home + R^T (world - origin)
 
 The torso's is what the arm's controller knows. A sheet to draw on is upright, whichever way the
 torso leans, and hangs before the right shoulder. Once the pen is down it follows the mean of the
@@ -23,9 +23,9 @@ _SHOULDER = np.array(SHOULDER_M)
 
 
 class Frame(NamedTuple):
-    """A frame of axes ``rotation`` (3, 3), whose ``origin`` (3,) in the world is seen at ``home``.
+    """A frame of axes ``rotation`` (3, 3), whose ``origin`` (3,) of the world is ``home`` in it.
 
-    All in m.
+    Places are in m.
     """
 
     origin: np.ndarray
@@ -46,16 +46,17 @@ class Frame(NamedTuple):
         """Return an upright frame, after it followed another for a short time."""
         share = seconds / FOLLOWING_S
         ahead = self.rotation[:2, 0]
+        # A low-pass filter of direction and origin, one step of it.
         forward = ahead + share * (other.rotation[:2, 0] - ahead)
         return _upright(forward, self.origin + share * (other.origin - self.origin), self.home)
 
-    def seen(self, world: np.ndarray) -> np.ndarray:
-        """Return places (..., 3) of the world as they are seen."""
+    def local(self, world: np.ndarray) -> np.ndarray:
+        """Return places (..., 3) of the world in this frame."""
         return np.asarray(self.home + (world - self.origin).dot(self.rotation))
 
-    def world(self, seen: np.ndarray) -> np.ndarray:
-        """Return the places of the world, the inverse of `seen`."""
-        return np.asarray(self.origin + (seen - self.home).dot(self.rotation.T))
+    def world(self, local: np.ndarray) -> np.ndarray:
+        """Return the places of the world, the inverse of `local`."""
+        return np.asarray(self.origin + (local - self.home).dot(self.rotation.T))
 
 
 def _upright(forward: np.ndarray, origin: np.ndarray, home: np.ndarray) -> Frame:

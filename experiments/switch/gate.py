@@ -4,7 +4,7 @@ The schedule sets utilities and goals, no more: what drives the robot is decided
 the controller returns. While the arm's is open its torques drive the right arm; all other joints
 follow the policy's targets, which are the default pose while the policy is silent.
 
-The arm's controller sees places from the torso (`experiments.switch.frames`).
+The arm's controller observes places in the torso's frame (`experiments.switch.frames`).
 """
 
 from collections.abc import Sequence
@@ -43,13 +43,13 @@ class Workplace:
     Attributes
     ----------
     task : ArmTask or None
-        What the arm does; None while the robot walks.
+        The task of the arm; None while the robot walks.
     sheet : Frame
         The frame of the sheet to draw on.
-    seen : (3,) array
-        The hand as the task sees it, in m: on its sheet, or from the torso.
+    local_hand : (3,) array
+        The hand in the frame of its task, in m: on its sheet, or in the torso's.
     hand : (3,) array
-        Where the hand is in the world, in m.
+        The hand's place in the world, in m.
     """
 
     def __init__(self, plant: Plant) -> None:
@@ -58,24 +58,24 @@ class Workplace:
         self._draws, self._begin_s = False, 0.0
         self.task: ArmTask | None = None
         self.sheet = self._torso_frame()
-        self.hand = self.seen = plant.hand_position()
+        self.hand = self.local_hand = plant.hand_position()
 
     def begin(self, goal: Goal) -> None:
         """Begin a phase now."""
         self._draws, self._begin_s = goal.phase.arm == "digit", goal.phase.begin_s
         frame = self._frame(self._torso_frame())
-        self.task = goal.task(frame.seen(self._plant.hand_position()))
+        self.task = goal.task(frame.local(self._plant.hand_position()))
 
     def look(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return hand and target (3,) as seen from the torso; the same while the robot walks."""
+        """Return hand and target (3,) in the torso's frame; the same while the robot walks."""
         torso = self._torso_frame()
         frame = self._frame(torso)
         self.hand = self._plant.hand_position()
-        self.seen = frame.seen(self.hand)
+        self.local_hand = frame.local(self.hand)
         if self.task is None:
-            return torso.seen(self.hand), torso.seen(self.hand)
-        self.task.update(self._since_s, self.seen)
-        return torso.seen(self.hand), torso.seen(frame.world(self.task.target))
+            return torso.local(self.hand), torso.local(self.hand)
+        self.task.update(self._since_s, self.local_hand)
+        return torso.local(self.hand), torso.local(frame.world(self.task.target))
 
     @property
     def _since_s(self) -> float:
@@ -88,6 +88,8 @@ class Workplace:
         """Return the frame of the task: the sheet while drawing, else the torso."""
         if not self._draws:
             return torso
+        # The sheet moves with the torso until the pen is down; then it follows slowly, so that
+        # strides do not shake the drawing.
         now, pen_down = torso.upright(), self._since_s > DrawTask.begin_s
         self.sheet = self.sheet.following(now, self._plant.dt_s) if pen_down else now
         return self.sheet
@@ -99,13 +101,13 @@ class WorkRecording(Recording):
 
     Attributes
     ----------
-    seen_m : (n, 3) array
-        The hand as the arm's task sees it: on its sheet, or from the torso.
+    local_m : (n, 3) array
+        The hand in the frame of its task, in m: on its sheet, or in the torso's.
     hands_m : (n, 3) array
-        Where the hand was in the world.
+        The hand's place in the world, in m.
     """
 
-    seen_m: np.ndarray
+    local_m: np.ndarray
     hands_m: np.ndarray
 
 
@@ -121,16 +123,16 @@ class ScheduleGate(Port):
     arm : ArmPort
         Its arm.
     place : Workplace
-        Where the arm works.
+        The workplace of the arm.
     anchors : bool
-        Whether the pelvis is welded to the world while the arm's gate is open.
+        True if the pelvis is welded to the world while the arm's gate is open.
 
     Attributes
     ----------
     goals : sequence of Goal
         The schedule's.
     utilities : (2,) array
-        Those of the present phase.
+        The utilities of the present phase.
     paths : list of WalkPath or None
         The path of every phase so far, where it was laid down; None where the arm worked.
     """
@@ -159,6 +161,7 @@ class ScheduleGate(Port):
         number = len(self.paths)
         if number < len(self.goals):
             goal = self.goals[number]
+            # Times are sums of steps: a phase may begin a rounding error early.
             if self._plant.time_s - goal.phase.begin_s > -ROUNDING_S:
                 self._begin_phase(goal)
         return self.utilities
@@ -168,6 +171,8 @@ class ScheduleGate(Port):
         self._place.begin(goal)
         path = goal.path
         if path is not None:
+            # A path counts from the robot's place as it sets off, wherever the phases before have
+            # left it.
             path = path.laid(self._plant.data.qpos[:2], self._walk.heading_rad)
             self._walk.follow(path)
         self.paths.append(path)
@@ -175,7 +180,7 @@ class ScheduleGate(Port):
     def drive(self, gates: np.ndarray) -> None:
         """Give the arm to the torques while its gate is open, and weld the pelvis if asked to."""
         draws = gates.item(DRAW) > OPEN
-        self._rows.append((self._plant.time_s, self._place.seen, self._place.hand))
+        self._rows.append((self._plant.time_s, self._place.local_hand, self._place.hand))
         if self._anchor is not None:
             self._anchor.update(draws)
         self._walk.lends_arm = self._arm.drives = draws
@@ -193,7 +198,7 @@ class HumanoidRig(Rig):
     plant : Plant
         The robot.
     anchors : bool
-        Whether the pelvis is welded to the world while the arm's gate is open.
+        True if the pelvis is welded to the world while the arm's gate is open.
     encoding : Box or None
         Range of the observations that the policy represents.
     observe_every_s, dt_s : float

@@ -28,9 +28,9 @@ RAMP_S = 1.0
 """Time in which a walk reaches its speed, and in which it ends."""
 PATH_DT_S = 0.02
 RETRACT_REST_S = 0.5
-"""Of a phase that retracts the arm: at its end, in which the hand comes to rest."""
+"""The last part of a phase that retracts the arm, in which the hand comes to rest."""
 BOX = BOXES["small"]
-"""Where targets of a reach phase appear."""
+"""The box in which targets of a reach phase appear."""
 
 
 @dataclass(frozen=True)
@@ -75,6 +75,7 @@ def find_goals(schedule: Schedule, digit: int, seed: int) -> list[Goal]:
 def _path(phase: Phase) -> WalkPath | None:
     if phase.path is None:
         return None
+    # The reference is ahead of the robot by the lead, so it moves for longer than the phase.
     seconds = phase.seconds + LEAD_S
     try:
         whole = find_path(phase.path, phase.speed_m_s, seconds)
@@ -89,6 +90,7 @@ def _path(phase: Phase) -> WalkPath | None:
 def from_stand_to_stand(path: WalkPath, seconds: float) -> WalkPath:
     """Cut a path to what is walked in a time, with its speed reached and left in ramps."""
     times = np.linspace(0, seconds, 1 + round(seconds / PATH_DT_S))
+    # A short phase is all ramps: it speeds up for half of its time, and slows down.
     ramp_s = min(RAMP_S, seconds / 2)
     speed = np.clip(np.minimum(times, seconds - times) / ramp_s, 0, 1)
     walked_s = cumulative_trapezoid(speed, times, initial=0)
@@ -106,7 +108,7 @@ class RetractTask:
     Parameters
     ----------
     hand : (3,) array
-        Where it starts, in m.
+        The hand's place at the start, in m.
     seconds : float
         Time of the whole phase.
     dt_s : float

@@ -31,7 +31,7 @@ LATEST_SWITCH_S = 0.045
 LARGEST_PATH_ERROR_M = 0.2
 FARTHEST_BEHIND_M = 1.0
 LARGEST_SHAPE_ERROR_M = {True: 0.008, False: 0.012}
-"""Of a robot that is anchored, and of one that is not."""
+"""The limit for a robot that is anchored, and for one that is not."""
 LARGEST_HAND_ERROR_M = 0.04
 
 
@@ -73,8 +73,8 @@ def metrics(run: SwitchRun) -> dict[str, object]:
 
 def _shape_error(run: SwitchRun) -> float | None:
     """Return the rms distance in m of all drawings together from their templates."""
-    apart = np.concatenate([_shape_errors(run, goal) for goal in run.goals])
-    return float(rms(apart)) if len(apart) else None
+    errors_m = np.concatenate([_shape_errors(run, goal) for goal in run.goals])
+    return float(rms(errors_m)) if len(errors_m) else None
 
 
 def phase_metrics(run: SwitchRun) -> list[Result]:
@@ -117,7 +117,7 @@ def pen_down(run: SwitchRun, goal: Goal) -> np.ndarray:
 
 def drawn(run: SwitchRun, goal: Goal) -> np.ndarray:
     """Return (n, 3) where on its sheet the hand was while a phase drew, in m."""
-    return np.asarray(run.seen_m[pen_down(run, goal)])
+    return np.asarray(run.local_m[pen_down(run, goal)])
 
 
 def _shape_errors(run: SwitchRun, goal: Goal) -> np.ndarray:
@@ -127,9 +127,9 @@ def _shape_errors(run: SwitchRun, goal: Goal) -> np.ndarray:
 
 def switched_after_s(gates: np.ndarray, phase: Phase) -> float:
     """Return from when on, in s, gates (n, actions) are open for the phase's action alone."""
-    seen = gates[round(phase.begin_s / DT_S) : round(phase.end_s / DT_S)]
+    during = gates[round(phase.begin_s / DT_S) : round(phase.end_s / DT_S)]
     wanted = np.arange(len(ACTIONS)) == ACTIONS.index(phase.action)
-    wrong = np.flatnonzero(((seen > OPEN) != wanted).any(axis=1))
+    wrong = np.flatnonzero(((during > OPEN) != wanted).any(axis=1))
     return float(wrong[-1] + 1) * DT_S if len(wrong) else 0.0
 
 
@@ -156,6 +156,7 @@ def _drawn(run: SwitchRun, number: int, _now: np.ndarray) -> PhaseJudgement:
         return PhaseJudgement(False, {"shape_error_rms_m": None, "recognised_as": None})
     error_m = float(rms(_shape_errors(run, goal)))
     digit = digit_reader.read_digit(Sheet().read(trace)) if digit_reader.can_read() else None
+    # None where no classifier is installed: then the shape alone decides.
     good = error_m <= LARGEST_SHAPE_ERROR_M[run.anchored] and digit in (goal.digit, None)
     return PhaseJudgement(good, {"shape_error_rms_m": error_m, "recognised_as": digit})
 
@@ -166,6 +167,7 @@ def _retracted(run: SwitchRun, _number: int, now: np.ndarray) -> PhaseJudgement:
 
 
 def _reached(run: SwitchRun, _number: int, now: np.ndarray) -> PhaseJudgement:
+    # A target jumps only when it was reached; half the least jump separates jumps from sway.
     moved_m = np.linalg.norm(np.diff(run.arm.target[now], axis=0), axis=1)
     targets = int(np.count_nonzero(moved_m > MIN_JUMP_M / 2))
     return PhaseJudgement(targets > 0, {"targets_reached": targets})

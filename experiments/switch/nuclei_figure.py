@@ -21,7 +21,7 @@ NUCLEI = {"strD1": "strD1", "strD2": "strD2", "stn": "STN", "gpi": "GPi"}
 BIN_S = 0.02
 """Rates, and gates over the whole run, are averaged over this time."""
 BEFORE_S, AFTER_S = 0.04, 0.10
-"""What is shown around a switch."""
+"""The time before and after a switch in the figure."""
 STRONGEST = 0.75
 """Share of their colour that the fastest have over the whole run, for lines to stand out."""
 LINE_WIDTH = 2.6
@@ -30,7 +30,7 @@ HALO = [Stroke(linewidth=6, foreground="white"), Normal()]
 
 
 class Window(NamedTuple):
-    """A time that is shown: from ``begin_s`` to ``end_s``, in a unit of ``unit_s``, as from
+    """The time of a picture: from ``begin_s`` to ``end_s``, in a unit of ``unit_s``, as from
     ``zero_s``; in bins of ``bin_s``.
     """
 
@@ -60,8 +60,9 @@ class Window(NamedTuple):
         begin, end, width = (
             round(s / DT_S) for s in (max(self.begin_s, 0), self.end_s, self.bin_s)
         )
-        seen = series[begin:end]
-        means = seen[: len(seen) // width * width].reshape(-1, width, seen.shape[1]).mean(axis=1)
+        part = series[begin:end]
+        # A bin that is not full at the end is left out.
+        means = part[: len(part) // width * width].reshape(-1, width, part.shape[1]).mean(axis=1)
         time_s = begin * DT_S + (np.arange(len(means)) + 0.5) * self.bin_s
         return (time_s - self.zero_s) / self.unit_s, means
 
@@ -107,15 +108,15 @@ def _draw_spikes(axes: Axes, raster: np.ndarray, window: Window) -> None:
     size = raster.shape[1] // len(ACTIONS)
     order = np.argsort(raster.sum(axis=0).reshape(-1, size), axis=1)
     ordered = raster[:, (order + size * np.arange(len(ACTIONS))[:, np.newaxis]).ravel()]
-    shown, rates = window.binned(ordered)
+    times, rates = window.binned(ordered)
     colours = np.repeat([to_rgb(colour) for colour in COLOURS.values()], size, axis=0)
     strongest = 1.0 if window.bin_s == DT_S else STRONGEST
     share = strongest * np.sqrt(rates.T / max(rates.max(), DT_S))
     image = np.concatenate(
         (np.broadcast_to(colours[:, np.newaxis], (*share.shape, 3)), share[..., np.newaxis]), axis=2
     )
-    half = (shown[1] - shown[0]) / 2
-    extent = (shown[0] - half, shown[-1] + half, 0, len(share))
+    half = (times[1] - times[0]) / 2
+    extent = (times[0] - half, times[-1] + half, 0, len(share))
     axes.imshow(image, aspect="auto", origin="lower", extent=extent, interpolation="nearest")
     axes.axhline(size, color="white", lw=2)
 
@@ -131,9 +132,9 @@ def _draw_utilities(axes: Axes, run: SwitchRun, window: Window) -> None:
 
 
 def _draw_gates(axes: Axes, run: SwitchRun, window: Window) -> None:
-    shown, gates = window.binned(run.gates)
+    times, gates = window.binned(run.gates)
     for action, gate in zip(ACTIONS, gates.T, strict=True):
-        axes.plot(shown, gate, color=COLOURS[action], lw=LINE_WIDTH, path_effects=HALO)
+        axes.plot(times, gate, color=COLOURS[action], lw=LINE_WIDTH, path_effects=HALO)
 
 
 def _over(axes: Axes, label: str) -> Axes:

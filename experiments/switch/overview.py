@@ -37,6 +37,7 @@ def populations(part: nengo.Network) -> Populations:
     """Return the neurons of a part's ensembles; those whose names differ in numbers are one."""
     found: dict[str, int] = {}
     for ensemble in part.all_ensembles:
+        # Numbered ensembles, such as the units of a layer, are one population.
         name = re.sub(r"\s*\d+", "", str(ensemble.label))
         found[name] = found.get(name, 0) + ensemble.n_neurons
     return found
@@ -44,6 +45,7 @@ def populations(part: nengo.Network) -> Populations:
 
 def arrows(network: nengo.Network, parts: Mapping[str, nengo.Network]) -> list[Arrow]:
     """Return the pairs of parts with a connection from the first to the second."""
+    # By identity: Nengo's objects compare by more than that.
     owner = {id(obj): name for name, part in parts.items() for obj in _objects(part)}
     ends = (
         (owner.get(id(_whole(one.pre_obj))), owner.get(id(_whole(one.post_obj))))
@@ -107,6 +109,7 @@ def _draw_part(axes: Axes, name: str, held: Populations) -> float:
 
 def _draw_arrow(axes: Axes, heights: Mapping[str, float], arrow: Arrow, style: str) -> None:
     (x0, y0, colour), (x1, y1, _) = (PLACES[name] for name in arrow)
+    # Arrows there and back do not lie on each other.
     aside = 0.015 if style == "-" else -0.015
     level = abs(y0 - y1) < LINE
     if level:

@@ -16,7 +16,7 @@ CAMERA = "track"
 COLOURS = dict(zip(ACTIONS, ("#2a9d4a", "#c8102e"), strict=True))
 PATH_RGBA = (0.15, 0.15, 0.18, 1.0)
 HAND_RGBA = (1.0, 0.2, 0.15, 1.0)
-"""Bright, to be seen before the robot."""
+"""Bright, to stand out before the robot."""
 PATH_DT_S = 0.2
 HAND_M = 0.007
 TRACE_STEPS = 6
@@ -35,6 +35,7 @@ def switch_marks(run: SwitchRun) -> Marks:
     path, trace, numbers = _paths(run), *_traces(run)
 
     def marks(end: int) -> list[Mark]:
+        # Marks of the hand up to this pose.
         drawn = int(np.searchsorted(numbers, end))
         return [*path, *trace[max(0, drawn - MOST_MARKS + len(path)) : drawn]]
 
@@ -49,6 +50,7 @@ def switch_captions(run: SwitchRun) -> Captions:
         time_s = run.recording.time_s[end - 1]
         phase = run.goals[bisect(begins_s, time_s + ROUNDING_S) - 1].phase
         wanted = ", ".join(f"{action} {utility:g}" for action, utility in phase.utilities.items())
+        # Gates are sampled at the controller's steps, poses at the physics'.
         selected = ACTIONS[int(run.gates[round(time_s / DT_S)].argmax())]
         return Caption(
             f"{time_s:5.1f} s   {phase.name}   utilities: {wanted}   selected: {selected}",

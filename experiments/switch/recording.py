@@ -28,18 +28,18 @@ class SwitchRun(NamedTuple):
         The path of each phase that began, where it was laid down; None where the arm worked.
     recording, arm : WalkRecording, ArmRecording
         Legs and arm at all physics steps.
-    seen_m : (n, 3) array
-        The hand as the arm's task sees it: on its sheet, or from the torso.
+    local_m : (n, 3) array
+        The hand in the frame of its task, in m: on its sheet, or in the torso's.
     hands_m : (n, 3) array
-        Where the hand was in the world.
+        The hand's place in the world.
     gates : (n_steps, n_actions) array
         1 for the action that is selected.
     spikes : dict of str to (n_steps, n_neurons) array
         Spikes of each nucleus, action by action; empty without neurons.
     fallen_at_s : float or None
-        When the robot fell.
+        The time at which the robot fell.
     anchored : bool
-        Whether the pelvis was held while the arm worked.
+        True if the pelvis was held while the arm worked.
     sim : Simulator
         The simulator that ran.
     wall_s : float
@@ -50,7 +50,7 @@ class SwitchRun(NamedTuple):
     paths: list[WalkPath | None]
     recording: WalkRecording
     arm: ArmRecording
-    seen_m: np.ndarray
+    local_m: np.ndarray
     hands_m: np.ndarray
     gates: np.ndarray
     spikes: dict[str, np.ndarray]
@@ -69,8 +69,8 @@ def dataset(run: SwitchRun) -> xr.Dataset:
         "action": (JOINTS, "joint", walk.action, "1", "action of the policy"),
         "command": (["speed", "yaw rate"], "commanded", walk.command, "m/s, rad/s", "follower's"),
         "torque": (ARM_JOINTS, "arm_joint", arm.torque, "N m", "torque of the arm's controller"),
-        "hand": (AXES, "axis", arm.hand, "m", "right hand, as seen from the torso"),
-        "target": (AXES, "axis", arm.target, "m", "where it is to be, as seen from the torso"),
+        "hand": (AXES, "axis", arm.hand, "m", "right hand, in the torso's frame"),
+        "target": (AXES, "axis", arm.target, "m", "its target, in the torso's frame"),
     }
     data = {
         name: (("time", along), values, {"units": unit, "long_name": text})

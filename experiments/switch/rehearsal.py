@@ -41,9 +41,10 @@ class ExactControllers(NamedTuple):
 
         ``policy`` walks in place of the exact one.
         """
-        observation, reference, state = rig.walk.seen
+        observation, reference, state = rig.walk.inputs
         gates = np.eye(len(ACTIONS))[rig.gate.utilities.argmax()]
         walks, draws = gates
+        # A robot that is not held must balance while its arm works.
         action = policy(observation) * (walks if anchored else 1.0)
         command = walks * exact_command(self.gains, reference, state)
         torque = rig.arm.exact_torque(self.law) if draws else np.zeros(rig.arm.size_in)
@@ -75,8 +76,8 @@ class Rehearsals:
     exact : ExactControllers
         The controllers.
     anchors : bool
-        Whether the pelvis is held while the arm works. Where it is not, the policy balances, and
-        its observations of the arm at work count too.
+        True if the pelvis is held while the arm works. If it is not, the policy balances, and its
+        observations of the arm at work count too.
     goals : callable
         The goals of the schedule, from a seed.
     file : Path
@@ -103,6 +104,7 @@ class Rehearsals:
                     f"{self.file}: the exact controllers fall at {rig.walk.fallen_at_s:.1f} s, "
                     "before the arm works; cure: a slower or wider path"
                 )
+            # Taken now: the rig is the same for all seeds, and begins anew.
             observations.append(self._observed(rig, draws))
             arms.append(rig.arm.recording().where(draws))
         whole = ArmRecording.join(arms)
@@ -134,6 +136,7 @@ class Rehearsals:
     def _run(self, rig: HumanoidRig, policy: Policy, seed: int) -> np.ndarray:
         goals = self.goals(seed)
         rig.begin(seed, goals)
+        # One step late, as a network's values are.
         output, draws = np.zeros(rig.loop.size_in), []
         for _ in range(round(goals[-1].phase.end_s / OBSERVATION_DT_S)):
             rig.loop.step(output)

@@ -23,7 +23,7 @@ SHORTEST_PHASE_S = 0.1
 SHORTEST_ARM_S = {"digit": SHORTEST_S, "retract": 1.0, "reach": 0.5}
 """The least time of what an arm can do."""
 GOALS = {"walk": ("path", "speed_m_s"), "draw": ("arm",)}
-"""What says what an action is to do; the first it cannot do without."""
+"""Keys that describe the goal of an action; the first one is required."""
 
 Seconds = Annotated[float, Field(ge=0, strict=True)]
 Utility = Annotated[float, Field(strict=True)]
@@ -98,7 +98,7 @@ class Phase(_Strictly):
 
     @property
     def values(self) -> tuple[float, ...]:
-        """The utilities in the order of `networks.humanoid.ACTIONS`; 0 where none is given."""
+        """The utilities in the order of `networks.humanoid.ACTIONS`; 0 where there is none."""
         return tuple(self.utilities.get(action, 0.0) for action in ACTIONS)
 
 
@@ -130,7 +130,7 @@ class Schedule(_Strictly):
 
     @property
     def end_s(self) -> float:
-        """When the last phase ends."""
+        """Return the time at which the last phase ends."""
         return self.phases[-1].end_s
 
 

@@ -46,7 +46,7 @@ from spikeport.robot.walk_interface import CONTROL_DT_S
 from spikeport.simulator import Simulator
 
 LONGEST_S = 60.0
-"""Of a schedule, where no time is asked for; a run ends with its schedule."""
+"""The longest schedule where no time is asked for; a run ends with its schedule."""
 GATES = "gates"
 
 
@@ -75,6 +75,7 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
     def recorded(self) -> dict[str, object]:
         """Everything that the rehearsals depend on beside the policy."""
         digest = hashlib.sha256(self.schedule.model_dump_json().encode())
+        # Settings that change what the exact controllers do; sizes of neurons do not.
         names = ("digit", "anchor")
         chosen = {name: getattr(self.settings, name) for name in names}
         return {"experiment": self.name, "schedule": digest.hexdigest()[:12], **chosen}
@@ -128,6 +129,7 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
 
         paths = [goal.path for goal in self.goals(self.options.seed)]
         exact = rehearsals.exact
+        # Paths as points: a user's file may change under the same name.
         inputs = (self.recorded, paths, exact.policy, exact.gains)
         return Rehearsed.of(self.options.cache.kept("rehearsal", inputs, rehearse))
 
@@ -141,6 +143,7 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
         solved = solved_layers(layers, ranges, options, settings.network_seed, gait)
         found = calibrated(self, layers, ranges, gait, rehearsals.walks)
         self.options.progress("building the controller", None)
+        # A calibration changes the first and the last layer; hidden ones stay as they were solved.
         of = found.of(solved) if found else solved
         return spiking_humanoid(settings, exact, rehearsed.region, of, ranges), encoding(gait)
 
@@ -183,11 +186,14 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
             paths=rig.gate.paths,
             recording=rig.walk.recording(),
             arm=rig.arm.recording(),
-            seen_m=work.seen_m,
+            local_m=work.local_m,
             hands_m=work.hands_m,
             gates=sim.data[closed.probes[GATES]],
             spikes={
-                name: sim.data[probe] != 0 for name, probe in closed.probes.items() if name != GATES
+                # Nengo probes spikes as 1/dt: a truth value takes an eighth of the memory.
+                name: sim.data[probe] != 0
+                for name, probe in closed.probes.items()
+                if name != GATES
             },
             fallen_at_s=rig.walk.fallen_at_s,
             anchored=self.settings.anchor,
@@ -229,6 +235,7 @@ def _connect(net: HumanoidNetwork, rig: HumanoidRig) -> None:
 def _probes(net: HumanoidNetwork) -> dict[str, nengo.Probe]:
     """Probe all neurons of each nucleus."""
     nuclei = net.selection.nuclei
+    # The populations of a nucleus are views of one ensemble's neurons: that is probed whole.
     return {name: nengo.Probe(populations[0].obj) for name, populations in nuclei.items()}
 
 

@@ -16,7 +16,7 @@ from spikeport.experiments.switch.recording import SwitchRun
 
 TEMPLATE = "0.2"
 DECIMALS = 6
-"""Of places in m: targets that are the same differ no more."""
+"""Decimals of places in m: equal targets differ by less."""
 
 
 def draw_work(axes: Axes, run: SwitchRun, phases: list[Result]) -> None:
@@ -36,10 +36,11 @@ def draw_work(axes: Axes, run: SwitchRun, phases: list[Result]) -> None:
 def _draw_reaches(axes: Axes, run: SwitchRun, goal: Goal) -> None:
     """Draw the way of the hand, and as circles how near it had to come to its targets."""
     now = within(run.recording.time_s, goal.phase)
+    # A target is the same for many steps, but for rounding from the torso's frame and back.
     for place in np.unique(run.arm.target[now].round(DECIMALS), axis=0):
         centre = 100 * Sheet().read(place[np.newaxis])[0]
         axes.add_patch(Circle(centre, 100 * REACHED_M, fill=False, color=TEMPLATE, ls="--"))
-    _draw_trace(axes, run.seen_m[now], color=COLOURS["draw"], lw=1.5)
+    _draw_trace(axes, run.local_m[now], color=COLOURS["draw"], lw=1.5)
 
 
 def _draw_trace(axes: Axes, points: np.ndarray, **style: Any) -> None:

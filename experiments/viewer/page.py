@@ -24,6 +24,7 @@ def write_page(path: Path, probes: xr.Dataset, title: str) -> None:
     """Write the page of a run from its time series."""
     content = {"rows": [_row(row) for row in rows(probes)], "end_s": _end_s(probes)}
     if POSES in probes:
+        # A screen shows no more poses than these.
         step = max(1, round(1 / (FPS * _step_s(probes))))
         times_s = probes.time.values[::step]
         content["robot"] = _robot(shapes(probes[POSES].values[::step]), times_s)
@@ -64,6 +65,7 @@ def _finite(values: np.ndarray, end: Any) -> float:
 
 
 def _robot(drawn: Shapes, times_s: np.ndarray) -> dict[str, Any]:
+    # Heights count from the floor; places in the plane from the start, to fit into 16 bits.
     start_m = drawn.ends_m[0].mean(axis=(0, 1)) * (1, 1, 0)
     places = np.clip((drawn.ends_m - start_m) * MM, -(2**15), 2**15 - 1).round().astype("<i2")
     return {

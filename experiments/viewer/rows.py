@@ -27,7 +27,7 @@ class Row(NamedTuple):
     unit : str
         The unit of its values.
     times_s : (n,) array
-        When its values or spikes are, in s.
+        The times of its values or spikes, in s.
     values : (n, lines) or (n,) array
         Values of each line; for spikes the numbers of their neurons.
     labels : list of str
@@ -70,6 +70,7 @@ def _lines(probes: xr.Dataset) -> Iterator[Row]:
         along = series.dims[0] if series.dims else ""
         is_series = along in ("time", "step") and name != POSES
         if is_series and np.issubdtype(series.dtype, np.number):
+            # Further dimensions become lines of their own.
             values = series.values.reshape(len(series), -1)[:, :MOST_LINES]
             labels = _labels(series) if series.ndim > 1 else []
             unit = str(series.attrs.get("units", ""))
@@ -94,6 +95,7 @@ def _spikes(probes: xr.Dataset) -> Iterator[Row]:
         neurons = f"{name.removesuffix('_time')}_neuron"
         if not name.endswith("_time") or neurons not in probes:
             continue
+        # Spikes are in the order of time, so every n-th is spread over all neurons.
         step = max(1, -(-probes[name].size // MOST_SPIKES))
         title = name.removesuffix("_time").removesuffix("_spike")
         shown = "" if step == 1 else f", one of {step} drawn"

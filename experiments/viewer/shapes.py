@@ -51,6 +51,7 @@ def shapes(poses: np.ndarray) -> Shapes:
     ends_m = np.empty((len(poses), len(drawn), 2, 3))
     for ends, pose in zip(ends_m, poses, strict=True):
         data.qpos[:] = pose
+        # Places alone: nothing else of the physics is drawn.
         mujoco.mj_kinematics(model, data)
         turned = np.einsum("gij,gj->gi", data.geom_xmat[drawn].reshape(-1, 3, 3), halves)
         ends[:] = data.geom_xpos[drawn][:, np.newaxis] + np.stack((-turned, turned), axis=1)
@@ -66,6 +67,7 @@ def _rod(kind: int, size: np.ndarray) -> np.ndarray:
         out = size[0] * (kind == CYLINDER)
         return np.array([0, 0, max(size[1] - out, 0), size[0]])
     longest = int(np.argmax(size))
+    # A round rod of about the same cross-section.
     radius = np.sqrt(np.prod(np.delete(size, longest)))
     half = np.zeros(3)
     half[longest] = max(size[longest] - radius, 0)

@@ -35,7 +35,7 @@ class TurnFirst:
         Parameters
         ----------
         command : (2,) array
-            Those that the follower commands.
+            The speed and yaw rate that the follower commands.
         reference : (4,) array
             Place in m and velocity in m/s to take.
         state : (5,) array
@@ -43,6 +43,7 @@ class TurnFirst:
         """
         x, y = reference[:2] - state[1:3]
         still = np.hypot(*reference[2:]) < STANDS_M_S
+        # Two distances, so that a robot that sways does not set off and stop again and again.
         self._stands = bool(still and np.hypot(x, y) < (FAR_M if self._stands else NEAR_M))
         if self._stands:
             return np.zeros(2)

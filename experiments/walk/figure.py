@@ -98,6 +98,7 @@ def _draw_height(axes: Axes, recording: WalkRecording) -> None:
 def _draw_feet(axes: Axes, recording: WalkRecording) -> None:
     """Draw a bar for each foot while it is on the floor."""
     extent = (0, recording.time_s[-1], -0.5, len(SIDES) - 0.5)
+    # Images count rows from the top, the axis from the bottom.
     on_floor = recording.on_floor.T[::-1]
     axes.imshow(on_floor, aspect="auto", cmap="Greys", extent=extent, interpolation="nearest")
     axes.set_yticks(range(len(SIDES)), [f"{side} foot" for side in SIDES])
@@ -112,6 +113,7 @@ def walk_marks(run: WalkRun) -> Marks:
 
     def marks(end: int) -> list[Mark]:
         now = recording.time_s[end - 1] / PATH_DT_S
+        # A picture's scene has room for a limited number of shapes.
         near = slice(max(0, round(now) - MARKS // 2), round(now) + MARKS // 2)
         reference = _on_floor(recording.reference[end - 1, :2], 0.04, REFERENCE_RGBA)
         return [reference, *path[near], *trace[: end // TRACE_STEPS][-MARKS:]]

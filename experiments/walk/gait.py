@@ -1,9 +1,9 @@
 """Gaits by which a policy in spikes is made and calibrated.
 
-The exact policy walks random commands for 40 s. What is observed meanwhile, and its mirror image,
-gives the range of every observation (`encoding`), and of every hidden unit
-(`spikeport.networks.policy.record_ranges`), and is what a read-out is refitted on. How a policy
-walks straight on tells how it is trimmed (`drift_trim`).
+The exact policy walks random commands for 40 s. Its observations, with their mirror images,
+give the range of every observation (`encoding`), and of every hidden unit
+(`spikeport.networks.policy.record_ranges`), and a read-out is refitted on them. The drift of a
+policy that walks straight on gives its trim (`drift_trim`).
 """
 
 from collections.abc import Callable, Sequence
@@ -45,8 +45,8 @@ def record_gait(policy: Policy, seconds: float = SECONDS) -> np.ndarray:
     A read-out that is refitted on both treats left and right as the policy does.
     """
     rng = np.random.RandomState(SEED)
-    seen = _walked(policy, lambda: [rng.uniform(*reach) for reach in COMMANDS], seconds)
-    return np.concatenate((seen, mirror.OBSERVATION(seen)))
+    observed = _walked(policy, lambda: [rng.uniform(*reach) for reach in COMMANDS], seconds)
+    return np.concatenate((observed, mirror.OBSERVATION(observed)))
 
 
 def drift_trim(policy: Policy) -> np.ndarray:
@@ -56,8 +56,8 @@ def drift_trim(policy: Policy) -> np.ndarray:
     moved, in mean.
     """
     trim = np.zeros(OBSERVATION_SIZE)
-    seen = _walked(policy, lambda: STRAIGHT, STRAIGHT_S)
-    trim[SIDEWAYS] = seen[SETTLED:, SIDEWAYS].mean()
+    observed = _walked(policy, lambda: STRAIGHT, STRAIGHT_S)
+    trim[SIDEWAYS] = observed[SETTLED:, SIDEWAYS].mean()
     return trim
 
 
@@ -67,25 +67,28 @@ WALKS = Walks(record_gait, drift_trim)
 def _walked(policy: Policy, command: Callable[[], Sequence[float]], seconds: float) -> np.ndarray:
     """Return (n, 69) observations of a robot that gets a new command every 2.5 s."""
     rig = WalkRig(Plant(), None, OBSERVATION_DT_S, OBSERVATION_DT_S)
-    line, action, seen = find_path("line", 1.0, seconds), np.zeros(ACTION_SIZE), []
+    line, action, observed = find_path("line", 1.0, seconds), np.zeros(ACTION_SIZE), []
     rig.begin(SEED, line)
     for step in range(round(seconds / OBSERVATION_DT_S)):
         if step % round(HELD_S / OBSERVATION_DT_S) == 0:
             wanted = command()
         rig.loop.step(np.concatenate((action, wanted)))
-        seen.append(rig.walk.seen[0])
-        action = policy(seen[-1])
+        observed.append(rig.walk.inputs[0])
+        action = policy(observed[-1])
         if rig.loop.over:
+            # Another seed each time: from the same start it might fall the same way for ever.
             rig.begin(SEED + step, line)
-    return np.array(seen)
+    return np.array(observed)
 
 
 def encoding(observations: np.ndarray) -> Box:
     """Return the range of every observation, from recorded ones; commands have the training's."""
+    # Quantiles, since a single stumble would widen the range of all that neurons represent.
     box = Box.around(np.quantile(observations, (TAIL, 1 - TAIL), axis=0), MARGIN)
     centre, half = box.centre.copy(), np.maximum(box.half, NARROWEST)
     (slowest, fastest), (_, turn) = COMMANDS
     centre[PARTS["command"]] = ((slowest + fastest) / 2, 0.0, 0.0)
+    # No sideways speed is ever commanded.
     half[PARTS["command"]] = ((fastest - slowest) / 2, NARROWEST, turn)
     return Box(centre, half)
 

@@ -56,6 +56,7 @@ def to_the_end(run: WalkRun) -> tuple[np.ndarray, np.ndarray]:
     missing = max(n_asked - n, 0)
     later_s = LEAD_S + PHYSICS_DT_S * np.arange(n, n + missing)
     ahead_m = np.array([run.path.at(t)[:2] for t in later_s]).reshape(-1, 2)
+    # The robot lies where it fell until the end of the time, while the reference goes on.
     lying_m = np.repeat(position_m[-1:], missing, axis=0)
     return np.concatenate((position_m, lying_m)), np.concatenate((reference_m, ahead_m))
 

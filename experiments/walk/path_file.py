@@ -13,16 +13,16 @@ FASTEST_M_S = 1.0
 FASTEST_RAD_S = 1.0
 """The walking policy is trained up to here."""
 FARTHEST_START_M = 0.5
-"""How far from the robot a path may begin."""
+"""The largest distance from the robot to the begin of a path."""
 LONGEST_M = 10_000.0
 """Way of a path: it becomes points that are close to each other, and walking it takes hours."""
 LARGEST = 1e10
-"""Of a number: seconds may be counted from 1970; larger ones overflow in what is made of them."""
+"""The largest number: seconds may be counted from 1970; larger ones overflow later."""
 TURN_S = 4.0
 """Turns are checked over this time: in it a robot can turn back, or round a corner."""
 ROUNDING = 1e-6
 TABLE_BYTES = 2**22
-"""Of the file: a row for every millisecond of two minutes."""
+"""The largest file: a row for every millisecond of two minutes."""
 
 
 def read_path(file: Path, seconds: float) -> tuple[np.ndarray, np.ndarray]:
@@ -39,6 +39,7 @@ def read_path(file: Path, seconds: float) -> tuple[np.ndarray, np.ndarray]:
     if not (np.abs(table) <= LARGEST).all() or (np.diff(table[:, 0]) <= 0).any():
         found = f"times that do not rise, or numbers that are not finite or above {LARGEST:g}"
         raise _no_table(file, found)
+    # Times count from the first row, whatever clock wrote them.
     time_s, points = table[:, 0] - table[0, 0], table[:, 1:]
     _check_start(file, points[0])
     _check_speed(file, time_s, points)
@@ -77,10 +78,10 @@ def _no_table(file: Path, found: str) -> UsageError:
 
 
 def _check_start(file: Path, start: np.ndarray) -> None:
-    apart_m = float(np.linalg.norm(start))
-    if apart_m > FARTHEST_START_M:
+    gap_m = float(np.linalg.norm(start))
+    if gap_m > FARTHEST_START_M:
         raise UsageError(
-            f"path '{file}': begins with a jump of {apart_m:.2f} m, from the robot at (0, 0) to "
+            f"path '{file}': begins with a jump of {gap_m:.2f} m, from the robot at (0, 0) to "
             f"({start[0]:g}, {start[1]:g}), limit {FARTHEST_START_M:g} m; cure: begin where it is"
         )
 
@@ -108,7 +109,9 @@ def _check_turns(file: Path, time_s: np.ndarray, points: np.ndarray) -> None:
     moves = np.linalg.norm(steps, axis=1) > 0
     if not moves.any():
         return
+    # A path that rests has no heading; unwrapped, so that turns beyond pi add up.
     begun_s, heading = time_s[:-1][moves], np.unwrap(np.arctan2(*steps[moves].T[::-1]))
+    # For each piece, the last one that begins within the time.
     last = np.searchsorted(begun_s, begun_s + TURN_S * (1 - ROUNDING), side="right") - 1
     turned = np.abs(heading[last] - heading)
     worst, limit = int(np.argmax(turned)), FASTEST_RAD_S * TURN_S

@@ -20,7 +20,7 @@ from spikeport.experiments.walk.path_file import FASTEST_RAD_S, read_path
 SPACING_M = 0.005
 """Between the points that stand for a path."""
 ROUNDING = 0.01
-"""Of the curvature of points."""
+"""The rounding error that a curvature between points may have."""
 
 
 @dataclass(frozen=True)
@@ -35,6 +35,7 @@ class WalkPath:
         """Return (4,) position in m and velocity in m/s."""
         end_s = self.time_s.item(-1)
         time_s = time_s % end_s if self.closed else min(time_s, end_s)
+        # The piece from point i - 1 to i, also at the first and the last moment.
         i = min(max(int(self.time_s.searchsorted(time_s)), 1), len(self.time_s) - 1)
         # plain numbers: several times faster than arrays of two
         before_s, after_s = self.time_s[i - 1 : i + 1].tolist()
@@ -71,6 +72,7 @@ def _s_curve(length_m: float) -> np.ndarray:
 def _figure_eight(_length_m: float) -> np.ndarray:
     """Return Bernoulli's lemniscate, 6 m long, from its middle, of turns of 1 m and wider."""
     t = np.linspace(np.pi / 2, 5 * np.pi / 2, 4001)
+    # t from pi/2 on, so that the walk begins in the middle, where the curve is straight.
     x = 3 * np.cos(t) / (1 + np.sin(t) ** 2)
     return np.stack((x, x * np.sin(t)), axis=1)
 
@@ -131,6 +133,7 @@ def find_path(name: str, speed_m_s: float, seconds: float) -> WalkPath:
 
 def _check_turns(name: str, points: np.ndarray, speed_m_s: float) -> None:
     arc_m, heading = _arc_m(points), np.unwrap(np.arctan2(*np.diff(points, axis=0).T[::-1]))
+    # Headings are those of pieces, hence at their middles.
     between_m = np.diff((arc_m[1:] + arc_m[:-1]) / 2)
     sharpest = np.max(np.abs(np.diff(heading)) / between_m, initial=0.0)
     if speed_m_s * sharpest > FASTEST_RAD_S * (1 + ROUNDING):

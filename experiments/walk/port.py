@@ -26,7 +26,7 @@ from spikeport.robot.walk_interface import (
 )
 
 LEAD_S = 0.8
-"""How far the reference is ahead of the robot at the start: on the robot, the direction to it would
+"""The lead of the reference at the start: on the robot, the direction to it would
 be that of the gait's sway."""
 
 OBSERVATION_DT_S = 0.005
@@ -58,10 +58,10 @@ class WalkPort(Port):
     path : WalkPath
         The path that is followed.
     lends_arm : bool
-        Whether another port drives the right arm; the action then drives all other joints.
+        True if another port drives the right arm; the action then drives all other joints.
     fallen_at_s : float or None
-        When the robot fell, which ends the run.
-    seen : tuple of array
+        The time at which the robot fell, which ends the run.
+    inputs : tuple of array
         The last observation (69,), before it is clipped, with reference (4,) and state (5,), as
         controllers know it; what is recorded is the true state.
     """
@@ -85,7 +85,7 @@ class WalkPort(Port):
         self.path, self._path_begun_s = NOWHERE, 0.0
         self.lends_arm = False
         self.fallen_at_s: float | None = None
-        self.seen: tuple[np.ndarray, ...] = ()
+        self.inputs: tuple[np.ndarray, ...] = ()
         self._rows: list[tuple[object, ...]] = []
         self._policy_view = PolicyView(observe_every_s)
         self._observed, self._clipped = np.zeros(OBSERVATION_SIZE), np.zeros(OBSERVATION_SIZE)
@@ -125,14 +125,15 @@ class WalkPort(Port):
             self._clipped = self._observed if known is None else known.clip(self._observed)
         state = plant.in_plane
         reference = self.path.at(plant.time_s - self._path_begun_s + LEAD_S)
-        self.seen = self._observed, reference, state
+        self.inputs = self._observed, reference, state
         return np.concatenate((self._clipped, reference, state))
 
     def drive(self, values: np.ndarray) -> None:
         """Hold the joints at the action's targets; raises DivergedError for what is not finite."""
         action, command = values[:ACTION_SIZE], values[ACTION_SIZE:]
         if self._approach is not None:
-            command = self._approach.limited(command, *self.seen[1:])
+            command = self._approach.limited(command, *self.inputs[1:])
+        # Recorded before it is judged, so that the last states show what was not finite.
         self._record(action, command)
         if np.count_nonzero(np.isfinite(values)) < len(values):
             raise DivergedError(
@@ -149,7 +150,7 @@ class WalkPort(Port):
         if len(self._rows) % self._observe_steps == 0:
             self._answer = action
         self._command = command
-        plant, (observed, reference, _) = self._plant, self.seen
+        plant, (observed, reference, _) = self._plant, self.inputs
         on_floor = self._feet.on_floor(plant.data)
         moved = reference, plant.true_in_plane, action, command
         self._rows.append((plant.time_s, observed, *moved, plant.height_m, on_floor))
@@ -176,6 +177,7 @@ class PolicyView:
     """
 
     def __init__(self, every_s: float) -> None:
+        # As many as lie within one control period to either side of the action of one period ago.
         n_last = 2 * round(CONTROL_DT_S / every_s) - 1
         self._last = np.zeros((n_last, ACTION_SIZE))
         self._change: Sequence[float] = (COMMAND_CHANGE_PER_S * every_s).tolist()
@@ -195,6 +197,7 @@ class PolicyView:
         """
         # An array, oldest first: the mean of a list of arrays takes as long as a step of the chip.
         self._last[:-1], self._last[-1] = self._last[1:], action
+        # Plain numbers, which are faster than arrays of three.
         wanted = command.item(0), 0.0, command.item(1)
         steps = zip(self._command, wanted, self._change, strict=True)
         self._command = [now + min(max(end - now, -most), most) for now, end, most in steps]

@@ -17,9 +17,9 @@ from spikeport.simulator import Simulator
 
 LOWEST_M = 0.7
 SMALLEST_UPRIGHT = float(np.cos(np.pi / 4))
-"""Of a pelvis that is tilted by 45 degrees."""
+"""The upright component of a pelvis that is tilted by 45 degrees."""
 ROUNDING = 1e-6
-"""Of times, as a share of what they are counted in."""
+"""The rounding error of a time, as a share of its unit."""
 SERIES = {
     "observation": ("observed", "see `part`", "observation of the policy, before it is clipped"),
     "reference": ("moving", "m, m/s", "place and velocity to take, from the start"),
@@ -59,7 +59,7 @@ class WalkRecording(Recording):
     height_m : (n,) array
         Height of the pelvis.
     on_floor : (n, 2) array of bool
-        Whether the left and the right foot touch the floor.
+        True if the left and the right foot touch the floor.
     """
 
     observation: np.ndarray
@@ -79,6 +79,7 @@ class WalkRecording(Recording):
     def walked_m(self) -> float:
         """Length of the way from one half second to the next, in m: sway within them is not way."""
         half_s = np.floor(2 * self.time_s + ROUNDING)
+        # The first place of each half second.
         kept = self.position_m[np.flatnonzero(np.diff(half_s, prepend=-1))]
         return float(np.linalg.norm(np.diff(kept, axis=0), axis=1).sum())
 
@@ -106,9 +107,9 @@ class WalkRun(NamedTuple):
     seconds : float
         Simulated time that was asked for.
     recording : WalkRecording
-        All physics steps.
+        The recording of all physics steps.
     fallen_at_s : float or None
-        When the robot fell.
+        The time at which the robot fell.
     encoding : Box or None
         Range of the observations that the policy represents; None where it is exact.
     sim : Simulator

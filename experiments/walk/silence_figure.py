@@ -47,6 +47,7 @@ def _draw_pose(height: Axes, tilt: Axes, recording: WalkRecording) -> None:
     height.set_ylabel("pelvis (cm)")
     gravity = recording.observation[:, PARTS["gravity"]]
     for name, component in GRAVITY.items():
+        # The component of gravity along an axis is the sine of the tilt about the other.
         tilt.plot(recording.time_s, np.rad2deg(np.arcsin(gravity[:, component])), label=name)
     tilt.set_ylabel("tilt (deg)")
     tilt.legend(loc="upper left", frameon=False, ncols=2)

@@ -31,6 +31,7 @@ def figure(sweep: Sweep, folder: SweepFolder, table: xr.Dataset) -> Figure:
     axes.set(xlabel="x (m)", ylabel="y (m)", aspect="equal")
     axes.set_adjustable("datalim")
     handles, labels = axes.get_legend_handles_labels()
+    # One entry in the legend for the traces of all seeds.
     once = dict(zip(labels, handles, strict=True))
     axes.legend(once.values(), once.keys(), frameon=False)
     figure.suptitle(_title(sweep, table))
@@ -70,8 +71,8 @@ def _places(folder: SweepFolder, point: Point) -> np.ndarray:
 
 
 def _title(sweep: Sweep, table: xr.Dataset) -> str:
-    apart = 100 * table.cross_track_rms_m.median("seed")
-    both = ", ".join(f"{LABELS[str(p)]} {apart.sel(policy=p):.1f} cm" for p in table.policy.values)
+    rms_cm = 100 * table.cross_track_rms_m.median("seed")
+    both = ", ".join(f"{LABELS[str(p)]} {rms_cm.sel(policy=p):.1f} cm" for p in table.policy.values)
     return (
         f"walk on {sweep.backend}, {sweep.seconds:g} s, seeds: {len(sweep.seeds)}\n"
         f"median distance from the path (rms): {both}"

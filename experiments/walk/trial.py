@@ -108,6 +108,7 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
         self.check()
         if self.exact_policy:
             self._refuse_silence()
+            # An exact policy observes as often as in training, a spiking one four times as often.
             walker = analytic_policy(settings.walking_policy())
             rig = WalkRig(plant, None, CONTROL_DT_S, DT_S, self._approach())
         else:

@@ -27,7 +27,7 @@ MADE = 4 * NUMBERS
 """Numbers in all constants of a file together: each operation of a layer makes its weights anew."""
 
 Operations = Mapping[str, Callable[..., object]]
-"""What the operations of a format do to chains, arrays and plain values, by name."""
+"""Operations of a format on chains, arrays and plain values, by name."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +41,7 @@ class Chain:
     constant : ndarray
         c, ``(n,)`` or ``()``.
     layers : tuple of Layer
-        Those that ended in an activation.
+        The layers that ended in an activation.
     activations : tuple of str
         Theirs.
     """

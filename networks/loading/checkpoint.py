@@ -22,13 +22,13 @@ EPSILON = 0.01
 """rsl-rl's, added to the standard deviation."""
 
 NUMBER = "(?:0|[1-9][0-9]{0,3})"
-"""Of a layer, as torch writes it."""
+"""The number of a layer, as torch writes it."""
 
 PICKLE = b"\x80"
-"""What a file from before zip archives begins with."""
+"""The first byte of a file from before zip archives."""
 
 NORMALIZER_APART = "obs_norm_state_dict"
-"""Where rsl-rl 2 kept the normalisation."""
+"""The key under which rsl-rl 2 kept the normalisation."""
 
 
 class CheckpointLayout(NamedTuple):
@@ -38,9 +38,9 @@ class CheckpointLayout(NamedTuple):
     actor: str
     normalizer: str
     deviation: str
-    """Of a Gaussian action; another distribution makes something else of the actor's output."""
+    """The key of a Gaussian action's deviation; other distributions read the output differently."""
     others: str
-    """What does not bear on the action."""
+    """Keys that do not bear on the action."""
 
 
 LAYOUTS = (
@@ -70,8 +70,8 @@ def read(path: Path, activation: str) -> Mlp:
     layout = _layout(content)
     state = _tensors(layout.state, content[layout.state])
     _refuse_others(layout, state)
-    apart = _tensors(NORMALIZER_APART, content.get(NORMALIZER_APART, {}))
-    state |= {layout.normalizer + name: value for name, value in apart.items()}
+    normalizer = _tensors(NORMALIZER_APART, content.get(NORMALIZER_APART, {}))
+    state |= {layout.normalizer + name: value for name, value in normalizer.items()}
     return _chain(layout, state, activation).mlp()
 
 

@@ -35,7 +35,7 @@ class Description:
     pose_rad : mapping
         The pose that the zero action asks for, and that observed angles count from.
     gains : mapping
-        Of the position control: (kp, kd) in N m/rad and N m s/rad.
+        The gains of the position control: (kp, kd) in N m/rad and N m s/rad.
     action_scale_rad : mapping
         Change of a joint's target for an action of one.
     control_dt_s : float
@@ -60,7 +60,7 @@ def translated(mlp: Mlp, theirs: Description, ours: Description) -> WalkingPolic
     mlp : Mlp
         Observations and actions in their order of joints.
     theirs, ours : Description
-        What it was made for, and what it is to be for; ours has one action scale for all joints.
+        Their robot, and ours, which has one action scale for all joints.
 
     Raises
     ------

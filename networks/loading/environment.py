@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from yaml import MappingNode, Node, SafeLoader
 
 TEXT_BYTES = 2**18
-"""Of a description: Isaac Lab's have some 50,000, and PyYAML reads as many in a second."""
+"""The largest description: Isaac Lab's have some 50,000, and PyYAML reads as many in a second."""
 
 DEPTH = 50
 """Levels of a description: Isaac Lab's have ten."""

@@ -20,11 +20,11 @@ from spikeport.reading.archive import Archive, read_bytes
 from spikeport.reading.mismatch import MismatchError
 
 ACTIVATION = "elu"
-"""Of checkpoints, which do not name theirs, unless it is given."""
+"""The activation of checkpoints, which do not name theirs."""
 
 ZIP = b"PK"
 ZIPS = {".npy": "npz", "constants.pkl": "TorchScript", "data.pkl": "checkpoint"}
-"""What the members of an archive tell; a TorchScript file has a data.pkl too."""
+"""Formats of archives by their members; a TorchScript file has a data.pkl too."""
 
 
 def load_mlp(path: Path, activation: str = ACTIVATION) -> Mlp:
@@ -35,7 +35,7 @@ def load_mlp(path: Path, activation: str = ACTIVATION) -> Mlp:
     path : Path
         A file of any of the formats.
     activation : str
-        Of the actor of a checkpoint; other files say which they have.
+        The function of a checkpoint's actor; other files have it in them.
 
     Raises
     ------

@@ -47,10 +47,10 @@ TERMS = {
 ACTION = "JointPositionAction"
 
 MAX_ITEMS = 100
-"""Of a table or a list of expressions, and of groups: there are 19 joints."""
+"""The most items of a table, of a list of expressions, and of groups: there are 19 joints."""
 
 MOST = {"*+?": 2, "(": 2, "|": 10}
-"""How many of these letters an expression may have: the ways to match it are multiplied by each."""
+"""The most of these letters in an expression: each multiplies the ways to match it."""
 
 SIMPLE = re.compile(r"(?:[\w.|(\[\]^$-]|\\[.wd]|\)(?![*+?])|(?<!\()[*+?]){1,100}")
 """Expressions of names as Isaac Lab has them; repeats of repeated groups could take for ever."""

@@ -18,7 +18,7 @@ class Mlp:
     layers : tuple of Layer
         Hidden layers, and the linear last one.
     activation : str
-        Of the hidden layers, one of `spikeport.networks.activations.ACTIVATIONS`.
+        The function of the hidden layers, one of `spikeport.networks.activations.ACTIVATIONS`.
     """
 
     layers: tuple[Layer, ...]

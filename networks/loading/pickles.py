@@ -1,7 +1,7 @@
-"""Pickles as data: a reader that makes plain values, and calls nothing but what it is given.
+"""Pickles as data: a reader that makes plain values, and calls nothing but a list of known names.
 
 Python's own unpickler looks names up and calls them, and five bytes may ask it for 16 GB. So the
-instructions are carried out here. What a file names is one of the known names, or refused.
+instructions are carried out here. A name in a file is one of the known names, or refused.
 """
 
 import pickletools
@@ -14,12 +14,12 @@ from spikeport.networks.loading.refusal import EXPORT
 from spikeport.reading.mismatch import MismatchError
 
 INSTRUCTIONS = 500_000
-"""Of one pickle: a checkpoint of a hundred layers with its optimizer has a tenth."""
+"""The most instructions of a pickle: a checkpoint of a hundred layers has a tenth."""
 
 PLAIN = "tensors and plain values"
 
 Persistent = Callable[[object], object]
-"""What becomes of a persistent identifier: in torch's files, a storage of numbers."""
+"""A function that resolves a persistent identifier: in torch's files, to a storage of numbers."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class ModuleClass:
 
 
 Names = Callable[[str], object]
-"""What a dotted name stands for: something `Known`, a `ModuleClass`, or a plain value.
+"""A function that resolves a dotted name to something `Known`, a `ModuleClass`, or a plain value.
 
 Raises `MismatchError` if it is none of them.
 """

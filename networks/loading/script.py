@@ -2,7 +2,7 @@
 
 torch.jit.load runs what a file says is to be done on loading, and that may write files. Here the
 text is parsed, as it has Python's grammar, and what `forward` does is followed statement by
-statement. What a chain of layers does not take is refused; no other method matters.
+statement. Steps that a chain of layers does not take are refused; no other method matters.
 """
 
 import ast
@@ -297,7 +297,7 @@ class Interpreter:
 
 
 def _is_plain(arguments: ast.arguments) -> bool:
-    """Return whether all arguments may be given by place and by name."""
+    """Return whether all arguments may be passed by place and by name."""
     others = (arguments.posonlyargs, arguments.vararg, arguments.kwonlyargs, arguments.kwarg)
     return not any(others)
 

@@ -29,13 +29,13 @@ TYPES = {
     "ByteStorage": "u1",
     "BoolStorage": "?",
 }
-"""What the numbers of a storage are, in NumPy's words; those of bfloat16 are halves of float32."""
+"""NumPy's types of the numbers of a storage; those of bfloat16 are halves of float32."""
 
 Order = Literal["<", ">"]
-"""Which byte of a number comes first: the low one, or the high one."""
+"""The byte of a number that comes first: the low one, or the high one."""
 
 MAX_SIZE = 2**63 - 1
-"""Of an axis, as in torch."""
+"""The largest size of an axis, as in torch."""
 
 Bytes = Callable[[str, int], bytes]
 """The content of a storage, by its key; no longer than so many bytes."""

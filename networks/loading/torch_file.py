@@ -10,13 +10,13 @@ from spikeport.reading.archive import Archive
 from spikeport.reading.mismatch import MismatchError
 
 PICKLE_BYTES = 2**24
-"""Of a pickle: it describes tensors in some 100 bytes each, and holds none of their numbers."""
+"""The largest pickle: it describes tensors in some 100 bytes each, without their numbers."""
 
 ORDERS: Mapping[bytes, Order] = {b"little": "<", b"big": ">"}
 DATA = "data.pkl"
 
 MAGIC = 0x1950A86A20F9469CFC6C
-"""What a file of torch from before zip archives begins with, as a pickle."""
+"""The number that a file of torch from before zip archives begins with, as a pickle."""
 
 COUNT_BYTES = 8
 """Before the numbers of a storage in such a file: how many there are."""
@@ -55,7 +55,7 @@ def pickled_in_a_row(written: bytes) -> object:
     Pickles follow each other: a magic number, a version, the writer's system, the content, and the
     keys of its storages. Behind them these lie in the order of their keys.
     """
-    stream, seen = io.BytesIO(written), dict[str, Storage]()
+    stream, by_key = io.BytesIO(written), dict[str, Storage]()
     places: dict[str, int] = {}
 
     def content(key: str, size: int) -> bytes:
@@ -67,7 +67,7 @@ def pickled_in_a_row(written: bytes) -> object:
 
     def storage(identifier: object) -> Storage:
         found = make(identifier)
-        seen[found.key] = found
+        by_key[found.key] = found
         return found
 
     magic, _, system, value, keys = (pickles.load(stream, plain_name, storage) for _ in range(5))
@@ -75,7 +75,7 @@ def pickled_in_a_row(written: bytes) -> object:
         raise MismatchError("a checkpoint of torch", "other pickles")
     if not system.get("little_endian"):
         raise MismatchError("numbers with their low bytes first", "others")
-    places.update(_places(keys, seen, stream.tell()))
+    places.update(_places(keys, by_key, stream.tell()))
     return value
 
 

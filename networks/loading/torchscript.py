@@ -23,7 +23,7 @@ from spikeport.reading.archive import Archive, read_bytes
 from spikeport.reading.mismatch import MismatchError
 
 TEXT_BYTES = 2**18
-"""Of all text that is parsed: that of a policy takes some ten thousand."""
+"""The size of all text that is parsed: that of a policy takes some ten thousand."""
 
 LISTS = "torch.jit._pickle.build_"
 TAGGED = "torch.jit._pickle.restore_type_tag"

@@ -20,7 +20,7 @@ def load_walking(path: Path, robot: Description, description: Path | None = None
     path : Path
         A file of any format that `load_mlp` reads.
     robot : Description
-        What the policy is to be for.
+        The robot that the policy is to be for.
     description : Path, optional
         The environment description of Isaac Lab that belongs to it; our own files need none.
 

@@ -7,7 +7,7 @@ import struct
 from collections.abc import Iterator
 
 FIELDS = 100_000
-"""Of a file that are looked at; a policy's graph has some hundreds, its weights being one each."""
+"""The most fields of a file; a policy's graph has some hundreds, its weights being one each."""
 
 VARINT, LONG, BYTES, SHORT = 0, 1, 2, 5
 FIXED = {LONG: 8, SHORT: 4}

@@ -18,7 +18,7 @@ class Fix(NamedTuple):
     yaw_rad : float or None
         Direction of the pelvis' x axis about the vertical; None where it is not measured.
     velocity : ndarray or None, (3,)
-        Of the pelvis in the world, m/s; None where it is not measured. Filters find their own.
+        The pelvis' velocity in the world, m/s; None if not measured: filters find their own.
     """
 
     position: np.ndarray

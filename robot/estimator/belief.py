@@ -43,7 +43,7 @@ class Belief(NamedTuple):
     gyroscope_bias, accelerometer_bias : ndarray, (3,)
         In rad/s and m/s^2.
     covariance : ndarray, (27, 27)
-        Of the errors.
+        The covariance of the errors.
     """
 
     pose: Pose
@@ -80,6 +80,7 @@ def corrected(belief: Belief, observation: Observation) -> Belief:
     """
     innovation, sensitivity, noise = observation
     crossed = belief.covariance @ sensitivity.T
+    # S is symmetric, so its transpose solves the same: no inverse is formed.
     gain = np.linalg.solve(sensitivity @ crossed + noise, crossed.T).T
     delta = gain @ innovation
     kept = np.eye(N_ERRORS) - gain @ sensitivity
@@ -87,5 +88,6 @@ def corrected(belief: Belief, observation: Observation) -> Belief:
         group.multiply(group.exp(delta[: GYROSCOPE_BIAS.start]), belief.pose),
         belief.gyroscope_bias + delta[GYROSCOPE_BIAS],
         belief.accelerometer_bias + delta[ACCELEROMETER_BIAS],
+        # Joseph's form stays symmetric and positive under rounding; (I - K H) P does not.
         kept @ belief.covariance @ kept.T + gain @ noise @ gain.T,
     )

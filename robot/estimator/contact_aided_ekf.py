@@ -48,7 +48,7 @@ class EkfNoise:
     floor_m : float or None
         By how much the floor is not level where a foot lands; None if it need not be level at all.
     fix : FixNoise
-        Of a fix from outside.
+        The noise of a fix from outside.
     contact : ContactLimits
         By which a point stands.
     tilt_rad, velocity_m_s, gyroscope_bias, accelerometer_bias : float
@@ -76,14 +76,14 @@ class ContactAidedEkf:
     Parameters
     ----------
     noise : EkfNoise
-        Of sensors and contacts.
+        The noise of sensors and contacts.
 
     Attributes
     ----------
     belief : Belief
         State of the IMU with its uncertainty.
     standing : ndarray, (4,) of bool
-        Which of ``legs.POINTS`` stand.
+        The points of ``legs.POINTS`` that stand.
     """
 
     belief: Belief
@@ -101,6 +101,7 @@ class ContactAidedEkf:
         self._heights_m = self._legs.radii_m + floor_m
         vectors, deviations = np.zeros((N_VECTORS, 3)), np.zeros(N_ERRORS)
         vectors[PLACE] = place + rotation @ IMU_OFFSET_M
+        # The heading is that of the world, or of the fix, by definition: it has no error.
         deviations[ROTATION] = noise.tilt_rad, noise.tilt_rad, 0.0
         deviations[errors_of(VELOCITY)] = noise.velocity_m_s
         deviations[GYROSCOPE_BIAS] = noise.gyroscope_bias
@@ -116,6 +117,7 @@ class ContactAidedEkf:
         """Propagate by the IMU, correct by the contacts, and by a fix if there is one."""
         dt_s = sensors.time_s - self._last.time_s
         if dt_s > 0:
+            # The mean of both ends is the rate over the step to second order.
             gyroscope = (self._last.gyroscope + sensors.gyroscope) / 2
             imu = gyroscope, sensors.accelerometer
             self.belief = propagated(self.belief, *imu, self.standing, dt_s, self._noise.imu)
@@ -132,9 +134,11 @@ class ContactAidedEkf:
         soles, waist = self._legs.soles(sensors.q), waist_rotation(sensors.q.item(WAIST))
         up = waist @ self.belief.pose.rotation[2]
         lowest = soles.points @ up - self._legs.radii_m
+        # One force a foot, for both of its points.
         support = np.repeat(legs.support_n(soles, sensors.torque, up), 2)
         standing = self._detector.update(sensors.time_s, lowest, support)
         points = self._points(soles, waist)
+        # A point corrects from its second step on: the first one defines where it stands.
         stayed, new = self.standing & standing, standing & ~self.standing
         self.belief = footholds.forgotten(self.belief, self.standing & ~standing)
         if stayed.any():

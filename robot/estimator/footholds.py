@@ -101,6 +101,7 @@ def added(belief: Belief, points: Points, contacts: np.ndarray) -> Belief:
     for contact in np.flatnonzero(contacts).tolist():
         place = errors_of(FIRST_CONTACT + contact)
         vectors[FIRST_CONTACT + contact] = rotation @ points.places[contact] + vectors[PLACE]
+        # The row of the identity would keep the error of the contact that was there before.
         grown[place] = 0.0
         grown[place, errors_of(PLACE)] = _EYE
         extra[place, place] = rotation @ points.covariances[contact] @ rotation.T

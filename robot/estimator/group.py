@@ -62,6 +62,7 @@ def gammas(phi: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """
     theta = float(np.sqrt(phi @ phi))
     square = theta * theta
+    # Differences of nearly equal numbers lose digits there; the next terms are below 1e-16.
     if theta < SMALL_RAD:
         a, b = 1 - square / 6, 0.5 - square / 24
         c, d = 1 / 6 - square / 120, 1 / 24 - square / 720
@@ -78,6 +79,7 @@ def rotation_vector(rotation: np.ndarray) -> np.ndarray:
     skew = np.array([rotation[2, 1], rotation[0, 2], rotation[1, 0]])
     sine = (skew - np.array([rotation[1, 2], rotation[2, 0], rotation[0, 1]])) / 2
     size = float(np.sqrt(sine @ sine))
+    # arctan2 is exact at small and large angles, where arcsin or arccos would lose digits.
     theta = float(np.arctan2(size, (np.trace(rotation) - 1) / 2))
     return np.asarray(sine if size < SMALL_RAD else sine * (theta / size))
 
@@ -94,6 +96,7 @@ def exp(xi: np.ndarray) -> Pose:
 def log(pose: Pose) -> np.ndarray:
     """Return the coordinates (3 + 3 n,) of an element: the inverse of `exp`."""
     phi = rotation_vector(pose.rotation)
+    # Gamma_1 is singular at multiples of 2 pi alone.
     rho = np.linalg.solve(gammas(phi)[1], pose.vectors.T).T
     return np.concatenate((phi, rho.ravel()))
 

@@ -61,6 +61,7 @@ class LegOdometry:
         if dt_s > 0:
             self._time_s = sensors.time_s
             soles = self._legs.soles(sensors.q)
+            # expm1 keeps the digits of 1 - exp(-x) for steps that are short against the filter.
             share = -np.expm1(-dt_s / self._options.filter_s)
             measured = self._measured(sensors, soles, rotation[2])
             self._velocity = self._velocity + share * (measured - self._velocity)
@@ -84,6 +85,7 @@ class LegOdometry:
         omega = _angular_velocity(sensors)
         turning = soles.turning @ joints
         lowest = soles.points - radii_m[:, None] * up
+        # The point that touches is a radius below the centre, so the foot's turning moves it too.
         moving = soles.jacobians @ joints - np.cross(turning, radii_m[:, None] * up)
         heights = lowest @ up
         weights = np.exp(-(heights - heights.min()) / self._options.lowness_m)

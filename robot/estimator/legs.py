@@ -47,7 +47,7 @@ class Legs:
     Attributes
     ----------
     radii_m : ndarray, (4,)
-        Of the contact shapes.
+        The radii of the contact shapes.
     """
 
     def __init__(self) -> None:
@@ -83,6 +83,7 @@ def support_n(soles: Soles, torque: np.ndarray, up: np.ndarray) -> np.ndarray:
     (3,) is the world's vertical in the pelvis' frame.
     """
     middle = soles.jacobians.reshape(2, 2, 3, 2, _LEG).mean(axis=1)  # (foot, axis, leg, joint)
+    # Each foot by its own leg: the other leg does not move it.
     own = middle[[0, 1], :, [0, 1]]
     pulled = own @ torque[:LEG_JOINTS].reshape(2, _LEG, 1)
     forces = np.linalg.solve(own @ own.transpose(0, 2, 1) + DAMPING, pulled)

@@ -34,6 +34,7 @@ class Odometer:
             if position.velocity is not None:
                 self._velocity = np.array(position.velocity, dtype=float)
             if position.yaw_rad is not None:
+                # The IMU's heading drifts and begins anywhere: the fix says by how much to turn it.
                 self._turn_rad = position.yaw_rad - torso.heading_rad(own)
         rotation = torso.turned(own, self._turn_rad)
         return RobotState(

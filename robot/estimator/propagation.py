@@ -37,11 +37,11 @@ class ImuNoise:
     Attributes
     ----------
     gyroscope, accelerometer : float
-        Of white noise, rad/s and m/s^2.
+        The density of white noise, rad/s and m/s^2.
     gyroscope_walk, accelerometer_walk : float
-        Of the biases' random walks, rad/s^2 and m/s^3.
+        The density of the biases' random walks, rad/s^2 and m/s^3.
     slip, sinking : float
-        Of the velocity of a contact that stands, along the floor and across it, m/s.
+        The velocity of a contact that stands, along the floor and across it, m/s.
     """
 
     gyroscope: float = 0.002
@@ -83,6 +83,7 @@ def growth(belief: Belief, standing: np.ndarray, noise: ImuNoise) -> np.ndarray:
     diagonal[errors_of(FIRST_CONTACT).start : n] = np.outer(standing, slipping).ravel()
     diagonal[GYROSCOPE_BIAS] = noise.gyroscope_walk**2
     diagonal[ACCELEROMETER_BIAS] = noise.accelerometer_walk**2
+    # Every (N + 1)-th entry of the flat array is on the diagonal.
     found.flat[:: N_ERRORS + 1] += diagonal
     return found
 
@@ -96,6 +97,7 @@ def moved(pose: Pose, omega: np.ndarray, force: np.ndarray, dt_s: float) -> Pose
     rotation, vectors = pose.rotation, pose.vectors.copy()
     gamma_0, gamma_1, gamma_2 = group.gammas(omega * dt_s)
     velocity = pose.vectors[VELOCITY]
+    # The place first: it takes the velocity from before the step.
     vectors[PLACE] += velocity * dt_s + (rotation @ gamma_2 @ force + GRAVITY / 2) * dt_s**2
     vectors[VELOCITY] += (rotation @ gamma_1 @ force + GRAVITY) * dt_s
     return Pose(rotation @ gamma_0, vectors)

@@ -25,7 +25,7 @@ class SensorErrors:
     accelerometer, accelerometer_bias : float
         In m/s^2.
     q, dq : float
-        Of joint angles and velocities, rad and rad/s.
+        The noise of joint angles and velocities, rad and rad/s.
     torque : float
         In N m.
     """
@@ -67,6 +67,7 @@ class SimulatedSensors:
         self._plant, self._errors = plant, errors
         self._torso = plant.model.body("torso_link").id
         self._rng = np.random.RandomState(seed)
+        # Drawn once: a bias is constant over a run.
         self._gyroscope_bias = errors.gyroscope_bias * self._rng.standard_normal(3)
         self._accelerometer_bias = errors.accelerometer_bias * self._rng.standard_normal(3)
         self._last: tuple[float, np.ndarray] | None = None
@@ -97,6 +98,7 @@ class SimulatedSensors:
             self._plant.model, self._plant.data, mujoco.mjtObj.mjOBJ_XBODY, self._torso, found, 0
         )
         omega, velocity = found[:3], found[3:]
+        # The IMU is off the torso's origin, and moves with its turning.
         return omega, velocity + np.cross(omega, rotation @ IMU_OFFSET_M)
 
     def _specific_force(self, time_s: float, velocity: np.ndarray) -> np.ndarray:

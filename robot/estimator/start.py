@@ -16,9 +16,9 @@ class Start(NamedTuple):
     Attributes
     ----------
     rotation : ndarray, (3, 3)
-        Of the torso, in the world.
+        The attitude of the torso in the world.
     position : ndarray, (3,)
-        Of the pelvis, m.
+        The place of the pelvis, m.
     floor_m : float
         Height of the floor, on which the lowest sole stands.
     """

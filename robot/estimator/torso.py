@@ -28,6 +28,7 @@ def pelvis_quaternion(torso: np.ndarray, waist_rad: float) -> np.ndarray:
     R_pelvis = R_torso R_z(waist)^T
     """
     w, x, y, z = torso.tolist()
+    # A quaternion has half the angle; the sign turns back.
     c, s = float(np.cos(waist_rad / 2)), -float(np.sin(waist_rad / 2))
     return np.array((w * c - z * s, x * c + y * s, y * c - x * s, z * c + w * s))
 
@@ -36,6 +37,7 @@ def pelvis_angular_velocity(
     gyroscope: np.ndarray, waist_rad: float, waist_rad_s: float
 ) -> np.ndarray:
     """Return (3,) the pelvis' angular velocity in its own frame, rad/s."""
+    # Plain floats, which are faster than arrays of three numbers.
     x, y, z = gyroscope.tolist()
     c, s = float(np.cos(waist_rad)), float(np.sin(waist_rad))
     return np.array((c * x - s * y, s * x + c * y, z - waist_rad_s))

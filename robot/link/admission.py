@@ -13,14 +13,14 @@ LATEST_S = 0.04
 walks with delays up to 40 ms, and falls with 50 ms."""
 
 RANGE_MARGIN_RAD = 0.1
-"""How far an angle may be beyond a joint's range: stops give way."""
+"""The margin of an angle beyond a joint's range: stops give way."""
 
 MARGIN = 2.0
-"""Of the speed and torque at which a motor pushes no further: landing feet turn the knees of a
+"""The factor over a motor's limits of speed and torque: landing feet turn the knees of a
 simulated robot at up to 1.3 of it."""
 
 FASTEST_RAD_S, LARGEST_M_S2 = 50.0, 300.0
-"""Of an IMU's values: more than it measures (35 rad/s, 16 g), too little for an overflow."""
+"""The largest values of an IMU: it measures up to 35 rad/s and 16 g; these do not overflow yet."""
 
 RESTART_S = 1.0
 """By how much a robot's time goes back only if it began anew."""
@@ -32,9 +32,9 @@ class Limits(NamedTuple):
     Attributes
     ----------
     low_rad, high_rad : ndarray
-        Of joint angles.
+        The bounds of joint angles.
     speed_rad_s, torque_nm : ndarray
-        Of the sizes of velocities and torques.
+        The bounds of the sizes of velocities and torques.
     """
 
     low_rad: np.ndarray
@@ -51,9 +51,9 @@ class Arrival(NamedTuple):
     sensors : Sensors
         The observation.
     intact : bool
-        Whether its CRC is right.
+        True if its CRC is right.
     writer : hashable
-        Who wrote it, as the bus names writers.
+        The writer, as the bus names writers.
     remote : bytes
         The 40 bytes of the wireless remote; empty where there is none.
     """
@@ -82,7 +82,7 @@ def refusal(arrival: Arrival, last: Arrival | None, limits: Limits) -> str | Non
     last : Arrival or None
         The last one that was trusted.
     limits : Limits
-        Of plausible observations.
+        The limits of plausible observations.
     """
     if not arrival.intact:
         return "its CRC is wrong"

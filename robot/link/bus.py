@@ -67,9 +67,9 @@ class Bus:
     Parameters
     ----------
     place : Place
-        Where it takes part.
+        The domain and interface it takes part in.
     keeps_all : bool
-        Whether readers ask for what is lost, and keep what is not yet read, as lock-step is in need
+        True if readers ask for what is lost, and keep what is not yet read, as lock-step is in need
         of; else the latest message wins, as with Unitree's.
 
     Raises
@@ -86,6 +86,7 @@ class Bus:
         config = _CONFINED.format(name=place.interface, lease=LEASE_S, **rest)
         self._entities: list[Entity] = []
         try:
+            # Made first and closed last: the participant lives in it.
             self._entities.append(Domain(place.domain, config))
             self._participant = DomainParticipant(place.domain)
             self._entities.append(self._participant)
@@ -207,4 +208,5 @@ class Reader:
 
 def _number(guid: UUID) -> int:
     """Return 64 bits of an endpoint's identity, which has 128."""
+    # 64 bits, as `sn` of a state has two words to name the controller in.
     return (guid.int >> 64) ^ (guid.int % 2**64)

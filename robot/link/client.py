@@ -33,7 +33,7 @@ class Observed(NamedTuple):
     truth : Base or None
         Motion of the pelvis, where a simulation publishes it.
     writer : int
-        Who wrote it.
+        The writer of the state.
     remote : bytes
         The message of the wireless remote; empty where nobody asked for it.
     asks : int
@@ -41,7 +41,7 @@ class Observed(NamedTuple):
     came : int
         The tick that it asked to be answered when it came.
     controller : int
-        Who is obeyed, in lock-step; 0 for nobody yet.
+        The controller that is obeyed, in lock-step; 0 for nobody yet.
     odometry : Base or None
         Motion of the pelvis by an odometer, where one is published.
     """
@@ -96,7 +96,7 @@ class RobotClient(ABC):
         """Return the first observation; raises RobotLostError if none comes."""
 
     @abstractmethod
-    def exchange(self, seen: Observed, motors: MotorCommands) -> Observed:
+    def exchange(self, last: Observed, motors: MotorCommands) -> Observed:
         """Answer an observation with a command, and return the next observation.
 
         Raises
@@ -124,9 +124,9 @@ class CommandedRobot(RobotClient):
     def _damped(self, tick: int, reason: str) -> RobotLostError:
         """Tell the robot to go into damping, and return the error that ends the run for it."""
         self._send(tick, DAMPING)
-        return RobotLostError(f"the robot was told to go into damping: {reason}")
+        return RobotLostError(f"the robot was commanded to go into damping: {reason}")
 
-    def _follow(self, seen: Observed, found: Observed) -> Observed:
+    def _follow(self, last: Observed, found: Observed) -> Observed:
         """Return what follows an observation in lock-step: a newer one, or the same, held.
 
         Raises
@@ -134,15 +134,15 @@ class CommandedRobot(RobotClient):
         RobotLostError
             If the robot began anew, or the same one was held for too long.
         """
-        check_order(seen, found)
-        if found.tick > seen.tick:
+        check_order(last, found)
+        if found.tick > last.tick:
             self.figures.states += 1
             return found
         self.figures.held += 1
-        held_s = TICK_S * (found.asks - seen.came)
+        held_s = TICK_S * (found.asks - last.came)
         if held_s > LATEST_S:
             raise self._damped(found.asks, too_old(held_s))
-        return seen._replace(asks=found.asks)
+        return last._replace(asks=found.asks)
 
 
 def observed(messages: Published, writer: int = 0, remote: bytes = b"") -> Observed:
@@ -157,11 +157,11 @@ def observed(messages: Published, writer: int = 0, remote: bytes = b"") -> Obser
     return Observed(tick, sensors, truth, writer, remote, now, now, controller, odometry)
 
 
-def check_order(seen: Observed, found: Observed) -> None:
-    """Raise RobotLostError if a robot is at a moment before that which was seen."""
-    if found.asks < seen.asks:
+def check_order(last: Observed, found: Observed) -> None:
+    """Raise RobotLostError if a robot is at a moment before that of its last state."""
+    if found.asks < last.asks:
         raise RobotLostError(
-            f"the robot began anew: its tick went from {seen.asks:,} back to {found.asks:,} ms; "
+            f"the robot began anew: its tick went from {last.asks:,} back to {found.asks:,} ms; "
             "start the run again"
         )
 
@@ -183,14 +183,14 @@ class InlineRobot(CommandedRobot):
         """Return the first observation."""
         return observed(self._robot.published())
 
-    def exchange(self, seen: Observed, motors: MotorCommands) -> Observed:
+    def exchange(self, last: Observed, motors: MotorCommands) -> Observed:
         """Answer an observation, and return the next; see `RobotClient.exchange`."""
-        self._send(seen.asks, motors)
+        self._send(last.asks, motors)
         if self._robot.silent:
-            raise RobotLostError(f"the robot does not answer its state of {seen.asks:,} ms")
+            raise RobotLostError(f"the robot does not answer its state of {last.asks:,} ms")
         messages = self._robot.published()
         try:
-            return self._follow(seen, observed(messages))
+            return self._follow(last, observed(messages))
         except MessageError as error:
             self.figures.damaged += 1
             raise self._damped(turn_of(messages.state).asks, str(error)) from None

@@ -59,9 +59,9 @@ class Base(NamedTuple):
     tick : int
         The moment, in ms, as of a state.
     position : ndarray, (3,)
-        Of the pelvis in the world, m.
+        The place of the pelvis in the world, m.
     velocity : ndarray, (3,)
-        Of the pelvis in the world, m/s.
+        The velocity of the pelvis in the world, m/s.
     quaternion : ndarray, (4,)
         Its orientation, (w, x, y, z); 0 where it is not published.
     """
@@ -87,7 +87,7 @@ _SENSED = np.concatenate(
     ]
 )
 _ENDS = (4, 7, 10, 29, 48, 67)
-"""Where the parts of an observation end: quaternion, rates, forces, angles, velocities, torques."""
+"""Ends of the parts of an observation: quaternion, rates, forces, angles, velocities, torques."""
 _PARTS = list(map(slice, (0, *_ENDS), _ENDS))
 _ANSWERS, _TICK = int(COMMAND.words("reserve")[0]), int(STATE.words("tick")[0])
 _ASKS, _CONTROLLER = int(STATE.words("reserve")[0]), STATE.words("sn")
@@ -172,6 +172,7 @@ def remote_of(message: bytes) -> bytes:
 def encode_base(base: Base) -> bytes:
     """Return the message of the pelvis' motion."""
     words = np.zeros(BASE.size, np.uint8).view("<u4")
+    # Ticks are ms, a stamp is seconds and ns.
     words[_STAMP] = base.tick // 1000, base.tick % 1000 * 1_000_000
     words.view("<f4")[_BASE] = np.concatenate(base[1:])
     return words.tobytes()

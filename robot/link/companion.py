@@ -18,7 +18,7 @@ class Companion:
     Parameters
     ----------
     reader : Reader
-        Where it comes from.
+        The reader of the topic.
 
     Attributes
     ----------

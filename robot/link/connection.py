@@ -31,16 +31,16 @@ class RobotOptions:
     robot : str
         ``inline``, ``stub`` or ``dds:INTERFACE:DOMAIN``.
     real_time : bool
-        Whether it keeps to the clock.
+        True if it keeps to the clock.
     faults : tuple of str
         A plan of faults, see `spikeport.robot.link.faults`.
     may_move_a_robot : bool
-        Whether a place is allowed where a real robot may listen.
+        True if a place is allowed where a real robot may listen.
     estimator : str or None
         Finds the robot's motion, see `spikeport.robot.link.motion`; by default, that is the truth
         of a robot that is made for the run, and the filter for one that is there already.
     states : bool
-        Whether its user starts and stops it by hand, as always where a real robot may listen.
+        True if its user starts and stops it by hand, as always where a real robot may listen.
     """
 
     robot: str
@@ -82,6 +82,7 @@ class RobotOptions:
     @property
     def by_hand(self) -> bool:
         """True if a run over DDS begins in the states before ``RUN``."""
+        # A real robot that may listen moves only once its user starts it.
         return self.real_time and (self.states or self.place.may_be_real)
 
     @property
@@ -99,9 +100,9 @@ def connect(options: RobotOptions, settings: RobotSettings) -> RobotClient:
     Parameters
     ----------
     options : RobotOptions
-        Which one.
+        The robot to connect with.
     settings : RobotSettings
-        Of a robot that is made for this; another one is as it is.
+        The settings of a robot that is made for this; another one is as it is.
 
     Raises
     ------

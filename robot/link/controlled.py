@@ -40,9 +40,9 @@ class ControlledRobot(RealTimeRobot):
     Parameters
     ----------
     bus : Bus
-        Where it is.
+        The bus of the robot.
     needs : Topic or None
-        What an observation is whole only with, beside a state.
+        A topic beside the state, without which no observation is whole.
     period_s : float
         Time from one command to the next.
     clock : Clock
@@ -79,18 +79,18 @@ class ControlledRobot(RealTimeRobot):
         RobotLostError
             If no robot comes, or it is gone.
         """
-        seen, shown = super().first(), State.WAIT
+        last, printed = super().first(), State.WAIT
         while True:
-            command, state = self._answer(seen), self._controller.state
-            if state is not shown:
-                shown = state
+            command, state = self._answer(last), self._controller.state
+            if state is not printed:
+                printed = state
                 self._say(f"robot: {state.value}{self._reason()}. {KEYS.get(state, '')}".rstrip())
             if state is State.RUN:
-                self._send(seen.tick, command)
-                return seen
-            seen = super().exchange(seen, command)
+                self._send(last.tick, command)
+                return last
+            last = super().exchange(last, command)
 
-    def exchange(self, seen: Observed, motors: MotorCommands) -> Observed:
+    def exchange(self, last: Observed, motors: MotorCommands) -> Observed:
         """Command by what the controller makes of it, and return what is newest then.
 
         Raises
@@ -99,22 +99,24 @@ class ControlledRobot(RealTimeRobot):
             If the controller left ``RUN``, for which it damped the robot, or no state comes.
         """
         self._motors = motors
-        command = self._answer(seen)
+        command = self._answer(last)
         if self._controller.state is not State.RUN:
-            self._send(seen.tick, DAMPING)
+            self._send(last.tick, DAMPING)
             reason = self._reason() or ": stop was pressed"
-            raise RobotLostError(f"the robot was told to go into damping{reason}")
-        return super().exchange(seen, command)
+            raise RobotLostError(f"the robot was commanded to go into damping{reason}")
+        return super().exchange(last, command)
 
-    def _answer(self, seen: Observed) -> MotorCommands:
+    def _answer(self, last: Observed) -> MotorCommands:
         """Return the controller's command; a held observation is as old as it is."""
         for event in self._terminal.events():
             self._controller.press(event)
         if self._controller.state is State.WAIT:
-            self._writer = seen.writer
-        held, self._answered_tick = seen.tick == self._answered_tick, seen.tick
+            # Until the robot is led on, another one may take its place.
+            self._writer = last.writer
+        held, self._answered_tick = last.tick == self._answered_tick, last.tick
+        # A new state is judged by the time it came, a held one by the time that is now.
         now_s = self._clock.now() if held else self._seen_s
-        return self._controller.answer(Arrival(seen.sensors, True, seen.writer, seen.remote), now_s)
+        return self._controller.answer(Arrival(last.sensors, True, last.writer, last.remote), now_s)
 
     def _reason(self) -> str:
         damped = self._controller.state is State.DAMPING

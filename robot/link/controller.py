@@ -47,7 +47,7 @@ class Controller:
     begin : callable
         Called with the first observation of ``RUN``, before the policy: estimators start here.
     limits : Limits
-        Of plausible observations.
+        The limits of plausible observations.
     timing : Timing
         Its times.
 
@@ -56,9 +56,9 @@ class Controller:
     state : State
         The present state.
     refused : str
-        Why an observation or a command was refused last; empty if none was.
+        The reason why an observation or a command was refused last; empty if none was.
     refusals : int
-        How many were.
+        The number of refusals.
     """
 
     def __init__(
@@ -112,7 +112,7 @@ class Controller:
     def watch(self, now_s: float) -> bool:
         """Damp a moving robot whose last valid observation is too old; returns True if it did.
 
-        Where it did, the command to send is `DAMPING`.
+        After True, the command to send is `DAMPING`.
         """
         age_s, most_s = now_s - self._last_s, self._timing.latest_s
         if self.state not in MOVING or age_s <= most_s:
@@ -140,6 +140,7 @@ class Controller:
         if not message:
             return
         now = decode(message)
+        # Keys that are down in the first message were pressed for somebody else.
         before, self._remote = self._remote or now, now
         for event in pressed(before, now):
             self._happen(event)
@@ -156,6 +157,7 @@ class Controller:
         if self.state is State.RUN:
             return self._run(sensors, entered)
         if entered and self.state is State.RAMP:
+            # The ramp begins where the joints are, so that its first command moves nothing.
             self._ramp_from_rad, self._ramp_since_s = sensors.q, now_s
         return self._ramp(now_s)
 

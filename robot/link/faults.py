@@ -93,6 +93,7 @@ class FaultyWay(Generic[Message]):
             return
         if "nan" in self.kinds:
             message = self._spoil(message)
+        # Delay and jitter of one message add up.
         due = tick + sum(self._late_ms(fault) for fault in faults)
         if "reorder" not in self.kinds:
             self._add(due, message)
@@ -107,6 +108,7 @@ class FaultyWay(Generic[Message]):
     def _add(self, due: float, message: Message, behind_next: bool = False) -> None:
         """Put a message on its way; of those that are due together, the later sent wins."""
         self._sent += 1
+        # One more than the next message's number puts it behind that one, if both are due together.
         self._under_way.append((due, self._sent + 2 * behind_next, message))
 
     def arrived(self, tick: int) -> list[Message]:

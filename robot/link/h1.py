@@ -63,9 +63,9 @@ SPEED_LIMITS_RAD_S = _of_joints(_SPEEDS_RAD_S)
 TORQUE_LIMITS_NM = _of_joints(_TORQUES_NM)
 """The largest torque of each joint, (19,)."""
 LARGEST_TARGET_RAD = 2 * np.pi
-"""Of an angle that a joint is driven to; no joint of the H1 turns that far."""
+"""The largest target angle of a joint; no joint of the H1 turns that far."""
 ROUNDING = 1e-6
-"""Of a limit that was rounded to float32."""
+"""The rounding error of a limit in float32."""
 
 _NONE = np.zeros(len(JOINTS))
 ZERO_TORQUE = MotorCommands(_NONE, _NONE, _NONE, _NONE, _NONE)

@@ -30,7 +30,7 @@ class Hoist:
     Attributes
     ----------
     held : Held
-        How it holds the robot.
+        The way it holds the robot.
     """
 
     def __init__(self, plant: Plant) -> None:
@@ -54,6 +54,7 @@ class Hoist:
             return
         down_m = float(np.clip(self._left_m, 0, LOWERS_M_S * self._plant.dt_s))
         self._left_m -= down_m
+        # The weld itself is lowered: it pulls the pelvis along, and gives a little.
         self._pose[2] -= down_m
         self._plant.anchor(self._pose, self._torso_rad)
         if self._left_m <= 0:

@@ -44,14 +44,14 @@ class LockStep:
     faults : sequence of Fault
         A plan of faults.
     tells_truth : bool
-        Whether it publishes place and velocity of its pelvis.
+        True if it publishes place and velocity of its pelvis.
 
     Attributes
     ----------
     robot : SimulatedRobot
         The robot.
     silent : bool
-        Whether a fault made it fall silent.
+        True if a fault made it fall silent.
     """
 
     def __init__(
@@ -84,6 +84,7 @@ class LockStep:
         """Return what the robot observes now; the first of these befalls no fault."""
         robot = self.robot
         time_s, *arrays = robot.sensors()
+        # Copied, as the arrays are the simulation's, and an observation may be delayed by a fault.
         sensors = Sensors(time_s, *(array.copy() for array in arrays))
         truth = robot.truth() if self._tells_truth else None
         return Observed(robot.tick, sensors, truth, robot.odometry())
@@ -110,6 +111,7 @@ class LockStep:
         for one in self._way.arrived(robot.tick):
             robot.obey(one)
         robot.step()
+        # One more than commands: the first state came before the first command.
         self._states.send(self._commands + 1, robot.tick, self._observed())
         self._newest = (self._newest, *self._states.arrived(robot.tick))[-1]
         return True

@@ -47,7 +47,7 @@ class EstimatedMotion:
     name : str
         One of `ESTIMATORS`.
     held : Fix or None
-        Where a hoist holds the pelvis: a fix at every observation.
+        The place in which a hoist holds the pelvis: a fix at every observation.
 
     Raises
     ------
@@ -62,6 +62,7 @@ class EstimatedMotion:
         check_estimator(name)
         self._name, self._held = name, held
         self._estimator: StateEstimator = (
+            # The truth asks for the observation when it is read: there is none yet.
             Truth(lambda: estimate(self._observed)) if name == TRUTH else BY_SENSORS[name]()
         )
         self._begun = False

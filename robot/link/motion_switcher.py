@@ -42,15 +42,16 @@ class MotionSwitcher:
     Parameters
     ----------
     bus : Bus
-        Where it is.
+        The bus of the robot.
     required : bool
-        Whether a robot without one is refused, as where it may be real.
+        True if a robot without one is refused, as where it may be real.
     """
 
     def __init__(self, bus: "Bus", required: bool) -> None:
         self._requests = bus.writer(SWITCHER_REQUESTS)
         self._responses = bus.reader(SWITCHER_RESPONSES, keeps_all=True)
         self._required = required
+        # From the time on, so that answers to an earlier controller are never taken for its own.
         self._numbers = itertools.count(time.time_ns())
 
     def release(self) -> list[str] | None:
@@ -111,7 +112,7 @@ class SwitcherService:
     Parameters
     ----------
     bus : Bus
-        Where it is.
+        The bus of the robot.
     robot : SimulatedRobot
         The robot, whose sport mode it releases.
     """

@@ -58,6 +58,7 @@ class SimulatedOdometer:
 
     def __init__(self, errors: OdometerErrors, seed: int, step_s: float) -> None:
         self._errors, self._rng = errors, np.random.default_rng(seed)
+        # A random walk grows with the square root of time.
         self._root_s = float(np.sqrt(step_s))
         self._drift_m, self._turn_rad = np.zeros(3), 0.0
 

@@ -30,7 +30,7 @@ ODOMETRY_S = 0.2
 """Age of the last odometry after which a robot that is controlled by it is damped, in real time."""
 SLICE_S = 0.2
 DAMPINGS = 3
-"""How often a robot is sent into damping when its controller leaves."""
+"""The number of damping commands that a controller sends as it leaves."""
 
 
 class DdsRobot(CommandedRobot):
@@ -39,12 +39,12 @@ class DdsRobot(CommandedRobot):
     Parameters
     ----------
     bus : Bus
-        Where it is; closed with this.
+        The bus of the robot; closed with this.
     needs : Topic or None
-        What an observation is whole only with, beside a state: `TRUTHS`, which only a simulation
-        has, or `ODOMETRY`.
+        A topic beside the state, without which no observation is whole: `TRUTHS`, which only a
+        simulation has, or `ODOMETRY`.
     waits : bool
-        Whether what is published beside a state is waited for, as in lock-step.
+        True if what is published beside a state is waited for, as in lock-step.
     switcher : MotionSwitcher, optional
         Releases sport mode before the first command.
     """
@@ -88,6 +88,8 @@ class DdsRobot(CommandedRobot):
         until = time.monotonic() + FIRST_S
         while time.monotonic() < until:
             found = self._newest(SLICE_S)
+            # A state alone is not enough: commands to a robot that does not read them yet would be
+            # lost.
             if found is not None and self._commands.n_readers:
                 return found
         raise RobotLostError(
@@ -103,6 +105,8 @@ class DdsRobot(CommandedRobot):
         if newest is None:
             return None
         for topic, companion in self._beside.items():
+            # An odometer may fall silent, which `_watch_odometry` judges; a truth comes with every
+            # state.
             needed = topic is self._needs and topic is TRUTHS
             companion.take(newest.tick, needed or (self._waits and companion.published))
         self.figures.damaged = self._refusals + sum(one.damaged for one in self._beside.values())
@@ -131,6 +135,7 @@ class DdsRobot(CommandedRobot):
         self._refusals += 1
         self.figures.damaged += 1
         if self._runs:
+            # A message of another size has no fields in known places.
             asks = turn_of(message).asks if len(message) == STATE.size else 0
             raise self._damped(asks, reason)
 
@@ -153,9 +158,9 @@ class LockStepRobot(DdsRobot):
     Parameters
     ----------
     bus : Bus
-        Where it is.
+        The bus of the robot.
     needs : Topic or None
-        What an observation is whole only with, beside a state.
+        A topic beside the state, without which no observation is whole.
     switcher : MotionSwitcher, optional
         Releases sport mode before the first command.
     """
@@ -166,21 +171,21 @@ class LockStepRobot(DdsRobot):
         super().__init__(bus, needs, waits=True, switcher=switcher)
         self._trips = RoundTrips()
 
-    def exchange(self, seen: Observed, motors: MotorCommands) -> Observed:
+    def exchange(self, last: Observed, motors: MotorCommands) -> Observed:
         """Answer an observation, and wait for the next; see `RobotClient.exchange`."""
         begin = time.perf_counter()
-        self._send(seen.asks, motors)
+        self._send(last.asks, motors)
         while (left := PATIENCE_S - (time.perf_counter() - begin)) > 0:
             found = self._newest(min(left, SLICE_S))
             if found is None:
                 if not self._states.writers:
                     break
                 continue
-            if found.asks != seen.asks:
+            if found.asks != last.asks:
                 self._trips.add(time.perf_counter() - begin)
-                return self._follow(seen, found)
-            self._send(seen.asks, motors)  # it asks again: the answer was lost
-        raise RobotLostError(f"the robot does not answer its state of {seen.asks:,} ms")
+                return self._follow(last, found)
+            self._send(last.asks, motors)  # it asks again: the answer was lost
+        raise RobotLostError(f"the robot does not answer its state of {last.asks:,} ms")
 
     def _read(self, arrival: "Arrival") -> Observed | None:
         """Return the observation of a state that is for this controller; None if it is not.
@@ -207,9 +212,9 @@ class RealTimeRobot(DdsRobot):
     Parameters
     ----------
     bus : Bus
-        Where it is.
+        The bus of the robot.
     needs : Topic or None
-        What an observation is whole only with, beside a state.
+        A topic beside the state, without which no observation is whole.
     period_s : float
         Time from one command to the next.
     clock : Clock
@@ -238,19 +243,20 @@ class RealTimeRobot(DdsRobot):
         self._seen_s = self._odometry_s = self._clock.now()
         return found
 
-    def exchange(self, seen: Observed, motors: MotorCommands) -> Observed:
+    def exchange(self, last: Observed, motors: MotorCommands) -> Observed:
         """Command, wait for the next step, and return what is newest then."""
-        self._send(seen.tick, motors)
+        self._send(last.tick, motors)
         self._deadlines.begin()
         self.figures.overruns = self._deadlines.overruns
         found, now = self._newest(0.0), self._clock.now()
-        self._watch_odometry(seen.tick, now)
-        if found is None or found.tick == seen.tick:
+        self._watch_odometry(last.tick, now)
+        # A state that came again is as old as before: its age counts from when it first came.
+        if found is None or found.tick == last.tick:
             self.figures.held += 1
             if now - self._seen_s > LATEST_S:
-                raise self._damped(seen.tick, too_old(now - self._seen_s))
-            return seen
-        check_order(seen, found)
+                raise self._damped(last.tick, too_old(now - self._seen_s))
+            return last
+        check_order(last, found)
         self.figures.states += 1
         self._seen_s = now
         return found
@@ -269,6 +275,7 @@ class RealTimeRobot(DdsRobot):
 
     def close(self) -> None:
         """Tell the robot to go into damping, if it was ever commanded, and leave."""
+        # Several, since in real time a message may be lost, and nobody is left to repeat it.
         for _ in range(DAMPINGS if self._commanded else 0):
             self._send(0, DAMPING)
         super().close()
@@ -286,15 +293,15 @@ def join(
     Parameters
     ----------
     place : Place
-        Where it is.
+        The domain and interface of the robot.
     real_time : bool
-        Whether it keeps to the clock.
+        True if it keeps to the clock.
     settings : RobotSettings
-        Of which the rate is that of commands.
+        The settings of the robot; their rate is that of commands.
     needs : Topic or None
-        What an observation is whole only with, beside a state.
+        A topic beside the state, without which no observation is whole.
     switches : bool
-        Whether sport mode is released first; a robot of one's own in lock-step has none.
+        True if sport mode is released first; a robot of one's own in lock-step has none.
 
     Raises
     ------

@@ -26,6 +26,7 @@ class Place(NamedTuple):
     def check(self, may_move_a_robot: bool) -> None:
         """Refuse a place where a real robot may listen, unless that is meant; raises UsageError."""
         names = [name for _, name in socket.if_nameindex()]
+        # The name goes into Cyclone's XML: a quote in it would end the attribute.
         if self.interface not in names or not re.fullmatch(r"[\w.:@-]+", self.interface):
             raise UsageError(f"no interface '{self.interface}'; there is: {', '.join(names)}")
         if not 0 <= self.domain <= LARGEST_DOMAIN:

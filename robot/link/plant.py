@@ -121,6 +121,7 @@ class LinkedPlant(Plant):
         model, ctrl = self.model, self.data.ctrl
         kp, kd = -model.actuator_biasprm[:, 1], -model.actuator_biasprm[:, 2]
         none = np.zeros(len(ctrl))
+        # The gain of a position command is kp, so nothing is left; a torque command has kp 0.
         tau = (model.actuator_gainprm[:, 0] - kp) * ctrl
         return MotorCommands(np.where(kp > 0, ctrl, none), none, kp, kd, tau)
 
@@ -132,5 +133,7 @@ class LinkedPlant(Plant):
         data.time = TICK_S * (self._observed.asks - self._begun_tick)
         rotation = np.empty(9)
         mujoco.mju_quat2Mat(rotation, data.qpos[3:7])
+        # MuJoCo keeps a free joint's linear velocity in the world, its angular one in the body.
         data.qvel[:3] = rotation.reshape(3, 3) @ state.base_linear_velocity
+        # Kinematics, contacts and sensors at this state, without a step of the physics.
         mujoco.mj_step1(self.model, data)

@@ -27,11 +27,11 @@ PRESSES: dict[frozenset[str], Event] = {
     frozenset({"L1", "R1"}): Event.REARM,
     frozenset({"select"}): Event.STOP,
 }
-"""What keys mean that are pressed together; the last one wins. Start, A and select are those of
+"""Events of keys that are pressed together; the last one wins. Start, A and select are those of
 Unitree's own controllers."""
 
 TERMINAL = {"s": Event.START, "a": Event.RUN, " ": Event.STOP, "r": Event.REARM}
-"""What a key of the terminal means."""
+"""The event of each key of the terminal."""
 
 
 class Remote(NamedTuple):
@@ -45,7 +45,7 @@ class Remote(NamedTuple):
 
 
 def decode(message: bytes) -> Remote:
-    """Return what a remote says; raises UsageError for a message of another size.
+    """Return the keys and sticks of a message; raises UsageError for one of another size.
 
     A stick that is no number is taken to be in its middle.
     """
@@ -57,6 +57,7 @@ def decode(message: bytes) -> Remote:
 
 
 def _stick(value: float) -> float:
+    # A NaN is not equal to itself.
     return min(max(value, -1.0), 1.0) if value == value else 0.0
 
 

@@ -59,6 +59,7 @@ def decode_response(message: bytes) -> Response:
 def _with_text(text: str) -> bytes:
     """Return a text as it stands behind a head, and that no bytes follow."""
     data = text.encode() + b"\0"
+    # Zeros to the next multiple of 4, then the length of no bytes.
     return _LENGTH.pack(len(data)) + data + bytes(-len(data) % WORD) + _LENGTH.pack(0)
 
 

@@ -3,7 +3,7 @@
     torque = tau + kp (q - q_joint) + kd (dq - dq_joint)
 
 It is clipped to the motor's largest torque, and a motor at its largest speed pushes no further.
-All joints are damped until the first command, and again from the next step of the physics on when
+Joints are damped until the first command, and again from the next step of the physics on when
 none came for as long as the watchdog waits.
 """
 
@@ -46,13 +46,13 @@ class Refusals:
     Attributes
     ----------
     damaged : int
-        Of another size, or with a wrong checksum.
+        Messages of another size, or with a wrong checksum.
     beyond_limits : int
-        With a number that is not finite, or that no motor is to obey.
+        Messages with a number that is not finite, or that no motor is to obey.
     second_writer : int
-        From another writer than the first.
+        Messages from another writer than the first.
     sport_mode : int
-        While sport mode commanded.
+        Messages that came while sport mode commanded.
     """
 
     damaged: int = 0
@@ -79,11 +79,11 @@ class SimulatedRobot:
     steps : int
         Steps since it began.
     refusals : Refusals
-        What it did not obey.
+        The counts of messages that it did not obey.
     watchdog_trips : int
-        How often it went into damping.
+        The number of times it went into damping.
     last_refusal : str
-        Why it refused a message last.
+        The reason why it refused a message last.
     sport_mode : str
         The mode that commands it in a controller's stead; empty if none does.
     hoist : Hoist
@@ -93,6 +93,7 @@ class SimulatedRobot:
     def __init__(self, settings: RobotSettings) -> None:
         self._settings = settings
         self._plant = Plant(anchored=settings.hoist)
+        # The plant, too, reads its step from the model.
         self._plant.model.opt.timestep = 1 / settings.rate_hz
         self.step_ticks = round(1 / (TICK_S * settings.rate_hz))
         self._limits = self._plant.model.actuator_forcerange
@@ -107,6 +108,8 @@ class SimulatedRobot:
         self._limits[:] = np.stack((-TORQUE_LIMITS_NM, TORQUE_LIMITS_NM), axis=1)
         self._plant.damp()  # the plant does not know what gains were commanded since
         self._plant.reset(settings.seed, posture_rad=settings.posture_rad)
+        # MuJoCo's force is gain ctrl + bias_1 q + bias_2 dq: `_drive` puts -kp and -kd into the
+        # biases.
         model.actuator_gainprm[:, 0] = 1.0
         model.actuator_biasprm[:, 0] = 0.0
         self.tick = self.step_ticks
@@ -150,6 +153,8 @@ class SimulatedRobot:
         if self.sport_mode:
             self._refuse("sport_mode", f"mode '{self.sport_mode}' commands; release it first")
             return None
+        # Only a whole command makes its writer the one that is obeyed: a damaged first one does
+        # not.
         self._writer = writer
         return command
 
@@ -209,6 +214,7 @@ class SimulatedRobot:
         self._plant.step()
         self.tick += self.step_ticks
         self.steps += 1
+        # A digest of every bit of the motion: two runs are equal if theirs are.
         self._motion.update(self._plant.data.qpos.tobytes())
         self._motion.update(self._plant.data.qvel.tobytes())
 
@@ -224,6 +230,7 @@ class SimulatedRobot:
     def _limit_speeds(self) -> None:
         """Let a motor at its largest speed brake, and push no further."""
         speeds = self._plant.data.qvel[6:]
+        # Torque along the motion is cut off, torque against it is not.
         self._limits[:, 1] = np.where(speeds >= SPEED_LIMITS_RAD_S, 0.0, TORQUE_LIMITS_NM)
         self._limits[:, 0] = np.where(speeds <= -SPEED_LIMITS_RAD_S, 0.0, -TORQUE_LIMITS_NM)
 

@@ -31,13 +31,13 @@ class Service:
     Attributes
     ----------
     place : Place
-        Where it is spoken with.
+        The domain and interface that it is spoken with in.
     robot : RobotSettings
         The robot.
     lock_step : bool
-        Whether it waits for the answer to each state, rather than keep to the clock.
+        True if it waits for the answer to each state, rather than keep to the clock.
     truth : bool
-        Whether it publishes place and velocity of its pelvis.
+        True if it publishes place and velocity of its pelvis.
     faults : sequence of Fault
         A plan of faults, for lock-step.
     once : bool
@@ -61,9 +61,9 @@ class Interface:
     Parameters
     ----------
     bus : Bus
-        Where they are.
+        The bus of the topics.
     service : Service
-        What is published, and when nobody is waited for any more.
+        The settings: topics that are published, and times after which nobody is waited for.
     """
 
     def __init__(self, bus: Bus, service: Service) -> None:
@@ -95,12 +95,12 @@ class Interface:
 
 
 class Attendant:
-    """Who is beside the robot: its motion switcher, and whoever has a hand on its hoist.
+    """The robot's surroundings: its motion switcher, and the hand on its hoist.
 
     Parameters
     ----------
     bus : Bus
-        Where the motion switcher is.
+        The bus of the motion switcher.
     robot : SimulatedRobot
         The robot.
     terminal : Terminal
@@ -170,6 +170,7 @@ def serve_lock_step(robot: LockStep, interface: Interface, attendant: Attendant)
     while True:
         if not robot.silent:
             interface.publish(robot.published())
+        # A state may be lost as well as its answer: it is published again after this time.
         arrivals = interface.commands.take(AGAIN_S)
         for arrival in arrivals:
             robot.answered(arrival.message, arrival.writer)
@@ -201,6 +202,7 @@ def serve_real_time(
             robot.step()
         truth = robot.truth() if service.truth else None
         interface.publish(Published(robot.state(), truth, robot.odometry()))
+        # Not in every step: processes come and go seldom.
         if time.monotonic() - looked_s >= SLICE_S:
             looked_s = time.monotonic()
             attendant.look()

@@ -25,7 +25,7 @@ class RobotSettings:
     rate_hz : float
         Physics steps a second, each of a whole number of ticks of 1 ms.
     hoist : bool
-        Whether it hangs by its pelvis.
+        True if it hangs by its pelvis.
     watchdog_s : float
         Time without a valid command after which it is damped.
     seed : int

@@ -37,7 +37,7 @@ class SportModeRelease:
     Attributes
     ----------
     released : bool
-        Whether there is no mode any more.
+        True if there is no mode any more.
     mode : str
         The mode's name, as it was last checked.
     """
@@ -60,6 +60,7 @@ class SportModeRelease:
         self.released = not self.mode
         if self.released:
             return
+        # Something switches it back: releasing on and on would never end.
         if self._releases == MOST_RELEASES:
             raise BackendError(
                 f"the robot is still in mode '{self.mode}' after {MOST_RELEASES} releases; end "

@@ -26,7 +26,7 @@ class StubRobot(RobotClient):
     settings : RobotSettings
         The robot.
     real_time : bool
-        Whether it keeps to the clock.
+        True if it keeps to the clock.
     faults : sequence of str
         A plan of faults.
     """
@@ -40,6 +40,7 @@ class StubRobot(RobotClient):
         try:
             self._child = Child("robot", _arguments(place, settings, real_time, faults))
             try:
+                # In lock-step nothing else commands a robot of one's own, so no switcher is asked.
                 self._client = join(place, real_time, settings, switches=real_time)
             except BaseException:
                 self._child.close()
@@ -57,11 +58,12 @@ class StubRobot(RobotClient):
         """Return the first observation; see `RobotClient.first`."""
         return self._client.first()
 
-    def exchange(self, seen: Observed, motors: MotorCommands) -> Observed:
+    def exchange(self, last: Observed, motors: MotorCommands) -> Observed:
         """Answer an observation, and return the next; see `RobotClient.exchange`."""
         try:
-            return self._client.exchange(seen, motors)
+            return self._client.exchange(last, motors)
         except RobotLostError as error:
+            # A robot that died has words of its own, which say more than its silence.
             if self._child.runs:
                 raise
             self._words = self._child.close().strip()
@@ -89,6 +91,7 @@ def _last_words(words: str) -> object:
 def _arguments(
     place: Place, settings: RobotSettings, real_time: bool, faults: Sequence[str]
 ) -> list[str]:
+    # `repr` gives a float in full: the run must be the same to the last bit.
     clock = [] if real_time else ["--lock-step", "--rate-hz", repr(settings.rate_hz)]
     return [
         *("robot", "serve", "--interface", place.interface, "--domain", str(place.domain)),

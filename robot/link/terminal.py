@@ -16,7 +16,7 @@ MOST_KEYS = 64
 class Terminal:
     """The keys of a terminal, without waiting for any.
 
-    Each counts as it is pressed, and is not shown, until `close`.
+    Each counts as it is pressed, and is not echoed, until `close`.
 
     Parameters
     ----------
@@ -28,6 +28,7 @@ class Terminal:
         self._descriptor = descriptor
         if descriptor is not None:
             self._before = termios.tcgetattr(descriptor)
+            # Keys arrive one by one, and Ctrl-C still interrupts.
             tty.setcbreak(descriptor)
 
     def keys(self) -> str:

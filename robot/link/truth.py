@@ -17,7 +17,7 @@ _WAIST = JOINTS.index("torso")
 
 
 def estimate(observed: Observed) -> RobotState:
-    """Return the motion of the robot; raises RobotLostError if nobody tells the truth."""
+    """Return the motion of the robot; raises RobotLostError if nobody publishes the truth."""
     sensors, truth = observed.sensors, observed.truth
     if truth is None:
         raise RobotLostError(
@@ -31,6 +31,7 @@ def estimate(observed: Observed) -> RobotState:
     return RobotState(
         base_position=truth.position,
         base_quaternion=quaternion,
+        # Published in the world, wanted in the pelvis' frame.
         base_linear_velocity=rotation.reshape(3, 3).T @ truth.velocity,
         base_angular_velocity=pelvis_angular_velocity(sensors.gyroscope, waist_rad, waist_rad_s),
         q=sensors.q,

@@ -105,6 +105,7 @@ def _packed(
     """Yield path, type, length and first byte of fields that are each aligned to their size."""
     for path, kind, n in leaves:
         size = np.dtype(kind).itemsize
+        # Rounded up to a multiple of the size.
         begin = -(-begin // size) * size
         yield path, kind, n, begin
         begin += n * size

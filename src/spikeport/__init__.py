@@ -81,5 +81,5 @@ def __getattr__(name: str) -> object:
 
 
 def __dir__() -> list[str]:
-    # What help() and completion list, without the names that only this file needs.
+    # Names that help() and completion list, without those that only this file needs.
     return [*__all__, "__all__", "__doc__", "__file__", "__name__", "__path__", "__version__"]

@@ -10,7 +10,7 @@ from pathlib import Path
 from spikeport.errors import UsageError
 
 PART = ".part"
-"""How a file that is not yet whole ends; only an interrupted program leaves one behind."""
+"""The ending of a file that is not yet whole; only an interrupted program leaves one behind."""
 
 
 def is_leftover(path: Path) -> bool:

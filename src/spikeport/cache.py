@@ -31,9 +31,9 @@ FOLDER = "SPIKEPORT_CACHE"
 """Environment variable: the folder to use instead of the user's own, or `OFF`."""
 OFF = "off"
 LIMIT_BYTES = 2**30
-"""Of all entries together; the oldest go first."""
+"""Most bytes of all entries together; the oldest go first."""
 SEAL = "seal"
-"""Of an entry: the digest of its key and its arrays, kept among them."""
+"""The file of an entry: the digest of its key and its arrays, kept among them."""
 COMPUTING = ("numpy", "scipy", "nengo", "nengo-loihi", "numba", "mujoco")
 BLAS = ("internal_api", "version", "num_threads", "architecture", "threading_layer")
 OURS = (".py", ".toml", ".xml", ".npz")

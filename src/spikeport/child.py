@@ -19,7 +19,7 @@ class Child:
     name : str
         Its name in messages; its first line begins with ``NAME:``, once it serves.
     arguments : sequence of str
-        Those of ``spikeport``.
+        The arguments of ``spikeport``.
 
     Raises
     ------

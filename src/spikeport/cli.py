@@ -1,7 +1,7 @@
 """The command line.
 
-Exit codes: 0 done, 1 the network does not fit or a run failed, 2 wrong use, 130 interrupted. Which
-of 1 and 2 it is belongs to the class of the error: `SpikeportError.exit_code`.
+Exit codes: 0 done, 1 the network does not fit or a run failed, 2 wrong use, 130 interrupted. The
+class of an error decides between 1 and 2: `SpikeportError.exit_code`.
 """
 
 import io
@@ -283,7 +283,7 @@ def convert_command(
         Path | None, typer.Option(help="npz with an array (n, inputs): what it will see.")
     ] = None,
     activation: Annotated[
-        str, typer.Option(help="Of a checkpoint, which does not name its own.")
+        str, typer.Option(help="Activation of a checkpoint, which does not name its own.")
     ] = "elu",
     neurons: Annotated[int, typer.Option("--neurons", "-n", help="Neurons of a unit.")] = 20,
     tau_fwd: Annotated[float, typer.Option(help="Filter between layers, in s.")] = 0.002,
@@ -417,7 +417,9 @@ def sweep_command(
         list[str] | None,
         typer.Option(metavar="KEY=VALUE,...", help="Values of a setting or `backend`; repeatable."),
     ] = None,
-    seeds: Annotated[int, typer.Option(help="How many, from 0 on.", min=1, max=MOST_POINTS)] = 1,
+    seeds: Annotated[
+        int, typer.Option(help="Number of seeds, from 0 on.", min=1, max=MOST_POINTS)
+    ] = 1,
     target: Target,
     seconds: SecondsOption = None,
     settings: SettingsOption,
@@ -454,7 +456,9 @@ def evaluate_command(
             metavar="KEY=VALUE,...", help="Perturbation of a row, for the table's own; repeatable."
         ),
     ] = None,
-    episodes: Annotated[int, typer.Option(help="Of each row.", min=1, max=MOST_POINTS)] = 20,
+    episodes: Annotated[
+        int, typer.Option(help="Episodes of each row.", min=1, max=MOST_POINTS)
+    ] = 20,
     seed: SeedOption = 0,
     target: Target,
     seconds: SecondsOption = None,

@@ -7,7 +7,7 @@ LONGEST_RUN = 10**9
 """Steps of the longest run: at 1 ms and in real time it takes eleven days."""
 
 MOST_POINTS = 100_000
-"""Of a sweep: each is a run, and a file in one folder."""
+"""Most points of a sweep: each is a run, and a file in one folder."""
 
 LARGEST_SEED = 2**32 - 1
 """The largest seed of NumPy's random states."""

@@ -13,7 +13,7 @@
     │   │       └── NothingOnChipError     ... or since all of it runs on the host: no fault
     │   └── OverBudgetError                ... within the user's budget: carries all violations
     ├── ImageError (ValueError)            an image file is foreign, truncated or altered
-    ├── BackendError (RuntimeError)        a backend cannot run what it was given
+    ├── BackendError (RuntimeError)        a backend cannot run an image or input
     │   ├── BoardLostError                 ... a board does not answer, or ended the session
     │   └── RobotLostError                 ... a robot does not, began anew, or fell silent
     ├── RenderError (RuntimeError)         no picture can be made on this machine
@@ -23,7 +23,7 @@ A message names the object, the rule, what was used against the limit, and the c
 line exits with the ``exit_code`` of an error's class: 1 where a network or a run failed, 2 where
 the request itself cannot be met.
 
-All of them can be imported from here. `RefusedError` and those below it are Nengo's errors too, and
+Every error can be imported from here. `RefusedError` and those below it are Nengo's errors too, and
 are imported when they are first asked for: Nengo takes a second, which an error need not wait for.
 """
 
@@ -121,7 +121,7 @@ class ImageError(SpikeportError, ValueError):
 
 
 class BackendError(SpikeportError, RuntimeError):
-    """A backend cannot run what it was given."""
+    """A backend cannot run an image or its input."""
 
 
 class BoardLostError(BackendError):
@@ -161,9 +161,9 @@ def unknown(kind: str, name: str, known: Iterable[str]) -> UsageError:
     Parameters
     ----------
     kind : str
-        What was looked for, e.g. ``"backend"``.
+        The kind of thing that was looked for, e.g. ``"backend"``.
     name : str
-        The name that was given.
+        The name that is not known.
     known : iterable of str
         The names there are.
     """

@@ -1,6 +1,6 @@
 """Plans of faults: texts ``KIND@STEP``, ``KIND=MS@STEP``, or ``KIND:SHARE`` of all steps.
 
-Which kinds there are, and what they do, is the business of the link that has them.
+The kinds, and their effects, are defined by the link that has them.
 """
 
 import random
@@ -36,7 +36,7 @@ class Faults(NamedTuple):
     kinds : tuple of str
         Their names.
     timed : tuple of str
-        Those that take a time in ms.
+        The kinds that take a time in ms.
     """
 
     option: str

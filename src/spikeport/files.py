@@ -76,7 +76,7 @@ def read_model(
     model : type of pydantic's BaseModel
         The model.
     what : str
-        What the file is to be, for messages, e.g. ``"chip"``.
+        The kind of file expected, for messages, e.g. ``"chip"``.
     refusal : type of SpikeportError
         The error for a file that is wrong.
     read : callable

@@ -36,16 +36,16 @@ def parse(
     pairs : iterable of str
         The texts.
     target : callable
-        What takes the arguments; see `parameters`.
+        The function that takes the arguments; see `parameters`.
     owner : str
-        What it is called in messages.
+        Its name in messages.
     option : str
-        Where the texts come from, for messages.
+        The source of the texts, for messages.
 
     Raises
     ------
     UsageError
-        For a text without ``=``, a key that is not a parameter (lists those there are), a key given
+        For a text without ``=``, a key that is not a parameter (lists those there are), a key set
         twice, or a value that does not convert.
     """
     split = []
@@ -58,9 +58,9 @@ def parse(
 
 
 def parameters(target: Callable[..., object], owner: str) -> dict[str, Any]:
-    """Return the parameters that can be given by name, each with the type of its values.
+    """Return the parameters that can be set by name, each with the type of its values.
 
-    That is the type it is annotated with, if that is bool, int, float, str, a choice of texts or
+    The type is the one it is annotated with, if that is bool, int, float, str, a choice of texts or
     one of several of these, with bounds or without; else the type of its default; else str.
     """
     try:
@@ -87,9 +87,9 @@ def converted(
     kinds : dict
         The types of the values, by key, as of `parameters`.
     kind : str
-        What a key is of, for messages, e.g. ``"key of network 'arm'"``.
+        The name of a key in messages, e.g. ``"key of network 'arm'"``.
     where : str
-        Where the pairs come from, for messages, e.g. ``"--set"``.
+        The source of the pairs, for messages, e.g. ``"--set"``.
     """
     values: dict[str, SettingValue] = {}
     for key, text in pairs:

@@ -1,6 +1,6 @@
 """Neuron types of our own: neurons in steps of the chip, and what feeds and reads them on the host.
 
-Nengo's types have no filtered current of their own and end the voltage at zero. Those of NIR and of
+Nengo's types have no filtered current of their own and end the voltage at zero. Types of NIR and of
 most frameworks have the one and do not do the other, and nor does the chip.
 """
 
@@ -32,7 +32,7 @@ class Integrator(NeuronType):
         The shares :math:`d_u`, from above 0 to 1, and :math:`d_v`, from 0 to 1, that a step takes
         away; of all neurons, or of each.
     leak : float or (n,) array
-        What a step adds to the voltage, :math:`l`.
+        The change of the voltage by a step, :math:`l`.
 
     Raises
     ------
@@ -191,7 +191,7 @@ def integrals(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the ratios of the chip's decays to these, of current and voltage.
 
-    What a spike adds up to in all steps after it is smaller on the chip by these factors.
+    A spike's sum over all steps after it is smaller on the chip by these factors.
     """
     current, voltage = chip_decays(current_decay, voltage_decay)
     wanted = np.asarray(voltage_decay, dtype=float)

@@ -56,7 +56,7 @@ class Simulator:
     seed : int, optional
         Seed of noise and processes; by default the network's seed + 1.
     progress_bar : bool or nengo.utils.progress.ProgressBar
-        How runs show their progress; by default they do not.
+        The progress bar of runs; by default none.
     pipeline : Pipeline or str, optional
         The passes of the compile; by default the chip's.
     counts : str or Path, optional
@@ -84,7 +84,7 @@ class Simulator:
         Image, report and host side; None on the reference backend, and where no ensemble is on the
         chip, so that all of the network runs on the host.
     data : mapping of nengo.Probe to (n_steps, size) array
-        What the probes recorded; ``data[ensemble]`` and ``data[connection]`` hold what Nengo built.
+        Recordings of the probes; ``data[ensemble]`` and ``data[connection]`` hold what Nengo built.
 
     Raises
     ------
@@ -228,10 +228,10 @@ class Simulator:
             raise ArgumentError("steps", steps, f"an integer from 0 to {LONGEST_RUN:,}")
         if steps == 0:
             return
-        shown = self.progress_bar if progress_bar is None else progress_bar
+        bar = self.progress_bar if progress_bar is None else progress_bar
         with (
             interrupts_deferred() as check_interrupt,
-            ProgressTracker(shown, Steps("Simulating", "Simulation", steps)) as tracker,
+            ProgressTracker(bar, Steps("Simulating", "Simulation", steps)) as tracker,
         ):
             for _ in range(steps):
                 self.step()

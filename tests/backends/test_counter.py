@@ -46,7 +46,7 @@ def learning() -> None:
 
 
 class SlowCount:
-    """Follows every spike of nengo-loihi's emulator, one by one, on blocks of the given cores."""
+    """Follows every spike of nengo-loihi's emulator, one by one, on blocks of some cores."""
 
     def __init__(
         self, network: nengo.Network, simulator: Callable[..., Any], block_core: np.ndarray

@@ -153,7 +153,7 @@ def test_inputs_that_spike_in_every_step_are_saturated() -> None:
         nengo.Connection(nengo.Node(lambda t: 3.0 * (t > 0.1)), ensemble)
         nengo.Probe(ensemble)
     loss = measured_of(network, 0.4).loss
-    # Of four windows, the input is low in the first and rises in the second.
+    # The input is low in the first of four windows and rises in the second.
     assert loss.saturated_inputs == {"input 0 to a": 0.5}
     assert [hint.id for hint in loss.hints if hint.id == "SP408"] == ["SP408"]
 

@@ -47,7 +47,7 @@ def split_relu_with_loops() -> None:
     a = nengo.Ensemble(90, 2, neuron_type=relu, max_rates=nengo.dists.Uniform(50, 100))
     network.config[a].block_shape = nengo_loihi.BlockShape((45,), (90,))
     b = nengo.Ensemble(40, 2)
-    # What replaces a passthrough node is not seeded by nengo-loihi: with points to decode at
+    # The stand-in of a passthrough node is not seeded by nengo-loihi: with points to decode at
     # nothing about it is random.
     through, back = nengo.Node(size_in=2), node(2, 0.5)
     nengo.Connection(u, a, transform=[[1], [0]])

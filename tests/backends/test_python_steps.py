@@ -1,4 +1,4 @@
-"""A node behaves as in Nengo: what it may return, what it is given, and what is refused."""
+"""A node behaves as in Nengo: its return values, its input, and its refusals."""
 
 from collections.abc import Callable
 from typing import Any

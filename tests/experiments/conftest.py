@@ -56,7 +56,7 @@ def loihi(tmp_path_factory: pytest.TempPathFactory) -> Run:
 
 @pytest.fixture
 def sweep_of() -> Callable[..., Sweep]:
-    """A sweep of the walk, with what is given in place of its own."""
+    """A sweep of the walk, with the arguments in place of its own."""
 
     def make(**replaced: Any) -> Sweep:
         asked = {

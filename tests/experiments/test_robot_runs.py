@@ -1,6 +1,6 @@
 """Experiments on a robot behind its interface: in one process, in two, and with a board in three.
 
-What is compared is everything: the robot's motion (float64), all time series of the run, and the
+They are compared in everything: the robot's motion (float64), all time series of the run, and the
 counts of all cores.
 """
 

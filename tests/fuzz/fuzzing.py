@@ -12,7 +12,7 @@ from tests.fuzz.loaders import Loader
 from tests.fuzz.mutations import mutated
 
 SECONDS = 10
-"""What reading a file may take at most."""
+"""The most that reading a file may take."""
 
 
 @dataclass

@@ -12,7 +12,7 @@ from tests.fuzz.mutations import mutated
 pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning")
 MUTATIONS = 300
 FEWER = {"NIR": 100}
-"""Of a loader that reads each file in a process of its own."""
+"""Fewer files, for a loader that reads each in a process of its own."""
 
 
 @pytest.mark.parametrize("name", LOADERS)

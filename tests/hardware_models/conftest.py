@@ -92,7 +92,7 @@ def chip(data: dict[str, Any]) -> ChipModel:
 
 @pytest.fixture
 def make_activity() -> Callable[..., Activity]:
-    """Makes an activity that is all zero except for what is given."""
+    """Makes an activity that is all zero except for the arguments."""
 
     def make(n_steps: int = 2, n_cores: int = 2, dt_s: float = 0.001, **counts: Any) -> Activity:
         arrays = {name: np.zeros((n_steps, n_cores), dtype=int) for name in PER_STEP}

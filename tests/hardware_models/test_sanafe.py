@@ -4,8 +4,8 @@ SANA-FE is GPL-3.0 and not a dependency. `make referees` installs it apart from 
 SANAFE_PYTHON names the Python of another place that has it.
 
 Both count the same spikes: every neuron of an image spikes with a period of its own, and what it
-reaches is what the image's wiring and placement say. What the host would
-send to the arm is left out: SANA-FE has no host.
+reaches is what the image's wiring and placement say. The host's spikes
+to the arm are left out: SANA-FE has no host.
 """
 
 import json

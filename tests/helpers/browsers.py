@@ -28,13 +28,13 @@ def browser() -> Iterator[Any]:
 
 @contextmanager
 def tab_of(browser: Any, page: Path) -> Iterator[Any]:
-    """A page in a browser, which has said nothing and asked for nothing but the file."""
-    said: list[str] = []
+    """A page in a browser, without a message and without a request but that for the file."""
+    events: list[str] = []
     tab = browser.new_page(viewport={"width": 1000, "height": 800})
-    tab.on("console", lambda message: said.append(message.text))
-    tab.on("pageerror", lambda error: said.append(str(error)))
-    tab.on("request", lambda request: said.append(request.url))
+    tab.on("console", lambda message: events.append(message.text))
+    tab.on("pageerror", lambda error: events.append(str(error)))
+    tab.on("request", lambda request: events.append(request.url))
     tab.goto(page.as_uri())
     yield tab
-    assert [url for url in said if not url.startswith("data:")] == [page.as_uri()]
+    assert [url for url in events if not url.startswith("data:")] == [page.as_uri()]
     tab.close()

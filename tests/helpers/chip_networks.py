@@ -30,7 +30,7 @@ def integer_blocks(network: nengo.Network) -> IntegerBlocks:
 
 
 def neurons(label: str, bias: list[float]) -> nengo.Ensemble:
-    """Neurons of gain 1 and given biases."""
+    """Neurons of gain 1 and these biases."""
     gain = np.ones(len(bias))
     return nengo.Ensemble(len(bias), 1, label=label, gain=gain, bias=bias)
 

@@ -58,7 +58,7 @@ class Group:
     learning: Sequence[float] = (0,) * len(LEARNING)
 
     def __post_init__(self) -> None:
-        """Fill in what is not given: targets 0, 1, 2 ..., one axon a row, bases 0."""
+        """Fill in the defaults: targets 0, 1, 2 ..., one axon a row, bases 0."""
         self.weights = [np.atleast_2d(np.asarray(w, dtype=np.int64)) for w in self.weights]
         if self.indices is None:
             self.indices = [np.broadcast_to(np.arange(w.shape[1]), w.shape) for w in self.weights]

@@ -31,7 +31,7 @@ def ran_on_lava(
     image : ChipImage
         The image, without noise and learning.
     spikes : (n_steps, n_inputs) array
-        What the host sends, 0 or 1.
+        The spikes that the host sends, 0 or 1.
     folder : Path
         A folder for files.
     stock : bool

@@ -33,7 +33,7 @@ def decay(x: np.ndarray, keep: np.ndarray) -> np.ndarray:
 class Oracle:
     """An image at rest. Implements `step` of `spikeport.backends.chip.Chip`; state is int64."""
 
-    offset_u, offset_v = 1, 0  # nengo-loihi's current decays by one 4096th more than it is told to
+    offset_u, offset_v = 1, 0  # nengo-loihi's current decays by one 4096th more than set
 
     def __init__(self, image: ChipImage, seed: int) -> None:
         if image.learns.any():

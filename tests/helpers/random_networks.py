@@ -13,7 +13,7 @@ from spikeport.hardware_models import chip as chips
 DT_S = 0.001
 N_STEPS = 120
 KINDS = (LoihiLIF(), LoihiSpikingRectifiedLinear(), LoihiLIF(tau_rc=0.03))
-"""Of these, float Nengo solves decoders for the chip's rates, as nengo-loihi does."""
+"""Neuron types whose decoders float Nengo solves for the chip's rates, as nengo-loihi does."""
 TAUS = (0.002, 0.005)
 
 

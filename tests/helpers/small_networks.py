@@ -32,7 +32,7 @@ def decoders(n: int, d: int) -> np.ndarray:
 
 
 def decode(pre: Any, post: Any, values: np.ndarray, **options: Any) -> nengo.Connection:
-    """Connect with given decoders (n, d)."""
+    """Connect with decoders (n, d)."""
     if "function" not in options and values.shape[1] != pre.size_out:
         options["function"] = lambda _x: np.zeros(values.shape[1])
     return nengo.Connection(pre, post, solver=NoSolver(values), **options)

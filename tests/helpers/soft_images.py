@@ -17,7 +17,7 @@ LARGEST = 2**23 - 1
 def held(image: ChipImage) -> ChipImage:
     """Return an image without noise, and with values that fit into registers of 24 bits."""
     blocks, compartments = image.blocks, image.compartments
-    # Of the blocks of a core, the first one's bounds.
+    # The bounds of the first of a core's blocks.
     first = np.array([np.flatnonzero(blocks.core == core)[0] for core in blocks.core])
     vmin, vmax = (_within(one) for one in (blocks.vmin[first], blocks.vmax[first]))
     few = compartments.refract_delay // 21 * 21, compartments.decay_u // 1365 * 1365

@@ -1,6 +1,6 @@
 """Nengo's own tests pass on `spikeport.Simulator`, or are listed with a reason and fail.
 
-What is listed also fails on nengo-loihi's simulator, given the same networks.
+A listed test also fails on nengo-loihi's simulator, given the same networks.
 """
 
 import re

@@ -126,7 +126,7 @@ def drive(ensemble: nengo.Ensemble, spikes: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("utilities", [(0.8, 0.4), (0.8, 0.6, 0.2), (0.9, 0.5, 0.5, 0.5)])
 def test_the_ganglia_compute_what_nengo_spas_do(utilities):
-    """Within 0.06, the error of 100 decoded LIF neurons among which two constants stay apart."""
+    """Within 0.06, the error of 100 decoded LIF neurons whose two constants stay distinct."""
     n_actions = len(utilities)
     with nengo.Network(seed=0) as network:
         ours = action_selection(n_actions, SelectionOptions(utility_gain=1.0))

@@ -11,7 +11,7 @@ SMALL = ArmSizes(m1=40, cb=30, s1=10)
 
 
 def held(law, region, seed=0, sizes=None):
-    """A controller that is shown one state after the other, and a function that shows them."""
+    """A controller with one state after the other as input, and a function that feeds them."""
     shown = np.zeros(14)
     with nengo.Network(seed=seed) as net:
         controller = arm(law, region, sizes, seed=seed)

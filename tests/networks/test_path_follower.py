@@ -148,8 +148,8 @@ def test_its_command_can_enter_a_policy_on_the_same_chip():
         action = nengo.Probe(walker.action)
     with Simulator(network, pipeline="compact") as sim:
         sim.run(3 * HOLD_S)
-        told, done = (
+        commanded, done = (
             sim.data[p].reshape(3, -1, 2)[:, -100:].mean(axis=1) for p in (command, action)
         )
-    assert done == pytest.approx(told, abs=0.13)
-    assert told == pytest.approx(exact_command(GAINS, references, states), abs=0.08)
+    assert done == pytest.approx(commanded, abs=0.13)
+    assert commanded == pytest.approx(exact_command(GAINS, references, states), abs=0.08)

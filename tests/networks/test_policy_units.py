@@ -78,8 +78,8 @@ def test_float_neurons_compute_each_activation(activation, units, most):
 def test_a_trim_is_told_to_the_first_layer():
     trim = np.random.RandomState(1).randn(6)
     last = by_halves(LAYERS[-1], PolicyOptions())
-    told, *_ = exact(Calibrated(last.weights, last.bias, trim).of(LAYERS)[:1], OBSERVATIONS)
-    np.testing.assert_allclose(told, exact(LAYERS, OBSERVATIONS + trim)[0], atol=1e-12)
+    trimmed, *_ = exact(Calibrated(last.weights, last.bias, trim).of(LAYERS)[:1], OBSERVATIONS)
+    np.testing.assert_allclose(trimmed, exact(LAYERS, OBSERVATIONS + trim)[0], atol=1e-12)
 
 
 def refusal(call):

@@ -24,9 +24,9 @@ def test_one_number_serves_all_joints():
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ([1, 2, 3], "kp: shape (3,) given for 2 joints; give one each"),
-        ([[1, 2]], "kp: shape (1, 2) given for 2 joints; give one each"),
-        ([1, np.inf], "kp: inf given for joint 'b'; give finite numbers"),
+        ([1, 2, 3], "kp: shape (3,) for 2 joints; give one each"),
+        ([[1, 2]], "kp: shape (1, 2) for 2 joints; give one each"),
+        ([1, np.inf], "kp: inf for joint 'b'; give finite numbers"),
     ],
 )
 def test_numbers_that_do_not_fit_the_joints_are_refused(given, message):

@@ -112,7 +112,7 @@ def test_limits(arm):
 def test_wrong_shapes_are_named(arm):
     with pytest.raises(UsageError) as error:
         arm.at(np.zeros(3))
-    assert str(error.value) == "q: shape (3,) given; the right arm's postures are (4,)"
+    assert str(error.value) == "q: its shape is (3,); the right arm's postures are (4,)"
     with pytest.raises(UsageError) as error:
         arm.batch(np.zeros(4))
-    assert str(error.value) == "q: shape (4,) given; the right arm's postures are (n, 4)"
+    assert str(error.value) == "q: its shape is (4,); the right arm's postures are (n, 4)"

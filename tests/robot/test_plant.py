@@ -145,7 +145,7 @@ def test_torque_replaces_hold_and_hold_replaces_torque(anchored):
 
 
 def test_joints_change_between_hold_and_torque_in_other_company(anchored):
-    """They are told apart from what they were told with others, or alone."""
+    """Their mode is their own, whatever it was with others, or alone."""
     both = ["right_elbow", "left_knee"]
     for joints in (both, ["right_elbow"], both, ["left_knee", "right_elbow"]):
         anchored.torque(joints, 3.0)
@@ -275,10 +275,10 @@ def test_commands_need_one_finite_number_per_joint(free):
     before = free.data.ctrl.copy()
     with pytest.raises(UsageError) as error:
         free.torque(ARM_JOINTS, [1.0, 2.0])
-    assert str(error.value) == "torques_nm: shape (2,) given for 4 joints; give one each"
+    assert str(error.value) == "torques_nm: shape (2,) for 4 joints; give one each"
     with pytest.raises(UsageError) as error:
         free.hold(["torso"], [np.nan])
-    assert str(error.value) == "targets_rad: nan given for joint 'torso'; give finite numbers"
+    assert str(error.value) == "targets_rad: nan for joint 'torso'; give finite numbers"
     np.testing.assert_array_equal(free.data.ctrl, before)
 
 

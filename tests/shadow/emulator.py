@@ -49,7 +49,7 @@ class ShadowEmulator(EmulatorInterface):
         if self._native is None:
             super().step()
             return
-        # read before they are popped; the native chip was given these in the step before
+        # read before they are popped; the native chip took these in the step before
         arriving = [sorted(source.spikes.get(self.t, [])) for source in self.inputs]
         if arriving != self._expected:
             raise ShadowMismatchError(f"step {self.t + 1}: spikes came after their step")

@@ -35,7 +35,7 @@ class Tally:
         self.mismatches.append(f"{self.test}: {what}")
 
     def say(self, reason: str) -> None:
-        """Why nothing can be compared."""
+        """Keep the reason why nothing can be compared."""
         self.reasons[self.test] = reason
 
     def end(self, test: str, outcome: str, error: str = "") -> None:

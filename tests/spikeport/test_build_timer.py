@@ -29,11 +29,11 @@ def test_code_in_time_is_left_alone(capsys):
     ("limit_s", "cure"), [(None, "--build-timeout SECONDS ends it"), (60, "it has 60 s")]
 )
 def test_code_that_takes_long_is_named_with_a_cure(monkeypatch, capsys, limit_s, cure):
-    said = threading.Event()
+    printed = threading.Event()
     monkeypatch.setattr(build_timer, "NOTICE_S", 0.0)
-    monkeypatch.setattr(build_timer, "_say", lambda text: (print(text), said.set()))
+    monkeypatch.setattr(build_timer, "_say", lambda text: (print(text), printed.set()))
     with watched("net.py:make", limit_s):
-        assert said.wait(20)
+        assert printed.wait(20)
     assert capsys.readouterr().out == f"net.py:make: has been building for 0 s; {cure}\n"
 
 

@@ -37,8 +37,8 @@ def of_simulator(network: nengo.Network, options: dict[str, object]) -> Verdict:
             return Verdict(error.exit_code, f"error: {error}\n", "")
     with sim:
         if sim.image is None:
-            said = [str(one.message) for one in caught]
-            return Verdict(0, "", next(one for one in said if "in float Nengo" in one))
+            texts = [str(one.message) for one in caught]
+            return Verdict(0, "", next(one for one in texts if "in float Nengo" in one))
         return Verdict(0, "", f"image {sim.image.digest[:16]}")
 
 
@@ -61,7 +61,7 @@ def test_the_list_has_networks_of_every_verdict() -> None:
     refused = [name for name, one in found.items() if one.code == 1]
     assert (len(fit), len(on_host), len(refused)) == (2, 2, 8)
     offloaded = {name: of_simulator(make(), {"offload": True}) for name, make in NETWORKS.items()}
-    # What float Nengo cannot compute either is no better on the host.
+    # An operation that float Nengo cannot compute either is no better on the host.
     assert [name for name, one in offloaded.items() if one.code] == [
         "with_a_sparse_transform",
         "with_an_undefined_function",

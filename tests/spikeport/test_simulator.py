@@ -260,7 +260,7 @@ def test_neither_a_closed_simulator_nor_one_never_built_is_warned_of():
 
 
 class Bar(ProgressBar):
-    """Keeps what it is shown last."""
+    """Keeps its last progress."""
 
     seen = None
 

@@ -141,14 +141,14 @@ def test_pushes_change_the_velocity(environment):
 
 
 def test_what_is_missing_of_a_command_is_averaged_until_a_fall(environment):
-    told = CommandRange(vx_m_s=(0.5, 0.5), wz_rad_s=0.0, heading=0.0, jumping=1.0)
-    env = environment(n=2, task=replace(CALM, commands=told))
+    commands = CommandRange(vx_m_s=(0.5, 0.5), wz_rad_s=0.0, heading=0.0, jumping=1.0)
+    env = environment(n=2, task=replace(CALM, commands=commands))
     average = np.zeros((2, 3))
     for _ in range(25):
-        told = env.commands.value.copy()
+        command = env.commands.value.copy()
         env.step(np.zeros((2, 19)))
         speed = np.column_stack((env.motion.level_velocity[:, :2], env.motion.yaw_rate))
-        average = 0.96 * average + 0.04 * (told - speed)
+        average = 0.96 * average + 0.04 * (command - speed)
     np.testing.assert_allclose(env.drift, average, atol=1e-12)
     assert (env.drift[:, 0] > 0.1).all()
     env.states[0, 3] = 0.3

@@ -6,7 +6,7 @@ one of `recording`; `model` and `placement` give it an image and our placement; 
 the same path as a chip that a board can run, and `live` steps recorded registers behind
 nengo-loihi's own snips.
 
-No NxSDK was at hand. All that is known of it here is what nengo-loihi's source calls.
+No NxSDK was at hand: it is known here by the calls in nengo-loihi's source alone.
 """
 
 import spikeport.compile.ground  # noqa: F401 (imports nengo-loihi in silence)

@@ -21,20 +21,20 @@ WRITE = 1024
 def recv_bytes(snip: Any, bytes_expected: int) -> np.ndarray:
     """Return the values of an answer; stands in for nengo-loihi's ``HostSnip.recv_bytes``.
 
-    A board that shut down is told by the first value, which is the time step otherwise and never
+    The first value marks a board that shut down, which is the time step otherwise and never
     negative, and by a last write that is -1 in all places.
 
     Parameters
     ----------
     snip : HostSnip
-        Of nengo-loihi: its ``socket`` is read from, for ``recv_retries`` times ``recv_timeout`` s.
+        nengo-loihi's; its ``socket`` is read, ``recv_retries`` times for ``recv_timeout`` s.
     bytes_expected : int
         Size of the answer, in packets of 256 bytes.
 
     Returns
     -------
     values : (n,) int32 array
-        Of each chip, the time step and its outputs, filled up to whole packets.
+        The time step and the outputs of each chip, filled up to whole packets.
 
     Raises
     ------

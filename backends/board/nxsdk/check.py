@@ -29,11 +29,11 @@ class Checked:
     placement : Placement
         The core of each block.
     findings : list of Finding
-        What stands between the image and a chip.
+        The findings that stand between the image and a chip.
     n_cores, n_synapses, n_registers : int
-        What was written; 0 if it was refused.
+        Numbers of what was written; 0 if it was refused.
     n_steps, n_spikes : int
-        What was compared.
+        Numbers of what was compared.
     n_read, n_phantoms : int
         Spikes that outputs would have read (0 or 1), and those that were none: see `PHANTOMS`.
     differing : mapping of str to int

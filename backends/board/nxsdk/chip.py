@@ -21,7 +21,7 @@ SPAWN = multiprocessing.get_context("spawn")
 NEVER = 2**31 - 1
 """A voltage that no compartment has."""
 END_S = 10.0
-"""How long the board's process may take to end; then it is killed."""
+"""The time the board's process has to end, before it is killed."""
 
 
 def snips_half() -> Half:
@@ -42,7 +42,7 @@ def say_nothing(_line: str) -> None:
 class NxsdkChip:
     """An image on a board of NxSDK. Implements `spikeport.backends.board.board.CountingChip`.
 
-    A second board in one process was seen to die with the first one's last words, so each has a
+    A second board in one process died with the first one's last words, so each has a
     process. A board counts nothing, so the native chip steps beside it: counts are of that one, and
     the values in which the two differ are counted.
 

@@ -135,6 +135,7 @@ def _blocks(cores: Sequence[Core]) -> Blocks:
     return Blocks(
         start=offsets(len(core.compartments) for core in cores),
         core=np.arange(len(cores)),
+        # The registers hold exponents: of vmin in steps of 1, of vmax in steps of 2 from 9 on.
         vmin=1 - 2 ** values(shared, "negVmLimit"),
         vmax=2 ** (2 * values(shared, "posVmLimit") + 9) - 1,
         noise_offset=values(shared, "noiseMantOffset0"),
@@ -190,6 +191,7 @@ def _rows(cores: Sequence[Core], groups: Sequence[Group]) -> RowTables:
     for group in groups:
         core = cores[group.core]
         exponent = value(core.bank("synapseFmt")[group.form], "wgtExp")
+        # The reshape keeps three columns even where a group has no rows.
         begin, length, n_atoms = np.array(list(group.rows), dtype=int).reshape(-1, 3).T
         mine = ranges(begin, length * n_atoms)
         weights.append(core.synapses.column("Wgt")[mine] * SynapseConfig.get_scale(exponent))

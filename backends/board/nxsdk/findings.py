@@ -50,7 +50,7 @@ def _thresholds(image: ChipImage, placement: Placement) -> Iterator[Finding]:
 
 
 def _shared(image: ChipImage, placement: Placement) -> Iterator[Finding]:
-    """Yield settings that blocks of a core have apart, though a core has them once."""
+    """Yield settings that differ among a core's blocks, though a core has them once."""
     noisy = np.bincount(image.compartment_block, image.compartments.enable_noise, image.n_blocks)
     for number, blocks in enumerate(placement.blocks_of):
         for trap, names, mine in (

@@ -31,7 +31,7 @@ def learning_differs(image: ChipImage, placement: Placement, written: Written) -
     placement : Placement
         The core of each block.
     written : Written
-        What was written of it.
+        The registers that were written of it.
     """
     core_of_group = placement.core[image.groups.block]
     learns = {core_of_group[g]: image.groups.learning[g] for g in np.flatnonzero(image.learns)}

@@ -24,7 +24,7 @@ from spikeport.errors import BackendError
 from spikeport.hardware_models.activity import PER_STEP
 
 LISTENS_S = 10.0
-"""How long the host's snip may take until it can be connected to."""
+"""The time the host's snip has until it can be connected to."""
 ENDS_S = 5.0
 
 

@@ -15,7 +15,7 @@ SYNAPSE_FIELDS = ("CIdx", "Wgt", "synFmtId", "LrnEn")
 class Register:
     """A register with named fields, and registers within it.
 
-    A field is written by `configure`, or as an attribute, and read back as an attribute. What was
+    A field is written by `configure`, or as an attribute, and read back as an attribute. A name
     never written is a register of its own, empty until something in it is.
     """
 

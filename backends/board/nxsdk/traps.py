@@ -22,7 +22,7 @@ class Trap(NamedTuple):
     cure: str
 
 
-# An id, once given, keeps its meaning.
+# An id, once used, keeps its meaning.
 THRESHOLDS = Trap("NX01", "threshold profiles of a core", False, SINGLE)
 NOISES = Trap("NX02", "noise settings of a core", True, SINGLE)
 RANGES = Trap("NX03", "voltage ranges of a core", True, SINGLE)

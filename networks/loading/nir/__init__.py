@@ -2,7 +2,7 @@
 
 A file becomes plain values (`hdf5`), these a flat graph of nodes (`graph`), in which all linear
 operators between two populations of neurons are one sparse matrix (`operators`, `populations`).
-Neurons are coefficients of a time step (`dynamics`). That much can be run by NIR's own equations
-(`equations`), or be put into units of the chip (`units`) and built as a network (`network`);
+Neurons are coefficients of a time step (`dynamics`). Such a graph runs by NIR's own equations
+(`equations`), or is put into units of the chip (`units`) and built as a network (`network`);
 `differences` names what the chip then does otherwise.
 """

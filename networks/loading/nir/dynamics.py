@@ -33,9 +33,9 @@ class Dynamics:
     current_decay, voltage_decay : array
         dt / tau_syn and dt / tau_mem; 1 and 0 where there is no such time constant.
     gain : array
-        What a weight adds to v in the step of a spike.
+        The change of v by a weight of 1 in the step of a spike.
     leak : array
-        What is added to v in every step.
+        The change of v in every step.
     threshold, reset : array
         The threshold, from the reset voltage on, and that voltage; a read-out has infinity and 0.
     """

@@ -29,11 +29,11 @@ DEPTH = 32
 OBJECTS = 2**16
 """Groups and arrays: ten thousand nodes."""
 TEXT_BYTES = 2**22
-"""Of all texts: names of edges."""
+"""The size of all texts together: names of edges."""
 TEXTS = 40_000
 """In an array: two for each of 20,000 edges, which take seconds one by one."""
 CPU_S = 4
-"""That reading may take: a file of all that is allowed takes two."""
+"""The CPU time that reading may take: the largest file that is allowed takes two."""
 CONTEXT = multiprocessing.get_context("fork")
 SKIPPED = "metadata"
 """A group that says nothing of what a graph computes."""
@@ -49,7 +49,7 @@ DAMAGES = (
     OverflowError,
     IndexError,
 )
-"""What h5py raises of a damaged file."""
+"""Errors that h5py raises for a damaged file."""
 
 FILTERS = (1, 2, 3, 32000)
 """Deflate, shuffle, check sums and LZF, by HDF5's numbers: what h5py writes, and brings itself."""

@@ -61,7 +61,7 @@ class NirNetwork(nengo.Network):
     populations : dict of str to nengo.Ensemble
         The neurons of each node.
     outputs : dict of str to nengo.Node
-        What is read: spikes 1/dt high, times the weights on their way; voltages as they are.
+        The signals read: spikes 1/dt high, times the weights on their way; voltages as they are.
     feeds : dict of str to Feed
         The functions of the inputs' nodes.
     """

@@ -189,12 +189,12 @@ def _each(node: Node, field: str, n_axes: int, least: int = 1) -> Shape:
 
 def _padding(node: Node, kernel: Shape, dilation: Shape) -> list[tuple[int, int]]:
     """Return the zeros before and after each axis."""
-    given = node.values["padding"]
-    if isinstance(given, str):
-        if given not in ("same", "valid"):
-            raise MismatchError(f"padding same or valid in node {node.name}", given)
+    padding = node.values["padding"]
+    if isinstance(padding, str):
+        if padding not in ("same", "valid"):
+            raise MismatchError(f"padding same or valid in node {node.name}", padding)
         around = [
-            d * (k - 1) if given == "same" else 0 for d, k in zip(dilation, kernel, strict=True)
+            d * (k - 1) if padding == "same" else 0 for d, k in zip(dilation, kernel, strict=True)
         ]
         return [(n // 2, n - n // 2) for n in around]
     return [(n, n) for n in _each(node, "padding", len(kernel), least=0)]

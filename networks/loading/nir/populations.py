@@ -23,7 +23,7 @@ from spikeport.reading.mismatch import MismatchError
 WEIGHTS = 2**26
 """In all matrices up to a node, of all nodes: a gigabyte."""
 PRODUCTS = 2**27
-"""Of weights of two nodes in a row: seconds of work, and at most so many weights."""
+"""The most products of weights of two nodes in a row: seconds of work, and as many weights."""
 
 
 class Signal(NamedTuple):
@@ -79,7 +79,7 @@ class Folded:
     populations : dict of str to Population
         The populations by name, each after those that lead to it, but for recurrence.
     outputs : dict of str to Signal
-        What is read.
+        The signals that are read.
     """
 
     dt_s: float

@@ -23,7 +23,7 @@ from spikeport.neurons import integrals
 from spikeport.reading.mismatch import MismatchError
 
 INPUT, CURRENT = 2.0**21, 2.0**23
-"""What input and current of a step may be, in units."""
+"""The largest input and current of a step, in units."""
 THRESHOLDS = (7, 22)
 """Exponents p of thresholds."""
 DEEP = 19
@@ -31,7 +31,7 @@ DEEP = 19
 UNIT = 64
 """Thresholds are multiples of this."""
 LEAK = 2.0**18
-"""What a step may add to a voltage."""
+"""The most that a step may add to a voltage."""
 LEVELS = 4
 """Different thresholds in a population: a core has eight."""
 ONE_WEIGHT = 255 * 2.0**6
@@ -110,7 +110,7 @@ def _exponents(
 def _full(exponents: np.ndarray, weights: sparse.csr_matrix) -> np.ndarray:
     """Return thresholds, (n,), with which the largest weights take all bits of one synapse.
 
-    All weights share one step, hence no row's become larger than the largest are.
+    Since all weights share one step, no row's become larger than the largest are.
     """
     flat: np.ndarray = np.exp2(exponents)
     rows = abs(weights).max(axis=1).toarray().ravel()

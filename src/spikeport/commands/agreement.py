@@ -31,7 +31,7 @@ class Agreement(NamedTuple):
     name: str
     equal: float
     silent: float
-    """What a network without spikes would score."""
+    """The score of a network without spikes."""
     spikes: int
     wanted: int
 

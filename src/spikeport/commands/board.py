@@ -80,7 +80,7 @@ MACHINES = {
     "rtl": _rtl,
 }
 NEEDS = {"snips": _need_gcc, "nxsdk": _need_nxsdk, "rtl": _need_verilator}
-"""What looks for the programs that a machine cannot do without, before a host comes."""
+"""Checks for the programs that a machine cannot do without, before a host comes."""
 
 
 def serve(request: BoardService, tls: Tls) -> None:

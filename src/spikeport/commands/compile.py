@@ -29,7 +29,7 @@ from spikeport.hardware_models.chip import ChipModel
 from spikeport.progress import Progress
 
 SEED = 0
-"""Of processes on the host, where a loss is measured."""
+"""Seed of processes on the host, where a loss is measured."""
 
 
 @dataclass(frozen=True, kw_only=True)

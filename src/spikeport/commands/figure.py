@@ -102,17 +102,17 @@ class PaperOverview:
         return 0
 
 
-def _replaced(papers: Mapping[str, str], given: Sequence[str]) -> list[str]:
-    """The paper's settings, but for those that are given, and these."""
-    keys = {pair.partition("=")[0] for pair in given}
-    return [*(f"{key}={value}" for key, value in papers.items() if key not in keys), *given]
+def _replaced(papers: Mapping[str, str], own: Sequence[str]) -> list[str]:
+    """The paper's settings, but for those that are set, and these."""
+    keys = {pair.partition("=")[0] for pair in own}
+    return [*(f"{key}={value}" for key, value in papers.items() if key not in keys), *own]
 
 
 WALK_S = 40.0
 SWEEP_S = 20.0
 """Five of the six turns of the path."""
 LONGEST_S = 60.0
-"""Of a schedule, which ends a run by itself."""
+"""Most seconds of a schedule, which ends a run by itself."""
 
 FIGURES: dict[str, PaperFigure | PaperOverview | PaperSweep] = {
     "teaser": PaperFigure("Fig. 1: walking, drawing and walking on", "switch", LONGEST_S, {}),

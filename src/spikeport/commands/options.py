@@ -104,7 +104,9 @@ class Workers:
     n: Annotated[int | None, typer.Option("--workers", help="Processes; all cores.", min=1)] = None
     scheduler: Annotated[
         str | None,
-        typer.Option(metavar="tls://...", help="Of a Dask cluster; tcp:// trusts its network."),
+        typer.Option(
+            metavar="tls://...", help="Address of a Dask cluster; tcp:// trusts its network."
+        ),
     ] = None
 
     @property
@@ -273,7 +275,7 @@ class RobotService:
         list[str],
         typer.Option(
             metavar="JOINT=RAD",
-            help="Where a joint begins; repeatable.",
+            help="Angle at which a joint begins; repeatable.",
             default_factory=list,
             show_default=False,
         ),

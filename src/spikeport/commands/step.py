@@ -17,7 +17,7 @@ from spikeport.reading.mismatch import MismatchError
 
 WANTED = ("steps", "sources")
 STEP_BYTES = 200
-"""Of memory that a step takes besides its values: an array of spikes, and entries of lists."""
+"""Memory of a step besides its values, in bytes: an array of spikes, and entries of lists."""
 MOST_BYTES = 2**32
 FORMAT = (
     "give an npz with two arrays of integers of the same length: in step steps[i], from 0, "

@@ -12,16 +12,16 @@ from pathlib import Path, PurePosixPath
 from spikeport.reading.mismatch import MismatchError
 
 NUMBERS = 2**23
-"""In an array of a policy: forty times all of a large walking policy (512, 256, 128 units)."""
+"""Most numbers in a policy's array: forty times all of a large walking policy (512, 256, 128)."""
 
 FILE_BYTES = 4 * 8 * NUMBERS
-"""Of a file that is read, 256 MiB: so many weights, as float64, and their optimizer's three."""
+"""Largest file that is read, 256 MiB: so many float64 weights, and their optimizer's three."""
 
 DIRECTORY_BYTES = 2**20
-"""Of the list of members, some 10,000: zipfile makes an object of each before one is refused."""
+"""Largest list of members, some 10,000: zipfile makes objects of all before one is refused."""
 
 COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
-"""What torch and NumPy write."""
+"""Compressions that torch and NumPy write."""
 
 DAMAGES = (
     zipfile.BadZipFile,
@@ -33,7 +33,7 @@ DAMAGES = (
     RuntimeError,  # a password is asked for
     ValueError,
 )
-"""What zipfile raises of a damaged archive that lies in memory."""
+"""Errors that zipfile raises of a damaged archive that lies in memory."""
 
 
 def read_bytes(path: Path, limit: int = FILE_BYTES) -> bytes:

@@ -3,7 +3,7 @@
 from spikeport.errors import printable
 
 SHOWN = 400
-"""How much of what stands in a file a message shows, in characters."""
+"""Most characters of a file's contents that a message shows."""
 
 
 class MismatchError(Exception):

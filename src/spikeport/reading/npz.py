@@ -17,7 +17,7 @@ SUFFIX = ".npy"
 MAX_AXES = 8
 """Axes of an array: a weight has two."""
 HEADER_BYTES = 10_000
-"""Of an array: NumPy's own limit, above which reading its type might take long."""
+"""Longest header of an array: NumPy's own limit, above which reading its type might take long."""
 
 DAMAGES = (
     ValueError,
@@ -29,7 +29,7 @@ DAMAGES = (
     RecursionError,
     MemoryError,
 )
-"""What becomes of a damaged header: NumPy gives it to Python's own parser."""
+"""Errors of a damaged header: NumPy gives it to Python's own parser."""
 
 KINDS = "biufU"
 """Types of arrays: truth values, numbers and texts, by NumPy's letters."""

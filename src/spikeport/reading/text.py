@@ -16,7 +16,7 @@ PARTS = 2**20
 """Lists and objects in JSON: three bytes of a text take a hundred and more in memory."""
 
 TOML_BYTES = 2**18
-"""Of a text of TOML: twenty times the largest that is shipped."""
+"""Most bytes of a text of TOML: twenty times the largest that is shipped."""
 
 DOTS = 50
 """In a line of TOML: what Python's parser takes grows with the square of the parts of a key."""

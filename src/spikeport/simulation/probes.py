@@ -85,5 +85,5 @@ def _read_and_fed(
 ) -> tuple[Mapping[object, int], Mapping[object, int]]:
     """Return how many connections leave and reach each object, loops onto itself left out."""
     ends = [(base(c.pre_obj), base(c.post_obj)) for c in network.all_connections]
-    apart = [(pre, post) for pre, post in ends if pre is not post]
-    return Counter(pre for pre, _ in apart), Counter(post for _, post in apart)
+    distinct = [(pre, post) for pre, post in ends if pre is not post]
+    return Counter(pre for pre, _ in distinct), Counter(post for _, post in distinct)

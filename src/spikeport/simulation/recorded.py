@@ -1,4 +1,4 @@
-"""The recording of a probe in two runs, and how far they are apart."""
+"""The recording of a probe in two runs, and their difference."""
 
 from dataclasses import dataclass
 from functools import cached_property

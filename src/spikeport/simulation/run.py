@@ -33,7 +33,7 @@ class RunOptions:
     steps : int
         Number of steps.
     backend, chip, pipeline : str
-        Where it runs, and the passes of its compile; by default the chip's.
+        The backend and chip it runs on, and the passes of its compile; by default the chip's.
     seed : int
         Seed of noise and processes.
     beside_float : bool

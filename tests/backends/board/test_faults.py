@@ -1,6 +1,6 @@
-"""The kinds of a board's faults; how plans are read is in `test_fault_plan`.
+"""The kinds of a board's faults; the reading of plans is in `test_fault_plan`.
 
-What each fault does to a run is in `test_chip`.
+The effect of each fault on a run is in `test_chip`.
 """
 
 import pytest

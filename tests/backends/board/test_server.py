@@ -34,17 +34,17 @@ def free_port() -> int:
 @contextmanager
 def served(address: str, tls: Certificates | None = None) -> Iterator[list[str]]:
     """Serve until nobody is there for a moment; yields what the server says."""
-    listens, said = threading.Event(), []
+    listens, printed = threading.Event(), []
 
     def say(line: str) -> None:
-        said.append(line)
+        printed.append(line)
         listens.set()
 
     service = Service(address=Address.parse(address), machine=MACHINE, certificates=tls, idle_s=1.0)
     thread = threading.Thread(target=serve, args=(service, say), daemon=True)
     thread.start()
     assert listens.wait(WAIT_S)
-    yield said
+    yield printed
     thread.join(WAIT_S)
     assert not thread.is_alive()
 
@@ -82,13 +82,13 @@ def test_a_session_over_a_socket_is_native(
     transport: tuple[str, Certificates | None, Certificates | None], tmp_path: Path
 ) -> None:
     address, of_board, of_host = transport
-    with served(address, of_board) as said:
+    with served(address, of_board) as printed:
         for _ in range(2):  # the second host finds the board at rest
             chip = BoardChip(IMAGE, 0, line_to(address, of_host))
             check_equal(chip)
             chip.close()
-    assert said[0] == f"board: native on {address}"
-    assert said.count("board: the host is gone") == 2
+    assert printed[0] == f"board: native on {address}"
+    assert printed.count("board: the host is gone") == 2
     assert not (tmp_path / "board").exists()
 
 
@@ -107,13 +107,13 @@ def test_a_second_host_is_refused_while_the_first_goes_on(tmp_path: Path) -> Non
 def test_a_host_of_another_authority_is_not_let_in(tmp_path: Path) -> None:
     address = f"tcp://127.0.0.1:{free_port()}"
     board, host = certificates(tmp_path, "board"), certificates(tmp_path, "host")
-    with served(address, board) as said:
+    with served(address, board) as printed:
         stranger = replace(host, authority=board.authority)
         with pytest.raises((BackendError, BoardLostError)):
             BoardChip(IMAGE, 0, line_to(address, stranger))
         with pytest.raises(BackendError, match="no connection"):
             line_to(address, host)  # who does not believe the board either
-    assert not any("session" in line for line in said)
+    assert not any("session" in line for line in printed)
 
 
 def test_a_host_without_a_greeting_gets_no_step(tmp_path: Path) -> None:
@@ -142,11 +142,11 @@ def test_a_board_outlives_what_hosts_send(
     tmp_path: Path, spoil: Callable[[np.random.RandomState], bytes]
 ) -> None:
     address = f"unix:{tmp_path / 'board'}"
-    with served(address) as said:
+    with served(address) as printed:
         line = line_to(address)
         line.send_bytes(spoil(np.random.RandomState(0)))
         line.close()
-        while not any("gone" in text for text in said):
+        while not any("gone" in text for text in printed):
             time.sleep(0.01)
         chip = BoardChip(IMAGE, 0, line_to(address))
         check_equal(chip)

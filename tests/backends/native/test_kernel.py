@@ -22,7 +22,7 @@ from tests.helpers.side_by_side import (
 pytestmark = pytest.mark.filterwarnings("ignore:Overflow in")
 
 Q_END, U_END, V_END = 2**21, 2**23, 2**31
-"""Where registers wrap: the first number that they cannot hold."""
+"""The first numbers that registers cannot hold."""
 
 
 def one_source(weights: list[int], **of_block: Any) -> ChipImage:

@@ -50,7 +50,7 @@ def test_any_image_has_the_native_states(image: ChipImage, seed: int) -> None:
 
 
 def test_wide_rows_and_queues_that_are_full() -> None:
-    """All nine sources of the host spike at once, each to three blocks, into queues of four."""
+    """Nine sources of the host spike at once, each to three blocks, into queues of four."""
     image = wide_image(2)
     steps = [np.repeat(np.arange(9), 3)] * 10 + random_spikes(image, 30, 1)
     chip = assert_same(image, steps)
@@ -58,8 +58,8 @@ def test_wide_rows_and_queues_that_are_full() -> None:
 
 
 def test_a_session_says_what_it_compared() -> None:
-    said: list[str] = []
-    machine = Machine("rtl", lambda image, seed: RtlChip(image, seed, said.append, BUILD))
+    printed: list[str] = []
+    machine = Machine("rtl", lambda image, seed: RtlChip(image, seed, printed.append, BUILD))
     clock, native = FakeClock(), NativeChip(small_image(), 0)
     chip = BoardChip(small_image(), 0, FakeLine(Board(machine), clock, ()), clock=clock)
     for spikes in spike_train(200):
@@ -68,8 +68,8 @@ def test_a_session_says_what_it_compared() -> None:
     np.testing.assert_array_equal(chip.activity().messages, native.activity().messages)
     chip.close()
     nothing = "u 0, v 0, q 0, refractory 0, spiked 0"
-    assert said[2] == f"5,000 states compared in 200 steps; differing: {nothing}"
-    assert said[3].startswith("cycles a step: ")
+    assert printed[2] == f"5,000 states compared in 200 steps; differing: {nothing}"
+    assert printed[3].startswith("cycles a step: ")
 
 
 @pytest.fixture

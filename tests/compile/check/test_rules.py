@@ -29,7 +29,7 @@ def test_every_limit_of_a_chip_has_a_rule() -> None:
 
 def test_every_rule_of_networks_is_checked() -> None:
     of_networks = {one for one in rules.RULES if one.startswith("SP0")}
-    of_networks -= {"SP012"}  # it is seen in what nengo-loihi built
+    of_networks -= {"SP012"}  # it is checked in what nengo-loihi built
     assert len(lint.RULES) == len(of_networks)
 
 

@@ -14,7 +14,7 @@ from tests.helpers.images import Group, Parts
 
 
 def refusal(network: nengo.Network, passes: str = "") -> DoesNotFitError:
-    """Why a network does not fit, by default with one block a core."""
+    """Return the refusal of a network, by default with one block a core."""
     with pytest.raises(DoesNotFitError) as raised:
         compile_network(network, pipeline=passes)
     return raised.value

@@ -76,9 +76,9 @@ def test_what_it_warns_of_while_a_network_is_rewritten_is_told_once_and_reported
             nengo.Ensemble(5, 1, intercepts=nengo.dists.Choice([0.99]))
     with pytest.warns(UserWarning, match="larger than intercept limit") as seen:
         report = compile_network(network, pipeline="fuse").report
-    said = [str(one.message) for one in seen]
-    assert sum("intercept limit" in message for message in said) == 1
-    assert set(report.warnings) == set(said)
+    texts = [str(one.message) for one in seen]
+    assert sum("intercept limit" in message for message in texts) == 1
+    assert set(report.warnings) == set(texts)
 
 
 def test_a_warning_names_its_objects_and_comes_once() -> None:

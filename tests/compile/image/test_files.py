@@ -38,7 +38,7 @@ def file(image: ChipImage, tmp_path: Path) -> Path:
 
 
 def rewrite(path: Path, change: Callable[[dict[str, np.ndarray]], None]) -> None:
-    """Take a file apart as anyone with NumPy can, change it, and write it again."""
+    """Read a file as anyone with NumPy can, change it, and write it again."""
     with np.load(path) as stored:
         members: dict[str, Any] = dict(stored)
     change(members)

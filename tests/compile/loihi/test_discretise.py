@@ -132,7 +132,7 @@ def loop(transform: float, fed: bool) -> nengo.Network:
 @pytest.mark.parametrize("fed", [False, True])
 @pytest.mark.parametrize("decade", range(-12, 0))
 def test_a_loop_of_any_strength_compiles(decade: int, fed: bool, pipeline: str) -> None:
-    """What is left of its weights leads somewhere, or a hint says that nothing is."""
+    """The weights that are left lead somewhere, or a hint says that none are."""
     compilation = compile_network(loop(10.0**decade, fed), pipeline=pipeline)
     zeros = {hint.object for hint in compilation.report.hints if hint.id == "SP402"}
     assert zeros <= {"a", "a -> a"}

@@ -18,7 +18,7 @@ N_STEPS = 400
 def network(synapse: float | None = None, passthrough: bool = False) -> nengo.Network:
     """A value that changes, and an offset that does not, into one ensemble; another goes on.
 
-    Of these neurons float Nengo solves decoders for the chip's rates, as the pass does.
+    Float Nengo solves the decoders of these neurons for the chip's rates, as the pass does.
     """
     with nengo.Network(seed=3, label="offset") as net:
         net.config[nengo.Ensemble].neuron_type = LoihiLIF()

@@ -1,4 +1,4 @@
-"""The wiring of an image, taken apart and put together again."""
+"""The wiring of an image, divided and put together again."""
 
 import numpy as np
 from hypothesis import given

@@ -46,7 +46,7 @@ def test_sets_are_looked_for_by_every_amount() -> None:
 
 
 def test_the_largest_blocks_are_taken_first() -> None:
-    """All but the largest of the smallest would fit beside it."""
+    """The smallest, but for the largest of them, would fit beside it."""
     assert lower_bound([load(n) for n in (4, 5, 6, 7)], ROOM)["apart"] == 3
 
 

@@ -138,7 +138,7 @@ def test_the_order_of_definition_does_not_matter() -> None:
 def test_only_neighbours_of_what_has_a_new_colour_are_looked_at(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """A chain is told apart from both of its ends, two ensembles a round."""
+    """A chain gets its colours from both of its ends, two ensembles a round."""
     few, many = (n_looks(n, monkeypatch) for n in (20, 80))
     assert many < 4**1.2 * few
 

@@ -75,7 +75,7 @@ def refitted(layers, ranges, compact):
 
 
 def action_error(layers, ranges, calibrated):
-    """On observations that the refit has not seen, on the chip."""
+    """On observations that the refit did not use, on the chip."""
     shown = walk(200, 1)
     with nengo.Network(seed=1) as network:
         net = policy(layers, ranges, OPTIONS, calibrated=calibrated)
@@ -84,8 +84,8 @@ def action_error(layers, ranges, calibrated):
     with Simulator(network, pipeline="compact") as sim:
         sim.run_steps(5 * len(shown))
         found = sim.data[probe][4::5]
-    told = shown + (calibrated.trim if calibrated else 0.0)
-    wrong = found[LAG:] - exact(layers, told)[-1][:-LAG]
+    trimmed = shown + (calibrated.trim if calibrated else 0.0)
+    wrong = found[LAG:] - exact(layers, trimmed)[-1][:-LAG]
     return float(np.sqrt(np.mean(wrong[SETTLING:] ** 2)))
 
 

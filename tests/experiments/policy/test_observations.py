@@ -54,6 +54,6 @@ def test_a_text_is_refused(path):
 
 def test_normal_values_are_the_same_every_time():
     found = normal_observations(4)
-    assert found.origin == "1,000 standard normal ones, since none are given"
+    assert found.origin == "1,000 standard normal ones, without a file of observations"
     np.testing.assert_array_equal(found.values, normal_observations(4).values)
     assert found.values.std() == pytest.approx(1, abs=0.05)

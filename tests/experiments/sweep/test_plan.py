@@ -21,10 +21,10 @@ def test_a_point_has_its_own_settings_and_the_sweeps(sweep_of):
 
 
 @pytest.mark.parametrize(
-    "given", [{"settings": {"network_seed": 7}}, {"varied": {"network_seed": (7,)}}]
+    "settings", [{"settings": {"network_seed": 7}}, {"varied": {"network_seed": (7,)}}]
 )
-def test_a_network_seed_that_is_given_stays(sweep_of, given):
-    (point,) = sweep_of(**{"varied": {}, "seeds": (3,), **given}).points()
+def test_a_network_seed_that_is_set_stays(sweep_of, settings):
+    (point,) = sweep_of(**{"varied": {}, "seeds": (3,), **settings}).points()
     assert (point.settings["network_seed"], point.place["seed"]) == (7, 3)
 
 

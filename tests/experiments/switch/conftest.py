@@ -76,7 +76,7 @@ def worked(monkeypatch: pytest.MonkeyPatch) -> Callable[..., SimpleNamespace]:
             paths=[None],
             recording=SimpleNamespace(time_s=time_s, position_m=np.zeros((len(time_s), 2))),
             arm=SimpleNamespace(hand=hand, target=target),
-            seen_m=on_sheet + off,
+            local_m=on_sheet + off,
             gates=np.stack([~late, late], axis=1).astype(float),
             spikes={},
             fallen_at_s=fallen_at_s,

@@ -14,9 +14,9 @@ LEANING = Frame(
 
 def test_what_is_seen_is_found_again_in_the_world():
     points = np.random.RandomState(0).normal(size=(5, 3))
-    assert LEANING.world(LEANING.seen(points)) == pytest.approx(points)
-    assert LEANING.seen(LEANING.origin) == pytest.approx([0, 0, 1.06])
-    assert LEANING.seen(LEANING.origin + LEANING.rotation[:, 0]) == pytest.approx([1, 0, 1.06])
+    assert LEANING.world(LEANING.local(points)) == pytest.approx(points)
+    assert LEANING.local(LEANING.origin) == pytest.approx([0, 0, 1.06])
+    assert LEANING.local(LEANING.origin + LEANING.rotation[:, 0]) == pytest.approx([1, 0, 1.06])
 
 
 def test_an_upright_frame_keeps_heading_and_shoulder():
@@ -25,7 +25,7 @@ def test_an_upright_frame_keeps_heading_and_shoulder():
     assert upright.rotation[:, 2].tolist() == [0, 0, 1]
     assert np.arctan2(*upright.rotation[1::-1, 0]) == pytest.approx(0.7)
     again = upright.upright()
-    assert again.seen(shoulder + 0.3) == pytest.approx(upright.seen(shoulder + 0.3))
+    assert again.local(shoulder + 0.3) == pytest.approx(upright.local(shoulder + 0.3))
 
 
 def test_a_frame_follows_another_in_a_second():

@@ -51,11 +51,11 @@ def test_the_schedule_gives_utilities_and_targets(rig, brief):
     begin(rig, brief)
     for _ in range(199):
         step(rig, (1, 0))
-    *_, hand, target = rig.arm.seen
+    *_, hand, target = rig.arm.inputs
     assert rig.gate.utilities.tolist() == [0.8, 0.4]
     assert target == pytest.approx(hand)
     step(rig, (1, 0))
-    *_, hand, target = rig.arm.seen
+    *_, hand, target = rig.arm.inputs
     assert rig.gate.utilities.tolist() == [0.4, 0.8]
     assert np.linalg.norm(target - hand) > 0.1
 
@@ -65,7 +65,7 @@ def test_the_hand_is_seen_from_an_upright_torso(rig, brief, law):
     rig.plant.data.qpos[:7] = 3, 2, 0.9, np.cos(0.3), 0, 0, np.sin(0.3)
     rig.plant.data.joint("torso").qpos = 0.2
     step(rig, (1, 0))
-    q, _, hand, _ = rig.arm.seen
+    q, _, hand, _ = rig.arm.inputs
     assert hand == pytest.approx(law.arm.at(q).position, abs=1e-9)
 
 
@@ -77,7 +77,7 @@ def test_a_sheet_is_steady_once_the_pen_is_down_and_follows_slowly(rig, drawn):
     rig.plant.anchor(np.add(rig.plant.data.qpos[:7], [0.02, 0, 0, 0, 0, 0, 0]))
     for _ in range(10):
         step(rig, (0, 1))
-    *_, target = rig.arm.seen
+    *_, target = rig.arm.inputs
     torso = Frame.of_torso(rig.plant.data, rig.plant.model.body("torso_link").id)
     assert torso.world(target) == pytest.approx(rig.place.sheet.world(rig.place.task.target))
     moved_m = np.linalg.norm(rig.place.sheet.origin - before.origin)
@@ -88,7 +88,7 @@ def test_a_path_begins_where_the_robot_is(rig, brief):
     begin(rig, brief)
     for _ in range(1000):
         step(rig, (0, 1))
-    _, reference, state = rig.walk.seen
+    _, reference, state = rig.walk.inputs
     heading, place = state[0], state[1:3]
     begun_m = 0.5 * 0.8**2 / 2 / 0.9  # in a ramp of 0.9 s, the reference being 0.8 s ahead
     ahead = place + begun_m * np.array([np.cos(heading), np.sin(heading)])

@@ -15,14 +15,14 @@ from spikeport.robot.walk_interface import PARTS
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("anchor", "told"), [(True, False), (False, True)])
-def test_a_policy_that_balances_knows_the_arm_at_work(brief, monkeypatch, anchor, told):
+@pytest.mark.parametrize(("anchor", "knows"), [(True, False), (False, True)])
+def test_a_policy_that_balances_knows_the_arm_at_work(brief, monkeypatch, anchor, knows):
     monkeypatch.setattr(rehearsal, "record_gait", lambda policy: np.zeros((1, 69)))
     settings = SwitchSettings(schedule=brief, anchor=anchor)
     trial = SwitchTrial(settings, Options(6.0))
     found = trial.rehearsals(trial.exact()).record()
     elbow = found.observations[:, PARTS["joint angles"]][:, JOINTS.index("right_elbow")]
-    assert (np.ptp(elbow) > 0.6) == told
+    assert (np.ptp(elbow) > 0.6) == knows
     assert np.ptp(found.region.q_samples[:, -1]) > 0.6
 
 

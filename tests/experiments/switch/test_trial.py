@@ -140,7 +140,7 @@ def test_a_fall_ends_the_run_and_all_later_phases(tmp_path, brief):
         (["appearance=wood"], "unknown appearance 'wood'; there is: menagerie, primitive"),
     ],
 )
-def test_what_is_wrong_is_told_before_the_run(tmp_path, spikeport, settings, message):
+def test_a_wrong_setting_is_refused_before_the_run(tmp_path, spikeport, settings, message):
     out = tmp_path / "run"
     given = [part for pair in settings for part in ("--set", pair)]
     code, printed, error = spikeport(*ANALYTIC, *given, "--out", out)

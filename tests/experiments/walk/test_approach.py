@@ -37,7 +37,7 @@ def walked(path, seconds, approach):
     rig.begin(0, path)
     off = []
     for step in range(round(seconds / plant.dt_s)):
-        observed, reference, state = rig.walk.seen
+        observed, reference, state = rig.walk.inputs
         if step % 4 == 0:  # the policy observes every 20 ms
             found = policy(observed), exact_command(FollowerGains(), reference, state)
         rig.loop.step(np.concatenate(found))

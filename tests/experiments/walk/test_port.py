@@ -23,8 +23,8 @@ def begun(encoding=None, every_s=0.005, dt_s=0.005):
     return rig
 
 
-def actions_told(every_s, action=lambda step: step):
-    """The last action in each observation, where all that step n gives is ``action(n)``."""
+def observed_actions(every_s, action=lambda step: step):
+    """The last action in each observation, where step n's action is ``action(n)``."""
     rig = begun(every_s=every_s)
     for step in range(12):
         rig.loop.step(np.full(21, action(step) * 1e-3))
@@ -32,16 +32,16 @@ def actions_told(every_s, action=lambda step: step):
 
 
 def test_the_last_action_is_that_of_20_ms_before():
-    assert actions_told(0.005)[7:] == pytest.approx([3, 4, 5, 6, 7])
+    assert observed_actions(0.005)[7:] == pytest.approx([3, 4, 5, 6, 7])
 
 
-def test_actions_between_those_of_20_ms_apart_are_told_too():
-    swapping = actions_told(0.005, lambda step: 7 if step % 4 else -7)
+def test_actions_between_those_20_ms_apart_are_observed_too():
+    swapping = observed_actions(0.005, lambda step: 7 if step % 4 else -7)
     assert np.abs(swapping[7:] - 3.5).max() < 1.6
 
 
 def test_an_observation_is_held_until_the_next():
-    assert actions_told(0.02) == pytest.approx([0, 0, 0, 0, 0, 0, 0, 0, 4, 4, 4, 4])
+    assert observed_actions(0.02) == pytest.approx([0, 0, 0, 0, 0, 0, 0, 0, 4, 4, 4, 4])
 
 
 def test_physics_runs_at_200_hz():
@@ -55,7 +55,7 @@ def test_physics_runs_at_200_hz():
 def test_the_reference_is_ahead_and_the_state_is_the_robots():
     rig = begun()
     rig.loop.step(REST)
-    _, reference, state = rig.walk.seen
+    _, reference, state = rig.walk.inputs
     assert reference == pytest.approx([0.5 * (LEAD_S + 0.005), 0, 0.5, 0])
     x, y = rig.plant.data.qpos[:2]
     assert state == pytest.approx([0, x, y, *rig.plant.data.qvel[:2]], abs=1e-3)
@@ -72,10 +72,10 @@ def test_the_command_and_the_pose_are_observed():
 @pytest.mark.parametrize("every_s", [0.005, 0.02])
 def test_commands_change_no_faster_than_in_training(every_s):
     rig = begun(every_s=every_s)
-    for command, told in (((0.5, -0.3), (0.1, 0, -0.2)), ((0.0, 0.0), (0, 0, 0))):
+    for command, observed in (((0.5, -0.3), (0.1, 0, -0.2)), ((0.0, 0.0), (0, 0, 0))):
         for _ in range(20):
             shown = rig.loop.step(np.concatenate((np.zeros(19), command)))
-        assert shown[PARTS["command"]] == pytest.approx(told)
+        assert shown[PARTS["command"]] == pytest.approx(observed)
 
 
 def test_what_is_out_of_range_is_clipped_and_counted():

@@ -62,7 +62,7 @@ def sequential() -> Callable[..., nn.Sequential]:
 
 @pytest.fixture
 def actor() -> MLPModel:
-    """rsl-rl's actor, which has seen some observations."""
+    """rsl-rl's actor, with a normalizer from some observations."""
     torch.manual_seed(1)
     seen = TensorDict({"policy": 2 + 3 * torch.randn(64, SIZES[0])}, batch_size=64)
     model = MLPModel(
@@ -130,7 +130,7 @@ def path(tmp_path, module) -> Path:
 
 
 SECONDS, BYTES = 10, 2**30
-"""What reading a file may take at most."""
+"""The most that reading a file may take."""
 
 
 @pytest.fixture

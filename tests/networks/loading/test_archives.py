@@ -64,7 +64,7 @@ def largest(path: Path) -> zipfile.ZipInfo:
 
 
 def bomb(path: Path, claimed: int | None) -> str:
-    """Let a member inflate to 300 MB, whatever its size is said to be; returns its name."""
+    """Let a member inflate to 300 MB, whatever size it states; returns its name."""
     name, content = largest(path).filename, members(path)
     pack(path, {**content, name: bytes(300_000_000)})
     if claimed is not None:

@@ -60,7 +60,7 @@ def test_a_state_that_is_late_is_held_and_answered_at_its_time() -> None:
     ],
 )
 def test_states_lost_twice_or_in_another_order_are_held(fault: str, expected: list[int]) -> None:
-    """Of two that come together the last wins; an older one is none."""
+    """The last of two that come together wins; an older one is none."""
     assert [tick for tick, _ in ticks(inline(fault), 4)] == expected
 
 

@@ -76,7 +76,7 @@ def test_joints_lie_in_their_slots_and_the_unused_one_is_commanded_nothing() -> 
 
 
 def test_bytes_are_fixed() -> None:
-    """What a robot got once, it gets for good: a digest that changes is another protocol."""
+    """Robots rely on these bytes: a digest that changes is another protocol."""
     command, state = encode_command(Command(5, COMMANDS)), encode_state(125, SENSORS)
     truth = encode_base(Base(125, SENSORS.gyroscope, SENSORS.accelerometer))
     assert command[-4:].hex() == "54e4dbd7"

@@ -1,4 +1,4 @@
-"""What comes beside the states: the newest counts, and that of a tick is waited for on request."""
+"""Messages beside the states: the newest counts, and that of a tick is waited for on request."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Which robot an option names, and what goes together with it."""
+"""Options that name a robot, and their combinations."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""What faults do to the way of commands, in the robot's own time."""
+"""Effects of faults on the way of commands, in the robot's own time."""
 
 from collections.abc import Sequence
 

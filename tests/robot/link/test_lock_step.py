@@ -63,7 +63,7 @@ def test_state_and_truth_are_of_one_tick() -> None:
 def test_the_watchdog_is_tripped_by_silence_alone(
     faults: Sequence[str], refused: int, trips: int
 ) -> None:
-    """Of 40 ms of delay with a fifth lost, 100 ms without a command never come about."""
+    """With 40 ms of delay and a fifth lost, 100 ms without a command never come about."""
     found = run(lock_step(*faults), 400)
     assert found["steps"] == 400
     assert found["refused"]["beyond_limits"] == refused

@@ -128,7 +128,7 @@ def test_a_robot_that_another_controller_drives_is_not_joined() -> None:
         LockStepRobot(bus, TRUTHS).first()
 
 
-def test_a_controller_that_came_second_is_told() -> None:
+def test_a_controller_that_came_second_is_refused() -> None:
     bus, robot, seen = lock_step()
     bus.robot.answered(encode_command(Command(5, HOLD)), writer=7)
     with pytest.raises(RobotLostError, match="another controller drives the robot"):

@@ -28,9 +28,9 @@ class Recorded(InlineRobot):
         self.commands: list[MotorCommands] = []
         self.closed = False
 
-    def exchange(self, seen: Observed, motors: MotorCommands) -> Observed:
+    def exchange(self, last: Observed, motors: MotorCommands) -> Observed:
         self.commands.append(motors)
-        return super().exchange(seen, motors)
+        return super().exchange(last, motors)
 
     def close(self) -> None:
         self.closed = True

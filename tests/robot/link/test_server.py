@@ -30,7 +30,7 @@ def started(*options: str) -> subprocess.Popen[str]:
     return process
 
 
-def said(process: subprocess.Popen[str], within_s: float = 30) -> dict[str, object]:
+def report(process: subprocess.Popen[str], within_s: float = 30) -> dict[str, object]:
     """Return a robot's last words, once it has ended."""
     words = process.communicate(timeout=within_s)[0].splitlines()[-1]
     return json.loads(words.removeprefix("robot: "))
@@ -45,11 +45,11 @@ def in_lock_step() -> dict[str, object]:
     process = started("--lock-step", "--hoist", "--once")
     ticks, truths = [], []
     with Bus(Place(), keeps_all=True) as bus:
-        states, commands, told = bus.reader(STATES), bus.writer(COMMANDS), bus.reader(TRUTHS)
+        states, commands, reader = bus.reader(STATES), bus.writer(COMMANDS), bus.reader(TRUTHS)
         other = bus.writer(COMMANDS)
         until = time.monotonic() + 60
         while not truths and time.monotonic() < until:  # readers are not found at the same time
-            truths += [decode_base(arrival.message).tick for arrival in told.take(0.2)]
+            truths += [decode_base(arrival.message).tick for arrival in reader.take(0.2)]
         while len(ticks) < 10 and time.monotonic() < until:
             for arrival in states.take(0.2):
                 tick, _ = decode_state(arrival.message)
@@ -61,9 +61,9 @@ def in_lock_step() -> dict[str, object]:
                 if ticks:
                     other.write(good)
                 ticks.append(tick)
-            truths += [decode_base(arrival.message).tick for arrival in told.take()]
+            truths += [decode_base(arrival.message).tick for arrival in reader.take()]
         time.sleep(0.3)
-    return {"ticks": ticks, "truths": sorted(set(truths))[:10], "robot": said(process)}
+    return {"ticks": ticks, "truths": sorted(set(truths))[:10], "robot": report(process)}
 
 
 def test_a_robot_in_lock_step_steps_once_for_each_answer() -> None:
@@ -117,7 +117,7 @@ def in_real_time() -> dict[str, object]:
             time.sleep(0.01)
         for _ in range(30):
             last = _newest_tick(states)
-    return {"waiting": waiting, "last": last, "robot": said(process)}
+    return {"waiting": waiting, "last": last, "robot": report(process)}
 
 
 def in_sport_mode() -> dict[str, object]:
@@ -188,7 +188,7 @@ def with_a_killed_controller() -> dict[str, object]:
     time.sleep(1.0)
     os.kill(controller.pid, signal.SIGKILL)
     controller.communicate()
-    return {"robot": said(process), "code": process.returncode}
+    return {"robot": report(process), "code": process.returncode}
 
 
 @pytest.mark.slow
@@ -199,7 +199,7 @@ def test_a_robot_ends_when_its_controller_was_killed() -> None:
 
 def alone() -> dict[str, object]:
     process = started("--once", "--idle", "0.5")
-    return {"robot": said(process), "code": process.returncode}
+    return {"robot": report(process), "code": process.returncode}
 
 
 def test_a_robot_that_nobody_comes_to_ends() -> None:

@@ -52,7 +52,7 @@ def test_a_file_becomes_an_image_with_lint_and_report(spikeport, tiny, tmp_path)
 
 def test_inputs_that_nobody_recorded_are_named(spikeport, tiny):
     done = spikeport("convert", tiny, "-n", "2")
-    assert "observations: 1,000 standard normal ones, since none are given\n" in done.out
+    assert "observations: 1,000 standard normal ones, without a file of observations\n" in done.out
     assert "hint: rate too low: layer 1 (" in done.out
 
 

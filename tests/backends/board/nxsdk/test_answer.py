@@ -1,4 +1,4 @@
-"""An answer that ends in -1 is one, and a shutdown is told from it, wherever it is cut."""
+"""An answer that ends in -1 is one, and differs from a shutdown, wherever it is cut."""
 
 import socket
 from types import SimpleNamespace

@@ -1,4 +1,4 @@
-"""A board of NxSDK in a process of its own: what differs is counted, what fails is said."""
+"""A board of NxSDK in a process of its own: differences are counted, failures are messages."""
 
 import os
 import shutil

@@ -1,4 +1,4 @@
-"""Snips are compiled by gcc, whose absence and whose complaints are said in words."""
+"""Snips are compiled by gcc, whose absence and errors are messages in words."""
 
 import shutil
 from pathlib import Path

@@ -11,7 +11,7 @@ from tests.helpers import nir_graphs
 from tests.helpers.nir_graphs import DT_S, written
 
 
-def said(folder: Path, graph: nir.NIRGraph, at_once: float = 1.0) -> dict[str, list[str]]:
+def differences_of(folder: Path, graph: nir.NIRGraph, at_once: float = 1.0) -> dict[str, list[str]]:
     found: dict[str, list[str]] = {}
     for name, text in differences(
         spikeport.nir.load(written(folder, graph), DT_S, at_once=at_once)
@@ -21,7 +21,7 @@ def said(folder: Path, graph: nir.NIRGraph, at_once: float = 1.0) -> dict[str, l
 
 
 def test_each_population_says_what_it_does_otherwise(tmp_path):
-    found = said(tmp_path, nir_graphs.recurrent(bias=0.2))
+    found = differences_of(tmp_path, nir_graphs.recurrent(bias=0.2))
     assert found["hidden"][:2] == [
         "spikes are 1 step late: each connection takes one",
         "voltage decays by 410/4096 a step, up to 0.10% off, and rounds towards 0",
@@ -32,8 +32,8 @@ def test_each_population_says_what_it_does_otherwise(tmp_path):
 
 def test_the_share_of_sources_beyond_which_inputs_wrap_is_named(tmp_path):
     text = "inputs wrap around if over 0.125 of its sources spike at once"
-    assert text in said(tmp_path, nir_graphs.recurrent(), 0.125)["hidden"]
-    assert text not in said(tmp_path, nir_graphs.recurrent())["hidden"]
+    assert text in differences_of(tmp_path, nir_graphs.recurrent(), 0.125)["hidden"]
+    assert text not in differences_of(tmp_path, nir_graphs.recurrent())["hidden"]
 
 
 def test_reset_leak_and_many_time_constants_are_named(tmp_path):
@@ -41,7 +41,7 @@ def test_reset_leak_and_many_time_constants_are_named(tmp_path):
     first, last = nir_graphs.ends(3, 4)
     neurons = nir_graphs.cuba(4, v_leak=0.25, v_reset=-0.5)
     neurons.tau_mem = np.array([5e-3, 1e-2, 1e-2, 2e-2])
-    found = said(
+    found = differences_of(
         tmp_path, nir_graphs.graph(input=first, w=nir_graphs.affine(rng, 4, 3), n=neurons, o=last)
     )
     assert "starts at its reset voltage, -0.5, not at 0" in found["n"]
@@ -57,7 +57,7 @@ def test_readouts_and_ways_of_different_lengths_are_named(tmp_path):
     nodes["r"] = nir.LI(tau=np.full(3, 1e-2), r=np.ones(3), v_leak=np.ones(3))
     edges = [("i", "w"), ("w", "a"), ("a", "v"), ("v", "b"), ("i", "b"), ("b", "u"), ("u", "r")]
     graph = nir.NIRGraph(nodes=nodes, edges=[*edges, ("r", "o")], type_check=False)
-    found = said(tmp_path, graph)
+    found = differences_of(tmp_path, graph)
     assert found["b"][-1] == "spikes of i arrive 1 step early, beside its longest way's"
     assert found["r"] == [
         "computed on the host, in floating point: it reads spikes and sends none",
