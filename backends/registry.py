@@ -66,6 +66,9 @@ class Source(NamedTuple):
         )
 
 
+LOADING = "loading kernels (compiled when first used)"
+"""The stage after a compile."""
+
 Open = Callable[[Source, int, Compilation | None], Execution]
 """A function that opens a network, with a seed and, if it was opened before, its compilation."""
 
@@ -92,6 +95,7 @@ def _on(load: Callable[[ChipImage, int, LogOptions, LinkOptions], Chip]) -> Open
             warnings.warn(nothing.verdict, stacklevel=4)  # the caller of Simulator or its reset
             return _without_chip(source, seed, None)
         log = LogOptions(found.report.chip, source.counts)
+        source.progress(LOADING, None)
         return HostLoop(found, load(found.image, seed, log, source.link), seed)
 
     return open_source

@@ -3,7 +3,7 @@
 #
 # A small perceptron is trained in PyTorch to steer: from an error and its speed, a force that
 # levels off. spikeport reads its TorchScript file, without torch, and makes spiking neurons of it:
-# a population for each unit.
+# a population for each unit. It needs the extra `train`, which brings torch.
 
 # %%
 import tempfile

@@ -2,7 +2,7 @@
 
     python examples/own_robot.py
 
-docs/own-robot.md goes through it step by step.
+It needs the extra `robot`; docs/own-robot.md goes through it step by step.
 """
 
 from pathlib import Path

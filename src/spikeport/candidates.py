@@ -34,15 +34,17 @@ def _is_network_class(value: object) -> bool:
     return isinstance(value, type) and issubclass(value, nengo.Network)
 
 
-def _returns_network(value: Callable[..., object]) -> bool:
+def _returns_network(
+    value: Callable[..., object], callers: frozenset[FunctionType] = frozenset()
+) -> bool:
     """Return whether a function is annotated with a network, or its source returns one.
 
     It is not called to find out: a user's functions may do anything.
     """
     function = inspect.unwrap(value)
-    if not isinstance(function, FunctionType):
+    if not isinstance(function, FunctionType) or function in callers:
         return False
-    return _is_network_class(_stated(function)) or _source_returns(function)
+    return _is_network_class(_stated(function)) or _source_returns(function, callers | {function})
 
 
 def _stated(function: object) -> object:
@@ -53,28 +55,34 @@ def _stated(function: object) -> object:
         return None
 
 
-def _source_returns(function: FunctionType) -> bool:
+def _source_returns(function: FunctionType, callers: frozenset[FunctionType]) -> bool:
     """Return whether a function returns a call of a network, or a name that is bound to one."""
+
+    def makes(node: ast.expr) -> bool:
+        return _calls_network(node, function.__globals__, callers)
+
     try:
         source = ast.parse(textwrap.dedent(inspect.getsource(function)))
     except (OSError, TypeError, SyntaxError):  # as of a lambda within an expression
         return False
-    names, bound = function.__globals__, set[str]()
+    bound = set[str]()
     for node in ast.walk(source):
-        if isinstance(node, ast.withitem) and _calls_network(node.context_expr, names):
+        if isinstance(node, ast.withitem) and makes(node.context_expr):
             bound.update([ast.unparse(node.optional_vars)] if node.optional_vars else [])
-        elif isinstance(node, ast.Assign) and _calls_network(node.value, names):
+        elif isinstance(node, ast.Assign) and makes(node.value):
             bound.update(map(ast.unparse, node.targets))
     returned = [n.value for n in ast.walk(source) if isinstance(n, ast.Return) and n.value]
-    return any(ast.unparse(one) in bound or _calls_network(one, names) for one in returned)
+    return any(ast.unparse(one) in bound or makes(one) for one in returned)
 
 
-def _calls_network(node: ast.expr, names: dict[str, object]) -> bool:
-    """Return whether an expression calls a class of networks, or a function annotated with one."""
+def _calls_network(
+    node: ast.expr, names: dict[str, object], callers: frozenset[FunctionType]
+) -> bool:
+    """Return whether an expression calls a class of networks, or a function that returns one."""
     if not isinstance(node, ast.Call):
         return False
     first, *rest = ast.unparse(node.func).split(".")
     called = names.get(first)
     for name in rest:
         called = getattr(called, name, None)
-    return _is_network_class(called) or (callable(called) and _is_network_class(_stated(called)))
+    return _is_network_class(called) or (callable(called) and _returns_network(called, callers))

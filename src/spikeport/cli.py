@@ -57,7 +57,7 @@ app = typer.Typer(
 )
 MODEL = (
     "FILE.py or FILE.ipynb, in which the network is called `model`; FILE.py:NAME or module:NAME of "
-    "a network, or of a function that makes one."
+    "a network, or of a function that makes one; or graph.nir."
 )
 RateHz = Annotated[
     list[str] | None,
@@ -75,6 +75,9 @@ BuildTimeout = Annotated[
     typer.Option(
         metavar="SECONDS", min=0.001, max=10**6, help="End the building of the network then."
     ),
+]
+GraphStep = Annotated[
+    float | None, typer.Option(metavar="SECONDS", help="Time step of a NIR graph.")
 ]
 ExperimentName = Annotated[str, typer.Argument(help="The experiment, e.g. reach.")]
 ImageFolder = Annotated[Path | None, written("Folder to write image and report to.")]
@@ -109,9 +112,7 @@ def compile_command(
     chip: ChipOption = "loihi",
     *,
     settings: SettingsOption,
-    dt: Annotated[
-        float | None, typer.Option(metavar="SECONDS", help="Time step of a NIR graph.")
-    ] = None,
+    dt: GraphStep = None,
     spikes: Annotated[
         str | None,
         typer.Option(
@@ -183,6 +184,11 @@ def simulate_command(
     seconds: Annotated[float, typer.Option(help="Simulated time.")] = 1.0,
     seed: SeedOption = 0,
     settings: SettingsOption,
+    dt: GraphStep = None,
+    spikes: Annotated[
+        str | None,
+        typer.Option(metavar="FILE.npz", help="Input of a NIR graph, or `random` spikes."),
+    ] = None,
     beside_float: Annotated[
         bool, typer.Option("--float/--no-float", help="Run it in float Nengo beside.")
     ] = True,
@@ -204,6 +210,8 @@ def simulate_command(
             seconds=seconds,
             seed=seed,
             settings=settings,
+            dt_s=dt,
+            spikes=spikes,
             beside_float=beside_float,
             out=out,
             overwrite=overwrite,

@@ -16,16 +16,19 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from spikeport.errors import UsageError
+from spikeport.networks.loading.nir.differences import differences
 from spikeport.networks.loading.nir.graph import flattened
 from spikeport.networks.loading.nir.hdf5 import read
 from spikeport.networks.loading.nir.network import NirNetwork
 from spikeport.networks.loading.nir.populations import folded
 from spikeport.reading.mismatch import MismatchError
 
+__all__ = ["differences", "load"]
+
 CURE = "what can be read: docs/nir.md"
 
 
-def load(path: str | Path, dt: float, parts: int = 2) -> NirNetwork:
+def load(path: str | Path, dt: float, parts: int = 2, at_once: float = 1.0) -> NirNetwork:
     """Read a graph as a network for the chip.
 
     Parameters
@@ -37,6 +40,9 @@ def load(path: str | Path, dt: float, parts: int = 2) -> NirNetwork:
         one of its own steps for each, however long those are.
     parts : int
         Synapses of a weight: 2 hold it to 15 bits, 1 holds it to 8 with half of the memory.
+    at_once : float
+        The largest share of a neuron's sources that spike in one step. By default all may; a
+        smaller share keeps more of small weights, and more spikes than it wrap a register around.
 
     Raises
     ------
@@ -49,9 +55,11 @@ def load(path: str | Path, dt: float, parts: int = 2) -> NirNetwork:
         raise UsageError(f"dt={dt}: the time step of a NIR graph is a number of seconds above 0")
     if parts not in (1, 2):
         raise UsageError(f"parts={parts}: a weight has 1 or 2 synapses")
+    if not (isinstance(at_once, float | int) and 0 < at_once <= 1):
+        raise UsageError(f"at_once={at_once}: a share of a neuron's sources is above 0, up to 1")
     path = Path(path)
     with refusing(path):
-        return NirNetwork(folded(flattened(read(path)), float(dt)), parts, path.stem)
+        return NirNetwork(folded(flattened(read(path)), float(dt)), parts, at_once, path.stem)
 
 
 @contextlib.contextmanager

@@ -26,6 +26,7 @@ from spikeport.backends.board.record import SessionRecorder
 from spikeport.backends.kept import Asked
 from spikeport.backends.replay import ReplayChip
 from spikeport.commands import report_file
+from spikeport.commands.agreement import spikes_of
 from spikeport.commands.diff import changes
 from spikeport.commands.step import by_step
 from spikeport.compile.image.chip_image import ChipImage
@@ -43,6 +44,7 @@ from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.chip import BUILT_IN
 from spikeport.networks import walking_policy
 from spikeport.networks.loading.files import load_mlp
+from spikeport.networks.loading.nir.populations import Folded
 from spikeport.networks.walking_policy import WalkingPolicy
 from spikeport.reading import npz
 from spikeport.reading.mismatch import MismatchError
@@ -189,6 +191,14 @@ def _diff(path: Path) -> None:
 
 def _spikes(folder: Path) -> None:
     np.savez(folder / "spikes.npz", steps=np.arange(3), sources=np.arange(3))
+
+
+def _graph_spikes(folder: Path) -> None:
+    np.savez(folder / "graph_spikes.npz", input=nir_graphs.spikes(6, 20))
+
+
+def _spikes_of_graph(path: Path) -> None:
+    spikes_of(Folded(nir_graphs.DT_S, {"input": (6,)}, {}, {}), str(path))
 
 
 def _events(folder: Path) -> None:
@@ -386,6 +396,7 @@ LOADERS = {
     "events": Loader(_events, lambda path: event_steps(process_of(path), 0.001)),
     "NIR": Loader(_nir, lambda path: nir.load(path, nir_graphs.DT_S)),
     "spikes": Loader(_spikes, lambda path: by_step(good(), path, 5)),
+    "spikes of a graph": Loader(_graph_spikes, _spikes_of_graph),
     "record": Loader(_record, _replay),
     "frames": Loader(_frames, _answered),
     "bodies": Loader(_bodies, _answered_whole),

@@ -38,6 +38,7 @@ def test_networks_are_found_by_type(module_of):
         "class make(nengo.Network): pass",
         "import functools\n@functools.cache\ndef make():\n    return nengo.Network()",
         "def base() -> nengo.Network: return 0\ndef make():\n    return base()",
+        "def base(): return nengo.Network()\ndef make():\n    net = base()\n    return net",
     ],
 )
 def test_what_makes_a_network_is_found(module_of, text):
@@ -55,6 +56,7 @@ def test_what_makes_a_network_is_found(module_of, text):
         "from collections import deque as make",
         "from nengo.networks import EnsembleArray as make",
         "class make: pass",
+        "def make(): return make()",
         "def make() -> 'unknown': return unknown()",
     ],
 )

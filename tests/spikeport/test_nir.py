@@ -31,6 +31,12 @@ def test_a_weight_has_one_or_two_synapses(tmp_path):
         spikeport.nir.load(tmp_path / "graph.nir", DT_S, parts=3)
 
 
+@pytest.mark.parametrize("share", [0, -0.5, 1.01, float("nan"), "all"])
+def test_sources_that_spike_at_once_are_a_share(tmp_path, share):
+    with pytest.raises(UsageError, match="a share of a neuron's sources is above 0, up to 1"):
+        spikeport.nir.load(tmp_path / "graph.nir", DT_S, at_once=share)
+
+
 def test_a_file_that_is_none_is_refused_with_its_path(tmp_path):
     path = tmp_path / "graph.nir"
     with pytest.raises(UsageError) as caught:

@@ -40,6 +40,8 @@ def _on_chip(network: NirNetwork, one: Population) -> Iterator[str]:
     connected = [part for _, part in all_parts(mine.weights, network.n_parts)]
     if len(connected) > len(mine.weights):
         yield f"weights are two synapses each: {sum(p.nnz for p in connected):,} synapses"
+    if network.at_once < 1:
+        yield f"inputs wrap around if over {network.at_once:.3g} of its sources spike at once"
     if mine.bias.any():
         yield f"its bias is a source on the host, which spikes in every step from {one.depth} on"
     if mine.leak.any():

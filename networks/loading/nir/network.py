@@ -49,6 +49,8 @@ class NirNetwork(nengo.Network):
         The graph.
     n_parts : int
         Synapses of a weight: 1, or 2 for one that holds the bits that 8 do not.
+    at_once : float
+        The largest share of a neuron's sources that spike in one step.
     label : str
         The name of the network.
 
@@ -64,14 +66,16 @@ class NirNetwork(nengo.Network):
         The functions of the inputs' nodes.
     """
 
-    def __init__(self, folded: Folded, n_parts: int, label: str) -> None:
+    def __init__(self, folded: Folded, n_parts: int, at_once: float, label: str) -> None:
         super().__init__(label=label, seed=0)
-        self.folded, self.n_parts = folded, n_parts
+        self.folded, self.n_parts, self.at_once = folded, n_parts, at_once
         with warnings.catch_warnings(action="ignore"):  # of every nengo newer than 3.2
             import nengo_loihi
         nengo_loihi.add_params(self)
         self.units = {
-            name: units(one, n_parts) for name, one in folded.populations.items() if one.spikes
+            name: units(one, n_parts, at_once)
+            for name, one in folded.populations.items()
+            if one.spikes
         }
         with self:
             self.feeds = {name: Feed() for name in folded.inputs}

@@ -8,7 +8,8 @@ multiples of 64 units, and loses less to decays, which are rounded towards zero 
     2^p \max(\Sigma^+, \Sigma^-) \le \min(2^{21}, d_u 2^{23}), \qquad 2^p \le 2^{22}
 
 where :math:`\Sigma^\pm` are the sums of a neuron's weights of one sign, in thresholds: no input
-wraps a register around, were all sources to spike at once.
+wraps a register around, were all sources to spike at once. Where a share of them does at most, sums
+are that share, and p may grow to 19: the voltage then ends 16 thresholds below zero, or further.
 """
 
 from collections.abc import Iterator, Mapping
@@ -25,6 +26,8 @@ INPUT, CURRENT = 2.0**21, 2.0**23
 """The largest input and current of a step, in units."""
 THRESHOLDS = (7, 22)
 """Exponents p of thresholds."""
+DEEP = 19
+"""The largest p with a voltage that ends 16 thresholds below zero: inhibition adds up."""
 UNIT = 64
 """Thresholds are multiples of this."""
 LEAK = 2.0**18
@@ -34,8 +37,8 @@ LEVELS = 4
 ONE_WEIGHT = 255 * 2.0**6
 """The largest weight that is one synapse of nengo-loihi; a threshold is no lower than it asks."""
 
-MANTISSA, FINEST = 127, 7
-"""A weight is up to 127 times 2^7 or more; a connection has one such step."""
+MANTISSA, FINEST, COARSEST = 127, 7, 14
+"""A weight is up to 127 times 2^7 to 2^14; a connection has one such step."""
 
 
 class Units(NamedTuple):
@@ -47,8 +50,10 @@ class Units(NamedTuple):
     threshold: np.ndarray
 
 
-def units(population: Population, n_parts: int) -> Units:
+def units(population: Population, n_parts: int, at_once: float = 1.0) -> Units:
     """Return a population in units of the chip, for weights of 1 or 2 synapses.
+
+    ``at_once`` is the largest share of a neuron's sources that spike in one step.
 
     Raises
     ------
@@ -65,7 +70,7 @@ def units(population: Population, n_parts: int) -> Units:
     # The chip lowers thresholds by what its decays take away; here weights are raised by it.
     current, voltage = integrals(of.current_decay, of.voltage_decay)
     raised = _rows(current * voltage, together)
-    exponents = _exponents(population, raised, leak)
+    exponents = _exponents(population, raised, leak, at_once)
     threshold = np.exp2(exponents) if n_parts > 1 else _full(exponents, raised)
     scale = threshold * current * voltage
     scaled = {name: _rows(scale, matrix) for name, matrix in weights.items()}
@@ -76,7 +81,9 @@ def _rows(scale: np.ndarray, matrix: sparse.csr_matrix) -> sparse.csr_matrix:
     return sparse.csr_matrix(sparse.diags_array(scale) @ matrix)
 
 
-def _exponents(population: Population, weights: sparse.csr_matrix, leak: np.ndarray) -> np.ndarray:
+def _exponents(
+    population: Population, weights: sparse.csr_matrix, leak: np.ndarray, at_once: float
+) -> np.ndarray:
     """Return p of each neuron, (n,), by weights in thresholds."""
     above = np.asarray(weights.maximum(0).sum(axis=1)).ravel()
     below = -np.asarray(weights.minimum(0).sum(axis=1)).ravel()
@@ -84,6 +91,9 @@ def _exponents(population: Population, weights: sparse.csr_matrix, leak: np.ndar
     largest = np.abs(weights.data).max(initial=0)
     with np.errstate(divide="ignore"):
         safe = np.maximum(room / np.maximum(above, below), ONE_WEIGHT / largest)
+        if at_once < 1:
+            held = np.minimum(MANTISSA * 2.0**COARSEST / largest, 2.0**DEEP)
+            safe = np.maximum(safe, np.minimum(safe / at_once, held))
         found = np.floor(np.log2(np.minimum(safe, LEAK / np.abs(leak))))
     least, most = THRESHOLDS
     if found.min() < least:

@@ -58,6 +58,7 @@ def run(request: CompileRequest) -> None:
     if stated is not None and request.loss_s is not None:
         raise UsageError("--rate-hz and --loss: the run of --loss has rates of its own; give one")
     _check_run(request.loss_s)
+    nir.check_loss(request.network, request.loss_s)
     request.budget.check_basis(stated is not None or request.loss_s is not None)
     request.to.check()
     settings = nir.with_dt(request.network, request.settings, request.dt_s, request.spikes)

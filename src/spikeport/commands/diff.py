@@ -33,7 +33,7 @@ class Change(NamedTuple):
 def run(a: Path, b: Path, html: Path | None = None) -> int:
     """Print what differs, and write it as a page; 1 if anything does, else 0, as ``diff`` does."""
     reports = {str(a): read(a), str(b): read(b)}
-    found = changes(*reports.values())
+    found = changes(reports[str(a)], reports[str(b)])
     if html is not None:
         for name, report in reports.items():
             check_whole(name, report)

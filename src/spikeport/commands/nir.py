@@ -1,4 +1,4 @@
-"""Lines of `spikeport compile` on a NIR graph: where the chip differs, and how far it agrees."""
+"""NIR graphs on the command line: time step, input, where the chip differs, how far it agrees."""
 
 from collections.abc import Iterator
 
@@ -9,6 +9,7 @@ from rich.table import Table
 
 from spikeport.commands.agreement import Agreement, Played, measured, spikes_of
 from spikeport.compile.pipeline import Compilation
+from spikeport.constants import DT_S
 from spikeport.errors import UsageError
 from spikeport.networks.loading.nir.differences import differences
 from spikeport.networks.loading.nir.network import NirNetwork
@@ -32,22 +33,45 @@ def with_dt(network: str, settings: list[str], dt_s: float | None, spikes: str |
     return settings
 
 
+def check_loss(network: str, loss_s: float | None) -> None:
+    """Refuse to measure a loss of a graph, which has neither an input of its own nor a probe."""
+    if network.endswith(SUFFIX) and loss_s is not None:
+        raise UsageError(
+            f"--loss: {network} has no probe to measure at; give --spikes FILE.npz, or "
+            "--spikes random, which compares all of its neurons with NIR's equations"
+        )
+
+
 def read_spikes(network: nengo.Network, spikes: str | None) -> Played | None:
-    """Return the spikes that a user wants to measure with; of a graph alone."""
+    """Return the spikes that a user has for the inputs; of a graph alone."""
     return spikes_of(network.folded, spikes) if isinstance(network, NirNetwork) and spikes else None
+
+
+def play(network: nengo.Network, spikes: str | None) -> str | None:
+    """Feed spikes to the inputs of a graph, and return in words where they come from."""
+    played = read_spikes(network, spikes)
+    if not isinstance(network, NirNetwork) or played is None:
+        return None
+    for name, feed in network.feeds.items():
+        feed.play(played.rows[name], DT_S)
+    return f"input: {played.origin}"
 
 
 def show(network: nengo.Network, compilation: Compilation, played: Played | None) -> None:
     """Print what differs, and the agreement on spikes where there are any; of a graph alone."""
-    if not isinstance(network, NirNetwork):
-        return
-    console = Console(highlight=False)
-    console.print("on the chip, otherwise than in NIR:")
-    for line in _lines(network):
-        console.print(line, markup=False, soft_wrap=True)
-    if played is not None:
+    show_differences(network)
+    if isinstance(network, NirNetwork) and played is not None:
+        console = Console(highlight=False)
         console.print(_table(list(measured(network, compilation, played))))
         console.print(f"input: {played.origin}", markup=False, soft_wrap=True)
+
+
+def show_differences(network: nengo.Network) -> None:
+    """Print what the chip does otherwise than NIR's equations; of a graph alone."""
+    if isinstance(network, NirNetwork):
+        console = Console(highlight=False)
+        for line in ("on the chip, otherwise than in NIR:", *_lines(network)):
+            console.print(line, markup=False, soft_wrap=True)
 
 
 def _lines(network: NirNetwork) -> Iterator[str]:

@@ -14,6 +14,7 @@ from rich.table import Table
 
 from spikeport.backends import registry as backends
 from spikeport.backends.board.link import OWN_STUB, LinkOptions
+from spikeport.commands import nir
 from spikeport.commands.options import Target
 from spikeport.commands.progress import progress_bar
 from spikeport.commands.run import check_counts, check_target
@@ -47,6 +48,8 @@ class SimulateRequest:
     overwrite: bool
     counts: bool = False
     build_timeout_s: float | None = None
+    dt_s: float | None = None
+    spikes: str | None = None
     link: LinkOptions = OWN_STUB
 
 
@@ -63,12 +66,13 @@ def simulate(request: SimulateRequest) -> None:
         with progress_bar() as progress:
             progress("building the network", None)
             network = _network(request)
+            played = nir.play(network, request.spikes)
             ran = run(network, _options(request, counts), progress)
             progress("writing", None)
             _write(folder, request, ran, drawing, series)
             run_folder.add_counts(folder, counts)
             run_folder.write_result(folder, _result(request, ran, network))
-        _show(ran, folder)
+        _show(ran, network, played, folder)
 
 
 def _check(request: SimulateRequest) -> None:
@@ -90,13 +94,14 @@ def _check(request: SimulateRequest) -> None:
 
 def _stem(spec: str) -> str:
     """Return the name of a run's folder: that of the file, or of the module."""
-    where = spec if spec.endswith(FILES) else spec.rpartition(":")[0]
+    where = spec if spec.endswith((*FILES, nir.SUFFIX)) else spec.rpartition(":")[0]
     return Path(where).stem or "network"
 
 
 def _network(request: SimulateRequest) -> nengo.Network:
+    settings = nir.with_dt(request.network, request.settings, request.dt_s, request.spikes)
     network = find_network(
-        request.network, request.settings, request.target.chip, None, request.build_timeout_s
+        request.network, settings, request.target.chip, None, request.build_timeout_s
     )
     if not network.all_probes:
         probe_outputs(network)
@@ -159,7 +164,7 @@ def _result(request: SimulateRequest, ran: Ran, network: nengo.Network) -> dict[
     }
 
 
-def _show(ran: Ran, folder: Path) -> None:
+def _show(ran: Ran, network: nengo.Network, played: str | None, folder: Path) -> None:
     console = Console(highlight=False)
     if ran.report is not None:
         console.print(resource_table(ran.report))
@@ -167,6 +172,9 @@ def _show(ran: Ran, folder: Path) -> None:
     console.print(_probe_table(ran))
     if ran.report is not None:
         console.print(verdict(ran.report), markup=False)
+        nir.show_differences(network)
+    if played is not None:
+        console.print(played, markup=False, soft_wrap=True)
     names = ", ".join(sorted(path.name for path in folder.iterdir()))
     console.print(f"written: {folder}/ ({names})", markup=False, soft_wrap=True)
 

@@ -19,6 +19,7 @@ def two(spikeport, net_py, tmp_path):
 
 def test_a_report_does_not_differ_from_itself(spikeport, two):
     assert spikeport("diff", two[0], two[0] / "report.json") == (0, "no difference\n", "")
+    assert spikeport("diff", two[0], two[0]) == (0, "no difference\n", "")
 
 
 def test_what_differs_is_listed_with_its_change(spikeport, two):

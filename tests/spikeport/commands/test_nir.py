@@ -1,6 +1,7 @@
 """``spikeport compile graph.nir``: what it says and measures, and what it refuses."""
 
 import numpy as np
+import xarray as xr
 
 from tests.helpers import nir_graphs
 from tests.helpers.nir_graphs import spikes, written
@@ -43,3 +44,26 @@ def test_other_networks_have_no_use_for_them(spikeport):
         assert done.code == 2
         expected = f"error: {option}: for a NIR graph, a file ending in .nir, not for arm\n"
         assert done.err == expected
+
+
+def test_a_loss_of_a_graph_is_measured_otherwise(spikeport, tmp_path):
+    path = written(tmp_path, nir_graphs.recurrent())
+    done = spikeport("compile", path, "--dt", "0.001", "--loss", "0.1")
+    assert (done.code, done.out) == (2, "")
+    assert done.err == (
+        f"error: --loss: {path} has no probe to measure at; give --spikes FILE.npz, or "
+        "--spikes random, which compares all of its neurons with NIR's equations\n"
+    )
+
+
+def test_simulate_plays_spikes_and_says_what_differs(spikeport, tmp_path):
+    path, out = written(tmp_path, nir_graphs.recurrent()), tmp_path / "run"
+    np.savez(tmp_path / "in.npz", input=spikes(6, 60))
+    options = ("--dt", "0.001", "--spikes", tmp_path / "in.npz", "--seconds", "0.06", "--out", out)
+    done = spikeport("simulate", path, *options)
+    assert done.code == 0
+    assert "on the chip, otherwise than in NIR:\n  hidden\n    spikes are 1 step late" in done.out
+    assert f"input: {tmp_path / 'in.npz'}, 60 steps\n" in done.out
+    with xr.open_dataset(out / "probes.nc") as read:
+        assert read["output"].values.any()
+        assert read["output in float"].values.any()

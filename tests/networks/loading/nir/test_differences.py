@@ -11,9 +11,11 @@ from tests.helpers import nir_graphs
 from tests.helpers.nir_graphs import DT_S, written
 
 
-def differences_of(folder: Path, graph: nir.NIRGraph) -> dict[str, list[str]]:
+def differences_of(folder: Path, graph: nir.NIRGraph, at_once: float = 1.0) -> dict[str, list[str]]:
     found: dict[str, list[str]] = {}
-    for name, text in differences(spikeport.nir.load(written(folder, graph), DT_S)):
+    for name, text in differences(
+        spikeport.nir.load(written(folder, graph), DT_S, at_once=at_once)
+    ):
         found.setdefault(name, []).append(text)
     return found
 
@@ -26,6 +28,12 @@ def test_each_population_says_what_it_does_otherwise(tmp_path):
     ]
     assert "its bias is a source on the host, which spikes in every step from 2 on" in found["read"]
     assert any(text.startswith("the voltage ends at -") for text in found["read"])
+
+
+def test_the_share_of_sources_beyond_which_inputs_wrap_is_named(tmp_path):
+    text = "inputs wrap around if over 0.125 of its sources spike at once"
+    assert text in differences_of(tmp_path, nir_graphs.recurrent(), 0.125)["hidden"]
+    assert text not in differences_of(tmp_path, nir_graphs.recurrent())["hidden"]
 
 
 def test_reset_leak_and_many_time_constants_are_named(tmp_path):

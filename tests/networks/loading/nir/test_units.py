@@ -44,6 +44,14 @@ def test_no_input_wraps_a_register_around():
     assert np.max(sums) / 0.25 <= CURRENT
 
 
+def test_where_a_share_of_sources_spikes_at_once_weights_keep_more_bits():
+    weights = np.random.default_rng(0).normal(0, 1, (10, 400))
+    all_of, quarter, few = (units(population(weights), 2, share) for share in (1.0, 0.25, 1e-3))
+    np.testing.assert_array_equal(quarter.threshold, 4 * all_of.threshold)
+    assert few.threshold.max() <= 2.0**module.DEEP * 1.001  # raised by what decays take away
+    assert np.abs(few.weights["i"].data).max() <= 127 * 2.0**14
+
+
 def test_one_synapse_takes_all_of_its_bits():
     weights = np.random.default_rng(0).normal(0, 1, (10, 40))
     largest = np.abs(units(population(weights), 1).weights["i"].data).max()
