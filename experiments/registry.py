@@ -3,8 +3,9 @@
 from importlib import import_module
 from types import ModuleType
 
-from spikeport.errors import MissingExtraError, UsageError, unknown
+from spikeport.errors import UsageError, unknown
 from spikeport.experiments.options import Experiment
+from spikeport.extras import missing
 
 EXPERIMENTS = {
     "draw": "spikeport.experiments.arm.draw",
@@ -44,7 +45,4 @@ def imported(what: str, module: str, extra: str = "robot") -> ModuleType:
     try:
         return import_module(module)
     except ModuleNotFoundError as error:
-        raise MissingExtraError(
-            f"{what} needs the package {error.name}, which is absent; "
-            f"install it with: pip install 'spikeport[{extra}]'"
-        ) from error
+        raise missing(what, error.name, extra) from error

@@ -2,15 +2,13 @@
 
 import os
 
-from spikeport.errors import MissingExtraError, RenderError
+from spikeport.errors import RenderError
+from spikeport.extras import missing
 
 try:
     import mujoco
 except ImportError as error:
-    raise MissingExtraError(
-        f"the robot needs the package mujoco, which cannot be imported ({error}); "
-        "install it with: pip install 'spikeport[robot]'"
-    ) from error
+    raise missing("the robot", "mujoco", "robot", f"cannot be imported ({error})") from error
 except (AttributeError, RuntimeError) as error:
     # mujoco loads the graphics library that MUJOCO_GL names as soon as it is imported.
     raise RenderError(

@@ -4,7 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from spikeport.errors import MissingExtraError, UsageError
+from spikeport.errors import UsageError
+from spikeport.extras import missing
 from spikeport.robot.engine import mujoco
 
 NAME = "unitree_h1"
@@ -26,10 +27,7 @@ def model_file() -> Path:
     try:
         import mujoco_menagerie
     except ImportError as error:
-        raise MissingExtraError(
-            "appearance 'menagerie' needs the package mujoco-menagerie, which is absent; "
-            "install it with: pip install 'spikeport[menagerie]'"
-        ) from error
+        raise missing("appearance 'menagerie'", "mujoco-menagerie", "menagerie") from error
     robot, cache = mujoco_menagerie.get(NAME), mujoco_menagerie.Cache()
     folder: Path = cache.root / NAME if cache.root else cache.model_path(robot)
     if not (folder.is_dir() if cache.root else cache.is_cached(robot)):

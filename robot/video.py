@@ -8,7 +8,8 @@ from typing import Protocol, Self
 
 import numpy as np
 
-from spikeport.errors import MissingExtraError, UsageError
+from spikeport.errors import UsageError
+from spikeport.extras import missing
 
 
 class _Writer(Protocol):
@@ -39,10 +40,7 @@ class VideoWriter:
     def __init__(self, path: str | Path, fps: float) -> None:
         for package in ("imageio", "imageio_ffmpeg"):
             if find_spec(package) is None:
-                raise MissingExtraError(
-                    f"a video needs the package {package.replace('_', '-')}, which is absent; "
-                    "install it with: pip install 'spikeport[video]'"
-                )
+                raise missing("a video", package.replace("_", "-"), "video")
         self._path = Path(path)
         self._part = self._path.with_name(f".{self._path.name}.{os.getpid()}.part.mp4")
         self._fps = fps

@@ -35,6 +35,12 @@ def _own_path() -> Iterator[None]:
     sys.path[:] = before
 
 
+@pytest.fixture(autouse=True)
+def _from_an_index(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Have messages name what an index has, wherever this spikeport was installed from."""
+    monkeypatch.setattr("spikeport.extras.origin", lambda: ([], "spikeport"))
+
+
 def _foreign_environment() -> dict[str, str]:
     """This environment, without what would let Python find the checkout."""
     return {k: v for k, v in os.environ.items() if not k.startswith("PYTHON")}

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from spikeport.compile.placing.lower_bound import lower_bound
 from spikeport.compile.placing.problem import Bins, Problem
-from spikeport.errors import MissingExtraError
+from spikeport.extras import missing
 
 if TYPE_CHECKING:
     from ortools.sat.python.cp_model import CpModel, IntVar
@@ -72,10 +72,7 @@ def _ortools() -> ModuleType:
     try:
         from ortools.sat.python import cp_model
     except ImportError as error:
-        raise MissingExtraError(
-            "pack{exact=true} needs the package ortools, which is absent; "
-            "install it with: pip install 'spikeport[optimal]'"
-        ) from error
+        raise missing("pack{exact=true}", "ortools", "optimal") from error
     module: ModuleType = cp_model
     return module
 

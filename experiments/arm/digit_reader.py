@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.spatial import cKDTree
 
-from spikeport.errors import MissingExtraError
+from spikeport.extras import missing
 
 if TYPE_CHECKING:
     from sklearn.svm import SVC
@@ -58,10 +58,7 @@ def rasterise(trace: np.ndarray) -> np.ndarray:
 def require() -> None:
     """Raise `MissingExtraError` if the package that reads is absent."""
     if not can_read():
-        raise MissingExtraError(
-            "reading digits needs the package scikit-learn, which is absent; "
-            "install it with: pip install 'spikeport[digits]'"
-        )
+        raise missing("reading digits", "scikit-learn", "digits")
 
 
 @cache

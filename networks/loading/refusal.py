@@ -6,7 +6,8 @@ from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 
-from spikeport.errors import MissingExtraError, UsageError
+from spikeport.errors import UsageError
+from spikeport.extras import missing
 from spikeport.reading.mismatch import MismatchError
 
 CURE = "what can be read: spikeport convert --help"
@@ -34,7 +35,4 @@ def extra(module: str) -> ModuleType:
     try:
         return import_module(module)
     except ModuleNotFoundError as error:
-        raise MissingExtraError(
-            f"reading this file needs the package {error.name}, which is not installed; "
-            "install it with: pip install 'spikeport[convert]'"
-        ) from error
+        raise missing("reading this file", error.name, "convert") from error

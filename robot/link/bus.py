@@ -8,7 +8,8 @@ from types import TracebackType
 from typing import NamedTuple, Self
 from uuid import UUID
 
-from spikeport.errors import BackendError, MissingExtraError
+from spikeport.errors import BackendError
+from spikeport.extras import missing
 from spikeport.robot.link.messages import Topic
 from spikeport.robot.link.place import LOOPBACK, Place
 from spikeport.robot.link.wire import WORD
@@ -33,10 +34,8 @@ try:
 
     from spikeport.robot.link.idl import idl_type
 except ImportError as error:
-    raise MissingExtraError(
-        f"a robot's interface needs the package cyclonedds, which cannot be imported ({error}); "
-        "install it with: pip install 'spikeport[link]'"
-    ) from error
+    reason = f"cannot be imported ({error})"
+    raise missing("a robot's interface", "cyclonedds", "link", reason) from error
 
 LEASE_S = 5
 """Time after which a side that was killed, without a message, is taken to be gone."""

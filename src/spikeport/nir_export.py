@@ -24,7 +24,8 @@ from spikeport.atomic import atomic_path
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.deliveries import synapses_of
 from spikeport.compile.image.tables import part
-from spikeport.errors import MissingExtraError, UsageError
+from spikeport.errors import UsageError
+from spikeport.extras import missing
 
 ONE = 4096
 """Decays are in parts of this."""
@@ -57,10 +58,7 @@ def _nir() -> ModuleType:
     try:
         return import_module("nir")
     except ModuleNotFoundError as error:
-        raise MissingExtraError(
-            f"writing a NIR graph needs the package {error.name}, which is not installed; install "
-            "it with: pip install 'spikeport[nir]'"
-        ) from error
+        raise missing("writing a NIR graph", error.name, "nir") from error
 
 
 def _check(image: ChipImage) -> None:

@@ -7,7 +7,17 @@ from pathlib import Path
 import pytest
 
 EVERYONE = {
-    *("errors", "atomic", "arrays", "cache", "child", "compiled", "constants", "fault_plan"),
+    *(
+        "errors",
+        "extras",
+        "atomic",
+        "arrays",
+        "cache",
+        "child",
+        "compiled",
+        "constants",
+        "fault_plan",
+    ),
     "files",
     "function_identity",
     *("key_values", "neurons", "pacing", "progress", "reading", "table"),

@@ -18,7 +18,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from spikeport.errors import MissingExtraError
+from spikeport.extras import missing
 from spikeport.reading.archive import FILE_BYTES, read_bytes
 from spikeport.reading.mismatch import MismatchError
 
@@ -110,10 +110,7 @@ def _h5py() -> ModuleType:
     try:
         return import_module("h5py")
     except ModuleNotFoundError as error:
-        raise MissingExtraError(
-            "reading a NIR graph needs the package h5py, which is not installed; install it with: "
-            "pip install 'spikeport[nir]'"
-        ) from error
+        raise missing("reading a NIR graph", "h5py", "nir") from error
 
 
 class _Reader:

@@ -8,6 +8,8 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from spikeport.extras import install_command
+
 DEVELOPMENT = ("test", "check", "referee")
 """Extras that a user has no need of."""
 
@@ -33,11 +35,14 @@ def run() -> int:
     wanted = packages()
     missing = [name for name in wanted if not _version(name)]
     for name, extra in wanted.items():
-        cure = f"pip install 'spikeport[{extra}]'" if extra else "pip install spikeport"
-        table.add_row(name, _version(name) or "missing", escape(cure) if name in missing else "")
+        cure = f"extra {extra}" if extra else "required"
+        table.add_row(name, _version(name) or "missing", cure if name in missing else "")
     graphics, cure = _graphics() if "mujoco" not in missing else ("needs mujoco", "")
     table.add_row("pictures (OpenGL)", graphics, escape(cure))
     Console().print(table)
+    if missing:
+        extras = ",".join(sorted({wanted[name] for name in missing} - {""}))
+        print(f"all that is missing: {install_command(extras)}")
     return int(any(not wanted[name] for name in missing))
 
 

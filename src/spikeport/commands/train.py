@@ -9,7 +9,8 @@ from rich.console import Console
 from rich.table import Table
 
 from spikeport.commands.progress import progress_bar
-from spikeport.errors import MissingExtraError, UsageError, unknown
+from spikeport.errors import UsageError, unknown
+from spikeport.extras import missing
 
 POLICIES = ("walk",)
 
@@ -24,10 +25,7 @@ def run(policy: str, *, out: Path, seed: int, steps: int, threads: int | None) -
         from spikeport.training.train import TrainOptions
         from spikeport.training.walk import train_walk
     except ModuleNotFoundError as error:
-        raise MissingExtraError(
-            f"training needs the package {error.name}, which is not installed; "
-            "install it with: pip install 'spikeport[train]'"
-        ) from error
+        raise missing("training", error.name, "train") from error
     options = TrainOptions(out, seed, steps, workers=threads or os.cpu_count() or 1)
     command = f"spikeport train {policy} --seed {seed} --steps {steps} --threads {options.workers}"
     with progress_bar() as progress:

@@ -63,6 +63,6 @@ def test_without_the_reader_of_yaml_its_extra_is_named(tmp_path, monkeypatch):
     with pytest.raises(MissingExtraError) as error:
         isaac.described(tmp_path / "env.yaml")
     assert str(error.value) == (
-        "reading this file needs the package yaml, which is not installed; "
+        "reading this file needs the package yaml, which is absent; "
         "install it with: pip install 'spikeport[convert]'"
     )

@@ -30,6 +30,6 @@ def test_a_package_that_is_absent_names_the_extra() -> None:
     with pytest.raises(MissingExtraError) as caught:
         extra("no_such_package")
     assert str(caught.value) == (
-        "reading this file needs the package no_such_package, which is not installed; "
+        "reading this file needs the package no_such_package, which is absent; "
         "install it with: pip install 'spikeport[convert]'"
     )

@@ -27,7 +27,7 @@ def test_without_torch_the_extra_is_named(spikeport, tmp_path, monkeypatch):
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "torch", None)
     message = (
-        "error: training needs the package torch, which is not installed; "
+        "error: training needs the package torch, which is absent; "
         "install it with: pip install 'spikeport[train]'\n"
     )
     assert spikeport("train", "walk", "--out", str(tmp_path)) == (2, "", message)

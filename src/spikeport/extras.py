@@ -1,0 +1,52 @@
+"""Extras of this package that are absent, and the command that installs them."""
+
+import json
+import shlex
+from importlib import metadata
+from pathlib import Path
+from urllib.parse import urlsplit
+from urllib.request import url2pathname
+
+from spikeport.errors import MissingExtraError
+
+
+def missing(
+    user: str, package: str | None, extra: str, reason: str = "is absent"
+) -> MissingExtraError:
+    """Return the error that names a package which ``user`` needs, and what installs it."""
+    return MissingExtraError(
+        f"{user} needs the package {package}, which {reason}; "
+        f"install it with: {install_command(extra)}"
+    )
+
+
+def install_command(extra: str = "") -> str:
+    """Return pip's command for an extra, or for spikeport itself.
+
+    pip finds an extra where the package came from: a folder, file or address that PEP 610's
+    ``direct_url.json`` records, or else an index.
+    """
+    options, source = origin()
+    brackets = f"[{extra}]" if extra else ""
+    name, at, url = source.partition(" @ ")
+    return shlex.join(["pip", "install", *options, f"{name}{brackets}{at}{url}"])
+
+
+def origin() -> tuple[list[str], str]:
+    """Return pip's options for where spikeport came from, and its name there."""
+    recorded = metadata.distribution("spikeport").read_text("direct_url.json")
+    if not recorded:
+        return [], "spikeport"
+    origin = json.loads(recorded)
+    address = urlsplit(origin["url"])
+    if address.scheme != "file":
+        vcs = origin.get("vcs_info")
+        url = f"{vcs['vcs']}+{origin['url']}@{vcs['commit_id']}" if vcs else origin["url"]
+        return [], f"spikeport @ {url}"
+    path = Path(url2pathname(address.path))
+    if not path.exists():
+        return [], "spikeport"
+    constraints = path / "constraints.txt"
+    options = ["-c", str(constraints)] if constraints.is_file() else []
+    editable = ["-e"] if origin.get("dir_info", {}).get("editable") else []
+    return [*options, *editable], str(path)

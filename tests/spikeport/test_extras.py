@@ -1,0 +1,79 @@
+"""Commands that install extras, wherever spikeport itself was installed from."""
+
+import json
+from importlib import metadata
+
+import pytest
+
+from spikeport import extras
+
+ORIGIN = extras.origin
+"""The function itself: every test has one in its place that names an index."""
+
+
+class Recorded:
+    """A distribution whose origin a test decides."""
+
+    def __init__(self, origin: object) -> None:
+        self._origin = origin
+
+    def read_text(self, name: str) -> str | None:
+        """Return PEP 610's file, or None where pip wrote none."""
+        assert name == "direct_url.json"
+        return None if self._origin is None else json.dumps(self._origin)
+
+
+@pytest.fixture
+def command(monkeypatch):
+    """Return the command for an extra, of a spikeport that was installed from an origin."""
+
+    def command(origin: object, extra: str = "robot") -> str:
+        monkeypatch.setattr(extras, "origin", ORIGIN)
+        monkeypatch.setattr(metadata, "distribution", lambda name: Recorded(origin))
+        return extras.install_command(extra)
+
+    return command
+
+
+def test_an_index_has_it_by_name(command):
+    assert command(None) == "pip install 'spikeport[robot]'"
+    assert command(None, "") == "pip install spikeport"
+
+
+def test_a_folder_is_named_with_its_constraints(command, tmp_path):
+    (tmp_path / "constraints.txt").touch()
+    origin = {"url": tmp_path.as_uri(), "dir_info": {}}
+    wanted = f"pip install -c {tmp_path}/constraints.txt '{tmp_path}[robot]'"
+    assert command(origin) == wanted
+
+
+def test_an_editable_folder_stays_editable(command, tmp_path):
+    origin = {"url": tmp_path.as_uri(), "dir_info": {"editable": True}}
+    assert command(origin, "nir") == f"pip install -e '{tmp_path}[nir]'"
+
+
+def test_a_name_with_spaces_is_one_argument(command, tmp_path):
+    folder = tmp_path / "my work"
+    folder.mkdir()
+    assert command({"url": folder.as_uri()}) == f"pip install '{folder}[robot]'"
+
+
+def test_what_is_no_longer_there_is_left_to_the_index(command, tmp_path):
+    origin = {"url": (tmp_path / "gone.whl").as_uri(), "archive_info": {}}
+    assert command(origin) == "pip install 'spikeport[robot]'"
+
+
+def test_an_address_and_a_commit_are_kept(command):
+    url = "https://example.org/spikeport.git"
+    origin = {"url": url, "vcs_info": {"vcs": "git", "commit_id": "abc"}}
+    assert command(origin) == f"pip install 'spikeport[robot] @ git+{url}@abc'"
+    url = "https://example.org/spikeport-0.2.0-py3-none-any.whl"
+    assert command({"url": url, "archive_info": {}}) == f"pip install 'spikeport[robot] @ {url}'"
+
+
+def test_the_error_names_who_needs_it(command):
+    error = extras.missing("a dance", "shoes", "ballet", reason="is too small")
+    assert str(error) == (
+        "a dance needs the package shoes, which is too small; "
+        "install it with: pip install 'spikeport[ballet]'"
+    )
