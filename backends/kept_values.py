@@ -11,6 +11,7 @@ entry of a cache can make no object but these, and calls nothing.
 """
 
 import json
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from importlib import import_module
@@ -27,6 +28,8 @@ Tree: TypeAlias = Any
 TUPLES = ("spikeport.compile.", "spikeport.hardware_models.")
 FROZEN = ("nengo.synapses", "nengo.neurons", "nengo.dists")
 ALIGNMENT = 64
+KINDS = "biufc"
+"""Types of arrays, by NumPy's letters: numbers, which any bytes are a value of."""
 
 
 class NotKeptError(TypeError):
@@ -156,23 +159,34 @@ class Reader:
             case ["tuple", parts]:
                 return tuple(self.read(part) for part in parts)
             case ["tuple_of", kind, parts]:
-                return _class(kind, TUPLES)(*(self.read(part) for part in parts))
+                return _class(kind, TUPLES, _is_named_tuple)(*(self.read(part) for part in parts))
             case ["data", kind, state]:
-                return self._data(_class(kind, TUPLES), self.read(state))
+                return self._data(_class(kind, TUPLES, is_dataclass), self.read(state))
             case ["frozen", kind, state]:
-                return self._frozen(_class(kind, FROZEN), self.read(state))
+                return self._frozen(_class(kind, FROZEN, _is_frozen), self.read(state))
         raise MismatchError("a value that a compile keeps", str(tree)[:80])
 
     def _array(self, number: int) -> np.ndarray:
         if number not in self._read:
-            dtype, shape, order, start = self._table[number]
-            size = int(np.prod(shape)) * np.dtype(dtype).itemsize
-            flat = self._pool[start : start + size].view(dtype)
-            self._read[number] = flat.reshape(shape, order=order)
+            self._read[number] = self._within_pool(*self._table[number])
         return self._read[number]
+
+    def _within_pool(
+        self, letters: str, shape: list[int], order: Literal["F", "C"], start: int
+    ) -> np.ndarray:
+        dtype = np.dtype(letters)
+        end = start + math.prod(shape) * dtype.itemsize
+        if dtype.kind not in KINDS or min(shape, default=0) < 0:
+            raise MismatchError("an array of numbers", f"one of {shape} values of {dtype}")
+        if not 0 <= start <= end <= len(self._pool):
+            raise MismatchError(f"bytes up to {len(self._pool):,}", f"{start:,} to {end:,}")
+        return self._pool[start:end].view(dtype).reshape(shape, order=order)
 
     @staticmethod
     def _data(kind: type, state: dict[str, object]) -> object:
+        names = [one.name for one in fields(kind)]
+        if sorted(state) != sorted(names):
+            raise MismatchError(f"fields {', '.join(names)}", ", ".join(map(str, state)))
         made: object = object.__new__(kind)
         for name, value in state.items():
             object.__setattr__(made, name, value)
@@ -196,12 +210,19 @@ def _among(module: str, known: Sequence[str]) -> bool:
     return any(module == one or (one.endswith(".") and module.startswith(one)) for one in known)
 
 
-def _class(kind: Sequence[str], known: Sequence[str]) -> type:
-    """Return a class of the modules that are known."""
+def _class(kind: Sequence[str], known: Sequence[str], allowed: Callable[[type], bool]) -> type:
+    """Return a class that one of the known modules defines, of a kind that is allowed."""
     module, name = kind
-    if not _among(module, known):
-        raise MismatchError("a class that a compile keeps", f"{module}.{name}")
-    found = getattr(import_module(module), name)
-    if not isinstance(found, type):
+    found = getattr(import_module(module), name, None) if _among(module, known) else None
+    # A module's names have those that it imports among them.
+    if not (isinstance(found, type) and found.__module__ == module and allowed(found)):
         raise MismatchError("a class that a compile keeps", f"{module}.{name}")
     return found
+
+
+def _is_named_tuple(kind: type) -> bool:
+    return issubclass(kind, tuple) and hasattr(kind, "_fields")
+
+
+def _is_frozen(kind: type) -> bool:
+    return issubclass(kind, FrozenObject)

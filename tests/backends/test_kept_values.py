@@ -1,5 +1,7 @@
 """Values come back as they were written, and nothing comes of a kind that is not known."""
 
+import json
+
 import nengo
 import numpy as np
 import pytest
@@ -58,7 +60,43 @@ def test_what_is_not_known_is_not_written(value):
         back(value)
 
 
-@pytest.mark.parametrize("tree", [["call", "os.system"], ["frozen", ["os", "system"], {}]])
+FOREIGN = [
+    ["call", "os.system"],
+    ["frozen", ["os", "system"], {}],
+    ["data", ["spikeport.compile.pipeline", "Path"], ["dict", []]],
+    ["data", ["spikeport.hardware_models.limits", "Usage"], ["dict", []]],
+    ["tuple_of", ["spikeport.compile.pipeline", "Compilation"], []],
+    ["frozen", ["nengo.synapses", "IntParam"], ["dict", []]],
+]
+
+
+@pytest.mark.parametrize("tree", FOREIGN, ids=str)
 def test_what_is_not_known_is_not_read(tree):
     with pytest.raises(MismatchError):
+        back(None, spoil=lambda _: tree)
+
+
+@pytest.mark.parametrize(
+    ("entry", "message"),
+    [
+        (("|O", [1], "C", 0), "expected an array of numbers, found one of"),
+        (("O,f8", [0], "C", 0), "expected an array of numbers, found one of"),
+        (("<U1", [1], "C", 0), "expected an array of numbers, found one of"),
+        (("<f8", [-1], "C", 0), "expected an array of numbers, found one of"),
+        (("<f8", [2], "C", 0), "expected bytes up to 8, found 0 to 16"),
+        (("<f8", [1], "C", -8), "expected bytes up to 8, found -8 to 0"),
+        (("<f8", [2**40, 2**40], "C", 0), "expected bytes up to 8"),
+    ],
+    ids=str,
+)
+def test_an_array_lies_within_the_pool_and_is_of_numbers(entry, message):
+    text = json.dumps([["array", 0], [entry]]).encode()
+    reader = Reader({"tree": np.frombuffer(text, np.uint8), "pool": np.ones(8, np.uint8)})
+    with pytest.raises(MismatchError, match=message):
+        reader.read(reader.tree)
+
+
+def test_fields_are_those_of_the_class():
+    tree = ["data", ["spikeport.compile.report.report", "Report"], ["dict", [["other", 1]]]]
+    with pytest.raises(MismatchError, match=r"expected fields .*chip.*, found other"):
         back(None, spoil=lambda _: tree)
