@@ -18,6 +18,8 @@ from pydantic import TypeAdapter, ValidationError
 
 from spikeport.backends.board.hello import Hello, Welcome
 from spikeport.errors import BackendError
+from spikeport.reading.archive import open_file
+from spikeport.reading.mismatch import MismatchError
 
 MAGIC = b"SPKLREC1"
 ENTRY = struct.Struct("<IB3x")
@@ -133,9 +135,11 @@ class Record:
     def __init__(self, path: Path) -> None:
         self._path = path
         try:
-            self._file: BinaryIO = open(path, "rb")  # noqa: SIM115
+            self._file = open_file(path)
         except OSError as error:
             raise BackendError(f"{path}: {error.strerror}") from None
+        except MismatchError as error:
+            raise BackendError(f"{path}: {error}") from None
         self.totals: bytes | None = None
         self.whole = False
         self._entries = self._read()

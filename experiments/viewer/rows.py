@@ -74,13 +74,14 @@ def _lines(probes: xr.Dataset) -> Iterator[Row]:
             values = series.values.reshape(len(series), -1)[:, :MOST_LINES]
             labels = _labels(series) if series.ndim > 1 else []
             unit = str(series.attrs.get("units", ""))
-            yield _thinned(str(name), unit, probes[along].values, values, labels[:MOST_LINES])
+            yield _thinned(str(name), unit, probes[along].values, values, labels)
 
 
 def _labels(series: xr.DataArray) -> list[str]:
-    """Return a name for each column: its coordinates, one behind the other."""
-    names = (series[along].values for along in series.dims[1:])
-    return [" ".join(map(str, parts)) for parts in itertools.product(*names)]
+    """Return a name for each line: its coordinates, one behind the other."""
+    names = (series[along].values[:MOST_LINES] for along in series.dims[1:])
+    first = itertools.islice(itertools.product(*names), MOST_LINES)
+    return [" ".join(map(str, parts)) for parts in first]
 
 
 def _thinned(

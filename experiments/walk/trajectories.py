@@ -10,7 +10,7 @@ from spikeport.experiments.sweep.folder import SweepFolder
 from spikeport.experiments.sweep.plan import Point, Sweep
 from spikeport.experiments.walk.paths import find_path
 from spikeport.experiments.walk.settings import WalkSettings
-from spikeport.reading.archive import FILE_BYTES
+from spikeport.reading.hdf5 import read_dataset
 from spikeport.reading.mismatch import MismatchError, shown
 
 IDEAL = "black"
@@ -56,14 +56,11 @@ def _places(folder: SweepFolder, point: Point) -> np.ndarray:
     """Return where the robot was, (n, 2) in m, or raise UsageError if its file was altered."""
     path = folder.probes_path(point)
     try:
-        with xr.open_dataset(path, engine="h5netcdf") as probes:
-            state = probes.state.transpose("time", "turned")
-            if state.nbytes > FILE_BYTES:  # a file need not hold what it declares
-                raise MismatchError(f"a state of at most {FILE_BYTES:,} bytes", f"{state.nbytes:,}")
-            places: np.ndarray = state.sel(turned=["x", "y"]).values.astype(float)
-            places[-1]  # a walk has a last place
-            return places
-    except Exception as error:  # HDF5 and its readers raise anything of a damaged file
+        state = read_dataset(path).state.transpose("time", "turned")
+        places: np.ndarray = state.sel(turned=["x", "y"]).values.astype(float)
+        places[-1]  # a walk has a last place
+        return places
+    except (MismatchError, OSError, AttributeError, ValueError, LookupError) as error:
         raise UsageError(
             f"{path}: holds no time series of a walk ({shown(error)}); remove "
             f"{folder.result_path(point)} to run its point again"

@@ -18,9 +18,9 @@ from pathlib import Path
 from spikeport.errors import UsageError
 from spikeport.networks.loading.nir.differences import differences
 from spikeport.networks.loading.nir.graph import flattened
-from spikeport.networks.loading.nir.hdf5 import read
 from spikeport.networks.loading.nir.network import NirNetwork
 from spikeport.networks.loading.nir.populations import folded
+from spikeport.reading.hdf5 import read
 from spikeport.reading.mismatch import MismatchError
 
 __all__ = ["differences", "load"]

@@ -11,6 +11,7 @@ import nengo
 import numpy as np
 import pytest
 import torch
+import xarray as xr
 import yaml
 from torch import nn
 
@@ -25,7 +26,7 @@ from spikeport.backends.board.nxsdk.answer import recv_bytes
 from spikeport.backends.board.record import SessionRecorder
 from spikeport.backends.kept import Asked
 from spikeport.backends.replay import ReplayChip
-from spikeport.commands import report_file
+from spikeport.commands import report_file, view
 from spikeport.commands.agreement import spikes_of
 from spikeport.commands.diff import changes
 from spikeport.commands.step import by_step
@@ -37,6 +38,7 @@ from spikeport.errors import BackendError, UsageError
 from spikeport.experiments import calibration
 from spikeport.experiments.calibration import DecoderCalibration
 from spikeport.experiments.policy.observations import read_observations
+from spikeport.experiments.run_folder import write_dataset
 from spikeport.experiments.switch import schedule
 from spikeport.experiments.walk.path_file import read_path
 from spikeport.files import write_json
@@ -76,6 +78,7 @@ from spikeport.robot.link.settings import RobotSettings
 from spikeport.robot.link.signals import MotorCommands, Sensors
 from spikeport.robot.link.sport_mode import CHECK_MODE, EMPTY, Answer, SportModeRelease
 from spikeport.robot.link.wire import MessageError
+from spikeport.robot.plant import Plant
 from tests.helpers import nir_graphs
 from tests.helpers.arrivals import remote
 from tests.helpers.event_files import process_of, random_events, write_events
@@ -145,6 +148,22 @@ def _path(folder: Path) -> None:
     rows = "".join(f"{t / 2},{t / 10},0\n" for t in range(20))
     (folder / "path.csv").write_text("t_s,x_m,y_m\n" + rows)
     (folder / "utf-16.csv").write_text("t_s,x_m,y_m\n" + rows, encoding="utf-16")
+
+
+def _run(folder: Path) -> None:
+    rest = Plant().data.qpos
+    series = {
+        "qpos": (("time", "coordinate"), np.tile(rest, (3, 1))),
+        "gates": (("time", "gate"), np.ones((3, 2)), {"units": "1"}),
+        "a_spike_time": ("spike", [0.001, 0.002]),
+        "a_spike_neuron": ("spike", [1, 2]),
+    }
+    coordinates = {"time": [0.0, 0.001, 0.002], "gate": ["arm", "legs"]}
+    write_dataset(folder / "probes.nc", xr.Dataset(series, coordinates))
+
+
+def _viewed(path: Path) -> None:
+    view.write(path, path.with_suffix(".html"), "run")
 
 
 def _remote(folder: Path) -> None:
@@ -395,6 +414,7 @@ LOADERS = {
     "report": Loader(_report, _diff),
     "events": Loader(_events, lambda path: event_steps(process_of(path), 0.001)),
     "NIR": Loader(_nir, lambda path: nir.load(path, nir_graphs.DT_S)),
+    "run": Loader(_run, _viewed),
     "spikes": Loader(_spikes, lambda path: by_step(good(), path, 5)),
     "spikes of a graph": Loader(_graph_spikes, _spikes_of_graph),
     "record": Loader(_record, _replay),

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from spikeport.networks.loading.nir.hdf5 import Value
+from spikeport.reading.hdf5 import Value
 from spikeport.reading.mismatch import MismatchError
 
 CONVOLUTION = ("weight", "stride", "padding", "dilation", "groups", "bias")

@@ -5,8 +5,12 @@ from pathlib import Path
 from spikeport.errors import UsageError
 from spikeport.experiments.registry import imported
 from spikeport.files import read_json
+from spikeport.reading.hdf5 import read_dataset
+from spikeport.reading.mismatch import MismatchError, shown
 
 PAGE = "view.html"
+MALFORMED = (AttributeError, ValueError, TypeError, LookupError)
+"""Errors of drawing time series that are not those of a run."""
 
 
 def run(folder: Path, out: Path | None) -> None:
@@ -22,13 +26,23 @@ def run(folder: Path, out: Path | None) -> None:
     result = read_json(folder / "result.json")
     if not isinstance(result, dict) or not (folder / "probes.nc").is_file():
         raise UsageError(f"{folder}: no finished run; cure: name a folder that `run` has written")
-    xarray = imported("view", "xarray")
+    path = out or folder / PAGE
+    write(folder / "probes.nc", path, f"{result.get('experiment', 'run')}: {folder}")
+    print(f"written: {path} ({path.stat().st_size / 1e6:.1f} MB); open it in a browser")
+
+
+def write(probes: Path, path: Path, title: str) -> None:
+    """Write the page of a run's time series.
+
+    Raises
+    ------
+    UsageError
+        If they cannot be read, or are not those of a run.
+    MissingExtraError
+        If xarray or MuJoCo is absent.
+    """
     page = imported("view", "spikeport.experiments.viewer.page")
     try:
-        with xarray.open_dataset(folder / "probes.nc", engine="h5netcdf") as probes:
-            path = out or folder / PAGE
-            page.write_page(path, probes.load(), f"{result.get('experiment', 'run')}: {folder}")
-    except (OSError, ValueError, KeyError) as error:
-        reason = " ".join(str(error).split())
-        raise UsageError(f"{folder / 'probes.nc'}: cannot be read ({reason})") from None
-    print(f"written: {path} ({path.stat().st_size / 1e6:.1f} MB); open it in a browser")
+        page.write_page(path, read_dataset(probes), title)
+    except (MismatchError, OSError, *MALFORMED) as error:
+        raise UsageError(f"{probes}: cannot be read ({shown(error)})") from None

@@ -8,6 +8,7 @@ import zipfile
 import zlib
 from collections import Counter
 from pathlib import Path, PurePosixPath
+from typing import BinaryIO
 
 from spikeport.reading.mismatch import MismatchError
 
@@ -44,13 +45,26 @@ def read_bytes(path: Path, limit: int = FILE_BYTES) -> bytes:
     MismatchError
         It is no file (a pipe may never end), or larger than the limit.
     """
-    with open(path, "rb", opener=_without_waiting) as file:
-        status = os.fstat(file.fileno())
-        if not stat.S_ISREG(status.st_mode):
-            raise MismatchError("a file", "a pipe or a device")
-        if status.st_size > limit:
-            raise MismatchError(f"a file of at most {limit:,} bytes", f"{status.st_size:,}")
-        return file.read(status.st_size)  # of the limit, Python would first set all aside
+    with open_file(path) as file:
+        size = os.fstat(file.fileno()).st_size
+        if size > limit:
+            raise MismatchError(f"a file of at most {limit:,} bytes", f"{size:,}")
+        return file.read(size)  # of the limit, Python would first set all aside
+
+
+def open_file(path: Path) -> BinaryIO:
+    """Open a file to be read.
+
+    Raises
+    ------
+    MismatchError
+        It is no file: a pipe may never end.
+    """
+    file = open(path, "rb", opener=_without_waiting)  # noqa: SIM115
+    if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+        file.close()
+        raise MismatchError("a file", "a pipe or a device")
+    return file
 
 
 def _without_waiting(path: str, flags: int) -> int:

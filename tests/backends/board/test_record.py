@@ -1,5 +1,6 @@
 """A record that was cut or damaged anywhere is read to the last whole step."""
 
+import os
 import random
 from pathlib import Path
 
@@ -78,3 +79,9 @@ def test_other_files_are_refused(tmp_path: Path, wrong: bytes) -> None:
 def test_a_missing_file_is_named(tmp_path: Path) -> None:
     with pytest.raises(BackendError, match="missing: No such file"):
         Record(tmp_path / "missing")
+
+
+def test_a_pipe_which_nobody_writes_into_is_refused_at_once(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(BackendError, match="pipe: expected a file, found a pipe or a device"):
+        Record(tmp_path / "pipe")

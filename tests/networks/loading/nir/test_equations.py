@@ -6,8 +6,8 @@ import pytest
 
 from spikeport.networks.loading.nir import equations
 from spikeport.networks.loading.nir.graph import flattened
-from spikeport.networks.loading.nir.hdf5 import read
 from spikeport.networks.loading.nir.populations import Folded, folded
+from spikeport.reading.hdf5 import read
 from tests.helpers import nir_graphs
 from tests.helpers.nir_graphs import DT_S, spikes, written
 from tests.helpers.nir_referee import Referee

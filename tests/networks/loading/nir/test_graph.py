@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from spikeport.networks.loading.nir.graph import Node, flattened
-from spikeport.networks.loading.nir.hdf5 import read
+from spikeport.reading.hdf5 import read
 from spikeport.reading.mismatch import MismatchError
 from tests.helpers import nir_graphs
 

@@ -6,8 +6,8 @@ import pytest
 
 from spikeport.networks.loading.nir import populations
 from spikeport.networks.loading.nir.graph import flattened
-from spikeport.networks.loading.nir.hdf5 import read
 from spikeport.networks.loading.nir.populations import Folded, folded
+from spikeport.reading.hdf5 import read
 from spikeport.reading.mismatch import MismatchError
 from tests.helpers import nir_graphs
 from tests.helpers.nir_graphs import DT_S, lif, written

@@ -6,7 +6,7 @@ import h5py
 import numpy as np
 import pytest
 
-from spikeport.networks.loading.nir import hdf5
+from spikeport.reading import hdf5
 from spikeport.reading.mismatch import MismatchError
 
 

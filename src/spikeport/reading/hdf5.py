@@ -1,4 +1,4 @@
-"""HDF5 files of others as plain values: groups, numbers and texts, and nothing that they point to.
+"""HDF5 files of others as plain values, or as time series; nothing that they point to is read.
 
 HDF5 can link to other files, take its data out of them, and ask for libraries that undo a filter:
 h5py would follow. Sizes are checked before anything is inflated. On a damaged file the HDF5 library
@@ -9,12 +9,12 @@ import io
 import multiprocessing
 import resource
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from importlib import import_module
 from multiprocessing.connection import Connection
 from pathlib import Path
 from types import ModuleType
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -22,21 +22,25 @@ from spikeport.extras import missing
 from spikeport.reading.archive import FILE_BYTES, read_bytes
 from spikeport.reading.mismatch import MismatchError
 
+if TYPE_CHECKING:
+    import xarray as xr
+
+T = TypeVar("T")
 Value: TypeAlias = np.ndarray | str | list[str] | dict[str, "Value"]
 
 DEPTH = 32
-"""Groups within groups: a nested graph takes two."""
+"""Groups within groups: a nested NIR graph takes two."""
 OBJECTS = 2**16
 """Groups and arrays: ten thousand nodes."""
 TEXT_BYTES = 2**22
 """The size of all texts together: names of edges."""
 TEXTS = 40_000
 """In an array: two for each of 20,000 edges, which take seconds one by one."""
-CPU_S = 4
-"""The CPU time that reading may take: the largest file that is allowed takes two."""
+CPU_S = 8
+"""The CPU time that reading may take: the largest file that is allowed takes two to four."""
 CONTEXT = multiprocessing.get_context("fork")
 SKIPPED = "metadata"
-"""A group that says nothing of what a graph computes."""
+"""A group that says nothing of what a NIR graph computes."""
 
 DAMAGES = (
     OSError,
@@ -56,7 +60,7 @@ FILTERS = (1, 2, 3, 32000)
 
 
 def read(path: Path) -> dict[str, Value]:
-    """Return what is in a file, group by group.
+    """Return groups, numbers and texts of a file, group by group.
 
     Raises
     ------
@@ -66,9 +70,26 @@ def read(path: Path) -> dict[str, Value]:
         h5py is absent.
     """
     _h5py()
-    content = read_bytes(path)
+    return _in_a_child(_values, read_bytes(path))
+
+
+def read_dataset(path: Path) -> "xr.Dataset":
+    """Return the time series of a netCDF file of a run.
+
+    Raises
+    ------
+    MismatchError
+        It is no such file, damaged, too large, or its data lie outside of it.
+    """
+    import xarray  # noqa: F401, once, for all children
+
+    return _in_a_child(_dataset, read_bytes(path))
+
+
+def _in_a_child(function: Callable[[bytes], T], content: bytes) -> T:
+    """Return what a function makes of a file, in a process of limited CPU time."""
     receiver, sender = CONTEXT.Pipe(duplex=False)
-    child = CONTEXT.Process(target=_send, args=(sender, content), daemon=True)
+    child = CONTEXT.Process(target=_send, args=(sender, function, content), daemon=True)
     with warnings.catch_warnings(action="ignore"):  # of threads, which the child does not use
         child.start()
     sender.close()
@@ -82,16 +103,16 @@ def read(path: Path) -> dict[str, Value]:
     if isinstance(found, str):
         expected, _, other = found.removeprefix("expected ").partition(", found ")
         raise MismatchError(expected, other)
-    values: dict[str, Value] = found
-    return values
+    result: T = found
+    return result
 
 
-def _send(sender: Connection, content: bytes) -> None:
+def _send(sender: Connection, function: Callable[[bytes], object], content: bytes) -> None:
     """Send what is in a file, or why it is refused, before the time is over."""
     resource.setrlimit(resource.RLIMIT_CPU, (CPU_S, CPU_S))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     try:
-        sender.send(_values(content))
+        sender.send(function(content))
     except MismatchError as error:
         sender.send(str(error))
 
@@ -106,11 +127,25 @@ def _values(content: bytes) -> dict[str, Value]:
         raise MismatchError("a whole HDF5 file", reason) from error
 
 
+def _dataset(content: bytes) -> "xr.Dataset":
+    import xarray as xr
+
+    _values(content)  # sizes, links and filters are within limits
+    try:
+        # Values as they are: one that is scaled or is a date could take many times its bytes.
+        with xr.open_dataset(
+            io.BytesIO(content), engine="h5netcdf", mask_and_scale=False, decode_times=False
+        ) as dataset:
+            return dataset.load()
+    except Exception as error:  # the readers of netCDF raise anything for a damaged file
+        raise MismatchError("time series in netCDF", str(error) or type(error).__name__) from error
+
+
 def _h5py() -> ModuleType:
     try:
         return import_module("h5py")
     except ModuleNotFoundError as error:
-        raise missing("reading a NIR graph", "h5py", "nir") from error
+        raise missing("reading an HDF5 file", "h5py", "nir") from error
 
 
 class _Reader:
