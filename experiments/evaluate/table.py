@@ -1,13 +1,16 @@
 """The robustness table: every row's figures with their intervals, as data and as Markdown."""
 
+import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
+from spikeport.errors import UsageError
 from spikeport.experiments.evaluate.interval import Interval, of_mean, of_share
 from spikeport.experiments.evaluate.measures import FIGURES
 from spikeport.experiments.evaluate.plan import Evaluation
 from spikeport.experiments.evaluate.rows import Row, name_of
 from spikeport.experiments.sweep.folder import SweepFolder
+from spikeport.experiments.sweep.plan import Point
 
 HEADINGS = {
     "speed_error_m_s": "speed error, m/s",
@@ -40,14 +43,36 @@ class TableRow(NamedTuple):
 
 
 def table(evaluation: Evaluation, folder: SweepFolder) -> list[TableRow]:
-    """Return the rows of which at least one episode is finished."""
+    """Return the rows of which at least one episode is finished.
+
+    Raises
+    ------
+    UsageError
+        An episode's file was altered.
+    """
     found = ((row, _metrics(evaluation, folder, row)) for row in evaluation.rows)
     return [_row(row, metrics) for row, metrics in found if metrics]
 
 
 def _metrics(evaluation: Evaluation, folder: SweepFolder, row: Row) -> list[dict[str, Any]]:
     points = [evaluation.point(row, seed) for seed in evaluation.seeds]
-    return [folder.read(point)["metrics"] for point in points if folder.holds(point)]
+    return [_episode(folder, point) for point in points if folder.holds(point)]
+
+
+def _episode(folder: SweepFolder, point: Point) -> dict[str, Any]:
+    metrics: dict[str, Any] = folder.read(point)["metrics"]
+    figures = [metrics.get(name, "absent") for name in FIGURES]
+    # A robot that falls early leaves no figures.
+    if metrics.get("falls") not in (0, 1) or not all(_is_figure(one) for one in figures):
+        raise UsageError(
+            f"{folder.result_path(point)}: holds no figures of an episode; "
+            "remove it to run its episode again"
+        )
+    return metrics
+
+
+def _is_figure(value: object) -> bool:
+    return value is None or (isinstance(value, int | float) and math.isfinite(value))
 
 
 def _row(row: Row, metrics: list[dict[str, Any]]) -> TableRow:

@@ -1,7 +1,10 @@
 """The robustness table, from episodes that are kept."""
 
+from pathlib import Path
+
 import pytest
 
+from spikeport.errors import UsageError
 from spikeport.experiments.evaluate.measures import FIGURES
 from spikeport.experiments.evaluate.table import as_json, markdown, table
 
@@ -17,6 +20,9 @@ class Kept:
 
     def read(self, point):
         return {"metrics": self._metrics[point]}
+
+    def result_path(self, point):
+        return Path("-".join(map(str, point)) + ".json")
 
 
 class Asked:
@@ -61,3 +67,19 @@ def test_json_has_the_perturbation_and_every_figure(rows):
     assert pushed["perturbation"] == {"push": 0.8}
     assert pushed["falls"] == 1
     assert set(FIGURES) <= set(pushed)
+
+
+ALTERED = [
+    {},
+    {"falls": 0},
+    walked("no"),
+    walked(2),
+    walked(0, clearance_m="high"),
+    walked(0, clearance_m=float("nan")),
+]
+
+
+@pytest.mark.parametrize("metrics", ALTERED, ids=str)
+def test_an_episode_that_was_altered_is_named(metrics):
+    with pytest.raises(UsageError, match=r"^1\.json: holds no figures of an episode; remove it"):
+        table(Asked(), Kept({(0,): walked(0), (1,): metrics}))
