@@ -1,6 +1,8 @@
 """Checkpoints of a training run: one file per segment, from which it goes on exactly."""
 
-import pickle
+import contextlib
+import io
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -8,6 +10,8 @@ import torch
 
 from spikeport.atomic import atomic_path
 from spikeport.errors import UsageError
+from spikeport.reading.archive import Archive, read_bytes
+from spikeport.reading.mismatch import MismatchError, shown
 
 Entry = dict[str, Any]
 """A line of the log: the figures of a segment, by name."""
@@ -46,14 +50,55 @@ def save(folder: Path, checkpoint: Checkpoint) -> None:
 
 
 def load(path: Path) -> Checkpoint:
-    """Read a checkpoint; raises `UsageError` for a file that is none."""
+    """Read a checkpoint.
+
+    Raises
+    ------
+    UsageError
+        The file is none, or damaged.
+    """
+    with refusing(path):
+        found = Checkpoint(**torch.load(io.BytesIO(_undamaged(path)), weights_only=True))
+        _check(found)
+        return found
+
+
+@contextlib.contextmanager
+def refusing(path: Path) -> Iterator[None]:
+    """Raise `UsageError` for whatever is wrong with a checkpoint while it is read or restored."""
     try:
-        return Checkpoint(**torch.load(path, weights_only=True))
-    except (RuntimeError, TypeError, EOFError, pickle.UnpicklingError) as error:
+        yield
+    except Exception as error:  # torch raises anything for a file that it did not write
+        reason = str(error) if isinstance(error, MismatchError) else type(error).__name__
         raise UsageError(
-            f"'{path}' is not a checkpoint of this version ({type(error).__name__}); "
+            f"'{path}' is not a checkpoint of this version ({reason}); "
             "delete it to go on from the one before, or choose another --out"
         ) from error
+
+
+def _undamaged(path: Path) -> bytes:
+    """Return what is in a file, whose check sums torch does not compare."""
+    content = read_bytes(path)
+    archive = Archive(content)
+    for name in archive.names:
+        archive.read(name, archive.size)
+    return content
+
+
+def _check(found: Checkpoint) -> None:
+    if not isinstance(found.options, dict) or not isinstance(found.learner, dict):
+        raise MismatchError("options and a learner", "other values")
+    if type(found.segment) is not int or found.segment < 1:
+        raise MismatchError("a number of segments", shown(found.segment))
+    if not isinstance(found.log, list) or not all(map(_is_entry, found.log)):
+        raise MismatchError("a log of segments", "another value")
+
+
+def _is_entry(entry: object) -> bool:
+    kinds = {"segment": int, "step": int, "stage": str}
+    return isinstance(entry, dict) and all(
+        isinstance(entry.get(name), kind) for name, kind in kinds.items()
+    )
 
 
 def latest(folder: Path) -> Path | None:

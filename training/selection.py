@@ -79,5 +79,8 @@ def _rank_of(figures: Entry) -> tuple[int, float]:
 
 def _policy(folder: Path, segment: int, options: LearnerOptions) -> WalkingPolicy:
     learner = Learner(options)
-    learner.load(checkpoint.load(checkpoint.path_of(folder, segment)).learner)
+    path = checkpoint.path_of(folder, segment)
+    found = checkpoint.load(path)
+    with checkpoint.refusing(path):
+        learner.load(found.learner)
     return learner.policy()

@@ -114,7 +114,8 @@ def _start(options: TrainOptions, worker: Worker) -> tuple[Learner, int, list[En
                 f"'{options.folder}' holds a run with {key} {last.options.get(key)}, "
                 f"asked for is {value}; choose another --out, or the same {key} to go on"
             )
-    learner.load(last.learner)
+    with checkpoint.refusing(path):
+        learner.load(last.learner)
     return learner, last.segment, last.log
 
 

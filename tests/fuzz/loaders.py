@@ -79,6 +79,7 @@ from spikeport.robot.link.signals import MotorCommands, Sensors
 from spikeport.robot.link.sport_mode import CHECK_MODE, EMPTY, Answer, SportModeRelease
 from spikeport.robot.link.wire import MessageError
 from spikeport.robot.plant import Plant
+from spikeport.training import checkpoint as training
 from tests.helpers import nir_graphs
 from tests.helpers.arrivals import remote
 from tests.helpers.event_files import process_of, random_events, write_events
@@ -116,6 +117,14 @@ def _checkpoint(folder: Path) -> None:
     content = {"actor_state_dict": state(**normaliser), "iter": 3, "infos": None}
     torch.save(content, folder / "zip.pt")
     torch.save(content, folder / "old.pt", _use_new_zipfile_serialization=False)
+
+
+def _training(folder: Path) -> None:
+    learner = {"actor": state(), "iter": 3}
+    entry = {"segment": 1, "step": 32, "stage": "walk"}
+    training.save(folder, training.Checkpoint({"seed": 0}, 1, learner, [entry]))
+    training.path_of(folder, 1).rename(folder / "00001.pt")
+    (folder / "checkpoints").rmdir()
 
 
 def _onnx(folder: Path) -> None:
@@ -400,6 +409,7 @@ LOADERS = {
     "npz": Loader(_npz, walking_policy.load),
     "TorchScript": Loader(_torchscript, load_mlp),
     "checkpoint": Loader(_checkpoint, load_mlp),
+    "training": Loader(_training, training.load),
     "ONNX": Loader(_onnx, load_mlp),
     "description": Loader(_description, described),
     "image": Loader(_image, ChipImage.load),

@@ -4,15 +4,18 @@ import pytest
 
 pytest.importorskip("torch")
 
+import numpy as np
 import torch
 
 from spikeport.errors import UsageError
 from spikeport.training.checkpoint import Checkpoint, latest, load, path_of, save
 
+ENTRY = {"segment": 1, "step": 32, "stage": "walk", "reward": 0.5}
+
 
 def checkpoint(segment):
     learner = {"weights": torch.arange(3.0)}
-    return Checkpoint({"seed": 3}, segment, learner, [{"step": 32, "reward": 0.5}])
+    return Checkpoint({"seed": 3}, segment, learner, [ENTRY])
 
 
 def test_a_checkpoint_is_read_as_it_was_written(tmp_path):
@@ -42,4 +45,26 @@ def test_a_checkpoint_of_another_version_is_refused(tmp_path):
     path = tmp_path / "x.pt"
     torch.save({"segment": 1}, path)
     with pytest.raises(UsageError, match=r"not a checkpoint of this version \(TypeError\)"):
+        load(path)
+
+
+def test_a_bit_that_was_flipped_is_found(tmp_path):
+    save(tmp_path, checkpoint(1))
+    path = path_of(tmp_path, 1)
+    content = bytearray(path.read_bytes())
+    content[content.index(np.arange(3, dtype="<f4").tobytes()) + 5] ^= 1
+    path.write_bytes(content)
+    with pytest.raises(UsageError, match="Bad CRC-32"):
+        load(path)
+
+
+@pytest.mark.parametrize(
+    "spoilt",
+    [{"options": None}, {"segment": "1"}, {"segment": 0}, {"log": [{"step": 1}]}, {"learner": 3}],
+    ids=str,
+)
+def test_values_of_another_kind_are_refused(tmp_path, spoilt):
+    path = tmp_path / "x.pt"
+    torch.save({**checkpoint(1)._asdict(), **spoilt}, path)
+    with pytest.raises(UsageError, match=r"not a checkpoint of this version \(expected "):
         load(path)

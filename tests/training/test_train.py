@@ -108,7 +108,8 @@ def test_a_broken_checkpoint_is_refused(options):
     with pytest.raises(UsageError) as error:
         train(options, silent)
     assert str(error.value) == (
-        f"'{path}' is not a checkpoint of this version (UnpicklingError); "
+        f"'{path}' is not a checkpoint of this version (expected a whole zip archive, found one "
+        "without a list of members); "
         "delete it to go on from the one before, or choose another --out"
     )
 
@@ -116,3 +117,10 @@ def test_a_broken_checkpoint_is_refused(options):
 def test_the_policy_is_evaluated_where_it_is_due_and_at_the_end(options):
     log = train(replace(options, evaluate_every=2), silent)
     assert [entry.get("episodes") for entry in log] == [None, 2, 2]
+
+
+def test_a_learner_without_its_networks_is_refused(options):
+    state = checkpoint.Checkpoint(options.identity(), 1, {}, [])
+    checkpoint.save(options.folder, state)
+    with pytest.raises(UsageError, match=r"00001\.pt' is not a checkpoint of this version"):
+        train(options, silent)

@@ -36,7 +36,7 @@ TEXT_BYTES = 2**22
 """The size of all texts together: names of edges."""
 TEXTS = 40_000
 """In an array: two for each of 20,000 edges, which take seconds one by one."""
-CPU_S = 8
+CPU_S = 6
 """The CPU time that reading may take: the largest file that is allowed takes two to four."""
 CONTEXT = multiprocessing.get_context("fork")
 SKIPPED = "metadata"
