@@ -34,6 +34,7 @@ from spikeport.compile.loihi.events import EventSteps, event_steps
 from spikeport.compile.loihi.host_neurons import SparseInputNeurons, weighted
 from spikeport.compile.loihi.host_probes import connections_probed_on_host
 from spikeport.compile.loihi.lean import lean
+from spikeport.compile.loihi.learned_targets import learned_targets_stay
 from spikeport.compile.loihi.numpy1 import numpy1_semantics
 from spikeport.compile.loihi.relay import RELAYS, fit_range, relayed
 from spikeport.compile.loihi.shared_solves import shared_solves
@@ -187,7 +188,13 @@ def build(rewrite: Rewrite, dt_s: float, settings: BuildSettings = AS_USUAL) -> 
     settings.set_on(model)
     if rewrite.input_weight is not None:
         model.node_neurons = SparseInputNeurons(dt_s, rewrite.input_weight)
-    with numpy1_semantics(), connections_probed_on_host(), shared_solves(), split_by_tables():
+    with (
+        numpy1_semantics(),
+        connections_probed_on_host(),
+        learned_targets_stay(),
+        shared_solves(),
+        split_by_tables(),
+    ):
         try:
             model.build(
                 network,

@@ -1,0 +1,79 @@
+"""A learned connection into a passthrough node learns, and its node is on the host."""
+
+import nengo
+import numpy as np
+import pytest
+from nengo_loihi.passthrough import PassthroughSplit
+
+from spikeport import Simulator
+from spikeport.compile.loihi.learned_targets import learned_targets_stay
+
+
+def in_a_subnetwork() -> tuple[nengo.Network, nengo.Probe]:
+    """A learner with nodes at its borders, as subnetworks have them; it learns a sine."""
+    with nengo.Network(seed=1) as network:
+        source = nengo.Node(lambda t: np.sin(12 * t))
+        with nengo.Network(label="learner"):
+            into, out, error = (nengo.Node(size_in=1) for _ in range(3))
+            pre = nengo.Ensemble(50, 1)
+            nengo.Connection(into, pre)
+            learned = nengo.Connection(
+                pre, out, function=lambda x: 0, learning_rule_type=nengo.PES(2e-4)
+            )
+            nengo.Connection(error, learned.learning_rule)
+        post, off = nengo.Ensemble(50, 1), nengo.Ensemble(50, 1)
+        nengo.Connection(source, into)
+        nengo.Connection(out, post)
+        nengo.Connection(post, off)
+        nengo.Connection(source, off, transform=-1)
+        nengo.Connection(off, error)
+        probe = nengo.Probe(post, synapse=0.02)
+    return network, probe
+
+
+def of_arrays() -> tuple[nengo.Network, nengo.Probe]:
+    """Ensembles that learn, each its own value, into the node before an array."""
+    with nengo.Network(seed=1) as network:
+        source = nengo.Node(lambda t: [np.sin(12 * t), np.cos(12 * t)])
+        pre, post, off = (nengo.networks.EnsembleArray(40, 2) for _ in range(3))
+        nengo.Connection(source, pre.input)
+        for i, ensemble in enumerate(pre.ensembles):
+            learned = nengo.Connection(
+                ensemble, post.input[i], function=lambda x: 0, learning_rule_type=nengo.PES(2e-4)
+            )
+            nengo.Connection(off.output[i], learned.learning_rule)
+        nengo.Connection(post.output, off.input)
+        nengo.Connection(source, off.input, transform=-1)
+        probe = nengo.Probe(post.output, synapse=0.02)
+    return network, probe
+
+
+@pytest.mark.parametrize("pipeline", ["as_written", "compact"])
+@pytest.mark.parametrize("make", [in_a_subnetwork, of_arrays])
+def test_it_learns_as_in_float(make, pipeline):
+    network, probe = make()
+    with nengo.Simulator(network, progress_bar=False) as float_sim:
+        float_sim.run(1.5)
+    with Simulator(network, pipeline=pipeline, progress_bar=False) as sim:
+        sim.run(1.5)
+    wanted, found = float_sim.data[probe], sim.data[probe]
+    off = np.linalg.norm(found - wanted) / np.linalg.norm(wanted)
+    assert off < 0.5  # 1 is silence, which an ensemble that does not learn decodes
+    assert np.linalg.norm(found[-500:]) > 2 * np.linalg.norm(found[:100])
+
+
+def test_native_has_the_bits_of_nengo_loihi():
+    network, probe = in_a_subnetwork()
+    values = []
+    for backend in ("native", "nengo-loihi"):
+        with Simulator(network, backend=backend, progress_bar=False) as sim:
+            sim.run_steps(150)
+        values.append(sim.data[probe])
+    np.testing.assert_array_equal(*values)
+
+
+def test_nothing_of_nengo_loihi_stays_patched():
+    usual = PassthroughSplit._split_cluster
+    with learned_targets_stay():
+        assert PassthroughSplit._split_cluster is not usual
+    assert PassthroughSplit._split_cluster is usual
