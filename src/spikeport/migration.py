@@ -44,12 +44,15 @@ def check_precompute(precompute: object) -> None:
         raise ArgumentError("precompute", precompute, "None, or a bool, which changes nothing here")
 
 
-def check_hardware_options(options: Mapping[str, object] | None) -> None:
+def check_hardware_options(options: object) -> None:
     """Refuse options of boards; UsageError names them."""
+    if not isinstance(options, Mapping | None):
+        raise ArgumentError("hardware_options", options, "None, or a mapping")
     if options:
+        names = ", ".join(sorted(map(str, options)))
         raise UsageError(
-            f"hardware_options: {', '.join(sorted(options))}: options of NxSDK, which the process "
-            "that is the board drives, `spikeport board serve --machine nxsdk`; leave them out"
+            f"hardware_options: {names}: options of NxSDK, which the process that is the board "
+            "drives, `spikeport board serve --machine nxsdk`; leave them out"
         )
 
 

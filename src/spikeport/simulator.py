@@ -122,6 +122,9 @@ class Simulator:
         migration.check_precompute(precompute)
         migration.check_hardware_options(hardware_options)
         _check_seed(seed)
+        _check_progress_bar(progress_bar)
+        _check_kind("offload", offload, bool, "a bool")
+        _check_kind("cache", cache, Cache, "a spikeport.cache.Cache")
         source = registry.Source(
             network,
             chip,
@@ -226,6 +229,7 @@ class Simulator:
         """
         if not isinstance(steps, Integral) or not 0 <= steps <= LONGEST_RUN:
             raise ArgumentError("steps", steps, f"an integer from 0 to {LONGEST_RUN:,}")
+        _check_progress_bar(progress_bar)
         if steps == 0:
             return
         bar = self.progress_bar if progress_bar is None else progress_bar
@@ -320,6 +324,16 @@ def interrupts_deferred() -> Iterator[Callable[[], None]]:
 def _check_seed(seed: int | None) -> None:
     if not (seed is None or (isinstance(seed, Integral) and 0 <= seed <= LARGEST_SEED)):
         raise ArgumentError("seed", seed, f"None, or an integer from 0 to {LARGEST_SEED}")
+
+
+def _check_progress_bar(bar: object) -> None:
+    if bar is not None:
+        _check_kind("progress_bar", bar, (bool, ProgressBar), "a bool, or a ProgressBar of Nengo's")
+
+
+def _check_kind(name: str, value: object, kind: type | tuple[type, ...], in_words: str) -> None:
+    if not isinstance(value, kind):
+        raise ArgumentError(name, value, in_words)
 
 
 def _counts_folder(folder: str | Path | None) -> Path | None:

@@ -125,6 +125,7 @@ def test_a_run_of_no_possible_length_is_refused(sim, advance, message):
 
 DT = "a time step in seconds, above 0 and finite"
 SEED = "None, or an integer from 0 to 4294967295"
+BAR = "a bool, or a ProgressBar of Nengo's"
 
 
 @pytest.mark.parametrize(
@@ -141,6 +142,10 @@ SEED = "None, or an integer from 0 to 4294967295"
         ({"seed": -1}, f"seed=-1: expected {SEED}"),
         ({"seed": 2**32}, f"seed=4294967296: expected {SEED}"),
         ({"seed": 1.5}, f"seed=1.5: expected {SEED}"),
+        ({"progress_bar": 5}, f"progress_bar=5: expected {BAR}"),
+        ({"offload": "no"}, "offload='no': expected a bool"),
+        ({"cache": "folder"}, "cache='folder': expected a spikeport.cache.Cache"),
+        ({"hardware_options": 3}, "hardware_options=3: expected None, or a mapping"),
     ],
 )
 def test_an_argument_that_is_not_valid_is_refused(backend, arguments, message):
@@ -148,6 +153,13 @@ def test_an_argument_that_is_not_valid_is_refused(backend, arguments, message):
         Simulator(**{"network": network(), "backend": backend, **arguments})
     assert str(caught.value) == message
     assert isinstance(caught.value, ValidationError)
+
+
+def test_a_run_with_what_is_no_progress_bar_is_refused_before_its_first_step(sim):
+    with pytest.raises(UsageError) as caught:
+        sim.run_steps(2, progress_bar="bar")
+    assert str(caught.value) == f"progress_bar='bar': expected {BAR}"
+    assert sim.n_steps == 0
 
 
 def test_a_backend_that_is_no_name_is_refused():
