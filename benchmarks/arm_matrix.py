@@ -22,14 +22,14 @@ TARGET_SEEDS = range(5)
 
 
 def trials(task: str, digits: Sequence[int], **settings: Any) -> dict[int, ArmTrial]:
-    """The runs of one network, by digit or seed of the targets."""
+    """Return the runs of one network, by digit or seed of the targets."""
     if task == "draw":
         return {digit: draw_trial(digit, **settings) for digit in digits}
     return {seed: reach_trial(task, seed, **settings) for seed in TARGET_SEEDS}
 
 
 def worst(task: str, runs: list[dict[str, Any]]) -> str:
-    """The worst figure of each kind over some runs, in one line."""
+    """Return the worst figure of each kind over some runs, in one line."""
     factors = [run["cpu_real_time_factor"] for run in runs]
     shared = (
         f"read-out spikes {max(run['readout_spikes'] for run in runs)}, at joint limits "

@@ -17,23 +17,23 @@ RESULTS = Path("build/arm_runs")
 
 
 def reach_trial(box: str, target_seed: int, **settings: Any) -> ArmTrial:
-    """A reach run of 15 s."""
+    """Return a reach run of 15 s."""
     options = Options(15.0, seed=target_seed, progress=Clock())
     return ReachTrial(ReachSettings(box=box, **settings), options)
 
 
 def draw_trial(digit: int, **settings: Any) -> ArmTrial:
-    """A drawing of 12 s."""
+    """Return a drawing of 12 s."""
     return DrawTrial(DrawSettings(digit=digit, **settings), Options(12.0, progress=Clock()))
 
 
 def results(trials: Mapping[int, ArmTrial], name: str) -> Iterator[dict[str, Any]]:
-    """The figures of numbered trials that need the same network; what was done before is read."""
+    """Return the figures of trials that need the same network; earlier ones are read."""
     return saved_results(RESULTS, name, trials, prepare, _result)
 
 
 def _result(trial: ArmTrial, ready: Ready[Any]) -> dict[str, Any]:
-    """The metrics of a run, what it took on the chip, and how fast the processor was."""
+    """Return the metrics of a run, what it took on the chip, and how fast the processor was."""
     done = perform(trial, ready)
     assert isinstance(trial.options.progress, Clock)
     chip = on_chip(done.sim)

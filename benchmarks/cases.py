@@ -55,7 +55,7 @@ def basal_ganglia() -> nengo.Network:
 
 
 def channel() -> nengo.Network:
-    """A communication channel of 1,000 neurons that learns by PES."""
+    """Return a communication channel of 1,000 neurons that learns by PES."""
     with nengo.Network(seed=0) as network:
         stimulus = nengo.Node(lambda t: [np.sin(5 * t), np.cos(3 * t)])
         pre = nengo.Ensemble(1000, 2, label="pre")
@@ -99,7 +99,7 @@ def adaptive() -> nengo.Network:
 
 
 def critic() -> nengo.Network:
-    """A critic of 500 neurons that learns values by temporal differences."""
+    """Return a critic of 500 neurons that learns values by temporal differences."""
     with nengo.Network(seed=0) as network:
         place = nengo.Node(lambda t: [np.cos(2 * t), np.sin(2 * t)])
         reward = nengo.Node(lambda t: float(np.cos(2 * t) > 0.95))

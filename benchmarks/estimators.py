@@ -172,7 +172,7 @@ def errors(done: Walk, dt_s: float) -> dict[str, np.ndarray]:
 
 
 def row(case: Case, seeds: int, seconds: float) -> list[str]:
-    """The errors of a case."""
+    """Return the errors of a case."""
     walks = [walk(case, seed, seconds) for seed in range(seeds)]
     found = [errors(done, case.dt_s) for done in walks]
     velocity, tilt, track = (

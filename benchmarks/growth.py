@@ -55,12 +55,12 @@ def chain(n: int, seed: int | None) -> nengo.Network:
 
 
 def equal(n: int) -> nengo.Network:
-    """A chain of n equal ensembles."""
+    """Return a chain of n equal ensembles."""
     return chain(n, seed=1)
 
 
 def distinct(n: int) -> nengo.Network:
-    """A chain of n ensembles, no two of which are equal."""
+    """Return a chain of n ensembles, no two of which are equal."""
     return chain(n, seed=None)
 
 
@@ -104,7 +104,7 @@ NETWORKS: dict[str, Callable[[int], nengo.Network]] = {
 
 
 def board(folder: Path) -> Path:
-    """The file of a board of 32 chips like Loihi."""
+    """Return the file of a board of 32 chips like Loihi."""
     text = (BUILT_IN / "loihi.toml").read_text(encoding="utf-8")
     path = folder / "board.toml"
     path.write_text(
@@ -123,12 +123,12 @@ def measure(name: str, n: int, pipeline: str, chip: Path) -> Row:
 
 
 def peak_bytes() -> float:
-    """The most memory that this process has had."""
+    """Return the most memory that this process has had."""
     return 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 
 
 def exponent(before: tuple[int, Row] | None, n: int, row: Row) -> str:
-    """The power of n that CPU time grew by."""
+    """Return the power of n that CPU time grew by."""
     if before is None:
         return ""
     return f"{math.log(row.cpu_s / before[1].cpu_s) / math.log(n / before[0]):.2f}"

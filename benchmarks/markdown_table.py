@@ -12,7 +12,7 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
 
 def insert(text: str, content: str) -> str:
-    """The text with the content between its markers."""
+    """Return the text with the content between its markers."""
     before, rest = text.split(BEGIN)
     _, after = rest.split(END)
     return f"{before}{BEGIN}\n{content}\n{END}{after}"

@@ -51,7 +51,7 @@ class Case(NamedTuple):
 
 
 def scattered(n: int = 8000, fan_out: int = 47) -> Case:
-    """Every neuron has weights to some random ones."""
+    """Return a network whose neurons each have weights to some random ones."""
     rng = np.random.RandomState(0)
     targets = np.concatenate([rng.choice(n, fan_out, replace=False) for _ in range(n)])
     entries = rng.uniform(0.5e-3, 1.5e-3, len(targets)), (targets, np.repeat(np.arange(n), fan_out))
@@ -60,7 +60,7 @@ def scattered(n: int = 8000, fan_out: int = 47) -> Case:
 
 
 def dense(n: int = 640) -> Case:
-    """Every neuron has weights to all."""
+    """Return a network whose neurons each have weights to all."""
     rng = np.random.RandomState(0)
     weights = rng.uniform(2.5e-5, 7.5e-5, (n, n))
     return Case(f"{n:,} neurons, each wired to all: {n * n:,} weights", _recurrent(rng, n, weights))
@@ -84,7 +84,7 @@ CASES: dict[str, Callable[[], Case]] = {make.__name__: make for make in (scatter
 
 
 def compiled(network: nengo.Network) -> ChipImage:
-    """The image of a network, which may be too large for its cores, without currents that last.
+    """Return the image of a network, which may be too large, without currents that last.
 
     nengo-loihi's discretiser leaves 1/4096 of a current to the next step, where no filter is asked
     for; here that is none, so that integers are all that peers need.
@@ -96,7 +96,7 @@ def compiled(network: nengo.Network) -> ChipImage:
 
 
 def traffic_of(image: ChipImage) -> dict[str, np.ndarray]:
-    """The arrays of `peers/traffic.py`.
+    """Return the arrays of `peers/traffic.py`.
 
     Raises
     ------
@@ -182,12 +182,12 @@ def absent(folder: Path) -> Iterator[tuple[str, str]]:
 
 
 def python_of(folder: Path, peer: str) -> Path:
-    """The Python of a peer's environment."""
+    """Return the Python of a peer's environment."""
     return (folder / peer / "bin" / "python").absolute()
 
 
 def table(results: dict[str, Any]) -> str:
-    """The tables of all networks, and what they were measured on."""
+    """Return the tables of all networks, and what they were measured on."""
     parts = []
     for case in results["cases"].values():
         rows = list(_rows(case))

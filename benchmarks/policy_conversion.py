@@ -103,7 +103,7 @@ def measure(case: Case, seed: int) -> dict[str, float]:
 
 
 def errors(name: str, readout: Readout, halves: np.ndarray, wanted: np.ndarray) -> dict[str, float]:
-    """The least error over all lags, and the lag."""
+    """Return the least error over all lags, and the lag."""
     found, spread = halves @ readout.weights.T + readout.bias, np.sqrt(wanted.var(axis=0).mean())
     first, end = max(SETTLING, MOST_LAG), len(wanted)
     differences = [found[first:] - wanted[first - lag : end - lag] for lag in range(MOST_LAG)]
@@ -112,7 +112,7 @@ def errors(name: str, readout: Readout, halves: np.ndarray, wanted: np.ndarray) 
 
 
 def result(case: Case, seed: int) -> dict[str, float]:
-    """The errors of a case; what was done before is read."""
+    """Return the errors of a case; what was done before is read."""
     file = RESULTS / f"{case.name}-{seed}.json"
     if not file.exists():
         file.parent.mkdir(parents=True, exist_ok=True)

@@ -36,7 +36,7 @@ def saved_results(
     prepare: Callable[[Any], Any],
     perform: Callable[[Any, Any], dict[str, Any]],
 ) -> Iterator[dict[str, Any]]:
-    """The figures of trials that need the same rig, by key; what was done before is read."""
+    """Yield the figures of trials that need the same rig, by key; what was done before is read."""
     rig: Any = None
     for key, trial in trials.items():
         file = folder / f"{name}-{key}.json"

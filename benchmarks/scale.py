@@ -123,7 +123,7 @@ def _apart(function: Callable[..., dict[str, float]], *arguments: object) -> dic
 
 
 def table(sizes: dict[str, dict[str, float]]) -> str:
-    """The figures of all sizes."""
+    """Return the figures of all sizes."""
     return markdown_table.table(HEADS, [_row(one) for one in sizes.values()])
 
 

@@ -89,7 +89,7 @@ def chips(image: ChipImage, native: NativeChip, rounds: int) -> dict[str, float]
 
 
 def stepper(chip: Chip, image: ChipImage) -> Callable[[], object]:
-    """A step of a chip in which three in ten sources on the host spike."""
+    """Return a step of a chip in which three in ten sources on the host spike."""
     spikes = host_spikes(image)
     return lambda: chip.step(next(spikes), {})
 

@@ -29,7 +29,7 @@ SEEDS = (0, 1, 2)
 
 
 def sweep(n_neurons: int, seconds: float, calibrated: bool, **settings: object) -> Sweep:
-    """A walk on the paper's path, from some seeds."""
+    """Return a walk on the paper's path, from some seeds."""
     fixed = {"path": "paper", "calibrated": calibrated, "n_neurons": n_neurons, **settings}
     return Sweep("walk", "native", "loihi", "compact", seconds, fixed, {}, SEEDS)
 

@@ -42,14 +42,14 @@ WORST = (
 
 
 def trial(path: str, seed: int, backend: str, seconds: float, **settings: Any) -> WalkTrial:
-    """A walk whose robot and neurons have the same seed."""
+    """Return a walk whose robot and neurons have the same seed."""
     chosen = WalkSettings(path=path, network_seed=seed, **settings)
     options = Options(seconds, backend, pipeline=EXPERIMENT.pipeline, seed=seed, progress=Clock())
     return WalkTrial(chosen, options)
 
 
 def result(trial: WalkTrial, ready: Ready[Any]) -> dict[str, Any]:
-    """The metrics of a walk, what it took on the chip, and how fast the processor was."""
+    """Return the metrics of a walk, what it took on the chip, and how fast the processor was."""
     trial = WalkTrial(trial.settings, dataclasses.replace(trial.options, progress=Clock()))
     done = perform(trial, ready)
     chip = on_chip(done.sim)
@@ -64,7 +64,7 @@ def result(trial: WalkTrial, ready: Ready[Any]) -> dict[str, Any]:
 def walks(
     paths: list[str], seeds: list[int], backend: str, seconds: float, **settings: Any
 ) -> dict[str, list[dict[str, Any]]]:
-    """The figures of all seeds, by path."""
+    """Return the figures of all seeds, by path."""
     kind = "-".join(f"{key}{value}" for key, value in settings.items())
     found: dict[str, list[dict[str, Any]]] = {path: [] for path in paths}
     for seed in seeds:
@@ -76,7 +76,7 @@ def walks(
 
 
 def worst(runs: list[dict[str, Any]], exact: list[dict[str, Any]]) -> str:
-    """The worst figures of some runs, in one line."""
+    """Return the worst figures of some runs, in one line."""
     parts = [f"{key} {max(run.get(key, 0) for run in runs):.3g}" for key in WORST]
     rms_m, exact_m = ([run["cross_track_rms_m"] for run in some] for some in (runs, exact))
     times = max(rms_m) / max(exact_m), np.mean(rms_m) / np.mean(exact_m)

@@ -36,7 +36,7 @@ class Limits(Strictly):
     synapse_profiles: Count | None = None
 
     def most(self, resource: str) -> float:
-        """The most a core holds of a resource; infinity where that is not public."""
+        """Return the most a core holds of a resource; infinity where that is not public."""
         figure: Figure | None = getattr(self, resource)
         return math.inf if figure is None else figure.count
 
@@ -176,7 +176,7 @@ class ChipModel(Strictly):
         return calibrations
 
     def calibration(self, name: str) -> EnergyCalibration:
-        """The calibration of that name.
+        """Return the calibration of that name.
 
         Raises
         ------
@@ -195,7 +195,7 @@ def names() -> list[str]:
 
 
 def get(name: str) -> ChipModel:
-    """The chip of that name, or in that file if the name ends in ``.toml``.
+    """Return the chip of that name, or in that file if the name ends in ``.toml``.
 
     Raises
     ------
@@ -212,7 +212,7 @@ def get(name: str) -> ChipModel:
 
 
 def load(path: str | Path) -> ChipModel:
-    """The chip in a TOML file.
+    """Return the chip in a TOML file.
 
     Raises
     ------

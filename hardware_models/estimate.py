@@ -80,12 +80,12 @@ def zero(unit: str) -> Estimate:
 
 
 def at_least_zero(unit: str) -> Estimate:
-    """A share of unknown size: it takes the upper bound from every sum it is in."""
+    """Return a share of unknown size: it takes the upper bound from every sum it is in."""
     return Estimate(0.0, 0.0, None, unit, "")
 
 
 def merge_sources(sources: Iterable[str]) -> str:
-    """Every source once, in order of first mention."""
+    """Return every source once, in order of first mention."""
     parts = BETWEEN_SOURCES.join(sources).split(BETWEEN_SOURCES)
     return BETWEEN_SOURCES.join(dict.fromkeys(part for part in parts if part))
 

@@ -90,7 +90,7 @@ F = TypeVar("F", bound=Figure)
 
 
 def in_si(unit: str, figure: F) -> F:
-    """The figure in an SI unit.
+    """Return the figure in an SI unit.
 
     Raises
     ------

@@ -84,7 +84,7 @@ class Links:
 def _loads(
     carried: np.ndarray, line: np.ndarray, n_lines: int, start: np.ndarray, end: np.ndarray, n: int
 ) -> np.ndarray:
-    """The load of each link of lines of n tiles, in both directions: (n_lines, 2, n)."""
+    """Return the load of each link of lines of n tiles, in both directions: (n_lines, 2, n)."""
     change = np.zeros(n_lines * 2 * n, dtype=int)
     for way, (low, high) in enumerate([(start, end), (end, start)]):
         on = low < high
@@ -96,7 +96,7 @@ def _loads(
 
 
 def _sums(values: np.ndarray, of: np.ndarray, n: int) -> np.ndarray:
-    """The sum of the values of each of n sets, (n,)."""
+    """Return the sum of the values of each of n sets, (n,)."""
     sums = np.zeros(n, dtype=int)
     np.add.at(sums, of, values)
     return sums

@@ -233,7 +233,7 @@ def barrier(tiles: int, calibration: EnergyCalibration) -> Estimate | None:
 
 
 def known(bound: float) -> float | None:
-    """A bound as estimates have it: None, not NaN, where it is not known."""
+    """Return a bound as estimates have it: None, not NaN, where it is not known."""
     return None if np.isnan(bound) else float(bound)
 
 

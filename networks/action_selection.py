@@ -96,7 +96,7 @@ def action_selection(
 
 
 def _kinds(options: SelectionOptions) -> dict[str, Rectified]:
-    """The populations of each nucleus, for utilities up to 1."""
+    """Return the populations of each nucleus, for utilities up to 1."""
     size, rates, w = options.n_neurons, options.max_rates, Weights
     inputs = _input_weights(options)
     return {
@@ -199,7 +199,7 @@ class _Builder:
     def _connect(
         self, pre: str, post: str | nengo.Node, transform: np.ndarray, synapse: float
     ) -> None:
-        """From neuron to neuron; to a node, decoded."""
+        """Connect neuron to neuron; to a node, decoded."""
         wired = isinstance(post, str)
         nengo.Connection(
             self.ensembles[pre],

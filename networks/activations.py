@@ -24,23 +24,23 @@ class Activation(NamedTuple):
 
 
 def elu(z: Floats) -> Floats:
-    """The exponential linear unit: z where positive, else exp(z) - 1."""
+    """Return the exponential linear unit: z where positive, else exp(z) - 1."""
     return np.where(z > 0, z, np.expm1(np.minimum(z, 0)))
 
 
 def relu(z: Floats) -> Floats:
-    """The rectified linear unit: z where positive, else 0."""
+    """Return the rectified linear unit: z where positive, else 0."""
     return np.maximum(z, 0.0)
 
 
 def silu(z: Floats) -> Floats:
-    """The sigmoid-weighted linear unit; its least value is -0.278, at z = -1.278."""
+    """Return the sigmoid-weighted linear unit; its least value is -0.278, at z = -1.278."""
     value: Floats = z * expit(z)
     return value
 
 
 def gelu(z: Floats) -> Floats:
-    """The Gaussian error linear unit, exact; its least value is -0.170, at z = -0.752."""
+    """Return the Gaussian error linear unit, exact; its least value is -0.170, at z = -0.752."""
     value: Floats = z * ndtr(z)
     return value
 
@@ -55,7 +55,7 @@ ACTIVATIONS = {
 
 
 def activation(name: str) -> Activation:
-    """The activation of that name; raises UsageError, which lists those there are."""
+    """Return the activation of that name; raises UsageError, which lists those there are."""
     if name not in ACTIVATIONS:
         raise unknown("activation", name, ACTIVATIONS)
     return ACTIVATIONS[name]

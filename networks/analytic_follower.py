@@ -31,7 +31,7 @@ class FollowerNetwork(nengo.Network):
 
 
 def analytic_follower(gains: FollowerGains) -> FollowerNetwork:
-    """The path follower without neurons: the exact law, one step late."""
+    """Return the path follower without neurons: the exact law, one step late."""
 
     def law(values: np.ndarray) -> np.ndarray:
         return exact_command(gains, values[:REFERENCE_SIZE], values[REFERENCE_SIZE:])
@@ -45,7 +45,7 @@ def analytic_follower(gains: FollowerGains) -> FollowerNetwork:
 def from_inputs(
     label: str, function: Callable[[np.ndarray], np.ndarray], size: int, seed: int = 0
 ) -> tuple[FollowerNetwork, nengo.Node]:
-    """A network with inputs and output, and a node that computes a function of all inputs."""
+    """Return a network with inputs, an output, and a node that computes it of all inputs."""
     net = FollowerNetwork(label=label, seed=seed)
     with net:
         net.reference = nengo.Node(size_in=REFERENCE_SIZE, label="reference")

@@ -76,7 +76,7 @@ class ArmNetwork(nengo.Network):
 
 
 def term_torques(terms: LawTerms, dq: np.ndarray, error: np.ndarray) -> dict[str, np.ndarray]:
-    """The terms whose sum is the torque: (n, 4) in N m each, by the group that decodes it.
+    """Return the terms whose sum is the torque: (n, 4) in N m each, by the group that decodes it.
 
     Parameters
     ----------
@@ -208,7 +208,7 @@ class _Builder:
                 nengo.Connection(share, self.net.torque, transform=scale, synapse=None)
 
     def m1(self) -> None:
-        """One 5-D group [q, e_d] per axis."""
+        """Build a 5-D group [q, e_d] for each axis."""
         region = self.region
         per_error = region.x.half / region.error.half
         for d, axis in enumerate(AXES):
@@ -221,7 +221,7 @@ class _Builder:
             self.net.rasters[axis] = nengo.Probe(group[0].neurons[:RASTER_NEURONS])
 
     def cb(self) -> None:
-        """One 5-D group [q, dq_j] per joint, and a 4-D group [q] for gravity and posture."""
+        """Build a 5-D group [q, dq_j] for each joint, and a 4-D one [q] for gravity and posture."""
         for j, joint in enumerate(JOINTS):
             self._term(f"CB {joint}", self.sizes.cb, _select(4, {4 + j: 1.0}))
         self._term("CB gravity", self.sizes.cb, _select(4))
@@ -283,7 +283,7 @@ def _select(n_joints: int, extra: dict[int, float] | None = None) -> np.ndarray:
 
 
 def analytic_arm(law: OperationalSpaceLaw) -> ArmNetwork:
-    """The same controller without neurons: the exact law, one step late."""
+    """Return the same controller without neurons: the exact law, one step late."""
     net = ArmNetwork(label="analytic arm")
     with net:
         net.state = nengo.Node(size_in=STATE_SIZE, label="state")

@@ -19,7 +19,7 @@ class Held:
         self._key: bytes | None = None
 
     def __call__(self, _t: float, values: np.ndarray) -> np.ndarray:
-        """The function of the values; ``_t`` is Nengo's time."""
+        """Return the function of the values; ``_t`` is Nengo's time."""
         key = values.tobytes()
         if key != self._key:
             self._key, self._found = key, self._function(values)

@@ -78,7 +78,7 @@ class HumanoidNetwork(nengo.Network):
 
 
 def without_bias(layer: Layer) -> Layer:
-    """The layer of the action for a policy whose bias `humanoid` adds."""
+    """Return the layer of the action for a policy whose bias `humanoid` adds."""
     return dataclasses.replace(layer, bias=np.zeros_like(layer.bias))
 
 

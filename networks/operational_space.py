@@ -71,7 +71,7 @@ class OperationalSpaceLaw:
         self.gains = gains or Gains()
 
     def terms(self, q: Floats) -> LawTerms:
-        """The law's terms at q of shape (n, 4)."""
+        """Return the law's terms at q of shape (n, 4)."""
         arm, gains = self.arm.batch(q), self.gains
         force = np.swapaxes(arm.jacobian, 1, 2) @ arm.task_inertia  # (n, 4, 3) J^T M_x
         pull = arm.inertia @ (gains.kn * (np.asarray(gains.rest_rad) - q))[..., np.newaxis]

@@ -109,7 +109,7 @@ class _Errors:
 
 
 def _share(vector: np.ndarray, limit: float) -> np.ndarray:
-    """The vector in units of a limit, and no longer than it."""
+    """Return the vector in units of a limit, and no longer than it."""
     return vector / max(limit, float(np.hypot(*vector)))
 
 

@@ -65,7 +65,7 @@ class FollowerGains:
 
 
 def wrap(angle: ArrayLike) -> np.ndarray:
-    """The angle in [-pi, pi) that is equal but for whole turns; both in rad."""
+    """Return the angle in [-pi, pi) that is equal but for whole turns; both in rad."""
     return (np.asarray(angle) + np.pi) % (2 * np.pi) - np.pi
 
 

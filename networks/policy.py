@@ -90,7 +90,7 @@ def solved_layers(
     seed: int,
     observations: np.ndarray | None,
 ) -> list[Layer]:
-    """The layers as they are between the neurons, see `policy`."""
+    """Return the layers as they are between the neurons, see `policy`."""
     if options.solve == "unit":
         return list(layers)
     if observations is None:

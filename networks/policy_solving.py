@@ -22,12 +22,12 @@ REGULARISATION = 0.003
 
 
 def by_halves(layer: Layer, options: PolicyOptions) -> Readout:
-    """The same layer, reading the halves of units by themselves."""
+    """Return the same layer, reading the halves of units by themselves."""
     return Readout(np.tile(layer.weights, len(options.function.signs)), layer.bias)
 
 
 def refit(nominal: Readout, halves: np.ndarray, wanted: np.ndarray) -> Readout:
-    """The read-out of recorded halves (m, n) that comes nearest to wanted values (m, d)."""
+    """Return the read-out of recorded halves (m, n) that comes nearest to wanted values (m, d)."""
     missing = wanted - halves @ nominal.weights.T
     centre, bias = halves.mean(axis=0), missing.mean(axis=0)
     solver = nengo.solvers.LstsqL2(reg=REGULARISATION)
@@ -38,7 +38,7 @@ def refit(nominal: Readout, halves: np.ndarray, wanted: np.ndarray) -> Readout:
 def solve_layers(
     net: nengo.Network, layers: Sequence[Layer], options: PolicyOptions, observations: np.ndarray
 ) -> list[Layer]:
-    """The layers, those after the first solved for on the tuning curves of a policy's neurons.
+    """Return the layers; those after the first are solved for on the neurons' tuning curves.
 
     Parameters
     ----------

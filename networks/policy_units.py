@@ -46,7 +46,7 @@ class HiddenLayer(nengo.Network):
 def hidden_layer(
     label: str, reach: Ranges, options: PolicyOptions, halves: bool, rng: np.random.RandomState
 ) -> HiddenLayer:
-    """A layer of units.
+    """Return a layer of units.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def _ensemble(
     options: PolicyOptions,
     seed: int,
 ) -> tuple[nengo.Ensemble, np.ndarray]:
-    """The neurons of one unit for one sign of its pre-activation, and values there (n, 1)."""
+    """Return a unit's neurons for one sign of its pre-activation, and values there (n, 1)."""
     n = options.n_neurons // 2
     points = sign * np.linspace(0, radius, N_POINTS)[:, np.newaxis]
     ensemble = nengo.Ensemble(
@@ -121,7 +121,7 @@ def _decode(
 
 
 def _neurons(options: PolicyOptions) -> dict[int, nengo.neurons.NeuronType]:
-    """The neuron type for each sign."""
+    """Return the neuron type for each sign."""
     above, below = _KINDS[options.units]
     return {+1: above(options), -1: below(options)}
 

@@ -42,7 +42,7 @@ class Calibrated:
     trim: np.ndarray | float = 0.0
 
     def of(self, layers: Sequence[Layer]) -> list[Layer]:
-        """The layers of a policy, so changed."""
+        """Return the layers of a policy, so changed."""
         first, *others, _ = layers
         trimmed = Layer(first.weights, first.bias + (first.weights * self.trim).sum(axis=1))
         return [trimmed, *others, Readout(self.weights, self.bias)]

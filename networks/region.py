@@ -25,23 +25,23 @@ class Box:
 
     @classmethod
     def around(cls, samples: Floats, margin: float = 0.1) -> "Box":
-        """The box of all (n, d) samples, widened by a share of its size."""
+        """Return the box of all (n, d) samples, widened by a share of its size."""
         low, high = samples.min(axis=0), samples.max(axis=0)
         return cls((low + high) / 2, (high - low) / 2 * (1 + margin))
 
     @classmethod
     def symmetric(cls, samples: Floats, margin: float = 0.1) -> "Box":
-        """A box centred at zero that holds nearly all samples; what peaks beyond it is clipped."""
+        """Return a box centred at zero that holds nearly all samples; peaks beyond are clipped."""
         half = np.percentile(np.abs(samples), PEAK_PERCENTILE, axis=0)
         return cls(np.zeros_like(half), half * (1 + margin))
 
     def at_least(self, half: Floats) -> "Box":
-        """The box, widened where it is narrower than ``half``."""
+        """Return the box, widened where it is narrower than ``half``."""
         return Box(self.centre, np.maximum(self.half, half))
 
     @classmethod
     def join(cls, *boxes: "Box") -> "Box":
-        """The box of all their dimensions, one box after the other."""
+        """Return the box of all their dimensions, one box after the other."""
         return cls(*(np.concatenate([getattr(b, k) for b in boxes]) for k in ("centre", "half")))
 
     def normalise(self, values: Floats) -> Floats:
@@ -49,11 +49,11 @@ class Box:
         return np.minimum(np.maximum((values - self.centre) / self.half, -1.0), 1.0)
 
     def clip(self, values: Floats) -> Floats:
-        """The points of the box that are nearest to the values."""
+        """Return the points of the box that are nearest to the values."""
         return self.restore(self.normalise(values))
 
     def restore(self, normalised: Floats) -> Floats:
-        """The inverse of `normalise` inside the box."""
+        """Return the inverse of `normalise` inside the box."""
         return self.centre + normalised * self.half
 
 
@@ -96,7 +96,7 @@ class ArmRegion:
         n_samples: int = 10_000,
         jitter: float = 0.1,
     ) -> "ArmRegion":
-        """From states recorded while the exact law does the task.
+        """Return the region of states that were recorded while the exact law does the task.
 
         The samples are drawn from the recording and jittered by a share of each joint's range:
         spiking runs leave the recorded path, and decoders must know what to do beside it.

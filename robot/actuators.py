@@ -41,7 +41,7 @@ def _indices(joints: tuple[str, ...]) -> np.ndarray:
 
 
 def values(what: str, numbers: ArrayLike, joints: Sequence[str]) -> np.ndarray:
-    """One finite number per joint, ``(n,)``; a single number serves all of them.
+    """Return one finite number per joint, ``(n,)``; a single number serves all of them.
 
     Raises
     ------

@@ -70,12 +70,12 @@ class ArmDynamics:
         return np.array([self._model.actuator(j).forcerange[1] for j in ARM_JOINTS])
 
     def at(self, q: ArrayLike) -> H1ArmTerms:
-        """The terms at one posture ``q (4,)`` in rad; raises `UsageError` for another shape."""
+        """Return the terms at a posture ``q (4,)`` in rad; UsageError for another shape."""
         posture = _shaped(q, (4,))
         return H1ArmTerms(*(term[0] for term in self.batch(posture[None])))
 
     def batch(self, q: ArrayLike) -> H1ArmTerms:
-        """The terms at postures ``q (n, 4)`` in rad, stacked; raises `UsageError` otherwise."""
+        """Return the terms at postures ``q (n, 4)`` in rad, stacked; UsageError otherwise."""
         postures = _shaped(q, (-1, 4))
         n, nv = len(postures), self._model.nv
         position, jacobian = np.empty((n, 3)), np.empty((n, 3, nv))

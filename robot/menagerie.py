@@ -12,7 +12,7 @@ NAME = "unitree_h1"
 
 
 def model_file() -> Path:
-    """The XML file of Menagerie's H1 on this machine.
+    """Return the XML file of Menagerie's H1 on this machine.
 
     It is looked for under the environment variable MENAGERIE_ROOT (a checkout of Menagerie) and
     then in the cache of the package ``mujoco-menagerie``.

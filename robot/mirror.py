@@ -20,12 +20,12 @@ class Mirror(NamedTuple):
     sign: Floats
 
     def __call__(self, x: Floats) -> Floats:
-        """The mirror image of ``x (..., n)``."""
+        """Return the mirror image of ``x (..., n)``."""
         return x[..., self.order] * self.sign
 
 
 def joined(*mirrors: Mirror) -> Mirror:
-    """The mirror of parts that lie one behind the other."""
+    """Return the mirror of parts that lie one behind the other."""
     starts = np.cumsum([0, *(len(m.order) for m in mirrors)])
     order = [m.order + start for m, start in zip(mirrors, starts, strict=False)]
     return Mirror(np.concatenate(order), np.concatenate([m.sign for m in mirrors]))

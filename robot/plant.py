@@ -253,7 +253,7 @@ class Plant:
         return None
 
     def history(self) -> dict[str, np.ndarray]:
-        """The last 200 states, oldest first: ``time_s``, ``qpos``, ``qvel``, ``ctrl``."""
+        """Return the last 200 states, oldest first: ``time_s``, ``qpos``, ``qvel``, ``ctrl``."""
         return self._history.arrays()
 
     def motion(self, joints: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:

@@ -67,7 +67,7 @@ class Renderer:
         self._camera.fixedcamid = cameras.index(camera)
 
     def frame(self, data: mujoco.MjData, marks: Sequence[Mark] = ()) -> np.ndarray:
-        """The picture of ``data``, uint8 ``(height, width, 3)``, with marks."""
+        """Return the picture of ``data``, uint8 ``(height, width, 3)``, with marks."""
         self._gl.make_current()
         everything = mujoco.mjtCatBit.mjCAT_ALL
         mujoco.mjv_updateScene(

@@ -36,7 +36,7 @@ class RobotState(NamedTuple):
 
 
 def read(data: mujoco.MjData) -> RobotState:
-    """The state held in data whose kinematics are up to date.
+    """Return the state held in data whose kinematics are up to date.
 
     MuJoCo's free joint keeps the linear velocity in the world frame and the angular velocity in
     the body's: v_base = R^T v_world.

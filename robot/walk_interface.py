@@ -53,7 +53,7 @@ def gravity(quaternion: ArrayLike) -> np.ndarray:
 
 
 def _down(w: Number, x: Number, y: Number, z: Number) -> tuple[Number, Number, Number]:
-    """The direction, of numbers or of arrays of them."""
+    """Return the direction, of numbers or of arrays of them."""
     return -2 * (x * z - w * y), -2 * (y * z + w * x), -(1 - 2 * (x * x + y * y))
 
 

@@ -52,7 +52,7 @@ def card(
     evaluations: dict[str, Evaluation],
     stages: tuple[Stage, ...],
 ) -> str:
-    """The card's text; ``made`` has the command, seed, step and number of robots."""
+    """Return the card's text; ``made`` has the command, seed, step and number of robots."""
     versions = ", ".join(f"{package} {metadata.version(package)}" for package in PACKAGES)
     rows = "\n".join(_row(robots, e) for robots, e in evaluations.items())
     return _TEXT.format(
@@ -68,7 +68,7 @@ def _row(robots: str, e: Evaluation) -> str:
 
 
 def _changes(stages: tuple[Stage, ...]) -> list[str]:
-    """One line per stage: every setting that is not what it was."""
+    """Return one line per stage: every setting that is not what it was."""
     lines: list[str] = []
     before: dict[str, str] = {}
     for stage in stages:

@@ -102,5 +102,5 @@ def _is_entry(entry: object) -> bool:
 
 
 def latest(folder: Path) -> Path | None:
-    """The last checkpoint of a run, if there is one."""
+    """Return the last checkpoint of a run, if there is one."""
     return max(folder.glob("checkpoints/*.pt"), default=None)

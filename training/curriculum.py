@@ -122,5 +122,5 @@ STAGES = (
 
 
 def stage_at(step: int, stages: tuple[Stage, ...] = STAGES) -> Stage:
-    """The stage that a control step belongs to."""
+    """Return the stage that a control step belongs to."""
     return [stage for stage in stages if stage.first_step <= step][-1]

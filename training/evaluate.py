@@ -78,7 +78,7 @@ class Tally:
         self._peak_m[down] = 0.0
 
     def result(self) -> Evaluation:
-        """The figures; errors are infinite where nothing could be counted, heights 0."""
+        """Return the figures; errors are infinite where nothing could be counted, heights 0."""
         errors, peaks = np.concatenate(self._errors), self._walking.peaks_m
         vx, wz = errors.mean(axis=0) if len(errors) else (np.inf, np.inf)
         return Evaluation(

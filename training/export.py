@@ -9,7 +9,7 @@ from spikeport.training.networks import MirrorNetwork
 
 
 def policy_of(actor: MirrorNetwork) -> WalkingPolicy:
-    """The actor with its tied weights and input scales written out."""
+    """Return the actor with its tied weights and input scales written out."""
     layers = [(W.detach().numpy(), b.detach().numpy()) for W, b in actor.layers()]
     weights, biases = zip(*layers, strict=True)
     return WalkingPolicy(weights, biases, JOINTS, np.copy(POSE_RAD), ACTION_SCALE_RAD)

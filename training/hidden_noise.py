@@ -39,7 +39,7 @@ class HiddenNoiseSource:
         self._redraw(torch.ones(robots, dtype=torch.bool))
 
     def draw(self, starts: torch.Tensor) -> torch.Tensor:
-        """The noise of this step, ``(n, units)``; ``starts (n,)`` says whose episode begins."""
+        """Return the noise of a step, ``(n, units)``; ``starts (n,)`` says whose episode begins."""
         self._redraw(starts)
         return torch.empty_like(self._lasting).normal_(std=self._noise.white) + self._lasting
 

@@ -19,7 +19,7 @@ PLANES = ("left_ground", "right_ground")
 
 
 def build_model() -> mujoco.MjModel:
-    """The compiled model.
+    """Return the compiled model.
 
     Shapes that only look, equality constraints and the sensors of ``h1.xml`` are left out, and
     those of `robot.foot_sensors` added. Each foot has a floor of its own, the only one.

@@ -116,7 +116,7 @@ class Motion:
 
     @classmethod
     def from_states(cls, qpos: Floats, qvel: Floats) -> "Motion":
-        """The motion, from MuJoCo's ``qpos (n, 26)`` and ``qvel (n, 25)``."""
+        """Return the motion, from MuJoCo's ``qpos (n, 26)`` and ``qvel (n, 25)``."""
         rotation = rotations(qpos[:, 3:7])
         heading = np.arctan2(rotation[:, 1, 0], rotation[:, 0, 0])
         down = gravity(qpos[:, 3:7])

@@ -98,7 +98,7 @@ class MirrorNetwork(nn.Module):
         return x[self.out_index] * sign
 
     def forward(self, x: torch.Tensor) -> torch.Tensor:
-        """The output; behind the input may lie noise of the hidden units, ``(n, 384)``.
+        """Return the output; behind the input may lie noise of the hidden units, ``(n, 384)``.
 
         It grows with their activity: h += (1 + |h|) noise.
         """
@@ -154,5 +154,5 @@ class MirrorModel(MLPModel):
         self.distribution = distribution
 
     def get_latent(self, obs: TensorDict, *_: object) -> torch.Tensor:
-        """The one group that the network reads, not copied."""
+        """Return the one group that the network reads, not copied."""
         return obs[self.obs_groups[0]]

@@ -151,7 +151,7 @@ def long_air(s: Step) -> Floats:
 
 
 def early_touchdown(s: Step) -> Floats:
-    """By how much less than ``step_s`` a foot was up, per second, as it comes down."""
+    """Return the time that a foot which comes down was up too short of ``step_s``, a second."""
     early = np.clip(s.settings.step_s - s.gait.last_air_s, 0.0, None) * s.gait.touched_down
     return _sum(early) * s.moving / CONTROL_DT_S
 
@@ -322,6 +322,6 @@ TERMS: dict[str, Callable[[Step], Floats]] = {
 
 
 def reward(s: Step, weights: Weights) -> dict[str, Floats]:
-    """The reward of every term that counts, ``(n,)`` each."""
+    """Return the reward of every term that counts, ``(n,)`` each."""
     weight = {name: getattr(weights, name) for name in TERMS}
     return {n: CONTROL_DT_S * weight[n] * TERMS[n](s) for n in TERMS if weight[n] != 0.0}

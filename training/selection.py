@@ -35,19 +35,19 @@ class BestCheckpoint:
 
 
 def pushed_hard(task: TrainingTask) -> TrainingTask:
-    """A task with pushes of 0.4 m/s."""
+    """Return a task with pushes of 0.4 m/s."""
     return replace(task, randomisation=replace(task.randomisation, push_m_s=HARD_PUSH_M_S))
 
 
 def rank(falls: int, vx_error_m_s: float, wz_error_rad_s: float) -> tuple[int, float]:
-    """The smaller, the better."""
+    """Return a checkpoint's rank: the smaller, the better."""
     return falls, vx_error_m_s / VX_GOAL_M_S + wz_error_rad_s / WZ_GOAL_RAD_S
 
 
 def choose(
     folder: Path, log: list[Entry], task: TrainingTask, learner: LearnerOptions, progress: Progress
 ) -> BestCheckpoint:
-    """The best under hard pushes of the checkpoints that walked best in training.
+    """Return the best under hard pushes of the checkpoints that walked best in training.
 
     Raises
     ------
@@ -66,7 +66,7 @@ def choose(
 
 
 def shortlist(log: list[Entry]) -> list[Entry]:
-    """The entries that walked best, of those evaluated in the last stage."""
+    """Return the entries that walked best, of those evaluated in the last stage."""
     evaluated = [e for e in log if "vx_error_m_s" in e and e["stage"] == log[-1]["stage"]]
     if not evaluated:
         raise UsageError("no checkpoint was evaluated; train longer with --steps")

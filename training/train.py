@@ -100,7 +100,7 @@ def _help(worker: Worker, options: TrainOptions) -> None:
 
 
 def _start(options: TrainOptions, worker: Worker) -> tuple[Learner, int, list[Entry]]:
-    """The learner, new or as it was left, the number of segments done, and their figures."""
+    """Return the learner, new or as it was left, the number of segments done, and their figures."""
     torch.set_num_threads(1)
     torch.manual_seed(options.seed)
     learner = Learner(options.learner, worker)

@@ -27,7 +27,7 @@ def figure(sweep: Sweep, _folder: SweepFolder, table: xr.Dataset) -> Figure:
 
 
 def metrics_figure(sweep: Sweep, table: xr.Dataset, metrics: Sequence[str]) -> Figure:
-    """Some metrics; ``table`` is that of `spikeport.experiments.sweep.table`."""
+    """Draw some metrics; ``table`` is that of `spikeport.experiments.sweep.table`."""
     over, *keys = sweep.varied or (SEED,)
     places = list(_places(table, keys[1:]))
     width, height = max(6.4, 4.6 * len(places)), 1 + 3 * len(metrics)
@@ -49,7 +49,7 @@ def metrics_figure(sweep: Sweep, table: xr.Dataset, metrics: Sequence[str]) -> F
 
 
 def _places(table: xr.Dataset, keys: Sequence[str]) -> Iterator[dict[str, Any]]:
-    """Every combination of the values of some dimensions."""
+    """Yield every combination of the values of some dimensions."""
     for values in itertools.product(*(table[key].values for key in keys)):
         yield dict(zip(keys, values, strict=True))
 

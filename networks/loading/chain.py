@@ -71,7 +71,7 @@ class Chain:
         return Chain(layers=(*self.layers, self._layer()), activations=(*self.activations, name))
 
     def mlp(self) -> Mlp:
-        """The whole chain, with a dense layer at its end."""
+        """Return the whole chain, with a dense layer at its end."""
         if not self._is_matrix:
             found = f"{self.activations[-1]} at its end" if self.activations else "none"
             raise MismatchError("a linear last layer", found)
@@ -199,7 +199,7 @@ def _matrices(shapes: list[tuple[int, ...]]) -> int:
 
 
 def only(outputs: list[object]) -> Chain:
-    """The one output of a file; raises `MismatchError` where that is no chain."""
+    """Return the one output of a file; raises `MismatchError` where that is no chain."""
     match outputs:
         case [Chain() as chain]:
             return chain
@@ -207,7 +207,7 @@ def only(outputs: list[object]) -> Chain:
 
 
 def gelu(x: Chain, approximate: object) -> Chain:
-    """The exact GELU has a name of its own; approximations are other functions."""
+    """Return GELU of a chain; approximations are other functions than the exact one."""
     if not isinstance(approximate, str):
         raise TypeError(type(approximate).__name__)
     return x.activated("gelu" if approximate == "none" else f"gelu ({approximate})")

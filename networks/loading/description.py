@@ -53,7 +53,7 @@ class Description:
 
 
 def translated(mlp: Mlp, theirs: Description, ours: Description) -> WalkingPolicy:
-    """The policy for our robot, of a perceptron made for theirs.
+    """Return the policy for our robot, of a perceptron made for theirs.
 
     Parameters
     ----------

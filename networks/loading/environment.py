@@ -87,7 +87,7 @@ class ObservationOptions(BaseModel):
     policy: dict[str, object]
 
     def terms(self) -> dict[str, ObservationTerm]:
-        """The terms that are not switched off."""
+        """Return the terms that are not switched off."""
         found = {name: value for name, value in self.policy.items() if isinstance(value, dict)}
         return {name: ObservationTerm.model_validate(value) for name, value in found.items()}
 

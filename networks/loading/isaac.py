@@ -57,7 +57,7 @@ SIMPLE = re.compile(r"(?:[\w.|(\[\]^$-]|\\[.wd]|\)(?![*+?])|(?<!\()[*+?]){1,100}
 
 
 def described(path: Path) -> Description:
-    """The robot and the observation of a policy.
+    """Return the robot and the observation of a policy.
 
     Raises
     ------
@@ -117,7 +117,7 @@ def _of_joints(where: str, table: ByName, default: float) -> dict[str, float]:
 
 
 def _value(where: str, joint: str, table: ByName, default: float) -> float:
-    """A joint's value in a table; at most one expression may match."""
+    """Return a joint's value in a table; at most one expression may match."""
     if not isinstance(table, dict):
         return table
     _few(where, table)

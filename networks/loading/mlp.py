@@ -31,7 +31,7 @@ class Mlp:
 
 
 def checked(layers: tuple[Layer, ...], activations: tuple[str, ...]) -> Mlp:
-    """The perceptron of these layers.
+    """Return the perceptron of these layers.
 
     Raises
     ------

@@ -32,7 +32,7 @@ fit or failed, 2 wrong use. Made from the commands by `python -m spikeport.docum
 
 
 def rules() -> str:
-    """The table of rules, as Markdown."""
+    """Return the table of rules, as Markdown."""
     parts = [HEAD]
     for prefix, title in GROUPS.items():
         parts.append(f"## {prefix}xx: {title.lower()}")
@@ -49,7 +49,7 @@ def _rule(rule: Rule) -> Iterator[str]:
 
 
 def report_schema() -> str:
-    """The JSON Schema of reports."""
+    """Return the JSON Schema of reports."""
     return json.dumps(schema(), indent=2) + "\n"
 
 

@@ -24,7 +24,7 @@ FORMS = ("FILE.py", "FILE.ipynb", "FILE.py:NAME", "module:NAME", "graph.nir")
 
 
 def needed_passes(spec: str) -> str | None:
-    """The passes that a network is made for, if it says so."""
+    """Return the passes that a network is made for, if it says so."""
     return _experiment(spec).pipeline if spec in BUILT_IN else None
 
 
@@ -150,7 +150,7 @@ def _built_in(spec: str, pairs: list[str], chip: str, passes: str | None) -> nen
 
 
 def _experiment(spec: str) -> Experiment:
-    """The experiment that runs a built-in network."""
+    """Return the experiment that runs a built-in network."""
     module = registry.imported(f"network '{spec}'", registry.EXPERIMENTS[BUILT_IN[spec]])
     experiment: Experiment = module.EXPERIMENT
     return experiment

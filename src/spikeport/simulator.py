@@ -254,7 +254,7 @@ class Simulator:
         self.run_steps(steps, progress_bar)
 
     def trange(self, sample_every: float | None = None) -> np.ndarray:
-        """The times, in seconds, of the steps so far, or of those sampled every so often."""
+        """Return the times, in seconds, of the steps so far, or of those sampled every so often."""
         if not (sample_every is None or (isinstance(sample_every, Real) and sample_every > 0)):
             raise ArgumentError("sample_every", sample_every, "None, or a time in seconds above 0")
         return self.dt * sampled(self.n_steps, sample_every, self.dt)

@@ -15,7 +15,7 @@ from tests.helpers.images import Output as Read
 
 
 def image_of(entry: OutputEntry, weights: list[float]) -> ChipImage:
-    """An image of one output of three compartments."""
+    """Return an image of one output of three compartments."""
     image = Parts([Block(3)], outputs=[Read("voltage", [0, 1, 2])]).image()
     return replace(
         image,

@@ -12,7 +12,7 @@ SILENT = [np.zeros(0, dtype=int)] * 3
 
 
 def integrator(**settings: object) -> ChipImage:
-    """A compartment that adds 5 to its voltage in every step, and is read out."""
+    """Return a compartment that adds 5 to its voltage in every step, and is read out."""
     return Parts([Block(1, bias=5, **settings)], outputs=[Output("voltage", [0])]).image()
 
 

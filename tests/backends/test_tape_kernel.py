@@ -12,7 +12,7 @@ MEMORY = [1.0, 2.0, -3.0, 10.0, 20.0, 30.0]
 def after(
     what: int, *row: int, a: float = 0.0, b: float = 0.0, tables: tuple[float, ...] = ()
 ) -> list[float]:
-    """The array after one operation: n, target, stride, source, stride, table, state."""
+    """Return the array after one operation: n, target, stride, source, stride, table, state."""
     memory = np.array(MEMORY)
     code = np.array([[what, *row]], dtype=np.int64)
     run_tape(memory, code, np.array([[a, b]]), np.array(tables, dtype=float))

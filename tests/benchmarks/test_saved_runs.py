@@ -16,7 +16,7 @@ class Rig:
 
 
 def results(folder, keys):
-    """The results of some trials, and what it took."""
+    """Return the results of some trials, and what it took."""
     rigs = []
 
     def prepare(_trial):

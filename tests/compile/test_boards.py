@@ -33,7 +33,7 @@ def loop() -> tuple[nengo.Network, nengo.Probe]:
 
 
 def board(folder: Path, cores: int, n_chips: int) -> Path:
-    """The file of a board of little cores, so many on each of its chips."""
+    """Return the file of a board of little cores, so many on each of its chips."""
     return chip_file(folder / "board.toml", **CORE, cores=cores, chips=n_chips)
 
 

@@ -76,7 +76,7 @@ def run(network: nengo.Network, pipeline: str | None) -> np.ndarray:
 
 
 def fed_back(*gains: tuple[float, float]) -> nengo.Network:
-    """An ensemble with an input through 5 ms, fed back with gains and time constants."""
+    """Return an ensemble with an input through 5 ms, fed back with gains and time constants."""
     with nengo.Network(seed=0) as network:
         a = nengo.Ensemble(200, 1)
         nengo.Connection(nengo.Node([0.5]), a, synapse=0.005)

@@ -23,7 +23,7 @@ def rms(x):
 
 
 def late(x, y, steps):
-    """The relative rms difference of x and y, which comes some steps later."""
+    """Return the relative rms difference of x and y, which comes some steps later."""
     return rms(x[:-steps] - y[steps:]) / rms(x)
 
 

@@ -9,7 +9,7 @@ LOIHI = (chips.BUILT_IN / "loihi.toml").read_text(encoding="utf-8")
 
 
 def edited(tmp_path, *edits):
-    """A copy of Loihi's file with text replaced once for every edit."""
+    """Return a copy of Loihi's file with text replaced once for every edit."""
     text = LOIHI
     for old, new in edits:
         assert old in text

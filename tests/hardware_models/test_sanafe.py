@@ -86,7 +86,7 @@ def periods(image: ChipImage) -> np.ndarray:
 
 
 def counted(image: ChipImage, periods: np.ndarray) -> Activity:
-    """The counts of neurons that spike in every step which their period divides."""
+    """Return the counts of neurons that spike in every step which their period divides."""
     dt_s = image.manifest.dt_s
     counter = Counter(image.cores, dt_s, image.compartment_core, fanout(image))
     always = np.ones(image.n_compartments, dtype=bool)
@@ -97,7 +97,7 @@ def counted(image: ChipImage, periods: np.ndarray) -> Activity:
 
 
 def netlist(image: ChipImage, periods: np.ndarray) -> str:
-    """The same in SANA-FE's format: a bias of 1, and a threshold just below the period."""
+    """Return the same in SANA-FE's format: a bias of 1, and a threshold just below the period."""
     n = image.n_compartments
     lines = [f"g {n} soma_hw_name=loihi_lif synapse_hw_name=loihi_dense_synapse leak_decay=1"]
     lines += [f"n 0.{i} bias=1 threshold={period - 0.5}" for i, period in enumerate(periods)]

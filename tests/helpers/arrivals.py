@@ -24,19 +24,19 @@ STANDING = Sensors(
 
 
 def remote(*keys: str, sticks: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)) -> bytes:
-    """The 40 bytes of a remote whose keys are down; sticks are left x, y and right x, y."""
+    """Return the 40 bytes of a remote whose keys are down; sticks are left x, y and right x, y."""
     bits = sum(1 << KEYS.index(key) for key in keys)
     left_x, left_y, right_x, right_y = sticks
     return struct.pack("<2xH3f4xf16x", bits, left_x, right_x, right_y, left_y)
 
 
 def arrival(time_s: float, *keys: str, writer: str = "robot", intact: bool = True) -> Arrival:
-    """A message of a standing robot."""
+    """Return a message of a standing robot."""
     return Arrival(STANDING._replace(time_s=time_s), intact, writer, remote(*keys))
 
 
 def spoilt(good: Arrival, name: str, value: object) -> Arrival:
-    """A message with a value of its sensors replaced, or the first of several."""
+    """Return a message with a value of its sensors replaced, or the first of several."""
     old = getattr(good.sensors, name)
     new = value if np.isscalar(old) else np.concatenate(([value], np.ravel(old)[1:]))
     return good._replace(sensors=good.sensors._replace(**{name: new}))

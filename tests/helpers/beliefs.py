@@ -16,7 +16,7 @@ from spikeport.robot.estimator.group import Pose
 
 
 def random_belief(seed: int) -> Belief:
-    """A belief with an arbitrary covariance."""
+    """Return a belief with an arbitrary covariance."""
     rng = np.random.RandomState(seed)
     rotation = group.gammas(rng.standard_normal(3))[0]
     root = rng.standard_normal((N_ERRORS, N_ERRORS)) / N_ERRORS
@@ -26,7 +26,7 @@ def random_belief(seed: int) -> Belief:
 
 
 def moved_by(belief: Belief, delta: np.ndarray) -> Belief:
-    """The belief with a correction (27,) added: exp(delta) X, and biases."""
+    """Return the belief with a correction (27,) added: exp(delta) X, and biases."""
     return belief._replace(
         pose=group.multiply(group.exp(delta[: GYROSCOPE_BIAS.start]), belief.pose),
         gyroscope_bias=belief.gyroscope_bias + delta[GYROSCOPE_BIAS],
@@ -35,7 +35,7 @@ def moved_by(belief: Belief, delta: np.ndarray) -> Belief:
 
 
 def difference(belief: Belief, true: Belief) -> np.ndarray:
-    """The errors (27,) of a belief."""
+    """Return the errors (27,) of a belief."""
     error = group.multiply(belief.pose, group.inverse(true.pose))
     return np.concatenate(
         (
@@ -47,6 +47,6 @@ def difference(belief: Belief, true: Belief) -> np.ndarray:
 
 
 def slope(function: Callable[[np.ndarray], np.ndarray], step: float = 1e-6) -> np.ndarray:
-    """The derivative of a function of a correction (27,) at 0, by central differences."""
+    """Return the derivative of a function of a correction (27,) at 0, by central differences."""
     columns = [function(step * e) - function(-step * e) for e in np.eye(N_ERRORS)]
     return np.array(columns).T / (2 * step)

@@ -29,7 +29,7 @@ from tests.helpers.cured import Case, Check, compiled, network_of, on_host
 
 
 def on(make: Callable[[], object], passes: str = "", **limits: int) -> Check:
-    """A check by a compile for a chip with these limits."""
+    """Return a check by a compile for a chip with these limits."""
 
     def check() -> set[str]:
         with tempfile.TemporaryDirectory() as folder:
@@ -40,7 +40,7 @@ def on(make: Callable[[], object], passes: str = "", **limits: int) -> Check:
 
 
 def together(make: Callable[[], object], **limits: int) -> Check:
-    """A check of the blocks of a network on one core of a chip with these limits."""
+    """Return a check of the blocks of a network on one core of a chip with these limits."""
 
     def check() -> set[str]:
         image = compile_network(network_of(make), pipeline="").image
@@ -51,7 +51,7 @@ def together(make: Callable[[], object], **limits: int) -> Check:
 
 
 def apart(make: Callable[[], object], **limits: int) -> Check:
-    """A check of the blocks of a network on a core each."""
+    """Return a check of the blocks of a network on a core each."""
     return lambda: _limits(compile_network(network_of(make), pipeline="").image, **limits)
 
 
@@ -63,7 +63,7 @@ def _limits(image: ChipImage, **limits: int) -> set[str]:
 
 
 def budgeted(make: Callable[[], object], budget: Budget, rate_hz: float = 100) -> Check:
-    """A check of a budget, at a firing rate of all neurons."""
+    """Return a check of a budget, at a firing rate of all neurons."""
 
     def check() -> set[str]:
         compilation = compile_network(network_of(make), pipeline="")
@@ -149,7 +149,7 @@ def learning_on_host() -> None:
 
 
 def in_memory(n: int, size: int, memory_gb: float = 0.5) -> Check:
-    """A check by the estimate for a chain of n ensembles, in so much memory."""
+    """Return a check by the estimate for a chain of n ensembles, in so much memory."""
 
     def check() -> set[str]:
         with mock.patch.dict(os.environ, {VARIABLE: str(memory_gb)}):

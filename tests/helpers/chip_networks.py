@@ -13,7 +13,7 @@ from spikeport.compile.pipeline import compile_network
 
 
 def recurrent() -> nengo.Network:
-    """A loop, weights solved in full, slices, and neurons wired to neurons."""
+    """Return a loop, weights solved in full, slices, and neurons wired to neurons."""
     with nengo.Network(seed=8) as network:
         a = nengo.Ensemble(30, 2, radius=1.3, label="a")
         b = nengo.Ensemble(20, 1, neuron_type=nengo.SpikingRectifiedLinear(), label="b")

@@ -40,7 +40,7 @@ def on_host(ensemble: nengo.Ensemble) -> None:
 
 
 def linted(make: Callable[[], object]) -> Check:
-    """A check of the rules of networks; what breaks none of them is compiled."""
+    """Return a check of the rules of networks; what breaks none of them is compiled."""
 
     def check() -> Found:
         network = network_of(make)
@@ -52,7 +52,7 @@ def linted(make: Callable[[], object]) -> Check:
 
 
 def compiled(make: Callable[[], object], chip: str = "loihi", passes: str = "") -> Check:
-    """A check by a compile, by default without passes: every block on a core of its own."""
+    """Return a check by a compile, by default without passes: every block on a core of its own."""
 
     def check() -> Found:
         try:
@@ -65,7 +65,7 @@ def compiled(make: Callable[[], object], chip: str = "loihi", passes: str = "") 
 
 
 def hinted(make: Callable[[], object], passes: str = "") -> Check:
-    """A check of the hints of a compile."""
+    """Return a check of the hints of a compile."""
     return lambda: {
         one.id for one in compile_network(network_of(make), pipeline=passes).report.hints
     }

@@ -37,7 +37,7 @@ def process_of(path: Path, **options: Any) -> nengo_loihi.dvs.DVSFileChipProcess
 
 
 def camera_network(process: nengo_loihi.dvs.DVSFileChipProcess) -> nengo.Network:
-    """An ensemble for each polarity, and one that is reached by all pixels, decoded."""
+    """Return an ensemble for each polarity, and one that is reached by all pixels, decoded."""
     with nengo.Network(seed=2) as network:
         u, n = nengo.Node(process, label="camera"), process.height * process.width
         for polarity in range(2):

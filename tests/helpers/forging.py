@@ -27,7 +27,7 @@ def good() -> ChipImage:
 
 
 def learning(n: int = 4) -> ChipImage:
-    """An image with a group that learns: two sources, each with a row for n compartments."""
+    """Return an image with a group that learns: two sources, each with a row for n compartments."""
     numbers = {"on": 1, "lr_int": 1, "lr_exp": 0, "tracing_tau": 5, "tracing_mag": 1.5}
     numbers |= {"train_epoch": 2, "learn_epoch": 4}
     group = Group([[[64] * n], [[-64] * n]], learning=[numbers[name] for name in LEARNING])

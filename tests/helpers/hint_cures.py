@@ -67,7 +67,7 @@ def idle(n: int = 10, gain: float = 0.3, bias: float = 0.5) -> None:
 
 
 def measured(make: Callable[[], object], dt_s: float = 0.001) -> Check:
-    """A check of the hints of a run."""
+    """Return a check of the hints of a run."""
 
     def check() -> set[str]:
         network = network_of(make)
@@ -123,7 +123,7 @@ def moving_pair() -> None:
 
 
 def compared(make: Callable[[], object], passes: str, loss_s: float | None = None) -> Check:
-    """A check of the hints of a comparison with the network as written."""
+    """Return a check of the hints of a comparison with the network as written."""
 
     def check() -> set[str]:
         network = network_of(make)

@@ -99,7 +99,7 @@ class Parts:
     outputs: list[Output] = field(default_factory=list)
 
     def image(self) -> ChipImage:
-        """The image of these parts."""
+        """Return the image of these parts."""
         arrays = {**self._blocks(), **self._groups(), **self._routes(), **self._outputs()}
         return ChipImage.from_arrays(self._manifest(), arrays)
 

@@ -105,7 +105,7 @@ def connect(source, target, number, file):
 
 
 def monitored(monitor):
-    """The values of the one variable that a monitor probes, (n_steps, n)."""
+    """Return the values of the one variable that a monitor probes, (n_steps, n)."""
     (of_process,) = monitor.get_data().values()
     (values,) = of_process.values()
     return values.astype(np.int64)

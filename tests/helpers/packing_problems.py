@@ -16,7 +16,7 @@ HARD = (13, 14, 18, 12, 18, 21)
 
 
 def load(compartments: int = 0, thresholds: int = 0, clipping: int = 0, in_axons: int = 0) -> Load:
-    """A load; profiles are bit masks."""
+    """Return a load; profiles are bit masks."""
     return Load((compartments, in_axons, 0, 0), (0, thresholds, 0, clipping, 0, 0))
 
 
@@ -39,7 +39,7 @@ def problem(
 
 
 def pairs(of: Problem) -> np.ndarray:
-    """The spikes between each two blocks, (n_blocks, n_blocks)."""
+    """Return the spikes between each two blocks, (n_blocks, n_blocks)."""
     between = of.traffic.direct.toarray()
     for blocks, sources in of.traffic.audiences.items():
         between[np.ix_(blocks, blocks)] += sources
@@ -70,7 +70,7 @@ def assert_packed(of: Problem, bins: Bins) -> None:
 
 
 def fewest_cores(of: Problem) -> int:
-    """The number of cores of the best of all packings."""
+    """Return the number of cores of the best of all packings."""
     legal = (bins for bins in partitions(len(of.loads)) if all(map(of.fits, bins)))
     return min(map(len, legal))
 

@@ -75,7 +75,7 @@ def _learn(stimulus: nengo.Node) -> None:
 
 
 def rewritten(network: nengo.Network, *passes: NetworkPass) -> tuple[Rewrite, dict[str, object]]:
-    """The network after some passes, and the notes of the last."""
+    """Return the network after some passes, and the notes of the last."""
     rewrite, notes = Rewrite(network, Names(network)), {}
     for one in passes:
         notes = {}
@@ -93,7 +93,7 @@ def float_run(rewrite: Rewrite) -> dict[nengo.Probe, np.ndarray]:
 
 
 def assert_equal_in_float(network: nengo.Network, *passes: NetworkPass) -> Rewrite:
-    """Every probe of the network has a stand-in that records the same."""
+    """Compare all probes of a network with those of its rewrite, which it returns."""
     before = float_run(Rewrite(network, Names(network)))
     rewrite, _ = rewritten(network, *passes)
     after = float_run(rewrite)

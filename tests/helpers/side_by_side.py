@@ -24,7 +24,7 @@ class Snapshot(NamedTuple):
 
 
 def snapshot(chip: NativeChip | NengoLoihiChip | Oracle) -> Snapshot:
-    """A copy of a chip's state."""
+    """Return a copy of a chip's state."""
     if isinstance(chip, NengoLoihiChip):
         s = chip._emulator.compartment
         state = (s.voltage, s.current, s.input[0], s.spiked, s.ref_count, s.spike_count)

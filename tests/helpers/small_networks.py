@@ -19,7 +19,7 @@ FAST, SLOW = nengo.Lowpass(0.005), nengo.Lowpass(0.1)
 
 
 def ensemble(label: str, n: int, dimensions: int = 1, **options: Any) -> nengo.Ensemble:
-    """An ensemble with gains, biases and encoders that differ from neuron to neuron."""
+    """Return an ensemble with gains, biases and encoders that differ from neuron to neuron."""
     encoders = np.arange(1.0, n * dimensions + 1).reshape(n, dimensions)
     options = {"encoders": encoders, "normalize_encoders": False} | options
     gain, bias = np.arange(1.0, n + 1), np.arange(n) / 10
@@ -53,7 +53,7 @@ def whole(*groups: Any) -> Partition:
 
 
 def matrices_of(network: nengo.Network, partition: Partition) -> EdgeMatrices:
-    """The edges of a network whose passthrough nodes are multiplied out."""
+    """Return the edges of a network whose passthrough nodes are multiplied out."""
     folded = foldable(network, scope_of(network).on_chip)
     solver = ParameterSolver(rewrite_of(network), DT_S)
     return EdgeMatrices(network, [], solver, partition, folded)

@@ -77,7 +77,7 @@ def suite(environment: Callable[..., Any], tmp_path_factory: pytest.TempPathFact
 
 
 def ended(case: ElementTree.Element) -> tuple[str, str]:
-    """The name of a test, and how it ended."""
+    """Return the name of a test, and how it ended."""
     name = f"{case.attrib['classname'].replace('.', '/')}.py::{case.attrib['name']}"
     if case.find("failure") is not None or case.find("error") is not None:
         return name, "failed"

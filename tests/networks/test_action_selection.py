@@ -29,7 +29,7 @@ def shown(
     pipeline: str | None,
     options: SelectionOptions | None = None,
 ) -> Simulator:
-    """A network with a selection in it, run through the schedule."""
+    """Return a network with a selection in it, run through the schedule."""
     phases = schedule(n_actions).reshape(-1, n_actions)
     with network:
         selection = action_selection(n_actions, options, network.seed)

@@ -90,7 +90,7 @@ def test_the_terms_add_up_to_the_torque(law, region):
 
 
 def decoded(net):
-    """The connections that decode a term of the torque."""
+    """Return the connections that decode a term of the torque."""
     terms = [ensemble for group in net.groups.values() for ensemble in group]
     return [c for c in net.all_connections if c.pre_obj in terms]
 

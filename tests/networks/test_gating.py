@@ -11,7 +11,7 @@ HOLD_STEPS = 300
 
 
 def squares(seed: int = 1) -> nengo.Network:
-    """An ensemble that decodes the square of its input."""
+    """Return an ensemble that decodes the square of its input."""
     with nengo.Network(label="squares", seed=seed) as net:
         net.x = nengo.Node(size_in=1)
         net.ensemble = nengo.Ensemble(

@@ -12,7 +12,7 @@ ERROR = np.array([0.05, -0.12, 0.08])
 
 
 def direct_torque(law, q, dq, error):
-    """The law as its equation is written, one matrix after the other."""
+    """Return the law as its equation is written, one matrix after the other."""
     arm, gains = law.arm.at(q), law.gains
     J, M, Mx = arm.jacobian, arm.inertia, arm.task_inertia
     projector = np.eye(4) - J.T @ Mx @ J @ np.linalg.inv(M)

@@ -38,7 +38,7 @@ def gait_like(n: int, n_samples: int, seed: int = 0) -> np.ndarray:
 
 
 def driven(sizes: tuple[int, ...], n_samples: int) -> tuple[nengo.Network, np.ndarray]:
-    """A policy in a network that shows it observations; the exact actions for these."""
+    """Return a policy in a network that shows it observations; the exact actions for these."""
     layers = random_layers(sizes)
     observations = gait_like(sizes[0], 1000)
     with nengo.Network(label="driven", seed=1) as network:
@@ -59,7 +59,7 @@ def relative_error(network: nengo.Network, wanted: np.ndarray, passes: str) -> f
 
 
 def of_both_sides(n: int, m: int, rng: np.random.RandomState) -> Layer:
-    """A layer that takes mirrored values (m,) to mirrored ones (n,): their halves swap."""
+    """Return a layer that takes mirrored values (m,) to mirrored ones (n,): their halves swap."""
     near, far = rng.randn(2, n // 2, m // 2)
     return Layer(np.block([[near, far], [far, near]]), np.tile(rng.randn(n // 2), 2))
 

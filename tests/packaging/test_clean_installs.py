@@ -17,7 +17,7 @@ pytestmark = pytest.mark.slow
 
 
 def python_of(version: str) -> Path:
-    """A Python of a version, on the path or of pyenv, or a test that is skipped."""
+    """Return a Python of a version, on the path or of pyenv, or a test that is skipped."""
     pyenv = sorted(Path.home().glob(f".pyenv/versions/{version}.*/bin/python"))
     for python in (shutil.which(f"python{version}"), *pyenv):
         # pyenv's shims are there for every version, and fail for those that are not chosen.

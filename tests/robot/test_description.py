@@ -82,7 +82,7 @@ def test_left_and_right_limbs_are_mirror_images(model):
 
 
 def mirrored(joint, angle):
-    """The joint of the other side and the angle that makes it the mirror image."""
+    """Return the joint of the other side and the angle that makes it the mirror image."""
     if joint == "torso":
         return joint, -angle
     side, role = joint.split("_", 1)

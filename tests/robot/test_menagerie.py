@@ -28,7 +28,7 @@ STAND_IN = """
 
 
 def tetrahedron():
-    """A binary STL file of four triangles."""
+    """Return a binary STL file of four triangles."""
     corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype="<f4") * 0.05
     faces = [(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)]
     rows = (struct.pack("<3f", 0, 0, 0) + corners[list(f)].tobytes() + b"\0\0" for f in faces)

@@ -124,7 +124,7 @@ def test_no_context_says_what_to_install(plant, monkeypatch):
 
 
 def last_line(code, **environment):
-    """The last line a fresh interpreter writes to stderr."""
+    """Return the last line a fresh interpreter writes to stderr."""
     run = subprocess.run(
         [sys.executable, "-c", code],
         env={**os.environ, **environment},

@@ -64,7 +64,7 @@ class ShadowEmulator(EmulatorInterface):
         TALLY.step(spikes=int(self.compartment.spiked.sum()), n=self.compartment.n_compartments)
 
     def _counted_through(self, sent: list[np.ndarray]) -> np.ndarray:
-        """The spikes of all inputs in one array, as a chip takes them."""
+        """Return the spikes of all inputs in one array, as a chip takes them."""
         firsts = offsets(source.n_neurons for source in self.inputs)
         parts = [first + sources for first, sources in zip(firsts, sent, strict=False)]
         return np.concatenate([np.zeros(0, dtype=int), *parts])
@@ -95,7 +95,7 @@ class ShadowEmulator(EmulatorInterface):
 
 
 def image_of(model: Any) -> ChipImage:
-    """The image of a discretised model, one block a core."""
+    """Return the image of a discretised model, one block a core."""
     blocks, probes = tuple(model.blocks), tuple(model.probes)
     entries = tuple(BlockEntry("ensemble", f"block {i}") for i in range(len(blocks)))
     spikes = Encoding("spikes")

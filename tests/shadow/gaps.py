@@ -67,7 +67,7 @@ def draw_pictures(test_conv: Any, folder: Path) -> None:
 
 
 def _stroke(i: int) -> np.ndarray:
-    """A closed curve of i + 1 loops, 28 x 28, bright where the pen was near."""
+    """Return a closed curve of i + 1 loops, 28 x 28, bright where the pen was near."""
     t = np.linspace(0, 2 * np.pi, 200)
     pen_x, pen_y = 14 + 8 * np.sin((i + 1) * t), 14 + 9 * np.cos((i + 2) * t)
     y, x, _ = np.mgrid[:28, :28, :1]

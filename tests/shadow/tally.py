@@ -46,7 +46,7 @@ class Tally:
                 self.errors[test] = error
 
     def of(self, outcome: str) -> list[str]:
-        """The tests that ended so."""
+        """Return the tests that ended so."""
         return sorted(test for test, how in self.outcomes.items() if how == outcome)
 
     def not_covered(self) -> dict[str, dict[str, int]]:

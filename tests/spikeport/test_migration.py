@@ -44,7 +44,7 @@ def network(loop=False):
 
 
 def learning():
-    """A connection that learns to undo its error."""
+    """Return a connection that learns to undo its error."""
     with nengo.Network(seed=2) as net:
         stimulus = nengo.Node(0.7)
         pre = nengo.Ensemble(20, 1)

@@ -48,7 +48,7 @@ def environment():
 
 
 def run(env, steps, seed=1):
-    """The observations and rewards of random actions."""
+    """Return the observations and rewards of random actions."""
     rng = np.random.default_rng(seed)
     seen, rewards = [], []
     for _ in range(steps):
@@ -193,7 +193,7 @@ def test_an_arm_may_be_busy_while_the_robot_stands(environment):
 
 
 def standing_feet(env, steps=60):
-    """The robots' feet after they have stood still, but for those who fell."""
+    """Return the robots' feet after they have stood still, but for those who fell."""
     for _ in range(steps):
         env.step(np.zeros((env.n, 19)))
     return env.feet

@@ -59,7 +59,7 @@ def standing():
 
 
 def swinging(step, height_m=0.05, air_s=0.3):
-    """The left foot is up."""
+    """Return a motion whose left foot is up."""
     step.feet.contact[0, 0] = False
     step.feet.height_m[0, 0] = height_m
     step.gait.air_s[0, 0], step.gait.contact_s[0, 0] = air_s, 0

@@ -84,7 +84,7 @@ def _check(request: ConvertRequest) -> None:
 
 
 def _read(request: ConvertRequest) -> tuple[WalkingPolicy | None, Mlp]:
-    """A walking policy where the file says so, and the layers."""
+    """Return a walking policy where the file says so, and the layers."""
     if request.description is None and file_format(request.file) != "npz":
         return None, load_mlp(request.file, request.activation)
     from spikeport.experiments.policy.settings import load_policy  # needs the robot
@@ -126,7 +126,7 @@ def lint_table(lint: ConversionLint) -> Table:
 
 
 def lint_lines(lint: ConversionLint) -> Iterator[str]:
-    """The action, and what is worth a change."""
+    """Yield the errors of the action, and hints on what is worth a change."""
     errors = (f"{100 * error:.1f} %" for error in (lint.action_error, lint.chip_error))
     yield "action: {} off in float spikes, {} on the chip".format(*errors)
     for hint in lint.hints():

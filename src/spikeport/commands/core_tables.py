@@ -13,7 +13,7 @@ from spikeport.hardware_models.energy import energy
 
 
 def core_table(report: Report, activity: Activity | None) -> Table:
-    """Every core: what it holds, and what a step on it costs in energy."""
+    """Return every core: what it holds, and what a step on it costs in energy."""
     table = Table(title="cores", box=SIMPLE_HEAD)
     table.add_column("core", no_wrap=True, justify="right")
     table.add_column("holds")

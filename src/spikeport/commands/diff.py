@@ -54,7 +54,7 @@ def run(a: Path, b: Path, html: Path | None = None) -> int:
 
 
 def changes(a: Json, b: Json) -> list[Change]:
-    """Every figure that differs, or is in one report alone, of the sections that both have."""
+    """Return the figures that differ, or are in one report alone, of sections that both have."""
     shared = [section for section in SECTIONS if a.get(section) and b.get(section)]
     left, right = figures(a, shared), figures(b, shared)
     names = [*left, *(name for name in right if name not in left)]
@@ -63,7 +63,7 @@ def changes(a: Json, b: Json) -> list[Change]:
 
 
 def figures(report: Json, sections: Sequence[str] = SECTIONS) -> Figures:
-    """The figures of a report that are compared, by name."""
+    """Return the figures of a report that are compared, by name."""
     found: Figures = {"image": report["image_digest"][:16]}
     for name, row in report["resources"].items():
         found |= {f"{name} {key}": value for key, value in row.items()}
@@ -137,7 +137,7 @@ def _text(value: object) -> str:
 
 
 def _relative(change: Change) -> str:
-    """By how much a number grew, in percent."""
+    """Return the growth of a number, in percent."""
     _, a, b = change
     if not (isinstance(a, int | float) and isinstance(b, int | float)) or a == 0:
         return ""

@@ -16,7 +16,7 @@ def explain(rule_id: str) -> None:
 
 
 def lines(rule: Rule) -> Iterator[str]:
-    """A rule in words."""
+    """Yield the lines that explain a rule."""
     yield f"{rule.id} {rule.name} ({GROUPS[rule.id[:3]].lower()})"
     yield f"  means:  {rule.meaning}"
     if rule.limit:

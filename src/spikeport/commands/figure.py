@@ -103,7 +103,7 @@ class PaperOverview:
 
 
 def _replaced(papers: Mapping[str, str], own: Sequence[str]) -> list[str]:
-    """The paper's settings, but for those that are set, and these."""
+    """Return the paper's settings, but for those that are set, and these."""
     keys = {pair.partition("=")[0] for pair in own}
     return [*(f"{key}={value}" for key, value in papers.items() if key not in keys), *own]
 

@@ -22,7 +22,7 @@ ALL = "all"
 
 
 def print_passes() -> None:
-    """Every pass, in the order a pipeline may have them, and the pipelines of the chips."""
+    """Print all passes, in the order a pipeline may have them, and the pipelines of the chips."""
     console = Console()
     table = Table("pass", "works on", "options", "what it does", box=SIMPLE_HEAD)
     for name in registry.PASSES:
@@ -51,7 +51,7 @@ def _type(hint: object) -> str:
 
 
 def printer(chosen: str | None, passes: str) -> Observer:
-    """An observer that prints what the chosen pass, or each of them, leaves.
+    """Return an observer that prints what the chosen pass, or each of them, leaves.
 
     Raises
     ------

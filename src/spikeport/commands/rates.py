@@ -5,7 +5,7 @@ from spikeport.errors import UsageError
 
 
 def parse(texts: list[str]) -> Rates | None:
-    """The rates that the texts state; None where there are none.
+    """Return the rates that the texts state; None where there are none.
 
     Raises
     ------

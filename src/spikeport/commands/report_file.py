@@ -21,7 +21,7 @@ PARTS: dict[str, TypeAdapter[object]] = {
 
 
 def read(path: Path) -> Json:
-    """The report in a file, or in the folder of a compile or run.
+    """Return the report in a file, or in the folder of a compile or run.
 
     Raises
     ------

@@ -100,7 +100,7 @@ def check_counts(asked: bool, target: Target) -> None:
 
 
 def seconds_of(asked: float | None, experiment: Experiment) -> float:
-    """The time to simulate; UsageError if it is too short, or no time at all."""
+    """Return the time to simulate; UsageError if it is too short, or no time at all."""
     seconds = experiment.seconds if asked is None else asked
     if not experiment.shortest_s <= seconds <= LONGEST_RUN * DT_S:
         raise UsageError(

@@ -180,7 +180,7 @@ def _show(ran: Ran, network: nengo.Network, played: str | None, folder: Path) ->
 
 
 def _probe_table(ran: Ran) -> Table:
-    """Every probe, with its error."""
+    """Return every probe, with its error."""
     table = Table("probe", box=SIMPLE_HEAD, title=f"probes on {ran.backend}, beside float Nengo")
     for name in ("values", "samples", "error", "delay", "error but for it"):
         table.add_column(name, justify="right", no_wrap=True)

@@ -71,7 +71,7 @@ def note_trust(scheduler: str | None) -> None:
 
 
 def planned(request: SweepRequest) -> Sweep:
-    """The sweep, with every value of every point checked.
+    """Return the sweep, with every value of every point checked.
 
     Raises
     ------

@@ -26,7 +26,7 @@ MOST_EVENTS = 3
 
 
 def resource_table(report: Report) -> Table:
-    """Every resource: the chip's sum, and the core that uses most of it."""
+    """Return every resource: the chip's sum, and the core that uses most of it."""
     found = resources(report)
     table = Table(box=SIMPLE_HEAD, title=escape(found.title), pad_edge=False, collapse_padding=True)
     first, *others = found.header
@@ -108,7 +108,7 @@ def _between_chips(spent: EnergyReport, activity: Activity) -> float:
 
 
 def _where_it_goes(spent: EnergyReport) -> str:
-    """The events that take most of the dynamic energy, with their shares."""
+    """Return the events that take most of the dynamic energy, with their shares."""
     known = [(t.energy.value, t.event.replace("_", " ")) for t in spent.terms if t.energy]
     whole = sum(value for value, _ in known)
     largest = [row for row in sorted(known, reverse=True)[:MOST_EVENTS] if row[0] > whole / 100]

@@ -141,7 +141,7 @@ def run_brian(brian: Any, weights: list[Weights], inputs: np.ndarray) -> Run:
 
 
 def split(into: Weights) -> list[np.ndarray]:
-    """The weights from all neurons, group by group."""
+    """Return the weights from all neurons, group by group."""
     return np.split(into.from_all, FIRST[1:-1])
 
 
@@ -160,7 +160,7 @@ def connect(brian: Any, pre: Any, post: Any, mantissas: np.ndarray) -> Any:
 
 
 def chip_image(weights: list[Weights], decay_u_offset: int) -> ChipImage:
-    """The same network; each group of neurons a block on a core of its own."""
+    """Return the same network; each group of neurons a block on a core of its own."""
     blocks = [
         Block(
             n=g.n,

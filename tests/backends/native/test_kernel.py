@@ -26,7 +26,7 @@ Q_END, U_END, V_END = 2**21, 2**23, 2**31
 
 
 def one_source(weights: list[int], **of_block: Any) -> ChipImage:
-    """One input of one source, which reaches as many compartments as there are weights."""
+    """Return one input of one source, which reaches as many compartments as there are weights."""
     return Parts(
         blocks=[Block(n=len(weights), **of_block)],
         groups=[Group(weights=[weights])],
@@ -36,7 +36,7 @@ def one_source(weights: list[int], **of_block: Any) -> ChipImage:
 
 
 def spikes_at(*steps: int, n_steps: int) -> list[np.ndarray]:
-    """The one source spikes at these steps, counted from 1."""
+    """Run a chip whose one source spikes at these steps, counted from 1."""
     return [np.zeros(int(t in steps), dtype=int) for t in range(1, n_steps + 1)]
 
 

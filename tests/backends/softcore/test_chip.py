@@ -26,7 +26,7 @@ pytestmark = [
 
 
 def assert_same(image: ChipImage, steps: list[np.ndarray]) -> RtlChip:
-    """Every state and every output of all steps is the native chip's."""
+    """Compare all states and outputs of all steps with the native chip's."""
     chip, native = RtlChip(image, 0, build=BUILD), NativeChip(image, 0)
     for spikes in steps:
         outputs = zip(chip.step(spikes, {}), native.step(spikes, {}), strict=True)

@@ -18,7 +18,7 @@ def refusal(network: nengo.Network, passes: str = "as_written") -> RefusedError:
 
 
 def sparse() -> nengo.Network:
-    """A network that nengo-loihi refuses, and the rewriter does not."""
+    """Return a network that nengo-loihi refuses, and the rewriter does not."""
     with nengo.Network(seed=1) as network:
         transform = nengo.Sparse((2, 2), indices=[[0, 0]], init=[1.0])
         nengo.Connection(nengo.Ensemble(20, 2), nengo.Ensemble(20, 2), transform=transform)

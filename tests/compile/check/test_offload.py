@@ -18,7 +18,7 @@ def moved(network: nengo.Network, passes: str | None = None) -> list[tuple[str, 
 
 
 def mixed() -> nengo.Network:
-    """A network with neurons, noise and a filter that the chip does not have."""
+    """Return a network with neurons, noise and a filter that the chip does not have."""
     with nengo.Network(seed=1) as network:
         u = nengo.Node([0.5])
         good, rate, noisy, late = (nengo.Ensemble(n, 1, label=str(n)) for n in (50, 30, 10, 40))

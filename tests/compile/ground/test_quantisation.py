@@ -14,7 +14,7 @@ from spikeport.compile.pipeline import Compilation
 def discretised(
     weights: np.ndarray, bias: np.ndarray, vth: float = 1.0, tau_s: float = 0.005
 ) -> tuple[LoihiBlock, BlockError]:
-    """A block of LIF neurons with one weight row an axon, and its quantisation error."""
+    """Return a block of LIF neurons with one weight row an axon, and its quantisation error."""
     block = LoihiBlock(len(bias))
     block.compartment.configure_lif(vth=vth)
     block.compartment.configure_filter(tau_s)

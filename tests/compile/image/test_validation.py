@@ -117,7 +117,7 @@ def test_a_manifest_that_does_not_fit_is_refused(field: str, value: object, mess
 
 
 def learns(**changed: float) -> ChipImage:
-    """The image that learns, with other numbers in the row of its learning group."""
+    """Return the image that learns, with other numbers in the row of its learning group."""
     image = learning()
     numbers = {name: np.array(getattr(image.groups, name)) for name in ("learning", "format")}
     for name, value in changed.items():

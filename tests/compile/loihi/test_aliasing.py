@@ -9,7 +9,7 @@ from tests.helpers.chip_networks import integer_blocks
 
 
 def neuron(label: str, rate_hz: float) -> nengo.Ensemble:
-    """A neuron that fires at one rate, whatever it represents."""
+    """Return a neuron that fires at one rate, whatever it represents."""
     relu = nengo.SpikingRectifiedLinear()
     return nengo.Ensemble(1, 1, neuron_type=relu, gain=[1e-9], bias=[rate_hz], label=label)
 

@@ -97,7 +97,7 @@ def test_discretising_leaves_the_float_blocks_as_they_were() -> None:
 
 
 def two_inputs(ratio: float, tau: float) -> nengo.Network:
-    """A strong and a weak input of neurons, through one slow filter."""
+    """Return a strong and a weak input of neurons, through one slow filter."""
     with nengo.Network(seed=1) as network:
         a = nengo.Ensemble(10, 1, gain=np.ones(10), bias=np.ones(10), label="a")
         b = nengo.Ensemble(10, 1, gain=np.ones(10), bias=np.ones(10), label="b")

@@ -10,7 +10,7 @@ from spikeport.compile.loihi.learned_targets import learned_targets_stay
 
 
 def in_a_subnetwork() -> tuple[nengo.Network, nengo.Probe]:
-    """A learner with nodes at its borders, as subnetworks have them; it learns a sine."""
+    """Return a learner with nodes at its borders, as subnetworks have them; it learns a sine."""
     with nengo.Network(seed=1) as network:
         source = nengo.Node(lambda t: np.sin(12 * t))
         with nengo.Network(label="learner"):

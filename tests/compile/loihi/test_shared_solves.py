@@ -17,7 +17,7 @@ from spikeport.compile.loihi.build import build
 
 
 def fan(solver: Solver, n_targets: int = 3) -> nengo.Network:
-    """One ensemble that several read: the same value, and one other."""
+    """Return one ensemble that several read: the same value, and one other."""
     with nengo.Network(seed=1) as network:
         a = nengo.Ensemble(30, 2)
         for _ in range(n_targets):

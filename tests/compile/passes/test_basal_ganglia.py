@@ -17,7 +17,7 @@ SETTLED = 100
 
 
 def best(t: float) -> int:
-    """The action of the highest utility, which changes every 0.3 s."""
+    """Return the action of the highest utility, which changes every 0.3 s."""
     return int((t - 5e-4) * 1000 / PERIOD_STEPS) % N_ACTIONS
 
 

@@ -16,7 +16,7 @@ N_STEPS = 400
 
 
 def network(synapse: float | None = None, passthrough: bool = False) -> nengo.Network:
-    """A value that changes, and an offset that does not, into one ensemble; another goes on.
+    """Return a value that changes, and an offset that does not, into one ensemble; another goes on.
 
     Float Nengo solves the decoders of these neurons for the chip's rates, as the pass does.
     """

@@ -102,7 +102,7 @@ def test_what_comes_from_the_host_has_a_filter_of_its_own() -> None:
 
 
 def both(first: float, second: float) -> Rewrite:
-    """The chain, whose connection is there twice, with two filters."""
+    """Return the chain, whose connection is there twice, with two filters."""
     network = chain(tau=first)
     with network:
         nengo.Connection(*network.ensembles, function=np.square, synapse=second)

@@ -27,7 +27,7 @@ def wide(probe: str = "output") -> nengo.Network:
 def floats_of(
     network: nengo.Network, scale: ScaleRows | None
 ) -> tuple[LoihiBlock, dict[str, np.ndarray]]:
-    """The discretised block "post", and the values before."""
+    """Return the discretised block "post", and the values before."""
     floats = build(Rewrite(network, Names(network)), 0.001)
     before = vth_of(floats)
     if scale is not None:

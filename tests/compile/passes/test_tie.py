@@ -156,7 +156,7 @@ def test_a_policy_takes_fewer_cores_and_acts_as_well(small: Path) -> None:
 
 
 def neurons(seed: int = 0) -> nengo.Network:
-    """One ensemble, whose neurons are read with decoders of their own."""
+    """Return one ensemble, whose neurons are read with decoders of their own."""
     with nengo.Network(seed=seed) as network:
         points = np.linspace(0, 1, 25)[:, np.newaxis]
         held = nengo.processes.PresentInput(points, 0.1)

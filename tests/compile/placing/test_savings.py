@@ -5,7 +5,7 @@ from spikeport.compile.placing.savings import Savings
 
 
 def board(n: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """A ring of cores with some messages more, and the distances of places in a row."""
+    """Return a ring of cores with some messages more, and the distances of places in a row."""
     rng = np.random.RandomState(seed)
     flow = np.roll(np.eye(n, dtype=int), 1, axis=0) * rng.randint(1, 4, n)
     flow[rng.randint(n, size=n), rng.randint(n, size=n)] += 2
@@ -20,7 +20,7 @@ def hops(flow: np.ndarray, distance: np.ndarray, order: np.ndarray) -> int:
 
 
 def best_by_trying(flow: np.ndarray, distance: np.ndarray, order: np.ndarray):
-    """The first two places whose swap saves most hops, each swap counted as a whole."""
+    """Return the first two places whose swap saves most hops, each swap counted as a whole."""
     n, now = len(order), hops(flow, distance, order)
     saved = np.zeros((n, n), dtype=int)
     for i in range(n):

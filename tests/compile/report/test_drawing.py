@@ -20,7 +20,7 @@ TILE = 2 * STEP + TILE_GAP
 
 
 def report_of(places: dict[str, Any], n: int, **more: Any) -> dict[str, Any]:
-    """A report on n cores, of which core k holds k of 10 compartments."""
+    """Return a report on n cores, of which core k holds k of 10 compartments."""
     return {
         "cores": [{"label": f"core {k}", "compartments": k, "in_axons": 5} for k in range(n)],
         "placed": [[f"block {k}"] for k in range(n)],

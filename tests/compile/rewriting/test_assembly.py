@@ -23,7 +23,7 @@ from tests.helpers.small_networks import (
 
 
 def assembled(network: nengo.Network, partition: Partition) -> Assembly:
-    """The network of a partition, with all nodes that are no passthrough nodes."""
+    """Return the network of a partition, with all nodes that are no passthrough nodes."""
     rewrite = rewrite_of(network)
     solver = ParameterSolver(rewrite, DT_S)
     edges = matrices_of(network, partition).edges

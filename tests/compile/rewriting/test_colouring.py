@@ -32,7 +32,7 @@ def network_of(
 
 
 def groups(network: nengo.Network) -> list[str]:
-    """The groups of ensembles wired alike, each as its labels."""
+    """Return the groups of ensembles wired alike, each as its labels."""
     found = alike(scope_of(network), network.all_ensembles)
     return ["".join(sorted(e.label or "" for e in group)) for group in found]
 

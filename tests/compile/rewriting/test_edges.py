@@ -44,7 +44,7 @@ def numbers(*shape: int) -> np.ndarray:
 
 
 def placed(matrix: np.ndarray, shape: tuple[int, int], rows: Any, columns: Any) -> np.ndarray:
-    """A matrix in some rows and columns of zeros."""
+    """Return a matrix in some rows and columns of zeros."""
     whole = np.zeros(shape)
     whole[np.ix_(np.arange(shape[0])[rows], np.arange(shape[1])[columns])] = matrix
     return whole

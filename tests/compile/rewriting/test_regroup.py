@@ -162,7 +162,7 @@ def test_probes_of_one_part_move_to_its_group() -> None:
 
 
 def decoders_of(network: nengo.Network, probe: nengo.Probe) -> np.ndarray:
-    """The decoders (n, d) of a probe; Nengo solves them with the probe's seed."""
+    """Return the decoders (n, d) of a probe; Nengo solves them with the probe's seed."""
     node = nengo.Node(size_in=probe.size_in, add_to_container=False)
     read = nengo.Connection(probe.target, node, solver=probe.solver, add_to_container=False)
     solver = ParameterSolver(rewrite_of(network), DT_S)

@@ -105,7 +105,7 @@ def sliced() -> nengo.Network:
 
 
 def with_rows_of_zeros() -> nengo.Network:
-    """The same, by hand."""
+    """Return the same, by hand."""
     with nengo.Network(seed=2) as net:
         u = nengo.Node(lambda t: np.sin(20 * t), label="u")
         a, b = nengo.Ensemble(30, 1, label="a"), nengo.Ensemble(40, 2, label="b")

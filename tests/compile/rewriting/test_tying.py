@@ -12,7 +12,7 @@ SIGNS = np.tile([[1.0], [-1.0]], (3, 1))
 
 
 def pair() -> nengo.Network:
-    """An ensemble of three neurons for each sign, decoded twice."""
+    """Return an ensemble of three neurons for each sign, decoded twice."""
     with nengo.Network(seed=5, label="pair") as network:
         spikeport.add_params(network)
         gain, bias = np.linspace(1, 2, 6), np.linspace(0.5, 1.5, 6)

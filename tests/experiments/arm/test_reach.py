@@ -176,7 +176,7 @@ def test_two_runs_differ_in_wall_clock_time_only(tmp_path):
 
 
 def failing_arm(value):
-    """A controller whose torque is ``value`` after 50 ms.
+    """Return a controller whose torque is ``value`` after 50 ms.
 
     It is built up by a sum: Nengo itself refuses a node that returns what is not finite.
     """

@@ -8,7 +8,7 @@ from spikeport.robot.plant import Plant
 
 
 def turned(yaw_rad, tilt_rad):
-    """The quaternion of a turn about the vertical, after a tilt about the robot's side."""
+    """Return the quaternion of a turn about the vertical, after a tilt about the robot's side."""
     w, z = np.cos(yaw_rad / 2), np.sin(yaw_rad / 2)
     c, s = np.cos(tilt_rad / 2), np.sin(tilt_rad / 2)
     return w * c, -z * s, w * s, z * c

@@ -12,7 +12,7 @@ SPEED_M_S, DT_S = 0.5, 0.005
 
 
 def walked(seconds, fallen_at_s):
-    """A run on a line by a robot that is 0.1 m beside its reference until it falls."""
+    """Return a run on a line by a robot that is 0.1 m beside its reference until it falls."""
     path = find_path("line", SPEED_M_S, seconds + LEAD_S)
     time_s = np.arange(0, fallen_at_s or seconds, DT_S)
     reference = np.array([path.at(t + LEAD_S) for t in time_s])

@@ -24,7 +24,7 @@ def begun(encoding=None, every_s=0.005, dt_s=0.005):
 
 
 def observed_actions(every_s, action=lambda step: step):
-    """The last action in each observation, where step n's action is ``action(n)``."""
+    """Return the last action in each observation, where step n's action is ``action(n)``."""
     rig = begun(every_s=every_s)
     for step in range(12):
         rig.loop.step(np.full(21, action(step) * 1e-3))
@@ -137,7 +137,7 @@ def test_a_recorded_gait_lies_in_its_encoding():
 
 
 def recorded(speeds, yaw_rates, commands):
-    """A robot that moves along y, its heading, upright."""
+    """Return a robot that moves along y, its heading, upright."""
     n = len(speeds)
     observation = np.zeros((n, 69))
     observation[:, PARTS["gravity"]] = (0, 0, -1)

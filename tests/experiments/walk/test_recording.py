@@ -11,7 +11,7 @@ SIZES = {"observation": 69, "reference": 4, "state": 5, "action": 19, "command":
 
 
 def recorded(**given):
-    """A robot that stands still, but for the arguments."""
+    """Return a robot that stands still, but for the arguments."""
     series = {name: np.zeros((N, size)) for name, size in SIZES.items()}
     series |= {"height_m": np.ones(N), "on_floor": np.ones((N, 2), dtype=bool)}
     return WalkRecording(0.005 * np.arange(N), **{**series, **given})

@@ -196,7 +196,7 @@ def test_two_runs_differ_in_wall_clock_time_only(tmp_path):
 
 
 def acting(values):
-    """A policy that gives the same action at all times, after 50 ms."""
+    """Return a policy that gives the same action at all times, after 50 ms."""
 
     def build(_weights):
         with PolicyNetwork(label="acting") as net:

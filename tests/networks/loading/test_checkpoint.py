@@ -26,7 +26,7 @@ def checkpoint(actor):
 
 
 def older(checkpoint):
-    """The names of rsl-rl 3."""
+    """Return the names of rsl-rl 3."""
     names = {"mlp.": "actor.", "obs_normalizer.": "actor_obs_normalizer."}
     state = {"std": torch.ones(3), "critic.0.weight": torch.ones(1, 1)}
     for name, value in checkpoint["actor_state_dict"].items():
@@ -37,7 +37,7 @@ def older(checkpoint):
 
 
 def oldest(checkpoint):
-    """The names of rsl-rl 2, with the normalisation by itself."""
+    """Return the names of rsl-rl 2, with the normalisation by itself."""
     content = older(checkpoint)
     state, start = content["model_state_dict"], "actor_obs_normalizer."
     apart = {name: state.pop(name) for name in list(state) if name.startswith(start)}

@@ -16,7 +16,7 @@ def path(tmp_path):
 
 
 def storage_pickle(**changes: object) -> bytes:
-    """A checkpoint's pickle of one tensor, with other sizes than it has."""
+    """Return a checkpoint's pickle of one tensor, with other sizes than it has."""
     sizes = {"count": 20, "offset": 0, "shape": (4, 5), "strides": (5, 1), **changes}
 
     class Storage:

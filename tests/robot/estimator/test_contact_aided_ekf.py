@@ -33,7 +33,7 @@ STILL = STANDING._replace(torque=loaded())
 
 
 def stood(ekf: ContactAidedEkf, seconds: float, **values: object) -> RobotState:
-    """The state after a robot stood for a time, with some values of its sensors replaced."""
+    """Return the state after a robot stood for a time, with some values of its sensors replaced."""
     sensors = STILL._replace(**values)
     found = ekf.reset(sensors)
     for step in range(1, round(seconds / DT_S) + 1):

@@ -13,7 +13,7 @@ NOISE = FixNoise()
 
 
 def upright(seed: int) -> Belief:
-    """A belief of a robot that stands about upright, whose heading is a matter of course."""
+    """Return a belief of a robot that stands about upright, whose heading is a matter of course."""
     belief = random_belief(seed)
     turned = torso.rotation(np.array([1.0, 0.1, -0.1, 0.5 * seed]))
     return belief._replace(pose=belief.pose._replace(rotation=turned))

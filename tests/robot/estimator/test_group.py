@@ -14,13 +14,13 @@ COORDINATES = arrays(float, 3 + 3 * N, elements=st.floats(-1.5, 1.5, width=32))
 
 
 def as_matrix(pose: Pose) -> np.ndarray:
-    """The matrix [R, x_1 ... x_n; 0, I]."""
+    """Return the matrix [R, x_1 ... x_n; 0, I]."""
     n = len(pose.vectors)
     return np.block([[pose.rotation, pose.vectors.T], [np.zeros((n, 3)), np.eye(n)]])
 
 
 def as_algebra(xi: np.ndarray) -> np.ndarray:
-    """The matrix [hat(phi), rho_1 ... rho_n; 0, 0]."""
+    """Return the matrix [hat(phi), rho_1 ... rho_n; 0, 0]."""
     rho = xi[3:].reshape(-1, 3)
     n = len(rho)
     return np.block([[group.hat(xi[:3]), rho.T], [np.zeros((n, 3 + n))]])

@@ -44,7 +44,7 @@ TRAFFIC = HostTraffic(0.001, 576, 288.0, 0, 84, 436, 104, 0)
 
 
 def rows(found: HostIoReport) -> str:
-    """The rows of the table, one after the other."""
+    """Return the rows of the table, one after the other."""
     return " ".join(printed(host_io_table(found)).split())
 
 
