@@ -7,7 +7,7 @@ import numpy as np
 
 
 def arm_like() -> nengo.Network:
-    """8,000 LIF neurons, closed loop."""
+    """Return 8,000 LIF neurons, closed loop."""
     with nengo.Network(seed=0) as network:
         state = nengo.Node(lambda t, x: np.append(0.5 * np.sin(5 * t) - 0.1 * x, 0.3), size_in=4)
         torque = nengo.Node(lambda _t, x: x, size_in=4)
@@ -26,7 +26,7 @@ def arm_like() -> nengo.Network:
 
 
 def layers() -> nengo.Network:
-    """3 layers of 2,560 LIF neurons, 13.6 million weights."""
+    """Return 3 layers of 2,560 LIF neurons, 13.6 million weights."""
     n, n_inputs, n_outputs, rng = 2560, 96, 12, np.random.RandomState(0)
     with nengo.Network(seed=0) as network:
         observation = nengo.Node(lambda t: np.sin(5 * t + np.arange(n_inputs)))
@@ -43,7 +43,7 @@ def layers() -> nengo.Network:
 
 
 def basal_ganglia() -> nengo.Network:
-    """Basal ganglia and thalamus, 3 actions."""
+    """Return basal ganglia and thalamus, 3 actions."""
     with nengo.Network(seed=0) as network:
         utility = nengo.Node(lambda t: [0.8, 0.4, 0.4] if t % 1 < 0.5 else [0.4, 0.8, 0.4])
         ganglia, thalamus = nengo.networks.BasalGanglia(3), nengo.networks.Thalamus(3)
@@ -73,7 +73,7 @@ def channel() -> nengo.Network:
 
 
 def adaptive() -> nengo.Network:
-    """Adaptive control of a motor under a load: 1,000 neurons learn what a PD law leaves."""
+    """Return adaptive control of a motor under a load: 1,000 neurons learn what a PD law leaves."""
     motor = np.zeros(2)
 
     def advance(t: float, torque: np.ndarray) -> np.ndarray:

@@ -105,7 +105,7 @@ class Controllers:
         self._action, self._step = np.zeros(len(JOINTS)), 0
 
     def targets_rad(self, state: RobotState, time_s: float) -> np.ndarray:
-        """Joint targets; the policy acts every 20 ms."""
+        """Return the joint targets; the policy acts every 20 ms."""
         if self._step % self._steps == 0:
             command = self._command(state, time_s)
             self._action = self._policy(self._view.look(state, command, self._action))
@@ -159,7 +159,7 @@ def _fix(state: RobotState, noise: np.random.RandomState) -> Fix:
 
 
 def errors(done: Walk, dt_s: float) -> dict[str, np.ndarray]:
-    """Errors of a walk at every physics step but the first."""
+    """Return the errors of a walk at every physics step but the first."""
     pairs = list(zip(done.true, done.estimated, strict=True))[round(SETTLING_S / dt_s) :]
     turns = [[torso.rotation(s.base_quaternion) for s in pair] for pair in pairs]
     return {

@@ -44,7 +44,7 @@ class Row(NamedTuple):
 
 
 def chain(n: int, seed: int | None) -> nengo.Network:
-    """Ensembles of 5 neurons, each decoded into the next; one seed, or one for each."""
+    """Return ensembles of 5 neurons, each decoded into the next; one seed, or one for each."""
     with nengo.Network(seed=0) as network:
         stimulus = nengo.Node(lambda t: np.sin(t))
         ensembles = [nengo.Ensemble(NEURONS, 1, seed=seed) for _ in range(n)]
@@ -65,17 +65,17 @@ def distinct(n: int) -> nengo.Network:
 
 
 def decoded(n: int) -> nengo.Network:
-    """n connections that decode, between random pairs of n / 50 ensembles of 50 neurons."""
+    """Return n connections that decode, between random pairs of n / 50 ensembles of 50 neurons."""
     return between(max(n // 50, 2), n)
 
 
 def decoded20(n: int) -> nengo.Network:
-    """n connections that decode, between random pairs of 20 ensembles of 50 neurons."""
+    """Return n connections that decode, between random pairs of 20 ensembles of 50 neurons."""
     return between(20, n)
 
 
 def between(n_ensembles: int, n: int) -> nengo.Network:
-    """Connections that decode, between random pairs of ensembles of 50 neurons."""
+    """Return connections that decode, between random pairs of ensembles of 50 neurons."""
     rng = np.random.RandomState(0)
     with nengo.Network(seed=0) as network:
         ensembles = [nengo.Ensemble(50, 1) for _ in range(n_ensembles)]
@@ -86,7 +86,7 @@ def between(n_ensembles: int, n: int) -> nengo.Network:
 
 
 def neurons(n: int) -> nengo.Network:
-    """n connections from a neuron to another, between random pairs of n / 100 ensembles of 50."""
+    """Return n connections between neurons, of random pairs of n / 100 ensembles of 50."""
     rng, size = np.random.RandomState(0), 50
     with nengo.Network(seed=0) as network:
         ensembles = [nengo.Ensemble(size, 1) for _ in range(max(n // 100, 2))]

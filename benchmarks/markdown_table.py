@@ -7,7 +7,7 @@ BEGIN, END = "<!-- benchmark -->", "<!-- /benchmark -->"
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Heads and rows of equal length as a table."""
+    """Return heads and rows of equal length as a table."""
     return "\n".join(f"| {' | '.join(row)} |" for row in (heads, ["---"] * len(heads), *rows))
 
 

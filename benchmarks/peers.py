@@ -67,7 +67,7 @@ def dense(n: int = 640) -> Case:
 
 
 def _recurrent(rng: np.random.RandomState, n: int, weights: Any) -> nengo.Network:
-    """Neurons that fire by a bias, of 20 to 70 Hz each, and by each other."""
+    """Return neurons that fire by a bias, of 20 to 70 Hz each, and by each other."""
     with nengo.Network(seed=0) as network:
         group = nengo.Ensemble(
             n,

@@ -75,14 +75,14 @@ HEADS = ("activation", "units", "solved by", "neurons", "as solved", "read-out r
 
 @functools.cache
 def shipped() -> tuple[list[Layer], np.ndarray]:
-    """Layers and recorded gait of the shipped policy."""
+    """Return the layers and recorded gait of the shipped policy."""
     gait = record_gait(load(), SECONDS)
     recorded = gait[: len(gait) // 2]  # the mirror image of what is held out would be fitted
     return policy_layers(load()), recorded
 
 
 def measure(case: Case, seed: int) -> dict[str, float]:
-    """Errors and delays of the actions, as the layers were solved, and after a refit."""
+    """Return the errors and delays of the actions, as the layers were solved, and after a refit."""
     layers, gait = shipped()
     options, fitted = case.options(), int(FITTED * len(gait))
     ranges = record_ranges(layers, gait[:fitted], activation_name=case.activation)

@@ -25,7 +25,7 @@ class Clock:
             self.cpu_s.append(time.process_time())
 
     def factor(self, seconds: float) -> float:
-        """Simulated time over CPU time."""
+        """Return the simulated time over CPU time."""
         return seconds * (self.share[-1] - self.share[0]) / (self.cpu_s[-1] - self.cpu_s[0])
 
 

@@ -52,7 +52,7 @@ PANELS = {
 
 
 def chain(n: int) -> nengo.Network:
-    """Groups of neurons in a chain, n neurons in all."""
+    """Return groups of neurons in a chain, n neurons in all."""
     rng = np.random.RandomState(0)
     with nengo.Network(seed=0) as network:
         groups = [
@@ -66,7 +66,7 @@ def chain(n: int) -> nengo.Network:
 
 
 def _scattered(rng: np.random.RandomState) -> nengo.Sparse:
-    """Weights from each neuron to 32 random ones."""
+    """Return weights from each neuron to 32 random ones."""
     targets = np.concatenate([rng.choice(GROUP, FAN_OUT, replace=False) for _ in range(GROUP)])
     sources = np.repeat(np.arange(GROUP), FAN_OUT)
     weights = rng.uniform(-1e-3, 1e-3, len(sources))

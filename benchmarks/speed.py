@@ -83,7 +83,7 @@ def timed_extraction() -> Iterator[list[float]]:
 
 
 def chips(image: ChipImage, native: NativeChip, rounds: int) -> dict[str, float]:
-    """CPU time of a step of the chip alone."""
+    """Return the CPU time of a step of the chip alone."""
     both = {"nengo-loihi": Emulator(image, seed=0), "native": native}
     return cpu_us({name: stepper(chip, image) for name, chip in both.items()}, rounds)
 
@@ -102,7 +102,7 @@ def host_spikes(image: ChipImage) -> Iterator[np.ndarray]:
 
 
 def traffic(chip: NativeChip, image: ChipImage) -> dict[str, float]:
-    """Spikes, synaptic events and bytes of distinct weights in a step, on average.
+    """Return the spikes, synaptic events and bytes of distinct weights in a step, on average.
 
     Beside them the bytes of all weights, and the bandwidth of reading so many.
     """
@@ -117,7 +117,7 @@ def traffic(chip: NativeChip, image: ChipImage) -> dict[str, float]:
 
 
 def distinct_weights(chip: NativeChip, image: ChipImage, n_steps: int = 20) -> float:
-    """Weights that a step reads, each once however many spikes read it, on average of some steps.
+    """Return the weights that a step reads, each once, on average of some steps.
 
     The host's spikes, too, arrive in the step after.
     """
@@ -138,7 +138,7 @@ def distinct_weights(chip: NativeChip, image: ChipImage, n_steps: int = 20) -> f
 def simulators(
     network: nengo.Network, native: spikeport.Simulator, rounds: int
 ) -> dict[str, float]:
-    """CPU time of a step of whole simulators."""
+    """Return the CPU time of a step of whole simulators."""
     theirs = nengo_loihi_simulator(network, native.compilation)
     with theirs, nengo.Simulator(network, progress_bar=False) as reference:
         sims = {"nengo-loihi": theirs, "native": native, "nengo": reference}
@@ -148,7 +148,7 @@ def simulators(
 def nengo_loihi_simulator(
     network: nengo.Network, compilation: Compilation
 ) -> nengo_loihi.Simulator:
-    """nengo-loihi's own simulator of the blocks that were compiled."""
+    """Return nengo-loihi's own simulator of the blocks that were compiled."""
     model = compilation.model
     model.build = lambda *_args, **_options: None  # it is built
     with np.errstate(invalid="ignore"):

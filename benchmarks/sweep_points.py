@@ -42,14 +42,14 @@ def single(point: Point, folder: Path) -> None:
 
 
 def seconds_of(function: Callable[[], object]) -> float:
-    """CPU time of a call."""
+    """Return the CPU time of a call."""
     begin = time.process_time()
     function()
     return time.process_time() - begin
 
 
 def compare(points: list[Point], folder: Path) -> tuple[float, float]:
-    """CPU time of points, as single runs and as points of a sweep, in turn."""
+    """Return the CPU time of points, as single runs and as points of a sweep, in turn."""
     run, singly, together = PointRun.new(), 0.0, 0.0
     for point in points:
         together += seconds_of(lambda point=point: run(point, str(folder)))  # type: ignore[misc]

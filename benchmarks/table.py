@@ -33,7 +33,7 @@ HEADS = {
 
 
 def table(results: dict[str, Any]) -> str:
-    """Both tables and what they were measured on."""
+    """Return both tables and what they were measured on."""
     networks = results["networks"].values()
     times, traffic = HEADS
     lines = [

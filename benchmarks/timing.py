@@ -15,7 +15,7 @@ READ = 2**27
 
 
 def cpu_us(steps: Mapping[str, Callable[[], object]], rounds: int) -> dict[str, float]:
-    """CPU time of a step of each contestant, in microseconds: the median of several rounds.
+    """Return the CPU time of a step of each contestant, in us: the median of several rounds.
 
     They run in turn, so that whatever else the machine does meets all of them.
     """
@@ -41,7 +41,7 @@ def _seconds(step: Callable[[], object], n: int) -> float:
 
 
 def read_bytes_per_s(n_bytes: int, rounds: int = 9) -> float:
-    """Bandwidth of reading so many bytes again and again, from the level of memory that holds them.
+    """Return the bandwidth of reading so many bytes again and again, from where they are held.
 
     Eight bytes are added at a time, in order; the best round.
     """

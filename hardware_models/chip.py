@@ -190,7 +190,7 @@ class ChipModel(Strictly):
 
 
 def names() -> list[str]:
-    """Names of the chips that come with spikeport."""
+    """Return the names of the chips that come with spikeport."""
     return sorted(path.stem for path in BUILT_IN.glob("*.toml"))
 
 

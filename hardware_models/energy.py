@@ -108,7 +108,7 @@ class EnergyReport:
     not_modelled: tuple[str, ...] = NOT_MODELLED
 
     def to_dict(self) -> dict[str, object]:
-        """Plain data, ready for JSON."""
+        """Return plain data, ready for JSON."""
         return asdict(self) | {
             "terms": [asdict(term) for term in self.terms],
             "cores": [asdict(core) for core in self.cores],
@@ -118,7 +118,7 @@ class EnergyReport:
 
 
 def energy(activity: Activity, chip: ChipModel, calibration: EnergyCalibration) -> EnergyReport:
-    """Energy and power of a run in real time.
+    """Return the energy and power of a run in real time.
 
         E_dyn  = N_syn e_syn + N_act e_act + N_inact e_inact + N_spk e_spk + N_msg e_msg
                  + H_ew e_ew + H_ns e_ns + N_learn e_learn
@@ -160,7 +160,7 @@ def energy(activity: Activity, chip: ChipModel, calibration: EnergyCalibration) 
 def module_energies(
     activity: Activity, names: Sequence[str], chip: ChipModel, calibration: EnergyCalibration
 ) -> list[ModuleEnergy]:
-    """Energy of every module, from the activity of an image in which each has its own core."""
+    """Return the energy of modules, from an image's activity in which each has its own core."""
     on_core = [event for event in EVENTS if isinstance(event, events.OnCore)]
     counts = {event.name: event.per_core(activity, chip) for event in on_core}
     of_modules = [{name: count[i] for name, count in counts.items()} for i in range(len(names))]

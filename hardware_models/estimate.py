@@ -31,7 +31,7 @@ class Estimate:
     source: str
 
     def __add__(self, other: "Estimate") -> "Estimate":
-        """Sum of two quantities; a bound is known only where both are.
+        """Return the sum of two quantities; a bound is known only where both are.
 
         Raises
         ------
@@ -49,7 +49,7 @@ class Estimate:
         )
 
     def scaled(self, factor: float, unit: str | None = None) -> "Estimate":
-        """Multiple of the quantity by an exact factor, in another unit if the factor has one.
+        """Return the quantity times an exact factor, in another unit if the factor has one.
 
         Raises
         ------
@@ -70,12 +70,12 @@ class Estimate:
         return f"{_digits(self.value * scale)} {PREFIXES[exponent]}{self.unit} {_bounds(low, high)}"
 
     def to_dict(self) -> dict[str, object]:
-        """Plain data, ready for JSON."""
+        """Return plain data, ready for JSON."""
         return asdict(self)
 
 
 def zero(unit: str) -> Estimate:
-    """Nothing, exactly: the start of a sum."""
+    """Return exactly nothing: the start of a sum."""
     return Estimate(0.0, 0.0, 0.0, unit, "")
 
 
@@ -95,7 +95,7 @@ def _add(a: float | None, b: float | None) -> float | None:
 
 
 def _exponent(value: float) -> int:
-    """Largest exponent with a prefix that leaves 1 or more, after rounding to three digits."""
+    """Return the largest exponent with a prefix that leaves 1 or more, once rounded."""
     if value == 0:
         return 0
     decade = int(f"{abs(value):.2e}".split("e")[1])

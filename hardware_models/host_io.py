@@ -113,7 +113,7 @@ class HostIoReport:
         yield self.dt, f"{self.verdict}: {self.reason}"
 
     def to_dict(self) -> dict[str, object]:
-        """Plain data, ready for JSON."""
+        """Return plain data, ready for JSON."""
         return asdict(self)
 
     @classmethod

@@ -159,7 +159,7 @@ LIMITS: tuple[Limit, ...] = (
 
 
 def n_cores(chip: ChipModel) -> int:
-    """Cores of all chips of the board."""
+    """Return the cores of all chips of the board."""
     return chip.limits.cores.count * chip.limits.chips.count
 
 

@@ -50,7 +50,7 @@ class Links:
         self._xy, self._chip = tile_xy(n_cores, chip), chip_of(n_cores, chip)
 
     def distances(self) -> np.ndarray:
-        """(n_cores, n_cores) hops between cores; another chip is further than any on one."""
+        """Return the hops (n_cores, n_cores) between cores; another chip is furthest."""
         distance: np.ndarray = np.abs(self._xy[:, np.newaxis] - self._xy).sum(axis=2)
         distance[self._chip[:, np.newaxis] != self._chip] = distance.max() + 1
         return distance

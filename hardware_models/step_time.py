@@ -147,7 +147,7 @@ def step_times(activity: Activity, chip: ChipModel, calibration: EnergyCalibrati
 
 
 def core_times(activity: Activity, times: Times, bound: Bound) -> np.ndarray:
-    """Time each core takes for its events, one after the other.
+    """Return the time each core takes for its events, one after the other.
 
         T_core = n_act t_act + n_inact t_inact + n_syn t_syn + n_spk t_spk + n_in t_in
                  + n_learn t_learn
@@ -196,7 +196,7 @@ def mean_core_time(activity: Activity, calibration: EnergyCalibration, core: int
 def between_chips(
     activity: Activity, chip: ChipModel, calibration: EnergyCalibration
 ) -> Estimate | None:
-    """Mean time per step of the messages that leave the busiest chip, in s, one after the other.
+    """Return the mean time of a step, in s, of the messages that leave the busiest chip in turn.
 
         T_between = max over chips N_leaving t_message / n_steps
 
@@ -215,7 +215,7 @@ def between_chips(
 
 
 def barrier(tiles: int, calibration: EnergyCalibration) -> Estimate | None:
-    """Time of the barrier that ends a step, in s; None where there is no public figure.
+    """Return the time of the barrier that ends a step, in s; None where there is no public figure.
 
     Interpolated linearly between the numbers of tiles that have a figure. Below the fewest and
     above the most it stays at theirs, which for more tiles may be too short.

@@ -87,7 +87,7 @@ class TimingReport:
         return f"{fits if self.fits else 'longer than'} dt = {1000 * self.dt_s:g} ms"
 
     def to_dict(self) -> dict[str, object]:
-        """Plain data, ready for JSON."""
+        """Return plain data, ready for JSON."""
         return asdict(self) | {
             "cores": [asdict(core) for core in self.cores],
             "missing": list(self.missing),
@@ -96,7 +96,7 @@ class TimingReport:
 
 
 def timing(activity: Activity, chip: ChipModel, calibration: EnergyCalibration) -> TimingReport:
-    """Mean and longest step of a run; for the equations see `step_time`.
+    """Return the mean and longest step of a run; for the equations see `step_time`.
 
     Links between tiles and the host's input and output are not modelled.
 

@@ -22,17 +22,17 @@ class Hops(NamedTuple):
 
 
 def chip_of(n_cores: int, chip: ChipModel) -> np.ndarray:
-    """(n_cores,) number of the chip that each core lies on."""
+    """Return the numbers (n_cores,) of the chips that cores lie on."""
     return np.arange(n_cores) // chip.limits.cores.count
 
 
 def chips_used(n_cores: int, chip: ChipModel) -> int:
-    """Number of chips that hold the first ``n_cores`` cores."""
+    """Return the number of chips that hold the first ``n_cores`` cores."""
     return -(-n_cores // chip.limits.cores.count)
 
 
 def tile_xy(n_cores: int, chip: ChipModel) -> np.ndarray:
-    """Position of each core's tile on the mesh of its chip.
+    """Return the position of each core's tile on the mesh of its chip.
 
         tile = core // cores_per_tile,   x = tile // tiles_y,   y = tile % tiles_y
 
@@ -69,13 +69,13 @@ def tile_xy(n_cores: int, chip: ChipModel) -> np.ndarray:
 
 
 def tiles_used(n_cores: int, chip: ChipModel) -> int:
-    """Number of tiles that hold the first ``n_cores`` cores."""
+    """Return the number of tiles that hold the first ``n_cores`` cores."""
     places = np.column_stack([chip_of(n_cores, chip), tile_xy(n_cores, chip)])
     return len(np.unique(places, axis=0))
 
 
 def hops(messages: np.ndarray, chip: ChipModel) -> Hops:
-    """Hops that messages take between tiles of a chip with XY routing; none within a tile.
+    """Return the hops of messages between tiles of a chip, with XY routing; 0 within a tile.
 
         H_ew,i = sum_j M_ij |x_i - x_j|,   H_ns,i = sum_j M_ij |y_i - y_j|
 
@@ -94,7 +94,7 @@ def hops(messages: np.ndarray, chip: ChipModel) -> Hops:
 
 
 def messages_between_chips(messages: np.ndarray, chip: ChipModel) -> np.ndarray:
-    """(n_cores,) messages, of those in a (n_cores, n_cores) array, that leave a core's chip."""
+    """Return the messages (n_cores,) of an array (n_cores, n_cores) that leave a core's chip."""
     leaving: np.ndarray = (messages * ~_same_chip(messages, chip)).sum(axis=1)
     return leaving
 

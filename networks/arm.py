@@ -227,7 +227,7 @@ class _Builder:
         self._term("CB gravity", self.sizes.cb, _select(4))
 
     def _term(self, label: str, n: int, transform: np.ndarray) -> list[nengo.Ensemble]:
-        """Ensembles that decode a term of the torque from S1's state, transformed."""
+        """Return ensembles that decode a term of the torque from S1's state, transformed."""
         dimensions = len(transform)
         points = np.hstack([self.q, self.scalar])[:, :dimensions]
         targets = self.targets[label]
@@ -272,7 +272,7 @@ class _Builder:
 
 
 def _select(n_joints: int, extra: dict[int, float] | None = None) -> np.ndarray:
-    """Rows that pick the joint angles from the state, and one row with these weights."""
+    """Return rows that pick the joint angles from the state, and one row with these weights."""
     rows = np.eye(STATE_SIZE)[:n_joints]
     if extra is None:
         return rows

@@ -127,7 +127,7 @@ def humanoid(
 
 
 def _constant(values: np.ndarray, target: nengo.Node, tau: float) -> nengo.Ensemble:
-    """Neurons that add constant values to a node for as long as nothing silences them."""
+    """Return neurons that add constant values to a node for as long as nothing silences them."""
     rates = np.full(BIAS_NEURONS, BIAS_RATE_HZ)
     point = np.zeros((1, 1))
     always = nengo.Ensemble(

@@ -39,7 +39,7 @@ class Arm(Protocol):
     """The terms of the law, at many poses of an arm."""
 
     def batch(self, q: Floats) -> ArmTerms:
-        """Terms at q of shape (n, 4), in radians."""
+        """Return the terms at q of shape (n, 4), in radians."""
 
 
 @dataclass(frozen=True)
@@ -83,12 +83,12 @@ class OperationalSpaceLaw:
         )
 
     def torque(self, q: Floats, dq: Floats, error: Floats) -> Floats:
-        """(4,) the exact torque in N m at one state; error (3,) in metres."""
+        """Return the exact torque (4,) in N m at a state; error (3,) in metres."""
         torque: Floats = self.torques(q[np.newaxis], dq[np.newaxis], error[np.newaxis])[0]
         return torque
 
     def torques(self, q: Floats, dq: Floats, error: Floats) -> Floats:
-        """(n, 4) the exact torques in N m at n states; q, dq (n, 4) and error (n, 3)."""
+        """Return the exact torques (n, 4) in N m at n states; q, dq (n, 4) and error (n, 3)."""
         terms = self.terms(q)
         kinematic: Floats = np.einsum("nd,ndj->nj", error, terms.kinematic)
         damping: Floats = np.einsum("ni,nij->nj", dq, terms.damping)

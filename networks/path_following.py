@@ -54,12 +54,12 @@ class FollowerGains:
         return self.max_speed_m_s / self.kp_speed
 
     def speed(self, distance: ArrayLike, velocity_error: ArrayLike) -> np.ndarray:
-        """Forward speed in m/s from the sizes of both errors, in m and m/s."""
+        """Return the forward speed in m/s from the sizes of both errors, in m and m/s."""
         wanted = self.kp_speed * np.asarray(distance) + self.kd_speed * np.asarray(velocity_error)
         return np.clip(wanted, self.min_speed_m_s, self.max_speed_m_s)
 
     def yaw_rate(self, heading_error: ArrayLike) -> np.ndarray:
-        """Yaw rate in rad/s from the heading error in rad."""
+        """Return the yaw rate in rad/s from the heading error in rad."""
         wanted = self.kp_heading * np.asarray(heading_error)
         return np.clip(wanted, -self.max_yaw_rate_rad_s, self.max_yaw_rate_rad_s)
 
@@ -70,7 +70,7 @@ def wrap(angle: ArrayLike) -> np.ndarray:
 
 
 def exact_command(gains: FollowerGains, reference: ArrayLike, state: ArrayLike) -> np.ndarray:
-    """Forward speed in m/s and yaw rate in rad/s, ``(..., 2)``.
+    """Return the forward speed in m/s and yaw rate in rad/s, ``(..., 2)``.
 
     Parameters
     ----------

@@ -27,7 +27,7 @@ R2 = (0.7548776662466927, 0.5698402909980532)
 
 
 def length_ensemble(label: str, n_neurons: int) -> nengo.Ensemble:
-    """Neurons of a vector no longer than 1, whose length is to be decoded."""
+    """Return neurons of a vector no longer than 1, whose length is to be decoded."""
     turn = 2 * np.pi * np.arange(n_neurons) / n_neurons
     return nengo.Ensemble(
         n_neurons,
@@ -42,7 +42,7 @@ def length_ensemble(label: str, n_neurons: int) -> nengo.Ensemble:
 def bearing_ensemble(
     label: str, n_neurons: int, rates: tuple[float, float], ahead_rad: float
 ) -> nengo.Ensemble:
-    """Neurons of a vector no longer than 1, a function of whose bearing is to be decoded.
+    """Return neurons of a vector no longer than 1, a function of whose bearing is to be decoded.
 
     Thresholds and rates are spread evenly where they bend, not drawn: with some draws the value
     decoded nearly ahead was too steep by a quarter.
@@ -77,25 +77,25 @@ def bearing_ensemble(
 
 
 def _points(ahead_rad: float) -> Floats:
-    """(n, 2) values in the unit disc, most of them nearly ahead."""
+    """Return values (n, 2) in the unit disc, most of them nearly ahead."""
     n = N_POINTS // 2
     length: Floats = np.sqrt(_spread(n)[0])
     return length[:, np.newaxis] * _directions(_nearly_ahead(n, ahead_rad))
 
 
 def _nearly_ahead(n: int, ahead_rad: float) -> Floats:
-    """(n,) angles, most of them spread within a limit, the others everywhere."""
+    """Return angles (n,), most of them spread within a limit, the others everywhere."""
     near = round(SHARE * n)
     return np.concatenate((ahead_rad * _evenly(near), np.pi * _evenly(n - near)))
 
 
 def _evenly(n: int) -> Floats:
-    """(n,) values between -1 and 1, in order."""
+    """Return values (n,) between -1 and 1, in order."""
     return (2 * np.arange(n) + 1) / n - 1
 
 
 def _spread(n: int) -> Floats:
-    """(2, n) values between 0 and 1 that fill the square (Roberts 2018, the R2 sequence)."""
+    """Return values (2, n) between 0 and 1 that fill the square (Roberts 2018, the R2 sequence)."""
     return (0.5 + np.outer(R2, np.arange(n))) % 1
 
 

@@ -148,5 +148,5 @@ _KINDS: dict[str, tuple[_Kind, _Kind]] = {
 
 
 def _at_rest() -> dict[str, nengo.dists.Distribution]:
-    """On the chip all neurons start at zero."""
+    """Return parameters that start neurons at zero, as on the chip."""
     return {"voltage": nengo.dists.Choice([0])}

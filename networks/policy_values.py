@@ -109,7 +109,7 @@ class PolicyOptions:
 def exact(
     layers: Sequence[Layer], observation: np.ndarray, activation_name: str = "elu"
 ) -> list[np.ndarray]:
-    """Pre-activations of every layer, the last being the action, for (..., n) observations."""
+    """Return the pre-activations of all layers, the last of them the action, for observations."""
     function = activation(activation_name).function
     values, found = np.asarray(observation), []
     for layer in layers:
@@ -125,7 +125,7 @@ def record_ranges(
     floor: float = 0.5,
     activation_name: str = "elu",
 ) -> list[Ranges]:
-    """Ranges of all hidden units, for each sign, on recorded (n_samples, n) observations.
+    """Return the ranges of all hidden units, for each sign, on observations (n_samples, n).
 
     Error grows with the range, so it is a quantile of what occurs, and not the utmost; ``floor``
     is the least range of a unit that hardly ever has that sign.

@@ -47,7 +47,7 @@ class Rectified:
     def ensemble(
         self, n: int, radius: float, rng: np.random.RandomState, label: str
     ) -> nengo.Ensemble:
-        """``n`` populations: the neurons of population i are [i n_neurons, (i + 1) n_neurons).
+        """Return n populations: the neurons of the i-th are [i n_neurons, (i + 1) n_neurons).
 
         ``radius`` matters for what comes from the host, which is clipped to it.
         """

@@ -45,7 +45,7 @@ class Box:
         return cls(*(np.concatenate([getattr(b, k) for b in boxes]) for k in ("centre", "half")))
 
     def normalise(self, values: Floats) -> Floats:
-        """Values in units of the box, clipped to it."""
+        """Return the values in units of the box, clipped to it."""
         return np.minimum(np.maximum((values - self.centre) / self.half, -1.0), 1.0)
 
     def clip(self, values: Floats) -> Floats:

@@ -66,7 +66,7 @@ def rotate(turned: nengo.Node, body: nengo.Ensemble, squares: Squares) -> None:
 
 
 def _half(label: str, squares: Squares) -> nengo.Ensemble:
-    """Neurons of either sign, the same for both, with intercepts that leave no gaps."""
+    """Return neurons of either sign, the same for both, with intercepts that leave no gaps."""
     n = squares.n_neurons // 2
     place = (np.arange(n) + 0.5) / n
     low, high = squares.max_rates

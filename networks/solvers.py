@@ -36,7 +36,7 @@ class PerDimension(nengo.solvers.Solver):
     def __call__(
         self, A: np.ndarray, Y: np.ndarray, rng: object = np.random
     ) -> tuple[np.ndarray, dict[str, object]]:
-        """Decoders of shape (n, d) for activities A (m, n) and values Y (m, d)."""
+        """Return the decoders of shape (n, d) for activities A (m, n) and values Y (m, d)."""
         decoders = np.zeros((A.shape[1], Y.shape[1]))
         for i in range(Y.shape[1]):
             mine = slice(i * self.n_neurons, (i + 1) * self.n_neurons)
@@ -61,7 +61,7 @@ class Tied(nengo.solvers.Solver):
     def __call__(
         self, A: np.ndarray, Y: np.ndarray, rng: object = np.random
     ) -> tuple[np.ndarray, dict[str, object]]:
-        """Decoders of shape (n, d) for activities A (m, n) and values Y (m, d)."""
+        """Return the decoders of shape (n, d) for activities A (m, n) and values Y (m, d)."""
         total = A.sum(axis=1)
         decoder = total @ Y / (total @ total)
         return np.tile(decoder, (A.shape[1], 1)), {}

@@ -58,7 +58,7 @@ class WalkingPolicy:
     action_scale_rad: float
 
     def __call__(self, observation: ArrayLike) -> np.ndarray:
-        """Actions ``(..., joints)`` for observations ``(..., inputs)``."""
+        """Return the actions ``(..., joints)`` for observations ``(..., inputs)``."""
         x = np.asarray(observation, dtype=float)
         for W, b in zip(self.weights[:-1], self.biases[:-1], strict=True):
             x = elu(x @ W.T + b)

@@ -26,7 +26,7 @@ _INDEX = {joint: index for index, joint in enumerate(JOINTS)}
 
 
 def indices(joints: Sequence[str]) -> np.ndarray:
-    """Places of joints in a joint vector; raises `UsageError` for a name that is not a joint."""
+    """Return the places of joints in a joint vector; UsageError for a name that is no joint."""
     return _indices(tuple(joints))
 
 

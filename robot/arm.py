@@ -100,7 +100,7 @@ class ArmDynamics:
 
 
 def _task_inertia(J: np.ndarray, M: np.ndarray) -> np.ndarray:
-    """Damped inverses of ``J M^-1 J^T``, ``(n, 3, 3)``."""
+    """Return the damped inverses of ``J M^-1 J^T``, ``(n, 3, 3)``."""
     mobility = J @ np.linalg.solve(M, J.swapaxes(1, 2))
     # Symmetric up to rounding: made so exactly, as `hermitian` reads one half alone.
     V, s, _ = np.linalg.svd((mobility + mobility.swapaxes(1, 2)) / 2, hermitian=True)

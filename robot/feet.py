@@ -26,6 +26,6 @@ class Feet:
             self._foot[geoms] = foot
 
     def on_floor(self, data: mujoco.MjData) -> np.ndarray:
-        """(2,) of bool, left foot first: whether one of its shapes touches the floor."""
+        """Return for each foot (2,), the left one first, whether it touches the floor."""
         touching = self._foot[data.contact.geom].ravel().tolist()
         return np.array([foot in touching for foot in _FEET])

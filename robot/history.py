@@ -29,7 +29,7 @@ class History:
         return row[1 : self._ends[-1]]
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """``time_s (n,)``, ``qpos (n, 26)``, ``qvel (n, 25)``, ``ctrl (n, 19)``, oldest first."""
+        """Return times (n,), qpos (n, 26), qvel (n, 25) and ctrl (n, 19), the oldest first."""
         kept = min(self._count, len(self._rows))
         # Steps in the order of time, at their places in the ring.
         order = np.arange(self._count - kept, self._count) % len(self._rows)

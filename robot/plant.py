@@ -257,12 +257,12 @@ class Plant:
         return self._history.arrays()
 
     def motion(self, joints: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
-        """Angles in rad and velocities in rad/s of some joints, ``(n,)`` each."""
+        """Return the angles in rad and velocities in rad/s of some joints, ``(n,)`` each."""
         index = actuators.indices(joints)
         return self.data.qpos[7:][index], self.data.qvel[6:][index]
 
     def hand_position(self, side: str = "right") -> np.ndarray:
-        """Centre of a hand in the world frame, m, ``(3,)``; ``side`` is "left" or "right"."""
+        """Return the centre of a hand in the world, m, ``(3,)``; ``side`` is "left" or "right"."""
         if side not in self._hands:
             raise unknown("side", side, self._hands)
         return np.array(self.data.site_xpos[self._hands[side]])
@@ -272,7 +272,7 @@ class Plant:
         mujoco.mj_forward(self.model, self.data)
 
     def lowest_sole_m(self) -> float:
-        """Height of the lowest point of the feet: each contact shape is a segment with a radius."""
+        """Return the height of the feet's lowest point; contact shapes are capsules."""
         mujoco.mj_kinematics(self.model, self.data)
         heights = []
         for name in _FEET:
@@ -282,5 +282,5 @@ class Plant:
         return float(min(heights))
 
     def _floor_m(self, place: np.ndarray) -> float:
-        """Height of the floor beneath a place (3,) of the world."""
+        """Return the height of the floor beneath a place (3,) of the world."""
         return 0.0

@@ -45,7 +45,7 @@ Number = TypeVar("Number", float, np.ndarray)
 
 
 def gravity(quaternion: ArrayLike) -> np.ndarray:
-    """Direction of gravity in the frame of a body with orientation (w, x, y, z), ``(..., 3)``.
+    """Return gravity's direction ``(..., 3)`` in the frame of a body turned by (w, x, y, z).
 
     g = -R^T e_z, the negative last row of the rotation matrix R.
     """
@@ -82,5 +82,5 @@ def observation(state: RobotState, command: ArrayLike, last_action: ArrayLike) -
 
 
 def targets_rad(action: ArrayLike) -> np.ndarray:
-    """Joint targets of an action, ``(..., 19)``, in rad."""
+    """Return the joint targets of an action, ``(..., 19)``, in rad."""
     return POSE_RAD + ACTION_SCALE_RAD * np.asarray(action, dtype=float)

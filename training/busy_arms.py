@@ -46,7 +46,7 @@ class BusyArms:
         self._goal[which], self._offset[which] = 0.0, 0.0
 
     def override(self, targets: np.ndarray, standing: np.ndarray) -> np.ndarray:
-        """Joint targets of this step, ``(n, 19)``, for those of the policy and who stands."""
+        """Return the joint targets of a step, ``(n, 19)``, of the policy's and of who stands."""
         if not self._busy.any():
             return targets
         works = self._busy & standing

@@ -136,7 +136,7 @@ class WalkEnvironment:
         return StepOutcome(np.sum(list(terms.values()), axis=0), fallen, timed_out, terms)
 
     def _advance(self, action: Floats) -> Flags:
-        """Physics of one control step; returns who left the range of finite numbers, ``(n,)``."""
+        """Advance physics by a control step; returns who left the range of numbers, ``(n,)``."""
         self.actions = (action, self.actions[0], self.actions[1])
         noise = self.task.randomisation.action_noise_sd
         jitter = noise * self._rng.standard_normal(action.shape) if noise else 0.0

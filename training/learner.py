@@ -172,7 +172,7 @@ class Learner:
 
 
 def mean_figures(log: Sequence[Mapping[str, ArrayLike]]) -> TrainingFigures:
-    """Mean of every figure over the entries of a log, and over the robots."""
+    """Return the mean of every figure over the entries of a log, and over the robots."""
     return {key: float(np.mean([entry[key] for entry in log])) for key in log[0]}
 
 

@@ -150,7 +150,7 @@ def in_frame(rotation: Floats, vectors: Floats) -> Floats:
 
 
 def _turned_back(vectors: Floats, angle: Floats) -> Floats:
-    """Vectors ``(n, 3)`` in a frame that is turned about z by ``angle (n,)``."""
+    """Return vectors ``(n, 3)`` in a frame that is turned about z by ``angle (n,)``."""
     c, s = np.cos(angle), np.sin(angle)
     x, y, z = vectors.T
     return np.stack((c * x + s * y, c * y - s * x, z), axis=1)

@@ -78,7 +78,7 @@ class MirrorNetwork(nn.Module):
         self.k = nn.Parameter(k, requires_grad=symmetry_breaking_sd > 0)
 
     def layers(self) -> list[TorchLayer]:
-        """Weights ``(outputs, inputs)`` and bias of every layer, as an ordinary network's."""
+        """Return weights ``(outputs, inputs)`` and biases of layers, as an ordinary network's."""
         A = self.A * self.scale
         mirrored = A[:, self.in_index] * self.in_sign
         layers = [(torch.cat((A, mirrored)), torch.cat((self.c[0] + self.k, self.c[0] - self.k)))]

@@ -59,7 +59,7 @@ UNDISTURBED = Randomisation(
 
 
 def observation_noise() -> np.ndarray:
-    """Half widths of the noise on every observation, ``(69,)``."""
+    """Return the half widths of the noise on every observation, ``(69,)``."""
     width = np.zeros(OBSERVATION_SIZE)
     for part, value in {
         "linear velocity": 0.05,

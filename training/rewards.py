@@ -87,7 +87,7 @@ _BRISK_RAD_S = 0.8 * SPEED_LIMITS_RAD_S[_LEGS]
 
 
 def _sum(x: Floats) -> Floats:
-    """Over feet or joints."""
+    """Return the sum over feet or joints."""
     total: Floats = x.sum(axis=1)
     return total
 
@@ -102,28 +102,28 @@ def _deviation(s: Step, joints: list[int]) -> Floats:
 
 
 def track_velocity(s: Step) -> Floats:
-    """exp(-|v* - v|^2 / sd^2)."""
+    """Return exp(-|v* - v|^2 / sd^2)."""
     return np.exp(-_squares(s.command[:, :2] - s.velocity) / s.settings.vx_sd_m_s**2)
 
 
 def track_yaw_rate(s: Step) -> Floats:
-    """exp(-(wz* - wz)^2 / sd^2)."""
+    """Return exp(-(wz* - wz)^2 / sd^2)."""
     return np.exp(-(((s.command[:, 2] - s.yaw_rate) / s.settings.wz_sd_rad_s) ** 2))
 
 
 def on_average(s: Step) -> Floats:
-    """exp(-|drift / scale|): speeds sway with every step, but are to be right on average."""
+    """Return exp(-|drift / scale|): speeds sway with every step, but are to be right on average."""
     scale = s.settings.drift_m_s, s.settings.drift_m_s, s.settings.drift_rad_s
     return np.exp(-np.sqrt(_squares(s.drift / scale)))
 
 
 def alive(s: Step) -> Floats:
-    """1 while it stands."""
+    """Return 1 while it stands."""
     return (~s.fallen).astype(float)
 
 
 def fall(s: Step) -> Floats:
-    """1 in the step it falls."""
+    """Return 1 in the step it falls."""
     return s.fallen.astype(float)
 
 
@@ -134,13 +134,13 @@ def air_time(s: Step) -> Floats:
 
 
 def lift(s: Step) -> Floats:
-    """Height of the swinging foot in single support, as a share of ``lift_m``, up to 1."""
+    """Return the height of the foot in the air as a share of ``lift_m``, up to 1, on one foot."""
     height: Floats = s.feet.height_m.max(axis=1) / s.settings.lift_m
     return np.clip(height, 0.0, 1.0) * s.single_support
 
 
 def late_lift(s: Step) -> Floats:
-    """Time beyond ``lift_every_s`` since each foot was lifted, up to 1 s each."""
+    """Return the time beyond ``lift_every_s`` since each foot was lifted, up to 1 s each."""
     late = np.clip(s.gait.since_lift_s - s.settings.lift_every_s, 0.0, 1.0)
     return _sum(late) * s.moving
 
@@ -157,51 +157,51 @@ def early_touchdown(s: Step) -> Floats:
 
 
 def hasty_lift(s: Step) -> Floats:
-    """Time missing of ``double_support_s`` on both feet as one is lifted, per second."""
+    """Return the time missing of ``double_support_s`` on both feet as one is lifted, per second."""
     missing = np.clip(s.settings.double_support_s - s.gait.both_s, 0.0, None)
     return missing * s.gait.lifted.any(axis=1) * s.moving / CONTROL_DT_S
 
 
 def hard_touchdown(s: Step) -> Floats:
-    """Downward speed of a foot before it came down, squared, per second."""
+    """Return the downward speed of a foot before it came down, squared, per second."""
     falling = np.clip(-s.feet_before.velocity[..., 2], 0.0, None)
     return _sum(falling**2 * s.gait.touched_down) / CONTROL_DT_S
 
 
 def clearance(s: Step) -> Floats:
-    """Missing height squared times speed of each foot in the air, m^3/s."""
+    """Return the missing height squared times speed of each foot in the air, m^3/s."""
     missing = np.clip(s.settings.clearance_m - s.feet.height_m, 0.0, None) ** 2
     speed = np.linalg.norm(s.feet.velocity[..., :2], axis=-1)
     return _sum(missing * speed)
 
 
 def high_foot(s: Step) -> Floats:
-    """Height of each foot beyond ``high_m``."""
+    """Return the height of each foot beyond ``high_m``."""
     return _sum(np.clip(s.feet.height_m - s.settings.high_m, 0.0, None))
 
 
 def slide(s: Step) -> Floats:
-    """Horizontal speed of the feet on the floor."""
+    """Return the horizontal speed of the feet on the floor."""
     return _sum(np.linalg.norm(s.feet.velocity[..., :2], axis=-1) * s.feet.contact)
 
 
 def flight(s: Step) -> Floats:
-    """1 with both feet in the air."""
+    """Return 1 with both feet in the air."""
     return (~s.feet.contact.any(axis=1)).astype(float)
 
 
 def impact(s: Step) -> Floats:
-    """Contact force of each foot beyond ``impact_n``."""
+    """Return the contact force of each foot beyond ``impact_n``."""
     return _sum(np.clip(s.feet.force_n - s.settings.impact_n, 0.0, 1000.0))
 
 
 def stand(s: Step) -> Floats:
-    """1 with both feet on the floor where it is asked to stand."""
+    """Return 1 with both feet on the floor where it is asked to stand."""
     return (~s.moving & s.feet.contact.all(axis=1)).astype(float)
 
 
 def restless(s: Step) -> Floats:
-    """Heights of the feet where it is asked to stand."""
+    """Return the heights of the feet where it is asked to stand."""
     return _sum(s.feet.height_m.clip(min=0.0)) * ~s.moving
 
 
@@ -211,22 +211,22 @@ def low_pelvis(s: Step) -> Floats:
 
 
 def tilt(s: Step) -> Floats:
-    """Horizontal part of gravity in the pelvis frame, squared."""
+    """Return the horizontal part of gravity in the pelvis frame, squared."""
     return _squares(s.motion.gravity[:, :2])
 
 
 def sway(s: Step) -> Floats:
-    """Angular velocity about the horizontal axes, squared."""
+    """Return the angular velocity about the horizontal axes, squared."""
     return _squares(s.motion.turn_rate[:, :2])
 
 
 def bounce(s: Step) -> Floats:
-    """Vertical velocity, squared."""
+    """Return the vertical velocity, squared."""
     return s.motion.level_velocity[:, 2] ** 2
 
 
 def hips(s: Step) -> Floats:
-    """Yaw and roll of the hips from the default pose."""
+    """Return the yaw and roll of the hips from the default pose."""
     return _deviation(s, _HIPS)
 
 
@@ -236,12 +236,12 @@ def torso(s: Step) -> Floats:
 
 
 def swinging_arms(s: Step) -> Floats:
-    """Shoulder pitch and elbow from the default pose."""
+    """Return the shoulder pitch and elbow from the default pose."""
     return _deviation(s, _SWINGING)
 
 
 def spread_arms(s: Step) -> Floats:
-    """Shoulder roll and yaw from the default pose."""
+    """Return the shoulder roll and yaw from the default pose."""
     return _deviation(s, _SHOULDERS)
 
 
@@ -252,17 +252,17 @@ def ankle_limits(s: Step) -> Floats:
 
 
 def acceleration(s: Step) -> Floats:
-    """Joint accelerations, squared."""
+    """Return the joint accelerations, squared."""
     return _squares(s.joint_acceleration)
 
 
 def fast_joints(s: Step) -> Floats:
-    """Speed of hips, knees and ankles beyond eight tenths of their motors' largest, squared."""
+    """Return the speed of leg joints beyond eight tenths of their motors' largest, squared."""
     return _squares(np.clip(np.abs(s.motion.dq[:, _LEGS]) - _BRISK_RAD_S, 0.0, None))
 
 
 def torque(s: Step) -> Floats:
-    """Joint torques, squared."""
+    """Return the joint torques, squared."""
     return _squares(s.torque_nm)
 
 
@@ -272,7 +272,7 @@ def action_rate(s: Step) -> Floats:
 
 
 def action_jerk(s: Step) -> Floats:
-    """Second difference of the action, squared."""
+    """Return the second difference of the action, squared."""
     newest, last, oldest = s.actions
     return _squares(newest - 2 * last + oldest)
 

@@ -80,7 +80,7 @@ class Ground:
         self._boxes[which] = highest[:, None, None] * rng.random(shape, dtype=np.float32)
 
     def height_m(self, xy: Floats) -> Floats:
-        """Height of the ground at points ``(n, k, 2)``, ``(n, k)``."""
+        """Return the height of the ground at points ``(n, k, 2)``, ``(n, k)``."""
         wave = np.einsum("nki,ni->nk", xy, self._wave) + self._phase[:, None]
         square = np.floor(xy / self._square[:, None, None]).astype(int) % SQUARES
         robots = np.arange(len(xy))[:, None]
@@ -128,7 +128,7 @@ class Planes:
 
 
 def _turns(forward: Floats) -> Floats:
-    """Quaternions that turn x to ``forward (..., 3)`` and leave y level."""
+    """Return quaternions that turn x to ``forward (..., 3)`` and leave y level."""
     x, y, z = np.moveaxis(forward, -1, 0)
     yaw, pitch = np.arctan2(y, x) / 2, -np.arcsin(np.clip(z, -1, 1)) / 2
     cy, sy, cp, sp = np.cos(yaw), np.sin(yaw), np.cos(pitch), np.sin(pitch)

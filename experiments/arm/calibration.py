@@ -38,7 +38,7 @@ class HeldStates(NamedTuple):
 
 
 def draw_states(law: OperationalSpaceLaw, region: ArmRegion, n: int = STATES) -> HeldStates:
-    """Random states of a region, in which all terms of the torque are at work at once."""
+    """Return random states of a region, in which all terms of the torque are at work at once."""
     rng = np.random.RandomState(SEED)
     q = region.q_samples[rng.randint(len(region.q_samples), size=n)]
     dq = region.dq.restore(rng.uniform(-1, 1, (n, 4)))

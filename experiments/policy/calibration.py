@@ -157,7 +157,7 @@ def calibrated_policy(
     run: Options,
     seed: int = 0,
 ) -> Refitted:
-    """``weights``, ``bias`` and ``trim`` of a `Calibrated`, from what the neurons do.
+    """Return ``weights``, ``bias`` and ``trim`` of a `Calibrated`, from what the neurons do.
 
     Parameters
     ----------

@@ -151,7 +151,7 @@ def _run(sim: Simulator, n_shown: int, what: str, progress: Progress) -> None:
 
 
 def _error(data: np.ndarray, wanted: np.ndarray) -> float:
-    """Relative rms error at the end of every observation."""
+    """Return the relative rms error at the end of every observation."""
     steps = round(HOLD_S / DT_S)
     # The last step of each observation, when filters have settled.
     return float(_rms(data[steps - 1 :: steps] - wanted) / _rms(wanted))

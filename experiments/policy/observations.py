@@ -41,7 +41,7 @@ def read_observations(path: Path, n_inputs: int) -> Observations:
 
 
 def normal_observations(n_inputs: int) -> Observations:
-    """Standard normal values, where nothing better is known."""
+    """Return standard normal values, where nothing better is known."""
     values = np.random.RandomState(0).standard_normal((N_NORMAL, n_inputs))
     return Observations(
         values, f"{N_NORMAL:,} standard normal ones, without a file of observations"

@@ -53,7 +53,7 @@ def _asked(trial: PolicyTrial) -> bool | str:
 
 
 def policy_digest(layers: Sequence[Layer]) -> str:
-    """Twelve digits that differ from policy to policy."""
+    """Return twelve digits that differ from policy to policy."""
     arrays = [array for layer in layers for array in (layer.weights, layer.bias)]
     found = hashlib.sha256(b"".join(np.ascontiguousarray(a).tobytes() for a in arrays))
     return found.hexdigest()[:12]

@@ -94,6 +94,6 @@ def encoding(observations: np.ndarray) -> Box:
 
 
 def clipped_shares(observations: np.ndarray, box: Box) -> dict[str, float]:
-    """Share of the values (n, 69) that are out of range, for each part of an observation."""
+    """Return the share of values (n, 69) that are out of range, by part of an observation."""
     out = np.abs(observations - box.centre) > box.half * (1 + 1e-9)
     return {name: float(out[:, part].mean()) for name, part in PARTS.items()}

@@ -121,7 +121,7 @@ class Chain:
 
 
 def _vector(value: ArrayLike) -> np.ndarray:
-    """Without the axes of a batch, which have to be 1."""
+    """Return a value without the axes of a batch, which have to be 1."""
     array = np.asarray(value, dtype=float)
     if max(array.shape[:-1], default=1) != 1:
         raise MismatchError("a vector", f"an array of shape {array.shape}")

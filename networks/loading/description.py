@@ -93,7 +93,7 @@ def _pose_and_scale(robot: Description, joints: Sequence[str]) -> Iterator[np.nd
 
 
 def _parts(weights: np.ndarray, order: list[int]) -> list[np.ndarray]:
-    """Columns of head, angles, velocities and last action, the joints' in another order."""
+    """Return columns of head, angles, velocities and last action, the joints' in another order."""
     n = len(order)
     head, *parts = np.split(weights, [HEAD, HEAD + n, HEAD + 2 * n], axis=1)
     return [head, *(part[:, order] for part in parts)]

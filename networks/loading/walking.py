@@ -38,7 +38,7 @@ def load_walking(path: Path, robot: Description, description: Path | None = None
 
 
 def _ours(path: Path, robot: Description) -> Description:
-    """Our files have joints, pose and action scale in them; the rest is the robot's."""
+    """Read one of our files: joints, pose and action scale are in it; the rest is the robot's."""
     policy = walking_policy.load(path)
     return replace(
         robot,

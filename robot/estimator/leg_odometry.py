@@ -93,7 +93,7 @@ class LegOdometry:
         return np.asarray(weights @ velocities / weights.sum())
 
     def _height_m(self, soles: Soles, rotation: np.ndarray) -> float:
-        """Height of the pelvis above its lowest sole."""
+        """Return the height of the pelvis above its lowest sole."""
         return float(np.max(self._legs.radii_m - soles.points @ rotation[2]))
 
     def _pelvis(self, sensors: Sensors) -> np.ndarray:

@@ -92,7 +92,7 @@ class SimulatedSensors:
         )
 
     def _motion(self, rotation: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Angular velocity of the torso and velocity of the IMU in the world."""
+        """Return the angular velocity of the torso and velocity of the IMU in the world."""
         found = np.zeros(6)
         mujoco.mj_objectVelocity(
             self._plant.model, self._plant.data, mujoco.mjtObj.mjOBJ_XBODY, self._torso, found, 0

@@ -40,7 +40,7 @@ class Findings:
     modules: Modules | None = None
 
     def to_dict(self) -> Json:
-        """Plain data, ready for JSON."""
+        """Return plain data, ready for JSON."""
         loss = None if self.loss is None else self.loss.to_dict()
         return self.report.to_dict(self.activity, self.rates, loss, self.modules)
 
@@ -110,7 +110,7 @@ def _by_rule(hints: Iterable[Violation]) -> dict[tuple[str, str], list[Violation
 
 
 def neurobench_line(static: NeuroBench, activity: Activity | None) -> str:
-    """NeuroBench's metrics on a line."""
+    """Return NeuroBench's metrics on a line."""
     parts = [
         f"footprint {static.footprint_bytes:,} B",
         f"connection sparsity {static.connection_sparsity:.2f}",

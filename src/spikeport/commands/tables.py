@@ -44,7 +44,7 @@ def cost_table(
     rates: Rates | None = None,
     host_io: HostIoReport | None = None,
 ) -> Table:
-    """Energy and time of a run, or expected at stated rates, in every calibration of the chip."""
+    """Return energy and time of a run, or at stated rates, by every calibration of the chip."""
     table = Table("", box=SIMPLE_HEAD, title=f"energy and time, {_basis(activity, rates)}")
     rows: dict[str, list[str]] = {}
     for calibration in chip.calibrations:
@@ -59,7 +59,7 @@ def cost_table(
 
 
 def host_io_table(host_io: HostIoReport) -> Table:
-    """Traffic of a step between host and chip, and whether they are known to keep up."""
+    """Return the traffic of a step between host and chip, and whether they are known to keep up."""
     table = Table("", box=SIMPLE_HEAD, title="host I/O of a step", show_header=False)
     for label, text in host_io.rows():
         table.add_row(label, escape(text))
@@ -102,7 +102,7 @@ def _cost_rows(
 
 
 def _between_chips(spent: EnergyReport, activity: Activity) -> float:
-    """Messages of a step that leave their chip."""
+    """Return the messages of a step that leave their chip."""
     counts = {term.event: term.count for term in spent.terms}
     return counts["message_between_chips"] / activity.n_steps
 
