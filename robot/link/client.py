@@ -122,7 +122,7 @@ class CommandedRobot(RobotClient):
         """Command the robot, as an answer to a tick."""
 
     def _damped(self, tick: int, reason: str) -> RobotLostError:
-        """Tell the robot to go into damping, and return the error that ends the run for it."""
+        """Command damping, and return the error that ends the run for it."""
         self._send(tick, DAMPING)
         return RobotLostError(f"the robot was commanded to go into damping: {reason}")
 

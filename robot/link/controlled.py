@@ -129,7 +129,7 @@ class ControlledRobot(RealTimeRobot):
         self._controller.refuse(reason)
 
     def close(self) -> None:
-        """Tell the robot to go into damping, and leave it and the terminal."""
+        """Command damping, and leave the robot and the terminal."""
         self._terminal.close()
         super().close()
 

@@ -277,7 +277,7 @@ class RealTimeRobot(DdsRobot):
             )
 
     def close(self) -> None:
-        """Tell the robot to go into damping, if it was ever commanded, and leave."""
+        """Command damping, if the robot was ever commanded, and leave."""
         # Several, since in real time a message may be lost, and nobody is left to repeat it.
         for _ in range(DAMPINGS if self._commanded else 0):
             self._send(0, DAMPING)
