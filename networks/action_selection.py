@@ -182,6 +182,7 @@ class _Builder:
         self._connect("strD2", "gpe", -Weights.wm * self.own, gaba)
         self._connect("gpe", "gpi", -Weights.we * self.own, gaba)
         self._connect("gpe", "stn", -Weights.wg * self.own, gaba)
+        # From all actions to all: the higher the others' utilities, the more an action needs to win.
         for pallidum in ("gpi", "gpe"):
             self._connect("stn", pallidum, Weights.wp * self.every, ampa)
 
@@ -193,6 +194,7 @@ class _Builder:
         self._connect("gpi", "thalamus", output, options.thalamus_s)
         self._connect("thalamus", "thalamus", lateral, options.thalamus_s)
         self._connect("thalamus", "gate", -self.own, options.gate_s)
+        # Gates fire for the actions that lose; the output is 1 for the one that wins.
         self.net.gates = nengo.Node(lambda _t, x: 1 - x, size_in=self.n_actions, label="gates")
         self._connect("gate", self.net.gates, self.own, options.output_s)
 

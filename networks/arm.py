@@ -151,6 +151,7 @@ class _Builder:
         self.synapses = synapses
         self.decoders = decoders
         self.q = region.q.normalise(region.q_samples)
+        # A group has one error or one velocity beside the posture, so one random scalar does for all.
         self.scalar = np.random.RandomState(seed).uniform(-1, 1, (len(self.q), 1))
         self.targets = term_torques(
             law.terms(region.q_samples),
@@ -210,6 +211,7 @@ class _Builder:
     def m1(self) -> None:
         """Build a 5-D group [q, e_d] for each axis."""
         region = self.region
+        # Positions come in units of their box, and M1 represents errors in units of theirs.
         per_error = region.x.half / region.error.half
         for d, axis in enumerate(AXES):
             feedback = _select(4, {8 + d: -per_error[d]})
@@ -255,6 +257,7 @@ class _Builder:
             nengo.Connection(
                 ensemble,
                 self.shares[column : column + 4],
+                # Each part of a group decodes its share of the torque.
                 function=targets / scale / parts,
                 eval_points=points,
                 scale_eval_points=False,

@@ -114,6 +114,7 @@ def humanoid(
         else:
             net.selection = action_selection(len(ACTIONS), options.selection, seed)
         constant = _constant(bias, policy.action, options.tau_bias)
+        # An action's gates fire while it is not selected, and silence the part that does it.
         walk, draw = net.selection.nuclei["gate"]
         gate(draw, [e for group in arm.groups.values() for e in group], synapse=options.tau_arm)
         for tau, ensembles in follower.filters.items():
@@ -129,6 +130,7 @@ def humanoid(
 def _constant(values: np.ndarray, target: nengo.Node, tau: float) -> nengo.Ensemble:
     """Return neurons that add constant values to a node for as long as nothing silences them."""
     rates = np.full(BIAS_NEURONS, BIAS_RATE_HZ)
+    # They take no input, so that decoders are solved at one point.
     point = np.zeros((1, 1))
     always = nengo.Ensemble(
         BIAS_NEURONS,

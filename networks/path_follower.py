@@ -87,6 +87,7 @@ def path_follower(
         nengo.Connection(errors[4:], velocity, synapse=None)
         lengths = {distance: 1.0, velocity: gains.kd_speed}
         inner = [body, _speed(lengths, net.command[0], gains, options)]
+    # A compartment has one filter: gates need that of what feeds the neurons they silence.
     outer = [ensemble for ensemble in net.ensembles if ensemble not in inner]
     net.filters = {TAU_HOST_S: outer, options.tau_fwd: inner}
     return net
@@ -126,6 +127,7 @@ def _yaw_rate(
     nengo.Connection(
         body,
         command,
+        # Zero is ahead, so that the angle's jump lies behind the robot, where the limit holds.
         function=lambda b: gains.yaw_rate(np.arctan2(b[1], b[0])),
         solver=nengo.solvers.LstsqL2(reg=options.bearing_regularisation),
         synapse=options.tau_out,
@@ -145,6 +147,7 @@ def _speed(
         n,
         1,
         radius=sum(errors.values()),
+        # Lengths are never negative: neurons for negative values would never fire.
         encoders=np.ones((n, 1)),
         intercepts=np.linspace(0, 0.95, n),
         eval_points=np.linspace(0, 1, N_POINTS)[:, np.newaxis],
