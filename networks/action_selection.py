@@ -182,7 +182,7 @@ class _Builder:
         self._connect("strD2", "gpe", -Weights.wm * self.own, gaba)
         self._connect("gpe", "gpi", -Weights.we * self.own, gaba)
         self._connect("gpe", "stn", -Weights.wg * self.own, gaba)
-        # From all actions to all: the higher the others' utilities, the more an action needs to win.
+        # From all to all: the higher the others' utilities, the more an action needs to win.
         for pallidum in ("gpi", "gpe"):
             self._connect("stn", pallidum, Weights.wp * self.every, ampa)
 

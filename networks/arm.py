@@ -151,7 +151,7 @@ class _Builder:
         self.synapses = synapses
         self.decoders = decoders
         self.q = region.q.normalise(region.q_samples)
-        # A group has one error or one velocity beside the posture, so one random scalar does for all.
+        # A group has one error or velocity beside the posture: one random scalar does for all.
         self.scalar = np.random.RandomState(seed).uniform(-1, 1, (len(self.q), 1))
         self.targets = term_torques(
             law.terms(region.q_samples),
