@@ -174,6 +174,7 @@ class Activity:
         """The steps that are kept one by one, as a run of their own."""
         if self.folded is None:
             return self
+        # Counts by step are those of the kept steps already; messages are of the whole run.
         before = self.folded.sums
         return replace(
             self,

@@ -182,6 +182,7 @@ def _terms(counts: dict[str, np.generic], calibration: EnergyCalibration) -> tup
 
 def _sum(terms: tuple[EnergyTerm, ...]) -> Estimate | None:
     happened = [term.energy for term in terms if term.count]
+    # A sum without any figure would read as no energy.
     if happened and not any(happened):
         return None
     return sum((energy or at_least_zero("J") for energy in happened), start=zero("J"))
@@ -208,6 +209,7 @@ def _static(chip: ChipModel, period_s: float) -> Draw | None:
     figure = chip.power.static_chip_w
     if figure is None:
         return None
+    # A chip at rest draws it too, so that a board's unused chips count.
     power = figure.estimate.scaled(chip.limits.chips.count)
     return Draw(power.scaled(period_s, unit="J"), power)
 
@@ -216,6 +218,7 @@ def _system(chip: ChipModel, dynamic: Draw | None, period_s: float) -> Draw | No
     figure = chip.power.board_idle_w
     if figure is None:
         return None
+    # The board's idle power has its chips' static power in it.
     power = figure.estimate + (at_least_zero("W") if dynamic is None else dynamic.power)
     return Draw(power.scaled(period_s, unit="J"), power)
 

@@ -132,6 +132,7 @@ def step_times(activity: Activity, chip: ChipModel, calibration: EnergyCalibrati
     CompileError
         More cores are in use than the chip's mesh has.
     """
+    # Without a figure, a part takes no less than nothing: the value stays, the upper bound goes.
     wait = barrier(tiles_used(len(activity.cores), chip), calibration) or at_least_zero("s")
     links = between_chips(activity, chip, calibration) or at_least_zero("s")
     return StepTimes(
@@ -176,6 +177,7 @@ def core_times(activity: Activity, times: Times, bound: Bound) -> np.ndarray:
 
 def happened(activity: Activity) -> list[events.OnCore]:
     """Return the kinds of event that take a core time and happened at least once."""
+    # An event that never happened must not cost the upper bound for want of a figure.
     return [event for event in EVENTS if activity.over_steps(event.counts).any()]
 
 
@@ -203,6 +205,7 @@ def between_chips(
     Messages between cores are counted over the whole run, hence the mean. None where there are such
     messages and no public figure.
     """
+    # The links of different chips work at the same time: the busiest decides.
     leaving = np.bincount(
         chip_of(len(activity.cores), chip), weights=messages_between_chips(activity.messages, chip)
     )
