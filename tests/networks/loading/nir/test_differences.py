@@ -32,7 +32,7 @@ def test_each_population_says_what_it_does_otherwise(tmp_path):
 
 def test_the_share_of_weights_beyond_which_inputs_wrap_is_named(tmp_path):
     first, last = nir_graphs.ends(200, 5)
-    weights = nir_graphs.affine(np.random.default_rng(0), 5, 200)
+    weights = nir.Linear(weight=np.random.default_rng(0).normal(0, 0.5, (5, 200)))
     graph = nir_graphs.graph(input=first, w=weights, n=nir_graphs.lif(5), output=last)
     share = spikeport.nir.load(written(tmp_path, graph), DT_S, at_once=0.125).units["n"].at_once
     assert 0.125 <= share < 1
