@@ -380,11 +380,21 @@ def train_command(
     seed: SeedOption = 0,
     steps: Annotated[int, typer.Option(help="Control steps of all robots.", min=1)] = 23_300_000,
     threads: Annotated[int | None, typer.Option(help="Threads; all cores.", min=1)] = None,
+    no_hidden_noise: Annotated[
+        bool, typer.Option("--no-hidden-noise", help="No noise that stands for spikes.")
+    ] = False,
 ) -> None:
     """Train a policy from scratch; a run that was interrupted goes on where it was."""
     from spikeport.commands.train import run
 
-    run(policy, out=out, seed=seed, steps=steps, threads=threads)
+    run(
+        policy,
+        out=out,
+        seed=seed,
+        steps=steps,
+        threads=threads,
+        hidden_noise=not no_hidden_noise,
+    )
 
 
 @app.command("figure")

@@ -8,7 +8,8 @@ import pytest
 def test_help_names_every_option(spikeport):
     done = spikeport("train", "--help")
     assert done.code == 0
-    assert [o for o in ("--out", "--seed", "--steps", "--threads") if o not in done.out] == []
+    options = ("--out", "--seed", "--steps", "--threads", "--no-hidden-noise")
+    assert [option for option in options if option not in done.out] == []
 
 
 def test_an_unknown_policy_lists_those_there_are(spikeport):
