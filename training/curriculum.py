@@ -122,7 +122,7 @@ STAGES = (
 
 
 def without_hidden_noise(stages: tuple[Stage, ...] = STAGES) -> tuple[Stage, ...]:
-    """Return the stages without noise on hidden units: the recipe of a policy not made for spikes."""
+    """Return the stages without noise on hidden units, for a policy that is not made for spikes."""
     return tuple(replace(stage, hidden_noise=HiddenNoise()) for stage in stages)
 
 

@@ -30,9 +30,7 @@ def run(
     except ModuleNotFoundError as error:
         raise missing("training", error.name, "train") from error
     stages = STAGES if hidden_noise else without_hidden_noise()
-    options = TrainOptions(
-        out, seed, steps, stages=stages, workers=threads or os.cpu_count() or 1
-    )
+    options = TrainOptions(out, seed, steps, stages=stages, workers=threads or os.cpu_count() or 1)
     command = f"spikeport train {policy} --seed {seed} --steps {steps} --threads {options.workers}"
     command += "" if hidden_noise else " --no-hidden-noise"
     with progress_bar() as progress:
