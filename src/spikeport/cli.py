@@ -403,7 +403,7 @@ def figure_command(
     figure: Annotated[
         str,
         typer.Argument(
-            help="The paper's number, or a name: 1 teaser, 3 reach, 4 draw, 5a walk, "
+            help="The paper's number, or a name: 1 teaser, 2 overview, 3 reach, 4 draw, 5a walk, "
             "5b walk-sweep, 5c walk-silenced, 6 basal-ganglia."
         ),
     ],
