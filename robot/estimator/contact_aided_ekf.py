@@ -22,7 +22,7 @@ from spikeport.robot.estimator.belief import (
     errors_of,
 )
 from spikeport.robot.estimator.contacts import ContactDetector, ContactLimits
-from spikeport.robot.estimator.external_fix import FixNoise, fixed
+from spikeport.robot.estimator.external_fix import FixNoise, displaced, fixed
 from spikeport.robot.estimator.footholds import Points
 from spikeport.robot.estimator.group import Pose, hat
 from spikeport.robot.estimator.legs import POINTS, WAIST, Legs, Soles
@@ -128,6 +128,12 @@ class ContactAidedEkf:
             observation = fixed(self.belief, position, waist_rad, self._noise.fix)
             self.belief = corrected(self.belief, observation)
         return self._state(sensors)
+
+    @property
+    def place_deviation_m(self) -> float | None:
+        """Standard deviation of the place in the plane, by the covariance of the belief."""
+        sensitivity = displaced(self.belief)[:2]
+        return float(np.sqrt(np.trace(sensitivity @ self.belief.covariance @ sensitivity.T)))
 
     def _correct_by_feet(self, sensors: Sensors, dt_s: float) -> None:
         """Correct by points that go on standing, forget those that do not, add new ones."""
