@@ -73,9 +73,7 @@ def test_without_a_publisher_of_the_truth_states_alone_are_observations(clocked:
     bus.publish()
     assert robot.exchange(seen, HOLD).truth is None
     bus.robot.restart()
-    with pytest.raises(
-        RobotLostError, match="nobody publishes rt/sportmodestate"
-    ):
+    with pytest.raises(RobotLostError, match="nobody publishes rt/sportmodestate"):
         LockStepRobot(bus, TRUTHS).first()
 
 
