@@ -123,11 +123,12 @@ def in_real_time() -> dict[str, object]:
 
 def in_sport_mode() -> dict[str, object]:
     """Command a robot that is in sport mode; one that asks for its release first, is obeyed."""
+    from spikeport.robot.link import over_dds
     from spikeport.robot.link.bus import Bus
     from spikeport.robot.link.messages import COMMANDS
-    from spikeport.robot.link.over_dds import join
     from spikeport.robot.link.place import Place
 
+    over_dds.LATEST_S = 10.0  # a busy machine is no reason here
     process = started("--hoist", "--sport-mode", "ai")
     with Bus(Place(), keeps_all=False) as bus:
         commands = bus.writer(COMMANDS)
@@ -136,7 +137,7 @@ def in_sport_mode() -> dict[str, object]:
         for _ in range(5):
             commands.write(encode_command(Command(0, DAMPING)))
             time.sleep(0.05)
-    robot = join(Place(), Pace(0.005))
+    robot = over_dds.join(Place(), Pace(0.005))
     seen = robot.first()
     for _ in range(50):
         seen = robot.exchange(seen, DAMPING)
