@@ -77,6 +77,12 @@ class RobotOptions:
                 f"--robot-lock-step in domain {REAL}: a real robot waits for no answer, and would "
                 "be driven at once; serve a simulation in domain 1, or leave out --robot-lock-step"
             )
+        if self.estimates == TRUTH and self.place.may_be_real:
+            # A robot in sport mode publishes on that topic, and falls silent there when released.
+            raise UsageError(
+                "--estimator truth: only a simulation knows the truth, and a real robot may listen "
+                "there; give --estimator ekf, or odometer where the robot has one"
+            )
         if self.faults:
             raise UsageError("--robot-fault is for inline and stub; else give --fault to the robot")
 

@@ -26,8 +26,9 @@ FIRST_S = 20.0
 """Time in which a robot's first state must come."""
 PATIENCE_S = 10.0
 """Time in which a robot in lock-step must answer."""
-ODOMETRY_S = 0.2
-"""Age of the last odometry after which a robot that is controlled by it is damped, in real time."""
+BESIDE_S = 0.2
+"""Age of the last message of a topic beside the states, as odometry, after which a robot that is
+controlled by it is damped, in real time."""
 SLICE_S = 0.2
 DAMPINGS = 3
 """The number of damping commands that a controller sends as it leaves."""
@@ -106,7 +107,7 @@ class DdsRobot(CommandedRobot):
         if newest is None:
             return None
         for topic, companion in self._beside.items():
-            # An odometer may fall silent, which `_watch_odometry` judges; a truth comes with every
+            # An odometer may fall silent, which `_watch_beside` judges; a truth comes with every
             # state.
             needed = topic is self._needs and topic is TRUTHS
             companion.take(newest.tick, needed or (self._waits and companion.published))
@@ -241,8 +242,8 @@ class RealTimeRobot(DdsRobot):
         self._deadlines = Deadlines(pace.period_s, pace.clock)
         self._clock, self._priority = pace.clock, pace.priority
         self._limits = h1_limits(SPEED_LIMITS_RAD_S, TORQUE_LIMITS_NM)
-        self._seen_s = self._odometry_s = 0.0
-        self._odometries = 0
+        self._seen_s = self._beside_s = 0.0
+        self._came = 0
         self._rest = ExitStack()
 
     def first(self) -> Observed:
@@ -250,7 +251,7 @@ class RealTimeRobot(DdsRobot):
         self._rest.enter_context(undisturbed(self._priority))
         found = super().first()
         self._deadlines.begin()
-        self._seen_s = self._odometry_s = self._clock.now()
+        self._seen_s = self._beside_s = self._clock.now()
         return found
 
     def exchange(self, last: Observed, motors: MotorCommands) -> Observed:
@@ -259,7 +260,7 @@ class RealTimeRobot(DdsRobot):
         self._deadlines.begin()
         self.figures.overruns = self._deadlines.overruns
         found, now = self._newest(0.0), self._clock.now()
-        self._watch_odometry(last.tick, now)
+        self._watch_beside(last.tick, now)
         # A state that came again is as old as before: its age counts from when it first came.
         if found is None or found.tick == last.tick:
             self.figures.held += 1
@@ -285,15 +286,17 @@ class RealTimeRobot(DdsRobot):
         if age_s > LATEST_S:
             self._distrust(tick, too_old(age_s))
 
-    def _watch_odometry(self, tick: int, now_s: float) -> None:
-        """Damp a robot whose motion is that of an odometer which fell silent."""
-        came = self._beside[ODOMETRY].came
-        if came != self._odometries:
-            self._odometries, self._odometry_s = came, now_s
-        age_s = now_s - self._odometry_s
-        if self._needs is ODOMETRY and age_s > ODOMETRY_S:
-            limits = f"{1000 * age_s:.0f} ms, allowed {1000 * ODOMETRY_S:.0f} ms"
-            self._distrust(tick, f"no odometry for {limits}")
+    def _watch_beside(self, tick: int, now_s: float) -> None:
+        """Damp a robot whose motion is that of a topic which fell silent."""
+        if self._needs is None:
+            return
+        came = self._beside[self._needs].came
+        if came != self._came:
+            self._came, self._beside_s = came, now_s
+        age_s = now_s - self._beside_s
+        if age_s > BESIDE_S:
+            limits = f"{1000 * age_s:.0f} ms, allowed {1000 * BESIDE_S:.0f} ms"
+            self._distrust(tick, f"nothing on {self._needs.name} for {limits}")
 
     def close(self) -> None:
         """Command damping, if the robot was ever commanded, and leave."""

@@ -233,7 +233,7 @@ def test_odometry_comes_with_the_states_and_its_silence_damps() -> None:
             seen = robot.exchange(seen, HOLD)
             bus.publish()
 
-    with pytest.raises(RobotLostError, match=r"no odometry for 20\d ms, allowed 200 ms"):
+    with pytest.raises(RobotLostError, match=r"nothing on rt/odommodestate for 20\d ms"):
         go_on(seen)
     assert (decode_command(bus.commands.sent[-1]).motors.kd == 8).all()
 
