@@ -67,13 +67,13 @@ class StubRobot(RobotClient):
             # A robot that died has words of its own, which say more than its silence.
             if self._child.runs:
                 raise
-            self._words = self._child.close().strip()
+            self._words = self._child.close()
             raise RobotLostError(f"{error}; its process ended: {self._words}") from None
 
     def close(self) -> None:
         """Leave the robot, and wait for the end of its process."""
         self._client.close()
-        self._words = self._words or self._child.close().strip()
+        self._words = self._words or self._child.close()
         self._claim.close()
 
     def summary(self) -> dict[str, object]:

@@ -128,7 +128,7 @@ def show_outcome(outcome: Outcome, folder: Path) -> None:
         table.add_row(name, escape(_text(value)))
     console.print(table)
     for line in _link_lines(result):
-        console.print(line, markup=False, highlight=False)
+        console.print(line, markup=False, highlight=False, soft_wrap=True)
     names = ", ".join(sorted(p.name for p in folder.iterdir()))
     console.print(f"written: {folder}/ ({names})", markup=False)
 
