@@ -100,14 +100,16 @@ def described(walked: list[Walked]) -> str:
     if not estimated:
         return line
     velocity = np.mean([one.estimator["velocity_error_m_s"] for one in estimated], axis=0)
-    place_m, heading_rad, own_m = (
-        max(one.estimator[key] or 0.0 for one in estimated)
-        for key in ("place_error_m", "heading_error_rad", "place_deviation_m")
+    place_m, heading_rad = (
+        max(one.estimator[key] for one in estimated)
+        for key in ("place_error_m", "heading_error_rad")
     )
+    own_m = [one.estimator["place_deviation_m"] for one in estimated]
+    own = "-" if None in own_m else f"{max(own_m):.3f}"
     return (
         f"{line}; off the path {max(one.off_path_m for one in estimated):.3f} m, velocity off by "
-        f"{', '.join(f'{v:.3f}' for v in velocity)} m/s, place by {place_m:.2f} m (by itself "
-        f"{own_m:.2f}), heading by {1000 * heading_rad:.0f} mrad"
+        f"{', '.join(f'{v:.3f}' for v in velocity)} m/s, place by {place_m:.2f} m, by itself "
+        f"{own} m, heading by {1000 * heading_rad:.0f} mrad"
     )
 
 

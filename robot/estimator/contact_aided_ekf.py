@@ -106,7 +106,11 @@ class ContactAidedEkf:
         deviations[errors_of(VELOCITY)] = noise.velocity_m_s
         deviations[GYROSCOPE_BIAS] = noise.gyroscope_bias
         deviations[ACCELEROMETER_BIAS] = noise.accelerometer_bias
-        covariance = np.diag(deviations**2)
+        spread = np.eye(N_ERRORS)
+        # The place is that of the fix, whatever the tilt: xi_R x o + xi_p = 0. Else the next fix,
+        # far from the origin, would be taken for an observation of the tilt.
+        spread[errors_of(PLACE), ROTATION] = hat(place)
+        covariance = spread @ np.diag(deviations**2) @ spread.T
         self.belief = Belief(Pose(rotation, vectors), np.zeros(3), np.zeros(3), covariance)
         self._detector = ContactDetector(len(POINTS), noise.contact)
         self.standing = np.zeros(len(POINTS), dtype=bool)
