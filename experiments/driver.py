@@ -213,12 +213,14 @@ def robot_line(robot: Mapping[str, Any]) -> str:
 
 
 def _estimator_line(estimator: Mapping[str, Any]) -> str:
-    """Return which estimator found the robot's motion, and its error where that is known."""
-    error = estimator["velocity_error_m_s"]
-    if error is None:
-        return f"estimator {estimator['name']}"
-    velocity, place_m = ", ".join(f"{e:.3f}" for e in error), estimator["place_error_m"]
-    return f"estimator {estimator['name']}, off by {velocity} m/s and {place_m:.2f} m"
+    """Return which estimator found the robot's motion, and its error as far as that is known."""
+    name, error = f"estimator {estimator['name']}", estimator["velocity_error_m_s"]
+    if error is not None:
+        velocity, place_m = ", ".join(f"{e:.3f}" for e in error), estimator["place_error_m"]
+        return f"{name}, off by {velocity} m/s and {place_m:.2f} m"
+    # Without a truth to compare with the estimator's own account is all there is.
+    deviation_m = estimator["place_deviation_m"]
+    return f"{name}, by itself off by {deviation_m:.2f} m" if deviation_m else name
 
 
 def _write(

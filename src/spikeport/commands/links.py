@@ -69,8 +69,8 @@ def robot_options(link: RobotLink) -> "RobotOptions | None":
     if link.robot is None:
         if link != RobotLink(robot_fault=[]):
             raise UsageError(
-                "--robot-real-time, --robot-lock-step, --robot-states, --robot-fault, --estimator "
-                "and --may-move-a-real-robot are for a run with --robot"
+                "--robot-real-time, --robot-lock-step, --robot-states, --robot-priority, "
+                "--robot-fault, --estimator and --may-move-a-real-robot are for a run with --robot"
             )
         return None
     from spikeport.robot.link.connection import RobotOptions  # needs mujoco
@@ -87,6 +87,7 @@ def robot_options(link: RobotLink) -> "RobotOptions | None":
         may_move_a_robot=link.may_move,
         estimator=link.estimator,
         states=link.robot_states,
+        priority=link.robot_priority,
     )
     asked.check()
     return asked

@@ -168,6 +168,12 @@ class RobotLink:
             help="Start and stop a robot over DDS by keys; always so where a real one may listen.",
         ),
     ] = False
+    robot_priority: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N", help="In real time, real-time priority of run and stub.", min=1, max=99
+        ),
+    ] = None
     robot_fault: Annotated[list[str], RobotFaultsOption]
     estimator: Annotated[
         str | None,
@@ -239,6 +245,10 @@ class RobotService:
     ] = False
     rate_hz: Annotated[
         float | None, typer.Option(help="Physics steps and states a second: 200, 500 or 1000.")
+    ] = None
+    priority: Annotated[
+        int | None,
+        typer.Option(metavar="N", help="Real-time priority, by the clock.", min=1, max=99),
     ] = None
     hoist: Annotated[bool, typer.Option("--hoist", help="Hang the robot by its pelvis.")] = False
     let_down: Annotated[

@@ -13,6 +13,7 @@ from rich.table import Table
 
 from spikeport import cache, key_values
 from spikeport.backends.board.link import OWN_STUB, LinkOptions
+from spikeport.commands.ending import ended_in_order
 from spikeport.commands.options import RunOptions, Target
 from spikeport.commands.progress import progress_bar
 from spikeport.commands.screen import print_costs
@@ -55,6 +56,7 @@ def run(request: RunRequest) -> None:
     check_target(target)
     check_counts(asked.counts, target)
     with (
+        ended_in_order(),
         run_folder.opened(asked.out, experiment.name, asked.overwrite) as folder,
         run_folder.counting(asked.counts) as counts,
         # drawing a bar ten times a second holds up steps that keep to the clock
@@ -125,8 +127,18 @@ def show_outcome(outcome: Outcome, folder: Path) -> None:
     for name, value in result["metrics"].items():
         table.add_row(name, escape(_text(value)))
     console.print(table)
+    for line in _link_lines(result):
+        console.print(line, markup=False, highlight=False, soft_wrap=True)
     names = ", ".join(sorted(p.name for p in folder.iterdir()))
     console.print(f"written: {folder}/ ({names})", markup=False)
+
+
+def _link_lines(result: Mapping[str, Any]) -> list[str]:
+    """Return a line on each of a run's links."""
+    from spikeport.experiments.driver import link_line, robot_line  # needs the robot
+
+    lines = [link_line(result["link"])] if result["link"] is not None else []
+    return lines + ([robot_line(result["robot"])] if result["robot"] is not None else [])
 
 
 def unit_table(found: Mapping[str, Mapping[str, Any]]) -> Table:
