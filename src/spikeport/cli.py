@@ -234,13 +234,16 @@ def show_command(
 
 @app.command("view")
 def view_command(
-    folder: Annotated[Path, typer.Argument(help="The folder of a finished run.")],
+    folder: Annotated[Path, typer.Argument(help="The folder of a run.")],
     out: Annotated[Path | None, written("File of the page; by default view.html there.")] = None,
+    live: Annotated[
+        bool, typer.Option("--live", help="Follow a run that goes on, in a page on loopback.")
+    ] = False,
 ) -> None:
     """Make a page of a run: it plays robot, spikes, gates and errors in a browser."""
     from spikeport.commands.view import run
 
-    run(folder, out)
+    run(folder, out, live)
 
 
 @app.command("step")

@@ -109,6 +109,25 @@ def test_a_file_alone_is_searched_for_its_network(tmp_path, text, label):
     assert find_network(str(path), []).label == label
 
 
+RUNS_ITSELF = """
+import nengo
+import nengo_loihi
+
+with nengo.Network(seed=1) as model:
+    ensemble = nengo.Ensemble(10, 1)
+    probe = nengo.Probe(ensemble)
+
+with nengo_loihi.Simulator(model, progress_bar=False) as sim:
+    sim.run(0.005)
+"""
+
+
+def test_a_script_that_runs_its_network_on_nengo_loihi_does_so_on_every_numpy(tmp_path):
+    path = tmp_path / "script.py"
+    path.write_text(RUNS_ITSELF, encoding="utf-8")
+    assert find_network(str(path), []).all_ensembles[0].n_neurons == 10
+
+
 def test_a_file_of_several_networks_lists_them(tmp_path):
     path = tmp_path / "several.py"
     path.write_text(SEVERAL + "line = nengo.Network()\n", encoding="utf-8")
