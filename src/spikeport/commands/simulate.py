@@ -164,7 +164,7 @@ def _result(request: SimulateRequest, ran: Ran, network: nengo.Network) -> dict[
         "metrics": {
             "errors": errors,
             "delays_s": {name: late and late[0] for name, late in delays.items()},
-            "errors_but_for_delays": {name: late and late[1] for name, late in delays.items()},
+            "errors_without_delays": {name: late and late[1] for name, late in delays.items()},
             "largest_error": max(known, default=None),
             "real_time_factor": request.seconds / ran.wall_s,
         },
@@ -192,7 +192,7 @@ def _show(ran: Ran, network: nengo.Network, played: str | None, folder: Path) ->
 def _probe_table(ran: Ran) -> Table:
     """Return every probe, with its error."""
     table = Table("probe", box=SIMPLE_HEAD, title=f"probes on {ran.backend}, beside float Nengo")
-    for name in ("values", "samples", "error", "delay", "error but for it"):
+    for name in ("values", "samples", "error", "delay", "error, delay removed"):
         table.add_column(name, justify="right", no_wrap=True)
     for name, one in ran.recorded.items():
         n_samples, size = one.values.shape
