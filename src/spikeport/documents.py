@@ -19,8 +19,8 @@ from spikeport.compile.report.schema import schema
 
 HEAD = """# Rules
 
-These are the rules that `spikeport compile` checks. Messages contain the id of a rule, and `spikeport
-compile --explain SP101` prints it.
+These are the rules that `spikeport compile` checks. Messages contain the id of a rule, which
+`spikeport compile --explain SP101` explains.
 
 | ids | |
 |---|---|
