@@ -34,8 +34,8 @@ R = TypeVar("R")
 READINGS = Sensors(0.0, np.array([1.0, 0, 0, 0]), *np.zeros((2, 3)), *np.ones((3, 19)))
 BATCH = 500
 BATCHES = 12
-"""Of each figure the least and the median of the batches are printed: what others on the machine
-take of caches and clock is in the median."""
+"""Batches, of whose figures the least and the median are printed: the median also has what others
+on the machine take of caches and clock."""
 SECONDS = 5.0
 DOMAIN = 9
 

@@ -34,7 +34,7 @@ class Strictly(BaseModel):
 
 def _known_unit(unit: str) -> str:
     if unit not in UNITS:
-        raise ValueError(f"unknown unit '{unit}'; there is: {', '.join(sorted(UNITS))}")
+        raise ValueError(f"unknown unit '{unit}'; choose from: {', '.join(sorted(UNITS))}")
     return unit
 
 

@@ -41,7 +41,7 @@ def test_a_figure_is_a_quantity_with_its_evidence():
     [
         ({"low": 3}, "low 3 is above value 2"),
         ({"high": 1}, "high 1 is below value 2"),
-        ({"unit": "erg"}, "unknown unit 'erg'; there is: 1, J, W"),
+        ({"unit": "erg"}, "unknown unit 'erg'; choose from: 1, J, W"),
         ({"value": -1}, "greater than or equal to 0"),
         ({"value": float("inf")}, "finite number"),
         ({"source": ""}, "at least 1 character"),

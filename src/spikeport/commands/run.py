@@ -23,7 +23,7 @@ from spikeport.compile.report.drawing import estimate
 from spikeport.constants import DT_S, LONGEST_RUN
 from spikeport.errors import UsageError, unknown
 from spikeport.experiments import registry, run_folder
-from spikeport.experiments.options import Experiment, Options, Outcome
+from spikeport.experiments.options import Experiment, Options, Outcome, keeps_to_a_clock
 from spikeport.hardware_models import chip as chips
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def run(request: RunRequest) -> None:
         run_folder.opened(asked.out, experiment.name, asked.overwrite) as folder,
         run_folder.counting(asked.counts) as counts,
         # drawing a bar ten times a second holds up steps that keep to the clock
-        progress_bar(moves=not _keeps_to_the_clock(request)) as progress,
+        progress_bar(moves=not keeps_to_a_clock(request.link, request.robot)) as progress,
     ):
         options = Options(
             seconds=seconds,
@@ -78,11 +78,6 @@ def run(request: RunRequest) -> None:
         )
         outcome = experiment.run(chosen, options, folder)
     show_outcome(outcome, folder)
-
-
-def _keeps_to_the_clock(request: RunRequest) -> bool:
-    robot = request.robot
-    return request.link.real_time or (robot is not None and robot.real_time)
 
 
 def check_target(target: Target) -> None:

@@ -106,7 +106,7 @@ def test_a_robot_on_its_hoist_is_where_the_hoist_holds_it() -> None:
 
 
 def test_an_unknown_estimator_is_refused() -> None:
-    with pytest.raises(UsageError, match="unknown estimator 'gps'; there is: ekf, "):
+    with pytest.raises(UsageError, match="unknown estimator 'gps'; choose from: ekf, "):
         EstimatedMotion("gps")
 
 

@@ -59,7 +59,7 @@ def test_an_experiment_without_decoders_says_so(spikeport, monkeypatch, tmp_path
         (
             ["--backend", "analytic"],
             "unknown backend with neurons of reach 'analytic'; "
-            "there is: board, native, nengo-loihi, reference",
+            "choose from: board, native, nengo-loihi, reference",
         ),
         (
             ["--seconds", "0"],

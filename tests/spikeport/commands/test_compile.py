@@ -161,17 +161,17 @@ def test_unknown_names_of_compile_list_what_there_is(spikeport, net_py):
         return done.err
 
     assert error("leg") == (
-        "error: unknown network 'leg'; there is: FILE.ipynb, FILE.py, FILE.py:NAME, arm, "
+        "error: unknown network 'leg'; choose from: FILE.ipynb, FILE.py, FILE.py:NAME, arm, "
         "graph.nir, humanoid, module:NAME, walk\n"
     )
     assert error("arm", "--set", "preset=fat") == (
-        "error: unknown preset 'fat'; there is: lean, paper\n"
+        "error: unknown preset 'fat'; choose from: lean, paper\n"
     )
     assert error(f"{net_py}:make", "--chip", "lohi") == (
-        f"error: unknown chip 'lohi'; there is: {', '.join(chips.names())}\n"
+        f"error: unknown chip 'lohi'; choose from: {', '.join(chips.names())}\n"
     )
     assert error(f"{net_py}:make", "--set", "n=1") == (
-        f"error: unknown key of network '{net_py}:make' 'n'; there is: label, n_neurons, tau\n"
+        f"error: unknown key of network '{net_py}:make' 'n'; choose from: label, n_neurons, tau\n"
     )
 
 

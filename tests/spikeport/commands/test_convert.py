@@ -66,7 +66,7 @@ def test_inputs_that_nobody_recorded_are_named(spikeport, tiny):
         (["--tau-fwd", "0"], "--tau-fwd 0: a filter must be from 0 to 1 s"),
         (
             ["--chip", "loihi9"],
-            f"unknown chip 'loihi9'; there is: {', '.join(sorted(chips.names()))}",
+            f"unknown chip 'loihi9'; choose from: {', '.join(sorted(chips.names()))}",
         ),
         (["--passes", "pock"], None),
     ],

@@ -140,10 +140,10 @@ def test_a_model_without_probes_is_probed_at_its_outputs(spikeport, tmp_path, mo
     [
         (("arm",), "arm is run with its robot, as an experiment: spikeport run reach"),
         (("NET:make", "--seconds", "0"), "--seconds 0: a run is at least one step of 0.001 s, "),
-        (("NET:make", "--backend", "analytic"), "unknown backend 'analytic'; there is: board, "),
-        (("NET:make", "--chip", "lohi"), "unknown chip 'lohi'; there is: "),
-        (("NET:make", "-p", "compakt"), "unknown pass or pipeline 'compakt'; there is: as_written"),
-        (("leg",), "unknown network 'leg'; there is: "),
+        (("NET:make", "--backend", "analytic"), "unknown backend 'analytic'; choose from: board, "),
+        (("NET:make", "--chip", "lohi"), "unknown chip 'lohi'; choose from: "),
+        (("NET:make", "-p", "compakt"), "unknown pass or pipeline 'compakt'; choose from: "),
+        (("leg",), "unknown network 'leg'; choose from: "),
     ],
 )
 def test_wrong_use_is_refused_and_leaves_nothing(

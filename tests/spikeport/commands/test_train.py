@@ -13,7 +13,7 @@ def test_help_names_every_option(spikeport):
 
 
 def test_an_unknown_policy_lists_those_there_are(spikeport):
-    assert spikeport("train", "run") == (2, "", "error: unknown policy 'run'; there is: walk\n")
+    assert spikeport("train", "run") == (2, "", "error: unknown policy 'run'; choose from: walk\n")
 
 
 def test_a_file_is_no_folder_of_a_run(spikeport, tmp_path):
