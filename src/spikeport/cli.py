@@ -22,6 +22,7 @@ from spikeport.commands.options import (
     ImageFile,
     Link,
     NoCache,
+    OffloadOption,
     PassesOption,
     RobotLink,
     RunOptions,
@@ -123,9 +124,7 @@ def compile_command(
     json: ReportFile = None,
     html: ReportPage = None,
     passes: PassesOption = None,
-    offload: Annotated[
-        bool, typer.Option("--offload", help="Move what breaks a rule to the host, and say what.")
-    ] = False,
+    offload: OffloadOption = False,
     print_after: PrintAfter = None,
     rate_hz: RateHz = None,
     loss: Annotated[
@@ -180,6 +179,7 @@ def simulate_command(
     ] = "native",
     chip: ChipOption = "loihi",
     passes: PassesOption = None,
+    offload: OffloadOption = False,
     *,
     seconds: Annotated[float, typer.Option(help="Simulated time.")] = 1.0,
     seed: SeedOption = 0,
@@ -207,6 +207,7 @@ def simulate_command(
         SimulateRequest(
             network=model,
             target=Target(backend=backend, chip=chip, passes=passes),
+            offload=offload,
             seconds=seconds,
             seed=seed,
             settings=settings,

@@ -51,6 +51,9 @@ PassesOption = Annotated[
         help="as_written, compact, or name,name{key=value}; by default the chip's; see `passes`.",
     ),
 ]
+OffloadOption = Annotated[
+    bool, typer.Option("--offload", help="Move what breaks a rule to the host, and say what.")
+]
 ImageFile = Annotated[Path, typer.Argument(help="The image.npz that a compile wrote.")]
 SecondsOption = Annotated[float | None, typer.Option(help="Simulated time.")]
 SeedOption = Annotated[int, typer.Option(help="Seed of the run.", min=0, max=LARGEST_SEED)]
