@@ -22,6 +22,7 @@ from spikeport.commands.options import (
     ImageFile,
     Link,
     NoCache,
+    OffloadOption,
     PassesOption,
     RobotLink,
     RunOptions,
@@ -123,9 +124,7 @@ def compile_command(
     json: ReportFile = None,
     html: ReportPage = None,
     passes: PassesOption = None,
-    offload: Annotated[
-        bool, typer.Option("--offload", help="Move ensembles that break a rule to the host.")
-    ] = False,
+    offload: OffloadOption = False,
     print_after: PrintAfter = None,
     rate_hz: RateHz = None,
     loss: Annotated[
@@ -187,6 +186,7 @@ def simulate_command(
     ] = "native",
     chip: ChipOption = "loihi",
     passes: PassesOption = None,
+    offload: OffloadOption = False,
     *,
     seconds: Annotated[float, typer.Option(help="Simulated time, in s.")] = 1.0,
     seed: SeedOption = 0,
@@ -214,6 +214,7 @@ def simulate_command(
         SimulateRequest(
             network=model,
             target=Target(backend=backend, chip=chip, passes=passes),
+            offload=offload,
             seconds=seconds,
             seed=seed,
             settings=settings,

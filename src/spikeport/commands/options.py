@@ -51,6 +51,9 @@ PassesOption = Annotated[
         help="as_written, compact, or a list like name,name{key=value}; see `passes`.",
     ),
 ]
+OffloadOption = Annotated[
+    bool, typer.Option("--offload", help="Move ensembles that break a rule to the host.")
+]
 ImageFile = Annotated[Path, typer.Argument(help="An image.npz that `compile --out` wrote.")]
 SecondsOption = Annotated[float | None, typer.Option(help="Simulated time, in s.")]
 SeedOption = Annotated[int, typer.Option(help="Seed of the run.", min=0, max=LARGEST_SEED)]

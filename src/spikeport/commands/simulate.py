@@ -18,7 +18,7 @@ from spikeport.commands import nir
 from spikeport.commands.options import Target
 from spikeport.commands.progress import progress_bar
 from spikeport.commands.run import check_counts, check_target
-from spikeport.commands.screen import print_costs
+from spikeport.commands.screen import print_costs, print_hints, print_offloaded
 from spikeport.commands.tables import resource_table
 from spikeport.compile.report.summary import verdict
 from spikeport.constants import DT_S, LONGEST_RUN
@@ -46,6 +46,7 @@ class SimulateRequest:
     beside_float: bool
     out: Path | None
     overwrite: bool
+    offload: bool = False
     counts: bool = False
     build_timeout_s: float | None = None
     dt_s: float | None = None
@@ -107,7 +108,7 @@ def _network(request: SimulateRequest) -> nengo.Network:
     if not network.all_probes:
         probe_outputs(network)
         names = printable(", ".join(probes_by_name(network)))
-        print(f"note: the network has no probe; probed are its outputs: {names}", file=sys.stderr)
+        print(f"note: the network has no probe; probed here: {names}", file=sys.stderr)
     return network
 
 
@@ -117,6 +118,7 @@ def _options(request: SimulateRequest, counts: Path | None) -> RunOptions:
         backend=request.target.backend,
         chip=request.target.chip,
         pipeline=request.target.passes,
+        offload=request.offload,
         seed=request.seed,
         beside_float=request.beside_float,
         link=request.link,
@@ -181,6 +183,8 @@ def _show(ran: Ran, network: nengo.Network, played: str | None, folder: Path) ->
         print_costs(console, ran.report, ran.activity)
     console.print(_probe_table(ran))
     if ran.report is not None:
+        print_offloaded(console, ran.report)
+        print_hints(console, ran.report)
         console.print(verdict(ran.report), markup=False)
         nir.show_differences(network)
     if played is not None:
@@ -190,15 +194,18 @@ def _show(ran: Ran, network: nengo.Network, played: str | None, folder: Path) ->
 
 
 def _probe_table(ran: Ran) -> Table:
-    """Return every probe, with its error."""
+    """Return every probe, with the rms of its values in float, and its error relative to it."""
     table = Table("probe", box=SIMPLE_HEAD, title=f"probes on {ran.backend}, beside float Nengo")
-    for name in ("values", "samples", "error", "delay", "error, delay removed"):
+    for name in ("values", "samples", "rms", "error", "delay", "error, delay removed"):
         table.add_column(name, justify="right", no_wrap=True)
     for name, one in ran.recorded.items():
         n_samples, size = one.values.shape
         late = one.delayed()
         texts = ("", "") if late is None else (f"{1000 * late[0]:.0f} ms", _percent(late[1]))
-        table.add_row(escape(name), f"{size:,}", f"{n_samples:,}", _percent(one.error()), *texts)
+        rms = one.rms_float()
+        scale = "-" if rms is None else f"{rms:.2g}"
+        columns = (f"{size:,}", f"{n_samples:,}", scale, _percent(one.error()), *texts)
+        table.add_row(escape(name), *columns)
     return table
 
 

@@ -34,6 +34,8 @@ class RunOptions:
         Number of steps.
     backend, chip, pipeline : str
         The backend and chip it runs on, and the passes of its compile; by default the chip's.
+    offload : bool
+        Move ensembles that break a rule of the chip to the host.
     seed : int
         Seed of noise and processes.
     beside_float : bool
@@ -48,6 +50,7 @@ class RunOptions:
     backend: str = "native"
     chip: str | Path = "loihi"
     pipeline: Pipeline | str | None = None
+    offload: bool = False
     seed: int = 0
     beside_float: bool = True
     link: LinkOptions = OWN_STUB
@@ -148,6 +151,7 @@ def _opened(
         backend=backend,
         seed=options.seed,
         pipeline="" if backend == FLOAT else options.pipeline,
+        offload=options.offload and backend != FLOAT,
         progress=progress,
         counts=None if backend == FLOAT else options.counts,
         link=options.link,
