@@ -86,10 +86,6 @@ def read_sources(process: DVSFileChipProcess) -> tuple[np.ndarray, np.ndarray]:
     try:
         events = _read(path, process.file_fmt, process.rel_time)
         _check_pixels(events, process)
-    except FileNotFoundError:
-        raise UsageError(f"{path}: no such file") from None
-    except OSError as error:
-        raise UsageError(f"{path}: cannot be read: {error.strerror}") from error
     except MismatchError as error:
         raise UsageError(printable(f"{path}: not a file of events: {error}")) from None
     across, down = process.polarity, process.polarity * process.width

@@ -13,6 +13,8 @@ from types import ModuleType
 
 from spikeport.build_timer import OutOfTime
 from spikeport.errors import SpikeportError, UsageError, printable
+from spikeport.reading.archive import open_file
+from spikeport.reading.mismatch import MismatchError
 from spikeport.reading.notebook import Cell, read_notebook
 
 FILES = (".py", ".ipynb")
@@ -42,8 +44,10 @@ def _module(name: str) -> ModuleType:
 
 
 def _file(path: Path) -> ModuleType:
-    if not path.is_file():
-        raise UsageError(f"{path}: no such file")
+    try:
+        open_file(path).close()
+    except MismatchError as error:
+        raise UsageError(f"{path}: {error}") from None
     spec = importlib.util.spec_from_file_location(f"spikeport_network_{path.stem}", path)
     assert spec is not None
     assert spec.loader is not None

@@ -41,12 +41,12 @@ CORES = '[limits.cores]\nvalue = 128\nunit = "1"\nsource = "Davies 2018"\n'
         (
             CORES,
             CORES.replace("128", "0"),
-            "limits.cores: must be a whole number of at least 1, not 0",
+            "limits.cores: must be a whole number from 1 to 2^53, not 0",
         ),
         (
             CORES,
             CORES.replace("128", "1.5"),
-            "limits.cores: must be a whole number of at least 1, not 1.5",
+            "limits.cores: must be a whole number from 1 to 2^53, not 1.5",
         ),
         (
             CORES,

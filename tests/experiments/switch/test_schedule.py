@@ -154,7 +154,7 @@ def test_an_arm_without_work(refused, file, phases):
     ("path", "message"),
     [
         ("round", "unknown path 'round'; choose from: FILE.csv, figure-eight, line, loop, s-curve"),
-        ("nothing.csv", "path 'nothing.csv': No such file or directory"),
+        ("nothing.csv", "nothing.csv: no such file"),
     ],
 )
 def test_a_path_that_is_not_there(refused, file, text, path, message):

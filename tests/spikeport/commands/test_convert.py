@@ -79,7 +79,7 @@ def test_wrong_options_are_refused(spikeport, tiny, options, message):
 
 def test_a_file_that_is_not_there_is_named(spikeport, tmp_path):
     path = tmp_path / "none.pt"
-    assert spikeport("convert", path) == (1, "", f"error: {path}: No such file or directory\n")
+    assert spikeport("convert", path) == (2, "", f"error: {path}: no such file\n")
 
 
 def test_a_file_that_is_no_policy_is_refused(spikeport, tmp_path):
