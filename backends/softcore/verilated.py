@@ -81,8 +81,8 @@ class Build(NamedTuple):
 class BoardBuild(NamedTuple):
     """The parameters of a board that is built.
 
-    ``parameters`` is the text of ``parameters.vh``; ``baud_cycles`` the cycles of a bit on the serial
-    line, 0 for a FIFO to USB.
+    ``parameters`` is the text of ``parameters.vh``; ``baud_cycles`` the cycles of a bit on the
+    serial line, 0 for a FIFO to USB.
     """
 
     parameters: str

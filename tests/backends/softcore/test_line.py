@@ -78,7 +78,7 @@ def test_a_bit_that_flips_on_the_line_ends_the_session_and_the_next_one_begins_a
     chip = DeviceChip(small_image(), 0, line)
     chip.step(np.array([0]), {})
     line.flips = True
-    with pytest.raises(BackendError, match="checksum .*: the line changed or lost some"):
+    with pytest.raises(BackendError, match=r"checksum .*: the line changed or lost some"):
         chip.step(np.array([1]), {})
     line.flips = False
     line._line.exchange(port.loading(chip._memory, [])[:11], 0)  # a command that breaks off
