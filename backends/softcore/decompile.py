@@ -74,8 +74,8 @@ def _messages_of_compartments(memory: MemoryImage) -> list[tuple[int, int, int]]
     found, mask = [], (1 << memory.core_bits) - 1
     for first, core in zip(memory.first, memory.cores, strict=True):
         for local, word in enumerate(core.constants.tolist()):
-            # The layout is that of `CoreMemory.constants`: axon from bit 32 on, sends at bit 44.
-            at, more = word >> 32 & 0xFFF, bool(word >> 44)
+            # The layout is that of `CoreMemory.constants`: axon from bit 34 on, sends at bit 46.
+            at, more = word >> 34 & 0xFFF, bool(word >> 46)
             while more:
                 axon = int(core.axons[at])
                 row = axon & ((1 << ROW_BITS) - 1)
@@ -103,7 +103,7 @@ def _constants(core: CoreMemory) -> np.ndarray:
             # A core stores the share that is kept, nengo-loihi the decay.
             4095 - (profile & 0xFFF),
             4096 - (profile >> 12 & 0x1FFF),
-            wrapped(core.thresholds[words >> 29 & 7], VALUE_BITS),
+            wrapped(core.thresholds[words >> 29 & 31], VALUE_BITS),
             profile >> 25,
             wrapped(voltages >> VALUE_BITS, VALUE_BITS),
             wrapped(voltages, VALUE_BITS),

@@ -42,6 +42,21 @@ def board_check_command(
     raise typer.Exit(run(image, n_steps=steps, seed=seed))
 
 
+@board_app.command("write")
+def board_write_command(
+    image: ImageFile,
+    *,
+    out: Annotated[Path, typer.Option(help="Folder to write into.")],
+    log_queue: Annotated[
+        int, typer.Option(help="Messages that wait at a core: 2 to the power of it.", min=2, max=12)
+    ] = 9,
+) -> None:
+    """Write what an FPGA with soft cores is built of and loaded with; see docs/softcore.md."""
+    from spikeport.commands.board_write import run
+
+    run(image, out, log_queue=log_queue)
+
+
 @board_app.command("inspect")
 def board_inspect_command(
     record: Annotated[Path, typer.Argument(help="A file that `run --record` wrote.")],

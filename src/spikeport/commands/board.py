@@ -1,5 +1,6 @@
 """``spikeport board``: be a board, and look into records of boards."""
 
+import functools
 from pathlib import Path
 
 import numpy as np
@@ -52,6 +53,13 @@ def _rtl(image: ChipImage, seed: int) -> CountingChip:
     return RtlChip(image, seed, _say_of_board)
 
 
+def _on_device(path: Path, baud: int, image: ChipImage, seed: int) -> CountingChip:
+    from spikeport.backends.softcore.chip import DeviceChip
+    from spikeport.backends.softcore.line import SerialLine
+
+    return DeviceChip(image, seed, SerialLine(path, baud), _say_of_board)
+
+
 def _need_gcc() -> None:
     from spikeport.backends.board.nxsdk.compiled import require_gcc
 
@@ -81,16 +89,26 @@ NEEDS = {"snips": _need_gcc, "nxsdk": _need_nxsdk, "rtl": _need_verilator}
 """Checks for the programs that a machine cannot do without, before a host comes."""
 
 
-def serve(request: BoardService, tls: Tls) -> None:
-    """Be a board until the process is ended; its socket goes with it."""
+def _machine(request: BoardService) -> Machine:
+    """Return the machine that is asked for; refuse what it cannot do without."""
+    if request.device is not None:
+        from spikeport.backends.softcore.line import SerialLine
+
+        SerialLine(request.device, request.baud).close()
+        return Machine("softcore", functools.partial(_on_device, request.device, request.baud))
     name = "rtl" if request.rtl else request.machine
     if name not in MACHINES:
         raise unknown("machine", name, MACHINES)
     if name in NEEDS:
         NEEDS[name]()
+    return Machine(name, MACHINES[name])
+
+
+def serve(request: BoardService, tls: Tls) -> None:
+    """Be a board until the process is ended; its socket goes with it."""
     service = Service(
         address=Address.parse(request.listen),
-        machine=Machine(name, MACHINES[name]),
+        machine=_machine(request),
         certificates=certificates(tls),
         allow_remote=request.allow_remote,
         faults=[FAULTS.parse(text) for text in request.fault],

@@ -242,6 +242,11 @@ class BoardService:
     rtl: Annotated[
         bool, typer.Option("--rtl", help="Short for --machine rtl, the soft core in Verilator.")
     ] = False
+    device: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="The FPGA with soft cores on a serial line."),
+    ] = None
+    baud: Annotated[int, typer.Option(help="Bits a second of that line.", min=1)] = 3_000_000
     fault: FaultsOption
     once: Annotated[bool, typer.Option("--once", help="End after one session.")] = False
     idle: Annotated[
