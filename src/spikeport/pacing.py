@@ -92,7 +92,8 @@ def _raised(priority: int) -> list[int]:
     except PermissionError:
         raise UsageError(
             f"priority {priority}: the system gives this process no real-time priority; cure: "
-            f"`sudo prlimit --pid $$ --rtprio={priority}` in this terminal, then start again"
+            "start it with the capability for it, `sudo setpriv --reuid $USER --regid $USER "
+            "--init-groups --inh-caps +sys_nice --ambient-caps +sys_nice $(which spikeport) ...`"
         ) from None
     return threads
 
