@@ -2,11 +2,13 @@
 
 from spikeport.backends.softcore.memory import LOG_COMPARTMENTS, SUM_BITS, MemoryImage
 
-WORDS_STEP, AXONS_STEP = 1024, 512
-"""Entries that a block of memory of an FPGA holds."""
+ROW_WORDS_STEP, AXONS_STEP = 1024, 512
+"""Entries that a block of memory of an ECP5 holds."""
 
 
-def parameters(memory: MemoryImage, n_outputs: int, log_queue: int = 9) -> str:
+def parameters(
+    memory: MemoryImage, n_outputs: int, log_queue: int = 9, row_words: int = ROW_WORDS_STEP
+) -> str:
     """Return ``parameters.vh`` of ``board.v``: cores with memories as large as an image needs.
 
     Parameters
@@ -17,6 +19,8 @@ def parameters(memory: MemoryImage, n_outputs: int, log_queue: int = 9) -> str:
         Values and spikes that the host reads after each step.
     log_queue : int
         Messages that wait at a core: 2^log_queue.
+    row_words : int
+        The memory for rows is a multiple of so many words of 16 bits.
     """
     most = max(len(core.constants) for core in memory.cores)
     values = {
@@ -28,7 +32,7 @@ def parameters(memory: MemoryImage, n_outputs: int, log_queue: int = 9) -> str:
         "LOG_QUEUE": log_queue,
         # The end of the list takes an entry, too.
         "LOG_OUTPUTS": max(8, n_outputs.bit_length()),
-        "WORDS": _vector([len(core.rows) for core in memory.cores], WORDS_STEP, 20),
+        "WORDS": _vector([len(core.rows) for core in memory.cores], row_words, 20),
         "AXONS": _vector([len(core.axons) for core in memory.cores], AXONS_STEP, 16),
     }
     return "".join(f"`define {name} {value}\n" for name, value in values.items())

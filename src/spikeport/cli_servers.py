@@ -50,11 +50,15 @@ def board_write_command(
     log_queue: Annotated[
         int, typer.Option(help="Messages that wait at a core: 2 to the power of it.", min=2, max=12)
     ] = 9,
+    row_words: Annotated[
+        int,
+        typer.Option(help="Words of 16 bits in a block of memory for rows.", min=1, max=65536),
+    ] = 1024,
 ) -> None:
     """Write what an FPGA with soft cores is built of and loaded with; see docs/softcore.md."""
     from spikeport.commands.board_write import run
 
-    run(image, out, log_queue=log_queue)
+    run(image, out, log_queue=log_queue, row_words=row_words)
 
 
 @board_app.command("inspect")

@@ -46,7 +46,8 @@ module board #(
     wire [2:0] select;
     wire [47:0] data;
     wire [23:0] read_u, read_v;
-    host #(.CORE(`CORE), .LOG_OUTPUTS(`LOG_OUTPUTS), .LOG_PATIENCE(LOG_PATIENCE)) host (
+    host #(.CORE(`CORE), .LOG_COMPARTMENTS(`LOG_COMPARTMENTS), .LOG_OUTPUTS(`LOG_OUTPUTS),
+           .LOG_PATIENCE(LOG_PATIENCE)) host (
         .clk(clk), .rst(rst), .in_valid(in_valid), .in_ready(in_ready), .in(in),
         .out_valid(out_valid), .out_ready(out_ready), .out(out), .go(go), .clear(clear),
         .quiet(quiet), .cycles(cycles), .host_valid(host_valid), .host_ready(host_ready),

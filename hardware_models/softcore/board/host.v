@@ -13,6 +13,7 @@
 module host #(
     parameter CORE = 3,
     parameter ROW = 16,
+    parameter LOG_COMPARTMENTS = 10,
     parameter LOG_OUTPUTS = 9,
     parameter LOG_PATIENCE = 22
 ) (
@@ -98,19 +99,19 @@ module host #(
     assign clear = word[0];
 
     // The list of outputs: an entry, then what it names, a cycle later each.
-    localparam LAST = 16 + CORE + 1;
+    localparam PLACE = LOG_COMPARTMENTS, LAST = PLACE + CORE + 1;
     reg [LAST:0] outputs [0:(1 << LOG_OUTPUTS)-1];
     reg [LAST:0] output_;
     reg [LOG_OUTPUTS-1:0] next;
     always @(posedge clk) begin
         if (whole & memory == OUTPUTS)
-            outputs[address[LOG_OUTPUTS-1:0]] <= {word[25:24], word[16 +: CORE], word[15:0]};
+            outputs[address[LOG_OUTPUTS-1:0]] <= {word[25:24], word[16 +: CORE], word[PLACE-1:0]};
         output_ <= outputs[next];
     end
     wire [1:0] what = output_[LAST -: 2];
     wire answering = whole & memory == ANSWER;
-    assign at_core = answering ? output_[16 +: CORE] : core;
-    assign at = answering ? output_[15:0] : address;
+    assign at_core = answering ? output_[PLACE +: CORE] : core;
+    assign at = answering ? output_[PLACE-1:0] : address;
 
     // The answer: `sending` holds what is sent, its first byte on top.
     localparam CYCLES = 2'd0, VALUES = 2'd1, CRC = 2'd2, SENT = 2'd3;

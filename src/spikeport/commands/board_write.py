@@ -15,14 +15,14 @@ from spikeport.compile.image.soft_rows import WORD_BITS
 BITS_PER_KIB = 8 * 1024
 
 
-def run(path: Path, out: Path, *, log_queue: int) -> None:
+def run(path: Path, out: Path, *, log_queue: int, row_words: int) -> None:
     """Write the parameters of the Verilog and the bytes that load it; print sizes and digest."""
     image = ChipImage.load(path)
     memory = written(image)
     outputs = [one for ports in outputs_of(image, memory.order) for one in ports]
     loading = port.loading(memory, outputs)
     out.mkdir(parents=True, exist_ok=True)
-    write_text(out / "parameters.vh", parameters(memory, len(outputs), log_queue))
+    write_text(out / "parameters.vh", parameters(memory, len(outputs), log_queue, row_words))
     with atomic_path(out / "load.bin") as new:
         new.write_bytes(loading)
     for name, core in zip(image.cores, memory.cores, strict=True):
