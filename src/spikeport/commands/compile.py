@@ -27,6 +27,7 @@ from spikeport.find_network import find_network, needed_passes
 from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.chip import ChipModel
 from spikeport.progress import Progress
+from spikeport.user_code import contained
 
 SEED = 0
 """Seed of processes on the host, where a loss is measured."""
@@ -66,7 +67,7 @@ def run(request: CompileRequest) -> None:
     passes = request.passes if request.passes is not None else needed_passes(request.network)
     passes = chip.pipeline if passes is None else passes
     observer = printer(request.print_after, passes)
-    with progress_bar() as progress:
+    with contained(request.network), progress_bar() as progress:
         progress("building the network", None)
         network = find_network(
             request.network,

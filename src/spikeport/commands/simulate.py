@@ -27,7 +27,7 @@ from spikeport.experiments import registry, run_folder, watching
 from spikeport.find_network import BUILT_IN, find_network
 from spikeport.simulation.probes import probe_outputs, probes_by_name
 from spikeport.simulation.run import Ran, RunOptions, Watch, run, unwatched
-from spikeport.user_code import FILES
+from spikeport.user_code import FILES, contained
 
 FIGURE, DATASET = "spikeport.simulation.figure", "spikeport.simulation.dataset"
 """The modules that need the extra `runs`."""
@@ -64,7 +64,7 @@ def simulate(request: SimulateRequest) -> None:
         run_folder.opened(request.out, _stem(request.network), request.overwrite) as folder,
         run_folder.counting(request.counts) as counts,
     ):
-        with progress_bar() as progress:
+        with contained(request.network), progress_bar() as progress:
             progress("building the network", None)
             network = _network(request)
             played = nir.play(network, request.spikes)

@@ -131,6 +131,21 @@ def test_a_network_function_that_fails_is_named(
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.parametrize(
+    ("function", "reason"),
+    [
+        ("exits_in_a_connection", "its code raised SystemExit: 0"),
+        ("makes_errors_of_warnings", "its code makes an error of a warning: "),
+    ],
+)
+def test_code_that_ends_a_compile_is_named(spikeport, net_py, tmp_path, function, reason):
+    spec = f"{net_py}:{function}"
+    done = spikeport("compile", spec, "--out", tmp_path / "out")
+    assert (done.code, done.out) == (1, "")
+    assert done.err.startswith(f"error: {spec}: {reason}")
+    assert not (tmp_path / "out").exists()
+
+
 def test_a_network_that_is_built_for_ever_is_ended(spikeport, net_py):
     spec = f"{net_py}:builds_for_ever"
     assert spikeport("compile", spec, "--build-timeout", "0.2") == (

@@ -189,6 +189,13 @@ def test_wrong_use_is_refused_and_leaves_nothing(
     assert not list((tmp_path / "runs").glob("*"))
 
 
+def test_a_node_that_exits_does_not_look_like_success(spikeport, net_py, tmp_path):
+    spec, out = f"{net_py}:exits_in_a_node", tmp_path / "out"
+    done = spikeport("simulate", spec, "--seconds", "0.01", "--out", out)
+    assert done == (1, "", f"error: {spec}: its code raised SystemExit: 0\n")
+    assert not out.exists()
+
+
 def test_a_node_that_raises_is_named_and_leaves_nothing(spikeport, net_py, tmp_path):
     out = tmp_path / "run"
     done = spikeport("simulate", f"{net_py}:raises_in_a_node", "--out", out)
