@@ -114,12 +114,12 @@ class Offload(Generic[Result]):
             for group in groups
             if len(group) == 1 and group[0].problem.id.startswith(OF_NETWORK)
         }
-        at_once = [tuple(sorted(no_choice.values(), key=lambda move: move.ensemble.n_neurons))]
+        at_once = tuple(sorted(no_choice.values(), key=lambda move: move.ensemble.n_neurons))
         single = [(move,) for group in groups for move in group]
         several = [group for group in groups if len(group) > 1]
         # Single moves before groups: what leaves the chip costs spikes between host and chip.
-        tried = sorted(single, key=_n_neurons) + sorted(several, key=_n_neurons)
-        return at_once + tried if no_choice else tried
+        others = sorted(single, key=_n_neurons) + sorted(several, key=_n_neurons)
+        return [at_once, *others] if at_once else others
 
     def _ensembles(self, problem: Problem) -> Iterable[nengo.Ensemble]:
         named = (self._objects[name] for name in problem.about if name in self._objects)

@@ -242,6 +242,6 @@ CASES = [
         "SP414",
         "probe spikes or decoded values",
         lambda: hinted(partial(probed, "voltage"))() & hinted(partial(probed, "input"))(),
-        (hinted(partial(probed, "spikes")), hinted(partial(probed, None))),
+        (hinted(partial(probed, "output")), hinted(partial(probed, None))),
     ),
 ]

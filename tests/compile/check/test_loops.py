@@ -44,6 +44,7 @@ def test_ends_in_one_loop_have_one_number() -> None:
         ({"transform": 0.9}, None),
         ({"function": np.square}, None),
         ({"function": lambda x: np.full(1, np.nan)}, None),
+        ({"function": lambda x: {0.0: 0.0}[x[0]]}, None),
         ({"transform": nengo.dists.Uniform(2, 3)}, None),
     ],
 )
@@ -77,6 +78,15 @@ def test_nodes_that_pass_values_on_are_no_stages() -> None:
         gains[3] = 0.96
         nengo.Connection(array.output, array.input, transform=gains)
     assert hints(network) == [("memory.memory_3", "gain 0.96")]
+
+
+def test_a_node_that_feeds_itself_ends_the_search() -> None:
+    with nengo.Network(seed=1) as network:
+        a, node = nengo.Ensemble(10, 1, label="a"), nengo.Node(size_in=1)
+        nengo.Connection(node, node, transform=0.5)
+        nengo.Connection(a, node, synapse=None)
+        nengo.Connection(node, a, transform=0.97)
+    assert hints(network) == [("a", "gain 0.97")]
 
 
 def test_what_is_not_on_the_chip_or_not_fixed_is_left_out() -> None:
