@@ -20,10 +20,10 @@ from dataclasses import dataclass
 import nengo
 import numpy as np
 
-from spikeport.networks.held import Held
 from spikeport.networks.operational_space import LawTerms, OperationalSpaceLaw
 from spikeport.networks.region import ArmRegion, Box
 from spikeport.networks.solvers import PerDimension
+from spikeport.node_functions import Held
 
 AXES = ("x", "y", "z")
 JOINTS = ("pitch", "roll", "yaw", "elbow")
