@@ -12,7 +12,7 @@ Source: Eliasmith and Anderson, Neural Engineering (2003), chapter 8.
 
 from collections import defaultdict
 from collections.abc import Hashable, Iterable, Iterator, Sequence
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple, TypeAlias, TypeVar
 
 import nengo
 import numpy as np
@@ -32,7 +32,7 @@ KEPT = 0.95
 MOST_DENSE = 50
 """Values of a loop up to which all of its eigenvalues are computed."""
 Thing = TypeVar("Thing", bound=Hashable)
-Part = nengo.Ensemble | nengo.Node
+Part: TypeAlias = nengo.Ensemble | nengo.Node
 
 
 class Way(NamedTuple):
