@@ -49,9 +49,7 @@ def _watch(folder: Path) -> None:
 
 
 def _announce(url: str) -> None:
-    print(
-        f"open {url} in a browser; it follows the run, and is served until the run ends", flush=True
-    )
+    print(f"open {url} in a browser; it follows the run to its end", flush=True)
 
 
 def write(probes: Path, path: Path, title: str) -> None:
