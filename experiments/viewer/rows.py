@@ -82,7 +82,7 @@ def _lines(probes: xr.Dataset) -> Iterator[Row]:
         along = str(series.dims[0]) if series.dims else ""
         is_series = _is_clock(probes, along) and name != POSES
         if is_series and series.attrs.get("spikes"):
-            yield _dots(str(name), probes[along].values, series.values)
+            yield _dots(str(name).removesuffix(" spikes"), probes[along].values, series.values)
         elif is_series and np.issubdtype(series.dtype, np.number):
             # Further dimensions become lines of their own.
             values = series.values.reshape(len(series), -1)[:, :MOST_LINES]
@@ -123,5 +123,6 @@ def _dots(name: str, times_s: np.ndarray, spikes: np.ndarray) -> Row:
 def _thinned_spikes(title: str, times_s: np.ndarray, neurons: np.ndarray) -> Row:
     # Spikes are in the order of time, so every n-th is spread over all neurons.
     step = max(1, -(-len(times_s) // MOST_SPIKES))
+    name = "spikes" if title in ("", "spike") else f"spikes of {title}"
     thinned = "" if step == 1 else f", one of {step} drawn"
-    return Row(f"spikes of {title}{thinned}", "neuron", times_s[::step], neurons[::step], [])
+    return Row(name + thinned, "neuron", times_s[::step], neurons[::step], [])

@@ -33,7 +33,8 @@ def run(folder: Path, out: Path | None, live: bool = False) -> None:
     if not isinstance(result, dict) or not (folder / "probes.nc").is_file():
         raise UsageError(f"{folder}: no finished run; cure: name a folder that `run` has written")
     path = out or folder / PAGE
-    write(folder / "probes.nc", path, f"{result.get('experiment', 'run')}: {folder}")
+    what = result.get("experiment") or result.get("model", "run")
+    write(folder / "probes.nc", path, f"{what}: {folder}")
     print(f"written: {path} ({path.stat().st_size / 1e6:.1f} MB); open it in a browser")
 
 
@@ -48,9 +49,7 @@ def _watch(folder: Path) -> None:
 
 
 def _announce(url: str) -> None:
-    print(
-        f"open {url} in a browser; it follows the run, and is served until the run ends", flush=True
-    )
+    print(f"open {url} in a browser; it follows the run to its end", flush=True)
 
 
 def write(probes: Path, path: Path, title: str) -> None:

@@ -105,4 +105,5 @@ def test_a_browser_follows_a_run(watched):
         tab.locator("#live", has_text="the run is over").wait_for()
         assert tab.evaluate("now === run.end_s && run.end_s > 0.9")
         assert tab.locator("figure").count() == len(tab.evaluate("run.rows"))
+        assert tab.locator("#robot").is_visible()
         assert said == []
