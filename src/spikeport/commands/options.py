@@ -233,12 +233,16 @@ class BoardService:
     ] = False
 
 
+InterfaceOption = Annotated[str, typer.Option(help="Interface of the network.")]
+DomainOption = Annotated[int, typer.Option(help="Domain of DDS; a real robot's is 0.")]
+
+
 @dataclass(frozen=True, kw_only=True)
 class RobotService:
     """The options of a process that is a robot."""
 
-    interface: Annotated[str, typer.Option(help="Interface of the network.")] = "lo"
-    domain: Annotated[int, typer.Option(help="Domain of DDS; a real robot's is 0.")] = 1
+    interface: InterfaceOption = "lo"
+    domain: DomainOption = 1
     may_move: MayMoveOption = False
     lock_step: Annotated[
         bool, typer.Option("--lock-step", help="Wait for the answer to each state.")
