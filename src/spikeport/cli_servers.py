@@ -7,7 +7,9 @@ import typer
 
 from spikeport.commands.options import (
     BoardService,
+    DomainOption,
     ImageFile,
+    InterfaceOption,
     RobotService,
     SeedOption,
     Tls,
@@ -78,3 +80,16 @@ def robot_serve_command(service: RobotService) -> None:
     from spikeport.commands.robot import serve
 
     serve(service)
+
+
+@robot_app.command("listen")
+def robot_listen_command(
+    *,
+    interface: InterfaceOption = "lo",
+    domain: DomainOption = 1,
+    seconds: Annotated[float, typer.Option(help="Time to listen.", min=0.1, max=3600)] = 3.0,
+) -> None:
+    """Print what a robot publishes, and send it nothing; exit with 1 if it is not to be trusted."""
+    from spikeport.commands.robot import listen
+
+    listen(interface, domain, seconds)

@@ -258,12 +258,16 @@ class BoardService:
     ] = False
 
 
+InterfaceOption = Annotated[str, typer.Option(help="Network interface.")]
+DomainOption = Annotated[int, typer.Option(help="DDS domain; that of a real robot is 0.")]
+
+
 @dataclass(frozen=True, kw_only=True)
 class RobotService:
     """The options of a process that is a robot."""
 
-    interface: Annotated[str, typer.Option(help="Network interface.")] = "lo"
-    domain: Annotated[int, typer.Option(help="DDS domain; that of a real robot is 0.")] = 1
+    interface: InterfaceOption = "lo"
+    domain: DomainOption = 1
     may_move: MayMoveOption = False
     lock_step: Annotated[
         bool, typer.Option("--lock-step", help="Wait for the answer to each state.")

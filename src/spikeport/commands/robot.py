@@ -1,4 +1,4 @@
-"""``spikeport robot``: be a robot, in simulation."""
+"""``spikeport robot``: be a robot, in simulation, or listen to one."""
 
 import math
 
@@ -49,6 +49,15 @@ def serve(request: RobotService) -> None:
     )
     with ended_in_order(0):
         server.serve(service, lambda line: print(line, flush=True))
+
+
+def listen(interface: str, domain: int, seconds: float) -> None:
+    """Print what a robot publishes; see `spikeport.robot.link.listener.listen`."""
+    place = Place(interface, domain)
+    place.check(may_move_a_robot=True)  # nothing is sent: no robot moves
+    from spikeport.robot.link import listener  # needs mujoco
+
+    listener.listen(place, seconds, print)
 
 
 def _odometer(request: RobotService) -> OdometerErrors | None:
