@@ -22,10 +22,10 @@ from spikeport.commands.screen import print_costs, print_hints, print_offloaded
 from spikeport.commands.tables import resource_table
 from spikeport.compile.report.summary import verdict
 from spikeport.constants import DT_S, LONGEST_RUN
-from spikeport.errors import UsageError, printable
+from spikeport.errors import UsageError
 from spikeport.experiments import registry, run_folder, watching
 from spikeport.find_network import BUILT_IN, find_network
-from spikeport.simulation.probes import probe_outputs, probes_by_name
+from spikeport.simulation.probes import note_of_probes, probe_outputs
 from spikeport.simulation.run import Ran, RunOptions, Watch, run, unwatched
 from spikeport.user_code import FILES, contained
 
@@ -107,8 +107,7 @@ def _network(request: SimulateRequest) -> nengo.Network:
     )
     if not network.all_probes:
         probe_outputs(network)
-        names = printable(", ".join(probes_by_name(network)))
-        print(f"note: the network has no probe; probed here: {names}", file=sys.stderr)
+        print(note_of_probes(network), file=sys.stderr)
     return network
 
 

@@ -8,7 +8,7 @@ from nengo.base import NengoObject, ObjView
 from nengo.ensemble import Neurons
 
 from spikeport.compile.ground.names import Names, base
-from spikeport.errors import UsageError
+from spikeport.errors import UsageError, printable
 
 TAU_S = 0.01
 """The filter of probes of ensembles that nobody probed: long enough to see values in spikes."""
@@ -65,6 +65,12 @@ def probe_outputs(network: nengo.Network) -> list[nengo.Probe]:
             nengo.Probe(one, synapse=TAU_S if isinstance(one, nengo.Ensemble) else None)
             for one in found
         ]
+
+
+def note_of_probes(network: nengo.Network) -> str:
+    """Return a note on the probes that were added to a network which had none."""
+    names = printable(", ".join(probes_by_name(network)))
+    return f"note: the network has no probe; probed here: {names}"
 
 
 def outputs(network: nengo.Network) -> Iterator[NengoObject]:

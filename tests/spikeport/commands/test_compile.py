@@ -328,6 +328,19 @@ def test_contradictory_options_are_refused(spikeport, net_py, options, message):
 # loss
 
 
+def test_the_loss_of_a_model_without_probes_is_measured_at_its_outputs(spikeport, tmp_path):
+    (tmp_path / "loose.py").write_text(
+        "import nengo\n"
+        "with nengo.Network(seed=1) as model:\n"
+        "    nengo.Connection(nengo.Node(1), nengo.Ensemble(20, 1, label='out'))\n",
+        encoding="utf-8",
+    )
+    done = spikeport("compile", tmp_path / "loose.py", "--loss", "0.05")
+    assert (done.code, done.err) == (0, "note: the network has no probe; probed here: out\n")
+    assert "loss" in done.out
+    assert spikeport("compile", tmp_path / "loose.py").err == ""
+
+
 def test_loss_is_printed_and_written(spikeport, net_py, report):
     done = spikeport("compile", f"{net_py}:make", "--loss", "0.1", *report.option)
     assert (done.code, done.err) == (0, "")
