@@ -1,5 +1,6 @@
 """The page of a run that goes on, served on loopback until the run ends."""
 
+import math
 import secrets
 import threading
 import time
@@ -10,7 +11,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
 from spikeport.experiments import watching
-from spikeport.experiments.run_folder import SO_FAR
+from spikeport.experiments.run_folder import REQUEST, SO_FAR
 from spikeport.experiments.viewer.page import content, page
 from spikeport.reading.hdf5 import read_dataset
 from spikeport.reading.mismatch import MismatchError
@@ -18,12 +19,13 @@ from spikeport.reading.mismatch import MismatchError
 EMPTY = '{"rows":[],"end_s":0}'
 """The content of a page before the run's first step."""
 LOOKED_S = 3.0
-"""Time since a page last asked, beyond which nobody watches, and the run is left alone."""
+"""The run is left alone when no page has asked for this long."""
 WAIT_S = 1.0
-"""Longest time that a run is waited for before it is looked whether it goes on."""
+"""Longest wait for an answer, before a check that the run still goes on."""
 REST = 4
-"""The run is not asked again for so many times as long as it took to answer."""
+"""After an answer, the run is left alone for this many times as long as the answer took."""
 IDLE_S = 0.2
+"""Time between two looks at page and run."""
 LAST_S = 5.0
 """Time that a page has to fetch the end of a run."""
 
@@ -46,7 +48,7 @@ class Live:
         self.data: str | None = None
         self.over = False
         self._title = title
-        self._looked_s = -LOOKED_S
+        self._looked_s = -math.inf
         self._fetched = threading.Event()
         self._path = f"/{secrets.token_urlsafe(16)}/"
         self.url = ""
@@ -97,7 +99,7 @@ class Live:
 def _send(
     request: BaseHTTPRequestHandler, text: str | None, kind: str, state: str | None = None
 ) -> None:
-    """Send a text, or that there is none yet."""
+    """Send a text; without one, an empty answer."""
     body = (text or "").encode()
     request.send_response(HTTPStatus.NO_CONTENT if text is None else HTTPStatus.OK)
     request.send_header("Content-Type", f"{kind}; charset=utf-8")
@@ -120,5 +122,7 @@ def watch(folder: Path, title: str, announce: Callable[[str], None]) -> None:
                     live.data = content(read_dataset(folder / SO_FAR))
                 time.sleep(REST * (time.monotonic() - begin))
             time.sleep(IDLE_S)
+        # A run that ended meanwhile has not taken the last request away.
+        (folder / REQUEST).unlink(missing_ok=True)
         if (folder / "probes.nc").is_file():
             live.end(content(read_dataset(folder / "probes.nc")))

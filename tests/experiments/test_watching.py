@@ -2,8 +2,10 @@
 
 import threading
 
+import pytest
 import xarray as xr
 
+from spikeport.backends.board.link import OWN_STUB, LinkOptions
 from spikeport.experiments import run_folder, watching
 from spikeport.reading.hdf5 import read_dataset
 
@@ -35,3 +37,16 @@ def test_a_viewer_gets_the_series_so_far_while_a_run_goes_on(tmp_path):
         run_folder.write_result(folder, {})
     assert not watching.goes_on(folder)
     assert [path.name for path in folder.iterdir()] == ["result.json"]
+
+
+@pytest.mark.parametrize(("link", "answers"), [(OWN_STUB, 1), (LinkOptions(real_time=True), 0)])
+def test_a_trial_answers_unless_it_keeps_to_a_clock(run, tmp_path, monkeypatch, link, answers):
+    ends_s = []
+    monkeypatch.setattr(
+        watching, "write_dataset", lambda _path, found: ends_s.append(float(found.time[-1]))
+    )
+    watching.ask(tmp_path, wait_s=0)
+    done = run(0.2, backend="analytic", link=link)
+    assert len(ends_s) == answers
+    assert all(0 < end_s < 0.15 for end_s in ends_s)
+    assert not (done.folder / run_folder.REQUEST).exists()
