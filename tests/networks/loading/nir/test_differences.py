@@ -34,10 +34,10 @@ def test_the_share_of_weights_beyond_which_inputs_wrap_is_named(tmp_path):
     first, last = nir_graphs.ends(200, 5)
     weights = nir_graphs.affine(np.random.default_rng(0), 5, 200)
     graph = nir_graphs.graph(input=first, w=weights, n=nir_graphs.lif(5), output=last)
-    share = spikeport.nir.load(written(tmp_path, graph), DT_S, at_once=0.5).units["n"].at_once
-    assert 0.5 <= share < 1
+    share = spikeport.nir.load(written(tmp_path, graph), DT_S, at_once=0.125).units["n"].at_once
+    assert 0.125 <= share < 1
     text = f"inputs wrap around if over {share:.0%} of its weights act in one step"
-    assert text in differences_of(tmp_path, graph, 0.5)["n"]
+    assert text in differences_of(tmp_path, graph, 0.125)["n"]
     assert not any("wrap" in text for text in differences_of(tmp_path, graph)["n"])
 
 
