@@ -323,7 +323,7 @@ def interrupts_deferred() -> Iterator[Callable[[], None]]:
 
 
 def _is_time(value: object) -> bool:
-    return isinstance(value, Real) and 0 < value <= sys.float_info.max
+    return isinstance(value, Real) and bool(0.0 < value <= sys.float_info.max)
 
 
 def _check_seed(seed: int | None) -> None:
