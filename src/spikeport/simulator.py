@@ -322,8 +322,8 @@ def interrupts_deferred() -> Iterator[Callable[[], None]]:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-def _is_time(value: object) -> bool:
-    return isinstance(value, Real) and bool(0.0 < value <= sys.float_info.max)
+def _is_time(value: float) -> bool:
+    return isinstance(value, Real) and 0 < value <= sys.float_info.max
 
 
 def _check_seed(seed: int | None) -> None:
