@@ -322,7 +322,7 @@ def interrupts_deferred() -> Iterator[Callable[[], None]]:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-def _is_time(value: object) -> bool:
+def _is_time(value: float) -> bool:
     return isinstance(value, Real) and 0 < value <= sys.float_info.max
 
 

@@ -4,7 +4,8 @@ from typing import TYPE_CHECKING
 
 from spikeport.backends.board.address import Certificates
 from spikeport.backends.board.faults import FAULTS
-from spikeport.backends.board.link import LinkOptions
+from spikeport.backends.board.link import LinkOptions, record_of
+from spikeport.backends.board.record import Record
 from spikeport.commands.options import Link, RobotLink, Tls
 from spikeport.errors import UsageError
 
@@ -18,7 +19,10 @@ def link_options(link: Link, tls: Tls, backend: str) -> LinkOptions:
     Raises
     ------
     UsageError
-        If an option is for another backend, a fault is none, or the record's file is there already.
+        If an option is for another backend, a fault is none, the record's file is there already, or
+        none is named to be played back.
+    BackendError
+        If what is to be played back is no record.
     """
     asked = LinkOptions(
         board=link.board,
@@ -34,6 +38,8 @@ def link_options(link: Link, tls: Tls, backend: str) -> LinkOptions:
         FAULTS.parse(text)
     if asked.record is not None and asked.record.exists():
         raise UsageError(f"--record {asked.record}: is there already; choose another file")
+    if backend == "replay":
+        Record(record_of(asked)).close()  # before a compile, which may take long
     return asked
 
 
