@@ -46,7 +46,6 @@ def link(image: ChipImage, steps: Iterable[np.ndarray], first: int, baud_cycles:
     n_outputs = sum(map(len, outputs_of(image, memory.order)))
     line = VerilatedLine(BoardBuild(parameters(memory, n_outputs), baud_cycles), CLOCK_HZ)
     chip = DeviceChip(image, 0, line, print)
-    print(f"loaded in {line.cycles:,} cycles")
     rows = []
     for spikes in steps:
         before = chip.total_cycles

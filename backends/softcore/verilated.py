@@ -17,7 +17,8 @@ from spikeport.errors import BackendError, MissingExtraError
 
 FOLDER = Path(hardware_models.__file__).parent / "softcore"
 PROGRAMS = ("verilator", "g++", "make")
-BUILD_S = 300.0
+BUILD_S = 1800.0
+"""Time after which a build is given up: some 15 s of CPU time, on a machine that others use."""
 LOG_PATIENCE = 12
 """Cycles, 2^12, after which a board in simulation drops a command that is not whole."""
 
@@ -169,4 +170,6 @@ def _built(build: Design) -> np.ndarray:
         except subprocess.CalledProcessError as error:
             first = next(iter(error.stderr.splitlines()), f"exit code {error.returncode}")
             raise BackendError(f"the soft core is not built: {first}") from None
+        except subprocess.TimeoutExpired:
+            raise BackendError(f"the soft core is not built within {BUILD_S:,.0f} s") from None
         return np.fromfile(Path(folder) / "softcore.so", dtype=np.uint8)
