@@ -20,10 +20,11 @@ changes; a waiting function is not called for some steps. Their tables, and that
 
 import numpy as np
 
-from spikeport.compiled import compiled
+from spikeport.compiled import compiled, inlined
 
-FILL, COPY, ADD, SCALE_ADD, GATHER_ADD, RELU, LOWPASS, LOWPASS_ADD, GAIN = range(9)
-AFFINE, CLOCK, HELD, PRODUCT, WAIT, CALL = range(9, 15)
+FILL, COPY, ADD, SCALE_ADD, GATHER_ADD, RELU, LOWPASS, LOWPASS_ADD, GAIN, CLOCK = range(10)
+AFFINE, HELD, PRODUCT, WAIT, CALL = range(10, 15)
+"""Operations at which a tape may stop."""
 
 
 @compiled
@@ -34,49 +35,71 @@ def run_tape(
     for k in range(begin, len(code)):
         what, n, y, dy, x, dx, table, state = code[k]
         a, b = scalars[k]
-        if what == FILL:
-            for i in range(n):
-                memory[y + i * dy] = a
-        elif what == COPY:
-            for i in range(n):
-                memory[y + i * dy] = memory[x + i * dx]
-        elif what == ADD:
-            for i in range(n):
-                memory[y + i * dy] += memory[x + i * dx]
-        elif what == SCALE_ADD:
-            for i in range(n):
-                memory[y + i * dy] += tables[table + i] * memory[x + i * dx]
-        elif what == GATHER_ADD:
-            for i in range(n):
-                j = int(tables[table + n + i])
-                memory[y + i * dy] += tables[table + i] * memory[x + j * dx]
-        elif what == RELU:
-            for i in range(n):
-                voltage = memory[state + i] + max(memory[x + i * dx], 0.0) * b
-                spikes = np.floor(voltage)
-                memory[y + i * dy] = a * spikes
-                memory[state + i] = voltage - spikes
-        elif what == GAIN:
-            for i in range(n):
-                memory[y + i * dy] = a * memory[x + i * dx]
-        elif what in (LOWPASS, LOWPASS_ADD):
-            _lowpass(memory, code[k], a, b)
-        elif what == CLOCK:
+        if what == CLOCK:
             tables[table] += 1
             memory[y] = tables[table] * a
-        elif not _without_python(memory, code[k], a, b, tables):
-            return k
+        elif what > CLOCK:
+            if not _without_python(memory, code[k], a, b, tables):
+                return k
+        elif dy == 1 and dx == 1:
+            # Compiled by itself: of strides that are known LLVM makes vector instructions.
+            _compute(memory, what, n, (y, 1), (x, 1), (table, state), (a, b), tables)
+        else:
+            _compute(memory, what, n, (y, dy), (x, dx), (table, state), (a, b), tables)
     return len(code)
 
 
-@compiled
-def _lowpass(memory: np.ndarray, row: np.ndarray, a: float, b: float) -> None:
-    what, n, y, dy, x, dx, _, state = row
-    for i in range(n):
-        kept = memory[state + i] * a
-        kept += b * memory[x + i * dx]
-        memory[state + i] = kept
-        memory[y + i * dy] = kept if what == LOWPASS else memory[y + i * dy] + kept
+@inlined
+def _compute(
+    memory: np.ndarray,
+    what: int,
+    n: int,
+    target: tuple[int, int],
+    source: tuple[int, int],
+    offsets: tuple[int, int],
+    factors: tuple[float, float],
+    tables: np.ndarray,
+) -> None:
+    """Do one operation on numbers that ``target`` and ``source`` place, as offset and stride."""
+    # Unsigned indices: numba then needs no check for negative ones. Negative strides wrap around.
+    y, dy, x, dx = (
+        np.uintp(target[0]),
+        np.uintp(target[1]),
+        np.uintp(source[0]),
+        np.uintp(source[1]),
+    )
+    table, state, (a, b) = np.uintp(offsets[0]), np.uintp(offsets[1]), factors
+    if what == FILL:
+        for i in range(np.uintp(n)):
+            memory[y + i * dy] = a
+    elif what == COPY:
+        for i in range(np.uintp(n)):
+            memory[y + i * dy] = memory[x + i * dx]
+    elif what == ADD:
+        for i in range(np.uintp(n)):
+            memory[y + i * dy] += memory[x + i * dx]
+    elif what == SCALE_ADD:
+        for i in range(np.uintp(n)):
+            memory[y + i * dy] += tables[table + i] * memory[x + i * dx]
+    elif what == GATHER_ADD:
+        for i in range(np.uintp(n)):
+            j = np.uintp(tables[table + np.uintp(n) + i])
+            memory[y + i * dy] += tables[table + i] * memory[x + j * dx]
+    elif what == RELU:
+        for i in range(np.uintp(n)):
+            voltage = memory[state + i] + max(memory[x + i * dx], 0.0) * b
+            spikes = np.floor(voltage)
+            memory[y + i * dy] = a * spikes
+            memory[state + i] = voltage - spikes
+    elif what == GAIN:
+        for i in range(np.uintp(n)):
+            memory[y + i * dy] = a * memory[x + i * dx]
+    else:
+        for i in range(np.uintp(n)):
+            kept = memory[state + i] * a
+            kept += b * memory[x + i * dx]
+            memory[state + i] = kept
+            memory[y + i * dy] = kept if what == LOWPASS else memory[y + i * dy] + kept
 
 
 @compiled
@@ -106,8 +129,9 @@ def _unchanged(memory: np.ndarray, x: int, dx: int, n: int, tables: np.ndarray, 
     now, kept = memory.view(np.int64), tables[table + 1 : table + 1 + n].view(np.int64)
     same = tables[table] == 1
     for i in range(n):
-        same &= kept[i] == now[x + i * dx]
-        kept[i] = now[x + i * dx]
+        value = now[x + i * dx]
+        same &= kept[i] == value
+        kept[i] = value
     tables[table] = 1
     return same
 
