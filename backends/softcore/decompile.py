@@ -5,6 +5,7 @@ step computes with, are the constants of each compartment, the bounds of its vol
 spike of each source adds to each compartment, modulo 2^22.
 """
 
+import itertools
 from typing import NamedTuple
 
 import numpy as np
@@ -54,9 +55,10 @@ def of_image(image: ChipImage) -> Integers:
 def of_memory(memory: MemoryImage) -> Integers:
     """Return the integers of a memory image."""
     n = len(memory.order)
-    messages = [*_messages_of_compartments(memory), *_messages_of_host(memory)]
     sources, targets, weights = [], [], []
-    for source, core, row in messages:
+    for source, (core, row) in (
+        (source, one) for source, some in enumerate(messages_of(memory)) for one in some
+    ):
         local, added = decoded(memory.cores[core].rows, row, memory.unit)
         targets.append(memory.order[memory.first[core] + local])
         weights.append(added)
@@ -69,28 +71,27 @@ def of_memory(memory: MemoryImage) -> Integers:
     return Integers(constants, _summed(of, to, sizes, shape))
 
 
-def _messages_of_compartments(memory: MemoryImage) -> list[tuple[int, int, int]]:
-    """Return source, core and row of every message that a compartment sends."""
-    found, mask = [], (1 << memory.core_bits) - 1
+def messages_of(memory: MemoryImage) -> list[list[tuple[int, int]]]:
+    """Return core and row of each message that a spike of a source sends, by source.
+
+    Sources are the image's compartments, in its order, then those on the host.
+    """
+    n = len(memory.order)
+    lists: list[list[tuple[int, int]]] = [[] for _ in range(n)]
+    mask = (1 << memory.core_bits) - 1
     for first, core in zip(memory.first, memory.cores, strict=True):
         for local, word in enumerate(core.constants.tolist()):
-            # The layout is that of `CoreMemory.constants`: axon from bit 32 on, sends at bit 44.
-            at, more = word >> 32 & 0xFFF, bool(word >> 44)
+            # The layout is that of `CoreMemory.constants`: axon from bit 34 on, sends at bit 46.
+            at, more = word >> 34 & 0xFFF, bool(word >> 46)
             while more:
                 axon = int(core.axons[at])
-                row = axon & ((1 << ROW_BITS) - 1)
-                found.append((int(memory.order[first + local]), axon >> ROW_BITS & mask, row))
+                found = axon >> ROW_BITS & mask, axon & ((1 << ROW_BITS) - 1)
+                lists[memory.order[first + local]].append(found)
                 # Axons of a compartment follow each other; the last one's top bit is set.
                 at, more = at + 1, not axon >> (ROW_BITS + memory.core_bits)
-    return found
-
-
-def _messages_of_host(memory: MemoryImage) -> list[tuple[int, int, int]]:
-    sources = np.repeat(np.arange(len(memory.host_start) - 1), np.diff(memory.host_start))
-    return [
-        (len(memory.order) + source, core, row)
-        for source, (core, row) in zip(sources.tolist(), memory.host_messages.tolist(), strict=True)
-    ]
+    host = [(core, row) for core, row in memory.host_messages.tolist()]
+    ends = memory.host_start.tolist()
+    return lists + [host[begin:end] for begin, end in itertools.pairwise(ends)]
 
 
 def _constants(core: CoreMemory) -> np.ndarray:
@@ -103,7 +104,7 @@ def _constants(core: CoreMemory) -> np.ndarray:
             # A core stores the share that is kept, nengo-loihi the decay.
             4095 - (profile & 0xFFF),
             4096 - (profile >> 12 & 0x1FFF),
-            wrapped(core.thresholds[words >> 29 & 7], VALUE_BITS),
+            wrapped(core.thresholds[words >> 29 & 31], VALUE_BITS),
             profile >> 25,
             wrapped(voltages >> VALUE_BITS, VALUE_BITS),
             wrapped(voltages, VALUE_BITS),

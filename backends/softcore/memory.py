@@ -12,7 +12,7 @@ LOG_COMPARTMENTS = 10
 ROW_BITS = 16
 ROW_WORDS = 1 << ROW_BITS
 AXONS = 4096
-PROFILES, THRESHOLDS = 32, 8
+PROFILES, THRESHOLDS = 32, 32
 SUM_BITS = 22
 VALUE_BITS, DELAY_BITS = 24, 6
 
@@ -33,7 +33,7 @@ class CoreMemory(NamedTuple):
     """The contents of the memories of one core, as unsigned words of 64 bits."""
 
     constants: np.ndarray
-    """{sends 1, axon 12, threshold 3, profile 5, bias 24} of each compartment."""
+    """{sends 1, axon 12, threshold 5, profile 5, bias 24} of each compartment."""
     axons: np.ndarray
     """{last 1, core, row 16}."""
     rows: np.ndarray

@@ -78,6 +78,13 @@ def _sparse(targets: np.ndarray, octets: np.ndarray) -> np.ndarray:
     return words
 
 
+def size_of(words: np.ndarray, at: int) -> tuple[int, int]:
+    """Return the words and the entries of the row at an address."""
+    header = int(words[at])
+    entries = (header & 0x3FF) + 1
+    return 2 + (-(-entries // 2) if header >> 10 & 1 else entries), entries
+
+
 def decoded(words: np.ndarray, at: int, unit: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the compartments of a core and the weights that the row at an address adds."""
     header, first, *_ = words[at : at + 2].astype(np.int64)

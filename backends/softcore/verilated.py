@@ -5,8 +5,9 @@ import functools
 import shutil
 import subprocess
 import tempfile
+from collections.abc import Hashable
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -15,9 +16,31 @@ from spikeport.backends.softcore.memory import LOG_COMPARTMENTS, ROW_BITS, SUM_B
 from spikeport.errors import BackendError, MissingExtraError
 
 FOLDER = Path(hardware_models.__file__).parent / "softcore"
-SIMULATION = FOLDER / "simulation.cpp"
 PROGRAMS = ("verilator", "g++", "make")
-BUILD_S = 300.0
+BUILD_S = 1800.0
+"""Time after which a build is given up: some 15 s of CPU time, on a machine that others use."""
+LOG_PATIENCE = 12
+"""Cycles, 2^12, after which a board in simulation drops a command that is not whole."""
+
+
+class Design(Hashable, Protocol):
+    """Verilog, and C++ that is its surroundings, of which a library is built."""
+
+    @property
+    def top(self) -> str:
+        """The name of the module on top."""
+
+    @property
+    def files(self) -> list[Path]:
+        """The Verilog and C++."""
+
+    @property
+    def options(self) -> list[str]:
+        """The options of Verilator."""
+
+    @property
+    def include(self) -> dict[str, str]:
+        """Texts of the files that the Verilog includes, by name."""
 
 
 class Build(NamedTuple):
@@ -26,6 +49,16 @@ class Build(NamedTuple):
     cores: int
     unit: int = 0
     log_queue: int = 9
+
+    @property
+    def top(self) -> str:
+        """See `Design.top`."""
+        return "chip"
+
+    @property
+    def files(self) -> list[Path]:
+        """The chip's Verilog, and the C++ that steps it."""
+        return [*sources(), FOLDER / "simulation.cpp"]
 
     @property
     def options(self) -> list[str]:
@@ -38,7 +71,50 @@ class Build(NamedTuple):
             "WIDTH": SUM_BITS - self.unit,
             "LOG_QUEUE": self.log_queue,
         }
+        return ["-DOBSERVED", *(f"-G{name}={value}" for name, value in parameters.items())]
+
+    @property
+    def include(self) -> dict[str, str]:
+        """See `Design.include`."""
+        return {}
+
+
+class BoardBuild(NamedTuple):
+    """The parameters of a board that is built.
+
+    ``parameters`` is the text of ``parameters.vh``; ``baud_cycles`` the cycles of a bit on the
+    serial line, 0 for a FIFO to USB.
+    """
+
+    parameters: str
+    baud_cycles: int
+
+    @property
+    def top(self) -> str:
+        """See `Design.top`."""
+        return "board"
+
+    @property
+    def files(self) -> list[Path]:
+        """The Verilog of chip and board, and the C++ that is the host's end of the link."""
+        board = [FOLDER / "board" / f"{name}.v" for name in ("host", "uart", "fifo", "board")]
+        return [*sources(), *board, FOLDER / "board" / "board.cpp"]
+
+    @property
+    def options(self) -> list[str]:
+        """The parameters of ``board.v``."""
+        is_fifo = self.baud_cycles == 0
+        parameters = {
+            "FIFO": int(is_fifo),
+            "BAUD_CYCLES": 1 if is_fifo else self.baud_cycles,
+            "LOG_PATIENCE": LOG_PATIENCE,
+        }
         return [f"-G{name}={value}" for name, value in parameters.items()]
+
+    @property
+    def include(self) -> dict[str, str]:
+        """The file of parameters."""
+        return {"parameters.vh": self.parameters}
 
 
 def sources() -> list[Path]:
@@ -57,8 +133,8 @@ def require_verilator() -> None:
 
 
 @functools.cache
-def library(build: Build) -> ctypes.CDLL:
-    """Return the library of a chip, from the user's cache or built anew (some 15 s).
+def library(build: Design) -> ctypes.CDLL:
+    """Return the library of a chip or a board, from the user's cache or built anew (some 15 s).
 
     Raises
     ------
@@ -69,9 +145,9 @@ def library(build: Build) -> ctypes.CDLL:
     """
     require_verilator()
     version = subprocess.run(["verilator", "--version"], capture_output=True, check=True).stdout
-    files = {path.name: path.read_bytes() for path in [*sources(), SIMULATION]}
+    files = {path.name: path.read_bytes() for path in build.files}
     # Everything that the library depends on: a change of the Verilog builds it anew.
-    inputs = (version, files, tuple(build))
+    inputs = (version, files, build.options, build.include)
     kept = cache.of_user().kept("verilated", inputs, lambda: {"library": _built(build)})
     # A library is loaded from a file, which a process does not need any more once it has it.
     with tempfile.NamedTemporaryFile(suffix=".so") as file:
@@ -80,17 +156,20 @@ def library(build: Build) -> ctypes.CDLL:
         return ctypes.CDLL(file.name)
 
 
-def _built(build: Build) -> np.ndarray:
+def _built(build: Design) -> np.ndarray:
     """Return the bytes of a library."""
     with tempfile.TemporaryDirectory(prefix="spikeport-softcore-") as folder:
-        options = ["--cc", "--exe", "--build", "-O3", "-Wno-WIDTH"]
+        for name, text in build.include.items():
+            (Path(folder) / name).write_text(text, encoding="utf-8")
+        options = ["--cc", "--exe", "--build", "-O3", "-Wno-WIDTH", f"-I{folder}"]
         flags = ["-CFLAGS", "-fPIC -O2", "-LDFLAGS", "-shared", "--Mdir", folder]
-        files = [*map(str, sources()), str(SIMULATION)]
-        command = ["verilator", *options, *flags, "--top-module", "chip", *build.options, *files]
-        command += ["-o", "softcore.so"]
+        command = ["verilator", *options, *flags, "--top-module", build.top, *build.options]
+        command += [*map(str, build.files), "-o", "softcore.so"]
         try:
             subprocess.run(command, capture_output=True, text=True, check=True, timeout=BUILD_S)
         except subprocess.CalledProcessError as error:
             first = next(iter(error.stderr.splitlines()), f"exit code {error.returncode}")
             raise BackendError(f"the soft core is not built: {first}") from None
+        except subprocess.TimeoutExpired:
+            raise BackendError(f"the soft core is not built within {BUILD_S:,.0f} s") from None
         return np.fromfile(Path(folder) / "softcore.so", dtype=np.uint8)

@@ -158,9 +158,9 @@ def _core(
     axons[np.cumsum(sizes)[sizes > 0] - 1] |= 1 << (ROW_BITS + bits)
     block = image.compartment_block[mine[:1]]
     voltages = _field(image.blocks.vmin[block]) << VALUE_BITS | _field(image.blocks.vmax[block])
-    words = (sizes > 0).astype(np.int64) << 44
+    words = (sizes > 0).astype(np.int64) << 46
     # The address of a compartment's first axon.
-    words |= (np.cumsum(sizes) - sizes) << 32
+    words |= (np.cumsum(sizes) - sizes) << 34
     words |= threshold.astype(np.int64) << 29 | profile.astype(np.int64) << 24
     words |= _field(constants.bias[mine])
     contents = (words, axons, rows, profiles, _field(thresholds), voltages)

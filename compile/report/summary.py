@@ -13,7 +13,6 @@ from spikeport.table import Table
 if TYPE_CHECKING:
     from spikeport.compile.report.report import Report
 
-OF_BOARD = ("cores", "chips")
 BITS_PER_KIB = 8 * 1024
 WIDTH = 79
 
@@ -26,8 +25,12 @@ def resources(report: "Report") -> Table:
     for name, total in report.resources().items():
         if name == "chips" and total.limit == 1:
             continue
-        one = None if name in OF_BOARD else fullest[name]  # no core has cores or chips
-        core = ("", "", "") if one is None else (*_share(one), str(labels.index(one.object)))
+        one = fullest.get(name)
+        # Cores, chips and memory that cores share are used by the whole chip.
+        if one is None or one.object not in labels:
+            core = ("", "", "")
+        else:
+            core = (*_share(one), str(labels.index(one.object)))
         rows.append((name.replace("_", " "), *_share(total), *core))
     header = ("used / limit", whole, "%", "fullest", "%", "core")
     return Table(f"{report.chip.title}: {cores_in_words(report)}", header, tuple(rows))

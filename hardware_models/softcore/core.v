@@ -39,7 +39,7 @@ module core #(
     wire [AXON-1:0] axon;
     wire signed [WIDTH-1:0] q, weight;
     sweep #(
-`ifdef VERILATOR
+`ifdef OBSERVED
         .NUMBER(NUMBER),
 `endif
         .LOG_COMPARTMENTS(LOG_COMPARTMENTS), .WIDTH(WIDTH), .AXON(AXON)) sweep (
@@ -62,7 +62,7 @@ module core #(
         .sweep(busy), .swept(swept), .q(q), .idle(added_all));
     assign idle = swept_all & sent_all & walked_all & added_all;
 
-`ifdef VERILATOR
+`ifdef OBSERVED
     import "DPI-C" function void softcore_event(input int core);
     always @(posedge clk) if (add) softcore_event(NUMBER);
 `endif

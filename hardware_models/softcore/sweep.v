@@ -1,6 +1,6 @@
 // The compartments of a core: their memory, and the sweep that updates each of them once a step.
 //
-//     constants  {sends, axon[11:0], threshold[2:0], profile[4:0], bias[23:0]}
+//     constants  {sends, axon[11:0], threshold[4:0], profile[4:0], bias[23:0]}
 //     profile    {delay[5:0], keep_v[12:0], keep_u[11:0]}
 //     state      {refractory[5:0], v[23:0], u[23:0]}, and a bit for its spike
 //
@@ -30,17 +30,17 @@ module sweep #(
     input  wire [47:0] in
 );
     localparam LAST = LOG_COMPARTMENTS - 1, N = 1 << LOG_COMPARTMENTS, TAG = LAST + 1 + 1 + AXON;
-    reg [44:0] constants [0:N-1];
+    reg [46:0] constants [0:N-1];
     reg [53:0] state [0:N-1];
     reg spiked [0:N-1];
     reg [30:0] profiles [0:31];
-    reg [23:0] thresholds [0:7];
+    reg [23:0] thresholds [0:31];
     reg [LAST+1:0] size;
     reg signed [23:0] vmin, vmax;
     always @(posedge clk) if (write) case (select)
-        3'd0: constants[write_at] <= in[44:0];
+        3'd0: constants[write_at] <= in[46:0];
         3'd3: profiles[write_at[4:0]] <= in[30:0];
-        3'd4: thresholds[write_at[2:0]] <= in[23:0];
+        3'd4: thresholds[write_at[4:0]] <= in[23:0];
         3'd5: size <= in[LAST+1:0];
         3'd6: {vmin, vmax} <= in;
         default: ;
@@ -62,7 +62,7 @@ module sweep #(
     wire [LAST:0] place = busy ? swept : read_at;
     reg valid1, valid2;
     reg [LAST:0] index1, index2;
-    reg [44:0] constants1;
+    reg [46:0] constants1;
     reg [53:0] state1, state2;
     reg [30:0] profile2;
     reg [23:0] bias2, vth2;
@@ -72,8 +72,8 @@ module sweep #(
         constants1 <= constants[place]; state1 <= state[place]; read_spike <= spiked[place];
         index1 <= swept; index2 <= index1;
         valid1 <= busy & !rst; valid2 <= valid1 & !rst;
-        profile2 <= profiles[constants1[28:24]]; vth2 <= thresholds[constants1[31:29]];
-        {sends2, bias2, state2} <= {constants1[44:32], constants1[23:0], state1};
+        profile2 <= profiles[constants1[28:24]]; vth2 <= thresholds[constants1[33:29]];
+        {sends2, bias2, state2} <= {constants1[46:34], constants1[23:0], state1};
         q2 <= {q, {(22 - WIDTH){1'b0}}};
     end
     assign {read_v, read_u} = state1[47:0];
@@ -102,7 +102,7 @@ module sweep #(
     end
     assign idle = !under_way;
 
-`ifdef VERILATOR
+`ifdef OBSERVED
     // The simulation sees every state that is written.
     parameter NUMBER = 0;
     import "DPI-C" function void softcore_state(

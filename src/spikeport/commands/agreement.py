@@ -104,8 +104,6 @@ def spikes_of(folded: Folded, text: str) -> Played:
         rows = {name: _rows(found, name, n) for name, n in sizes.items()}
         if len({len(one) for one in rows.values()}) != 1:
             raise MismatchError("as many steps for each input", "others")
-    except FileNotFoundError:
-        raise UsageError(f"{text}: no such file") from None
     except MismatchError as error:
         wanted = ", ".join(f"{name} (n_steps, {n})" for name, n in sizes.items())
         raise UsageError(f"{text}: {error}; give an npz with arrays of 0 and 1: {wanted}") from None

@@ -1,9 +1,7 @@
 """``spikeport board``: be a board, and look into records of boards."""
 
-import signal
-import sys
+import functools
 from pathlib import Path
-from typing import NoReturn
 
 import numpy as np
 import typer
@@ -15,6 +13,7 @@ from spikeport.backends.board.messages import SPIKES
 from spikeport.backends.board.record import Record
 from spikeport.backends.board.server import Service
 from spikeport.backends.board.server import serve as serve_board
+from spikeport.commands.ending import ended_in_order
 from spikeport.commands.links import certificates
 from spikeport.commands.options import BoardService, Tls
 from spikeport.compile.image.chip_image import ChipImage
@@ -54,6 +53,13 @@ def _rtl(image: ChipImage, seed: int) -> CountingChip:
     return RtlChip(image, seed, _say_of_board)
 
 
+def _on_device(path: Path, baud: int, image: ChipImage, seed: int) -> CountingChip:
+    from spikeport.backends.softcore.chip import DeviceChip
+    from spikeport.backends.softcore.line import SerialLine
+
+    return DeviceChip(image, seed, SerialLine(path, baud), _say_of_board)
+
+
 def _need_gcc() -> None:
     from spikeport.backends.board.nxsdk.compiled import require_gcc
 
@@ -83,28 +89,34 @@ NEEDS = {"snips": _need_gcc, "nxsdk": _need_nxsdk, "rtl": _need_verilator}
 """Checks for the programs that a machine cannot do without, before a host comes."""
 
 
-def serve(request: BoardService, tls: Tls) -> None:
-    """Be a board until the process is ended; its socket goes with it."""
+def _machine(request: BoardService) -> Machine:
+    """Return the machine that is asked for; refuse what it cannot do without."""
+    if request.device is not None:
+        from spikeport.backends.softcore.line import SerialLine
+
+        SerialLine(request.device, request.baud).close()
+        return Machine("softcore", functools.partial(_on_device, request.device, request.baud))
     name = "rtl" if request.rtl else request.machine
     if name not in MACHINES:
         raise unknown("machine", name, MACHINES)
     if name in NEEDS:
         NEEDS[name]()
+    return Machine(name, MACHINES[name])
+
+
+def serve(request: BoardService, tls: Tls) -> None:
+    """Be a board until the process is ended; its socket goes with it."""
     service = Service(
         address=Address.parse(request.listen),
-        machine=Machine(name, MACHINES[name]),
+        machine=_machine(request),
         certificates=certificates(tls),
         allow_remote=request.allow_remote,
         faults=[FAULTS.parse(text) for text in request.fault],
         once=request.once,
         idle_s=request.idle,
     )
-    signal.signal(signal.SIGTERM, _ended)
-    serve_board(service, _say)
-
-
-def _ended(_signal: int, _frame: object) -> NoReturn:
-    sys.exit(0)
+    with ended_in_order(0):
+        serve_board(service, _say)
 
 
 def _say(line: str) -> None:

@@ -12,7 +12,9 @@ from spikeport.backends.board.board import Board, Machine
 from spikeport.backends.board.chip import BoardChip
 from spikeport.backends.native.chip import NativeChip
 from spikeport.backends.softcore.chip import RtlChip
-from spikeport.backends.softcore.simulation import Simulation
+from spikeport.backends.softcore.decompile import messages_of
+from spikeport.backends.softcore.rows import size_of
+from spikeport.backends.softcore.simulation import STATE, Simulation
 from spikeport.backends.softcore.writer import written
 from spikeport.compile.image.chip_image import ChipImage
 from tests.helpers.fake_board import FakeClock, FakeLine, small_image, spike_train
@@ -47,6 +49,31 @@ def assert_same(image: ChipImage, steps: list[np.ndarray]) -> RtlChip:
 @given(image=soft_images(), seed=st.integers(0, 2**32 - 1))
 def test_any_image_has_the_native_states(image: ChipImage, seed: int) -> None:
     assert_same(image, random_spikes(image, 20, seed))
+
+
+@settings(
+    max_examples=5,
+    derandomize=True,
+    deadline=None,
+    database=None,
+    suppress_health_check=[HealthCheck.too_slow],
+)
+@given(image=soft_images(), seed=st.integers(0, 2**32 - 1))
+def test_any_image_moves_the_messages_and_weights_of_its_spikes(
+    image: ChipImage, seed: int
+) -> None:
+    memory = written(image, BUILD.unit, BUILD.cores)
+    simulation, lists, n = Simulation(memory, BUILD), messages_of(memory), len(memory.order)
+    for spikes in random_spikes(image, 20, seed):
+        stepped = simulation.step(memory.messages(spikes))
+        fired = memory.order[simulation.state[:, STATE.index("spiked")] != 0]
+        sent = [one for source in [*fired, *(n + spikes)] for one in lists[source]]
+        weights = np.zeros(len(memory.cores), dtype=int)
+        for core, row in sent:
+            weights[core] += size_of(memory.cores[core].rows, row)[1]
+        assert stepped.messages == len(sent)
+        np.testing.assert_array_equal(stepped.weights, weights)
+    simulation.close()
 
 
 def test_wide_rows_and_queues_that_are_full() -> None:

@@ -15,7 +15,7 @@ def test_every_word_is_written_once_at_its_address() -> None:
     sizes = entries[entries[:, 1] == Select.SIZE]
     assert sizes[:, [0, 3]].tolist() == [[0, 3], [1, 2]]
     low, high = entries[(entries[:, 0] == 0) & (entries[:, 1] == Select.CONSTANTS)][0, 3:]
-    assert (low & 0xFFFFFF, high >> 12) == (40, 1)  # its bias, and that it sends
+    assert (low & 0xFFFFFF, high >> 14) == (40, 1)  # its bias, and that it sends
 
 
 def test_messages_of_the_host_are_those_of_each_source() -> None:

@@ -8,6 +8,7 @@ import pytest
 from spikeport.compile.check.violation import Violation
 from spikeport.compile.pipeline import compile_network
 from spikeport.compile.report.summary import resources, verdict
+from spikeport.hardware_models import chip as chips
 
 
 @pytest.fixture(scope="module")
@@ -36,6 +37,11 @@ def test_the_table_has_a_row_for_each_resource(report):
         name.replace("_", " ") for name in report.resources() if name != "chips"
     ]
     assert table.rows[1] == ("compartments", "20 / 131,072", "0.0", "20 / 1,024", "2.0", "0")
+
+
+def test_memory_that_cores_share_is_the_chip_s(compilation, report):
+    shared = resources(replace(report, chip=chips.get("softcore-up5k"))).rows[-1]
+    assert shared == ("memory blocks", "1 / 4", "25.0", "", "", "")
 
 
 def test_print_fits_a_screen_and_ends_with_the_verdict(compilation, report):

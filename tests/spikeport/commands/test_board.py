@@ -49,6 +49,13 @@ def test_rtl_is_a_machine_with_a_name_of_its_own(
         serve(request, Tls())
 
 
+def test_a_device_that_is_none_is_refused_before_a_host_comes(tmp_path: Path) -> None:
+    request = BoardService(listen=f"unix:{tmp_path / 's'}", device=tmp_path / "tty", fault=[])
+    with pytest.raises(UsageError, match=r"device '.*tty' cannot be opened: No such file"):
+        serve(request, Tls())
+    assert list(tmp_path.iterdir()) == []
+
+
 def recorded(path: Path, faults: tuple[str, ...] = ()) -> None:
     clock = FakeClock()
     line = FakeLine(Board(MACHINE), clock, faults)

@@ -1,0 +1,44 @@
+"""The design of a board: Verilog's parameters, by which cores are cut to a memory image."""
+
+from spikeport.backends.softcore.memory import LOG_COMPARTMENTS, SUM_BITS, MemoryImage
+
+ROW_WORDS_STEP, AXONS_STEP = 1024, 512
+"""Entries that a block of memory of an ECP5 holds."""
+
+
+def parameters(
+    memory: MemoryImage, n_outputs: int, log_queue: int = 9, row_words: int = ROW_WORDS_STEP
+) -> str:
+    """Return ``parameters.vh`` of ``board.v``: cores with memories as large as an image needs.
+
+    Parameters
+    ----------
+    memory : MemoryImage
+        The memory contents that the host writes.
+    n_outputs : int
+        Values and spikes that the host reads after each step.
+    log_queue : int
+        Messages that wait at a core: 2^log_queue.
+    row_words : int
+        The memory for rows is a multiple of so many words of 16 bits.
+    """
+    most = max(len(core.constants) for core in memory.cores)
+    values = {
+        "CORES": len(memory.cores),
+        "CORE": memory.core_bits,
+        # No fewer bits than the 32 profiles have, which are written by the same address.
+        "LOG_COMPARTMENTS": min(max(5, (most - 1).bit_length()), LOG_COMPARTMENTS),
+        "WIDTH": SUM_BITS - memory.unit,
+        "LOG_QUEUE": log_queue,
+        # The end of the list takes an entry, too.
+        "LOG_OUTPUTS": max(8, n_outputs.bit_length()),
+        "WORDS": _vector([len(core.rows) for core in memory.cores], row_words, 20),
+        "AXONS": _vector([len(core.axons) for core in memory.cores], AXONS_STEP, 16),
+    }
+    return "".join(f"`define {name} {value}\n" for name, value in values.items())
+
+
+def _vector(sizes: list[int], step: int, bits: int) -> str:
+    """Return sizes, rounded up, as a Verilog vector: the first core's in the lowest bits."""
+    rounded = [f"{bits}'d{max(-(-size // step), 1) * step}" for size in reversed(sizes)]
+    return "{" + ", ".join(rounded) + "}"

@@ -1,0 +1,34 @@
+"""``spikeport board write IMAGE``: what a board with soft cores is built of, and loaded with."""
+
+from pathlib import Path
+
+import typer
+
+from spikeport.atomic import atomic_path, write_text
+from spikeport.backends.softcore import port
+from spikeport.backends.softcore.chip import outputs_of
+from spikeport.backends.softcore.design import parameters
+from spikeport.backends.softcore.writer import written
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.soft_rows import WORD_BITS
+
+BITS_PER_KIB = 8 * 1024
+
+
+def run(path: Path, out: Path, *, log_queue: int, row_words: int) -> None:
+    """Write the parameters of the Verilog and the bytes that load it; print sizes and digest."""
+    image = ChipImage.load(path)
+    memory = written(image)
+    outputs = [one for ports in outputs_of(image, memory.order) for one in ports]
+    loading = port.loading(memory, outputs)
+    out.mkdir(parents=True, exist_ok=True)
+    write_text(out / "parameters.vh", parameters(memory, len(outputs), log_queue, row_words))
+    with atomic_path(out / "load.bin") as new:
+        new.write_bytes(loading)
+    for name, core in zip(image.cores, memory.cores, strict=True):
+        typer.echo(
+            f"{name}: {len(core.constants):,} compartments, {len(core.axons):,} output axons, "
+            f"{WORD_BITS * len(core.rows) / BITS_PER_KIB:.1f} KiB of rows"
+        )
+    typer.echo(f"memory image {memory.digest[:16]} of image {image.digest[:16]}")
+    typer.echo(f"written: {out}/ (parameters.vh, load.bin: {len(loading):,} bytes)")

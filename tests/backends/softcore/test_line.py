@@ -1,0 +1,122 @@
+"""A board's Verilog at the end of a simulated line: loaded, stepped and read by bytes alone."""
+
+import os
+import shutil
+import tty
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from spikeport.backends.native.chip import NativeChip
+from spikeport.backends.softcore import port
+from spikeport.backends.softcore.chip import DeviceChip
+from spikeport.backends.softcore.line import SerialLine, VerilatedLine
+from spikeport.errors import BackendError, UsageError
+from tests.helpers.fake_board import small_image, spike_train
+from tests.helpers.soft_boards import BAUD_CYCLES, FIFO, board_line
+
+in_verilator = [
+    pytest.mark.slow,
+    pytest.mark.skipif(shutil.which("verilator") is None, reason="no verilator: make referees"),
+]
+
+
+def pytest_param(*values: float) -> object:
+    return pytest.param(*values, marks=in_verilator)
+
+
+def assert_same(line: VerilatedLine, steps: list[np.ndarray]) -> list[str]:
+    """Compare all outputs of all steps with the native chip's; return what the board says."""
+    printed: list[str] = []
+    chip = DeviceChip(small_image(), 0, line, printed.append)
+    native = NativeChip(small_image(), 0)
+    for spikes in steps:
+        for found, expected in zip(chip.step(spikes, {}), native.step(spikes, {}), strict=True):
+            np.testing.assert_array_equal(found, expected)
+    assert chip.differing == {}
+    chip.close()
+    return printed
+
+
+@pytest.mark.parametrize(
+    ("baud_cycles", "baud_error"),
+    [
+        pytest_param(BAUD_CYCLES, 0.0),
+        pytest_param(BAUD_CYCLES, 0.02),
+        pytest_param(BAUD_CYCLES, -0.02),
+        pytest_param(FIFO, 0.0),
+    ],
+)
+def test_a_board_has_the_native_outputs(baud_cycles: int, baud_error: float) -> None:
+    crowd = [np.repeat(np.arange(3), 100)]  # more messages than a part of a step holds
+    printed = assert_same(
+        board_line(small_image(), baud_cycles, baud_error), spike_train(30) + crowd * 3
+    )
+    assert printed[0] == "198 states compared in 33 steps; differing: outputs 0"
+    assert printed[1].startswith("cycles a step: ")
+
+
+class Disturbed:
+    """A line to a board, of which something is sent amiss."""
+
+    def __init__(self, line: VerilatedLine) -> None:
+        self._line = line
+        self.restart, self.close = line.restart, line.close
+        self.flips = False
+
+    def exchange(self, sent: bytes, n: int) -> bytes:
+        if self.flips:
+            sent = sent[: -len(port.ASK) - 1] + bytes([sent[-len(port.ASK) - 1] ^ 1]) + port.ASK
+        return self._line.exchange(sent, n)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("verilator") is None, reason="no verilator: make referees")
+def test_a_bit_that_flips_on_the_line_ends_the_session_and_the_next_one_begins_anew() -> None:
+    line = Disturbed(board_line(small_image(), FIFO))
+    chip = DeviceChip(small_image(), 0, line)
+    chip.step(np.array([0]), {})
+    line.flips = True
+    with pytest.raises(BackendError, match=r"checksum .*: the line changed or lost some"):
+        chip.step(np.array([1]), {})
+    line.flips = False
+    line._line.exchange(port.loading(chip._memory, [])[:11], 0)  # a command that breaks off
+    assert_same(line, spike_train(10))
+
+
+def test_a_serial_line_carries_bytes_both_ways() -> None:
+    ours, theirs = os.openpty()
+    line = SerialLine(Path(os.ttyname(theirs)), 115200)
+    os.write(ours, b"from before")
+    line.restart(b"?")
+    assert os.read(ours, 10) == b"?"
+    os.write(ours, b"\x00\x0a\x0dwhole")
+    assert line.exchange(b"\x03\x0a", 8) == b"\x00\x0a\x0dwhole"
+    assert os.read(ours, 10) == b"\x03\x0a"
+    os.close(ours)
+    with pytest.raises(BackendError, match="the line to the board"):
+        line.exchange(b"", 1)
+    line.close()
+    os.close(theirs)
+
+
+def test_a_board_that_stays_silent_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("spikeport.backends.softcore.line.PATIENCE_S", 0.05)
+    ours, theirs = os.openpty()
+    tty.setraw(ours)
+    line = SerialLine(Path(os.ttyname(theirs)), 115200)
+    os.write(ours, b"ab")
+    with pytest.raises(BackendError, match=r"answered 2 of 5 bytes within 0.05 s; cure: load the"):
+        line.exchange(b"x", 5)
+    line.close()
+
+
+def test_what_is_no_serial_line_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="cannot be opened: No such file"):
+        SerialLine(tmp_path / "none")
+    (tmp_path / "file").write_text("")
+    with pytest.raises(UsageError, match="is no serial line: "):
+        SerialLine(tmp_path / "file")
+    with pytest.raises(UsageError, match="baud 1,234: this computer's serial lines"):
+        SerialLine(tmp_path / "file", 1234)
