@@ -133,7 +133,7 @@ def _unchanged(memory: np.ndarray, x: int, dx: int, n: int, tables: np.ndarray, 
         same &= kept[i] == value
         kept[i] = value
     tables[table] = 1
-    return same
+    return bool(same)
 
 
 @compiled
