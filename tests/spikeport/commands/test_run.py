@@ -63,7 +63,8 @@ def test_unknown_names_of_run_list_what_there_is(spikeport, tmp_path):
     )
     assert error("reach", "--set", "n=1") == (
         "error: unknown key of experiment 'reach' 'n'; "
-        "choose from: appearance, box, calibrated, cb, m1, network_seed, preset, s1\n"
+        "choose from: appearance, box, calibrated, cb, efference_copy, m1, network_seed, "
+        "preset, s1\n"
     )
     assert error("reach", "--set", "m1=0") == (
         "error: m1=0: the number of neurons must be at least 1\n"
@@ -172,7 +173,9 @@ def test_an_interrupted_run_says_so_and_leaves_no_result(start, without_stages, 
     assert not out.exists()
 
 
-RESULT = {"experiment": "switch", "backend": "native", "energy_by_unit": {}}
+RESULT = {"experiment": "switch", "backend": "native", "energy_by_unit": {}} | dict.fromkeys(
+    ("link", "robot")
+)
 
 
 def test_metrics_of_parts_are_named_line_by_line(tmp_path, capsys):
