@@ -10,6 +10,7 @@ Each is Nengo's error of that kind too, so that code written for Nengo catches i
 """
 
 import contextlib
+import os
 import re
 import threading
 import traceback
@@ -26,6 +27,8 @@ MOST_NAMED = 3
 ADDRESS = re.compile(r" at 0x[0-9a-f]+")
 TURN = threading.RLock()
 """Held while a compile changes what all threads share: warning filters, nengo-loihi's modules."""
+# A child has the forking thread alone: it would wait for ever for a compile in another one.
+os.register_at_fork(before=TURN.acquire, after_in_parent=TURN.release, after_in_child=TURN.release)
 
 
 class RefusedError(CompileError, BuildError):

@@ -5,7 +5,7 @@ import re
 from spikeport.compile.passes import registry
 from spikeport.compile.passes.base import AnyPass
 from spikeport.compile.passes.pipeline import Pipeline
-from spikeport.errors import UsageError
+from spikeport.errors import UsageError, printable
 from spikeport.key_values import converted, parameters
 
 ONE_PASS = re.compile(r"""\s*(?P<name>\w+)\s*(?:\{(?P<options>(?:"[^"]*"|[^{}"])*)\})?\s*(?:,|$)""")
@@ -38,7 +38,8 @@ def _matches(pattern: re.Pattern[str], text: str) -> list[re.Match[str]]:
         match = pattern.match(text, at)
         if match is None:
             raise UsageError(
-                f"passes '{text}': cannot be read from '{text[at:].strip()}' on; write them as "
+                f"passes '{printable(text)}': cannot be read from "
+                f"'{printable(text[at:].strip())}' on; write them as "
                 "name,name{key=value,key=value}"
             )
         matches.append(match)

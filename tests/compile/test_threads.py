@@ -1,5 +1,7 @@
 """Compiles in several threads: they take turns where they change what all threads share."""
 
+import os
+import signal
 import threading
 import warnings
 from concurrent.futures import ThreadPoolExecutor
@@ -59,3 +61,25 @@ def test_a_section_that_changes_what_is_shared_waits_for_its_turn(section):
     assert entered.wait(20)
     other.join()
     assert shared() == before
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_a_fork_waits_for_the_compile_of_another_thread():
+    entered, leave, before = threading.Event(), threading.Event(), shared()
+
+    def enter():
+        with numpy1_semantics():
+            entered.set()
+            leave.wait(20)
+
+    other = threading.Thread(target=enter)
+    other.start()
+    assert entered.wait(20)
+    threading.Timer(0.1, leave.set).start()
+    if (child := os.fork()) == 0:
+        signal.alarm(20)  # a child that waits for ever is ended
+        with numpy1_semantics():
+            pass
+        os._exit(0 if shared()[:3] == before[:3] else 1)
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
+    other.join()
