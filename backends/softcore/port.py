@@ -45,7 +45,7 @@ class Output(NamedTuple):
     place: int
 
 
-WIDTHS = {
+WIDTHS: dict[int, int] = {
     Select.CONSTANTS: 6,
     Select.AXONS: 3,
     Select.ROWS: 2,
