@@ -22,10 +22,10 @@ PARALLEL := -n auto --dist loadfile --no-loadscope-reorder
 
 .DEFAULT_GOAL := help
 .PHONY: help demo test test-fast shadow nengo-suite rtl softcore referees debian fuzz check docs bench \
-	bless bench-peers format clean
+	bless bench-peers figures figures-check format clean
 
 help:  ## what can be made
-	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-11s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-13s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 $(STAMP): pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
@@ -148,6 +148,12 @@ $(PEERS)/%.txt:
 	$(PEERS)/$*/bin/python -m pip install --quiet --disable-pip-version-check $(PEER_$*) \
 	  > $(PEERS)/$*.log 2>&1 || { rm -rf $(PEERS)/$*; tail -n 1 $(PEERS)/$*.log; exit 1; }
 	@echo $(PEER_$*) > $@
+
+figures: $(STAMP)  ## the runs that stated figures rest on (hours; goes on where it was); writes benchmarks/figures
+	$(BIN)/python benchmarks/figures.py run
+
+figures-check: $(STAMP)  ## the figures that README and docs state, against these runs (seconds)
+	$(BIN)/python benchmarks/figures.py check
 
 bless: $(STAMP)  ## write the golden texts of the compiler's passes anew
 	$(BIN)/python -m pytest tests/compile/test_golden.py --bless

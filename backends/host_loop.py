@@ -66,7 +66,7 @@ class HostLoop:
         return self._chip.join(self._sources, self._decoder.table, self._inbox)
 
     def _flatten(self, program: HostProgram) -> None:
-        """Turn the host into functions, with a place in memory for all that crosses its edge."""
+        """Turn the host into a function, with a place in memory for all that crosses its edge."""
         image = self.compilation.image
         errors = sum(port.size for port in program.error_senders)
         size = image.n_inputs + errors + self._decoder.size
@@ -82,7 +82,7 @@ class HostLoop:
         self._inbox = signals.allocate(self._decoder.size)
         for (_, process), place in zip(program.receivers, self._decoder.parts, strict=True):
             boxes[id(process)] = self._inbox[place]
-        self._functions = Flattener(self._host, signals, boxes).functions()
+        self._step_host = Flattener(self._host, signals, boxes).step()
 
     @property
     def link(self) -> dict[str, object] | None:
@@ -91,16 +91,18 @@ class HostLoop:
 
     def step(self) -> None:
         """Advance host and chip by one step."""
-        with np.errstate(invalid="raise", divide="ignore"):  # as Nengo does
-            for function in self._functions:
-                function()
-        # Before the chip steps: Nengo probes the host's own values at the end of its step.
-        if self._host.model.probes:
-            self._host._probe()
+        self._step_host()
         self._n_steps += 1
+        if self._host.model.probes:
+            self._probe()
         held = self._exchange()
         for recording in self._recordings.values():
             recording.append(held)
+
+    def _probe(self) -> None:
+        """Probe the host's own values, before the chip steps: as Nengo at the end of its step."""
+        self._host.signals[self._host.model.step][()] = self._n_steps  # which samples are due
+        self._host._probe()
 
     def _exchange(self) -> list[np.ndarray]:
         """Step the chip by what the host sends, decode what it holds, and return that."""

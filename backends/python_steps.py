@@ -1,47 +1,41 @@
 """Nengo's operators that stay Python, with less around them.
 
-These are the clock, users' functions, and products whose rounding depends on how NumPy orders their
-sums. Nengo checks and copies with several NumPy calls, each of which costs more than a small node's
-own function. These do the same with fewer, and hand everything odd to Nengo's own step.
+These are users' functions, and products whose rounding depends on how NumPy orders their sums.
+Nengo checks and copies with several NumPy calls, each of which costs more than a small node's own
+function. These do the same with fewer, and hand everything odd to Nengo's own step.
 """
 
 from collections.abc import Callable
 
 import numpy as np
-from nengo.builder.operator import DotInc, SimPyFunc, TimeUpdate
+from nengo.builder.operator import SimPyFunc
 from nengo.builder.signal import SignalDict
 
-
-def clock_step(op: TimeUpdate, signals: SignalDict, dt_s: float) -> Callable[[], None]:
-    """Count steps, and set the time to their number times ``dt_s``."""
-    step, time = signals[op.step], signals[op.time]
-    n = int(step)
-
-    def tick() -> None:
-        nonlocal n
-        n += 1
-        step[()] = n
-        time[()] = n * dt_s
-
-    return tick
+from spikeport.node_functions import Skippable
 
 
-def product_step(op: DotInc, signals: SignalDict) -> Callable[[], None]:
-    """Add a constant matrix times a vector, anew only where the vector has changed.
-
-    An observation of a plant stays the same for several steps.
-    """
-    matrix, vector, target = signals[op.A], signals[op.X], signals[op.Y]
-    known: tuple[bytes | None, np.ndarray] = None, np.zeros(0)
+def product_step(
+    matrix: np.ndarray, vector: np.ndarray, target: np.ndarray, kept: np.ndarray
+) -> Callable[[], None]:
+    """Add a constant matrix times a vector, and keep the product."""
 
     def add() -> None:
-        nonlocal known
-        key = vector.tobytes()
-        if key != known[0]:
-            known = key, np.dot(matrix, vector)
-        target[...] += known[1]
+        kept[...] = np.dot(matrix, vector)
+        target[...] += kept
 
     return add
+
+
+def waiting_step(
+    call: Callable[[], None], function: Skippable, left: np.ndarray
+) -> Callable[[], None]:
+    """Call a function, and keep in ``left`` (1,) for how many steps its value stays."""
+
+    def wait() -> None:
+        call()
+        left[0] = function.skip()
+
+    return wait
 
 
 def function_step(op: SimPyFunc, signals: SignalDict) -> Callable[[], None]:

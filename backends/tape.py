@@ -2,13 +2,13 @@
 
 Nengo runs each operator of a model as a Python closure over NumPy arrays; for the few numbers of a
 control loop the calls cost far more than the arithmetic. Here all signals lie in one array, and
-stretches of operators that are simple enough become tapes (`spikeport.backends.tape_kernel`). An
-operator that is not keeps Nengo's own closure, in its place in the order.
+operators become a tape (`spikeport.backends.tape_kernel`). At one that is not simple enough the
+tape stops, in its place in the order, for Nengo's own closure or what stands for it.
 """
 
 import inspect
-import itertools
 from collections.abc import Callable
+from typing import Any, NamedTuple, TypeAlias
 
 import nengo
 import numpy as np
@@ -22,15 +22,32 @@ from nengo.builder.operator import (
     SimPyFunc,
     TimeUpdate,
 )
+from nengo.builder.probe import SimProbe
 from nengo.builder.processes import SimProcess
 from nengo.builder.signal import Signal, SignalDict
 from nengo.synapses import LinearFilter
 
 from spikeport.backends import tape_kernel as kernel
-from spikeport.backends.python_steps import clock_step, function_step, product_step
+from spikeport.backends.python_steps import function_step, product_step, waiting_step
 from spikeport.compiled import make_ready
+from spikeport.node_functions import Affine, Held, Skippable
 
-TapeRow = tuple[list[int], list[float]]
+TapeRow: TypeAlias = tuple[list[int], list[float]]
+Placed: TypeAlias = tuple[np.ndarray, tuple[int, int]]
+"""An array, and its offset and stride in the pool."""
+Stop: TypeAlias = Callable[[np.ndarray], Callable[[], None]]
+"""Makes what Python does where an operation stops, from what the operation keeps."""
+NOTHING = np.zeros(0)
+
+
+class Operation(NamedTuple):
+    """An operation of a tape."""
+
+    row: TapeRow
+    table: np.ndarray = NOTHING
+    """Its constants, and what it keeps."""
+    stop: Stop | None = None
+    """None where it never stops."""
 
 
 class PooledSignals(SignalDict):
@@ -94,26 +111,41 @@ class Tape:
         self._memory = memory
         self._rows: list[TapeRow] = []
         self._tables: list[np.ndarray] = [np.zeros(0)]
+        self._stops: dict[int, Stop] = {}
 
-    def add(self, row: TapeRow, table: np.ndarray | None = None) -> None:
-        """Append an operation, with its constants."""
-        if table is not None:
-            # Tables lie end to end in one array, and operations find theirs by offset.
-            row[0][6] = sum(map(len, self._tables))
-            self._tables.append(table)
+    def add(self, operation: Operation) -> None:
+        """Append an operation, with its constants, and with what Python does where it stops."""
+        row, table, stop = operation
+        # Tables lie end to end in one array, and operations find theirs by offset.
+        row[0][6] = sum(map(len, self._tables))
+        self._tables.append(table)
+        if stop is not None:
+            self._stops[len(self._rows)] = stop
         self._rows.append(row)
 
     def finish(self) -> Callable[[], None]:
         """Return a function that runs the tape."""
-        memory, tables = self._memory, np.concatenate(self._tables)
-        code = np.array([row[0] for row in self._rows], dtype=np.int64)
-        scalars = np.array([row[1] for row in self._rows])
-        make_ready(kernel.run_tape, memory, code, scalars, tables)
-        return lambda: kernel.run_tape(memory, code, scalars, tables)
+        memory, tables, n = self._memory, np.concatenate(self._tables), len(self._rows)
+        code = np.array([row[0] for row in self._rows], dtype=np.int64).reshape(n, 8)
+        scalars = np.array([row[1] for row in self._rows]).reshape(n, 2)
+        run_tape = make_ready(kernel.run_tape, memory, code, scalars, tables, 0)
+        ends = [*code[1:, 6].tolist(), len(tables)]
+        stops = {k: stop(tables[code[k, 6] : ends[k]]) for k, stop in self._stops.items()}
+
+        def run() -> None:
+            k = run_tape(memory, code, scalars, tables, 0)
+            if k == n:
+                return
+            with np.errstate(invalid="raise", divide="ignore"):  # as Nengo does
+                while k < n:
+                    stops[k]()
+                    k = run_tape(memory, code, scalars, tables, k + 1)
+
+        return run
 
 
 class Flattener:
-    """A compiler of a simulator's operators into functions to call in turn.
+    """A compiler of a simulator's operators into a function to call in each step.
 
     Parameters
     ----------
@@ -136,52 +168,38 @@ class Flattener:
         # The reset makes Nengo build its closures anew, over the arrays of the pool.
         sim.reset(sim.seed)
         self._closures = dict(zip(sim._step_order, sim._steps, strict=True))
-        self._compilers: dict[
-            type, Callable[[Operator], tuple[TapeRow, np.ndarray | None] | None]
-        ] = {
+        # By exact type: a subclass can do something else.
+        self._compilers: dict[type, Callable[[Any], Operation | None]] = {
+            TimeUpdate: self._clock,
             Reset: self._reset,
             Copy: self._copy,
             ElementwiseInc: self._elementwise,
             DotInc: self._dot,
             SimNeurons: self._neurons,
             SimProcess: self._process,
+            SimPyFunc: self._function,
         }
 
-    def functions(self) -> list[Callable[[], None]]:
-        """Return one function for each tape, and for each operator that is not on one."""
-        compiled = [(op, self._compile(op)) for op in self._sim._step_order]
-        functions: list[Callable[[], None]] = []
-        # Neighbours alone are joined: operators stay in the order in which Nengo runs them.
-        for on_tape, group in itertools.groupby(compiled, key=lambda pair: pair[1] is not None):
-            if not on_tape:
-                functions += [self._python(op) for op, _ in group]
-                continue
-            tape = Tape(self._signals.memory)
-            for _, operation in group:
-                assert operation is not None
-                tape.add(*operation)
-            functions.append(tape.finish())
-        return functions
+    def step(self) -> Callable[[], None]:
+        """Return a function that runs all operators, in the order in which Nengo runs them."""
+        tape = Tape(self._signals.memory)
+        for op in self._sim._step_order:
+            if type(op) is not SimProbe:  # it does nothing but name what is probed
+                tape.add(self._compile(op) or self._call(self._closures[op]))
+        return tape.finish()
 
-    def _python(self, op: Operator) -> Callable[[], None]:
-        # By exact type: a subclass can do something else.
-        if type(op) is TimeUpdate:
-            return clock_step(op, self._signals, self._sim.dt)
-        if type(op) is SimPyFunc:
-            return function_step(op, self._signals)
-        if type(op) is DotInc and _constant_matrix(op):
-            return product_step(op, self._signals)
-        result: Callable[[], None] = self._closures[op]
-        return result
-
-    def _compile(self, op: Operator) -> tuple[TapeRow, np.ndarray | None] | None:
+    def _compile(self, op: Operator) -> Operation | None:
         compiler = self._compilers.get(type(op))
         return None if compiler is None else compiler(op)
 
-    def _row(
+    @staticmethod
+    def _call(function: Callable[[], None]) -> Operation:
+        return Operation(([kernel.CALL, 0, 0, 0, 0, 0, 0, 0], [0.0, 0.0]), stop=lambda _: function)
+
+    def _operation(
         self, what: int, target: Signal, source: Signal | np.ndarray, a: float = 0.0, b: float = 0.0
-    ) -> TapeRow | None:
-        """Return a row of equally many targets and sources; None if they do not lie in the pool."""
+    ) -> Operation | None:
+        """Return one of equally many targets and sources; None if they do not lie in the pool."""
         y_array = target if isinstance(target, np.ndarray) else self._signals[target]
         x_array = source if isinstance(source, np.ndarray) else self._signals[source]
         y, x = self._signals.place(y_array), self._signals.place(x_array)
@@ -189,80 +207,111 @@ class Flattener:
             return None
         # With a stride of 0 a tape reads one number for all targets, as NumPy broadcasts it.
         stride = 0 if x_array.size == 1 else x[1]
-        return [what, y_array.size, *y, x[0], stride, 0, 0], [a, b]
+        return Operation(([what, y_array.size, *y, x[0], stride, 0, 0], [a, b]))
 
-    def _reset(self, op: Reset) -> tuple[TapeRow, None] | None:
-        row = self._row(kernel.FILL, op.dst, op.dst, op.value)
-        return row and (row, None)
+    def _clock(self, op: TimeUpdate) -> Operation | None:
+        found = self._operation(kernel.CLOCK, op.time, op.time, self._sim.dt)
+        return found and found._replace(table=np.zeros(1))
 
-    def _copy(self, op: Copy) -> tuple[TapeRow, None] | None:
+    def _reset(self, op: Reset) -> Operation | None:
+        return self._operation(kernel.FILL, op.dst, op.dst, op.value)
+
+    def _copy(self, op: Copy) -> Operation | None:
         # Slices may be index lists, for which a stride cannot stand.
         if op.src_slice is not None or op.dst_slice is not None:
             return None
-        row = self._row(kernel.ADD if op.inc else kernel.COPY, op.dst, op.src)
-        return row and (row, None)
+        return self._operation(kernel.ADD if op.inc else kernel.COPY, op.dst, op.src)
 
-    def _elementwise(self, op: ElementwiseInc) -> tuple[TapeRow, np.ndarray] | None:
+    def _elementwise(self, op: ElementwiseInc) -> Operation | None:
         factor = self._signals[op.A]
-        row = self._row(kernel.SCALE_ADD, op.Y, op.X)
+        found = self._operation(kernel.SCALE_ADD, op.Y, op.X)
         target, source = self._signals[op.Y], self._signals[op.X]
-        if row is None or not op.A.readonly or factor.size not in (1, target.size):
+        if found is None or not op.A.readonly or factor.size not in (1, target.size):
             return None
         if source.ndim > 1 or target.ndim > 1 or source.size != target.size:
             return None
-        return row, np.broadcast_to(factor.reshape(-1), (target.size,)).astype(float)
+        table = np.broadcast_to(factor.reshape(-1), (target.size,)).astype(float)
+        return found._replace(table=table)
 
-    def _dot(self, op: DotInc) -> tuple[TapeRow, np.ndarray] | None:
-        """Return a product whose sums have one term at most: the order of more would matter."""
+    def _dot(self, op: DotInc) -> Operation | None:
+        """Return a product; sums of several terms are NumPy's, as their order matters."""
         if not _constant_matrix(op):
             return None
         matrix, source = self._signals[op.A], self._signals[op.X]
         target = self._signals[op.Y]
-        places = self._signals.place(target), self._signals.place(source)
-        if None in places or np.count_nonzero(matrix, axis=1).max() > 1:
+        y, x = self._signals.place(target), self._signals.place(source)
+        if y is None or x is None:
             return None
+        if np.count_nonzero(matrix, axis=1).max() > 1:
+            return self._product(matrix, (source, x), (target, y))
         # The one column that is not zero; in a row of zeros the first, whose factor adds nothing.
         column = np.abs(matrix).argmax(axis=1)
         table = np.concatenate([matrix[np.arange(len(matrix)), column], column])
-        (y, dy), (x, dx) = places  # type: ignore[misc]
-        return ([kernel.GATHER_ADD, target.size, y, dy, x, dx, 0, 0], [0.0, 0.0]), table
+        return Operation(([kernel.GATHER_ADD, target.size, *y, *x, 0, 0], [0.0, 0.0]), table)
 
-    def _neurons(self, op: SimNeurons) -> tuple[TapeRow, None] | None:
+    @staticmethod
+    def _product(matrix: np.ndarray, source: Placed, target: Placed) -> Operation:
+        (vector, x), (total, y) = source, target
+        begin, table = 1 + vector.size, np.zeros(1 + vector.size + total.size)
+        return Operation(
+            ([kernel.PRODUCT, total.size, *y, *x, 0, vector.size], [0.0, 0.0]),
+            table,
+            lambda kept: product_step(matrix, vector, total, kept[begin:]),
+        )
+
+    def _function(self, op: SimPyFunc) -> Operation:
+        """Return a user's function, with what the tape knows of those that need no call."""
+        function, call = op.fn, function_step(op, self._signals)
+        stops = self._call(call)
+        if isinstance(function, Skippable):
+            row = [kernel.WAIT, *stops.row[0][1:]], stops.row[1]
+            return Operation(row, np.zeros(1), lambda left: waiting_step(call, function, left))
+        if op.x is None or op.output is None:
+            return stops
+        if type(function) is Affine and op.x.size == op.output.size:
+            factors = function.factor, function.offset
+            found = self._operation(kernel.AFFINE, op.output, op.x, *factors)
+        elif type(function) is Held:
+            found = self._operation(kernel.HELD, op.x, op.x)
+            found = found and found._replace(table=np.zeros(1 + op.x.size))
+        else:
+            found = None
+        return stops if found is None else found._replace(stop=stops.stop)
+
+    def _neurons(self, op: SimNeurons) -> Operation | None:
         neurons, dt = op.neurons, self._sim.dt
         # Subclasses and other types have equations that the tape lacks.
         if type(neurons) is not nengo.SpikingRectifiedLinear:
             return None
-        row = self._row(kernel.RELU, op.output, op.J, neurons.amplitude / dt, dt)
-        return self._with_state(row, self._signals[op.state["voltage"]])
+        found = self._operation(kernel.RELU, op.output, op.J, neurons.amplitude / dt, dt)
+        return self._with_state(found, self._signals[op.state["voltage"]])
 
-    def _with_state(self, row: TapeRow | None, state: np.ndarray) -> tuple[TapeRow, None] | None:
+    def _with_state(self, found: Operation | None, state: np.ndarray) -> Operation | None:
         place = self._signals.place(state)
-        if row is None or place is None or place[1] != 1:
+        if found is None or place is None or place[1] != 1:
             return None
-        row[0][7] = place[0]
-        return row, None
+        found.row[0][7] = place[0]
+        return found
 
-    def _process(self, op: SimProcess) -> tuple[TapeRow, None] | None:
+    def _process(self, op: SimProcess) -> Operation | None:
         port = self._ports.get(id(op.process))
         if port is not None:
             target, source = (op.output, port) if op.input is None else (port, op.input)
-            row = self._row(kernel.COPY, target, source)
-            return row and (row, None)
+            return self._operation(kernel.COPY, target, source)
         if not isinstance(op.process, LinearFilter) or op.input is None:
             return None
         return self._filter(op)
 
-    def _filter(self, op: SimProcess) -> tuple[TapeRow, None] | None:
+    def _filter(self, op: SimProcess) -> Operation | None:
         step = process_step(self._closures[op])
         adds = op.mode == "inc"
         if type(step) is LinearFilter.NoX and not adds:
-            row = self._row(kernel.GAIN, op.output, op.input, step.d)
-            return row and (row, None)
+            return self._operation(kernel.GAIN, op.output, op.input, step.d)
         if type(step) not in (LinearFilter.OneX, LinearFilter.OneXScalar):
             return None
         what = kernel.LOWPASS_ADD if adds else kernel.LOWPASS
-        row = self._row(what, op.output, op.input, step.a, step.b)
-        return self._with_state(row, step.X)
+        found = self._operation(what, op.output, op.input, step.a, step.b)
+        return self._with_state(found, step.X)
 
 
 def process_step(closure: Callable[[], None]) -> LinearFilter.Step:

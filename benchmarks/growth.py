@@ -10,7 +10,6 @@ column is log(CPU / CPU of the row above) / log(n / n of the row above).
 
 import argparse
 import math
-import re
 import resource
 import tempfile
 import time
@@ -23,13 +22,13 @@ from typing import NamedTuple
 import markdown_table
 import nengo
 import numpy as np
+from boards import board
 
 from spikeport.compile.check.memory import estimate
 from spikeport.compile.passes.parse import parse
 from spikeport.compile.pipeline import compile_network
-from spikeport.hardware_models.chip import BUILT_IN
 
-NEURONS, CHIPS = 5, 32
+NEURONS = 5
 MB = 1e6
 HEADS = ("network", "n", "pipeline", "CPU s", "cores", "peak MB", "estimate MB", "exponent")
 
@@ -101,16 +100,6 @@ def neurons(n: int) -> nengo.Network:
 NETWORKS: dict[str, Callable[[int], nengo.Network]] = {
     make.__name__: make for make in (equal, distinct, decoded, decoded20, neurons)
 }
-
-
-def board(folder: Path) -> Path:
-    """Return the file of a board of 32 chips like Loihi."""
-    text = (BUILT_IN / "loihi.toml").read_text(encoding="utf-8")
-    path = folder / "board.toml"
-    path.write_text(
-        re.sub(r"(\[limits\.chips\]\nvalue = )\d+", rf"\g<1>{CHIPS}", text), encoding="utf-8"
-    )
-    return path
 
 
 def measure(name: str, n: int, pipeline: str, chip: Path) -> Row:

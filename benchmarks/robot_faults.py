@@ -2,24 +2,29 @@
 
     python benchmarks/robot_faults.py analytic     # the exact controllers
     python benchmarks/robot_faults.py native       # follower and policy in spikes, on the chip
+    python benchmarks/robot_faults.py native --only none --estimator ekf --estimator leg-odometry
 
-One line for each plan: how many of the seeds walked all the time, and when the others fell; nan
-where the controller refused a state, damped the robot and ended the run.
+One line for each plan and estimator: how many of the seeds walked all the time, and when the others
+fell; nan where the controller refused a state, damped the robot and ended the run.
 """
 
 import argparse
 import dataclasses
 import math
 from collections.abc import Iterator
-from functools import partial
+from typing import Any, NamedTuple
 
+import numpy as np
+
+from spikeport import cache
 from spikeport.errors import RobotLostError
 from spikeport.experiments.driver import Ready, perform, prepare
 from spikeport.experiments.options import Options
+from spikeport.experiments.walk.metrics import metrics
 from spikeport.experiments.walk.settings import WalkSettings
 from spikeport.experiments.walk.trial import EXPERIMENT, WalkTrial
 from spikeport.robot.link.connection import RobotOptions, connect
-from spikeport.robot.link.motion import TRUTH, EstimatedMotion
+from spikeport.robot.link.motion import ESTIMATORS, TRUTH, EstimatedMotion
 from spikeport.robot.link.plant import LinkedPlant
 from spikeport.robot.plant import Plant
 
@@ -48,28 +53,64 @@ PLANS = (
 
 
 class FaultyWalk(WalkTrial):
-    """A walk on an inline robot whose faults are chosen for each run."""
+    """A walk on an inline robot whose faults and estimator are chosen for each run."""
 
     plan: tuple[str, ...] = ()
+    estimator = TRUTH
 
     def plant(self) -> Plant:
         return LinkedPlant(
-            lambda settings: connect(RobotOptions("inline", faults=self.plan), settings),
-            partial(EstimatedMotion, TRUTH),
+            lambda settings: connect(
+                RobotOptions("inline", faults=self.plan, estimator=self.estimator), settings
+            ),
+            lambda held: EstimatedMotion(self.estimator, held),
         )
 
 
-def walks(
-    trial: FaultyWalk, ready: Ready, plan: tuple[str, ...], seeds: int
-) -> Iterator[float | None]:
-    trial.plan = plan
+class Walked(NamedTuple):
+    """How a walk was: when it fell, if it did, how far the robot was from the path, and the link.
+
+    A walk that was damped has nan for the time of its fall, and no more.
+    """
+
+    fallen_at_s: float | None
+    off_path_m: float = math.nan
+    estimator: dict[str, Any] | None = None
+
+
+def walks(trial: FaultyWalk, ready: Ready, seeds: int) -> Iterator[Walked]:
     for seed in range(seeds):
         trial.options = dataclasses.replace(trial.options, seed=seed)
         try:
-            yield perform(trial, ready).fallen_at_s
+            run = perform(trial, ready)
         except RobotLostError as error:
             print(f"  seed {seed}: {error}", flush=True)
-            yield math.nan
+            yield Walked(math.nan)
+            continue
+        link = ready.closed.rig.plant.link
+        yield Walked(run.fallen_at_s, metrics(run)["cross_track_rms_m"], link["estimator"])
+
+
+def described(walked: list[Walked]) -> str:
+    """Return a line on some walks; places and headings are those of the worst seed."""
+    fell = [one.fallen_at_s for one in walked]
+    falls = ", ".join(f"{at:.1f}" for at in fell if at is not None)
+    line = f"walked {fell.count(None)} of {len(fell)}; fell at {falls or '-'} s"
+    estimated = [one for one in walked if one.estimator and one.estimator["velocity_error_m_s"]]
+    if not estimated:
+        return line
+    velocity = np.mean([one.estimator["velocity_error_m_s"] for one in estimated], axis=0)
+    place_m, heading_rad = (
+        max(one.estimator[key] for one in estimated)
+        for key in ("place_error_m", "heading_error_rad")
+    )
+    own_m = [one.estimator["place_deviation_m"] for one in estimated]
+    own = "-" if None in own_m else f"{max(own_m):.3f}"
+    return (
+        f"{line}; off the path {max(one.off_path_m for one in estimated):.3f} m, velocity off by "
+        f"{', '.join(f'{v:.3f}' for v in velocity)} m/s, place by {place_m:.2f} m, by itself "
+        f"{own} m, heading by {1000 * heading_rad:.0f} mrad"
+    )
 
 
 def main() -> None:
@@ -77,21 +118,22 @@ def main() -> None:
     parser.add_argument("backend", choices=("analytic", "native"))
     parser.add_argument("--seconds", type=float, default=10.0)
     parser.add_argument("--seeds", type=int, default=3)
-    parser.add_argument("--only", default="", help="plans that begin with this")
+    parser.add_argument("--only", help="plans that begin with this; none for no fault")
+    parser.add_argument("--estimator", action="append", choices=ESTIMATORS)
     asked = parser.parse_args()
     pipeline = EXPERIMENT.pipeline
-    options = Options(seconds=asked.seconds, backend=asked.backend, pipeline=pipeline)
-    trial = FaultyWalk(WalkSettings(), options)
+    options = Options(
+        seconds=asked.seconds, backend=asked.backend, pipeline=pipeline, cache=cache.of_user()
+    )
+    trial = FaultyWalk(WalkSettings(path="figure-eight"), options)
     ready = prepare(trial)
+    named = {" ".join(plan) or "none": plan for plan in PLANS}
     with ready.sim:
-        for plan in (one for one in PLANS if " ".join(one).startswith(asked.only)):
-            fell = list(walks(trial, ready, plan, asked.seeds))
-            falls = ", ".join(f"{at:.1f}" for at in fell if at is not None)
-            count = f"{fell.count(None)} of {asked.seeds}"
-            print(
-                f"{' '.join(plan) or 'none':24} walked {count}; fell at {falls or '-'} s",
-                flush=True,
-            )
+        for trial.estimator in asked.estimator or [TRUTH]:
+            for name in (one for one in named if one.startswith(asked.only or "")):
+                trial.plan = named[name]
+                line = described(list(walks(trial, ready, asked.seeds)))
+                print(f"{trial.estimator:12} {name:24} {line}", flush=True)
 
 
 if __name__ == "__main__":

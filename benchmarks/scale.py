@@ -23,7 +23,8 @@ import markdown_table
 import nengo
 import numpy as np
 import scipy.sparse
-from growth import board, peak_bytes
+from boards import board
+from growth import peak_bytes
 from matplotlib.figure import Figure
 from speed import machine
 from timing import cpu_us

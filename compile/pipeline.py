@@ -14,6 +14,7 @@ from nengo.base import NengoObject
 from spikeport.compile.check.advice import COMPACT, advice
 from spikeport.compile.check.hints import filter_hints, image_hints, network_hints
 from spikeport.compile.check.lint import lint
+from spikeport.compile.check.loops import loop_hints
 from spikeport.compile.check.memory import over_memory
 from spikeport.compile.check.offload import Offload
 from spikeport.compile.check.verify import verify, verify_learning, verify_settings, verify_size
@@ -149,9 +150,9 @@ def compile_network(
     try:
         return _compiled(job)
     except RefusedError as error:
-        if not (pipeline.networks or isinstance(error, NothingOnChipError)):
-            # Advice to rewrite is for networks that were compiled as written.
-            error.advice = advice(network, lambda: _cores_rewritten(job))
+        if not isinstance(error, NothingOnChipError):
+            rewritten = bool(pipeline.networks)
+            error.advice = advice(network, lambda: _cores_rewritten(job), rewritten)
         raise
 
 
@@ -214,6 +215,7 @@ def _compiled(job: Job) -> Compilation:
         neurobench=neurobench(image, cores),
         hints=(
             *network_hints(network, names),
+            *loop_hints(network, names),
             *filter_hints(floats.passages, dt),
             *image_hints(unplaced, blocks.errors, blocks.rounded_away),
         ),

@@ -7,13 +7,14 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any, Generic, NamedTuple, TypeVar
 
+import xarray as xr
 from nengo.exceptions import SimulationError
 
 from spikeport.constants import DT_S
 from spikeport.errors import BoardLostError, DivergedError, RobotLostError
-from spikeport.experiments import run_folder
+from spikeport.experiments import run_folder, watching
 from spikeport.experiments.costs import Amounts, by_unit
-from spikeport.experiments.options import Options, Outcome
+from spikeport.experiments.options import Outcome, keeps_to_a_clock
 from spikeport.experiments.pictures import (
     Scenes,
     check_video,
@@ -63,7 +64,7 @@ def run(trial: Trial[K, R], folder: Path) -> Outcome:
     rig = ready.closed.rig
     with ready.sim as sim, closing(rig.plant):
         try:
-            done = perform(trial, ready)
+            done = perform(trial, ready, folder)
         except (DivergedError, SimulationError) as error:  # Nengo's: a node gave NaN or infinity
             path = run_folder.write_last_states(folder, rig.plant.history())
             raise DivergedError(f"{error}; the last states are in {path}") from error
@@ -117,34 +118,49 @@ def prepare(trial: Trial[K, R]) -> Ready[K]:
     return Ready(closed, sim)
 
 
-def perform(trial: Trial[K, R], ready: Ready[K]) -> R:
+def perform(trial: Trial[K, R], ready: Ready[K], folder: Path | None = None) -> R:
     """Run a trial in what was prepared for it, or for one with the same network.
+
+    Viewers of ``folder`` are answered while it runs, unless the run keeps to a clock.
 
     Raises
     ------
     DivergedError, nengo.exceptions.SimulationError
         If a number is not finite.
     """
-    closed, sim = ready
+    options, (closed, sim) = trial.options, ready
     # A simulator that ran another trial: the network is the same, its state is not.
     if sim.n_steps:
-        sim.reset(trial.options.seed)
+        sim.reset(options.seed)
     trial.begin(closed.rig)
-    wall_s = _simulate(sim, closed.rig, trial.options)
+    watched = None if keeps_to_a_clock(options.link, options.robot) else folder
+    wall_s = _simulate(trial, ready, watched)
     return trial.record(closed, sim, wall_s)
 
 
-def _simulate(sim: Simulator, rig: Rig, options: Options) -> float:
+def _simulate(trial: Trial[K, R], ready: Ready[K], watched: Path | None) -> float:
     """Run all steps, or until it is over; returns the wall-clock time they took, in seconds."""
+    rig, sim, options = ready.closed.rig, ready.sim, trial.options
     steps = round(options.seconds / DT_S)
     start = time.perf_counter()
+
+    def so_far() -> xr.Dataset:
+        return _series(trial, rig, trial.record(ready.closed, sim, time.perf_counter() - start))
+
     for i in range(steps):
         if rig.loop.over:
             break
         sim.step()
         if i % PROGRESS_STEPS == 0:
             options.progress("simulating", i / steps)
+            # A recording has rows from the robot's first step on.
+            if watched is not None and rig.film.poses:
+                watching.answer(watched, so_far)
     return time.perf_counter() - start
+
+
+def _series(trial: Trial[K, R], rig: Rig, done: R) -> xr.Dataset:
+    return with_poses(trial.probes(done), rig.film)
 
 
 def outcome(trial: Trial[K, R], ready: Ready[K], done: R) -> Outcome:
@@ -213,12 +229,14 @@ def robot_line(robot: Mapping[str, Any]) -> str:
 
 
 def _estimator_line(estimator: Mapping[str, Any]) -> str:
-    """Return which estimator found the robot's motion, and its error where that is known."""
-    error = estimator["velocity_error_m_s"]
-    if error is None:
-        return f"estimator {estimator['name']}"
-    velocity, place_m = ", ".join(f"{e:.3f}" for e in error), estimator["place_error_m"]
-    return f"estimator {estimator['name']}, off by {velocity} m/s and {place_m:.2f} m"
+    """Return which estimator found the robot's motion, and its error as far as that is known."""
+    name, error = f"estimator {estimator['name']}", estimator["velocity_error_m_s"]
+    if error is not None:
+        velocity, place_m = ", ".join(f"{e:.3f}" for e in error), estimator["place_error_m"]
+        return f"{name}, off by {velocity} m/s and {place_m:.2f} m"
+    # Without a truth to compare with the estimator's own account is all there is.
+    deviation_m = estimator["place_deviation_m"]
+    return f"{name}, by itself off by {deviation_m:.2f} m" if deviation_m else name
 
 
 def _write(
@@ -229,7 +247,7 @@ def _write(
     pictures = draw_scenes(rig.film, scenes)
     # Only now: a run that fails before leaves the earlier one as it was.
     run_folder.clear(folder)
-    run_folder.write_probes(folder, with_poses(trial.probes(done), rig.film))
+    run_folder.write_probes(folder, _series(trial, rig, done))
     figure = trial.figure(done, pictures, result)
     if result["link"] is not None:
         figure.text(0.995, 0.003, link_line(result["link"]), ha="right", va="bottom", size=6)

@@ -12,13 +12,14 @@ import dataclasses
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Generic, Protocol, Self, TypeVar
+from typing import Any, Generic, Protocol, Self, TypeVar
 
 import nengo
 import numpy as np
 
 from spikeport.constants import DT_S
 from spikeport.errors import UsageError
+from spikeport.node_functions import Skippable
 
 ROUNDING = 1e-6
 """The rounding error that a ratio of time steps may have."""
@@ -166,6 +167,12 @@ class Loop(Generic[P]):
             self._advance(values.copy())
         return self._observation
 
+    def skip(self) -> int:
+        """Pass over the steps of the controller before the plant's next; return their number."""
+        skipped = self._ticks - 1 - self._tick % self._ticks
+        self._tick += skipped
+        return skipped
+
     def _advance(self, values: np.ndarray) -> None:
         for port in self._served:
             port.drive(values[self._places[port]])
@@ -201,7 +208,7 @@ class Loop(Generic[P]):
         _check_size("inputs take", inputs, sum(node.size_in for node in inputs), self.size_out)
         _check_size("outputs are", outputs, sum(node.size_out for node in outputs), self.size_in)
         plant = nengo.Node(
-            lambda _t, values: self.step(values),
+            _Stepped(self),
             size_in=self.size_in,
             size_out=self.size_out,
             label="plant",
@@ -212,6 +219,19 @@ class Loop(Generic[P]):
         for node, place in _placed(outputs, [node.size_out for node in outputs]):
             nengo.Connection(node, plant[place], synapse=None)
         return plant
+
+
+class _Stepped(Skippable):
+    """The function of a plant's node: it is called in steps of the plant, and holds in others."""
+
+    def __init__(self, loop: Loop[Any]) -> None:
+        self._loop = loop
+
+    def __call__(self, _t: float, values: np.ndarray) -> np.ndarray:
+        return self._loop.step(values)
+
+    def skip(self) -> int:
+        return self._loop.skip()
 
 
 def _ratio(plant_s: float, controller_s: float) -> int:

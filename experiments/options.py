@@ -19,6 +19,11 @@ BACKENDS = ("analytic", "reference", "native", "nengo-loihi", "board", "replay")
 """Names of backends, and of controllers without neurons, that experiments run on."""
 
 
+def keeps_to_a_clock(link: LinkOptions, robot: "RobotOptions | None") -> bool:
+    """Return whether a run keeps to a clock, and must not be held up."""
+    return link.real_time or (robot is not None and robot.real_time)
+
+
 @dataclass(frozen=True)
 class Options:
     """Options all experiments share.

@@ -30,9 +30,11 @@ if TYPE_CHECKING:
 Result = dict[str, Any]
 """The content of ``result.json``, or of an object in it."""
 RESULT_SCHEMA = 1
+REQUEST, SO_FAR = "live.request", "live.nc"
+"""A viewer's request and the run's answer, see `spikeport.experiments.watching`."""
 FILES = (
     *("result.json", "probes.nc", "figure.png", "report.json", "report.html"),
-    *("video.mp4", "last_states.npz", "view.html"),
+    *("video.mp4", "last_states.npz", "view.html", REQUEST, SO_FAR),
 )
 COUNTS = "counts"
 """The folder in a run's for the counts of every step, see `spikeport.backends.step_log.StepLog`."""
@@ -64,6 +66,8 @@ def opened(out: Path | None, experiment: str, overwrite: bool = False) -> Iterat
             _check_free(folder, overwrite)
             yield folder
         finally:
+            for name in (REQUEST, SO_FAR):
+                (folder / name).unlink(missing_ok=True)
             _remove_if_empty(folder)
 
 

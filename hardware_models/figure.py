@@ -34,9 +34,12 @@ class Strictly(BaseModel):
 
 def _known_unit(unit: str) -> str:
     if unit not in UNITS:
-        raise ValueError(f"unknown unit '{unit}'; there is: {', '.join(sorted(UNITS))}")
+        raise ValueError(f"unknown unit '{unit}'; choose from: {', '.join(sorted(UNITS))}")
     return unit
 
+
+MOST = 2.0**53
+"""The largest count: floating point has every whole number up to it, and so has NumPy."""
 
 NonNegative = Annotated[float, Strict(), Field(ge=0)]
 
@@ -108,8 +111,8 @@ def in_si(unit: str, figure: F) -> F:
 
 
 def _whole(figure: Figure) -> Figure:
-    if figure.value < 1 or not figure.value.is_integer():
-        raise ValueError(f"must be a whole number of at least 1, not {figure.value:g}")
+    if not (1 <= figure.value <= MOST and figure.value.is_integer()):
+        raise ValueError(f"must be a whole number from 1 to 2^53, not {figure.value:g}")
     return figure
 
 

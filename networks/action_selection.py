@@ -29,6 +29,7 @@ from nengo_spa.modules.basalganglia import BasalGanglia, Weights
 
 from spikeport.errors import UsageError
 from spikeport.networks.rectified import Rectified
+from spikeport.node_functions import Affine
 
 GATE_RATES = (1500.0, 1800.0)
 """Rates of a closed gate, in Hz: beyond the chip's one spike a step, so that it fires always, even
@@ -195,7 +196,7 @@ class _Builder:
         self._connect("thalamus", "thalamus", lateral, options.thalamus_s)
         self._connect("thalamus", "gate", -self.own, options.gate_s)
         # Gates fire for the actions that lose; the output is 1 for the one that wins.
-        self.net.gates = nengo.Node(lambda _t, x: 1 - x, size_in=self.n_actions, label="gates")
+        self.net.gates = nengo.Node(Affine(-1, 1), size_in=self.n_actions, label="gates")
         self._connect("gate", self.net.gates, self.own, options.output_s)
 
     def _connect(

@@ -5,7 +5,6 @@ from collections.abc import Callable
 import nengo
 import numpy as np
 
-from spikeport.networks.held import Held
 from spikeport.networks.path_following import (
     COMMAND_SIZE,
     REFERENCE_SIZE,
@@ -13,6 +12,7 @@ from spikeport.networks.path_following import (
     FollowerGains,
     exact_command,
 )
+from spikeport.node_functions import Held
 
 
 class FollowerNetwork(nengo.Network):

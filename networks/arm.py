@@ -6,6 +6,8 @@
 - M1 has one 5-D ensemble [q, e_d] per axis d, decoding kp e_d f_d(q).
 - CB has one 5-D ensemble [q, dq_j] per joint j, decoding -kv dq_j M_j(q), and a 4-D ensemble [q]
   decoding gravity and posture.
+- With an efference copy CB learns, too (`_Builder.efference_copy`); the paper names the copy, and
+  has no equation that uses it.
 
 Values are normalised to the region the task needs (`spikeport.networks.region`). Decoded
 torques are divided by their full scale, and multiplied again on their way to the torque node, on
@@ -18,10 +20,10 @@ from dataclasses import dataclass
 import nengo
 import numpy as np
 
-from spikeport.networks.held import Held
 from spikeport.networks.operational_space import LawTerms, OperationalSpaceLaw
 from spikeport.networks.region import ArmRegion, Box
 from spikeport.networks.solvers import PerDimension
+from spikeport.node_functions import Held
 
 AXES = ("x", "y", "z")
 JOINTS = ("pitch", "roll", "yaw", "elbow")
@@ -30,6 +32,8 @@ RASTER_NEURONS = 60
 """Neurons of each M1 axis whose spikes are probed."""
 REGULARISATION = 0.05
 """Regularisation of the torques' decoders (see `nengo.solvers.LstsqL2`)."""
+LEARNING_RATE = 1e-4
+"""Learning rate of CB's part that learns (see `nengo.PES`)."""
 MAX_DECODED_NEURONS = 4000
 """Neurons of one decoded ensemble: a relay on the chip has 4,096 input axons."""
 
@@ -97,6 +101,7 @@ def arm(
     synapses: ArmSynapses | None = None,
     seed: int = 0,
     decoders: Mapping[str, np.ndarray] | None = None,
+    efference_copy: bool = False,
 ) -> ArmNetwork:
     """Build the spiking controller.
 
@@ -113,6 +118,8 @@ def arm(
     decoders : mapping of str to (n, 4) array, optional
         Decoders of each group of ``groups``, in N m per Hz, instead of those solved for float
         neurons.
+    efference_copy : bool
+        Let CB learn from a copy of M1's torque.
     """
     net = ArmNetwork(label="arm", seed=seed)
     build = _Builder(
@@ -129,6 +136,8 @@ def arm(
         build.torque()
         build.m1()
         build.cb()
+        if efference_copy:
+            build.efference_copy()
     return net
 
 
@@ -228,6 +237,45 @@ class _Builder:
             self._term(f"CB {joint}", self.sizes.cb, _select(4, {4 + j: 1.0}))
         self._term("CB gravity", self.sizes.cb, _select(4))
 
+    def efference_copy(self) -> None:
+        """Let CB add a torque that it learns, until M1 has nothing left to correct on average.
+
+            u_learned = D^T a(q, dq)    dD/dt = rate a(q, dq) u_kin^T
+
+        ``a`` (n,) are activities of neurons that represent [q, dq], ``u_kin`` (4,) is the copy of
+        M1's torque. Source: DeWolf, Stewart, Slotine, Eliasmith, "A spiking neural model of
+        adaptive arm control", Proc. R. Soc. B 283, 2016; there CB learns what the arm's model
+        lacks.
+        """
+        # A network of its own leaves the seeds of all that is outside as they are without it.
+        with nengo.Network(label="CB learned"):
+            learner = nengo.Ensemble(
+                self.sizes.cb, 2 * len(JOINTS), radius=np.sqrt(len(JOINTS)), label="CB learned"
+            )
+            learned = nengo.Node(size_in=len(JOINTS), label="learned")
+        nengo.Connection(
+            self.s1_ensemble,
+            learner,
+            transform=_select(2 * len(JOINTS)),
+            solver=PerDimension(self.sizes.s1),
+            synapse=self.synapses.relay_s,
+        )
+        decoded = nengo.Connection(
+            learner,
+            learned,
+            function=_nothing,
+            learning_rule_type=nengo.PES(LEARNING_RATE),
+            synapse=self.synapses.torque_s,
+        )
+        scales = [self.scales[f"M1 {axis}"] for axis in AXES]
+        # The most that M1 asks for, so that errors stay below 1: the chip's end at 1.27.
+        unit = np.sum(scales, axis=0)
+        nengo.Connection(learned, self.net.torque, transform=unit, synapse=None)
+        for i, scale in enumerate(scales):
+            copy = self.shares[4 * i : 4 * i + 4]
+            # An error of PES is what is decoded too much, and this is what is missing.
+            nengo.Connection(copy, decoded.learning_rule, transform=-scale / unit, synapse=None)
+
     def _term(self, label: str, n: int, transform: np.ndarray) -> list[nengo.Ensemble]:
         """Return ensembles that decode a term of the torque from S1's state, transformed."""
         dimensions = len(transform)
@@ -274,9 +322,14 @@ class _Builder:
         return nengo.solvers.LstsqL2(reg=REGULARISATION)
 
 
-def _select(n_joints: int, extra: dict[int, float] | None = None) -> np.ndarray:
-    """Return rows that pick the joint angles from the state, and one row with these weights."""
-    rows = np.eye(STATE_SIZE)[:n_joints]
+def _nothing(_state: np.ndarray) -> np.ndarray:
+    """Return what is decoded before anything was learned, (4,)."""
+    return np.zeros(len(JOINTS))
+
+
+def _select(n_first: int, extra: dict[int, float] | None = None) -> np.ndarray:
+    """Return rows that pick the first values of the state, and one row with these weights."""
+    rows = np.eye(STATE_SIZE)[:n_first]
     if extra is None:
         return rows
     last = np.zeros((1, STATE_SIZE))

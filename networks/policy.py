@@ -24,6 +24,7 @@ from spikeport.networks.policy_values import (
     exact,
     record_ranges,
 )
+from spikeport.node_functions import Affine
 
 __all__ = [
     "Calibrated",
@@ -108,7 +109,7 @@ def _network(
     with net:
         n_in, n_out = layers[0].weights.shape[1], len(layers[-1].bias)
         net.observation = nengo.Node(size_in=n_in, label="observation")
-        net.action = nengo.Node(lambda _t, x: x, size_in=n_out, label="action")
+        net.action = nengo.Node(Affine(), size_in=n_out, label="action")
         net.layers = []
         values, synapse = net.observation, None
         for number, (layer, reach) in enumerate(zip(layers[:-1], ranges, strict=True)):

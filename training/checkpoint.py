@@ -10,7 +10,7 @@ import torch
 
 from spikeport.atomic import atomic_path
 from spikeport.errors import UsageError
-from spikeport.reading.archive import Archive, read_bytes
+from spikeport.reading.archive import Archive, UnreadableError, read_bytes
 from spikeport.reading.mismatch import MismatchError, shown
 
 Entry = dict[str, Any]
@@ -69,7 +69,8 @@ def refusing(path: Path) -> Iterator[None]:
     try:
         yield
     except Exception as error:  # torch raises anything for a file that it did not write
-        reason = str(error) if isinstance(error, MismatchError) else type(error).__name__
+        ours = isinstance(error, MismatchError | UnreadableError)
+        reason = str(error) if ours else type(error).__name__
         raise UsageError(
             f"'{path}' is not a checkpoint of this version ({reason}); "
             "delete it to go on from the one before, or choose another --out"

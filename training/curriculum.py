@@ -121,6 +121,11 @@ STAGES = (
 """In order; sources of the figures: see `spikeport.training.rewards`."""
 
 
+def without_hidden_noise(stages: tuple[Stage, ...] = STAGES) -> tuple[Stage, ...]:
+    """Return the stages without noise on hidden units, for a policy that is not made for spikes."""
+    return tuple(replace(stage, hidden_noise=HiddenNoise()) for stage in stages)
+
+
 def stage_at(step: int, stages: tuple[Stage, ...] = STAGES) -> Stage:
     """Return the stage that a control step belongs to."""
     return [stage for stage in stages if stage.first_step <= step][-1]

@@ -92,7 +92,7 @@ class Learner:
         self.options, self.worker = options, worker
         self.robots = len(range(worker.rank, options.robots, worker.world_size))
         sample = self._sample(0)
-        scale = _scale()
+        scale = observation_scale()
         extra = torch.ones(len(PRIVILEGED.order) - len(scale))
         self.actor = MirrorNetwork(OBSERVATION, JOINT, scale, 0.1, SYMMETRY_BREAKING_SD)
         self.average = AveragedModel(self.actor, multi_avg_fn=get_ema_multi_avg_fn(AVERAGING))
@@ -189,7 +189,8 @@ def _tensor(array: np.ndarray) -> torch.Tensor:
     return torch.as_tensor(array, dtype=torch.float)
 
 
-def _scale() -> torch.Tensor:
+def observation_scale() -> torch.Tensor:
+    """Return the factor of every part of an observation, ``(69,)``."""
     scale = torch.empty(len(OBSERVATION.order))
     for part, value in SCALES.items():
         scale[PARTS[part]] = value

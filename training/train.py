@@ -66,6 +66,7 @@ class TrainOptions:
         return {
             "seed": self.seed,
             "updates_per_segment": self.updates_per_segment,
+            "hidden_noise": any(stage.hidden_noise for stage in self.stages),
             **asdict(self.learner),
         }
 
@@ -109,9 +110,11 @@ def _start(options: TrainOptions, worker: Worker) -> tuple[Learner, int, list[En
         return learner, 0, []
     last = checkpoint.load(path)
     for key, value in options.identity().items():
-        if last.options.get(key) != value:
+        # Checkpoints of earlier versions lack what these could not choose.
+        held = last.options.get(key, value)
+        if held != value:
             raise UsageError(
-                f"'{options.folder}' holds a run with {key} {last.options.get(key)}, "
+                f"'{options.folder}' holds a run with {key} {held}, "
                 f"asked for is {value}; choose another --out, or the same {key} to go on"
             )
     with checkpoint.refusing(path):

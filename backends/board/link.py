@@ -108,6 +108,11 @@ def _line(link: LinkOptions) -> SocketLine:
 
 def replayed(image: ChipImage, _seed: int, log: LogOptions, link: LinkOptions) -> ReplayChip:
     """Return the record of an image, to be played back; UsageError if none is named."""
+    return ReplayChip(image, record_of(link), log)
+
+
+def record_of(link: LinkOptions) -> Path:
+    """Return the record that is played back; UsageError if none is named."""
     if link.replay is None:
         raise UsageError("backend 'replay' plays a record back: name it, --replay FILE")
-    return ReplayChip(image, link.replay, log)
+    return link.replay

@@ -18,7 +18,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from spikeport.backends.board.hello import Hello, Welcome
 from spikeport.errors import BackendError
-from spikeport.reading.archive import open_file
+from spikeport.reading.archive import UnreadableError, open_file
 from spikeport.reading.mismatch import MismatchError
 
 MAGIC = b"SPKLREC1"
@@ -136,8 +136,8 @@ class Record:
         self._path = path
         try:
             self._file = open_file(path)
-        except OSError as error:
-            raise BackendError(f"{path}: {error.strerror}") from None
+        except UnreadableError as error:
+            raise BackendError(str(error)) from None
         except MismatchError as error:
             raise BackendError(f"{path}: {error}") from None
         self.totals: bytes | None = None

@@ -88,12 +88,13 @@ class NativeChip:
         if self._learning is not None:
             return None
         host = Host(sources, *decoding, inbox)
-        make_ready(exchange, self._loaded, 0, host, NONE, np.zeros((0, 0), dtype=np.int64))
+        no_counts = np.zeros((0, 0), dtype=np.int64)
+        run = make_ready(exchange, self._loaded, 0, host, NONE, no_counts)
 
         def step_joined() -> tuple[list[np.ndarray], bool]:
             self._check_open()
             counts, noise = np.zeros(self._counted, dtype=np.int64), self._noise.draw()
-            self._n_arriving, n_sent, decoded = exchange(
+            self._n_arriving, n_sent, decoded = run(
                 self._loaded, self._n_arriving, host, noise, counts
             )
             self.log.append(counts, n_sent)

@@ -16,7 +16,9 @@ MOST_NEURONS, MOST_CONNECTIONS = 2000, 200
 """The largest network that is rewritten to see what comes of it: a matter of seconds."""
 
 
-def advice(network: nengo.Network, cores_rewritten: Callable[[], int]) -> str:
+def advice(
+    network: nengo.Network, cores_rewritten: Callable[[], int], rewritten: bool = False
+) -> str:
     """Return what rewriting makes of a network, or the way out where no pass over it can help.
 
     Parameters
@@ -26,16 +28,20 @@ def advice(network: nengo.Network, cores_rewritten: Callable[[], int]) -> str:
     cores_rewritten : callable
         Compiles it with the passes `COMPACT`, and returns the number of cores, or raises
         `RefusedError`.
+    rewritten : bool
+        True if passes rewrote the network that was refused.
     """
     names = Names(network)
     if broken := lint(network, names, rewritten=False):
         movable = any(violation.id != NOT_FINITE for violation in broken)
         return "more: try --offload, which moves what breaks a rule to the host" * movable
+    if rewritten:
+        return ""
     n_neurons = sum(ensemble.n_neurons for ensemble in Scope(network, names).ensembles)
     if n_neurons > MOST_NEURONS or len(network.all_connections) > MOST_CONNECTIONS:
         return f"more: try -p {COMPACT}, which rewrites it to take fewer cores"
     try:
         n_cores = cores_rewritten()
     except RefusedError:
-        return f"more: -p {COMPACT} does not compile it either"
+        return f"more: -p {COMPACT} does not compile it either; try --offload"
     return f"more: -p {COMPACT} compiles it, on {n_cores} core{'s' * (n_cores != 1)}"

@@ -34,6 +34,7 @@ CURES = {
     "'activities' matrix is all zero": (
         "lower its ensemble's intercepts, so that its neurons fire at the evaluation points"
     ),
+    "is not probeable": "probe the ensemble or node at its end",
     "NaNs detected in encoders": "give every encoder a length, or set normalize_encoders=False",
     "Amplitude is not supported on RegularSpiking base types": (
         "set the amplitude of RegularSpiking itself, not that of its base type"

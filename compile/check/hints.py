@@ -7,18 +7,21 @@ from collections.abc import Iterator, Sequence
 
 import nengo
 import numpy as np
-import scipy.sparse as sparse
-from scipy.sparse.csgraph import connected_components
+from nengo.ensemble import Neurons
 
 from spikeport.compile.check import rules
 from spikeport.compile.check.drive import duplicated, silenced
+from spikeport.compile.check.loops import loops
 from spikeport.compile.check.violation import Violation
 from spikeport.compile.ground.filters import Passage
 from spikeport.compile.ground.names import Names
 from spikeport.compile.ground.quantisation import BlockError
+from spikeport.compile.ground.scope import Scope
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.tables import part
 
+STATE = ("voltage", "input")
+"""Attributes of neurons that a probe records as the chip has them."""
 LATE = 0.05
 """Share of a loop's time constant that filters of the chip add to it, worth a hint."""
 LOST = 0.1
@@ -28,15 +31,20 @@ DUPLICATED = 0.1
 
 
 def network_hints(network: nengo.Network, names: Names) -> Iterator[Violation]:
-    """Yield a hint for each passthrough node that nengo-loihi removes with all that leads to it.
+    """Yield hints on what an image leaves out, or records otherwise than float Nengo.
 
-    Ensemble arrays are left out: they have an output for every function, used or not.
+    A passthrough node that leads nowhere is removed with all that leads to it. Ensemble arrays are
+    left out: they have an output for every function, used or not.
     """
     read = {c.pre_obj for c in network.all_connections} | {p.obj for p in network.all_probes}
     fed = {c.post_obj for c in network.all_connections}
     for node in network.all_nodes:
         if node.output is None and node in fed - read - set(_nodes_of_arrays(network)):
             yield rules.get("SP401").broken(names[node], "leads nowhere and is not probed")
+    scope = Scope(network, names)
+    for probe in network.all_probes:
+        if probe.attr in STATE and isinstance(probe.obj, Neurons) and scope.on_chip(probe.obj):
+            yield rules.get("SP414").broken(names[probe], probe.attr)
 
 
 def _nodes_of_arrays(network: nengo.Network) -> Iterator[nengo.Node]:
@@ -62,24 +70,13 @@ def filter_hints(passages: Sequence[Passage], dt_s: float) -> Iterator[Violation
         if len(found) > 1:
             named = " and ".join(f"{1000 * tau_s:g}" for tau_s in sorted(found))
             yield rules.get("SP409").broken(target, f"{named} ms, all by {1000 * max(found):g} ms")
-    loops = _loops(passages)
+    loop = loops((one.source, one.target) for one in passages if one.source)
     for one in passages:
         before_s = 0.0 if one.relay_s is None else one.relay_s + dt_s
-        whole_s = before_s + max(asked[one.target])
-        if loops.get(one.source) == loops[one.target] and whole_s > (1 + LATE) * one.own_s:
+        whole_s = before_s + one.target_s  # what a shared filter adds is another hint
+        if one.source and loop[one.source] == loop[one.target] and whole_s > (1 + LATE) * one.own_s:
             delays = f"{1000 * one.own_s:g} ms became {1000 * whole_s:g} ms"
             yield rules.get("SP410").broken(one.connection, delays)
-
-
-def _loops(passages: Sequence[Passage]) -> dict[str, int]:
-    """Return a number for each ensemble, equal for those that are in one loop."""
-    ends = dict.fromkeys(end for one in passages for end in (one.source, one.target) if end)
-    number = {end: i for i, end in enumerate(ends)}
-    pairs = [(number[one.source], number[one.target]) for one in passages if one.source]
-    rows, columns = np.array(pairs, dtype=int).reshape(-1, 2).T
-    graph = sparse.coo_array((np.ones(len(rows)), (rows, columns)), shape=(len(number),) * 2)
-    _, loop = connected_components(graph, connection="strong") if number else (0, [])
-    return dict(zip(number, loop, strict=True))
 
 
 def image_hints(

@@ -1,10 +1,11 @@
 """The memory that a compile will take, estimated before anything is built, and how much there is.
 
-    M = sum over objects of what each takes + 150 B W + 70 B R + 36 B max_e(n_e p_e)
+    M = sum over objects of what each takes
+        + 150 B W + 700 B S + 70 B R + 25 B T + 36 B max_e(n_e p_e)
 
-for W weights, R weights from and to neurons that relay decoded values, and n neurons and p
-evaluation points of the ensemble whose decoders take most. The figures were fitted to peaks of
-fresh processes (docs/architecture.md has estimates beside peaks).
+for W weights, S weights of sparse matrices, R weights to neurons that relay decoded values and T
+from them, and n neurons and p evaluation points of the ensemble whose decoders take most. The
+figures were fitted to peaks of fresh processes (docs/architecture.md has estimates beside peaks).
 """
 
 import math
@@ -27,7 +28,12 @@ GB = 1e9
 BASE = 4e6
 ENSEMBLE, DECODED, PLAIN = 15_000, 35_000, 8_000
 """Bytes of an ensemble, a connection that decodes, and one that does not, without weights."""
-COMPARTMENT, WEIGHT, RELAYED = 400, 150, 70
+PROBE = 20_000
+"""Bytes of a probe, with what decodes for it."""
+COMPARTMENT, WEIGHT, SPARSE_WEIGHT = 400, 150, 700
+"""Bytes of a neuron and of a weight; one of a sparse matrix has a list almost of its own."""
+RELAYED, TO_TARGET = 70, 25
+"""Bytes of a weight to a neuron that relays decoded values, and of one from it."""
 EVALUATION = 36
 """Bytes of an evaluation point and neuron while decoders are solved: matrices of activities."""
 RELAYS = 20
@@ -86,16 +92,17 @@ def estimate(network: nengo.Network) -> int:
     objects = sum(ENSEMBLE + COMPARTMENT * e.n_neurons for e in ensembles)
     connections = sum(sum(_of_connection(c)) for c in network.all_connections)
     solved = max((e.n_neurons * _n_points(e) for e in _decoded(network)), default=0)
-    return int(BASE + objects + connections + EVALUATION * solved)
+    probes = PROBE * len(network.all_probes)
+    return int(BASE + objects + connections + probes + EVALUATION * solved)
 
 
 def _of_connection(connection: nengo.Connection) -> Iterator[float]:
     """Yield the bytes of a connection's objects, of the neurons it adds, and of its weights."""
     pre, post = connection.pre_obj, connection.post_obj
     if not isinstance(pre, nengo.Ensemble):
-        yield PLAIN + WEIGHT * (_n_weights(connection) if isinstance(post, Neurons) else 0)
+        yield PLAIN + (_of_weights(connection) if isinstance(post, Neurons) else 0)
         if isinstance(post, nengo.Ensemble):
-            yield RELAYED * 2 * connection.size_out * post.n_neurons
+            yield TO_TARGET * 2 * connection.size_out * post.n_neurons
         return
     if connection.solver.weights and isinstance(post, nengo.Ensemble):
         yield PLAIN + WEIGHT * pre.n_neurons * post.n_neurons
@@ -105,20 +112,21 @@ def _of_connection(connection: nengo.Connection) -> Iterator[float]:
     yield DECODED + COMPARTMENT * relays + RELAYED * relays * pre.n_neurons
     target = base(post)
     if isinstance(target, nengo.Ensemble):
-        yield RELAYED * 2 * connection.size_out * target.n_neurons
+        yield TO_TARGET * 2 * connection.size_out * target.n_neurons
 
 
-def _n_weights(connection: nengo.Connection) -> float:
-    """Return the number of weights of a connection to neurons."""
+def _of_weights(connection: nengo.Connection) -> float:
+    """Return the bytes of the weights of a connection to neurons."""
     transform = connection.transform
     if isinstance(transform, nengo.Convolution):
         copies = KERNELS + connection.size_out / PER_KERNEL
-        return float(copies * math.prod(transform.kernel_shape))
+        return WEIGHT * float(copies * math.prod(transform.kernel_shape))
     if isinstance(transform, nengo.Sparse):
-        return float(np.size(transform.init if np.ndim(transform.init) else 1))
+        sparse = transform.init  # Nengo's matrix, or SciPy's
+        return SPARSE_WEIGHT * float(sparse.nnz if hasattr(sparse, "nnz") else len(sparse.indices))
     spikes = 1 if isinstance(connection.pre_obj, Neurons) else 2  # the host sends on and off
     matrix = np.ndim(getattr(transform, "init", 1)) > 0
-    return float(spikes * connection.size_mid * (connection.size_out if matrix else 1))
+    return WEIGHT * float(spikes * connection.size_mid * (connection.size_out if matrix else 1))
 
 
 def _decoded(network: nengo.Network) -> set[nengo.Ensemble]:

@@ -13,6 +13,8 @@ from spikeport.compile.ground.scope import Scope
 from spikeport.compile.ground.settings import add_params
 
 Result = TypeVar("Result")
+OF_NETWORK = "SP0"
+"""How ids of rules of the network begin, which one ensemble breaks whatever the others do."""
 NOT_FINITE = "SP011"
 """The rule on NaN and infinity, which are no better on the host."""
 
@@ -86,13 +88,17 @@ class Offload(Generic[Result]):
         for moves in self._possible(error):
             found = self._with([move.ensemble for move in moves])
             # Another problem may be there now: the search goes on with that one.
-            if not isinstance(found, RefusedError) or moves[0].problem not in problems(found):
+            solved = {move.problem for move in moves}
+            if not isinstance(found, RefusedError) or solved.isdisjoint(problems(found)):
                 self.moves += moves
                 return found
         raise error
 
     def _possible(self, error: RefusedError) -> list[tuple[Move, ...]]:
-        """Return single moves, then all that a problem is about, each time fewest neurons first."""
+        """Return moves without an alternative, at once; then single ones; then all of a problem.
+
+        Each time fewest neurons first.
+        """
         scope = Scope(self._network, self._names)
         moved = {move.ensemble for move in self.moves}
         groups = [
@@ -103,10 +109,17 @@ class Offload(Generic[Result]):
             )
             for problem in problems(error)
         ]
+        no_choice = {
+            group[0].ensemble: group[0]
+            for group in groups
+            if len(group) == 1 and group[0].problem.id.startswith(OF_NETWORK)
+        }
+        at_once = tuple(sorted(no_choice.values(), key=lambda move: move.ensemble.n_neurons))
         single = [(move,) for group in groups for move in group]
         several = [group for group in groups if len(group) > 1]
         # Single moves before groups: what leaves the chip costs spikes between host and chip.
-        return sorted(single, key=_n_neurons) + sorted(several, key=_n_neurons)
+        others = sorted(single, key=_n_neurons) + sorted(several, key=_n_neurons)
+        return [at_once, *others] if at_once else others
 
     def _ensembles(self, problem: Problem) -> Iterable[nengo.Ensemble]:
         named = (self._objects[name] for name in problem.about if name in self._objects)

@@ -18,7 +18,7 @@ from spikeport.atomic import atomic_path
 from spikeport.compile.image.manifest import Header, read_header
 from spikeport.compile.image.tables import LAYOUT
 from spikeport.errors import ImageError
-from spikeport.reading.archive import Archive, read_bytes
+from spikeport.reading.archive import Archive, UnreadableError, read_bytes
 from spikeport.reading.mismatch import MismatchError
 from spikeport.reading.text import TEXT_BYTES
 
@@ -54,10 +54,8 @@ def read(path: Path) -> tuple[Header, dict[str, np.ndarray]]:
     """
     try:
         return parse(read_bytes(path, FILE_BYTES))
-    except FileNotFoundError:
-        raise ImageError("no such file") from None
-    except OSError as error:
-        raise ImageError(error.strerror or str(error)) from None
+    except UnreadableError as error:
+        raise ImageError(error.reason) from None
     except MismatchError:
         raise ImageError(DAMAGED) from None
 

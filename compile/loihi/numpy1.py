@@ -66,6 +66,13 @@ def _wide_discretize_compartment(
 @contextlib.contextmanager
 def numpy1_semantics() -> Iterator[None]:
     """Let nengo-loihi's builder and discretiser compute as they did under NumPy 1."""
+    with TURN, numpy1_semantics_without_turns():
+        yield
+
+
+@contextlib.contextmanager
+def numpy1_semantics_without_turns() -> Iterator[None]:
+    """Do the same around a user's code, which may wait for threads that compile."""
     patches: list[tuple[object, str, object]] = [
         (nengo_loihi.block.Synapse, "max_abs_weight", _wide_max_abs_weight),
         (
@@ -76,12 +83,11 @@ def numpy1_semantics() -> Iterator[None]:
     ]
     if _NUMPY_2:
         patches += [(m, "np", _CopyIfNeeded()) for m in (nengo_loihi.block, nengo_loihi.neurons)]
-    with TURN:
-        saved = [(owner, name, getattr(owner, name)) for owner, name, _ in patches]
-        try:
-            for owner, name, value in patches:
-                setattr(owner, name, value)
-            yield
-        finally:
-            for owner, name, value in saved:
-                setattr(owner, name, value)
+    saved = [(owner, name, getattr(owner, name)) for owner, name, _ in patches]
+    try:
+        for owner, name, value in patches:
+            setattr(owner, name, value)
+        yield
+    finally:
+        for owner, name, value in saved:
+            setattr(owner, name, value)

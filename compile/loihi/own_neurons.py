@@ -14,7 +14,7 @@ from nengo_loihi.block import Compartment, LoihiBlock, Synapse
 from nengo_loihi.builder import Builder, Model
 
 from spikeport.compile.ground.refusal import RefusedError
-from spikeport.neurons import OWN_TYPES, IntegrateAndFire, chip_decays, integrals
+from spikeport.neurons import OWN_TYPES, IntegrateAndFire, chip_decays
 
 MANTISSA = 127
 EXPONENTS = (-1, 7)
@@ -46,10 +46,9 @@ def build_integrate_and_fire(
 ) -> None:
     """Configure a block; spikes are 1/dt high, hence all but decays is in units of 1/dt."""
     state = OwnFilter(block.n_neurons, label=block.compartment.label)
-    current, voltage = integrals(kind.current_decay, kind.voltage_decay)
     state.decay_u[:], state.decay_v[:] = kind.current_decay, kind.voltage_decay
-    state.vth[:] = kind.threshold / (current * voltage) / model.dt
-    state.bias[:] = block.compartment.bias + kind.leak / current / model.dt
+    state.vth[:] = kind.threshold / model.dt
+    state.bias[:] = block.compartment.bias + kind.leak / model.dt
     state.refract_delay[:] = 1
     state.vmin, state.scale_u, state.scale_v = -np.inf, False, False
     block.compartment = state

@@ -10,6 +10,7 @@ from nengo.connection import LearningRule
 from nengo.solvers import NoSolver
 
 from spikeport.compile.ground.names import End, Named
+from spikeport.compile.ground.refusal import warnings_about
 from spikeport.compile.ground.rewrite import Rewrite, Seeds
 from spikeport.compile.ground.scope import Scope
 from spikeport.compile.ground.settings import NetworkSettings, add_params
@@ -182,13 +183,15 @@ class Assembly:
         """Connect one edge as it is."""
         source, old = key.source, key.source.connection
         options = {name: getattr(old, name) for name in DECODING} if old is not None else {}
-        connection = nengo.Connection(
-            self._start(source),
-            target,
-            synapse=key.synapse,
-            transform=nengo_transform(matrix) if source.in_group else matrix.toarray(),
-            **options,
-        )
+        # Nengo calls a function once to see how many values it returns.
+        with warnings_about("" if old is None else self._scope.names[old]):
+            connection = nengo.Connection(
+                self._start(source),
+                target,
+                synapse=key.synapse,
+                transform=nengo_transform(matrix) if source.in_group else matrix.toarray(),
+                **options,
+            )
         if old is not None:
             # Its decoders are solved once more, and have to come out the same.
             self.flat.inherit(connection, old)

@@ -95,7 +95,8 @@ class ArmTrial(Trial[ArmRig, ArmRun]):
         if asked is True:
             calibration = self._calibrated(region)
         self.options.progress("building the controller", None)
-        return self._arm(region, None if calibration is None else calibration.decoders)
+        decoders = None if calibration is None else calibration.decoders
+        return self._arm(region, decoders, self.settings.efference_copy)
 
     def calibrate(self) -> DecoderCalibration:
         """Refit the controller's decoders to what its neurons do where they run."""
@@ -117,11 +118,20 @@ class ArmTrial(Trial[ArmRig, ArmRun]):
         return Refitted.of(found).made_for(self._made_for)
 
     def _arm(
-        self, region: ArmRegion, decoders: Mapping[str, np.ndarray] | None = None
+        self,
+        region: ArmRegion,
+        decoders: Mapping[str, np.ndarray] | None = None,
+        efference_copy: bool = False,
     ) -> ArmNetwork:
         """Build the controller; ``decoders`` replace those solved for float neurons."""
-        settings = self.settings
-        return arm(self.law, region, settings.sizes, seed=settings.network_seed, decoders=decoders)
+        return arm(
+            self.law,
+            region,
+            self.settings.sizes,
+            seed=self.settings.network_seed,
+            decoders=decoders,
+            efference_copy=efference_copy,
+        )
 
     @property
     def _made_for(self) -> dict[str, object]:

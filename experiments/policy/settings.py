@@ -1,5 +1,6 @@
 """The settings of all experiments in which a policy of neurons walks the robot."""
 
+import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
@@ -68,7 +69,8 @@ class PolicySettings(Perturbation):
     def __post_init__(self) -> None:
         """Check the values; UsageError says what is wrong."""
         super().__post_init__()
-        if self.policy not in self.policies and not Path(self.policy).is_file():
+        # os.path's, which is false, too, of a name that is too long for a file
+        if self.policy not in self.policies and not os.path.isfile(self.policy):
             raise unknown("policy", self.policy, (*self.policies, "the path of a file"))
         if self.policy_options.n_neurons % 2:
             raise UsageError(

@@ -171,9 +171,10 @@ class ScheduleGate(Port):
         self._place.begin(goal)
         path = goal.path
         if path is not None:
-            # A path counts from the robot's place as it sets off, wherever the phases before have
-            # left it.
-            path = path.laid(self._plant.data.qpos[:2], self._walk.heading_rad)
+            # A path counts from the place, as its follower knows it, from which the robot sets off:
+            # wherever the phases before have left it.
+            now = self._plant.in_plane
+            path = path.laid(now[1:3], now[0])
             self._walk.follow(path)
         self.paths.append(path)
 

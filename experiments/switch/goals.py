@@ -79,9 +79,6 @@ def _path(phase: Phase) -> WalkPath | None:
     seconds = phase.seconds + LEAD_S
     try:
         whole = find_path(phase.path, phase.speed_m_s, seconds)
-    except OSError as error:
-        reason = f"path '{phase.path}': {error.strerror}"
-        raise UsageError(f"phase '{phase.name}': {reason}") from None
     except UsageError as error:
         raise UsageError(f"phase '{phase.name}': {error}") from None
     return from_stand_to_stand(whole, seconds)

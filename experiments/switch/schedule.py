@@ -57,7 +57,7 @@ class Phase(_Strictly):
         for action, utility in utilities.items():
             if action not in ACTIONS:
                 known = ", ".join(sorted(ACTIONS))
-                raise ValueError(f"unknown action '{action}'; there is: {known}")
+                raise ValueError(f"unknown action '{action}'; choose from: {known}")
             if not 0 <= utility <= 1:
                 raise ValueError(f"'{action}' has utility {utility:g}, limit 0 to 1")
         if sorted(utilities.values()).count(max(utilities.values(), default=0.0)) != 1:

@@ -1,5 +1,6 @@
 """The settings of the switching experiment."""
 
+import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -32,7 +33,7 @@ class SwitchSettings(PolicySettings):
     def __post_init__(self) -> None:
         """Check the values; UsageError says what is wrong."""
         super().__post_init__()
-        if not self.schedule_file.exists():
+        if not os.path.exists(self.schedule_file):
             raise unknown("schedule", self.schedule, (*SHIPPED, "the path of a file"))
         if self.preset not in PRESETS:
             raise unknown("preset", self.preset, PRESETS)

@@ -1,18 +1,21 @@
-"""The page of a run: one file, which plays it in a browser without a network."""
+"""The page of a run, which plays it in a browser: one file, or one that follows a live run."""
 
 import base64
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
 from jinja2 import Environment, PackageLoader
 
 from spikeport.atomic import write_text
-from spikeport.experiments.viewer.rows import POSES, Row, rows
-from spikeport.experiments.viewer.shapes import Shapes, shapes
+from spikeport.experiments.registry import imported
+from spikeport.experiments.viewer.rows import POSES, Row, end_s, rows
+
+if TYPE_CHECKING:
+    from spikeport.experiments.viewer.shapes import Shapes
 
 FPS = 25
 """Poses a second that the page has; it shows the latest."""
@@ -22,28 +25,34 @@ MM = 1000
 
 def write_page(path: Path, probes: xr.Dataset, title: str) -> None:
     """Write the page of a run from its time series."""
-    content = {"rows": [_row(row) for row in rows(probes)], "end_s": _end_s(probes)}
+    write_text(path, page(content(probes), title))
+
+
+def page(data: str, title: str, live: bool = False) -> str:
+    """Return the page of a run's content; a live one asks its server for more each second."""
+    template = Environment(
+        loader=PackageLoader("spikeport.experiments.viewer", "."), autoescape=True
+    ).get_template("page.html.jinja")
+    return template.render(title=title, data=data, live=live)
+
+
+def content(probes: xr.Dataset) -> str:
+    """Return what the page of a run draws, as JSON."""
+    found = {"rows": [_row(row) for row in rows(probes)], "end_s": end_s(probes)}
     if POSES in probes:
         # A screen shows no more poses than these.
         step = max(1, round(1 / (FPS * _step_s(probes))))
         times_s = probes.time.values[::step]
-        content["robot"] = _robot(shapes(probes[POSES].values[::step]), times_s)
-    template = Environment(
-        loader=PackageLoader("spikeport.experiments.viewer", "."), autoescape=True
-    ).get_template("page.html.jinja")
+        # MuJoCo is there where a robot ran, and is not needed for the run of a network alone.
+        drawing = imported("view", "spikeport.experiments.viewer.shapes")
+        found["robot"] = _robot(drawing.shapes(probes[POSES].values[::step]), times_s)
     # A script ends at the first "</": a label of the user's could hold one.
-    data = json.dumps(content, separators=(",", ":")).replace("<", "\\u003c")
-    write_text(path, template.render(title=title, data=data))
+    return json.dumps(found, separators=(",", ":")).replace("<", "\\u003c")
 
 
 def _step_s(probes: xr.Dataset) -> float:
     times_s = probes.time.values
     return float(times_s[1] - times_s[0]) if len(times_s) > 1 else 1.0
-
-
-def _end_s(probes: xr.Dataset) -> float:
-    ends = [float(probes[name].max()) for name in ("time", "step") if probes.sizes.get(name)]
-    return max(ends, default=0.0)
 
 
 def _row(row: Row) -> dict[str, Any]:
@@ -64,7 +73,7 @@ def _finite(values: np.ndarray, end: Any) -> float:
     return float(end(finite)) if finite.size else 0.0
 
 
-def _robot(drawn: Shapes, times_s: np.ndarray) -> dict[str, Any]:
+def _robot(drawn: "Shapes", times_s: np.ndarray) -> dict[str, Any]:
     # Heights count from the floor; places in the plane from the start, to fit into 16 bits.
     start_m = drawn.ends_m[0].mean(axis=(0, 1)) * (1, 1, 0)
     places = np.clip((drawn.ends_m - start_m) * MM, -(2**15), 2**15 - 1).round().astype("<i2")

@@ -15,6 +15,8 @@ MOST_LINES = 24
 FIRST = ("error", "gates", "spike", "command", "torque")
 """Parts of names, in the order in which their rows stand; the others follow."""
 POSES = "qpos"
+CLOCKS = ("time", "step")
+"""First words of the names of time axes."""
 
 
 class Row(NamedTuple):
@@ -47,6 +49,16 @@ def rows(probes: xr.Dataset) -> list[Row]:
     return sorted(found, key=lambda row: _place(row.name))
 
 
+def end_s(probes: xr.Dataset) -> float:
+    """Return the last time of a run's time series, in s."""
+    ends = [float(probes[name].max()) for name in probes.sizes if _is_clock(probes, str(name))]
+    return max(ends, default=0.0)
+
+
+def _is_clock(probes: xr.Dataset, name: str) -> bool:
+    return name.split("_")[0] in CLOCKS and name in probes.coords and probes.sizes[name] > 0
+
+
 def _place(name: str) -> int:
     return next((i for i, part in enumerate(FIRST) if part in name), len(FIRST))
 
@@ -67,9 +79,11 @@ def _error(probes: xr.Dataset, name: str, off_m: np.ndarray) -> Row:
 
 def _lines(probes: xr.Dataset) -> Iterator[Row]:
     for name, series in probes.data_vars.items():
-        along = series.dims[0] if series.dims else ""
-        is_series = along in ("time", "step") and name != POSES
-        if is_series and np.issubdtype(series.dtype, np.number):
+        along = str(series.dims[0]) if series.dims else ""
+        is_series = _is_clock(probes, along) and name != POSES
+        if is_series and series.attrs.get("spikes"):
+            yield _dots(str(name).removesuffix(" spikes"), probes[along].values, series.values)
+        elif is_series and np.issubdtype(series.dtype, np.number):
             # Further dimensions become lines of their own.
             values = series.values.reshape(len(series), -1)[:, :MOST_LINES]
             labels = _labels(series) if series.ndim > 1 else []
@@ -96,11 +110,19 @@ def _spikes(probes: xr.Dataset) -> Iterator[Row]:
         neurons = f"{name.removesuffix('_time')}_neuron"
         if not name.endswith("_time") or neurons not in probes:
             continue
-        # Spikes are in the order of time, so every n-th is spread over all neurons.
-        step = max(1, -(-probes[name].size // MOST_SPIKES))
         title = name.removesuffix("_time").removesuffix("_spike")
-        shown = "" if step == 1 else f", one of {step} drawn"
-        times_s = probes[name].values[::step]
-        yield Row(
-            f"spikes of {title}{shown}", "neuron", times_s, probes[neurons].values[::step], []
-        )
+        yield _thinned_spikes(title, probes[name].values, probes[neurons].values)
+
+
+def _dots(name: str, times_s: np.ndarray, spikes: np.ndarray) -> Row:
+    """Return the row of a probe of spikes, (n, neurons)."""
+    step, neuron = np.nonzero(spikes)
+    return _thinned_spikes(name, times_s[step], neuron)
+
+
+def _thinned_spikes(title: str, times_s: np.ndarray, neurons: np.ndarray) -> Row:
+    # Spikes are in the order of time, so every n-th is spread over all neurons.
+    step = max(1, -(-len(times_s) // MOST_SPIKES))
+    name = "spikes" if title in ("", "spike") else f"spikes of {title}"
+    thinned = "" if step == 1 else f", one of {step} drawn"
+    return Row(name + thinned, "neuron", times_s[::step], neurons[::step], [])

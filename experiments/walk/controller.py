@@ -6,11 +6,11 @@ import nengo
 import numpy as np
 
 from spikeport.experiments.walk.settings import WalkSettings
-from spikeport.networks.held import Held
 from spikeport.networks.path_follower import FollowerNetwork
 from spikeport.networks.policy import PolicyNetwork
 from spikeport.networks.silencing import silence
 from spikeport.networks.walking_policy import WalkingPolicy
+from spikeport.node_functions import Held
 
 WATCHED = 96
 """Ensembles whose spikes are kept where some fall silent, from all layers."""

@@ -32,8 +32,6 @@ def read_path(file: Path, seconds: float) -> tuple[np.ndarray, np.ndarray]:
     ------
     UsageError
         If the file is not such a table, or the robot cannot follow what it says for so long.
-    OSError
-        If it cannot be read.
     """
     table = _read_table(file)
     if not (np.abs(table) <= LARGEST).all() or (np.diff(table[:, 0]) <= 0).any():

@@ -109,11 +109,6 @@ class WalkPort(Port):
         """True once the robot fell."""
         return self.fallen_at_s is not None
 
-    @property
-    def heading_rad(self) -> float:
-        """Direction of the pelvis about the vertical, in rad."""
-        return float(self._plant.true_in_plane[0])
-
     def observe(self) -> np.ndarray:
         """Return the policy's observation, clipped, and the follower's reference and state."""
         plant, data = self._plant, self._plant.data

@@ -14,7 +14,10 @@ from spikeport.networks.loading.refusal import EXPORT
 from spikeport.reading.mismatch import MismatchError
 
 INSTRUCTIONS = 500_000
-"""The most instructions of a pickle: a checkpoint of a hundred layers has a tenth."""
+"""The most instructions of a pickle: a checkpoint of a hundred layers has a tenth.
+
+An attribute that is copied to a module counts as one: many modules may have one dictionary.
+"""
 
 PLAIN = "tensors and plain values"
 
@@ -61,9 +64,8 @@ def load(stream: BinaryIO, names: Names, persistent: Persistent) -> object:
     """
     machine = _Machine(names, persistent)
     try:
-        for number, (instruction, argument, _) in enumerate(pickletools.genops(stream)):
-            if number == INSTRUCTIONS:
-                raise MismatchError(f"a pickle of {INSTRUCTIONS:,} instructions", "a longer one")
+        for instruction, argument, _ in pickletools.genops(stream):
+            machine.spend()
             if instruction.name == "STOP":
                 return machine.stack.pop()
             machine.carry_out(instruction.name, argument)
@@ -81,6 +83,12 @@ class _Machine:
         self._below: list[list[object]] = []
         self._memo: dict[object, object] = {}
         self._names, self._persistent = names, persistent
+        self._left = INSTRUCTIONS
+
+    def spend(self, instructions: int = 1) -> None:
+        self._left -= instructions
+        if self._left < 0:
+            raise MismatchError(f"a pickle of {INSTRUCTIONS:,} instructions", "a longer one")
 
     def carry_out(self, name: str, argument: object) -> None:
         if name in VALUES:
@@ -148,6 +156,7 @@ class _Machine:
         (state,) = self.taken(1)
         match self.stack[-1], state:
             case Module() as module, dict():
+                self.spend(len(state))
                 module.attributes.update({str(name): value for name, value in state.items()})
             case dict(), _:  # attributes of an ordered dictionary: torch's versions of modules
                 pass

@@ -37,7 +37,7 @@ Order = Literal["<", ">"]
 MAX_SIZE = 2**63 - 1
 """The largest size of an axis, as in torch."""
 
-Bytes = Callable[[str, int], bytes]
+Bytes = Callable[[str, int], bytes | memoryview]
 """The content of a storage, by its key; no longer than so many bytes."""
 
 
@@ -64,7 +64,7 @@ class Storage:
         return np.dtype(TYPES[self.kind]).newbyteorder(self.order)
 
     def numbers(self) -> np.ndarray:
-        """Return the numbers, read anew."""
+        """Return the numbers as they lie in the file, read anew; `values` makes floats of them."""
         if self.count > NUMBERS:
             most = f"at most {NUMBERS:,} numbers in storage {self.key}"
             raise MismatchError(most, f"{self.count:,}")
@@ -72,10 +72,13 @@ class Storage:
         content = self.content(self.key, size)
         if len(content) != size:
             raise MismatchError(f"{size:,} bytes in storage {self.key}", f"{len(content):,}")
-        numbers = np.frombuffer(content, self.type)
+        return np.frombuffer(content, self.type)
+
+    def values(self, numbers: np.ndarray) -> Floats:
+        """Return some of the numbers as floats."""
         if self.kind == "BFloat16Storage":
-            return (numbers.astype(np.uint32) << 16).view(np.float32)
-        return numbers
+            numbers = (numbers.astype(np.uint32) << 16).view(np.float32)
+        return numbers.astype(float)
 
 
 @dataclass(frozen=True)
@@ -108,7 +111,7 @@ class Tensor:
             return np.zeros(self.shape)
         numbers = self.storage.numbers()
         strides = [numbers.itemsize * stride for stride in self.strides]
-        return as_strided(numbers[self.offset :], self.shape, strides).astype(float)
+        return self.storage.values(as_strided(numbers[self.offset :], self.shape, strides))
 
 
 def tensor(storage: object, offset: int, shape: object, strides: object, *_: object) -> Tensor:
@@ -133,6 +136,14 @@ def storages(content: Bytes, order: Order = "<") -> Callable[[object], Storage]:
     return storage
 
 
+def _size(sizes: object) -> tuple[object, ...]:
+    """Return the sizes of axes; a text of millions of letters has none."""
+    match sizes:
+        case tuple() | list() if len(sizes) <= MAX_AXES:
+            return tuple(sizes)
+    raise MismatchError(f"sizes of at most {MAX_AXES} axes", type(sizes).__name__)
+
+
 def empty() -> dict[object, object]:
     """Return an ordered dictionary before its items are set; one with arguments is refused."""
     return {}
@@ -141,7 +152,7 @@ def empty() -> dict[object, object]:
 KNOWN: Mapping[str, Known] = {
     "torch._utils._rebuild_tensor_v2": Known(tensor),
     "torch._utils._rebuild_parameter": Known(lambda data, *_: data),
-    "torch.Size": Known(lambda sizes: tuple(sizes)),
+    "torch.Size": Known(_size),
     "torch.device": Known(lambda *_: None),
     "collections.OrderedDict": Known(empty),
 }

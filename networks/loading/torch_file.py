@@ -58,10 +58,11 @@ def pickled_in_a_row(written: bytes) -> object:
     stream, by_key = io.BytesIO(written), dict[str, Storage]()
     places: dict[str, int] = {}
 
-    def content(key: str, size: int) -> bytes:
+    def content(key: str, size: int) -> memoryview:
         if key not in places:
             raise MismatchError(f"a storage {key}", "none")
-        return written[places[key] : places[key] + size]
+        # a view: thousands of small tensors may lie in one large storage
+        return memoryview(written)[places[key] : places[key] + size]
 
     make = storages(content)
 

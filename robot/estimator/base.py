@@ -39,3 +39,10 @@ class StateEstimator(Protocol):
 
     def update(self, sensors: Sensors, position: Fix | None = None) -> RobotState:
         """Return the motion at the next observation, with a fix if there is one."""
+
+    @property
+    def place_deviation_m(self) -> float | None:
+        """Standard deviation of the place in the plane, as the estimator has it; None if unknown.
+
+        That of the distance from the true place: the root of the variances along x and y.
+        """

@@ -22,7 +22,7 @@ from spikeport.robot.estimator.belief import (
     errors_of,
 )
 from spikeport.robot.estimator.contacts import ContactDetector, ContactLimits
-from spikeport.robot.estimator.external_fix import FixNoise, fixed
+from spikeport.robot.estimator.external_fix import FixNoise, displaced, fixed
 from spikeport.robot.estimator.footholds import Points
 from spikeport.robot.estimator.group import Pose, hat
 from spikeport.robot.estimator.legs import POINTS, WAIST, Legs, Soles
@@ -106,7 +106,11 @@ class ContactAidedEkf:
         deviations[errors_of(VELOCITY)] = noise.velocity_m_s
         deviations[GYROSCOPE_BIAS] = noise.gyroscope_bias
         deviations[ACCELEROMETER_BIAS] = noise.accelerometer_bias
-        covariance = np.diag(deviations**2)
+        spread = np.eye(N_ERRORS)
+        # The place is that of the fix, whatever the tilt: xi_R x o + xi_p = 0. Else the next fix,
+        # far from the origin, would be taken for an observation of the tilt.
+        spread[errors_of(PLACE), ROTATION] = hat(place)
+        covariance = spread @ np.diag(deviations**2) @ spread.T
         self.belief = Belief(Pose(rotation, vectors), np.zeros(3), np.zeros(3), covariance)
         self._detector = ContactDetector(len(POINTS), noise.contact)
         self.standing = np.zeros(len(POINTS), dtype=bool)
@@ -128,6 +132,12 @@ class ContactAidedEkf:
             observation = fixed(self.belief, position, waist_rad, self._noise.fix)
             self.belief = corrected(self.belief, observation)
         return self._state(sensors)
+
+    @property
+    def place_deviation_m(self) -> float | None:
+        """Standard deviation of the place in the plane, by the covariance of the belief."""
+        sensitivity = displaced(self.belief)[:2]
+        return float(np.sqrt(np.trace(sensitivity @ self.belief.covariance @ sensitivity.T)))
 
     def _correct_by_feet(self, sensors: Sensors, dt_s: float) -> None:
         """Correct by points that go on standing, forget those that do not, add new ones."""

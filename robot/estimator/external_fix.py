@@ -25,18 +25,28 @@ class FixNoise:
     yaw_rad: float = 0.02
 
 
+def displaced(belief: Belief) -> np.ndarray:
+    """Return the derivative (3, 27) of the pelvis' place by a correction delta.
+
+    The pelvis is at o = p - R r, and a correction moves it by delta_p + delta_R x o.
+    """
+    rotation, vectors = belief.pose
+    sensitivity = np.zeros((3, N_ERRORS))
+    sensitivity[:, ROTATION] = -hat(vectors[PLACE] - rotation @ IMU_OFFSET_M)
+    sensitivity[:, errors_of(PLACE)] = np.eye(3)
+    return sensitivity
+
+
 def fixed(belief: Belief, fix: Fix, waist_rad: float, noise: FixNoise) -> Observation:
     """Return what a fix observes.
 
-    The pelvis is at o = p - R r, and a correction delta moves it by delta_p + delta_R x o; its
-    heading, that of e = R Rz(waist)^T e_x, changes by (e_x (delta_R x e)_y - e_y (delta_R x e)_x) /
-    (e_x^2 + e_y^2).
+    A correction delta moves the pelvis as `displaced` says; its heading, that of e = R Rz(waist)^T
+    e_x, changes by (e_x (delta_R x e)_y - e_y (delta_R x e)_x) / (e_x^2 + e_y^2).
     """
     rotation, vectors = belief.pose
     pelvis = vectors[PLACE] - rotation @ IMU_OFFSET_M
     sensitivity, innovation = np.zeros((4, N_ERRORS)), np.zeros(4)
-    sensitivity[:3, ROTATION] = -hat(pelvis)
-    sensitivity[:3, errors_of(PLACE)] = np.eye(3)
+    sensitivity[:3] = displaced(belief)
     innovation[:3] = fix.position - pelvis
     size = 3
     if fix.yaw_rad is not None:

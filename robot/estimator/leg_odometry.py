@@ -71,6 +71,11 @@ class LegOdometry:
             rotation = self._take(position, rotation, sensors)
         return self._state(sensors, rotation)
 
+    @property
+    def place_deviation_m(self) -> float | None:
+        """None: errors of the feet's slip and of the filter are not kept account of."""
+        return None
+
     def _take(self, fix: Fix, rotation: np.ndarray, sensors: Sensors) -> np.ndarray:
         """Replace place and heading by those of a fix; returns the pelvis' rotation."""
         self._floor_m += fix.position[2] - self._position[2]

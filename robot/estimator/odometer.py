@@ -47,3 +47,8 @@ class Odometer:
             q=sensors.q.copy(),
             dq=sensors.dq.copy(),
         )
+
+    @property
+    def place_deviation_m(self) -> float | None:
+        """None: fixes do not say how far they are off."""
+        return None

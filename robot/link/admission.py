@@ -91,7 +91,7 @@ def refusal(arrival: Arrival, last: Arrival | None, limits: Limits) -> str | Non
     return (
         _not_a_number(arrival.sensors)
         or _restarted(arrival, last)
-        or _beyond(arrival.sensors, limits)
+        or beyond(arrival.sensors, limits)
     )
 
 
@@ -114,8 +114,8 @@ def _restarted(arrival: Arrival, last: Arrival | None) -> str | None:
     return f"the robot's time went back by {back_s:.3f} s" if back_s > RESTART_S else None
 
 
-def _beyond(sensors: Sensors, limits: Limits) -> str | None:
-    """Return which value is beyond which limit, or None."""
+def beyond(sensors: Sensors, limits: Limits) -> str | None:
+    """Return which value is beyond which limit of a plausible observation, or None."""
     for name, most, unit in (
         ("gyroscope", FASTEST_RAD_S, "rad/s"),
         ("accelerometer", LARGEST_M_S2, "m/s^2"),

@@ -5,6 +5,7 @@ import re
 from dataclasses import dataclass
 
 from spikeport.errors import UsageError
+from spikeport.pacing import Pace
 from spikeport.robot.link.client import InlineRobot, RobotClient
 from spikeport.robot.link.controlled import join_by_hand
 from spikeport.robot.link.faults import FAULTS
@@ -41,6 +42,8 @@ class RobotOptions:
         of a robot that is made for the run, and the filter for one that is there already.
     states : bool
         True if its user starts and stops it by hand, as always where a real robot may listen.
+    priority : int or None
+        The real-time priority of both sides, from when the clock counts.
     """
 
     robot: str
@@ -49,6 +52,7 @@ class RobotOptions:
     may_move_a_robot: bool = False
     estimator: str | None = None
     states: bool = False
+    priority: int | None = None
 
     def check(self) -> None:
         """Refuse what does not go together; raises UsageError."""
@@ -59,6 +63,8 @@ class RobotOptions:
             raise UsageError(
                 "--robot-states is for --robot dds:... in real time; elsewhere a run starts at once"
             )
+        if self.priority is not None and not self.real_time:
+            raise UsageError("--robot-priority is for real time; in lock-step nobody is late")
         if self.robot in (INLINE, STUB):
             if self.faults and self.real_time:
                 raise UsageError("--robot-fault is for lock-step: real time has faults of its own")
@@ -70,6 +76,12 @@ class RobotOptions:
             raise UsageError(
                 f"--robot-lock-step in domain {REAL}: a real robot waits for no answer, and would "
                 "be driven at once; serve a simulation in domain 1, or leave out --robot-lock-step"
+            )
+        if self.estimates == TRUTH and self.place.may_be_real:
+            # A robot in sport mode publishes on that topic, and falls silent there when released.
+            raise UsageError(
+                "--estimator truth: only a simulation knows the truth, and a real robot may listen "
+                "there; give --estimator ekf, or odometer where the robot has one"
             )
         if self.faults:
             raise UsageError("--robot-fault is for inline and stub; else give --fault to the robot")
@@ -119,9 +131,10 @@ def connect(options: RobotOptions, settings: RobotSettings) -> RobotClient:
     if options.robot == INLINE:
         faults = [FAULTS.parse(text) for text in options.faults]
         return InlineRobot(LockStep(SimulatedRobot(settings), faults))
+    pace = Pace(1 / settings.rate_hz, priority=options.priority) if options.real_time else None
     if options.robot == STUB:
-        return StubRobot(settings, options.real_time, options.faults)
+        return StubRobot(settings, pace, options.faults)
     needs = needed(options.estimates)
-    if options.by_hand:
-        return join_by_hand(options.place, settings, needs)
-    return join(options.place, options.real_time, settings, needs)
+    if pace is not None and options.by_hand:
+        return join_by_hand(options.place, pace, needs)
+    return join(options.place, pace, needs)

@@ -5,17 +5,16 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from spikeport.errors import RobotLostError
-from spikeport.pacing import Clock, SystemClock
-from spikeport.robot.link.admission import Arrival, h1_limits
+from spikeport.pacing import Pace
+from spikeport.robot.link.admission import Arrival, too_old
 from spikeport.robot.link.client import Observed
 from spikeport.robot.link.controller import HOLD, Controller
 from spikeport.robot.link.controller_states import State
-from spikeport.robot.link.h1 import DAMPING, SPEED_LIMITS_RAD_S, TORQUE_LIMITS_NM
+from spikeport.robot.link.h1 import DAMPING
 from spikeport.robot.link.messages import Topic
 from spikeport.robot.link.motion_switcher import MotionSwitcher
-from spikeport.robot.link.over_dds import DdsRobot, RealTimeRobot, on_bus
+from spikeport.robot.link.over_dds import FIRST_S, DdsRobot, RealTimeRobot, on_bus
 from spikeport.robot.link.place import Place
-from spikeport.robot.link.settings import RobotSettings
 from spikeport.robot.link.signals import MotorCommands
 from spikeport.robot.link.terminal import Terminal, own_terminal
 
@@ -43,10 +42,8 @@ class ControlledRobot(RealTimeRobot):
         The bus of the robot.
     needs : Topic or None
         A topic beside the state, without which no observation is whole.
-    period_s : float
-        Time from one command to the next.
-    clock : Clock
-        The clock.
+    pace : Pace
+        The pace of commands.
     terminal : Terminal
         Its keys; closed with this.
     say : callable
@@ -59,17 +56,15 @@ class ControlledRobot(RealTimeRobot):
         self,
         bus: "Bus",
         needs: Topic | None,
-        period_s: float,
-        clock: Clock,
+        pace: Pace,
         terminal: Terminal,
         say: Callable[[str], None],
         switcher: MotionSwitcher | None = None,
     ) -> None:
-        super().__init__(bus, needs, period_s, clock, switcher)
+        super().__init__(bus, needs, pace, switcher)
         self._terminal, self._say = terminal, say
         self._motors, self._answered_tick = HOLD, -1
-        limits = h1_limits(SPEED_LIMITS_RAD_S, TORQUE_LIMITS_NM)
-        self._controller = Controller(lambda _: self._motors, lambda _: None, limits)
+        self._controller = Controller(lambda _: self._motors, lambda _: None, self._limits)
 
     def first(self) -> Observed:
         """Lead the robot to ``RUN`` by its user's keys, and return the observation there.
@@ -122,11 +117,17 @@ class ControlledRobot(RealTimeRobot):
         damped = self._controller.state is State.DAMPING
         return f": {self._controller.refused}" if damped and self._controller.refused else ""
 
-    def _refused(self, reason: str, message: bytes) -> None:
-        """Count a message that is none, and let the controller damp a moving robot."""
-        self._refusals += 1
-        self.figures.damaged += 1
+    def _distrust(self, tick: int, reason: str) -> None:
+        """Let the controller damp a moving robot; the run ends where it had begun."""
         self._controller.refuse(reason)
+
+    def _watch_silence(self, tick: int, now_s: float) -> None:
+        """Damp a moving robot that fell silent; give up one that stays so, whatever its state."""
+        if self._controller.watch(now_s):
+            self._send(tick, DAMPING)
+        age_s = now_s - self._seen_s
+        if age_s > FIRST_S:
+            raise self._damped(tick, too_old(age_s, FIRST_S))
 
     def close(self) -> None:
         """Command damping, and leave the robot and the terminal."""
@@ -144,14 +145,13 @@ class ControlledRobot(RealTimeRobot):
         }
 
 
-def join_by_hand(place: Place, settings: RobotSettings, needs: Topic | None) -> DdsRobot:
+def join_by_hand(place: Place, pace: Pace, needs: Topic | None) -> DdsRobot:
     """Return the robot at a place, in real time, led by keys; see `over_dds.join`."""
     terminal = own_terminal()
 
     def make(bus: "Bus") -> DdsRobot:
-        period_s = 1 / settings.rate_hz
         switcher = MotionSwitcher(bus, place.may_be_real)
-        return ControlledRobot(bus, needs, period_s, SystemClock(), terminal, _say, switcher)
+        return ControlledRobot(bus, needs, pace, terminal, _say, switcher)
 
     try:
         return on_bus(place, False, make)

@@ -15,11 +15,12 @@ from spikeport.robot.link.client import Observed
 from spikeport.robot.link.messages import ODOMETRY, TRUTHS, Topic
 from spikeport.robot.link.odometer import OdometryFixes
 from spikeport.robot.link.truth import estimate
-from spikeport.robot.state import RobotState
+from spikeport.robot.state import RobotState, in_plane
 
-TRUTH, EKF, ODOMETER, EKF_ODOMETER = "truth", "ekf", "odometer", "ekf+odometer"
+TRUTH, LEG_ODOMETRY, EKF = "truth", "leg-odometry", "ekf"
+ODOMETER, EKF_ODOMETER = "odometer", "ekf+odometer"
 BY_SENSORS: dict[str, Callable[[], StateEstimator]] = {
-    "leg-odometry": LegOdometry,
+    LEG_ODOMETRY: LegOdometry,
     EKF: ContactAidedEkf,
     ODOMETER: Odometer,
     EKF_ODOMETER: ContactAidedEkf,
@@ -30,7 +31,15 @@ _BY_ODOMETRY = (ODOMETER, EKF_ODOMETER)
 
 
 class Motion(Protocol):
-    """Finds the motion of a robot, observation by observation."""
+    """Finds the motion of a robot, observation by observation.
+
+    Attributes
+    ----------
+    true : RobotState or None
+        The true motion, where a simulation publishes that beside what is estimated.
+    """
+
+    true: RobotState | None
 
     def __call__(self, observed: Observed) -> RobotState:
         """Return the motion at the next observation."""
@@ -48,6 +57,11 @@ class EstimatedMotion:
         One of `ESTIMATORS`.
     held : Fix or None
         The place in which a hoist holds the pelvis: a fix at every observation.
+
+    Attributes
+    ----------
+    true : RobotState or None
+        The true motion, where a simulation publishes that beside what is estimated.
 
     Raises
     ------
@@ -67,8 +81,8 @@ class EstimatedMotion:
         )
         self._begun = False
         self._fixes: OdometryFixes | None = None
+        self.true: RobotState | None = None
         self._squares, self._compared = np.zeros(3), 0
-        self._place_error_m: float | None = None
 
     def __call__(self, observed: Observed) -> RobotState:
         """Return the motion at the next observation.
@@ -83,14 +97,10 @@ class EstimatedMotion:
         self._observed = observed
         follow = self._estimator.update if self._begun else self._estimator.reset
         self._begun = True
-        found = self._found = follow(observed.sensors, self._fix(observed))
-        if (
-            self._name != TRUTH
-            and observed.truth is not None
-            and observed.truth.tick == observed.tick
-        ):
-            self._compare(found, estimate(observed))
-        return found
+        self._found = follow(observed.sensors, self._fix(observed))
+        if self._name != TRUTH and observed.truth is not None:
+            self._compare(estimate(observed), observed.truth.tick == observed.tick)
+        return self._found
 
     def _fix(self, observed: Observed) -> Fix | None:
         """Return what is known of the pelvis beside the sensors: its hoist, else its odometry."""
@@ -105,20 +115,41 @@ class EstimatedMotion:
             self._fixes = OdometryFixes(observed.odometry, observed.sensors)
         return self._fixes.fix(observed.odometry)
 
-    def _compare(self, found: RobotState, true: RobotState) -> None:
-        self._squares += (found.base_linear_velocity - true.base_linear_velocity) ** 2
-        self._compared += 1
-        self._place_error_m = float(np.linalg.norm(found.base_position - true.base_position))
+    def _compare(self, true: RobotState, same_tick: bool) -> None:
+        """Keep the true motion; velocities are compared where both are of one moment."""
+        self.true = true
+        if same_tick:
+            self._squares += (self._found.base_linear_velocity - true.base_linear_velocity) ** 2
+            self._compared += 1
 
     def summary(self) -> dict[str, object]:
-        """Return the estimator's name, and its errors; None where the truth was not published.
+        """Return the estimator's name and its errors; None for what nobody knows.
 
-        ``velocity_error_m_s`` is the rms along the pelvis' x, y and z, ``place_error_m`` the
-        distance from the true place at the end.
+        ``velocity_error_m_s`` is the rms along the pelvis' x, y and z; ``place_error_m`` and
+        ``heading_error_rad`` are the distance from the true place, and from the true heading, at
+        the end. ``place_deviation_m`` is what the estimator itself expects of the former. The
+        ``recorded`` motion of the run is the true one where that is published.
         """
-        error = np.sqrt(self._squares / self._compared).tolist() if self._compared else None
-        place_m = self._place_error_m
-        return {"name": self._name, "velocity_error_m_s": error, "place_error_m": place_m}
+        velocity = np.sqrt(self._squares / self._compared).tolist() if self._compared else None
+        place_m, heading_rad = (None, None) if self.true is None else apart(self._found, self.true)
+        return {
+            "name": self._name,
+            "velocity_error_m_s": velocity,
+            "place_error_m": place_m,
+            "heading_error_rad": heading_rad,
+            "place_deviation_m": self._estimator.place_deviation_m if self._begun else None,
+            "recorded": "estimate" if self.true is None and self._name != TRUTH else TRUTH,
+        }
+
+
+def apart(found: RobotState, true: RobotState) -> tuple[float, float]:
+    """Return how far two motions are apart, in m, and in rad about the vertical."""
+    turn_rad = in_plane(found)[0] - in_plane(true)[0]
+    return (
+        float(np.linalg.norm(found.base_position - true.base_position)),
+        # The short way round, from 0 to pi.
+        float(abs((turn_rad + np.pi) % (2 * np.pi) - np.pi)),
+    )
 
 
 def needed(name: str) -> Topic | None:

@@ -6,17 +6,16 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 from spikeport.errors import RobotLostError
-from spikeport.pacing import Clock, Deadlines, RoundTrips, SystemClock, undisturbed
-from spikeport.robot.link.admission import LATEST_S, too_old
+from spikeport.pacing import Deadlines, Pace, RoundTrips, undisturbed
+from spikeport.robot.link.admission import LATEST_S, beyond, h1_limits, too_old
 from spikeport.robot.link.client import CommandedRobot, Observed, check_order, observed
 from spikeport.robot.link.codec import STATE, Command, encode_command, remote_of, turn_of
 from spikeport.robot.link.companion import Companion
-from spikeport.robot.link.h1 import DAMPING
+from spikeport.robot.link.h1 import DAMPING, SPEED_LIMITS_RAD_S, TORQUE_LIMITS_NM
 from spikeport.robot.link.lock_step import Published
 from spikeport.robot.link.messages import COMMANDS, ODOMETRY, STATES, TRUTHS, Topic
 from spikeport.robot.link.motion_switcher import MotionSwitcher
 from spikeport.robot.link.place import Place
-from spikeport.robot.link.settings import RobotSettings
 from spikeport.robot.link.signals import MotorCommands
 from spikeport.robot.link.wire import MessageError
 
@@ -27,11 +26,14 @@ FIRST_S = 20.0
 """Time in which a robot's first state must come."""
 PATIENCE_S = 10.0
 """Time in which a robot in lock-step must answer."""
-ODOMETRY_S = 0.2
-"""Age of the last odometry after which a robot that is controlled by it is damped, in real time."""
+BESIDE_S = 0.2
+"""Age of the last message of a topic beside the states, as odometry, after which a robot that is
+controlled by it is damped, in real time."""
 SLICE_S = 0.2
 DAMPINGS = 3
 """The number of damping commands that a controller sends as it leaves."""
+_SERVED_WITH = {TRUTHS: "--truth", ODOMETRY: "--odometer"}
+"""The option of `spikeport robot serve` that publishes a topic."""
 
 
 class DdsRobot(CommandedRobot):
@@ -63,8 +65,8 @@ class DdsRobot(CommandedRobot):
         self._beside = {topic: Companion(bus.reader(topic)) for topic in (TRUTHS, ODOMETRY)}
         self._needs, self._waits = needs, waits
         self._switcher, self._commanded = switcher, False
-        self._runs, self._writer, self._lacks = False, 0, ""
-        self._refusals = 0
+        self._runs, self._writer, self._refusals = False, 0, 0
+        self._lacks = f"nobody publishes {STATES.name}; is `spikeport robot serve` running there?"
         self._released: list[str] | None = None
 
     def first(self) -> Observed:
@@ -93,10 +95,9 @@ class DdsRobot(CommandedRobot):
             # lost.
             if found is not None and self._commands.n_readers:
                 return found
-        raise RobotLostError(
-            f"no robot within {FIRST_S:g} s; is `spikeport robot serve` running there, with "
-            f"--truth for --estimator truth, --odometer for odometer?{self._lacks}"
-        )
+            if found is not None:
+                self._lacks = "it publishes states, and reads no commands"
+        raise RobotLostError(f"no robot to begin with in {FIRST_S:g} s: {self._lacks}")
 
     def _newest(self, within_s: float) -> Observed | None:
         """Return the newest observation of those that come within a time."""
@@ -106,12 +107,16 @@ class DdsRobot(CommandedRobot):
         if newest is None:
             return None
         for topic, companion in self._beside.items():
-            # An odometer may fall silent, which `_watch_odometry` judges; a truth comes with every
+            # An odometer may fall silent, which `_watch_beside` judges; a truth comes with every
             # state.
             needed = topic is self._needs and topic is TRUTHS
             companion.take(newest.tick, needed or (self._waits and companion.published))
         self.figures.damaged = self._refusals + sum(one.damaged for one in self._beside.values())
         if self._needs is not None and self._beside[self._needs].newest is None:
+            self._lacks = (
+                f"nobody publishes {self._needs.name}; give --estimator ekf, or serve a simulation "
+                f"with {_SERVED_WITH[self._needs]}"
+            )
             return None
         return newest._replace(
             truth=self._beside[TRUTHS].newest, odometry=self._beside[ODOMETRY].newest
@@ -132,13 +137,17 @@ class DdsRobot(CommandedRobot):
         return found
 
     def _refused(self, reason: str, message: bytes) -> None:
-        """Count a message that is none; in a run, damp the robot and end the run for it."""
+        """Count a message that is none; in a run it is not passed over."""
         self._refusals += 1
         self.figures.damaged += 1
+        self._lacks = f"its last state was refused, {reason}"
         if self._runs:
             # A message of another size has no fields in known places.
-            asks = turn_of(message).asks if len(message) == STATE.size else 0
-            raise self._damped(asks, reason)
+            self._distrust(turn_of(message).asks if len(message) == STATE.size else 0, reason)
+
+    def _distrust(self, tick: int, reason: str) -> None:
+        """Damp the robot, as an answer to a tick, and end the run."""
+        raise self._damped(tick, reason)
 
     def _send(self, tick: int, motors: MotorCommands) -> None:
         self._commanded = True
@@ -199,7 +208,7 @@ class LockStepRobot(DdsRobot):
             return found
         if self._runs:
             raise RobotLostError("another controller drives the robot; one at a time")
-        self._lacks = " There is one, which another controller drives."
+        self._lacks = "another controller drives the one that is there; one at a time"
         return None
 
     def summary(self) -> dict[str, object]:
@@ -216,10 +225,8 @@ class RealTimeRobot(DdsRobot):
         The bus of the robot.
     needs : Topic or None
         A topic beside the state, without which no observation is whole.
-    period_s : float
-        Time from one command to the next.
-    clock : Clock
-        The clock.
+    pace : Pace
+        The pace of commands.
     switcher : MotionSwitcher, optional
         Releases sport mode before the first command.
     """
@@ -228,22 +235,23 @@ class RealTimeRobot(DdsRobot):
         self,
         bus: "Bus",
         needs: Topic | None,
-        period_s: float,
-        clock: Clock,
+        pace: Pace,
         switcher: MotionSwitcher | None = None,
     ) -> None:
         super().__init__(bus, needs, waits=False, switcher=switcher)
-        self._deadlines, self._clock = Deadlines(period_s, clock), clock
-        self._seen_s = self._odometry_s = 0.0
-        self._odometries = 0
+        self._deadlines = Deadlines(pace.period_s, pace.clock)
+        self._clock, self._priority = pace.clock, pace.priority
+        self._limits = h1_limits(SPEED_LIMITS_RAD_S, TORQUE_LIMITS_NM)
+        self._seen_s = self._beside_s = 0.0
+        self._came = 0
         self._rest = ExitStack()
 
     def first(self) -> Observed:
         """Return the first observation; see `RobotClient.first`."""
-        self._rest.enter_context(undisturbed())
+        self._rest.enter_context(undisturbed(self._priority))
         found = super().first()
         self._deadlines.begin()
-        self._seen_s = self._odometry_s = self._clock.now()
+        self._seen_s = self._beside_s = self._clock.now()
         return found
 
     def exchange(self, last: Observed, motors: MotorCommands) -> Observed:
@@ -252,29 +260,43 @@ class RealTimeRobot(DdsRobot):
         self._deadlines.begin()
         self.figures.overruns = self._deadlines.overruns
         found, now = self._newest(0.0), self._clock.now()
-        self._watch_odometry(last.tick, now)
+        self._watch_beside(last.tick, now)
         # A state that came again is as old as before: its age counts from when it first came.
         if found is None or found.tick == last.tick:
             self.figures.held += 1
-            if now - self._seen_s > LATEST_S:
-                raise self._damped(last.tick, too_old(now - self._seen_s))
+            self._watch_silence(last.tick, now)
             return last
         check_order(last, found)
         self.figures.states += 1
         self._seen_s = now
         return found
 
-    def _watch_odometry(self, tick: int, now_s: float) -> None:
-        """Damp a robot whose motion is that of an odometer which fell silent."""
-        came = self._beside[ODOMETRY].came
-        if came != self._odometries:
-            self._odometries, self._odometry_s = came, now_s
-        age_s = now_s - self._odometry_s
-        if self._needs is ODOMETRY and age_s > ODOMETRY_S:
-            raise self._damped(
-                tick,
-                f"no odometry for {1000 * age_s:.0f} ms, allowed {1000 * ODOMETRY_S:.0f} ms",
-            )
+    def _read(self, arrival: "Arrival") -> Observed | None:
+        """Return the observation of a state; None if it is refused, as what no H1 observes is."""
+        found = super()._read(arrival)
+        reason = None if found is None else beyond(found.sensors, self._limits)
+        if reason is None:
+            return found
+        self._refused(reason, arrival.message)
+        return None
+
+    def _watch_silence(self, tick: int, now_s: float) -> None:
+        """Damp a robot of which no new state came for too long."""
+        age_s = now_s - self._seen_s
+        if age_s > LATEST_S:
+            self._distrust(tick, too_old(age_s))
+
+    def _watch_beside(self, tick: int, now_s: float) -> None:
+        """Damp a robot whose motion is that of a topic which fell silent."""
+        if self._needs is None:
+            return
+        came = self._beside[self._needs].came
+        if came != self._came:
+            self._came, self._beside_s = came, now_s
+        age_s = now_s - self._beside_s
+        if age_s > BESIDE_S:
+            limits = f"{1000 * age_s:.0f} ms, allowed {1000 * BESIDE_S:.0f} ms"
+            self._distrust(tick, f"nothing on {self._needs.name} for {limits}")
 
     def close(self) -> None:
         """Command damping, if the robot was ever commanded, and leave."""
@@ -287,8 +309,7 @@ class RealTimeRobot(DdsRobot):
 
 def join(
     place: Place,
-    real_time: bool,
-    settings: RobotSettings,
+    pace: Pace | None,
     needs: Topic | None = TRUTHS,
     switches: bool = True,
 ) -> DdsRobot:
@@ -298,10 +319,8 @@ def join(
     ----------
     place : Place
         The domain and interface of the robot.
-    real_time : bool
-        True if it keeps to the clock.
-    settings : RobotSettings
-        The settings of the robot; their rate is that of commands.
+    pace : Pace or None
+        The pace of commands; None in lock-step.
     needs : Topic or None
         A topic beside the state, without which no observation is whole.
     switches : bool
@@ -317,11 +336,11 @@ def join(
 
     def make(bus: "Bus") -> DdsRobot:
         switcher = MotionSwitcher(bus, place.may_be_real) if switches else None
-        if not real_time:
+        if pace is None:
             return LockStepRobot(bus, needs, switcher)
-        return RealTimeRobot(bus, needs, 1 / settings.rate_hz, SystemClock(), switcher)
+        return RealTimeRobot(bus, needs, pace, switcher)
 
-    return on_bus(place, not real_time, make)
+    return on_bus(place, pace is None, make)
 
 
 def on_bus(place: Place, keeps_all: bool, make: Callable[["Bus"], DdsRobot]) -> DdsRobot:

@@ -28,7 +28,7 @@ class Place(NamedTuple):
         names = [name for _, name in socket.if_nameindex()]
         # The name goes into Cyclone's XML: a quote in it would end the attribute.
         if self.interface not in names or not re.fullmatch(r"[\w.:@-]+", self.interface):
-            raise UsageError(f"no interface '{self.interface}'; there is: {', '.join(names)}")
+            raise UsageError(f"no interface '{self.interface}'; choose from: {', '.join(names)}")
         if not 0 <= self.domain <= LARGEST_DOMAIN:
             raise UsageError(f"domain {self.domain}: must be from 0 to {LARGEST_DOMAIN}")
         if self.may_be_real and not may_move_a_robot:

@@ -18,6 +18,7 @@ from spikeport.robot.link.motion import Motion
 from spikeport.robot.link.settings import RobotSettings
 from spikeport.robot.link.signals import MotorCommands
 from spikeport.robot.plant import Plant
+from spikeport.robot.state import RobotState, in_plane
 
 
 class LinkedPlant(Plant):
@@ -47,6 +48,7 @@ class LinkedPlant(Plant):
         self._estimator = estimator
         self._robot: RobotClient | None = None
         self._link: dict[str, object] | None = None
+        self._true: RobotState | None = None
         super().__init__(anchored=anchored, appearance=appearance)
         self._connect = connect  # the reset within Plant's beginning concerns the model alone
 
@@ -110,6 +112,21 @@ class LinkedPlant(Plant):
         """The figures of the link, and of the estimator."""
         return self._link if self._robot is None else self._figures(self._robot)
 
+    @property
+    def in_plane(self) -> np.ndarray:
+        """Heading in rad, place in m and velocity in m/s, (5,), by the estimator."""
+        return super().true_in_plane
+
+    @property
+    def true_in_plane(self) -> np.ndarray:
+        """Heading, place and velocity, (5,), by the truth where that is published beside it."""
+        return super().true_in_plane if self._true is None else in_plane(self._true)
+
+    @property
+    def height_m(self) -> float:
+        """Height of the pelvis above the floor, by the truth where that is published beside it."""
+        return super().height_m if self._true is None else float(self._true.base_position[2])
+
     def _figures(self, robot: RobotClient) -> dict[str, object]:
         return {**robot.summary(), "estimator": self._motion.summary()}
 
@@ -128,6 +145,7 @@ class LinkedPlant(Plant):
     def _show(self) -> None:
         """Move the model to the present state."""
         state, data = self._motion(self._observed), self.data
+        self._true = self._motion.true
         data.qpos[:] = np.concatenate((state.base_position, state.base_quaternion, state.q))
         data.qvel[:] = np.concatenate((np.zeros(3), state.base_angular_velocity, state.dq))
         data.time = TICK_S * (self._observed.asks - self._begun_tick)

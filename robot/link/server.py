@@ -44,6 +44,8 @@ class Service:
         End when the first controller is gone.
     idle_s : float, optional
         End after so long without a controller.
+    priority : int, optional
+        The real-time priority of the process, where it keeps to the clock.
     """
 
     place: Place
@@ -53,6 +55,7 @@ class Service:
     faults: Sequence[Fault] = ()
     once: bool = False
     idle_s: float | None = None
+    priority: int | None = None
 
 
 class Interface:
@@ -128,7 +131,7 @@ class Attendant:
 
 
 def serve(service: Service, say: Callable[[str], None]) -> None:
-    """Be a robot until the process is ended, or as long as the settings say.
+    """Be a robot until the process is ended, or as long as the settings say; then report.
 
     Parameters
     ----------
@@ -151,15 +154,18 @@ def serve(service: Service, say: Callable[[str], None]) -> None:
         closing(own_terminal() if service.robot.hoist else Terminal(None)) as terminal,
     ):
         interface, attendant = Interface(bus, service), Attendant(bus, robot, terminal, say)
+        deadlines = Deadlines(1 / service.robot.rate_hz, SystemClock())
         clock = "lock-step" if service.lock_step else f"{service.robot.rate_hz:g} Hz"
         say(f"robot: H1 on {place.interface}, domain {place.domain}, {clock}")
-        if service.lock_step:
-            serve_lock_step(LockStep(robot, service.faults, service.truth), interface, attendant)
-            overruns = 0
-        else:
-            with undisturbed():
-                overruns = serve_real_time(robot, interface, attendant, service)
-    say(f"robot: {json.dumps({**robot.summary(), 'overruns': overruns})}")
+        try:
+            if service.lock_step:
+                lock_step = LockStep(robot, service.faults, service.truth)
+                serve_lock_step(lock_step, interface, attendant)
+            else:
+                with undisturbed(service.priority):
+                    serve_real_time(robot, interface, attendant, service.truth, deadlines)
+        finally:
+            say(f"robot: {json.dumps({**robot.summary(), 'overruns': deadlines.overruns})}")
 
 
 def serve_lock_step(robot: LockStep, interface: Interface, attendant: Attendant) -> None:
@@ -185,13 +191,16 @@ def serve_lock_step(robot: LockStep, interface: Interface, attendant: Attendant)
 
 
 def serve_real_time(
-    robot: SimulatedRobot, interface: Interface, attendant: Attendant, service: Service
-) -> int:
-    """Publish, obey and step by the clock, until the controller is gone; returns overruns.
+    robot: SimulatedRobot,
+    interface: Interface,
+    attendant: Attendant,
+    truth: bool,
+    deadlines: Deadlines,
+) -> None:
+    """Publish, obey and step by the clock, until the controller is gone.
 
     Time stands still until the first command: a robot on its feet would fall while it waits.
     """
-    deadlines = Deadlines(1 / service.robot.rate_hz, SystemClock())
     looked_s = time.monotonic()
     while True:
         deadlines.begin()
@@ -201,8 +210,9 @@ def serve_real_time(
                 robot.obey(command)
         if not robot.waits:
             robot.step()
-        truth = robot.truth() if service.truth else None
-        interface.publish(Published(robot.state(), truth, robot.odometry()))
+        interface.publish(
+            Published(robot.state(), robot.truth() if truth else None, robot.odometry())
+        )
         # Not in every step: processes come and go seldom.
         if time.monotonic() - looked_s >= SLICE_S:
             looked_s = time.monotonic()
@@ -210,4 +220,4 @@ def serve_real_time(
             if robot.is_left(interface.commands.writers):
                 robot.forget_writer()
             if interface.is_over():
-                return deadlines.overruns
+                return

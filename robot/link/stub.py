@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from spikeport.child import START_S, Child
 from spikeport.errors import BackendError, RobotLostError
+from spikeport.pacing import Pace
 from spikeport.robot.link.client import Observed, RobotClient
 from spikeport.robot.link.odometer import OdometerErrors
 from spikeport.robot.link.over_dds import join
@@ -25,23 +26,23 @@ class StubRobot(RobotClient):
     ----------
     settings : RobotSettings
         The robot.
-    real_time : bool
-        True if it keeps to the clock.
+    pace : Pace or None
+        The pace of commands to a robot that keeps to the clock; None in lock-step.
     faults : sequence of str
         A plan of faults.
     """
 
     def __init__(
-        self, settings: RobotSettings, real_time: bool = False, faults: Sequence[str] = ()
+        self, settings: RobotSettings, pace: Pace | None = None, faults: Sequence[str] = ()
     ) -> None:
         super().__init__()
         self._claim, place = _free_domain()
         self._words = ""
         try:
-            self._child = Child("robot", _arguments(place, settings, real_time, faults))
+            self._child = Child("robot", _arguments(place, settings, pace, faults))
             try:
                 # In lock-step nothing else commands a robot of one's own, so no switcher is asked.
-                self._client = join(place, real_time, settings, switches=real_time)
+                self._client = join(place, pace, switches=pace is not None)
             except BaseException:
                 self._child.close()
                 raise
@@ -66,13 +67,13 @@ class StubRobot(RobotClient):
             # A robot that died has words of its own, which say more than its silence.
             if self._child.runs:
                 raise
-            self._words = self._child.close().strip()
+            self._words = self._child.close()
             raise RobotLostError(f"{error}; its process ended: {self._words}") from None
 
     def close(self) -> None:
         """Leave the robot, and wait for the end of its process."""
         self._client.close()
-        self._words = self._words or self._child.close().strip()
+        self._words = self._words or self._child.close()
         self._claim.close()
 
     def summary(self) -> dict[str, object]:
@@ -89,10 +90,10 @@ def _last_words(words: str) -> object:
 
 
 def _arguments(
-    place: Place, settings: RobotSettings, real_time: bool, faults: Sequence[str]
+    place: Place, settings: RobotSettings, pace: Pace | None, faults: Sequence[str]
 ) -> list[str]:
     # `repr` gives a float in full: the run must be the same to the last bit.
-    clock = [] if real_time else ["--lock-step", "--rate-hz", repr(settings.rate_hz)]
+    clock = ["--lock-step", "--rate-hz", repr(settings.rate_hz)] if pace is None else _first(pace)
     return [
         *("robot", "serve", "--interface", place.interface, "--domain", str(place.domain)),
         *("--truth", "--once", "--idle", str(START_S), "--seed", str(settings.seed)),
@@ -103,6 +104,10 @@ def _arguments(
         *(p for fault in faults for p in ("--fault", fault)),
         *(p for joint, rad in settings.posture_rad.items() for p in ("--pose", f"{joint}={rad!r}")),
     ]
+
+
+def _first(pace: Pace) -> list[str]:
+    return [] if pace.priority is None else ["--priority", str(pace.priority)]
 
 
 def _odometer(errors: OdometerErrors | None) -> list[str]:

@@ -116,8 +116,8 @@ class Cache:
         """Return the arrays of an entry; None if there is none that is whole."""
         try:
             self._check_private()
-            return read(path, key)
-        except FileNotFoundError:
+            return read(path, key) if path.exists() else None
+        except FileNotFoundError:  # the folder
             return None
         except (OSError, UsageError, MismatchError) as error:
             _warn(f"{path.name}: {error}")

@@ -1,5 +1,6 @@
 """A process of our own command line that serves the one that started it."""
 
+import signal
 import subprocess
 import sys
 from collections.abc import Sequence
@@ -59,9 +60,17 @@ class Child:
             raise BackendError(f"the {name}'s server did not start: {line.strip() or 'no word'}")
 
     def close(self) -> str:
-        """Wait for its end, which its one session brings, or end it; returns its last words."""
+        """Wait for its end, which its one session brings, or end it; returns its last words.
+
+        One that had none says how it ended.
+        """
         try:
-            return self._process.communicate(timeout=STOP_S)[0]
+            words = self._process.communicate(timeout=STOP_S)[0]
         except subprocess.TimeoutExpired:
             self._process.kill()
-            return self._process.communicate()[0]
+            words = self._process.communicate()[0]
+        return words.strip() or self._ending()
+
+    def _ending(self) -> str:
+        code = self._process.returncode
+        return f"exit code {code}" if code >= 0 else f"killed by {signal.Signals(-code).name}"

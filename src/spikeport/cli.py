@@ -22,6 +22,7 @@ from spikeport.commands.options import (
     ImageFile,
     Link,
     NoCache,
+    OffloadOption,
     PassesOption,
     RobotLink,
     RunOptions,
@@ -51,7 +52,7 @@ class CommandGroup(typer.core.TyperGroup):
 
 app = typer.Typer(
     cls=CommandGroup,
-    help="Nengo networks on Loihi-style neuromorphic chips, in closed loop with a robot.",
+    help="Put Nengo networks on neuromorphic chips like Loihi, in closed loop with a robot.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
 )
@@ -64,25 +65,25 @@ RateHz = Annotated[
     typer.Option(
         "--rate-hz",
         metavar="[NAME=]RATE",
-        help="Reckon energy and time at firing rates: of all, of an ensemble or of `host`.",
+        help="Estimate energy and time at firing rates: of all neurons, an ensemble, or `host`.",
     ),
 ]
 PrintAfter = Annotated[
-    str | None, typer.Option(metavar="PASS", help="Print what a pass, or each of `all`, leaves.")
+    str | None, typer.Option(metavar="PASS", help="Print the result of a pass; `all` for each.")
 ]
 BuildTimeout = Annotated[
     float | None,
     typer.Option(
-        metavar="SECONDS", min=0.001, max=10**6, help="End the building of the network then."
+        metavar="SECONDS", min=0.001, max=10**6, help="End if building the network takes longer."
     ),
 ]
 GraphStep = Annotated[
     float | None, typer.Option(metavar="SECONDS", help="Time step of a NIR graph.")
 ]
 ExperimentName = Annotated[str, typer.Argument(help="The experiment, e.g. reach.")]
-ImageFolder = Annotated[Path | None, written("Folder to write image and report to.")]
-ReportFile = Annotated[Path | None, written("File to write the report to.")]
-ReportPage = Annotated[Path | None, written("File of the report as a page, for a browser.")]
+ImageFolder = Annotated[Path | None, written("Write image and report to this folder.")]
+ReportFile = Annotated[Path | None, written("Write the report to this file, as JSON.")]
+ReportPage = Annotated[Path | None, written("Write the report to this file, as a web page.")]
 
 
 def explained(rule: str | None) -> None:
@@ -116,26 +117,31 @@ def compile_command(
     spikes: Annotated[
         str | None,
         typer.Option(
-            metavar="FILE.npz", help="Measure a NIR graph with these, or with `random` spikes."
+            metavar="FILE.npz", help="Measure a NIR graph with these spikes, or with `random` ones."
         ),
     ] = None,
     out: ImageFolder = None,
     json: ReportFile = None,
     html: ReportPage = None,
     passes: PassesOption = None,
-    offload: Annotated[
-        bool, typer.Option("--offload", help="Move what breaks a rule to the host, and say what.")
-    ] = False,
+    offload: OffloadOption = False,
     print_after: PrintAfter = None,
     rate_hz: RateHz = None,
     loss: Annotated[
-        float | None, typer.Option(metavar="SECONDS", help="Run, and say what rounding costs.")
+        float | None,
+        typer.Option(metavar="SECONDS", help="Run the network, and measure what rounding costs."),
     ] = None,
-    max_cores: Annotated[int | None, typer.Option(help="Exit with 1 above this.")] = None,
-    max_power: Annotated[float | None, typer.Option(metavar="W", help="The same of power.")] = None,
-    max_step_us: Annotated[float | None, typer.Option(help="The same of a step's time.")] = None,
+    max_cores: Annotated[
+        int | None, typer.Option(help="Exit with 1 if it takes more cores.")
+    ] = None,
+    max_power: Annotated[
+        float | None, typer.Option(metavar="W", help="Exit with 1 if it takes more power.")
+    ] = None,
+    max_step_us: Annotated[
+        float | None, typer.Option(help="Exit with 1 if a step takes longer.")
+    ] = None,
     cores: Annotated[
-        bool, typer.Option("--cores", help="Print the tables of all cores and modules.")
+        bool, typer.Option("--cores", help="Print tables of all cores and modules.")
     ] = False,
     build_timeout: BuildTimeout = None,
     no_cache: NoCache = False,
@@ -146,7 +152,7 @@ def compile_command(
         ),
     ] = None,
 ) -> None:
-    """Compile a network: say whether it fits, what it costs and what it loses."""
+    """Compile a network, and print whether it fits, its costs and its losses."""
     from spikeport.commands.compile import CompileRequest, run
     from spikeport.commands.destinations import Destinations
     from spikeport.compile.report.budget import Budget
@@ -180,26 +186,27 @@ def simulate_command(
     ] = "native",
     chip: ChipOption = "loihi",
     passes: PassesOption = None,
+    offload: OffloadOption = False,
     *,
-    seconds: Annotated[float, typer.Option(help="Simulated time.")] = 1.0,
+    seconds: Annotated[float, typer.Option(help="Simulated time, in s.")] = 1.0,
     seed: SeedOption = 0,
     settings: SettingsOption,
     dt: GraphStep = None,
     spikes: Annotated[
         str | None,
-        typer.Option(metavar="FILE.npz", help="Input of a NIR graph, or `random` spikes."),
+        typer.Option(metavar="FILE.npz", help="Spikes for a NIR graph, or `random` ones."),
     ] = None,
     beside_float: Annotated[
-        bool, typer.Option("--float/--no-float", help="Run it in float Nengo beside.")
+        bool, typer.Option("--float/--no-float", help="Run it in ordinary Nengo, too, and compare.")
     ] = True,
-    out: Annotated[Path | None, written("Folder of the run.")] = None,
-    overwrite: Annotated[bool, typer.Option(help="Replace an earlier run in --out.")] = False,
+    out: Annotated[Path | None, written("Folder of the run; by default one in runs/.")] = None,
+    overwrite: Annotated[bool, typer.Option(help="Replace an earlier run in this folder.")] = False,
     counts: CountsOption = False,
     build_timeout: BuildTimeout = None,
     link: Link,
     tls: Tls,
 ) -> None:
-    """Simulate a network on a chip, with a picture of every probe beside float Nengo."""
+    """Simulate a network on a chip, and compare every probe with ordinary Nengo."""
     from spikeport.commands.links import link_options
     from spikeport.commands.simulate import SimulateRequest, simulate
 
@@ -207,6 +214,7 @@ def simulate_command(
         SimulateRequest(
             network=model,
             target=Target(backend=backend, chip=chip, passes=passes),
+            offload=offload,
             seconds=seconds,
             seed=seed,
             settings=settings,
@@ -234,27 +242,30 @@ def show_command(
 
 @app.command("view")
 def view_command(
-    folder: Annotated[Path, typer.Argument(help="The folder of a finished run.")],
-    out: Annotated[Path | None, written("File of the page; by default view.html there.")] = None,
+    folder: Annotated[Path, typer.Argument(help="The folder of a run.")],
+    out: Annotated[
+        Path | None, written("Write the page to this file; by default view.html in the folder.")
+    ] = None,
+    live: Annotated[bool, typer.Option("--live", help="Follow a run while it goes on.")] = False,
 ) -> None:
-    """Make a page of a run: it plays robot, spikes, gates and errors in a browser."""
+    """Make a web page of a run, which plays robot, spikes, gates and errors."""
     from spikeport.commands.view import run
 
-    run(folder, out)
+    run(folder, out, live)
 
 
 @app.command("step")
 def step_command(
     image: ImageFile,
     steps: Annotated[int, typer.Option(help="Number of steps.", min=1, max=10**9)],
-    out: Annotated[Path, written("npz to write outputs and activity to.")],
+    out: Annotated[Path, written("Write outputs and activity to this npz file.")],
     spikes: Annotated[
         Path | None,
-        typer.Option(help="npz of input spikes, with arrays `steps` and `sources`."),
+        typer.Option(help="Read spikes from this npz file, with arrays `steps` and `sources`."),
     ] = None,
     seed: SeedOption = 0,
 ) -> None:
-    """Step a chip image on the native backend, without the network it was made of."""
+    """Step a chip image on the native backend, without its network."""
     from spikeport.commands.step import run
 
     run(image, spikes=spikes, n_steps=steps, out=out, seed=seed)
@@ -263,9 +274,9 @@ def step_command(
 @app.command("export")
 def export_command(
     image: ImageFile,
-    nir: Annotated[Path, written("NIR graph to write.")],
+    nir: Annotated[Path, written("Write a NIR graph to this file.")],
 ) -> None:
-    """Export a chip image to another form: as a NIR graph, in the chip's integers."""
+    """Export a chip image as a NIR graph, in the chip's integers."""
     from spikeport.commands.export import run
 
     run(image, nir)
@@ -274,19 +285,26 @@ def export_command(
 @app.command("convert")
 def convert_command(
     file: Annotated[
-        Path, typer.Argument(help="npz of ours, TorchScript, checkpoint of rsl-rl, or ONNX.")
+        Path,
+        typer.Argument(
+            help="A policy: npz of `train`, TorchScript, checkpoint of rsl-rl, or ONNX."
+        ),
     ],
     description: Annotated[
-        Path | None, typer.Option(help="Isaac Lab's env.yaml of a foreign walking policy.")
+        Path | None, typer.Option(help="Isaac Lab's env.yaml, for a walking policy from elsewhere.")
     ] = None,
     observations: Annotated[
-        Path | None, typer.Option(help="npz with an array (n, inputs): what it will see.")
+        Path | None, typer.Option(help="npz file with typical observations, an array (n, inputs).")
     ] = None,
     activation: Annotated[
-        str, typer.Option(help="Activation of a checkpoint, which does not name its own.")
+        str, typer.Option(help="Activation of a checkpoint, which does not contain it.")
     ] = "elu",
-    neurons: Annotated[int, typer.Option("--neurons", "-n", help="Neurons of a unit.")] = 20,
-    tau_fwd: Annotated[float, typer.Option(help="Filter between layers, in s.")] = 0.002,
+    neurons: Annotated[
+        int, typer.Option("--neurons", "-n", help="Number of neurons for each unit.")
+    ] = 20,
+    tau_fwd: Annotated[
+        float, typer.Option(help="Time constant of the filter between layers, in s.")
+    ] = 0.002,
     chip: ChipOption = "loihi",
     passes: Annotated[str, typer.Option("--passes", "-p", help="See `passes`.")] = "compact",
     seed: SeedOption = 0,
@@ -294,7 +312,7 @@ def convert_command(
     json: ReportFile = None,
     html: ReportPage = None,
 ) -> None:
-    """Convert a perceptron into spikes: what it takes on the chip, and the error of each layer."""
+    """Convert a perceptron into a spiking network, and print the error of each layer."""
     from spikeport.commands.convert import ConvertRequest, run
     from spikeport.commands.destinations import Destinations
 
@@ -317,10 +335,10 @@ def convert_command(
 @app.command("diff")
 def diff_command(
     a: Annotated[Path, typer.Argument(help="A report, or the folder of a compile or run.")],
-    b: Annotated[Path, typer.Argument(help="Another.")],
+    b: Annotated[Path, typer.Argument(help="Another one.")],
     html: ReportPage = None,
 ) -> None:
-    """Compare two compiles or runs: exits with 1 if any figure differs, else 0."""
+    """Compare two compiles or runs; exit with 1 if a figure differs."""
     from spikeport.commands.diff import run
 
     raise typer.Exit(run(a, b, html))
@@ -336,7 +354,7 @@ def run_command(
     tls: Tls,
     robot_link: RobotLink,
 ) -> None:
-    """Run an experiment of the paper in closed loop, and write its folder."""
+    """Run an experiment of the paper in closed loop with the robot."""
     from spikeport.commands.links import link_options, robot_options
     from spikeport.commands.run import RunRequest, run
 
@@ -356,12 +374,14 @@ def run_command(
 def calibrate_command(
     experiment: ExperimentName,
     *,
-    out: Annotated[Path, written("File to write, for `run --set calibrated=FILE`.")],
+    out: Annotated[
+        Path, written("Write the calibration to this file, for `run --set calibrated=FILE`.")
+    ],
     target: Target,
     seconds: SecondsOption = None,
     settings: SettingsOption,
 ) -> None:
-    """Refit an experiment's decoders to what its neurons do on a backend, and write them."""
+    """Calibrate an experiment: refit its decoders to its neurons on a backend."""
     from spikeport.commands.calibrate import CalibrateRequest, run
 
     run(
@@ -374,17 +394,32 @@ def calibrate_command(
 @app.command("train")
 def train_command(
     policy: Annotated[str, typer.Argument(help="The policy to train: walk.")],
-    out: Annotated[Path, written("Folder of the run; one that is there goes on.")] = Path(
+    out: Annotated[Path, written("Folder of the run; an earlier run in it is resumed.")] = Path(
         "runs/train-walk"
     ),
     seed: SeedOption = 0,
-    steps: Annotated[int, typer.Option(help="Control steps of all robots.", min=1)] = 23_300_000,
-    threads: Annotated[int | None, typer.Option(help="Threads; all cores.", min=1)] = None,
+    steps: Annotated[
+        int, typer.Option(help="Number of control steps, over all robots.", min=1)
+    ] = 23_300_000,
+    threads: Annotated[
+        int | None, typer.Option(help="Number of threads; by default all cores.", min=1)
+    ] = None,
+    no_hidden_noise: Annotated[
+        bool,
+        typer.Option("--no-hidden-noise", help="Train without the noise that stands for spikes."),
+    ] = False,
 ) -> None:
-    """Train a policy from scratch; a run that was interrupted goes on where it was."""
+    """Train a policy from scratch, or resume an interrupted run."""
     from spikeport.commands.train import run
 
-    run(policy, out=out, seed=seed, steps=steps, threads=threads)
+    run(
+        policy,
+        out=out,
+        seed=seed,
+        steps=steps,
+        threads=threads,
+        hidden_noise=not no_hidden_noise,
+    )
 
 
 @app.command("figure")
@@ -393,7 +428,7 @@ def figure_command(
     figure: Annotated[
         str,
         typer.Argument(
-            help="The paper's number, or a name: 1 teaser, 3 reach, 4 draw, 5a walk, "
+            help="The paper's number, or a name: 1 teaser, 2 overview, 3 reach, 4 draw, 5a walk, "
             "5b walk-sweep, 5c walk-silenced, 6 basal-ganglia."
         ),
     ],
@@ -401,7 +436,7 @@ def figure_command(
     options: RunOptions,
     workers: Workers,
 ) -> None:
-    """Make a figure of the paper: a run or a sweep with its settings, and its folder."""
+    """Make a figure of the paper: do the run or the sweep that it shows."""
     from spikeport.commands.figure import FigureRequest, make
 
     request = FigureRequest(figure=figure, target=target, options=options, workers=workers)
@@ -415,20 +450,24 @@ def sweep_command(
     *,
     vary: Annotated[
         list[str] | None,
-        typer.Option(metavar="KEY=VALUE,...", help="Values of a setting or `backend`; repeatable."),
+        typer.Option(
+            metavar="KEY=VALUE,...", help="Values of a setting, or of `backend`; repeatable."
+        ),
     ] = None,
     seeds: Annotated[
-        int, typer.Option(help="Number of seeds, from 0 on.", min=1, max=MOST_POINTS)
+        int, typer.Option(help="Number of seeds, starting at 0.", min=1, max=MOST_POINTS)
     ] = 1,
     target: Target,
     seconds: SecondsOption = None,
     settings: SettingsOption,
-    probes: Annotated[bool, typer.Option("--probes", help="Keep the time series too.")] = False,
-    out: Annotated[Path | None, written("Folder; a sweep that is there goes on.")] = None,
+    probes: Annotated[bool, typer.Option("--probes", help="Keep the time series, too.")] = False,
+    out: Annotated[
+        Path | None, written("Folder of the sweep; an earlier sweep in it is resumed.")
+    ] = None,
     no_cache: NoCache = False,
     workers: Workers,
 ) -> None:
-    """Run an experiment at many settings, each from several seeds; resumes where it was."""
+    """Run an experiment with many settings and seeds, or resume such a sweep."""
     from spikeport.commands.sweep import SweepRequest, run
 
     request = SweepRequest(
@@ -453,21 +492,24 @@ def evaluate_command(
     row: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="KEY=VALUE,...", help="Perturbation of a row, for the table's own; repeatable."
+            metavar="KEY=VALUE,...",
+            help="Perturbations for a row, not the default table; repeatable.",
         ),
     ] = None,
     episodes: Annotated[
-        int, typer.Option(help="Episodes of each row.", min=1, max=MOST_POINTS)
+        int, typer.Option(help="Number of episodes for each row.", min=1, max=MOST_POINTS)
     ] = 20,
     seed: SeedOption = 0,
     target: Target,
     seconds: SecondsOption = None,
     settings: SettingsOption,
-    out: Annotated[Path | None, written("Folder; an evaluation that is there goes on.")] = None,
+    out: Annotated[
+        Path | None, written("Folder of the evaluation; an earlier one in it is resumed.")
+    ] = None,
     no_cache: NoCache = False,
     workers: Workers,
 ) -> None:
-    """Evaluate how robust a policy is: falls, tracking, margins and gait under perturbations."""
+    """Evaluate the robustness of a policy: falls, tracking, margins, gait."""
     from spikeport.commands.evaluate import EvaluateRequest, run
 
     request = EvaluateRequest(
@@ -488,7 +530,7 @@ def evaluate_command(
 def cache_command(
     clear: Annotated[bool, typer.Option("--clear", help="Remove all of it.")] = False,
 ) -> None:
-    """Show what is kept from run to run: calibrations and rehearsals."""
+    """List what is kept for later runs: compiles, calibrations, rehearsals."""
     from spikeport.commands.cache import run
 
     run(clear)
@@ -500,7 +542,7 @@ app.add_typer(robot_app, name="robot", no_args_is_help=True)
 
 @app.command()
 def chips() -> None:
-    """List the chips, with their limits and where each figure comes from."""
+    """List the chips, with the source of every figure."""
     from spikeport.commands.lists import print_chips
 
     print_chips()
@@ -508,7 +550,7 @@ def chips() -> None:
 
 @app.command()
 def passes() -> None:
-    """List the passes of a compile, their options and the chips' pipelines."""
+    """List the passes of the compiler, with their options."""
     from spikeport.commands.passes import print_passes
 
     print_passes()
@@ -524,7 +566,7 @@ def backends() -> None:
 
 @app.command()
 def doctor() -> None:
-    """Check what is installed, and say how to get what is missing."""
+    """List what is installed, and how to install what is missing."""
     from spikeport.commands.doctor import run
 
     raise typer.Exit(run())

@@ -7,21 +7,23 @@ import typer
 
 from spikeport.commands.options import (
     BoardService,
+    DomainOption,
     ImageFile,
+    InterfaceOption,
     RobotService,
     SeedOption,
     Tls,
     with_options,
 )
 
-board_app = typer.Typer(help="Boards at the end of a link, and records of them.")
-robot_app = typer.Typer(help="Robots behind Unitree's interface.")
+board_app = typer.Typer(help="Serve, check and inspect boards at the end of a link.")
+robot_app = typer.Typer(help="Serve a robot behind Unitree's interface.")
 
 
 @board_app.command("serve")
 @with_options
 def board_serve_command(service: BoardService, tls: Tls) -> None:
-    """Be a board: take images from a host and step them, until ended."""
+    """Serve a board: receive images from a host and step them."""
     from spikeport.commands.board import serve
 
     serve(service, tls)
@@ -31,10 +33,12 @@ def board_serve_command(service: BoardService, tls: Tls) -> None:
 def board_check_command(
     image: ImageFile,
     *,
-    steps: Annotated[int, typer.Option(help="Steps to compare.", min=1, max=1_000_000)] = 200,
+    steps: Annotated[
+        int, typer.Option(help="Number of steps to compare.", min=1, max=1_000_000)
+    ] = 200,
     seed: SeedOption = 0,
 ) -> None:
-    """Compare what would be written to a real chip with the image; exit with 1 if it differs."""
+    """Check the registers of a real chip against the image; exit with 1 if they differ."""
     from spikeport.commands.board_check import run
 
     raise typer.Exit(run(image, n_steps=steps, seed=seed))
@@ -63,7 +67,7 @@ def board_write_command(
 def board_inspect_command(
     record: Annotated[Path, typer.Argument(help="A file that `run --record` wrote.")],
 ) -> None:
-    """Print what a record of a board's session holds."""
+    """Print the content of a recorded session."""
     from spikeport.commands.board import inspect
 
     inspect(record)
@@ -72,7 +76,20 @@ def board_inspect_command(
 @robot_app.command("serve")
 @with_options
 def robot_serve_command(service: RobotService) -> None:
-    """Be an H1 in simulation that speaks Unitree's DDS interface, until ended."""
+    """Serve a simulated H1 behind Unitree's DDS interface."""
     from spikeport.commands.robot import serve
 
     serve(service)
+
+
+@robot_app.command("listen")
+def robot_listen_command(
+    *,
+    interface: InterfaceOption = "lo",
+    domain: DomainOption = 1,
+    seconds: Annotated[float, typer.Option(help="Time to listen.", min=0.1, max=3600)] = 3.0,
+) -> None:
+    """Print what a robot publishes, and send it nothing; exit with 1 if it is not to be trusted."""
+    from spikeport.commands.robot import listen
+
+    listen(interface, domain, seconds)

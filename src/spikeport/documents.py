@@ -19,16 +19,25 @@ from spikeport.compile.report.schema import schema
 
 HEAD = """# Rules
 
-Every rule `spikeport compile` checks, with the id its messages carry. `spikeport compile --explain
-SP101` prints one of them. SP0xx to SP2xx are refused; SP3xx end a compile with exit code 1; SP4xx
-are hints; SP5xx are refused on this machine. Made from `compile/check/rules.toml` by `python -m
-spikeport.documents docs`."""
+These are the rules that `spikeport compile` checks. Messages contain the id of a rule, which
+`spikeport compile --explain SP101` explains.
+
+| ids | |
+|---|---|
+| SP0xx to SP2xx | the network is refused |
+| SP3xx | the network exceeds your own budget: exit code 1 |
+| SP4xx | a hint: the network compiles, but something is lost or left out |
+| SP5xx | the network is refused on this machine |
+
+This page is made from `compile/check/rules.toml` by `python -m spikeport.documents docs`."""
 
 
 COMMANDS_HEAD = """# Command line
 
-The commands, their arguments and options: the texts of `--help`. Exit codes: 0 done, 1 does not
-fit or failed, 2 wrong use. Made from the commands by `python -m spikeport.documents docs`."""
+This page lists all commands with their arguments and options, as `--help` does. Exit codes: 0 done,
+1 the network does not fit or something failed, 2 the command was used wrongly.
+
+This page is made from the commands by `python -m spikeport.documents docs`."""
 
 
 def rules() -> str:

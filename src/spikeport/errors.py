@@ -167,4 +167,5 @@ def unknown(kind: str, name: str, known: Iterable[str]) -> UsageError:
     known : iterable of str
         The names there are.
     """
-    return UsageError(f"unknown {kind} '{name}'; there is: {', '.join(sorted(known))}")
+    choices = ", ".join(sorted(known))
+    return UsageError(f"unknown {kind} '{printable(name)}'; choose from: {choices}")

@@ -12,6 +12,7 @@ from pydantic_core import ErrorDetails
 
 from spikeport.atomic import write_text
 from spikeport.errors import SpikeportError, UsageError, printable
+from spikeport.reading.archive import UnreadableError
 from spikeport.reading.mismatch import MismatchError, shown
 from spikeport.reading.text import parse_json, parse_toml, read_text
 
@@ -101,10 +102,8 @@ def write_json(path: Path, value: Any) -> None:
 def _read(path: Path, parse: Callable[[str], Any], kind: str, refusal: Refusal) -> Any:
     try:
         return parse(read_text(path))
-    except FileNotFoundError:
-        raise refusal(f"{path}: no such file") from None
-    except OSError as error:
-        raise refusal(f"{path}: cannot be read: {error.strerror}") from error
+    except UnreadableError as error:
+        raise refusal(str(error)) from None
     except (ValueError, MismatchError) as error:  # of either parser, or of bytes that are no text
         raise refusal(f"{path}: not {kind}: {printable(str(error))}") from error
     except RecursionError:

@@ -62,7 +62,10 @@ def find_network(
         return _built_in(spec, pairs, chip, passes)
     if spec.endswith(".nir"):
         return _graph(spec, pairs)
-    with watched(spec, timeout_s):
+    from spikeport.compile.loihi.numpy1 import numpy1_semantics_without_turns
+
+    # A script of nengo-loihi's users ends with a run on its simulator, which fails under NumPy 2.
+    with watched(spec, timeout_s), numpy1_semantics_without_turns():
         return _users(spec, pairs)
 
 

@@ -10,7 +10,7 @@ import nengo
 import numpy as np
 from nengo.dists import Choice, Distribution
 from nengo.neurons import NeuronType
-from nengo.params import NdarrayParam, NumberParam
+from nengo.params import IntParam, NdarrayParam
 
 from spikeport.constants import DT_S
 from spikeport.errors import UsageError
@@ -149,26 +149,43 @@ class LeakyIntegrator(Integrator):
 
 
 class SpikeSource(NeuronType):
-    """Neurons for the host, which spike in each step in which their input is above one half.
+    """Neurons for the host, which spike where their input is above one half.
 
     Parameters
     ----------
+    late : int
+        Steps from an input to its spike, up to 52.
     wait : int
-        Steps at the begin in which they do not.
+        Steps at the begin in which there is none.
+    n_steps : int, optional
+        Steps after these in which there may be spikes; by default, all.
     """
 
     negative = False
     spiking = True
-    state: ClassVar[dict[str, Distribution]] = {"elapsed": REST}
-    wait = NumberParam("wait", low=0)
+    state: ClassVar[dict[str, Distribution]] = {"elapsed": REST, "history": REST}
+    late = IntParam("late", low=0, high=52)
+    wait = IntParam("wait", low=0)
+    n_steps = IntParam("n_steps", low=1, optional=True)
 
-    def __init__(self, wait: int = 0) -> None:
+    def __init__(self, late: int = 0, wait: int = 0, n_steps: int | None = None) -> None:
         super().__init__()
-        self.wait = wait
+        self.late, self.wait, self.n_steps = late, wait, n_steps
 
-    def step(self, dt: float, J: np.ndarray, output: np.ndarray, elapsed: np.ndarray) -> None:
+    def step(
+        self,
+        dt: float,
+        J: np.ndarray,
+        output: np.ndarray,
+        elapsed: np.ndarray,
+        history: np.ndarray,
+    ) -> None:
         """Advance by a step."""
-        output[:] = ((J > 0.5) & (elapsed >= self.wait)) / dt
+        # The bits of a number: the lowest is this step's, the highest that of the spike.
+        history[:] = 2 * history % 2.0 ** (self.late + 1) + (J > 0.5)
+        end = np.inf if self.n_steps is None else self.wait + self.n_steps
+        open_now = (elapsed >= self.wait) & (elapsed < end)
+        output[:] = ((history >= 2.0**self.late) & open_now) / dt
         elapsed += 1
 
     def rates(self, x: np.ndarray, gain: np.ndarray, bias: np.ndarray) -> np.ndarray:
@@ -184,20 +201,6 @@ def chip_decays(
     current = np.clip(np.round(np.asarray(current_decay) * STEPS), 1, STEPS)
     voltage = np.clip(np.round(np.asarray(voltage_decay) * STEPS), 1, STEPS - 1)
     return current.astype(int), np.where(np.asarray(voltage_decay) == 0, 0, voltage).astype(int)
-
-
-def integrals(
-    current_decay: np.ndarray | float, voltage_decay: np.ndarray | float
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the ratios of the chip's decays to these, of current and voltage.
-
-    A spike's sum over all steps after it is smaller on the chip by these factors.
-    """
-    current, voltage = chip_decays(current_decay, voltage_decay)
-    wanted = np.asarray(voltage_decay, dtype=float)
-    none = wanted == 0
-    ratio = np.where(none, 1.0, voltage / STEPS / np.where(none, 1.0, wanted))
-    return current / STEPS / np.asarray(current_decay), ratio
 
 
 def _check(name: str, value: np.ndarray | float, low: float, high: float) -> None:

@@ -67,7 +67,5 @@ def refusing(path: Path) -> Iterator[None]:
     """Refuse the file at ``path`` for what does not match while it is read."""
     try:
         yield
-    except FileNotFoundError:
-        raise UsageError(f"{path}: no such file") from None
     except MismatchError as error:
         raise UsageError(f"NIR graph '{path}': {error}; {error.cure or CURE}") from error

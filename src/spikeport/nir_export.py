@@ -85,8 +85,10 @@ class _Exporter:
     def graph(self) -> Any:
         """Return the graph."""
         image, nir = self._image, self._nir
-        for number, size in enumerate(image.inputs.size):
-            self._nodes[f"input{number}"] = nir.Input(input_type={"input": np.array([int(size)])})
+        for number, entry in enumerate(image.manifest.inputs):
+            self._nodes[f"input{number}"] = nir.Input(
+                input_type={"input": np.array([entry.size])}, metadata={"label": entry.name}
+            )
         for block in range(image.n_blocks):
             self._nodes[f"block{block}"] = self._block(block)
         self._add_weights()

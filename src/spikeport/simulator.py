@@ -3,6 +3,7 @@
 import contextlib
 import functools
 import signal
+import sys
 import threading
 import warnings
 from collections.abc import Callable, Iterator, Mapping
@@ -255,7 +256,7 @@ class Simulator:
 
     def trange(self, sample_every: float | None = None) -> np.ndarray:
         """Return the times, in seconds, of the steps so far, or of those sampled every so often."""
-        if not (sample_every is None or (isinstance(sample_every, Real) and sample_every > 0)):
+        if not (sample_every is None or _is_time(sample_every)):
             raise ArgumentError("sample_every", sample_every, "None, or a time in seconds above 0")
         return self.dt * sampled(self.n_steps, sample_every, self.dt)
 
@@ -319,6 +320,10 @@ def interrupts_deferred() -> Iterator[Callable[[], None]]:
         yield check
     finally:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def _is_time(value: float) -> bool:
+    return isinstance(value, Real) and 0 < value <= sys.float_info.max
 
 
 def _check_seed(seed: int | None) -> None:

@@ -12,11 +12,15 @@ from pathlib import Path
 from types import ModuleType
 
 from spikeport.build_timer import OutOfTime
-from spikeport.errors import SpikeportError, UsageError, printable
+from spikeport.errors import NetworkError, SpikeportError, UsageError, printable
+from spikeport.reading.archive import open_file
+from spikeport.reading.mismatch import MismatchError
 from spikeport.reading.notebook import Cell, read_notebook
 
 FILES = (".py", ".ipynb")
 """The endings of files that hold code."""
+LONGEST = 2000
+"""Letters of an error of a user's code that are shown."""
 
 
 def imported(where: str) -> ModuleType:
@@ -42,8 +46,10 @@ def _module(name: str) -> ModuleType:
 
 
 def _file(path: Path) -> ModuleType:
-    if not path.is_file():
-        raise UsageError(f"{path}: no such file")
+    try:
+        open_file(path).close()
+    except MismatchError as error:
+        raise UsageError(f"{path}: {error}") from None
     spec = importlib.util.spec_from_file_location(f"spikeport_network_{path.stem}", path)
     assert spec is not None
     assert spec.loader is not None
@@ -91,9 +97,33 @@ def _named(what: str) -> Iterator[None]:
         raise UsageError(f"{what}: {in_words(error)}") from error
 
 
+@contextlib.contextmanager
+def contained(spec: str) -> Iterator[None]:
+    """Name code of a network that ends the process, in a block that compiles or runs it.
+
+    Functions of its nodes and connections are called there: one that calls ``sys.exit(0)`` must not
+    look like success.
+
+    Raises
+    ------
+    NetworkError
+        Such code ends the process, raises what is no `Exception`, or has made errors of warnings.
+    """
+    try:
+        yield
+    except Warning as warning:
+        raise NetworkError(f"{spec}: its code makes an error of a warning: {warning}") from warning
+    except (Exception, KeyboardInterrupt, OutOfTime):
+        raise
+    except BaseException as error:
+        raise NetworkError(f"{spec}: its code raised {in_words(error)}") from error
+
+
 def in_words(error: BaseException) -> str:
     """Return type and text of an error of a user's code, which may fail to make the text."""
     try:
-        return f"{type(error).__name__}: {error}"
+        text = str(error)
     except BaseException:
         return f"{type(error).__name__}, which has no text"
+    more = "..." if len(text) > LONGEST else ""
+    return f"{type(error).__name__}: {text[:LONGEST]}{more}"

@@ -10,7 +10,7 @@ def test_an_unknown_backend_is_refused_with_those_there_are() -> None:
     known = ", ".join(sorted(registry.BACKENDS))
     with pytest.raises(UsageError) as raised:
         registry.get("abacus")
-    assert str(raised.value) == f"unknown backend 'abacus'; there is: {known}"
+    assert str(raised.value) == f"unknown backend 'abacus'; choose from: {known}"
     assert {"nengo-loihi", "reference"} <= set(registry.BACKENDS)
 
 

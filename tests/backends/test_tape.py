@@ -5,20 +5,24 @@ from collections.abc import Callable
 import nengo
 import nengo.builder
 import numpy as np
+import pytest
 from nengo.builder.neurons import SimNeurons
+from nengo.exceptions import SimulationError
 
-from spikeport.backends.tape import Flattener, PooledSignals
+from spikeport.backends import tape_kernel as kernel
+from spikeport.backends.python_steps import product_step
+from spikeport.backends.tape import Flattener, Operation, PooledSignals, Tape
+from spikeport.node_functions import Affine, Held, Skippable
 
-Functions = list[Callable[[], None]]
+Step = Callable[[], None]
 
 
-def simulators(network: nengo.Network) -> tuple[nengo.Simulator, nengo.Simulator, Functions]:
-    """Nengo's simulator, one of the same signals in a pool, and the functions of its step."""
+def simulators(network: nengo.Network) -> tuple[nengo.Simulator, nengo.Simulator, Step]:
+    """Nengo's simulator, one of the same signals in a pool, and the function of its step."""
     model = nengo.builder.Model()
     model.build(network)
     theirs, ours = (nengo.Simulator(None, model=model, progress_bar=False) for _ in range(2))
-    functions = Flattener(ours, PooledSignals(ours.model), {}).functions()
-    return theirs, ours, functions
+    return theirs, ours, Flattener(ours, PooledSignals(ours.model), {}).step()
 
 
 def chain() -> nengo.Network:
@@ -35,23 +39,105 @@ def chain() -> nengo.Network:
 
 
 def test_every_signal_is_nengos_bit_for_bit() -> None:
-    theirs, ours, functions = simulators(chain())
+    theirs, ours, step = simulators(chain())
     with theirs, ours:
         for _ in range(100):
             theirs.step()
-            for function in functions:
-                function()
+            step()
             for signal, array in theirs.signals.items():
-                np.testing.assert_array_equal(ours.signals[signal], array, err_msg=str(signal))
+                if signal is not theirs.model.step:  # the tape has a count of its own
+                    np.testing.assert_array_equal(ours.signals[signal], array, err_msg=str(signal))
         (spikes,) = (op.output for op in ours._step_order if type(op) is SimNeurons)
         assert ours.signals[spikes].any()
 
 
-def test_simple_operators_between_others_run_as_one_function() -> None:
-    theirs, ours, functions = simulators(chain())
+class EveryFifth(Skippable):
+    """A plant with steps of 5 ms: it counts them, and what it was last commanded."""
+
+    def __init__(self) -> None:
+        self.step, self.called, self.value = 0, 0, np.zeros(2)
+
+    def __call__(self, _t: float, values: np.ndarray) -> np.ndarray:
+        self.called += 1
+        self.step += 1
+        if self.step % 5 == 0:
+            self.value = np.array([self.step, values[0]])
+        return self.value
+
+    def skip(self) -> int:
+        skipped = 4 - self.step % 5
+        self.step += skipped
+        return skipped
+
+
+def test_functions_that_need_no_call_are_not_called_and_have_nengos_values() -> None:
+    plant, by_nengo = EveryFifth(), EveryFifth()
+    with nengo.Network(seed=2) as network:
+        source = nengo.Node(lambda t: [np.sin(300 * t)], label="source")
+        node = nengo.Node(plant, size_in=1, size_out=2, label="plant")
+        held = nengo.Node(Held(np.square), size_in=2, size_out=2, label="held")
+        product = nengo.Node(size_in=3, label="product")
+        closed = nengo.Node(Affine(-1.0, 1.0), size_in=3, label="affine")
+        nengo.Connection(source, node, synapse=None)
+        nengo.Connection(node, held, synapse=None)
+        nengo.Connection(held, product, synapse=None, transform=[[1, 2], [0.1, 0.3], [-1, 0.7]])
+        nengo.Connection(product, closed, synapse=None)
+    _, ours, step = simulators(network)
+    plant.step = plant.called = 0  # Nengo tried it when the node was made
+    with ours:
+        for n in range(1, 23):
+            node_value = by_nengo(0.0, np.array([np.sin(300 * n * 0.001)]))
+            step()
+            squared = node_value**2
+            weighed = np.dot(np.array([[1, 2], [0.1, 0.3], [-1, 0.7]]), squared)
+            for value, name in ((node_value, node), (squared, held), (1 - weighed, closed)):
+                found = ours.signals[ours.model.sig[name]["out"]]
+                np.testing.assert_array_equal(found, value, err_msg=str(name))
+    assert plant.called == 1 + 22 // 5
+
+
+@pytest.mark.parametrize("changed", [0.0, np.nan])
+def test_a_product_is_made_anew_where_a_bit_of_its_vector_changes(changed: float) -> None:
+    matrix, memory = np.array([[1.0, 2.0]]), np.array([-0.0, 1.0, 0.0])
+    tape = Tape(memory)
+    products: list[int] = []
+
+    def make(kept: np.ndarray) -> Step:
+        add = product_step(matrix, memory[:2], memory[2:], kept[3:])
+        return lambda: (products.append(1), add())[1]
+
+    tape.add(Operation(([kernel.PRODUCT, 1, 2, 1, 0, 1, 0, 2], [0.0, 0.0]), np.zeros(4), make))
+    run = tape.finish()
+    for _ in range(3):
+        run()
+    assert (memory[2], len(products)) == (6.0, 1)
+    memory[0] = changed
+    for _ in range(3):
+        run()
+    assert len(products) == 2
+
+
+def test_an_affine_value_that_is_not_finite_is_refused_in_nengos_words() -> None:
+    with nengo.Network(seed=2) as network:
+        node = nengo.Node(Affine(-10.0, 0.5), size_in=1, label="gates")
+        nengo.Connection(nengo.Node([1e308]), node, synapse=None)
+    theirs, ours, step = simulators(network)
     with theirs, ours:
-        # not simple: the clock, the user's function, the encoders and the gains of a part
-        assert len(functions) <= 4 + 5 < len(ours._step_order)
+        with pytest.raises(SimulationError) as expected:
+            theirs.step()
+        with pytest.raises(SimulationError) as raised:
+            step()
+    assert str(raised.value) == str(expected.value)
+
+
+def test_the_tape_stops_for_what_is_not_simple_alone() -> None:
+    theirs, ours, _ = simulators(chain())
+    with theirs, ours:
+        flattener = Flattener(ours, PooledSignals(ours.model), {})
+        found = [flattener._compile(op) for op in ours._step_order]
+    kinds = [None if one is None else one.row[0][0] for one in found]
+    assert kinds.count(kernel.CALL) == 1  # the user's function
+    assert kinds.count(None) <= 2 < len(kinds) // 4  # the gains of a part
 
 
 def test_signals_of_the_pool_lie_in_one_array() -> None:

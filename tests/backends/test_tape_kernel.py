@@ -15,7 +15,7 @@ def after(
     """Return the array after one operation: n, target, stride, source, stride, table, state."""
     memory = np.array(MEMORY)
     code = np.array([[what, *row]], dtype=np.int64)
-    run_tape(memory, code, np.array([[a, b]]), np.array(tables, dtype=float))
+    run_tape(memory, code, np.array([[a, b]]), np.array(tables, dtype=float), 0)
     return memory.tolist()
 
 
@@ -41,6 +41,15 @@ def after(
         (after(kernel.LOWPASS_ADD, 1, 5, 1, 1, 1, 0, 3, a=0.1, b=2.0), [1, 2, -3, 5, 20, 35]),
         # voltage 10 + 2 * 0.25 = 10.5: ten spikes of 100 each
         (after(kernel.RELU, 1, 5, 1, 1, 1, 0, 3, a=100.0, b=0.25), [1, 2, -3, 0.5, 20, 1000]),
+        # 3 - 2 x
+        (after(kernel.AFFINE, 2, 4, 1, 1, 1, 0, 0, a=-2.0, b=3.0), [1, 2, -3, 10, -1, 9]),
+        # the third step of 0.5 s
+        (after(kernel.CLOCK, 1, 5, 1, 5, 1, 0, 0, a=0.5, tables=(2,)), [1, 2, -3, 10, 20, 1.5]),
+        # the product that is kept for the input (2, -3)
+        (
+            after(kernel.PRODUCT, 1, 5, 1, 1, 1, 0, 2, tables=(1, 2, -3, 7)),
+            [1, 2, -3, 10, 20, 37],
+        ),
         # a negative input adds nothing
         (after(kernel.RELU, 1, 5, 1, 2, 1, 0, 0, a=100.0, b=0.25), [0, 2, -3, 10, 20, 100]),
     ],
@@ -53,5 +62,31 @@ def test_operations_run_in_turn() -> None:
     memory = np.array([1.0, 0.0, 0.0])
     copy = [kernel.COPY, 1, 1, 1, 0, 1, 0, 0]
     add = [kernel.ADD, 1, 2, 1, 1, 1, 0, 0]
-    run_tape(memory, np.array([copy, add, add]), np.zeros((3, 2)), np.zeros(0))
+    run_tape(memory, np.array([copy, add, add]), np.zeros((3, 2)), np.zeros(0), 0)
     assert memory.tolist() == [1, 1, 2]
+
+
+@pytest.mark.parametrize(
+    ("row", "tables", "stops"),
+    [
+        ([kernel.CALL, 0, 0, 0, 0, 0, 0, 0], [], [True, True]),
+        ([kernel.WAIT, 0, 0, 0, 0, 0, 0, 0], [1.0], [False, True]),
+        ([kernel.HELD, 2, 0, 1, 0, 1, 0, 0], [0.0, 1.0, 2.0], [True, False]),
+        ([kernel.HELD, 2, 0, 1, 0, 1, 0, 0], [1.0, 1.0, 2.0], [False, False]),
+        ([kernel.PRODUCT, 1, 5, 1, 0, 1, 0, 2], [1.0, 1.0, 2.5, 0.0], [True, False]),
+    ],
+)
+def test_a_tape_stops_where_python_is_needed(
+    row: list[int], tables: list[float], stops: list[bool]
+) -> None:
+    memory, kept, end = np.array(MEMORY), np.array(tables), [kernel.FILL, 1, 5, 1, 5, 1, 0, 0]
+    code, scalars = np.array([row, end]), np.zeros((2, 2))
+    found = [run_tape(memory, code, scalars, kept, 0) for _ in stops]
+    assert found == [0 if one else 2 for one in stops]
+
+
+def test_a_tape_goes_on_behind_a_stop() -> None:
+    memory, call = np.array(MEMORY), [kernel.CALL, 0, 0, 0, 0, 0, 0, 0]
+    code = np.array([call, [kernel.FILL, 1, 5, 1, 5, 1, 0, 0]])
+    assert run_tape(memory, code, np.full((2, 2), 4.0), np.zeros(0), 1) == 2
+    assert memory.tolist() == [*MEMORY[:5], 4.0]

@@ -14,7 +14,7 @@ def test_an_experiment_has_the_name_it_is_found_by(name):
 def test_an_unknown_name_lists_those_there_are():
     with pytest.raises(UsageError) as caught:
         registry.get("dance")
-    assert str(caught.value) == "unknown experiment 'dance'; there is: draw, reach, switch, walk"
+    assert str(caught.value) == "unknown experiment 'dance'; choose from: draw, reach, switch, walk"
 
 
 @pytest.mark.parametrize("name", ["model.py", "model.ipynb", "model.py:make", "package:make"])

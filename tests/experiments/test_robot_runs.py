@@ -117,7 +117,7 @@ def test_a_robot_that_is_lost_leaves_its_last_states(
 
 
 def test_figures_say_how_the_robot_was() -> None:
-    truth = {"name": "truth", "velocity_error_m_s": None}
+    truth = {"name": "truth", "velocity_error_m_s": None, "place_deviation_m": 0.0}
     figures = {"states": 4000, "held": 3, "damaged": 0, "overruns": 12, "estimator": truth}
     assert robot_line(figures) == ("robot: 4,000 states, 3 held, 12 began late; estimator truth")
     itself, trips = {"motion": "19d239d19b9d"}, {"median": 501.7, "p99": None, "worst": 1.0}
@@ -126,6 +126,10 @@ def test_figures_say_how_the_robot_was() -> None:
     assert robot_line({**figures, **known}) == (
         "robot: 4,000 states, 3 held, 12 began late; round trip 502 us; motion 19d239d19b9d; "
         "estimator ekf, off by 0.010, 0.020, 0.030 m/s and 0.13 m"
+    )
+    alone = {"name": "ekf", "velocity_error_m_s": None, "place_deviation_m": 0.234}
+    assert robot_line({**figures, "estimator": alone}).endswith(
+        "estimator ekf, by itself off by 0.23 m"
     )
 
 

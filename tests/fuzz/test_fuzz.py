@@ -1,10 +1,11 @@
 """A few hundred spoilt files for each loader; `python -m tests.fuzz` goes on for hours."""
 
+import os
 import random
 
 import pytest
 
-from spikeport.errors import UsageError
+from spikeport.errors import SpikeportError, UsageError
 from tests.fuzz.fuzzing import Tally, fuzz, good_files
 from tests.fuzz.loaders import LOADERS, Loader
 from tests.fuzz.mutations import mutated
@@ -22,6 +23,26 @@ def test_spoilt_files_are_read_or_refused(name, tmp_path):
     assert tally.failures == []
     assert tally.tried == mutations
     assert tally.refused > mutations / 10
+
+
+MESSAGES = ("remote", "sport mode", "frames", "bodies", "answers")
+"""Loaders whose files stand for messages: the tests themselves read them."""
+
+
+@pytest.mark.parametrize(
+    "name", [name for name in LOADERS if not name.startswith(("robot messages", *MESSAGES))]
+)
+def test_what_is_no_file_is_refused(name, tmp_path):
+    loader = LOADERS[name]
+    good, *_ = good_files(loader, tmp_path / "good")
+    places = [tmp_path / f"{place}{good.suffix}" for place in ("none", "folder", "loop", "n" * 300)]
+    places[1].mkdir()
+    places[2].symlink_to(places[2])
+    os.mkfifo(pipe := tmp_path / f"pipe{good.suffix}")
+    for path in (*places, pipe, good / good.name):
+        with pytest.raises(SpikeportError) as caught:
+            loader.load(path)
+        assert path.name in str(caught.value)
 
 
 def test_what_is_neither_read_nor_refused_is_kept(tmp_path):

@@ -41,12 +41,12 @@ CORES = '[limits.cores]\nvalue = 128\nunit = "1"\nsource = "Davies 2018"\n'
         (
             CORES,
             CORES.replace("128", "0"),
-            "limits.cores: must be a whole number of at least 1, not 0",
+            "limits.cores: must be a whole number from 1 to 2^53, not 0",
         ),
         (
             CORES,
             CORES.replace("128", "1.5"),
-            "limits.cores: must be a whole number of at least 1, not 1.5",
+            "limits.cores: must be a whole number from 1 to 2^53, not 1.5",
         ),
         (
             CORES,
@@ -66,7 +66,7 @@ CORES = '[limits.cores]\nvalue = 128\nunit = "1"\nsource = "Davies 2018"\n'
             'value = 0.94\nunit = "W"',
             'value = 0.94\nunit = "watt"',
             "power.board_idle_w.unit: unknown unit 'watt'; "
-            "there is: 1, J, W, bit, mW, ms, nJ, ns, pJ, s, uW, us",
+            "choose from: 1, J, W, bit, mW, ms, nJ, ns, pJ, s, uW, us",
         ),
         ('value = 0.94\nunit = "W"', 'value = 940\nunit = "mW"\nlow = 950', None),
         ("schema = 1", "schema = 2", "schema: version 2 is not supported, only 1"),
@@ -165,13 +165,13 @@ def test_get_takes_a_path(tmp_path):
 def test_unknown_chip():
     with pytest.raises(UsageError) as caught:
         chips.get("lohi")
-    assert str(caught.value) == f"unknown chip 'lohi'; there is: {', '.join(chips.names())}"
+    assert str(caught.value) == f"unknown chip 'lohi'; choose from: {', '.join(chips.names())}"
 
 
 def test_unknown_calibration():
     with pytest.raises(UsageError) as caught:
         chips.get("loihi").calibration("spice")
-    assert str(caught.value) == "unknown calibration 'spice'; there is: davies2018, nahuku-fit"
+    assert str(caught.value) == "unknown calibration 'spice'; choose from: davies2018, nahuku-fit"
 
 
 def test_a_chip_cannot_be_changed():

@@ -101,10 +101,15 @@ def inhibited(synapse_s: float) -> None:
     nengo.Connection(a.neurons, b.neurons, transform=-np.eye(20) / 1000, synapse=synapse_s)
 
 
-def loop(synapse_s: float) -> None:
+def loop(synapse_s: float, gain: float = 1.0) -> None:
     a = nengo.Ensemble(20, 1)
     nengo.Connection(nengo.Node([1]), a)
-    nengo.Connection(a, a, synapse=synapse_s)
+    nengo.Connection(a, a, synapse=synapse_s, transform=gain)
+
+
+def probed(attribute: str | None) -> None:
+    a = nengo.Ensemble(20, 1)
+    nengo.Probe(a.neurons if attribute else a, attribute)
 
 
 def wired_pair() -> None:
@@ -151,7 +156,11 @@ CASES = [
         "SP410",
         "compile with `-p compact`",
         hinted(partial(loop, 0.1)),
-        (hinted(partial(loop, 0.1), "compact"), hinted(partial(loop, 0.005), "compact")),
+        (
+            hinted(partial(loop, 0.1), "compact"),
+            hinted(partial(loop, 0.005), "compact"),
+            hinted(partial(loop, 0.011), "decode_path{default=onoff}"),
+        ),
     ),
     Case(
         "SP411",
@@ -222,5 +231,17 @@ CASES = [
         "widen the ensemble's radius, or scale the input down",
         measured(driven),
         (measured(partial(driven, radius=4.0)), measured(partial(driven, by=0.8))),
+    ),
+    Case(
+        "SP413",
+        "lower the loop's gain, as by transform=0.9",
+        hinted(partial(loop, 0.1)),
+        (hinted(partial(loop, 0.1, gain=0.9)),),
+    ),
+    Case(
+        "SP414",
+        "probe spikes or decoded values",
+        lambda: hinted(partial(probed, "voltage"))() & hinted(partial(probed, "input"))(),
+        (hinted(partial(probed, "output")), hinted(partial(probed, None))),
     ),
 ]

@@ -1,6 +1,7 @@
 """A network of one's own, with a loopback and nothing else, for tests that open DDS.
 
-DDS listens on all interfaces; in a namespace nobody else is there to be heard.
+DDS listens on all interfaces; in a namespace nobody else is there to be heard. Processes have a
+namespace of their own, too: what a test that failed leaves behind ends with it.
 """
 
 import functools
@@ -11,7 +12,8 @@ from typing import Any
 
 import pytest
 
-ENTER = ("unshare", "-n", "sh", "-c", 'ip link set lo up && exec "$@"', "sh")
+OWN = ("unshare", "--net", "--pid", "--fork", "--kill-child", "--mount-proc")
+ENTER = (*OWN, "sh", "-c", 'ip link set lo up && "$@"', "sh")
 CALL = """
 import importlib, json, sys
 module, name, arguments = json.loads(sys.argv[1])

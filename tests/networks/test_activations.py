@@ -36,5 +36,5 @@ def test_large_pre_activations_give_finite_values(name):
 def test_an_unknown_name_lists_those_there_are():
     with pytest.raises(UsageError) as caught:
         activation("swish")
-    message = "unknown activation 'swish'; there is: elu, gelu, relu, silu, tanh"
+    message = "unknown activation 'swish'; choose from: elu, gelu, relu, silu, tanh"
     assert str(caught.value) == message

@@ -10,11 +10,11 @@ from spikeport.networks.solvers import PerDimension
 SMALL = ArmSizes(m1=40, cb=30, s1=10)
 
 
-def held(law, region, seed=0, sizes=None):
+def held(law, region, seed=0, sizes=None, **options):
     """A controller with one state after the other as input, and a function that feeds them."""
     shown = np.zeros(14)
     with nengo.Network(seed=seed) as net:
-        controller = arm(law, region, sizes, seed=seed)
+        controller = arm(law, region, sizes, seed=seed, **options)
         plant = nengo.Node(lambda _t: shown, size_out=14)
         nengo.Connection(plant[:11], controller.state, synapse=None)
         nengo.Connection(plant[11:], controller.target, synapse=None)
@@ -165,6 +165,33 @@ def test_each_m1_axis_has_a_probe_of_its_spikes(law, region):
 def test_one_neuron_of_each_kind_is_enough_to_build(law, region):
     net = arm(law, region, ArmSizes(m1=1, cb=1, s1=1))
     assert sum(e.n_neurons for e in net.all_ensembles) == 19
+
+
+# the efference copy
+
+
+def test_with_an_efference_copy_cb_has_neurons_that_learn(law, region):
+    without, net = (arm(law, region, SMALL, efference_copy=copy) for copy in (False, True))
+    (learned,) = of_label(net, "CB learned")
+    assert (learned.n_neurons, learned.dimensions) == (SMALL.cb, 8)
+    (decoded_,) = (c for c in net.all_connections if c.learning_rule is not None)
+    assert decoded_.pre_obj is learned
+    assert not np.any(decoded_.function(np.ones(8)))
+    # All else is as it is without.
+    names = [e.label for e in without.all_ensembles]
+    assert [e.label for e in net.all_ensembles if e is not learned] == names
+
+
+def test_cb_learns_to_add_what_m1_goes_on_asking_for(law, region):
+    q, error, still = region.q.restore(np.zeros(4)), 0.8 * region.error.half, np.zeros(4)
+    with_copy, without = (held(law, region, sizes=SMALL, efference_copy=c) for c in (True, False))
+    learned, plain = with_copy(q, still, error, 1.0), without(q, still, error, 1.0)
+    begin, end = (
+        np.mean((learned - plain)[part], axis=0) for part in (slice(50), slice(-200, None))
+    )
+    asked = plain[-200:].mean(axis=0) - without(q, still, np.zeros(3), 0.3)[-200:].mean(axis=0)
+    assert np.abs(begin).max() < 0.1 * np.abs(end).max()
+    assert end @ asked > 0.95 * np.linalg.norm(end) * np.linalg.norm(asked)
 
 
 # decoders

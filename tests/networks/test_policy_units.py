@@ -91,8 +91,8 @@ def refusal(call):
 @pytest.mark.parametrize(
     ("option", "message"),
     [
-        ({"units": "izhikevich"}, "unknown units 'izhikevich'; there is: hybrid, if, lif, relu"),
-        ({"solve": "all"}, "unknown solve 'all'; there is: layer, unit"),
+        ({"units": "izhikevich"}, "unknown units 'izhikevich'; choose from: hybrid, if, lif, relu"),
+        ({"solve": "all"}, "unknown solve 'all'; choose from: layer, unit"),
         (
             {"n_neurons": 1},
             "n_neurons=1: a unit needs at least 2 neurons, one for each sign",

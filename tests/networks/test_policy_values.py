@@ -52,7 +52,7 @@ def test_ranges_are_quantiles_of_each_sign_above_a_floor() -> None:
     ("option", "message"),
     [
         ({"activation": "swish"}, "unknown activation 'swish'"),
-        ({"units": "hh"}, "unknown units 'hh'; there is: hybrid, if, lif, relu"),
+        ({"units": "hh"}, "unknown units 'hh'; choose from: hybrid, if, lif, relu"),
         ({"n_neurons": 1}, "n_neurons=1: a unit needs at least 2 neurons, one for each sign"),
     ],
 )

@@ -20,7 +20,7 @@ EVERYONE = {
     ),
     "files",
     "function_identity",
-    *("key_values", "neurons", "pacing", "progress", "reading", "table"),
+    *("key_values", "neurons", "node_functions", "pacing", "progress", "reading", "table"),
 }
 FOLDERS: dict[str, set[str]] = {
     "networks": set(),

@@ -12,7 +12,7 @@ from spikeport.robot.engine import mujoco
 def test_joints_have_their_places():
     names = ["torso", JOINTS[0]]
     assert actuators.indices(names).tolist() == [JOINTS.index("torso"), 0]
-    with pytest.raises(UsageError, match=r"^unknown joint 'tail'; there is: "):
+    with pytest.raises(UsageError, match=r"^unknown joint 'tail'; choose from: "):
         actuators.indices(["tail"])
 
 

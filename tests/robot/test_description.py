@@ -154,4 +154,4 @@ def test_default_pose_lies_in_the_ranges(model):
 def test_unknown_appearance_lists_the_known_ones():
     with pytest.raises(UsageError) as error:
         load("gold")
-    assert str(error.value) == "unknown appearance 'gold'; there is: menagerie, primitive"
+    assert str(error.value) == "unknown appearance 'gold'; choose from: menagerie, primitive"

@@ -16,8 +16,8 @@ from spikeport.robot.perturbation import NONE, Perturbation
             "observation_delay=0.007: a delay must be a whole number of the physics' steps of "
             "0.005 s; the nearest is 0.005",
         ),
-        ({"robot_model": "h2"}, "unknown robot_model 'h2'; there is: menagerie, own, urdf"),
-        ({"estimator": "gps"}, "unknown estimator 'gps'; there is: ekf, leg-odometry, truth"),
+        ({"robot_model": "h2"}, "unknown robot_model 'h2'; choose from: menagerie, own, urdf"),
+        ({"estimator": "gps"}, "unknown estimator 'gps'; choose from: ekf, leg-odometry, truth"),
     ],
 )
 def test_a_value_that_is_out_of_bounds_is_refused(values, message):

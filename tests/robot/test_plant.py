@@ -265,10 +265,10 @@ def test_unknown_names_list_the_known_ones(free):
     for command in (free.hold, free.torque):
         with pytest.raises(UsageError) as error:
             command(["right_elbow", "left_wing"], [0.0, 0.0])
-        assert str(error.value) == f"unknown joint 'left_wing'; there is: {joints}"
+        assert str(error.value) == f"unknown joint 'left_wing'; choose from: {joints}"
     with pytest.raises(UsageError) as error:
         free.hand_position("upper")
-    assert str(error.value) == "unknown side 'upper'; there is: left, right"
+    assert str(error.value) == "unknown side 'upper'; choose from: left, right"
 
 
 def test_commands_need_one_finite_number_per_joint(free):

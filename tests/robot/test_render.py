@@ -97,7 +97,7 @@ def test_save_png_keeps_every_pixel(tmp_path):
 def test_unknown_camera_lists_the_known_ones(plant):
     with pytest.raises(UsageError) as error:
         Renderer(plant.model, camera="back")
-    assert str(error.value) == "unknown camera 'back'; there is: front, track"
+    assert str(error.value) == "unknown camera 'back'; choose from: front, track"
 
 
 def test_too_large_a_picture_names_the_limit(plant):

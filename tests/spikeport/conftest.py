@@ -104,6 +104,38 @@ def raises_in_a_node():
     return net
 
 
+def ends_when_called():
+    calls = iter([1.0])  # the first call is Nengo's, which finds the size
+
+    def function(*_):
+        return next(calls, None) or exits()
+
+    return function
+
+
+def exits_in_a_connection():
+    with nengo.Network(seed=1) as net:
+        a, b = (nengo.Ensemble(20, 1) for _ in "ab")
+        nengo.Connection(a, b, function=ends_when_called(), label="c")
+    return net
+
+
+def exits_in_a_node():
+    with nengo.Network(seed=1) as net:
+        ensemble = nengo.Ensemble(20, 1)
+        nengo.Connection(nengo.Node(ends_when_called()), ensemble)
+        nengo.Probe(ensemble, synapse=0.01)
+    return net
+
+
+def makes_errors_of_warnings():
+    import warnings
+
+    net = make()
+    warnings.simplefilter("error")
+    return net
+
+
 def returns_text():
     return "network"
 """

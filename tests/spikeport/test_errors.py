@@ -74,7 +74,7 @@ def test_a_name_that_is_no_error_of_ours_is_not_there():
 def test_an_unknown_name_lists_the_known_ones_in_order():
     error = errors.unknown("chip", "lohi", ["b", "a"])
     assert type(error) is errors.UsageError
-    assert str(error) == "unknown chip 'lohi'; there is: a, b"
+    assert str(error) == "unknown chip 'lohi'; choose from: a, b"
 
 
 def test_nengo_is_imported_only_for_errors_that_are_nengos_too():

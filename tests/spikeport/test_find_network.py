@@ -23,7 +23,7 @@ def test_built_in_networks_know_the_passes_they_need():
 
 
 def test_a_built_in_network_takes_the_settings_of_its_experiment():
-    assert refusal("walk", "gait=1").startswith("unknown key of network 'walk' 'gait'; there is: ")
+    assert refusal("walk", "gait=1").startswith("unknown key of network 'walk' 'gait'; choose ")
 
 
 def test_a_function_in_a_file_is_called_with_its_settings(net_py):
@@ -48,8 +48,8 @@ def test_a_function_in_a_module_is_found(net_py, monkeypatch):
 @pytest.mark.parametrize("spec", ["leg", "leg:", ":make", ""])
 def test_an_unknown_name_lists_what_can_be_given(spec):
     assert refusal(spec) == (
-        f"unknown network '{spec}'; there is: FILE.ipynb, FILE.py, FILE.py:NAME, arm, graph.nir, "
-        "humanoid, module:NAME, walk"
+        f"unknown network '{spec}'; choose from: FILE.ipynb, FILE.py, FILE.py:NAME, arm, "
+        "graph.nir, humanoid, module:NAME, walk"
     )
 
 
@@ -81,7 +81,7 @@ ring = nengo.Network(seed=2)
 def test_a_missing_name_lists_the_networks_alone(tmp_path):
     path = tmp_path / "several.py"
     path.write_text(SEVERAL, encoding="utf-8")
-    assert refusal(f"{path}:make") == f"unknown network of {path} 'make'; there is: ring, small"
+    assert refusal(f"{path}:make") == f"unknown network of {path} 'make'; choose from: ring, small"
 
 
 def test_a_missing_name_in_a_file_without_networks_says_so(tmp_path):
@@ -107,6 +107,25 @@ def test_a_file_alone_is_searched_for_its_network(tmp_path, text, label):
     path = tmp_path / "alone.py"
     path.write_text(f"import nengo\n{text}\n", encoding="utf-8")
     assert find_network(str(path), []).label == label
+
+
+RUNS_ITSELF = """
+import nengo
+import nengo_loihi
+
+with nengo.Network(seed=1) as model:
+    ensemble = nengo.Ensemble(10, 1)
+    probe = nengo.Probe(ensemble)
+
+with nengo_loihi.Simulator(model, progress_bar=False) as sim:
+    sim.run(0.005)
+"""
+
+
+def test_a_script_that_runs_its_network_on_nengo_loihi_does_so_on_every_numpy(tmp_path):
+    path = tmp_path / "script.py"
+    path.write_text(RUNS_ITSELF, encoding="utf-8")
+    assert find_network(str(path), []).all_ensembles[0].n_neurons == 10
 
 
 def test_a_file_of_several_networks_lists_them(tmp_path):
@@ -166,12 +185,12 @@ def test_an_error_that_fails_to_make_a_text_is_named(tmp_path, text):
 def test_an_unknown_key_lists_the_functions_parameters(net_py):
     spec = f"{net_py}:make"
     assert refusal(spec, "size=1") == (
-        f"unknown key of network '{spec}' 'size'; there is: label, n_neurons, tau"
+        f"unknown key of network '{spec}' 'size'; choose from: label, n_neurons, tau"
     )
 
 
 def test_our_own_errors_pass_as_they_are():
     assert (
         refusal("arm", "box=huge")
-        == "unknown box 'huge'; there is: large, small, x0:x1,y0:y1,z0:z1 (m)"
+        == "unknown box 'huge'; choose from: large, small, x0:x1,y0:y1,z0:z1 (m)"
     )

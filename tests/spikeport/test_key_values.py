@@ -110,7 +110,7 @@ def test_a_partial_function_is_parsed_by_what_it_wraps():
 
 def test_an_unknown_key_lists_the_keys():
     assert refusal(["size=1"], lambda b=1, a=2: None) == (
-        "unknown key of network 'n' 'size'; there is: a, b"
+        "unknown key of network 'n' 'size'; choose from: a, b"
     )
 
 

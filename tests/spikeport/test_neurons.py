@@ -10,7 +10,6 @@ from spikeport.neurons import (
     LeakyIntegrator,
     SpikeSource,
     chip_decays,
-    integrals,
 )
 
 DT_S = 1e-3
@@ -77,9 +76,15 @@ def test_decays_of_the_chip_are_the_nearest_of_12_bits_and_any_stays_one():
     current, voltage = chip_decays(np.array([1.0, 0.1, 1e-6]), np.array([1.0, 0.1, 0.0]))
     assert current.tolist() == [4096, 410, 1]
     assert voltage.tolist() == [4095, 410, 0]
-    ratios = integrals(0.1, np.array([0.1, 0.0]))
-    np.testing.assert_allclose(ratios[0], 410 / 409.6)
-    np.testing.assert_allclose(ratios[1], [410 / 409.6, 1])
+
+
+def test_sources_spike_late_and_for_a_while():
+    kind = SpikeSource(late=2, wait=1, n_steps=3)
+    values = [1, 1, 0, 1, 1, 1]
+    found = stepped(kind, [DT_S * value for value in values])[:, 0] * DT_S
+    np.testing.assert_array_equal(found, [0, 0, 1, 1, 0, 0])
+    latest = stepped(SpikeSource(late=52), [DT_S] + 59 * [0.0])[:, 0] * DT_S
+    assert np.flatnonzero(latest).tolist() == [52]
 
 
 @pytest.mark.parametrize(

@@ -1,9 +1,12 @@
 """Steps begin at t_0 + n dt; a stall is counted, and never made up for in a burst."""
 
 import gc
+import os
+import threading
 
 import pytest
 
+from spikeport.errors import UsageError
 from spikeport.pacing import Deadlines, RoundTrips, SystemClock, undisturbed
 from tests.helpers.fake_board import FakeClock
 
@@ -42,4 +45,35 @@ def test_round_trips_are_known_to_two_per_cent() -> None:
 def test_objects_of_before_are_left_out_of_collections_while_undisturbed() -> None:
     with undisturbed():
         assert gc.get_freeze_count() > 1000
+    assert gc.get_freeze_count() == 0
+
+
+def policies() -> set[tuple[int, int]]:
+    """Return policy and priority of all threads of this process."""
+    threads = [int(name) for name in os.listdir("/proc/self/task")]
+    return {(os.sched_getscheduler(t), os.sched_getparam(t).sched_priority) for t in threads}
+
+
+def test_a_priority_is_that_of_all_threads_and_of_no_other_time() -> None:
+    before, stop = policies(), threading.Event()
+    other = threading.Thread(target=stop.wait)
+    other.start()
+    try:
+        with undisturbed(3):
+            assert policies() == {(os.SCHED_FIFO, 3)}
+    except UsageError as error:
+        pytest.skip(str(error))
+    finally:
+        stop.set()
+        other.join()
+    assert policies() == before
+
+
+def test_a_priority_that_is_not_given_is_said_with_a_cure(monkeypatch) -> None:
+    def refuse(*_: object) -> None:
+        raise PermissionError
+
+    monkeypatch.setattr(os, "sched_setscheduler", refuse)
+    with pytest.raises(UsageError, match="cure: start it with"), undisturbed(3):
+        pass
     assert gc.get_freeze_count() == 0

@@ -55,6 +55,10 @@ def test_a_file_that_is_not_python_says_where(tmp_path):
 def test_a_missing_file_or_module_is_named(tmp_path):
     for name in ("no.py", "no.ipynb"):
         assert refusal(tmp_path / name) == f"{tmp_path / name}: no such file"
+    (folder := tmp_path / "folder.py").mkdir()
+    assert refusal(folder) == f"{folder}: cannot be read: Is a directory"
+    long = tmp_path / f"{'n' * 300}.py"
+    assert refusal(long) == f"{long}: cannot be read: File name too long"
     assert refusal("no_such_module") == (
         "module 'no_such_module' cannot be imported: "
         "ModuleNotFoundError: No module named 'no_such_module'"

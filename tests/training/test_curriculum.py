@@ -1,6 +1,9 @@
 """Stages of training follow each other."""
 
-from spikeport.training.curriculum import STAGES, stage_at
+from dataclasses import replace
+
+from spikeport.training.curriculum import STAGES, stage_at, without_hidden_noise
+from spikeport.training.hidden_noise import HiddenNoise
 
 
 def test_stages_follow_each_other():
@@ -10,3 +13,10 @@ def test_stages_follow_each_other():
     assert stage_at(firsts[1] - 1) is STAGES[0]
     assert stage_at(firsts[1]) is STAGES[1]
     assert stage_at(10**9) is STAGES[-1]
+
+
+def test_without_hidden_noise_all_else_is_as_before():
+    quiet = without_hidden_noise()
+    assert any(stage.hidden_noise for stage in STAGES)
+    assert not any(stage.hidden_noise for stage in quiet)
+    assert [replace(stage, hidden_noise=HiddenNoise()) for stage in STAGES] == list(quiet)

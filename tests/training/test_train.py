@@ -9,7 +9,7 @@ import torch
 
 from spikeport.errors import UsageError
 from spikeport.training import checkpoint, evaluate
-from spikeport.training.curriculum import STAGES
+from spikeport.training.curriculum import STAGES, without_hidden_noise
 from spikeport.training.learner import LearnerOptions
 from spikeport.training.train import TrainOptions, train
 
@@ -99,6 +99,21 @@ def test_a_run_with_another_seed_is_not_continued(options):
         f"'{options.folder}' holds a run with seed 3, asked for is 4; "
         "choose another --out, or the same seed to go on"
     )
+
+
+def test_a_run_with_hidden_noise_is_not_continued_without(options):
+    train(replace(options, steps=32), silent)
+    with pytest.raises(UsageError, match="holds a run with hidden_noise True, asked for is False"):
+        train(replace(options, stages=without_hidden_noise(options.stages)), silent)
+
+
+def test_a_checkpoint_of_an_earlier_version_is_continued(options):
+    train(replace(options, steps=32), silent)
+    path = checkpoint.path_of(options.folder, 1)
+    last = checkpoint.load(path)
+    earlier = {key: value for key, value in last.options.items() if key != "hidden_noise"}
+    checkpoint.save(options.folder, last._replace(options=earlier))
+    assert len(train(options, silent)) == 3
 
 
 def test_a_broken_checkpoint_is_refused(options):

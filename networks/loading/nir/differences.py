@@ -23,15 +23,11 @@ def differences(network: NirNetwork) -> Iterator[tuple[str, str]]:
 def _on_host(one: Population) -> Iterator[str]:
     yield "computed on the host, in floating point: it reads spikes and sends none"
     yield f"its voltage is {_steps(one.depth)} late"
-    if one.dynamics.leak.any() or one.input.constant.any():
-        yield f"its bias and leak act from the first step on, {one.depth} before its input can"
 
 
 def _on_chip(network: NirNetwork, one: Population) -> Iterator[str]:
-    of, mine = one.dynamics, network.units[one.node.name]
+    mine = network.units[one.node.name]
     yield f"spikes are {_steps(one.depth)} late: each connection takes one"
-    if of.reset.any():
-        yield f"starts at its reset voltage, {_range(of.reset)}, not at 0"
     yield from _rounding(one)
     lowest = -LOWEST / mine.threshold.max()
     yield f"the voltage ends at {lowest:.0f} thresholds; NIR's has no end"
@@ -40,12 +36,10 @@ def _on_chip(network: NirNetwork, one: Population) -> Iterator[str]:
     connected = [part for _, part in all_parts(mine.weights, network.n_parts)]
     if len(connected) > len(mine.weights):
         yield f"weights are two synapses each: {sum(p.nnz for p in connected):,} synapses"
-    if network.at_once < 1:
-        yield f"inputs wrap around if over {network.at_once:.3g} of its sources spike at once"
-    if mine.bias.any():
+    if mine.at_once < 1:
+        yield f"inputs wrap around if over {mine.at_once:.0%} of its weights act in one step"
+    if mine.constants[0].any():
         yield f"its bias is a source on the host, which spikes in every step from {one.depth} on"
-    if mine.leak.any():
-        yield f"its leak voltage acts from the first step on, {one.depth} before its input can"
 
 
 def _rounding(one: Population) -> Iterator[str]:

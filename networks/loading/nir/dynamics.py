@@ -9,6 +9,7 @@ for each spike of the step, as all frameworks have it. Neurons without a current
 no time constant, v <- v + R x; a threshold has neither, v = x.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -18,6 +19,17 @@ from spikeport.networks.loading.nir.graph import Node
 from spikeport.networks.loading.nir.operators import SIZE, Shape
 from spikeport.reading.mismatch import MismatchError
 
+PARAMETERS = (
+    "tau",
+    "tau_syn",
+    "tau_mem",
+    "r",
+    "v_leak",
+    "v_threshold",
+    "v_reset",
+    "w_in",
+    "threshold",
+)
 LONGEST = 8192
 """Steps of the longest time constant: beyond it, the chip's 12 bits of decay are none."""
 
@@ -54,26 +66,37 @@ class Dynamics:
         return self.gain.size
 
 
-def dynamics(node: Node, dt_s: float) -> Dynamics:
-    """Return the equations of a node of neurons.
+def own_shape(node: Node) -> Shape:
+    """Return the shape of a node's parameters, () where one value stands for all neurons.
+
+    Raises
+    ------
+    MismatchError
+        There is no neuron, or there are too many.
+    """
+    shapes = {node.numbers(field).shape for field in node.values if field in PARAMETERS}
+    shape = max(shapes, key=math.prod)
+    if not 1 <= math.prod(shape) <= SIZE:
+        raise MismatchError(f"from 1 to {SIZE:,} neurons in node {node.name}", f"{shape}")
+    return shape if math.prod(shape) > 1 else ()
+
+
+def dynamics(node: Node, shape: Shape, dt_s: float) -> Dynamics:
+    """Return the equations of a node of neurons of a shape.
 
     Raises
     ------
     MismatchError
         A parameter is absent or out of range.
     """
-    return _Parameters(node, dt_s).dynamics()
+    return _Parameters(node, shape, dt_s).dynamics()
 
 
 class _Parameters:
     """The parameters of a node, of one shape."""
 
-    def __init__(self, node: Node, dt_s: float) -> None:
-        self._node, self._dt_s = node, dt_s
-        first = "threshold" if node.kind == "Threshold" else "r"
-        self._shape = node.numbers(first).shape or (1,)
-        if not 1 <= np.prod(self._shape) <= SIZE:
-            raise MismatchError(f"from 1 to {SIZE:,} neurons in node {node.name}", f"{self._shape}")
+    def __init__(self, node: Node, shape: Shape, dt_s: float) -> None:
+        self._node, self._shape, self._dt_s = node, shape, dt_s
 
     def dynamics(self) -> Dynamics:
         """Return the equations."""
@@ -84,7 +107,7 @@ class _Parameters:
 
     def get(self, field: str, absent: float | None = None) -> np.ndarray:
         """Return a parameter, (n,)."""
-        n = int(np.prod(self._shape))
+        n = math.prod(self._shape)
         if absent is not None and field not in self._node.values:
             return np.full(n, absent)
         value = self._node.numbers(field)
@@ -108,7 +131,7 @@ class _Parameters:
 
     def _threshold(self) -> tuple[np.ndarray, np.ndarray]:
         if self._node.kind in ("LI", "CubaLI"):
-            return np.full(self.get("r").size, np.inf), self.get("r") * 0
+            return np.full(math.prod(self._shape), np.inf), self.get("r") * 0
         name = "threshold" if self._node.kind == "Threshold" else "v_threshold"
         reset = self.get("v_reset", 0)
         threshold = self.get(name) - reset

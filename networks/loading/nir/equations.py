@@ -41,7 +41,8 @@ class _State:
 
     def __init__(self, population: Population) -> None:
         self._of = population
-        self._current, self._voltage = np.zeros((2, population.size))
+        self._current = np.zeros(population.size)
+        self._voltage = -population.dynamics.reset  # zero, from the reset voltage on
 
     def step(self, sent: Mapping[str, np.ndarray]) -> np.ndarray:
         signal, of = self._of.input, self._of.dynamics

@@ -64,14 +64,23 @@ class Node:
             raise MismatchError(f"finite numbers {field} in node {self.name}", "NaN or infinity")
         return value.astype(float)
 
-    def whole(self, field: str) -> tuple[int, ...]:
-        """Return a parameter as whole numbers from -1 up to 2^20."""
+    def whole(self, field: str, least: int = -1) -> tuple[int, ...]:
+        """Return a parameter as whole numbers from ``least`` up to 2^20."""
         value = np.ravel(self.numbers(field))
         if value.size > 8 or (value != np.round(value)).any():
             raise MismatchError(f"whole numbers {field} in node {self.name}", f"{value[:8]}")
-        if value.size and (value.min() < -1 or value.max() > 2**20):
-            raise MismatchError(f"{field} from -1 to {2**20:,} in node {self.name}", f"{value}")
+        if value.size and (value.min() < least or value.max() > 2**20):
+            raise MismatchError(
+                f"{field} from {least} to {2**20:,} in node {self.name}", f"{value}"
+            )
         return tuple(int(one) for one in value)
+
+    def one(self, field: str, least: int = -1) -> int:
+        """Return a parameter that is one whole number."""
+        values = self.whole(field, least)
+        if len(values) != 1:
+            raise MismatchError(f"one number {field} in node {self.name}", f"{len(values)}")
+        return values[0]
 
 
 @dataclass(frozen=True)

@@ -6,18 +6,21 @@ sources of its biases wait until its first input can be there. Spikes are 1/dt h
 
 import math
 import warnings
+from collections.abc import Iterator
 
 import nengo
 import numpy as np
 from nengo.transforms import Dense, Sparse
 from scipy import sparse
 
-from spikeport.networks.loading.nir.populations import Folded, Population, Signal
+from spikeport.networks.loading.nir.populations import CONSTANTS, Folded, Population, Signal
 from spikeport.networks.loading.nir.units import Units, all_parts, parts, units
 from spikeport.neurons import IntegrateAndFire, LeakyIntegrator, SpikeSource
 
 DENSE_FROM = 0.5
 """Share of weights other than zero from which on a matrix is stored whole."""
+WHOLE = 2**20
+"""Weights up to which a matrix that reads spikes on the host is stored whole."""
 
 
 class Feed:
@@ -83,7 +86,7 @@ class NirNetwork(nengo.Network):
                 name: nengo.Node(self.feeds[name], size_in=n, size_out=n, label=name)
                 for name, n in ((name, math.prod(s)) for name, s in folded.inputs.items())
             }
-            self._sources = {name: self._source(name, node) for name, node in self.inputs.items()}
+            self._sources: dict[tuple[str, int], nengo.Ensemble] = {}
             self.populations = {
                 name: self._neurons(one) if one.spikes else self._readout(one)
                 for name, one in folded.populations.items()
@@ -92,38 +95,60 @@ class NirNetwork(nengo.Network):
                 self._connect(name, one)
             self.outputs = {name: self._output(name, one) for name, one in folded.outputs.items()}
 
-    def _source(self, name: str, node: nengo.Node) -> nengo.Ensemble:
-        """Make neurons on the host that spike where a node is above one half."""
-        source = _ensemble(node.size_in, SpikeSource(), f"{name} spikes")
-        self.config[source].on_chip = False
-        nengo.Connection(node, source.neurons, synapse=None)
-        return source
+    def _source(self, name: str, late: int) -> nengo.Ensemble:
+        """Return neurons on the host that spike where an input is above one half, or later."""
+        if (name, late) not in self._sources:
+            node = self.inputs[name]
+            label = f"{name} spikes" + (f", {late} late" if late else "")
+            source = self._on_host(_ensemble(node.size_in, SpikeSource(late), label))
+            nengo.Connection(node, source.neurons, synapse=None)
+            self._sources[name, late] = source
+        return self._sources[name, late]
+
+    def _on_host(self, ensemble: nengo.Ensemble) -> nengo.Ensemble:
+        self.config[ensemble].on_chip = False
+        return ensemble
+
+    def _constants(
+        self, name: str, values: np.ndarray, wait: int
+    ) -> Iterator[tuple[nengo.Ensemble, sparse.csr_matrix]]:
+        """Yield a neuron on the host for each constant of a population, and its weights, (n, 1)."""
+        for (label, first, n_steps), weights in zip(CONSTANTS, values, strict=True):
+            if weights.any():
+                kind = SpikeSource(wait=wait + first, n_steps=n_steps)
+                source = self._on_host(_ensemble(1, kind, f"{name} {label}", bias=1))
+                yield source, sparse.csr_matrix(weights[:, np.newaxis])
 
     def _neurons(self, population: Population) -> nengo.Ensemble:
         of, mine = population.dynamics, self.units[population.node.name]
-        values = (mine.threshold, of.current_decay, of.voltage_decay, mine.leak)
+        values = (mine.threshold, of.current_decay, of.voltage_decay)
         kind = IntegrateAndFire(*map(_one_if_equal, values))
         return _ensemble(population.size, kind, population.node.name)
 
     def _readout(self, population: Population) -> nengo.Ensemble:
         of = population.dynamics
-        kind = LeakyIntegrator(of.current_decay, of.voltage_decay, of.leak)
-        readout = _ensemble(population.size, kind, population.node.name)
-        self.config[readout].on_chip = False
-        return readout
+        kind = LeakyIntegrator(of.current_decay, of.voltage_decay)
+        return self._on_host(_ensemble(population.size, kind, population.node.name))
 
     def _connect(self, name: str, population: Population) -> None:
+        late = self.folded.held(population)
         if not population.spikes:
-            self._read(self.populations[name].neurons, population.input, population.dynamics.gain)
+            self._connect_readout(name, population, late)
             return
         mine: Units = self.units[name]
         for source, part in all_parts(mine.weights, self.n_parts):
-            self._to_chip(self._spikes_of(source), name, part)
-        if mine.bias.any():
-            bias = _ensemble(1, SpikeSource(wait=population.depth - 1), f"{name} bias", bias=1)
-            self.config[bias].on_chip = False
-            for part in parts(sparse.csr_matrix(mine.bias[:, np.newaxis]), self.n_parts):
-                self._to_chip(bias, name, part)
+            self._to_chip(self._spikes_of(source, late), name, part)
+        for constant, weights in self._constants(name, mine.constants, population.depth - 1):
+            for part in parts(weights, self.n_parts):
+                self._to_chip(constant, name, part)
+
+    def _connect_readout(self, name: str, population: Population, late: int) -> None:
+        target = self.populations[name].neurons
+        for source, matrix in population.input.parts.items():
+            weights = sparse.diags_array(population.dynamics.gain) @ matrix
+            _to_host(self._spikes_of(source, late), target, weights)
+        for constant, weights in self._constants(name, population.constants(), population.depth):
+            _to_host(constant, target, weights)
 
     def _to_chip(self, source: nengo.Ensemble, name: str, part: sparse.csr_matrix) -> None:
         target = self.populations[name].neurons
@@ -133,23 +158,39 @@ class NirNetwork(nengo.Network):
         )
 
     def _output(self, name: str, signal: Signal) -> nengo.Node:
-        node = nengo.Node(size_in=math.prod(signal.shape), label=name)
-        self._read(node, signal, np.ones(node.size_in))
+        """Make a node that reads a signal; it has a function, so that the chip sends to it."""
+        n = math.prod(signal.shape)
+        node = nengo.Node(_unchanged, size_in=n, size_out=n, label=name)
+        for source, matrix in signal.parts.items():
+            _to_host(self._spikes_of(source, late=0), node, matrix)
+        if signal.constant.any():
+            constant = nengo.Node(signal.constant, label=f"{name} constant")
+            nengo.Connection(constant, node, synapse=None)
         return node
 
-    def _read(self, target: nengo.base.NengoObject, signal: Signal, gain: np.ndarray) -> None:
-        """Connect what is read on the host, and what is constant there."""
-        for source, matrix in signal.parts.items():
-            weights = Dense(matrix.shape, init=gain[:, np.newaxis] * matrix.toarray())
-            nengo.Connection(
-                self._spikes_of(source).neurons, target, transform=weights, synapse=None
-            )
-        if signal.constant.any():
-            constant = nengo.Node(gain * signal.constant, label="constant")
-            nengo.Connection(constant, target, synapse=None)
+    def _spikes_of(self, source: str, late: int) -> nengo.Ensemble:
+        """Return the neurons of a population, or those that send an input so many steps later."""
+        return self._source(source, late) if source in self.inputs else self.populations[source]
 
-    def _spikes_of(self, source: str) -> nengo.Ensemble:
-        return self._sources[source] if source in self._sources else self.populations[source]
+
+def _unchanged(t: float, x: np.ndarray) -> np.ndarray:
+    return x
+
+
+def _to_host(
+    source: nengo.Ensemble, target: nengo.base.NengoObject, matrix: sparse.csr_matrix
+) -> None:
+    """Connect neurons with what is on the host; the chip sends by whole matrices, or as it is."""
+    n_rows, n_columns = matrix.shape
+    if n_rows == n_columns and (matrix != sparse.eye_array(n_rows)).nnz == 0:
+        nengo.Connection(source.neurons, target, synapse=None)
+    elif n_rows * n_columns <= WHOLE:
+        weights = Dense(matrix.shape, init=matrix.toarray())
+        nengo.Connection(source.neurons, target, transform=weights, synapse=None)
+    else:
+        spikes = nengo.Node(size_in=n_columns, label=f"{source.label} as they are")
+        nengo.Connection(source.neurons, spikes, synapse=None)
+        nengo.Connection(spikes, target, transform=_transform(matrix), synapse=None)
 
 
 def _ensemble(
@@ -174,4 +215,4 @@ def _one_if_equal(values: np.ndarray) -> np.ndarray | float:
 def _transform(matrix: sparse.csr_matrix) -> Dense | Sparse:
     if matrix.nnz > DENSE_FROM * math.prod(matrix.shape):
         return Dense(matrix.shape, init=matrix.toarray())
-    return Sparse(matrix.shape, init=matrix)
+    return Sparse(matrix.shape, init=sparse.csr_matrix(matrix))

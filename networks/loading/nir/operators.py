@@ -73,9 +73,11 @@ def _affine(node: Node, shape: Shape, dt_s: float) -> Operator:
 def _scale(node: Node, shape: Shape, dt_s: float) -> Operator:
     scale = node.numbers("scale")
     n = math.prod(shape)
-    if scale.size not in (1, n):
-        raise MismatchError(f"{n} values of scale in node {node.name}", f"{scale.size}")
-    return Operator(_identity(shape, np.resize(scale, n)), np.zeros(n), shape)
+    try:
+        each = np.broadcast_to(scale.reshape(shape) if scale.size == n else scale, shape)
+    except ValueError:
+        raise MismatchError(f"scale for {shape} in node {node.name}", f"{scale.shape}") from None
+    return Operator(_identity(shape, each.ravel()), np.zeros(n), shape)
 
 
 def _delay(node: Node, shape: Shape, dt_s: float) -> Operator:
@@ -90,7 +92,7 @@ def _delay(node: Node, shape: Shape, dt_s: float) -> Operator:
 
 
 def _flatten(node: Node, shape: Shape, dt_s: float) -> Operator:
-    (start,), (end,) = node.whole("start_dim"), node.whole("end_dim")
+    start, end = node.one("start_dim", -len(shape)), node.one("end_dim", -len(shape))
     end = end + len(shape) if end < 0 else end
     start = start + len(shape) if start < 0 else start
     if not 0 <= start <= end < len(shape):
@@ -104,7 +106,7 @@ def _convolution(node: Node, shape: Shape, dt_s: float) -> Operator:
     n_axes = 1 if node.kind == "Conv1d" else 2
     if weight.ndim != 2 + n_axes or len(shape) != 1 + n_axes:
         raise MismatchError(f"{n_axes} axes of space in node {node.name}", f"input {shape}")
-    (groups,) = node.whole("groups")
+    groups = node.one("groups")
     if groups < 1 or len(weight) % groups or weight.shape[1] * groups != shape[0]:
         raise MismatchError(
             f"{shape[0]} channels in node {node.name}", f"{groups} groups of {weight.shape[1]}"

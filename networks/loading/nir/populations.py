@@ -7,15 +7,15 @@ nodes lead to it.
 """
 
 import math
-from collections.abc import Iterator
+from collections import deque
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from graphlib import CycleError, TopologicalSorter
 from typing import NamedTuple
 
 import numpy as np
 from scipy import sparse
 
-from spikeport.networks.loading.nir.dynamics import Dynamics, dynamics
+from spikeport.networks.loading.nir.dynamics import Dynamics, dynamics, own_shape
 from spikeport.networks.loading.nir.graph import NEURONS, READOUTS, Graph, Node
 from spikeport.networks.loading.nir.operators import SIZE, Shape, operator
 from spikeport.reading.mismatch import MismatchError
@@ -24,6 +24,16 @@ WEIGHTS = 2**26
 """In all matrices up to a node, of all nodes: a gigabyte."""
 PRODUCTS = 2**27
 """The most products of weights of two nodes in a row: seconds of work, and as many weights."""
+
+
+LATEST = 52
+"""Steps by which the host can hold an input back: bits of a number."""
+CONSTANTS: tuple[tuple[str, int, int | None], ...] = (
+    ("bias", 0, None),
+    ("start", 0, 1),
+    ("second step", 1, 1),
+)
+"""Names of what is added to currents without a spike, its first step, and for how many."""
 
 
 class Signal(NamedTuple):
@@ -65,6 +75,18 @@ class Population:
         """True if the neurons spike; others are read."""
         return self.node.kind not in READOUTS
 
+    def constants(self) -> np.ndarray:
+        """Return what is added to currents as `CONSTANTS` says, (3, n), in units of the voltage.
+
+        A leak is a current that holds itself and is whole in the first step. Voltages begin at 0,
+        which is not what they count from if the neurons reset to another one: a current has that
+        difference in the first step alone.
+        """
+        of = self.dynamics
+        filtered, start = 1 - of.current_decay, -(1 - of.voltage_decay) * of.reset
+        bias = of.gain * self.input.constant + of.current_decay * of.leak
+        return np.array([bias, filtered * of.leak + start, -filtered * start])
+
 
 @dataclass(frozen=True)
 class Folded:
@@ -90,15 +112,22 @@ class Folded:
     def late(self, population: Population) -> Iterator[tuple[str, int]]:
         """Yield the sources of which spikes arrive early, or late (negative), and the steps.
 
-        NIR's ways within a step take no time; on the chip each connection takes a step.
+        NIR's ways within a step take no time; on the chip each connection takes a step. The host
+        holds inputs back.
         """
         names = list(self.populations)
         for source in population.input.parts:
-            depth = self.populations[source].depth if source in self.populations else 0
-            recurrent = source in names and names.index(source) >= names.index(population.node.name)
-            steps = population.depth - depth - (0 if recurrent else 1)
+            if source in self.inputs:
+                steps = population.depth - 1 - self.held(population)
+            else:
+                before = names.index(source) < names.index(population.node.name)
+                steps = population.depth - self.populations[source].depth - before
             if steps:
                 yield source, steps
+
+    def held(self, population: Population) -> int:
+        """Return the steps by which the host holds the inputs of a population back."""
+        return min(population.depth - population.spikes, LATEST)
 
 
 def folded(graph: Graph, dt_s: float) -> Folded:
@@ -109,10 +138,11 @@ def folded(graph: Graph, dt_s: float) -> Folded:
     MismatchError
         Shapes do not fit, or something cannot be put on a chip: the message names the node.
     """
-    inputs = {node.name: _shape(node) for node in graph.kinds("Input")}
-    found = {node.name: dynamics(node, dt_s) for node in graph.kinds(*NEURONS)}
-    _check_size([*map(math.prod, inputs.values()), *(one.size for one in found.values())])
-    signals = _Signals(graph, inputs, found, dt_s)
+    signals = _Signals(graph, dt_s)
+    inputs = {node.name: signals.shapes[node.name] for node in graph.kinds("Input")}
+    found = {
+        node.name: dynamics(node, signals.shapes[node.name], dt_s) for node in graph.kinds(*NEURONS)
+    }
     into = {name: signals.into(name) for name in found}
     depths: dict[str, int] = {}
     populations = {}
@@ -122,7 +152,9 @@ def folded(graph: Graph, dt_s: float) -> Folded:
         populations[name] = Population(graph.nodes[name], found[name], into[name], depths[name])
     outputs = {node.name: signals.into(node.name) for node in graph.kinds("Output")}
     _check_readouts(populations)
-    return Folded(dt_s, inputs, populations, outputs)
+    graph_of = Folded(dt_s, inputs, populations, outputs)
+    _check_held(graph_of)
+    return graph_of
 
 
 def _shape(node: Node) -> Shape:
@@ -132,9 +164,10 @@ def _shape(node: Node) -> Shape:
     return shape
 
 
-def _check_size(sizes: list[int]) -> None:
-    if sum(sizes) > SIZE:
-        raise MismatchError(f"at most {SIZE:,} inputs and neurons", f"{sum(sizes):,}")
+def _check_size(shapes: Mapping[str, Shape]) -> None:
+    n = sum(map(math.prod, shapes.values()))
+    if n > SIZE:
+        raise MismatchError(f"at most {SIZE:,} inputs and neurons", f"{n:,}")
 
 
 def _order(inputs: list[str], sources: dict[str, list[str]]) -> list[str]:
@@ -177,45 +210,82 @@ def _check_readouts(populations: dict[str, Population]) -> None:
                 )
 
 
-class _Signals:
-    """The signals of a graph, each computed once."""
+def _check_held(graph: Folded) -> None:
+    ways = {
+        (name, graph.held(one))
+        for one in graph.populations.values()
+        for name in one.input.parts
+        if name in graph.inputs
+    }
+    n = sum(math.prod(graph.inputs[name]) for name, _ in ways)
+    if n > SIZE:
+        raise MismatchError(
+            f"at most {SIZE:,} inputs, each once for each depth it leads to", f"{n:,}"
+        )
 
-    def __init__(
-        self, graph: Graph, inputs: dict[str, Shape], found: dict[str, Dynamics], dt_s: float
-    ) -> None:
+
+class _Signals:
+    """The signals of a graph, each computed once, and the shape of each input and population."""
+
+    def __init__(self, graph: Graph, dt_s: float) -> None:
         self._graph, self._dt_s = graph, dt_s
         self._left = WEIGHTS
-        self._shapes = inputs | {name: one.shape for name, one in found.items()}
         self._before: dict[str, list[str]] = {name: [] for name in graph.nodes}
+        self._after: dict[str, list[str]] = {name: [] for name in graph.nodes}
         for source, target in graph.edges:
             for end, name in (("Output", source), ("Input", target)):
                 if graph.nodes[name].kind == end:
                     raise MismatchError(f"{end.lower()} {name} at an end", "it within a path")
             self._before[target].append(source)
-        self._done: dict[str, Signal] = {}
-        for name in self._linear():
-            self._done[name] = self._through(name)
-
-    def _linear(self) -> Iterator[str]:
-        """Yield the linear nodes, each after those that lead to it."""
-        ends = self._shapes.keys() | {node.name for node in self._graph.kinds("Output")}
-        before = {
-            name: [one for one in before if one not in ends]
-            for name, before in self._before.items()
-            if name not in ends
+            self._after[source].append(target)
+        self.shapes = {node.name: _shape(node) for node in graph.kinds("Input")}
+        self.shapes |= {
+            node.name: shape for node in graph.kinds(*NEURONS) if (shape := self._alone(node))
         }
-        try:
-            yield from list(TopologicalSorter(before).static_order())
-        except CycleError as error:
-            raise MismatchError("neurons in every cycle", f"none at {error.args[1][0]}") from None
+        _check_size(self.shapes)
+        self._done: dict[str, Signal] = {}
+        self._compute()
+        _check_size(self.shapes)
+
+    def _alone(self, node: Node) -> Shape:
+        """Return the shape of neurons by themselves, () where it is that of what they get."""
+        return own_shape(node) or (() if self._before[node.name] else (1,))
+
+    def _compute(self) -> None:
+        """Go through the graph: linear nodes after all before them, neurons after any."""
+        ends = [node.name for node in self._graph.kinds("Input", "Output", *NEURONS)]
+        missing = {n: len(before) for n, before in self._before.items() if n not in ends}
+        known = deque([*self.shapes, *(name for name, n in missing.items() if not n)])
+        while known:
+            name = known.popleft()
+            if name in missing:
+                del missing[name]
+                self._done[name] = self._through(name)
+            for target in self._after[name]:
+                if target in missing:
+                    missing[target] -= 1
+                    if not missing[target]:
+                        known.append(target)
+                elif self._graph.nodes[target].kind != "Output" and target not in self.shapes:
+                    self.shapes[target] = self._signal(name).shape
+                    known.append(target)
+        if missing:
+            raise MismatchError("neurons in every cycle", f"none at {self._in_cycle(missing)}")
+
+    def _in_cycle(self, missing: Mapping[str, int]) -> str:
+        """Return a node of a cycle, to which a walk against the edges leads."""
+        name = next(iter(missing))
+        for _ in missing:
+            name = next(one for one in self._before[name] if one in missing)
+        return name
 
     def into(self, name: str) -> Signal:
         """Return the sum of what leads to a node."""
-        signals = [self._done.get(one) or self._spikes(one) for one in self._before[name]]
+        signals = [self._signal(one) for one in self._before[name]]
         if not signals:
             return self._nothing(name)
         sizes = {math.prod(signal.shape) for signal in signals}
-        wanted = self._shapes.get(name)
+        wanted = self._wanted(name)
         if len(sizes) > 1 or (wanted is not None and sizes != {math.prod(wanted)}):
             shapes = " and ".join(str(signal.shape) for signal in signals)
             raise MismatchError(f"{wanted or 'equal shapes'} into node {name}", shapes)
@@ -238,15 +308,23 @@ class _Signals:
         }
         return Signal(parts, found.matrix @ signal.constant + found.bias, found.shape)
 
-    def _spikes(self, name: str) -> Signal:
-        shape = self._shapes[name]
+    def _wanted(self, name: str) -> Shape | None:
+        """Return the shape that a node says it takes, if any."""
+        node = self._graph.nodes[name]
+        return (node.whole("shape") or None) if node.kind == "Output" else self.shapes.get(name)
+
+    def _signal(self, name: str) -> Signal:
+        """Return what leaves a node."""
+        if name in self._done:
+            return self._done[name]
+        shape = self.shapes[name]
         n = math.prod(shape)
         return Signal({name: sparse.eye_array(n, format="csr")}, np.zeros(n), shape)
 
     def _nothing(self, name: str) -> Signal:
-        if name not in self._shapes:
+        if name not in self.shapes:
             raise MismatchError(f"an edge that leads to node {name}", "none")
-        shape = self._shapes[name]
+        shape = self.shapes[name]
         return Signal({}, np.zeros(math.prod(shape)), shape)
 
 

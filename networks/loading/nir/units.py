@@ -9,7 +9,8 @@ multiples of 64 units, and loses less to decays, which are rounded towards zero 
 
 where :math:`\Sigma^\pm` are the sums of a neuron's weights of one sign, in thresholds: no input
 wraps a register around, were all sources to spike at once. Where a share of them does at most, sums
-are that share, and p may grow to 19: the voltage then ends 16 thresholds below zero, or further.
+are that share, and p may grow to 19: the voltage then ends 16 thresholds below zero, or further. So
+do sums of more than 128 of the largest weights, of which hardly a bit would be left.
 """
 
 from collections.abc import Iterator, Mapping
@@ -19,7 +20,6 @@ import numpy as np
 from scipy import sparse
 
 from spikeport.networks.loading.nir.populations import Population
-from spikeport.neurons import integrals
 from spikeport.reading.mismatch import MismatchError
 
 INPUT, CURRENT = 2.0**21, 2.0**23
@@ -30,8 +30,6 @@ DEEP = 19
 """The largest p with a voltage that ends 16 thresholds below zero: inhibition adds up."""
 UNIT = 64
 """Thresholds are multiples of this."""
-LEAK = 2.0**18
-"""The most that a step may add to a voltage."""
 LEVELS = 4
 """Different thresholds in a population: a core has eight."""
 ONE_WEIGHT = 255 * 2.0**6
@@ -42,12 +40,13 @@ MANTISSA, FINEST, COARSEST = 127, 7, 14
 
 
 class Units(NamedTuple):
-    """A population's weights from each source, its bias, leak and threshold, in units."""
+    """A population's weights from each source, constants, (3, n), and threshold, in units."""
 
     weights: dict[str, sparse.csr_matrix]
-    bias: np.ndarray
-    leak: np.ndarray
+    constants: np.ndarray
     threshold: np.ndarray
+    at_once: float
+    """The share of a neuron's weights that may act in one step; above 1, all may."""
 
 
 def units(population: Population, n_parts: int, at_once: float = 1.0) -> Units:
@@ -61,20 +60,14 @@ def units(population: Population, n_parts: int, at_once: float = 1.0) -> Units:
         A neuron's weights are too many thresholds for a chip of 24 bits.
     """
     of, signal = population.dynamics, population.input
-    per_threshold = of.gain / of.threshold
-    weights = {name: _rows(per_threshold, matrix) for name, matrix in signal.parts.items()}
-    bias, leak = per_threshold * signal.constant, of.leak / of.threshold
-    if (of.current_decay == 1).all():
-        bias, leak = bias + leak, leak * 0  # without a filter, both are the same
-    together = sparse.hstack([*weights.values(), sparse.csr_matrix(bias[:, np.newaxis])]).tocsr()
-    # The chip lowers thresholds by what its decays take away; here weights are raised by it.
-    current, voltage = integrals(of.current_decay, of.voltage_decay)
-    raised = _rows(current * voltage, together)
-    exponents = _exponents(population, raised, leak, at_once)
-    threshold = np.exp2(exponents) if n_parts > 1 else _full(exponents, raised)
-    scale = threshold * current * voltage
-    scaled = {name: _rows(scale, matrix) for name, matrix in weights.items()}
-    return Units(scaled, bias * scale, leak * scale, scale)
+    weights = {name: _rows(of.gain / of.threshold, matrix) for name, matrix in signal.parts.items()}
+    constants = population.constants() / of.threshold
+    together = sparse.hstack([*weights.values(), sparse.csr_matrix(constants.T)]).tocsr()
+    safe = _safe(population, together, n_parts)
+    exponents = _exponents(population, together, safe, at_once)
+    threshold = np.exp2(exponents) if n_parts > 1 else _full(exponents, together)
+    scaled = {name: _rows(threshold, matrix) for name, matrix in weights.items()}
+    return Units(scaled, constants * threshold, threshold, float((safe / threshold).min()))
 
 
 def _rows(scale: np.ndarray, matrix: sparse.csr_matrix) -> sparse.csr_matrix:
@@ -82,28 +75,38 @@ def _rows(scale: np.ndarray, matrix: sparse.csr_matrix) -> sparse.csr_matrix:
 
 
 def _exponents(
-    population: Population, weights: sparse.csr_matrix, leak: np.ndarray, at_once: float
+    population: Population, weights: sparse.csr_matrix, safe: np.ndarray, at_once: float
 ) -> np.ndarray:
-    """Return p of each neuron, (n,), by weights in thresholds."""
-    above = np.asarray(weights.maximum(0).sum(axis=1)).ravel()
-    below = -np.asarray(weights.minimum(0).sum(axis=1)).ravel()
-    room = np.minimum(INPUT, CURRENT * population.dynamics.current_decay)
+    """Return p of each neuron, (n,), by weights in thresholds, and thresholds that are safe."""
     largest = np.abs(weights.data).max(initial=0)
     with np.errstate(divide="ignore"):
-        safe = np.maximum(room / np.maximum(above, below), ONE_WEIGHT / largest)
+        one = MANTISSA * 2.0**COARSEST / largest
+        held = np.maximum(safe, ONE_WEIGHT / largest)
         if at_once < 1:
-            held = np.minimum(MANTISSA * 2.0**COARSEST / largest, 2.0**DEEP)
-            safe = np.maximum(safe, np.minimum(safe / at_once, held))
-        found = np.floor(np.log2(np.minimum(safe, LEAK / np.abs(leak))))
+            held = np.maximum(held, np.minimum(held / at_once, 2.0**DEEP))
+        found = np.floor(np.log2(np.minimum(held, one)))
     least, most = THRESHOLDS
     if found.min() < least:
         raise MismatchError(
             f"weights of at most {ONE_WEIGHT / 2**least:,.0f} thresholds in node "
             f"{population.node.name}",
-            f"{largest:,.0f}",
+            f"{largest:,.6g}",
         )
     capped = np.minimum(found, most)
     result: np.ndarray = np.minimum(capped, capped.min() + LEVELS - 1)
+    return result
+
+
+def _safe(population: Population, weights: sparse.csr_matrix, n_parts: int) -> np.ndarray:
+    """Return thresholds, (n,), with which no input wraps around, rounded weights included."""
+    above = np.asarray(weights.maximum(0).sum(axis=1)).ravel()
+    below = -np.asarray(weights.minimum(0).sum(axis=1)).ravel()
+    n_weights = np.diff(weights.indptr)
+    rounding = n_weights * np.abs(weights.data).max(initial=0) / MANTISSA**n_parts
+    room = np.minimum(INPUT, CURRENT * population.dynamics.current_decay)
+    room = np.maximum(room - UNIT * n_weights, room / 2)
+    with np.errstate(divide="ignore"):
+        result: np.ndarray = room / (np.maximum(above, below) + rounding)
     return result
 
 
@@ -132,13 +135,10 @@ def parts(matrix: sparse.csr_matrix, most: int) -> Iterator[sparse.csr_matrix]:
     """
     largest = np.abs(matrix.data).max(initial=0)
     step = 2.0 ** np.ceil(np.log2(max(largest / MANTISSA, 2.0**FINEST)))
-    if most == 1 or step == 2.0**FINEST:
-        yield matrix
-        return
     coarse = matrix.copy()
-    coarse.data = np.round(matrix.data / step) * step
-    fine = matrix - coarse
-    for part in (coarse, fine):
+    if most > 1 and step > 2.0**FINEST:
+        coarse.data = np.round(matrix.data / step) * step
+    for part in (coarse, matrix - coarse):
         part.eliminate_zeros()
         if part.nnz:
             yield part

@@ -89,9 +89,11 @@ def spikes_of(folded: Folded, text: str) -> Played:
     Raises
     ------
     UsageError
-        The file has not an array of 0 and 1, (n_steps, size), for each input.
+        There is no input, or the file has not an array of 0 and 1, (n_steps, size), for each.
     """
     sizes = {name: math.prod(shape) for name, shape in folded.inputs.items()}
+    if not sizes:
+        raise UsageError(f"--spikes {text}: the graph has no input; leave --spikes out")
     if text == RANDOM:
         rng = np.random.default_rng(SEED)
         rows = {name: rng.random((N_STEPS, n)) < SHARE for name, n in sizes.items()}
@@ -102,8 +104,6 @@ def spikes_of(folded: Folded, text: str) -> Played:
         rows = {name: _rows(found, name, n) for name, n in sizes.items()}
         if len({len(one) for one in rows.values()}) != 1:
             raise MismatchError("as many steps for each input", "others")
-    except FileNotFoundError:
-        raise UsageError(f"{text}: no such file") from None
     except MismatchError as error:
         wanted = ", ".join(f"{name} (n_steps, {n})" for name, n in sizes.items())
         raise UsageError(f"{text}: {error}; give an npz with arrays of 0 and 1: {wanted}") from None

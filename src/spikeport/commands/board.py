@@ -1,10 +1,7 @@
 """``spikeport board``: be a board, and look into records of boards."""
 
 import functools
-import signal
-import sys
 from pathlib import Path
-from typing import NoReturn
 
 import numpy as np
 import typer
@@ -16,6 +13,7 @@ from spikeport.backends.board.messages import SPIKES
 from spikeport.backends.board.record import Record
 from spikeport.backends.board.server import Service
 from spikeport.backends.board.server import serve as serve_board
+from spikeport.commands.ending import ended_in_order
 from spikeport.commands.links import certificates
 from spikeport.commands.options import BoardService, Tls
 from spikeport.compile.image.chip_image import ChipImage
@@ -117,12 +115,8 @@ def serve(request: BoardService, tls: Tls) -> None:
         once=request.once,
         idle_s=request.idle,
     )
-    signal.signal(signal.SIGTERM, _ended)
-    serve_board(service, _say)
-
-
-def _ended(_signal: int, _frame: object) -> NoReturn:
-    sys.exit(0)
+    with ended_in_order(0):
+        serve_board(service, _say)
 
 
 def _say(line: str) -> None:

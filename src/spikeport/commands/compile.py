@@ -1,5 +1,6 @@
 """``spikeport compile``."""
 
+import sys
 from dataclasses import dataclass, replace
 
 import nengo
@@ -27,6 +28,8 @@ from spikeport.find_network import find_network, needed_passes
 from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.chip import ChipModel
 from spikeport.progress import Progress
+from spikeport.simulation.probes import note_of_probes, outputs, probe_outputs
+from spikeport.user_code import contained
 
 SEED = 0
 """Seed of processes on the host, where a loss is measured."""
@@ -66,7 +69,7 @@ def run(request: CompileRequest) -> None:
     passes = request.passes if request.passes is not None else needed_passes(request.network)
     passes = chip.pipeline if passes is None else passes
     observer = printer(request.print_after, passes)
-    with progress_bar() as progress:
+    with contained(request.network), progress_bar() as progress:
         progress("building the network", None)
         network = find_network(
             request.network,
@@ -75,6 +78,10 @@ def run(request: CompileRequest) -> None:
             request.passes,
             request.build_timeout_s,
         )
+        if request.loss_s is not None and not network.all_probes and any(outputs(network)):
+            # A loss is measured at what is read out.
+            probe_outputs(network)
+            print(note_of_probes(network), file=sys.stderr)
         played = nir.read_spikes(network, request.spikes)
         try:
             compilation = compile_network(

@@ -4,7 +4,8 @@ from typing import TYPE_CHECKING
 
 from spikeport.backends.board.address import Certificates
 from spikeport.backends.board.faults import FAULTS
-from spikeport.backends.board.link import LinkOptions
+from spikeport.backends.board.link import LinkOptions, record_of
+from spikeport.backends.board.record import Record
 from spikeport.commands.options import Link, RobotLink, Tls
 from spikeport.errors import UsageError
 
@@ -18,7 +19,10 @@ def link_options(link: Link, tls: Tls, backend: str) -> LinkOptions:
     Raises
     ------
     UsageError
-        If an option is for another backend, a fault is none, or the record's file is there already.
+        If an option is for another backend, a fault is none, the record's file is there already, or
+        none is named to be played back.
+    BackendError
+        If what is to be played back is no record.
     """
     asked = LinkOptions(
         board=link.board,
@@ -34,6 +38,8 @@ def link_options(link: Link, tls: Tls, backend: str) -> LinkOptions:
         FAULTS.parse(text)
     if asked.record is not None and asked.record.exists():
         raise UsageError(f"--record {asked.record}: is there already; choose another file")
+    if backend == "replay":
+        Record(record_of(asked)).close()  # before a compile, which may take long
     return asked
 
 
@@ -69,8 +75,8 @@ def robot_options(link: RobotLink) -> "RobotOptions | None":
     if link.robot is None:
         if link != RobotLink(robot_fault=[]):
             raise UsageError(
-                "--robot-real-time, --robot-lock-step, --robot-states, --robot-fault, --estimator "
-                "and --may-move-a-real-robot are for a run with --robot"
+                "--robot-real-time, --robot-lock-step, --robot-states, --robot-priority, "
+                "--robot-fault, --estimator and --may-move-a-real-robot are for a run with --robot"
             )
         return None
     from spikeport.robot.link.connection import RobotOptions  # needs mujoco
@@ -87,6 +93,7 @@ def robot_options(link: RobotLink) -> "RobotOptions | None":
         may_move_a_robot=link.may_move,
         estimator=link.estimator,
         states=link.robot_states,
+        priority=link.robot_priority,
     )
     asked.check()
     return asked

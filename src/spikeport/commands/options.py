@@ -41,18 +41,21 @@ def written(help_text: str) -> Any:
     return typer.Option(help=help_text, parser=path_of, metavar="PATH")
 
 
-ChipOption = Annotated[str, typer.Option(help="A chip's name, or the path of its TOML file.")]
+ChipOption = Annotated[str, typer.Option(help="Name of a chip, or path of its TOML file.")]
 PassesOption = Annotated[
     str | None,
     typer.Option(
         "--passes",
         "-p",
         metavar="PASSES",
-        help="as_written, compact, or name,name{key=value}; by default the chip's; see `passes`.",
+        help="as_written, compact, or a list like name,name{key=value}; see `passes`.",
     ),
 ]
-ImageFile = Annotated[Path, typer.Argument(help="The image.npz that a compile wrote.")]
-SecondsOption = Annotated[float | None, typer.Option(help="Simulated time.")]
+OffloadOption = Annotated[
+    bool, typer.Option("--offload", help="Move ensembles that break a rule to the host.")
+]
+ImageFile = Annotated[Path, typer.Argument(help="An image.npz that `compile --out` wrote.")]
+SecondsOption = Annotated[float | None, typer.Option(help="Simulated time, in s.")]
 SeedOption = Annotated[int, typer.Option(help="Seed of the run.", min=0, max=LARGEST_SEED)]
 SettingsOption = Annotated[
     list[str],
@@ -69,14 +72,16 @@ SettingsOption = Annotated[
 NoCache = Annotated[
     bool,
     typer.Option(
-        "--no-cache", callback=_no_cache, help="Calibrate anew, and keep nothing; see `cache`."
+        "--no-cache",
+        callback=_no_cache,
+        help="Use no results of earlier runs, and keep none; see `cache`.",
     ),
 ]
 FaultsOption = Annotated[
     list[str],
     typer.Option(
         metavar="KIND@STEP",
-        help="A fault of a stub's link, also slow=MS@STEP or KIND:SHARE; repeatable.",
+        help="Inject a fault into a stub's link, also slow=MS@STEP or KIND:SHARE; repeatable.",
         default_factory=list,
         show_default=False,
     ),
@@ -101,7 +106,10 @@ class Target:
 class Workers:
     """The workers of a sweep: processes of this machine, or those of a Dask scheduler."""
 
-    n: Annotated[int | None, typer.Option("--workers", help="Processes; all cores.", min=1)] = None
+    n: Annotated[
+        int | None,
+        typer.Option("--workers", help="Number of processes; by default one for each core.", min=1),
+    ] = None
     scheduler: Annotated[
         str | None,
         typer.Option(
@@ -123,19 +131,25 @@ class Link:
         str, typer.Option(metavar="ADDRESS", help="stub, unix:PATH or tcp://HOST:PORT.")
     ] = "stub"
     real_time: Annotated[
-        bool, typer.Option("--real-time", help="Keep to the clock; a late board is not waited for.")
+        bool,
+        typer.Option("--real-time", help="Keep to the clock, and do not wait for a late board."),
     ] = False
     hold: Annotated[
-        int, typer.Option(help="In real time, steps for which outputs are held.", min=0, max=1000)
+        int,
+        typer.Option(
+            help="In real time, number of steps for which outputs are held.", min=0, max=1000
+        ),
     ] = 5
     fault: FaultsOption
-    record: Annotated[Path | None, written("File to record the board's session in.")] = None
-    replay: Annotated[Path | None, typer.Option(help="A record for the backend replay.")] = None
+    record: Annotated[Path | None, written("Record the board's session to this file.")] = None
+    replay: Annotated[
+        Path | None, typer.Option(help="Replay this record, with --backend replay.")
+    ] = None
 
 
 RobotFaultsOption = typer.Option(
     metavar="KIND@STEP",
-    help="A fault on the way of commands, in lock-step, also delay=MS:1 or loss:SHARE; repeatable.",
+    help="Inject a fault into commands, in lock-step, also delay=MS:1 or loss:SHARE; repeatable.",
     default_factory=list,
     show_default=False,
 )
@@ -143,7 +157,7 @@ MayMoveOption = Annotated[
     bool,
     typer.Option(
         "--may-move-a-real-robot",
-        help="Allow domain 0 and other interfaces than lo, where a real robot may obey.",
+        help="Allow domain 0 and interfaces other than lo, where a real robot may obey.",
     ),
 ]
 
@@ -156,24 +170,30 @@ class RobotLink:
         str | None, typer.Option(metavar="ROBOT", help="inline, stub or dds:INTERFACE:DOMAIN.")
     ] = None
     robot_real_time: Annotated[
-        bool, typer.Option("--robot-real-time", help="Let a stub keep to the clock.")
+        bool, typer.Option("--robot-real-time", help="Let the stub keep to the clock.")
     ] = False
     robot_lock_step: Annotated[
-        bool, typer.Option("--robot-lock-step", help="The robot over DDS was served in lock-step.")
+        bool, typer.Option("--robot-lock-step", help="The robot over DDS is served in lock-step.")
     ] = False
     robot_states: Annotated[
         bool,
         typer.Option(
             "--robot-states",
-            help="Start and stop a robot over DDS by keys; always so where a real one may listen.",
+            help="Start and stop a robot over DDS by keys; always on if a real robot may listen.",
         ),
     ] = False
+    robot_priority: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N", help="In real time, real-time priority of run and stub.", min=1, max=99
+        ),
+    ] = None
     robot_fault: Annotated[list[str], RobotFaultsOption]
     estimator: Annotated[
         str | None,
         typer.Option(
             metavar="ESTIMATOR",
-            help="Finds the robot's motion: truth (simulation only; for inline and stub by "
+            help="Estimator of the robot's motion: truth (simulation only; for inline and stub by "
             "default), leg-odometry, ekf (for dds:... by default), odometer or ekf+odometer.",
         ),
     ] = None
@@ -184,10 +204,13 @@ class RobotLink:
 class Tls:
     """The files of TLS, which a link to another machine is in need of."""
 
-    cert: Annotated[Path | None, typer.Option(help="Own certificate, PEM; for TLS.")] = None
-    key: Annotated[Path | None, typer.Option(help="Its private key, PEM.")] = None
+    cert: Annotated[Path | None, typer.Option(help="Our certificate for TLS, PEM.")] = None
+    key: Annotated[Path | None, typer.Option(help="The private key of our certificate, PEM.")] = (
+        None
+    )
     ca: Annotated[
-        Path | None, typer.Option(help="Authority of the other side's certificate, PEM.")
+        Path | None,
+        typer.Option(help="The authority that signed the other side's certificate, PEM."),
     ] = None
 
 
@@ -198,9 +221,9 @@ class RunOptions:
     seed: SeedOption = 0
     seconds: SecondsOption = None
     settings: SettingsOption
-    out: Annotated[Path | None, written("Folder of the run.")] = None
-    overwrite: Annotated[bool, typer.Option(help="Replace an earlier run in --out.")] = False
-    video: Annotated[bool, typer.Option("--video", help="Write video.mp4 too.")] = False
+    out: Annotated[Path | None, written("Folder of the run; by default one in runs/.")] = None
+    overwrite: Annotated[bool, typer.Option(help="Replace an earlier run in this folder.")] = False
+    video: Annotated[bool, typer.Option("--video", help="Write video.mp4, too.")] = False
     counts: CountsOption = False
     no_cache: NoCache = False
 
@@ -211,10 +234,13 @@ class BoardService:
 
     listen: Annotated[str, typer.Option(metavar="ADDRESS", help="unix:PATH or tcp://HOST:PORT.")]
     machine: Annotated[
-        str, typer.Option("--machine", help="The chip: native, nengo-loihi, snips, nxsdk or rtl.")
+        str,
+        typer.Option(
+            "--machine", help="What the board is: native, nengo-loihi, snips, nxsdk or rtl."
+        ),
     ] = "native"
     rtl: Annotated[
-        bool, typer.Option("--rtl", help="The soft core in Verilator: --machine rtl.")
+        bool, typer.Option("--rtl", help="Short for --machine rtl, the soft core in Verilator.")
     ] = False
     device: Annotated[
         Path | None,
@@ -225,52 +251,63 @@ class BoardService:
     once: Annotated[bool, typer.Option("--once", help="End after one session.")] = False
     idle: Annotated[
         float | None,
-        typer.Option(metavar="SECONDS", help="End after so long without a host.", min=0.1),
+        typer.Option(metavar="SECONDS", help="End after this time without a host.", min=0.1),
     ] = None
     allow_remote: Annotated[
         bool, typer.Option("--allow-remote", help="Listen for other machines, over TLS.")
     ] = False
 
 
+InterfaceOption = Annotated[str, typer.Option(help="Network interface.")]
+DomainOption = Annotated[int, typer.Option(help="DDS domain; that of a real robot is 0.")]
+
+
 @dataclass(frozen=True, kw_only=True)
 class RobotService:
     """The options of a process that is a robot."""
 
-    interface: Annotated[str, typer.Option(help="Interface of the network.")] = "lo"
-    domain: Annotated[int, typer.Option(help="Domain of DDS; a real robot's is 0.")] = 1
+    interface: InterfaceOption = "lo"
+    domain: DomainOption = 1
     may_move: MayMoveOption = False
     lock_step: Annotated[
         bool, typer.Option("--lock-step", help="Wait for the answer to each state.")
     ] = False
     rate_hz: Annotated[
-        float | None, typer.Option(help="Physics steps and states a second: 200, 500 or 1000.")
+        float | None, typer.Option(help="Physics steps and states per second: 200, 500 or 1000.")
+    ] = None
+    priority: Annotated[
+        int | None,
+        typer.Option(metavar="N", help="Real-time priority, by the clock.", min=1, max=99),
     ] = None
     hoist: Annotated[bool, typer.Option("--hoist", help="Hang the robot by its pelvis.")] = False
     let_down: Annotated[
         float | None,
         typer.Option(
             metavar="SECONDS",
-            help="Let it down that long after its first command, and go 4 s later; or press l.",
+            help="Lower it this long after its first command, release it 4 s later; or press l.",
             min=0,
         ),
     ] = None
     sport_mode: Annotated[
-        str, typer.Option(metavar="NAME", help="Begin in this sport mode, as `ai`: obey nobody.")
+        str,
+        typer.Option(
+            metavar="NAME", help="Begin in this sport mode, such as `ai`, which ignores commands."
+        ),
     ] = ""
     watchdog_ms: Annotated[
-        float, typer.Option(help="Time without a valid command until it is damped.")
+        float, typer.Option(help="Time without a valid command after which the robot is damped.")
     ] = 100.0
     truth: Annotated[
-        bool, typer.Option("--truth", help="Publish the pelvis' place and velocity, too.")
+        bool, typer.Option("--truth", help="Publish the place and velocity of the pelvis, too.")
     ] = False
     odometer: Annotated[
-        bool, typer.Option("--odometer", help="Publish odometry, on rt/odommodestate.")
+        bool, typer.Option("--odometer", help="Publish odometry on rt/odommodestate.")
     ] = False
     odometer_error: Annotated[
         list[str],
         typer.Option(
             metavar="KEY=VALUE",
-            help="An error of it: place_m, velocity_m_s, drift_m or turn_rad; repeatable.",
+            help="Error of the odometry: place_m, velocity_m_s, drift_m or turn_rad; repeatable.",
             default_factory=list,
             show_default=False,
         ),
@@ -280,16 +317,18 @@ class RobotService:
         list[str],
         typer.Option(
             metavar="JOINT=RAD",
-            help="Angle at which a joint begins; repeatable.",
+            help="Initial angle of a joint; repeatable.",
             default_factory=list,
             show_default=False,
         ),
     ]
     fault: Annotated[list[str], RobotFaultsOption]
-    once: Annotated[bool, typer.Option("--once", help="End with the first controller.")] = False
+    once: Annotated[bool, typer.Option("--once", help="End when the first controller ends.")] = (
+        False
+    )
     idle: Annotated[
         float | None,
-        typer.Option(metavar="SECONDS", help="End after so long without a controller.", min=0.1),
+        typer.Option(metavar="SECONDS", help="End after this time without a controller.", min=0.1),
     ] = None
 
 

@@ -9,12 +9,14 @@ from rich.console import Console
 from rich.progress import (
     BarColumn,
     SpinnerColumn,
+    Task,
     TaskProgressColumn,
     TextColumn,
     TimeElapsedColumn,
     TimeRemainingColumn,
 )
 from rich.progress import Progress as ProgressBar
+from rich.text import Text
 
 from spikeport.errors import printable
 from spikeport.progress import Progress
@@ -37,12 +39,21 @@ def progress_bar(moves: bool = True) -> Iterator[Progress]:
         BarColumn(),
         TaskProgressColumn(),
         TimeElapsedColumn(),
-        TimeRemainingColumn(),
-        TextColumn("left"),
+        _TimeLeft(),
         console=Console(file=sys.stderr),
         transient=True,
     ) as bar:
         yield _on(bar)
+
+
+class _TimeLeft(TimeRemainingColumn):
+    """The time that is left, where it is known."""
+
+    def render(self, task: Task) -> Text:
+        """Return the column of a task; empty for one whose share is not known."""
+        if task.total is None:
+            return Text()
+        return Text.assemble(super().render(task), " left")
 
 
 def _on(bar: ProgressBar) -> Progress:

@@ -10,6 +10,7 @@ from spikeport.compile.report.schema import ReportData
 from spikeport.errors import UsageError, printable
 from spikeport.experiments.run_folder import RESULT_SCHEMA
 from spikeport.files import read_json
+from spikeport.reading.mismatch import shown
 
 IN_FOLDERS = ("report.json", "result.json")
 NEEDED = ("image_digest", "resources", "energy", "timing")
@@ -74,7 +75,7 @@ def _check(file: Path, report: object) -> None:
     known = RESULT_SCHEMA if "experiment" in report else SCHEMA
     if report.get("schema") != known:
         raise UsageError(
-            f"{file}: report schema {report.get('schema')}, this spikeport reads {known}; "
+            f"{file}: report schema {shown(report.get('schema'))}, this spikeport reads {known}; "
             "write it again"
         )
     if report["resources"] is None:

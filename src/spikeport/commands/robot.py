@@ -1,10 +1,8 @@
-"""``spikeport robot``: be a robot, in simulation."""
+"""``spikeport robot``: be a robot, in simulation, or listen to one."""
 
 import math
-import signal
-import sys
-from typing import NoReturn
 
+from spikeport.commands.ending import ended_in_order
 from spikeport.commands.options import RobotService
 from spikeport.errors import UsageError, unknown
 from spikeport.key_values import parse
@@ -24,6 +22,8 @@ def serve(request: RobotService) -> None:
     place.check(request.may_move)
     if request.fault and not request.lock_step:
         raise UsageError("--fault is for --lock-step: real time has faults of its own")
+    if request.priority is not None and request.lock_step:
+        raise UsageError("--priority is for real time; in --lock-step nobody is late")
     faults = [FAULTS.parse(text) for text in request.fault]
     settings = RobotSettings(
         rate_hz=request.rate_hz or (LOCK_STEP_HZ if request.lock_step else REAL_TIME_HZ),
@@ -45,9 +45,19 @@ def serve(request: RobotService) -> None:
         faults=faults,
         once=request.once,
         idle_s=request.idle,
+        priority=request.priority,
     )
-    signal.signal(signal.SIGTERM, _ended)
-    server.serve(service, lambda line: print(line, flush=True))
+    with ended_in_order(0):
+        server.serve(service, lambda line: print(line, flush=True))
+
+
+def listen(interface: str, domain: int, seconds: float) -> None:
+    """Print what a robot publishes; see `spikeport.robot.link.listener.listen`."""
+    place = Place(interface, domain)
+    place.check(may_move_a_robot=True)  # nothing is sent: no robot moves
+    from spikeport.robot.link import listener  # needs mujoco
+
+    listener.listen(place, seconds, print)
 
 
 def _odometer(request: RobotService) -> OdometerErrors | None:
@@ -58,10 +68,6 @@ def _odometer(request: RobotService) -> OdometerErrors | None:
         return None
     values = parse(request.odometer_error, OdometerErrors, "the odometer", "--odometer-error")
     return OdometerErrors(**{key: float(value) for key, value in values.items()})
-
-
-def _ended(_signal: int, _frame: object) -> NoReturn:
-    sys.exit(0)
 
 
 def _angle(text: str) -> tuple[str, float]:

@@ -13,6 +13,7 @@ from rich.table import Table
 
 from spikeport import cache, key_values
 from spikeport.backends.board.link import OWN_STUB, LinkOptions
+from spikeport.commands.ending import ended_in_order
 from spikeport.commands.options import RunOptions, Target
 from spikeport.commands.progress import progress_bar
 from spikeport.commands.screen import print_costs
@@ -22,7 +23,7 @@ from spikeport.compile.report.drawing import estimate
 from spikeport.constants import DT_S, LONGEST_RUN
 from spikeport.errors import UsageError, unknown
 from spikeport.experiments import registry, run_folder
-from spikeport.experiments.options import Experiment, Options, Outcome
+from spikeport.experiments.options import Experiment, Options, Outcome, keeps_to_a_clock
 from spikeport.hardware_models import chip as chips
 
 if TYPE_CHECKING:
@@ -55,10 +56,11 @@ def run(request: RunRequest) -> None:
     check_target(target)
     check_counts(asked.counts, target)
     with (
+        ended_in_order(),
         run_folder.opened(asked.out, experiment.name, asked.overwrite) as folder,
         run_folder.counting(asked.counts) as counts,
         # drawing a bar ten times a second holds up steps that keep to the clock
-        progress_bar(moves=not _keeps_to_the_clock(request)) as progress,
+        progress_bar(moves=not keeps_to_a_clock(request.link, request.robot)) as progress,
     ):
         options = Options(
             seconds=seconds,
@@ -76,11 +78,6 @@ def run(request: RunRequest) -> None:
         )
         outcome = experiment.run(chosen, options, folder)
     show_outcome(outcome, folder)
-
-
-def _keeps_to_the_clock(request: RunRequest) -> bool:
-    robot = request.robot
-    return request.link.real_time or (robot is not None and robot.real_time)
 
 
 def check_target(target: Target) -> None:
@@ -125,8 +122,18 @@ def show_outcome(outcome: Outcome, folder: Path) -> None:
     for name, value in result["metrics"].items():
         table.add_row(name, escape(_text(value)))
     console.print(table)
+    for line in _link_lines(result):
+        console.print(line, markup=False, highlight=False, soft_wrap=True)
     names = ", ".join(sorted(p.name for p in folder.iterdir()))
     console.print(f"written: {folder}/ ({names})", markup=False)
+
+
+def _link_lines(result: Mapping[str, Any]) -> list[str]:
+    """Return a line on each of a run's links."""
+    from spikeport.experiments.driver import link_line, robot_line  # needs the robot
+
+    lines = [link_line(result["link"])] if result["link"] is not None else []
+    return lines + ([robot_line(result["robot"])] if result["robot"] is not None else [])
 
 
 def unit_table(found: Mapping[str, Mapping[str, Any]]) -> Table:

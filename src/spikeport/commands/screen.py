@@ -61,8 +61,8 @@ def show_findings(findings: Findings, cores: bool) -> None:
         console.print(loss_table(findings.loss))
     for line in pass_lines(report):
         console.print(line, style="dim", markup=False)
-    _print_offloaded(console, report)
-    _print_hints(console, findings)
+    print_offloaded(console, report)
+    print_hints(console, report, findings.loss)
     console.print(verdict(report), markup=False)
 
 
@@ -82,23 +82,25 @@ def print_costs(
 def show_nothing(report: Report, verdict: str) -> None:
     """Print why a network has no image, and what was moved to the host."""
     console = Console(highlight=False)
-    _print_offloaded(console, report)
+    print_offloaded(console, report)
     console.print(f"{verdict}; there is no image", markup=False)
 
 
-def _print_offloaded(console: Console, report: Report) -> None:
+def print_offloaded(console: Console, report: Report) -> None:
+    """Print every ensemble that was moved to the host, with the rule it was moved for."""
     for one in report.offloaded:
         console.print(f"offloaded: {one}", markup=False)
 
 
-def _print_hints(console: Console, findings: Findings) -> None:
-    hints = [*findings.report.hints, *(() if findings.loss is None else findings.loss.hints)]
+def print_hints(console: Console, report: Report, loss: Loss | None = None) -> None:
+    """Print the hints, a line for each rule, and what nengo-loihi warned of."""
+    hints = [*report.hints, *(() if loss is None else loss.hints)]
     for (rule_id, rule), found in _by_rule(hints).items():
         named = [f"{hint.object} ({hint.used})" for hint in found[:MOST_NAMED]]
         more = [f"{len(found) - MOST_NAMED} more"] if len(found) > MOST_NAMED else []
         where = ", ".join([*named, *more])
         console.print(f"hint: {rule_id} {rule}: {where}; cure: {found[0].cure}", markup=False)
-    for warning in findings.report.warnings:
+    for warning in report.warnings:
         console.print(f"nengo-loihi: {warning}", style="dim", markup=False)
 
 

@@ -18,16 +18,16 @@ from spikeport.commands import nir
 from spikeport.commands.options import Target
 from spikeport.commands.progress import progress_bar
 from spikeport.commands.run import check_counts, check_target
-from spikeport.commands.screen import print_costs
+from spikeport.commands.screen import print_costs, print_hints, print_offloaded
 from spikeport.commands.tables import resource_table
 from spikeport.compile.report.summary import verdict
 from spikeport.constants import DT_S, LONGEST_RUN
-from spikeport.errors import UsageError, printable
-from spikeport.experiments import registry, run_folder
+from spikeport.errors import UsageError
+from spikeport.experiments import registry, run_folder, watching
 from spikeport.find_network import BUILT_IN, find_network
-from spikeport.simulation.probes import probe_outputs, probes_by_name
-from spikeport.simulation.run import Ran, RunOptions, run
-from spikeport.user_code import FILES
+from spikeport.simulation.probes import note_of_probes, probe_outputs
+from spikeport.simulation.run import Ran, RunOptions, Watch, run, unwatched
+from spikeport.user_code import FILES, contained
 
 FIGURE, DATASET = "spikeport.simulation.figure", "spikeport.simulation.dataset"
 """The modules that need the extra `runs`."""
@@ -46,6 +46,7 @@ class SimulateRequest:
     beside_float: bool
     out: Path | None
     overwrite: bool
+    offload: bool = False
     counts: bool = False
     build_timeout_s: float | None = None
     dt_s: float | None = None
@@ -63,11 +64,12 @@ def simulate(request: SimulateRequest) -> None:
         run_folder.opened(request.out, _stem(request.network), request.overwrite) as folder,
         run_folder.counting(request.counts) as counts,
     ):
-        with progress_bar() as progress:
+        with contained(request.network), progress_bar() as progress:
             progress("building the network", None)
             network = _network(request)
             played = nir.play(network, request.spikes)
-            ran = run(network, _options(request, counts), progress)
+            options = _options(request, counts)
+            ran = run(network, options, progress, _viewers(folder, options, series))
             progress("writing", None)
             _write(folder, request, ran, drawing, series)
             run_folder.add_counts(folder, counts)
@@ -105,8 +107,7 @@ def _network(request: SimulateRequest) -> nengo.Network:
     )
     if not network.all_probes:
         probe_outputs(network)
-        names = printable(", ".join(probes_by_name(network)))
-        print(f"note: the network has no probe; probed are its outputs: {names}", file=sys.stderr)
+        print(note_of_probes(network), file=sys.stderr)
     return network
 
 
@@ -116,10 +117,20 @@ def _options(request: SimulateRequest, counts: Path | None) -> RunOptions:
         backend=request.target.backend,
         chip=request.target.chip,
         pipeline=request.target.passes,
+        offload=request.offload,
         seed=request.seed,
         beside_float=request.beside_float,
         link=request.link,
         counts=counts,
+    )
+
+
+def _viewers(folder: Path, options: RunOptions, series: ModuleType) -> Watch:
+    """Return what answers viewers of a run, which one that keeps to a clock has no time for."""
+    if options.link.real_time:
+        return unwatched
+    return lambda recorded: watching.answer(
+        folder, lambda: series.dataset(recorded(), options.backend)
     )
 
 
@@ -154,7 +165,7 @@ def _result(request: SimulateRequest, ran: Ran, network: nengo.Network) -> dict[
         "metrics": {
             "errors": errors,
             "delays_s": {name: late and late[0] for name, late in delays.items()},
-            "errors_but_for_delays": {name: late and late[1] for name, late in delays.items()},
+            "errors_without_delays": {name: late and late[1] for name, late in delays.items()},
             "largest_error": max(known, default=None),
             "real_time_factor": request.seconds / ran.wall_s,
         },
@@ -171,6 +182,8 @@ def _show(ran: Ran, network: nengo.Network, played: str | None, folder: Path) ->
         print_costs(console, ran.report, ran.activity)
     console.print(_probe_table(ran))
     if ran.report is not None:
+        print_offloaded(console, ran.report)
+        print_hints(console, ran.report)
         console.print(verdict(ran.report), markup=False)
         nir.show_differences(network)
     if played is not None:
@@ -180,15 +193,18 @@ def _show(ran: Ran, network: nengo.Network, played: str | None, folder: Path) ->
 
 
 def _probe_table(ran: Ran) -> Table:
-    """Return every probe, with its error."""
+    """Return every probe, with the rms of its values in float, and its error relative to it."""
     table = Table("probe", box=SIMPLE_HEAD, title=f"probes on {ran.backend}, beside float Nengo")
-    for name in ("values", "samples", "error", "delay", "error but for it"):
+    for name in ("values", "samples", "rms", "error", "delay", "error, delay removed"):
         table.add_column(name, justify="right", no_wrap=True)
     for name, one in ran.recorded.items():
         n_samples, size = one.values.shape
         late = one.delayed()
         texts = ("", "") if late is None else (f"{1000 * late[0]:.0f} ms", _percent(late[1]))
-        table.add_row(escape(name), f"{size:,}", f"{n_samples:,}", _percent(one.error()), *texts)
+        rms = one.rms_float()
+        scale = "-" if rms is None else f"{rms:.2g}"
+        columns = (f"{size:,}", f"{n_samples:,}", scale, _percent(one.error()), *texts)
+        table.add_row(escape(name), *columns)
     return table
 
 

@@ -95,8 +95,6 @@ def by_step(image: ChipImage, path: Path | None, n_steps: int) -> list[np.ndarra
 def _read(path: Path) -> tuple[np.ndarray, np.ndarray]:
     try:
         found = npz.read(path)
-    except FileNotFoundError:
-        raise UsageError(f"{path}: no such file") from None
     except MismatchError as error:
         raise UsageError(f"{path}: not a file of spikes: {error}; {FORMAT}") from None
     if not set(WANTED) <= set(found):

@@ -1,8 +1,11 @@
-"""``spikeport view RUN``: a finished run as a page, which plays it in a browser."""
+"""``spikeport view RUN``: a run as a page, which plays it in a browser, also while it goes on."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from spikeport.errors import UsageError
+from spikeport.experiments import watching
 from spikeport.experiments.registry import imported
 from spikeport.files import read_json
 from spikeport.reading.hdf5 import read_dataset
@@ -13,22 +16,40 @@ MALFORMED = (AttributeError, ValueError, TypeError, LookupError)
 """Errors of drawing time series that are not those of a run."""
 
 
-def run(folder: Path, out: Path | None) -> None:
-    """Write the page of a run.
+def run(folder: Path, out: Path | None, live: bool = False) -> None:
+    """Write the page of a run; a live one is served before, until the run ends.
 
     Raises
     ------
     UsageError
-        If the folder holds no finished run, or its time series cannot be read.
+        If the folder holds no finished run, or none that goes on where a live one is asked for, or
+        if its time series cannot be read.
     MissingExtraError
         If xarray or MuJoCo is absent.
     """
+    if live:
+        _watch(folder)
     result = read_json(folder / "result.json")
     if not isinstance(result, dict) or not (folder / "probes.nc").is_file():
         raise UsageError(f"{folder}: no finished run; cure: name a folder that `run` has written")
     path = out or folder / PAGE
-    write(folder / "probes.nc", path, f"{result.get('experiment', 'run')}: {folder}")
+    what = result.get("experiment") or result.get("model", "run")
+    write(folder / "probes.nc", path, f"{what}: {folder}")
     print(f"written: {path} ({path.stat().st_size / 1e6:.1f} MB); open it in a browser")
+
+
+def _watch(folder: Path) -> None:
+    if not folder.is_dir():
+        raise UsageError(f"{folder}: no such folder")
+    if not watching.goes_on(folder):
+        raise UsageError(f"{folder}: no run goes on in it; cure: leave out --live")
+    live = imported("view", "spikeport.experiments.viewer.live", "runs")
+    with _readable(folder):
+        live.watch(folder, f"live: {folder}", _announce)
+
+
+def _announce(url: str) -> None:
+    print(f"open {url} in a browser; it follows the run to its end", flush=True)
 
 
 def write(probes: Path, path: Path, title: str) -> None:
@@ -41,8 +62,17 @@ def write(probes: Path, path: Path, title: str) -> None:
     MissingExtraError
         If xarray or MuJoCo is absent.
     """
-    page = imported("view", "spikeport.experiments.viewer.page")
-    try:
+    page = imported("view", "spikeport.experiments.viewer.page", "runs")
+    with _readable(probes):
         page.write_page(path, read_dataset(probes), title)
+
+
+@contextmanager
+def _readable(path: Path) -> Iterator[None]:
+    """Refuse time series that cannot be read, or are not those of a run."""
+    try:
+        yield
+    except UsageError:
+        raise
     except (MismatchError, OSError, *MALFORMED) as error:
-        raise UsageError(f"{probes}: cannot be read ({shown(error)})") from None
+        raise UsageError(f"{path}: cannot be read ({shown(error)})") from None

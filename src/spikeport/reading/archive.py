@@ -10,6 +10,7 @@ from collections import Counter
 from pathlib import Path, PurePosixPath
 from typing import BinaryIO
 
+from spikeport.errors import UsageError
 from spikeport.reading.mismatch import MismatchError
 
 NUMBERS = 2**23
@@ -37,11 +38,22 @@ DAMAGES = (
 """Errors that zipfile raises of a damaged archive that lies in memory."""
 
 
+class UnreadableError(UsageError):
+    """A file is not there, or the system does not let it be read; ``reason`` says which."""
+
+    def __init__(self, path: Path, error: OSError) -> None:
+        missing = isinstance(error, FileNotFoundError)
+        self.reason = "no such file" if missing else f"cannot be read: {error.strerror}"
+        super().__init__(f"{path}: {self.reason}")
+
+
 def read_bytes(path: Path, limit: int = FILE_BYTES) -> bytes:
     """Return what is in a file.
 
     Raises
     ------
+    UnreadableError
+        It is not there, a folder, or not to be read.
     MismatchError
         It is no file (a pipe may never end), or larger than the limit.
     """
@@ -49,7 +61,10 @@ def read_bytes(path: Path, limit: int = FILE_BYTES) -> bytes:
         size = os.fstat(file.fileno()).st_size
         if size > limit:
             raise MismatchError(f"a file of at most {limit:,} bytes", f"{size:,}")
-        return file.read(size)  # of the limit, Python would first set all aside
+        try:
+            return file.read(size)  # of the limit, Python would first set all aside
+        except OSError as error:
+            raise UnreadableError(path, error) from None
 
 
 def open_file(path: Path) -> BinaryIO:
@@ -57,10 +72,15 @@ def open_file(path: Path) -> BinaryIO:
 
     Raises
     ------
+    UnreadableError
+        It is not there, a folder, or not to be read.
     MismatchError
         It is no file: a pipe may never end.
     """
-    file = open(path, "rb", opener=_without_waiting)  # noqa: SIM115
+    try:
+        file = open(path, "rb", opener=_without_waiting)  # noqa: SIM115
+    except OSError as error:
+        raise UnreadableError(path, error) from None
     if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
         file.close()
         raise MismatchError("a file", "a pipe or a device")

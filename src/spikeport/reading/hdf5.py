@@ -2,10 +2,12 @@
 
 HDF5 can link to other files, take its data out of them, and ask for libraries that undo a filter:
 h5py would follow. Sizes are checked before anything is inflated. On a damaged file the HDF5 library
-may loop for ever, or end its process: it reads in a process of its own, of limited time.
+may loop for ever, or end its process: it reads in a process of its own, of limited time and memory.
 """
 
+import contextlib
 import io
+import math
 import multiprocessing
 import resource
 import warnings
@@ -38,6 +40,8 @@ TEXTS = 40_000
 """In an array: two for each of 20,000 edges, which take seconds one by one."""
 CPU_S = 6
 """The CPU time that reading may take: the largest file that is allowed takes two to four."""
+MEMORY_BYTES = 2**30
+"""The memory that reading may take, beside what the process has at its start."""
 CONTEXT = multiprocessing.get_context("fork")
 SKIPPED = "metadata"
 """A group that says nothing of what a NIR graph computes."""
@@ -49,7 +53,6 @@ DAMAGES = (
     ValueError,
     TypeError,
     AttributeError,
-    MemoryError,
     OverflowError,
     IndexError,
 )
@@ -87,7 +90,7 @@ def read_dataset(path: Path) -> "xr.Dataset":
 
 
 def _in_a_child(function: Callable[[bytes], T], content: bytes) -> T:
-    """Return what a function makes of a file, in a process of limited CPU time."""
+    """Return what a function makes of a file, in a process of limited CPU time and memory."""
     receiver, sender = CONTEXT.Pipe(duplex=False)
     child = CONTEXT.Process(target=_send, args=(sender, function, content), daemon=True)
     with warnings.catch_warnings(action="ignore"):  # of threads, which the child does not use
@@ -108,13 +111,26 @@ def _in_a_child(function: Callable[[bytes], T], content: bytes) -> T:
 
 
 def _send(sender: Connection, function: Callable[[bytes], object], content: bytes) -> None:
-    """Send what is in a file, or why it is refused, before the time is over."""
-    resource.setrlimit(resource.RLIMIT_CPU, (CPU_S, CPU_S))
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    """Send what is in a file, or why it is refused, before time or memory is over."""
+    _limit(resource.RLIMIT_CPU, CPU_S)
+    _limit(resource.RLIMIT_CORE, 0)
+    with contextlib.suppress(OSError):  # a system that does not say what a process has
+        pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
+        _limit(resource.RLIMIT_AS, pages * resource.getpagesize() + MEMORY_BYTES)
     try:
         sender.send(function(content))
     except MismatchError as error:
         sender.send(str(error))
+    except MemoryError:
+        wanted = f"a file that takes at most {MEMORY_BYTES:,} bytes of memory"
+        sender.send(str(MismatchError(wanted, "one that takes more")))
+
+
+def _limit(kind: int, most: int) -> None:
+    """Limit a resource of this process, which may have a lower limit already."""
+    _, hard = resource.getrlimit(kind)
+    most = most if hard == resource.RLIM_INFINITY else min(most, hard)
+    resource.setrlimit(kind, (most, most))
 
 
 def _values(content: bytes) -> dict[str, Value]:
@@ -137,6 +153,8 @@ def _dataset(content: bytes) -> "xr.Dataset":
             io.BytesIO(content), engine="h5netcdf", mask_and_scale=False, decode_times=False
         ) as dataset:
             return dataset.load()
+    except MemoryError:
+        raise
     except Exception as error:  # the readers of netCDF raise anything for a damaged file
         raise MismatchError("time series in netCDF", str(error) or type(error).__name__) from error
 
@@ -180,6 +198,10 @@ class _Reader:
         filters = item.id.get_create_plist()
         if any(filters.get_filter(i)[0] not in FILTERS for i in range(filters.get_nfilters())):
             raise MismatchError(f"{name} deflated, or as it is", "another filter")
+        # a chunk is inflated whole, whatever is read of it
+        chunk = math.prod(item.chunks or ()) * item.dtype.itemsize
+        if chunk > FILE_BYTES:
+            raise MismatchError(f"chunks of at most {FILE_BYTES:,} bytes in {name}", f"{chunk:,}")
         if self._h5py.check_string_dtype(item.dtype) is not None:
             return self._texts(item, name)
         if item.dtype.kind not in "biuf":
@@ -191,6 +213,9 @@ class _Reader:
 
     def _texts(self, item: Any, name: str) -> str | list[str]:
         """Return texts one after the other, since their sizes are not known before."""
+        if item.dtype.itemsize > TEXT_BYTES:
+            found = f"texts of {item.dtype.itemsize:,} bytes"
+            raise MismatchError(f"at most {TEXT_BYTES:,} bytes of texts in {name}", found)
         if item.shape is None or item.size > TEXTS:
             raise MismatchError(f"at most {TEXTS:,} texts in {name}", f"{item.size}")
         texts = [self._text_of(one, name) for one in self._rows(item)]

@@ -14,10 +14,11 @@ from spikeport.errors import UsageError, printable
 from spikeport.files import read_json, read_model
 
 CODE_LETTERS = 10**6
-"""Letters of all code cells, a hundred times those of a long tutorial; a cell is parsed once for
-each magic in it."""
+"""Letters of all code cells, a hundred times those of a long tutorial."""
 MAGICS = 200
-"""Magics in a cell, for the same reason."""
+"""Magics in a cell."""
+PARSED_LETTERS = 4 * 10**6
+"""Letters that are parsed, some seconds' worth: a cell is parsed once more for each magic in it."""
 MAGIC = re.compile(r"\s*((?:[\w, ]+=)?\s*[%!]|\?|.*\?\s*$)")
 """A line of IPython: ``%magic``, ``!command``, ``x = !command``, ``?name`` or ``name?``."""
 PYTHON_INSIDE = ("capture", "prun", "time", "timeit")
@@ -65,12 +66,14 @@ def read_notebook(path: Path) -> list[Cell]:
     if not language.lower().startswith(("python", "ipython")):
         raise UsageError(f"{path}: a notebook of {printable(language)}, expected Python")
     code = {i: "".join(c.source) for i, c in enumerate(notebook.cells, 1) if c.cell_type == "code"}
-    if sum(map(len, code.values())) > CODE_LETTERS:
+    letters = sum(map(len, code.values()))
+    if letters > CODE_LETTERS:
         raise UsageError(f"{path}: more than {CODE_LETTERS:,} letters of code; leave cells out")
-    return [_cell(path, number, source) for number, source in code.items()]
+    magics = min(MAGICS, PARSED_LETTERS // max(letters, 1))
+    return [_cell(path, number, source, magics) for number, source in code.items()]
 
 
-def _cell(path: Path, number: int, source: str) -> Cell:
+def _cell(path: Path, number: int, source: str, magics: int) -> Cell:
     lines, skipped = source.splitlines(), list[str]()
     if lines and lines[0].lstrip().startswith("%%"):
         inside = lines[0].strip("% \t").partition(" ")[0] in PYTHON_INSIDE
@@ -81,8 +84,11 @@ def _cell(path: Path, number: int, source: str) -> Cell:
     while (fault := _fault(lines)) is not None:
         row = (fault.lineno or 0) - 1 if isinstance(fault, SyntaxError) else -1
         magic = 0 <= row < len(lines) and MAGIC.match(lines[row])
-        if not magic or len(skipped) > MAGICS:
+        if not magic:
             raise UsageError(f"{path}: cell {number} is not Python: {printable(str(fault))}")
+        if len(skipped) == magics:
+            most = f"more than {magics} lines of IPython, the most in so much code"
+            raise UsageError(f"{path}: cell {number}: {most}; leave some out")
         skipped.append(_skip(lines, row))
     return Cell(number, "\n".join(lines) + "\n", tuple(skipped))
 

@@ -36,7 +36,7 @@ def read_text(path: Path, limit: int = TEXT_BYTES) -> str:
     ------
     MismatchError
         If it is too large, or no text.
-    OSError
+    UnreadableError
         If it cannot be read.
     """
     content = read_bytes(path, limit)

@@ -49,7 +49,7 @@ def _in_words(one: Recorded) -> str:
     hidden = f", {LINES} of {size} dimensions" if size > LINES and not one.spikes else ""
     text = hidden + ("" if error is None else f": {100 * error:.2g} % off")
     if (late := one.delayed()) is not None:
-        text += f"; {100 * late[1]:.2g} % but for a delay of {1000 * late[0]:.0f} ms"
+        text += f", {100 * late[1]:.2g} % with its delay of {1000 * late[0]:.0f} ms removed"
     return text
 
 

@@ -8,7 +8,7 @@ from nengo.base import NengoObject, ObjView
 from nengo.ensemble import Neurons
 
 from spikeport.compile.ground.names import Names, base
-from spikeport.errors import UsageError
+from spikeport.errors import UsageError, printable
 
 TAU_S = 0.01
 """The filter of probes of ensembles that nobody probed: long enough to see values in spikes."""
@@ -49,24 +49,28 @@ def records_spikes(probe: nengo.Probe) -> bool:
 def probe_outputs(network: nengo.Network) -> list[nengo.Probe]:
     """Add a probe to each output of a network: ensembles and nodes that nothing reads.
 
-    Nengo seeds probes last, so that all else stays as it is.
+    Where all is read by something, as in a loop with an environment, to each ensemble. Nengo seeds
+    probes last, so that all else stays as it is.
 
     Raises
     ------
     UsageError
         There is none.
     """
-    found = list(outputs(network))
+    found = list(outputs(network)) or network.all_ensembles
     if not found:
-        raise UsageError(
-            "the network has no probe, and no output to probe: all it has is read by something; "
-            "add nengo.Probe(OBJECT, synapse=0.01) to it"
-        )
+        raise UsageError("the network has no probe, and neither outputs nor ensembles to probe")
     with network:
         return [
             nengo.Probe(one, synapse=TAU_S if isinstance(one, nengo.Ensemble) else None)
             for one in found
         ]
+
+
+def note_of_probes(network: nengo.Network) -> str:
+    """Return a note on the probes that were added to a network which had none."""
+    names = printable(", ".join(probes_by_name(network)))
+    return f"note: the network has no probe; probed here: {names}"
 
 
 def outputs(network: nengo.Network) -> Iterator[NengoObject]:

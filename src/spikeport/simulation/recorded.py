@@ -37,6 +37,16 @@ class Recorded:
         """
         return None if self._filtered is None else _apart(*self._filtered)
 
+    def rms_float(self) -> float | None:
+        """Return the rms of the filtered values in float, None where there is no error.
+
+        It is the scale of the error: one of values near zero is mostly their noise.
+        """
+        if self._filtered is None:
+            return None
+        exact = self._filtered[1]
+        return float(np.linalg.norm(exact) / np.sqrt(exact.size))
+
     def delayed(self) -> tuple[float, float] | None:
         """Return the delay in s, up to 50 ms, at which the error is least, and that error.
 

@@ -1,12 +1,12 @@
 """A network on a backend, and beside it in float Nengo."""
 
 import time
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import nengo
-import numpy as np
 
 from spikeport.backends import registry
 from spikeport.backends.board.link import OWN_STUB, LinkOptions
@@ -34,6 +34,8 @@ class RunOptions:
         Number of steps.
     backend, chip, pipeline : str
         The backend and chip it runs on, and the passes of its compile; by default the chip's.
+    offload : bool
+        Move ensembles that break a rule of the chip to the host.
     seed : int
         Seed of noise and processes.
     beside_float : bool
@@ -48,6 +50,7 @@ class RunOptions:
     backend: str = "native"
     chip: str | Path = "loihi"
     pipeline: Pipeline | str | None = None
+    offload: bool = False
     seed: int = 0
     beside_float: bool = True
     link: LinkOptions = OWN_STUB
@@ -70,7 +73,20 @@ class Ran(NamedTuple):
     link: dict[str, object] | None
 
 
-def run(network: nengo.Network, options: RunOptions, progress: Progress = silent) -> Ran:
+Watch = Callable[[Callable[[], dict[str, Recorded]]], None]
+"""A function that is called now and then with one that returns the recordings so far."""
+
+
+def unwatched(_recorded: Callable[[], dict[str, Recorded]]) -> None:
+    """Look at no recordings."""
+
+
+def run(
+    network: nengo.Network,
+    options: RunOptions,
+    progress: Progress = silent,
+    watch: Watch = unwatched,
+) -> Ran:
     """Run a network on a backend and, where that is asked for, in float Nengo afterwards.
 
     Float Nengo runs a copy, so that objects which nodes call (an environment) begin anew. Functions
@@ -87,24 +103,33 @@ def run(network: nengo.Network, options: RunOptions, progress: Progress = silent
     probes = probes_by_name(network)
     beside = _twin(network) if options.beside_float and backend != FLOAT else None
     with _opened(network, options, backend, progress) as sim:
+
+        def advanced(what: str, share: float | None) -> None:
+            progress(what, share)
+            if sim.n_steps:
+                watch(lambda: _recorded(sim, probes))
+
         start = time.perf_counter()
-        _advance(sim, options.steps, f"simulating on {backend}", progress)
+        _advance(sim, options.steps, f"simulating on {backend}", advanced)
         wall_s = time.perf_counter() - start
-        values = {name: sim.data[probe] for name, probe in probes.items()}
-        times = {name: sim.trange(probe.sample_every) for name, probe in probes.items()}
+        recorded = _recorded(sim, probes)
         activity, compilation, link = sim.activity, sim.compilation, sim.link
         report_json = None if compilation is None else sim.report()
-    exact: dict[str, np.ndarray] = {}
     if beside is not None:
         with _opened(beside, options, FLOAT, progress) as sim:
             _advance(sim, options.steps, "simulating in float Nengo", progress)
-            exact = {name: sim.data[p] for name, p in probes_by_name(beside).items()}
-    recorded = {
-        name: Recorded(times[name], values[name], exact.get(name), records_spikes(probe))
-        for name, probe in probes.items()
-    }
+            for name, probe in probes_by_name(beside).items():
+                recorded[name] = replace(recorded[name], values_float=sim.data[probe])
     report = None if compilation is None else compilation.report
     return Ran(backend, recorded, activity, report, report_json, wall_s, link)
+
+
+def _recorded(sim: Simulator, probes: Mapping[str, nengo.Probe]) -> dict[str, Recorded]:
+    """Return the recordings of a run so far."""
+    return {
+        name: Recorded(sim.trange(probe.sample_every), sim.data[probe], None, records_spikes(probe))
+        for name, probe in probes.items()
+    }
 
 
 def _twin(network: nengo.Network) -> nengo.Network:
@@ -126,6 +151,7 @@ def _opened(
         backend=backend,
         seed=options.seed,
         pipeline="" if backend == FLOAT else options.pipeline,
+        offload=options.offload and backend != FLOAT,
         progress=progress,
         counts=None if backend == FLOAT else options.counts,
         link=options.link,

@@ -66,7 +66,7 @@ def test_a_stub_that_is_cut_ends_the_run(
         ("board", {"board": "unix:/x", "faults": ("cut@1",)}, UsageError, "is for the stub"),
         ("board", {"record": Path("/nowhere/x")}, UsageError, "--record /nowhere/x: No such file"),
         ("replay", {}, UsageError, "name it, --replay FILE"),
-        ("replay", {"replay": Path("/nowhere/x")}, BackendError, "/nowhere/x: No such file"),
+        ("replay", {"replay": Path("/nowhere/x")}, BackendError, "/nowhere/x: no such file"),
     ],
 )
 def test_links_that_are_none_are_refused(

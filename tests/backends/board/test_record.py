@@ -77,7 +77,7 @@ def test_other_files_are_refused(tmp_path: Path, wrong: bytes) -> None:
 
 
 def test_a_missing_file_is_named(tmp_path: Path) -> None:
-    with pytest.raises(BackendError, match="missing: No such file"):
+    with pytest.raises(BackendError, match="missing: no such file"):
         Record(tmp_path / "missing")
 
 

@@ -35,15 +35,15 @@ def test_what_compiles_rewritten_is_said_with_its_cores() -> None:
 def test_what_does_not_is_said_too_and_only_where_it_was_refused_as_written() -> None:
     with nengo.Network(seed=1) as network:
         nengo.Ensemble(2, 1, encoders=[[0.0], [1.0]])
-    assert refusal(network).advice == "more: -p compact does not compile it either"
+    assert refusal(network).advice == "more: -p compact does not compile it either; try --offload"
     assert refusal(network, "compact").advice == ""
 
 
 def test_what_no_pass_mends_is_not_tried() -> None:
     with sparse() as network:
         nengo.Ensemble(5, 1, neuron_type=nengo.Tanh())
-    assert advice(network, pytest.fail) == OFFLOAD
-    assert refusal(network).advice == OFFLOAD
+    assert advice(network, pytest.fail) == advice(network, pytest.fail, rewritten=True) == OFFLOAD
+    assert refusal(network).advice == refusal(network, "compact").advice == OFFLOAD
     with nengo.Network(seed=1) as network:
         nengo.Ensemble(5, 1, gain=np.full(5, np.nan), bias=np.ones(5))
     assert refusal(network).advice == ""

@@ -114,6 +114,12 @@ def through_node(function: Callable[..., object] | None) -> None:
     nengo.Connection(node, nengo.Ensemble(10, 1))
 
 
+def probed_from_host(end: bool) -> None:
+    a = nengo.Ensemble(10, 1)
+    connection = nengo.Connection(nengo.Node(0.5), a)
+    nengo.Probe(a if end else connection)
+
+
 def regular(outside: float, inside: float) -> None:
     kind = nengo.RegularSpiking(nengo.LIFRate(amplitude=inside), amplitude=outside)
     nengo.Ensemble(10, 1, neuron_type=kind)
@@ -145,6 +151,7 @@ CASES = [
         partial(convolved, FLAT_LINE, **EVEN),
     ),
     Case("'activities' matrix is all zero", partial(read_out, 0.99), partial(read_out, -0.5)),
+    Case("is not probeable", partial(probed_from_host, False), partial(probed_from_host, True)),
     Case(
         "NaNs detected in encoders",
         partial(loop, encoders=np.zeros((20, 1))),

@@ -7,6 +7,7 @@ from pathlib import Path
 import nengo
 import numpy as np
 import pytest
+import scipy.sparse
 
 from spikeport.compile.check import memory
 from spikeport.compile.check.memory import VARIABLE, available, estimate, over_memory
@@ -37,9 +38,38 @@ def test_the_estimate_is_in_proportion_to_a_chain() -> None:
 
 
 def test_weights_take_150_bytes_each() -> None:
-    none = estimate(wired(nengo.Sparse((300, 300), indices=[(0, 0)], init=1)))
-    assert estimate(wired(np.ones((300, 300)))) - none == 150 * (300 * 300 - 1)
-    assert estimate(wired(1.0)) - none == 150 * (300 - 1)
+    each = estimate(wired(1.0))
+    assert estimate(wired(np.ones((300, 300)))) - each == 150 * (300 * 300 - 300)
+
+
+def test_weights_of_sparse_matrices_are_counted() -> None:
+    def of(places: list[tuple[int, int]], init: object) -> int:
+        return estimate(wired(nengo.Sparse((300, 300), indices=places, init=init)))
+
+    one = of([(0, 0)], 1)
+    diagonal = [(i, i) for i in range(300)]
+    assert of(diagonal, 1) - one == of(diagonal, np.ones(300)) - one == 700 * 299
+    assert estimate(wired(nengo.Sparse((300, 300), init=scipy.sparse.eye(300)))) - one == 700 * 299
+
+
+def test_probes_are_counted() -> None:
+    network = chain(2)
+    without = estimate(network)
+    with network:
+        for ensemble in network.ensembles:
+            nengo.Probe(ensemble)
+    assert estimate(network) - without == 2 * 20_000
+
+
+def test_many_inputs_of_a_large_ensemble_take_little_each() -> None:
+    def with_inputs(n: int) -> int:
+        with nengo.Network() as network:
+            ensemble = nengo.Ensemble(2000, 1)
+            for _ in range(n):
+                nengo.Connection(nengo.Node([0.0]), ensemble)
+        return estimate(network)
+
+    assert with_inputs(500) - with_inputs(0) == pytest.approx(45e6, rel=0.5)  # the growth observed
 
 
 def test_a_convolution_has_copies_of_its_kernel() -> None:

@@ -187,3 +187,21 @@ def _refusal(network: nengo.Network) -> RefusedError:
     with pytest.raises(RefusedError) as raised:
         compile_network(network)
     return raised.value
+
+
+def test_what_has_no_alternative_is_moved_at_once() -> None:
+    """One attempt for all: each checks all rules, and a network may break one in every ensemble."""
+    with nengo.Network(seed=1) as network:
+        nengo.Ensemble(5, 1, label="stays")
+        for i in range(9):
+            nengo.Ensemble(20 - i, 1, neuron_type=nengo.Tanh(), label=f"moves {i}")
+    attempts = []
+
+    def attempt() -> None:
+        attempts.append(1)
+        compile_network(network)
+
+    search = Offload(network, attempt)
+    search.result()
+    assert len(attempts) == 2
+    assert [move.ensemble.n_neurons for move in search.moves] == [*range(12, 21)]

@@ -41,7 +41,7 @@ def test_a_rule_is_found_by_its_id_in_either_case() -> None:
 def test_an_unknown_id_lists_all() -> None:
     with pytest.raises(UsageError) as raised:
         rules.get("SP999")
-    assert str(raised.value) == f"unknown rule 'SP999'; there is: {', '.join(rules.RULES)}"
+    assert str(raised.value) == f"unknown rule 'SP999'; choose from: {', '.join(rules.RULES)}"
 
 
 def test_numbers_fill_in_the_cure() -> None:

@@ -39,7 +39,7 @@ def test_a_parameter_that_is_not_valid_is_nengos_validation_error() -> None:
     assert str(error) == (
         "a: nengo-loihi refuses it: Samples.samples: Wrong number of samples requested; got 7, "
         f"should be 3; cure: change this object, {HOST}\n"
-        "more: -p compact does not compile it either"
+        "more: -p compact does not compile it either; try --offload"
     )
 
 

@@ -83,7 +83,7 @@ def test_a_rate_that_no_neuron_can_have_is_refused(wired: ChipImage, rate: float
 def test_the_name_of_no_ensemble_is_refused(wired: ChipImage) -> None:
     with pytest.raises(UsageError) as raised:
         expected_activity(wired, Rates(0, {"prae": 1}))
-    assert str(raised.value) == "unknown ensemble 'prae'; there is: host, post, pre"
+    assert str(raised.value) == "unknown ensemble 'prae'; choose from: host, post, pre"
 
 
 def test_pieces_go_by_the_name_of_the_whole(convolution: Callable[..., nengo.Network]) -> None:

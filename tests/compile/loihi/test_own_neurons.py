@@ -57,12 +57,6 @@ def test_large_weights_have_a_larger_step():
     assert [int(w[0, 0]) for w in synapse.weights] == [2**20, 0]
 
 
-def test_thresholds_make_up_for_decays_that_are_rounded():
-    block = own_block(network(IntegrateAndFire(2.0**20, 1.0, 0.1), np.array([[64.0, 64]])))
-    wanted = 2**20 / (410 / 409.6)
-    assert abs(block.compartment.vth[0] - wanted) <= 32
-
-
 @pytest.mark.parametrize(
     ("kind", "weight", "message"),
     [

@@ -45,7 +45,7 @@ def test_several_options() -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("split,pack{efort=2}", "unknown option of pass pack 'efort'; there is: effort, exact"),
+        ("split,pack{efort=2}", "unknown option of pass pack 'efort'; choose from: effort, exact"),
         ("split{effort=2}", "unknown option of pass split 'effort'; it takes none"),
         (
             "pack{effort=two}",
@@ -100,6 +100,6 @@ def test_what_is_wrong_is_said(text: str, message: str) -> None:
 
 
 def test_an_unknown_pass_names_those_there_are() -> None:
-    known = r"^unknown pass or pipeline 'pak'; there is: as_written, compact, .*merge_axons.*split"
+    known = r"^unknown pass or pipeline 'pak'; choose from: as_written, compact, .*merge_axons.*"
     with pytest.raises(UsageError, match=known):
         parse("split,pak")

@@ -18,7 +18,7 @@ def test_an_unknown_name_lists_those_there_are() -> None:
     with pytest.raises(UsageError) as caught:
         get("pak")
     known = ", ".join(sorted([*PIPELINES, *PASSES]))
-    assert str(caught.value) == f"unknown pass or pipeline 'pak'; there is: {known}"
+    assert str(caught.value) == f"unknown pass or pipeline 'pak'; choose from: {known}"
 
 
 def test_a_pipeline_within_another_is_refused() -> None:

@@ -99,11 +99,11 @@ def test_a_drawing_without_a_reader_has_no_reading(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
-        ({"digit": 10}, "unknown digit '10'; there is: 0, 1, 2, 3, 4, 5, 6, 7, 8, 9"),
+        ({"digit": 10}, "unknown digit '10'; choose from: 0, 1, 2, 3, 4, 5, 6, 7, 8, 9"),
         ({"width_m": 0.0}, "width_m=0: a size must be above 0 and finite"),
         ({"height_m": float("nan")}, "height_m=nan: a size must be above 0 and finite"),
         ({"x_m": float("inf")}, "x_m=inf: a place must be finite"),
-        ({"preset": "fat"}, "unknown preset 'fat'; there is: lean, paper"),
+        ({"preset": "fat"}, "unknown preset 'fat'; choose from: lean, paper"),
     ],
 )
 def test_a_wrong_setting_says_what_is_allowed(wrong, message):

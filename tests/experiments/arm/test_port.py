@@ -175,7 +175,7 @@ def test_the_region_is_the_same_every_time(law, region):
 def test_an_unknown_appearance_lists_those_there_are():
     with pytest.raises(UsageError) as caught:
         ReachTrial(ReachSettings(appearance="chrome"), Options(1.0)).plant()
-    assert str(caught.value) == "unknown appearance 'chrome'; there is: menagerie, primitive"
+    assert str(caught.value) == "unknown appearance 'chrome'; choose from: menagerie, primitive"
 
 
 def test_a_step_is_at_a_limit_if_one_joint_is_there_or_beyond(law):

@@ -95,9 +95,9 @@ def test_the_network_seed_changes_the_image_and_sizes_replace_the_presets():
     [
         (
             {"box": "huge"},
-            "unknown box 'huge'; there is: large, small, x0:x1,y0:y1,z0:z1 (m)",
+            "unknown box 'huge'; choose from: large, small, x0:x1,y0:y1,z0:z1 (m)",
         ),
-        ({"preset": "fat"}, "unknown preset 'fat'; there is: lean, paper"),
+        ({"preset": "fat"}, "unknown preset 'fat'; choose from: lean, paper"),
         ({"cb": -5}, "cb=-5: the number of neurons must be at least 1"),
         ({"network_seed": 2**32}, "network_seed=4294967296: a seed must be from 0 to 4294967295"),
     ],

@@ -132,7 +132,7 @@ def test_what_is_no_box_is_refused(text):
     with pytest.raises(UsageError) as caught:
         find_box(text)
     assert str(caught.value) == (
-        f"unknown box '{text}'; there is: large, small, x0:x1,y0:y1,z0:z1 (m)"
+        f"unknown box '{text}'; choose from: large, small, x0:x1,y0:y1,z0:z1 (m)"
     )
 
 

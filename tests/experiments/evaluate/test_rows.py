@@ -25,7 +25,7 @@ def test_rows_that_are_asked_for_follow_the_nominal_one():
 @pytest.mark.parametrize(
     ("texts", "message"),
     [
-        (["speed=1"], "unknown key of a perturbation 'speed'; there is: action_delay, "),
+        (["speed=1"], "unknown key of a perturbation 'speed'; choose from: action_delay, "),
         (["push=hard"], "--row push=hard: expected a number"),
         (["push"], "--row push: expected KEY=VALUE"),
         (["push=1", "push=1.0"], "--row push=1.0: given twice"),

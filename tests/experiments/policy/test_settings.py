@@ -11,7 +11,7 @@ from spikeport.networks.policy import PolicyOptions
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
-        ({"policy": "mlp"}, "unknown policy 'mlp'; there is: spiking, the path of a file"),
+        ({"policy": "mlp"}, "unknown policy 'mlp'; choose from: spiking, the path of a file"),
         (
             {"n_neurons": 7},
             "n_neurons=7: a unit has as many neurons for each sign; give an even number from 2 on",
@@ -19,7 +19,7 @@ from spikeport.networks.policy import PolicyOptions
         ({"tau_fwd": 0.0}, "tau_fwd=0: a filter must be above 0 and below 1 s"),
         ({"tau_out": 1.0}, "tau_out=1: a filter must be above 0 and below 1 s"),
         ({"network_seed": -1}, "network_seed=-1: a seed must be from 0 to 4294967295"),
-        ({"units": "hh"}, "unknown units 'hh'; there is: hybrid, if, lif, relu"),
+        ({"units": "hh"}, "unknown units 'hh'; choose from: hybrid, if, lif, relu"),
     ],
 )
 def test_a_wrong_setting_says_what_is_allowed(wrong, message):

@@ -93,7 +93,7 @@ def test_phases_that_do_not_follow_each_other(reason, changed, to, message):
 @pytest.mark.parametrize(
     ("changed", "to", "message"),
     [
-        ("draw = 0.8", "jump = 0.8", "utilities: unknown action 'jump'; there is: draw, walk"),
+        ("draw = 0.8", "jump = 0.8", "utilities: unknown action 'jump'; choose from: draw, walk"),
         ("draw = 0.8", "draw = 1.2", "utilities: 'draw' has utility 1.2, limit 0 to 1"),
         ("draw = 0.8", "draw = -0.2", "utilities: 'draw' has utility -0.2, limit 0 to 1"),
         ("draw = 0.8", "draw = nan", "utilities.draw: Input should be a finite number"),
@@ -153,8 +153,8 @@ def test_an_arm_without_work(refused, file, phases):
 @pytest.mark.parametrize(
     ("path", "message"),
     [
-        ("round", "unknown path 'round'; there is: FILE.csv, figure-eight, line, loop, s-curve"),
-        ("nothing.csv", "path 'nothing.csv': No such file or directory"),
+        ("round", "unknown path 'round'; choose from: FILE.csv, figure-eight, line, loop, s-curve"),
+        ("nothing.csv", "nothing.csv: no such file"),
     ],
 )
 def test_a_path_that_is_not_there(refused, file, text, path, message):
@@ -169,6 +169,6 @@ def test_a_phase_longer_than_the_run(refused, file, text):
 
 
 def test_a_schedule_that_is_not_there(refused, tmp_path):
-    known = "there is: free-standing, switch, the path of a file"
+    known = "choose from: free-standing, switch, the path of a file"
     assert refused("", schedule="none") == f"unknown schedule 'none'; {known}"
     assert refused("", schedule=tmp_path) == f"{tmp_path}: cannot be read: Is a directory"

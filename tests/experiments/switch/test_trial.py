@@ -130,14 +130,14 @@ def test_a_fall_ends_the_run_and_all_later_phases(tmp_path, brief):
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
-        (["digit=12"], "unknown digit '12'; there is: 0, 1, 2, 3, 4, 5, 6, 7, 8, 9"),
-        (["preset=fat"], "unknown preset 'fat'; there is: lean, paper"),
+        (["digit=12"], "unknown digit '12'; choose from: 0, 1, 2, 3, 4, 5, 6, 7, 8, 9"),
+        (["preset=fat"], "unknown preset 'fat'; choose from: lean, paper"),
         (
             ["n_neurons=7"],
             "n_neurons=7: a unit has as many neurons for each sign; give an even number from 2 on",
         ),
         (["network_seed=-1"], "network_seed=-1: a seed must be from 0 to 4294967295"),
-        (["appearance=wood"], "unknown appearance 'wood'; there is: menagerie, primitive"),
+        (["appearance=wood"], "unknown appearance 'wood'; choose from: menagerie, primitive"),
     ],
 )
 def test_a_wrong_setting_is_refused_before_the_run(tmp_path, spikeport, settings, message):

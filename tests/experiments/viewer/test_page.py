@@ -29,6 +29,13 @@ def test_a_run_without_a_robot_has_its_rows(series, tmp_path):
 
 
 @pytest.mark.slow
+def test_a_run_without_a_robot_shows_none(series, tmp_path):
+    write_page(tmp_path / "view.html", series.drop_vars("qpos"), "net")
+    with browser() as opened, tab_of(opened, tmp_path / "view.html") as tab:
+        assert not tab.locator("#robot").is_visible()
+
+
+@pytest.mark.slow
 def test_it_plays_scrubs_turns_and_saves(page, tmp_path):
     with browser() as opened, tab_of(opened, page) as tab:
 

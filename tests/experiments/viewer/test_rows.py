@@ -2,7 +2,9 @@
 
 import numpy as np
 
-from spikeport.experiments.viewer.rows import MOST_POINTS, MOST_SPIKES, rows
+from spikeport.experiments.viewer.rows import MOST_POINTS, MOST_SPIKES, end_s, rows
+from spikeport.simulation.dataset import dataset
+from spikeport.simulation.recorded import Recorded
 
 
 def test_errors_gates_and_spikes_come_first(series):
@@ -17,6 +19,23 @@ def test_rows_are_no_longer_than_a_screen_can_show(series):
     for row in rows(series):
         assert len(row.times_s) == len(row.values)
         assert len(row.times_s) <= (MOST_SPIKES if row.values.ndim == 1 else MOST_POINTS)
+
+
+def test_probes_of_a_network_have_rows_on_their_own_clocks():
+    values = np.linspace(0, 1, 200)[:, np.newaxis]
+    spikes = np.zeros((200, 3))
+    spikes[[10, 50], [2, 1]] = 1000.0
+    recorded = {
+        "a": Recorded(0.001 * (1 + np.arange(200)), values, None, spikes=False),
+        "a spikes": Recorded(0.001 * (1 + np.arange(200)), spikes, None, spikes=True),
+        "rarely": Recorded(0.01 * (1 + np.arange(20)), values[::10], None, spikes=False),
+    }
+    probes = dataset(recorded, "native")
+    found = {row.name: row for row in rows(probes)}
+    assert found.keys() == {"a", "spikes of a", "rarely"}
+    np.testing.assert_allclose(found["spikes of a"].times_s, [0.011, 0.051])
+    assert found["spikes of a"].values.tolist() == [2, 1]
+    assert end_s(probes) == 0.2
 
 
 def test_columns_of_several_dimensions_have_all_their_names(series):

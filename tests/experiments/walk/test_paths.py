@@ -62,7 +62,7 @@ def test_an_unknown_path_says_which_there_are():
     with pytest.raises(UsageError) as caught:
         find_path("circle", 0.5, 10.0)
     assert str(caught.value) == (
-        "unknown path 'circle'; there is: FILE.csv, figure-eight, line, loop, s-curve"
+        "unknown path 'circle'; choose from: FILE.csv, figure-eight, line, loop, s-curve"
     )
 
 

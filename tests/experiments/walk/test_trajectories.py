@@ -37,7 +37,7 @@ def _altered(state, dimensions=("time", "turned"), name="state"):
 @pytest.mark.parametrize(
     ("content", "reason"),
     [
-        (None, "No such file or directory"),
+        (None, "no such file"),
         (b"", "signature"),
         (b"\x89HDF\r\n\x1a\n" + bytes(100), ""),
         (_altered(np.zeros((2, 2)), name="speed"), "no attribute 'state'"),

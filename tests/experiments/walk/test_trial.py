@@ -244,10 +244,10 @@ def test_an_action_that_is_not_finite_ends_the_run(tmp_path, spikeport, monkeypa
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
-        ({"follower": "late"}, "unknown follower 'late'; there is: exact, spiking"),
+        ({"follower": "late"}, "unknown follower 'late'; choose from: exact, spiking"),
         (
             {"policy": "nowhere.npz"},
-            "unknown policy 'nowhere.npz'; there is: mlp, spiking, the path of a file",
+            "unknown policy 'nowhere.npz'; choose from: mlp, spiking, the path of a file",
         ),
         (
             {"speed": 1.5},
@@ -258,8 +258,8 @@ def test_an_action_that_is_not_finite_ends_the_run(tmp_path, spikeport, monkeypa
             {"n_neurons": 7},
             "n_neurons=7: a unit has as many neurons for each sign; give an even number from 2 on",
         ),
-        ({"units": "elu"}, "unknown units 'elu'; there is: hybrid, if, lif, relu"),
-        ({"solve": "all"}, "unknown solve 'all'; there is: layer, unit"),
+        ({"units": "elu"}, "unknown units 'elu'; choose from: hybrid, if, lif, relu"),
+        ({"solve": "all"}, "unknown solve 'all'; choose from: layer, unit"),
         ({"tau_fwd": 0}, "tau_fwd=0: a filter must be above 0 and below 1 s"),
         ({"network_seed": -1}, "network_seed=-1: a seed must be from 0 to 4294967295"),
     ],
@@ -275,7 +275,7 @@ def test_a_path_that_cannot_be_followed_is_refused_before_the_run(tmp_path, spik
     code, printed, error = spikeport(*ANALYTIC, "--set", "path=circle", "--out", out)
     assert (code, printed) == (2, "")
     assert error == (
-        "error: unknown path 'circle'; there is: FILE.csv, figure-eight, line, loop, s-curve\n"
+        "error: unknown path 'circle'; choose from: FILE.csv, figure-eight, line, loop, s-curve\n"
     )
     assert not out.exists()
 

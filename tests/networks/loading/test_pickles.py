@@ -1,11 +1,15 @@
 """Pickles that were made to call something, or to take memory without end."""
 
+import io
 import os
 import pickle
 import struct
 
 import pytest
 
+from spikeport.networks.loading import pickles
+from spikeport.networks.loading.pickles import Module, ModuleClass
+from spikeport.reading.mismatch import MismatchError
 from tests.helpers.foreign import Reduced, by_instructions, pack
 
 pytestmark = pytest.mark.filterwarnings("ignore:.torch.jit:DeprecationWarning")
@@ -40,6 +44,8 @@ PICKLES = {
     ),
     "a name of a deep list": (by_instructions(b"]" * 3000 + b"a" * 2999 + b"N\x93"), "damaged"),
     "a name of doubled tuples": (by_instructions(b")", b"q\0h\0\x86" * 20, b"N\x93"), "damaged"),
+    "sizes that are a text": (by_instructions(b"ctorch\nSize\nX\7\0\0\0letters\x85R"), "8 axes"),
+    "sizes of many axes": (by_instructions(b"ctorch\nSize\n(", b"K\1" * 9, b"t\x85R"), "8 axes"),
     "a list that holds itself": (by_instructions(b"]q\0h\0a"), ""),
     "a persistent number": (by_instructions(b"X\1\0\0\0aQ"), "storages of numbers"),
     "no end": (b"\x80\x02N", "damaged"),
@@ -62,3 +68,20 @@ def test_pickles_make_nothing_but_values(
         pack(path, {**scripted, f"policy/{where}": content})
     assert complaint in refused(path)
     assert os.listdir() == [path.name]
+
+
+def with_modules(n_modules: int) -> bytes:
+    """Return a pickle of modules that all get one dictionary of a thousand items as their own."""
+    attributes = b"".join(b"M" + struct.pack("<H", number) + b"N" for number in range(1000))
+    modules = b"c__torch__\nM\n)\x81h\0b" * n_modules
+    return by_instructions(b"}q\0(", attributes, b"u(", modules, b"t")
+
+
+def test_attributes_count_for_every_module_that_they_are_copied_to():
+    def load(content: bytes) -> object:
+        return pickles.load(io.BytesIO(content), ModuleClass, lambda identifier: identifier)
+
+    made = load(with_modules(400))
+    assert [len(module.attributes) for module in made if isinstance(module, Module)] == [1000] * 400
+    with pytest.raises(MismatchError, match="500,000 instructions"):
+        load(with_modules(500))

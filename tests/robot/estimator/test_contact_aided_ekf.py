@@ -145,3 +145,26 @@ def test_fixes_draw_a_robot_that_drifted_back_and_find_what_made_its_heading_dri
     np.testing.assert_allclose(found.base_position, fix.position, atol=2e-3)
     assert torso.heading_rad(torso.rotation(found.base_quaternion)) == pytest.approx(0.0, abs=2e-3)
     np.testing.assert_allclose(ekf.belief.gyroscope_bias, bias, atol=2e-3)
+
+
+def test_the_place_is_known_as_well_as_the_heading_by_which_it_was_reached():
+    """An error of the heading about the origin moves a place by itself times the distance."""
+    ekf = ContactAidedEkf()
+    ekf.reset(STILL, Fix(np.array([3.0, 4.0, 1.0]), 0.2))
+    assert ekf.place_deviation_m == pytest.approx(0.0, abs=1e-9)
+    covariance = ekf.belief.covariance.copy()
+    covariance[2, 2] += 0.01**2
+    ekf.belief = ekf.belief._replace(covariance=covariance)
+    assert ekf.place_deviation_m == pytest.approx(0.05)
+
+
+def test_fixes_far_from_the_origin_say_nothing_of_the_tilt():
+    near, far = ContactAidedEkf(), ContactAidedEkf()
+    for ekf, east_m in ((near, 0.0), (far, 100.0)):
+        fix = Fix(np.array([east_m, 0.0, 1.0]), 0.0)
+        ekf.reset(STILL, fix)
+        for step in range(1, 4):
+            ekf.update(STILL._replace(time_s=step * DT_S), fix)
+    tilts = [np.sqrt(np.diag(ekf.belief.covariance)[ROTATION][:2]) for ekf in (near, far)]
+    np.testing.assert_allclose(tilts[1], tilts[0], rtol=0.05)
+    assert (tilts[0] > 0.01).all()

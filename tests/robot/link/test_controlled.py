@@ -5,7 +5,8 @@ import pytest
 
 from spikeport.errors import RobotLostError
 from spikeport.networks.walking_policy import load
-from spikeport.robot.link import over_dds
+from spikeport.pacing import Pace
+from spikeport.robot.link import controlled
 from spikeport.robot.link.codec import STATE, decode_base, decode_command
 from spikeport.robot.link.controlled import ControlledRobot
 from spikeport.robot.link.controller import HOLD
@@ -61,7 +62,8 @@ def started(
     at: dict[int, Event], settings: RobotSettings = HANGS
 ) -> tuple[LiveBus, ControlledRobot, Keys, list[str]]:
     bus, keys, words = LiveBus(settings), Keys(at), []
-    return bus, ControlledRobot(bus, TRUTHS, DT_S, FakeClock(), keys, words.append), keys, words
+    pace = Pace(DT_S, FakeClock())
+    return bus, ControlledRobot(bus, TRUTHS, pace, keys, words.append), keys, words
 
 
 def sent(bus: FakeBus) -> list[MotorCommands]:
@@ -133,15 +135,62 @@ def test_stop_before_the_run_is_left_by_arming_again() -> None:
     assert states[-1] == "run"
 
 
-def test_a_robot_that_falls_silent_before_the_run_is_given_up(
+class Stalls(LiveBus):
+    """A robot of which no state comes for some time after a command."""
+
+    stalls_at, stalls_for, n_commands = 0, 0, 0
+
+    def publish(self) -> None:
+        self.n_commands += 1
+        if not self.stalls_at <= self.n_commands < self.stalls_at + self.stalls_for:
+            super().publish()
+
+
+def stalled(at: int, steps: int, keys: dict[int, Event]) -> tuple[Stalls, ControlledRobot, list]:
+    bus, words = Stalls(), []
+    bus.stalls_at, bus.stalls_for = at, steps
+    pace = Pace(DT_S, FakeClock())
+    return bus, ControlledRobot(bus, TRUTHS, pace, Keys(keys), words.append), words
+
+
+def test_a_stall_while_the_robot_hangs_loose_ends_nothing() -> None:
+    _, robot, words = stalled(5, 100, {200: Event.START, 700: Event.RUN})
+    assert robot.first().tick > 0
+    assert not any("damping." in line for line in words)
+    assert robot.summary()["held"] >= 99
+
+
+def test_a_stall_in_the_ramp_damps_until_the_robot_is_armed_again() -> None:
+    again = {10: Event.START, 200: Event.REARM, 250: Event.START, 800: Event.RUN}
+    bus, robot, words = stalled(50, 20, again)
+    robot.first()
+    assert [line.split(".")[0].removeprefix("robot: ").split(":")[0] for line in words] == [
+        *("zero torque", "ramp", "damping", "zero torque", "ramp", "hold", "run")
+    ]
+    assert "damping: no new state for 4" in words[2]
+    damped = [i for i, one in enumerate(sent(bus)) if (one.kd == DAMPING.kd).all()]
+    assert 50 <= damped[0] <= 60
+
+
+def test_a_stall_in_the_run_damps_and_ends_it() -> None:
+    bus, robot, _ = stalled(500, 20, BY_TERMINAL)
+    seen = robot.first()
+
+    def go_on(seen: object) -> None:
+        for _ in range(100):
+            seen = robot.exchange(seen, HOLD)
+
+    with pytest.raises(RobotLostError, match=r"go into damping: no new state for 4\d ms"):
+        go_on(seen)
+    assert (sent(bus)[-1].kd == DAMPING.kd).all()
+
+
+def test_a_robot_that_stays_silent_before_the_run_is_given_up(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(over_dds, "FIRST_S", 0.3)
-    bus, robot, _, _ = started({})
-    bus.pressed = {}
-    monkeypatch.setattr(bus, "obey", lambda message: None)
-    bus.commands._obey = bus.obey
-    with pytest.raises(RobotLostError, match="allowed 40 ms"):
+    monkeypatch.setattr(controlled, "FIRST_S", 0.3)
+    _, robot, _ = stalled(5, 10_000, {})
+    with pytest.raises(RobotLostError, match=r"no new state for 30\d ms, allowed 300 ms"):
         robot.first()
 
 

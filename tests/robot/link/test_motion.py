@@ -15,6 +15,7 @@ from spikeport.robot.link.motion import (
     ODOMETER,
     TRUTH,
     EstimatedMotion,
+    apart,
     needed,
 )
 from spikeport.robot.link.odometer import OdometerErrors
@@ -52,6 +53,8 @@ def test_a_standing_robot_is_followed_and_the_error_is_that_to_the_truth(name: s
     np.testing.assert_allclose(figures["velocity_error_m_s"], rms)
     apart_m = np.linalg.norm(found.base_position - true.base_position)
     assert figures["place_error_m"] == pytest.approx(apart_m)
+    assert figures["recorded"] == "truth"
+    np.testing.assert_array_equal(motion.true.base_position, true.base_position)
     assert 0 < rms.max() < 0.3
 
 
@@ -60,9 +63,31 @@ def test_without_the_truth_only_the_truth_is_no_estimator() -> None:
     motion = EstimatedMotion(EKF)
     for one in seen:
         motion(one)
-    assert motion.summary() == {"name": "ekf", "velocity_error_m_s": None, "place_error_m": None}
+    figures = motion.summary()
+    assert 0 < figures.pop("place_deviation_m") < 0.05
+    assert figures == {
+        "name": "ekf",
+        "velocity_error_m_s": None,
+        "place_error_m": None,
+        "heading_error_rad": None,
+        "recorded": "estimate",
+    }
+    assert motion.true is None
     with pytest.raises(RobotLostError, match="give --estimator ekf"):
         EstimatedMotion(TRUTH)(seen[0])
+
+
+def test_headings_are_apart_the_short_way_round() -> None:
+    (seen,) = observations(0)
+    true = EstimatedMotion(TRUTH)(seen)
+    east, west = (
+        true._replace(
+            base_position=true.base_position + offset,
+            base_quaternion=np.array([np.cos(yaw_rad / 2), 0, 0, np.sin(yaw_rad / 2)]),
+        )
+        for yaw_rad, offset in ((3.1, 0.0), (-3.1, [0.0, 3.0, 4.0]))
+    )
+    assert apart(east, west) == pytest.approx((5.0, 2 * np.pi - 6.2))
 
 
 def test_truth_of_another_moment_is_not_compared() -> None:
@@ -81,7 +106,7 @@ def test_a_robot_on_its_hoist_is_where_the_hoist_holds_it() -> None:
 
 
 def test_an_unknown_estimator_is_refused() -> None:
-    with pytest.raises(UsageError, match="unknown estimator 'gps'; there is: ekf, "):
+    with pytest.raises(UsageError, match="unknown estimator 'gps'; choose from: ekf, "):
         EstimatedMotion("gps")
 
 

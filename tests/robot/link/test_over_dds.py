@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from spikeport.errors import BackendError, RobotLostError
+from spikeport.pacing import Pace
 from spikeport.robot.link import over_dds
 from spikeport.robot.link.client import Observed
 from spikeport.robot.link.codec import Command, decode_command, encode_command, encode_state
@@ -37,7 +38,7 @@ def lock_step() -> tuple[FakeBus, LockStepRobot, Observed]:
 
 def real_time() -> tuple[FakeBus, RealTimeRobot, Observed, FakeClock]:
     bus, clock = FakeBus(), FakeClock()
-    robot = RealTimeRobot(bus, TRUTHS, 0.005, clock)
+    robot = RealTimeRobot(bus, TRUTHS, Pace(0.005, clock))
     return bus, robot, robot.first(), clock
 
 
@@ -65,12 +66,14 @@ def test_a_command_that_was_lost_is_sent_again() -> None:
 def test_without_a_publisher_of_the_truth_states_alone_are_observations(clocked: bool) -> None:
     bus = FakeBus()
     bus.robot = LockStep(SimulatedRobot(RobotSettings(hoist=True)), tells_truth=False)
-    robot = RealTimeRobot(bus, None, 0.005, FakeClock()) if clocked else LockStepRobot(bus, None)
+    pace = Pace(0.005, FakeClock())
+    robot = RealTimeRobot(bus, None, pace) if clocked else LockStepRobot(bus, None)
     seen = robot.first()
     assert seen.truth is None
     bus.publish()
     assert robot.exchange(seen, HOLD).truth is None
-    with pytest.raises(RobotLostError, match="--truth for --estimator truth"):
+    bus.robot.restart()
+    with pytest.raises(RobotLostError, match="nobody publishes rt/sportmodestate"):
         LockStepRobot(bus, TRUTHS).first()
 
 
@@ -124,7 +127,7 @@ def test_states_of_a_run_of_another_controller_are_none_to_begin_with() -> None:
 def test_a_robot_that_another_controller_drives_is_not_joined() -> None:
     bus = FakeBus()
     bus.robot.answered(encode_command(Command(5, HOLD)), writer=7)
-    with pytest.raises(RobotLostError, match="There is one, which another controller drives"):
+    with pytest.raises(RobotLostError, match="another controller drives the one that is there"):
         LockStepRobot(bus, TRUTHS).first()
 
 
@@ -165,6 +168,31 @@ def test_no_robot_is_said_with_a_cure() -> None:
         LockStepRobot(bus, TRUTHS).first()
 
 
+def test_a_robot_whose_states_are_refused_is_said_with_the_reason() -> None:
+    """Unitree's simulator in Python sets no checksum."""
+    bus = FakeBus()
+    bus.publishes = False
+    bus.readers[STATES].queue.append(bytes(1176))
+    with pytest.raises(RobotLostError, match="its last state was refused, LowState_: its checksum"):
+        RealTimeRobot(bus, None, Pace(0.005, FakeClock())).first()
+
+
+def test_a_robot_that_reads_no_commands_is_none_to_begin_with() -> None:
+    bus = FakeBus()
+    bus.commands.n_readers = 0
+    with pytest.raises(RobotLostError, match="it publishes states, and reads no commands"):
+        LockStepRobot(bus, TRUTHS).first()
+
+
+def test_in_real_time_what_no_h1_observes_damps() -> None:
+    bus, robot, seen, _ = real_time()
+    turned = READINGS._replace(q=np.full(19, 4.0))
+    bus.readers[STATES].queue.append(encode_state(10, turned))
+    with pytest.raises(RobotLostError, match="damping: q of left_hip_yaw is 4 rad, allowed"):
+        robot.exchange(seen, HOLD)
+    assert (decode_command(bus.commands.sent[-1]).motors.kd == 8).all()
+
+
 def test_leaving_closes_the_bus() -> None:
     bus, robot, _ = lock_step()
     robot.close()
@@ -194,7 +222,7 @@ def test_in_real_time_nothing_new_is_held_and_then_given_up() -> None:
 
 def test_odometry_comes_with_the_states_and_its_silence_damps() -> None:
     bus, clock = FakeBus(WITH_ODOMETER), FakeClock()
-    robot = RealTimeRobot(bus, ODOMETRY, 0.005, clock)
+    robot = RealTimeRobot(bus, ODOMETRY, Pace(0.005, clock))
     seen = robot.first()
     assert seen.odometry is not None
     assert seen.odometry.tick == seen.tick
@@ -205,7 +233,7 @@ def test_odometry_comes_with_the_states_and_its_silence_damps() -> None:
             seen = robot.exchange(seen, HOLD)
             bus.publish()
 
-    with pytest.raises(RobotLostError, match=r"no odometry for 20\d ms, allowed 200 ms"):
+    with pytest.raises(RobotLostError, match=r"nothing on rt/odommodestate for 20\d ms"):
         go_on(seen)
     assert (decode_command(bus.commands.sent[-1]).motors.kd == 8).all()
 
@@ -237,7 +265,7 @@ class Stuck:
 
 def test_a_robot_that_keeps_its_sport_mode_gets_no_command() -> None:
     bus = FakeBus()
-    robot = RealTimeRobot(bus, TRUTHS, 0.005, FakeClock(), Stuck())
+    robot = RealTimeRobot(bus, TRUTHS, Pace(0.005, FakeClock()), Stuck())
     with pytest.raises(BackendError, match="still in mode 'ai'"):
         robot.first()
     robot.close()

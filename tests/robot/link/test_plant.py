@@ -10,7 +10,7 @@ from spikeport.robot.description import ARM_JOINTS, GAINS, JOINTS
 from spikeport.robot.link.client import InlineRobot, Observed
 from spikeport.robot.link.faults import FAULTS
 from spikeport.robot.link.lock_step import LockStep
-from spikeport.robot.link.motion import TRUTH, EstimatedMotion
+from spikeport.robot.link.motion import LEG_ODOMETRY, TRUTH, EstimatedMotion
 from spikeport.robot.link.plant import LinkedPlant
 from spikeport.robot.link.robot import SimulatedRobot
 from spikeport.robot.link.settings import RobotSettings
@@ -56,6 +56,24 @@ def test_it_is_where_the_robot_is() -> None:
     np.testing.assert_allclose(plant.data.qpos, robot._plant.data.qpos, atol=1e-6)
     np.testing.assert_allclose(plant.data.qvel, robot._plant.data.qvel, atol=1e-4)
     assert len(plant.history()["time_s"]) == 41
+
+
+def test_controllers_know_the_estimate_and_the_truth_is_recorded() -> None:
+    made: list[Recorded] = []
+
+    def connect(settings: RobotSettings) -> Recorded:
+        made.append(Recorded(settings))
+        return made[-1]
+
+    plant = LinkedPlant(connect, partial(EstimatedMotion, LEG_ODOMETRY))
+    plant.reset(3)
+    for _ in range(100):
+        plant.step()
+    true = made[0].robot._plant
+    np.testing.assert_allclose(plant.true_in_plane, true.true_in_plane, atol=1e-5)
+    assert plant.height_m == pytest.approx(true.height_m, abs=1e-5)
+    np.testing.assert_array_equal(plant.in_plane[1:3], plant.state.base_position[:2])
+    assert np.abs(plant.in_plane - plant.true_in_plane).max() > 1e-3
 
 
 def test_it_moves_nearly_as_a_plant_without_messages() -> None:

@@ -62,7 +62,7 @@ def a_killed_stub() -> dict[str, object]:
 def test_a_stub_that_was_killed_is_missed() -> None:
     found = in_namespace(a_killed_stub)
     assert found["error"].startswith("RobotLostError: the robot does not answer its state of 5 ms")
-    assert "its process ended" in found["error"]
+    assert "its process ended: killed by SIGKILL" in found["error"]
     assert found["soon"]
 
 

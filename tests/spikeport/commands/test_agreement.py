@@ -6,6 +6,7 @@ import pytest
 import spikeport.nir
 from spikeport.commands.agreement import compartments, measured, spikes_of
 from spikeport.errors import UsageError
+from spikeport.networks.loading.nir.populations import Folded
 from tests.helpers import nir_graphs
 from tests.helpers.nir_graphs import DT_S, spikes, written
 
@@ -57,6 +58,12 @@ def test_other_files_are_refused(network, tmp_path, arrays, message):
         spikes_of(network.folded, str(path))
     assert str(caught.value).startswith(f"{path}: {message}")
     assert str(caught.value).endswith("; give an npz with arrays of 0 and 1: input (n_steps, 6)")
+
+
+def test_a_graph_without_an_input_takes_no_spikes():
+    with pytest.raises(UsageError) as caught:
+        spikes_of(Folded(DT_S, {}, {}, {}), "random")
+    assert str(caught.value) == "--spikes random: the graph has no input; leave --spikes out"
 
 
 def test_a_file_that_is_not_there_is_refused(network, tmp_path):

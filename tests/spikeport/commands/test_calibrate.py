@@ -59,7 +59,7 @@ def test_an_experiment_without_decoders_says_so(spikeport, monkeypatch, tmp_path
         (
             ["--backend", "analytic"],
             "unknown backend with neurons of reach 'analytic'; "
-            "there is: board, native, nengo-loihi, reference",
+            "choose from: board, native, nengo-loihi, reference",
         ),
         (
             ["--seconds", "0"],
@@ -86,5 +86,5 @@ def test_a_folder_is_no_file(spikeport, asked, tmp_path):
 def test_a_calibration_that_is_not_there_is_named(spikeport, tmp_path):
     path, out = tmp_path / "none.npz", tmp_path / "run"
     done = spikeport("run", "reach", "--set", f"calibrated={path}", "--out", str(out))
-    assert done == (1, "", f"error: {path}: No such file or directory\n")
+    assert done == (2, "", f"error: {path}: no such file\n")
     assert not out.exists()

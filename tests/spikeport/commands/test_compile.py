@@ -131,6 +131,21 @@ def test_a_network_function_that_fails_is_named(
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.parametrize(
+    ("function", "reason"),
+    [
+        ("exits_in_a_connection", "its code raised SystemExit: 0"),
+        ("makes_errors_of_warnings", "its code makes an error of a warning: "),
+    ],
+)
+def test_code_that_ends_a_compile_is_named(spikeport, net_py, tmp_path, function, reason):
+    spec = f"{net_py}:{function}"
+    done = spikeport("compile", spec, "--out", tmp_path / "out")
+    assert (done.code, done.out) == (1, "")
+    assert done.err.startswith(f"error: {spec}: {reason}")
+    assert not (tmp_path / "out").exists()
+
+
 def test_a_network_that_is_built_for_ever_is_ended(spikeport, net_py):
     spec = f"{net_py}:builds_for_ever"
     assert spikeport("compile", spec, "--build-timeout", "0.2") == (
@@ -161,17 +176,17 @@ def test_unknown_names_of_compile_list_what_there_is(spikeport, net_py):
         return done.err
 
     assert error("leg") == (
-        "error: unknown network 'leg'; there is: FILE.ipynb, FILE.py, FILE.py:NAME, arm, "
+        "error: unknown network 'leg'; choose from: FILE.ipynb, FILE.py, FILE.py:NAME, arm, "
         "graph.nir, humanoid, module:NAME, walk\n"
     )
     assert error("arm", "--set", "preset=fat") == (
-        "error: unknown preset 'fat'; there is: lean, paper\n"
+        "error: unknown preset 'fat'; choose from: lean, paper\n"
     )
     assert error(f"{net_py}:make", "--chip", "lohi") == (
-        f"error: unknown chip 'lohi'; there is: {', '.join(chips.names())}\n"
+        f"error: unknown chip 'lohi'; choose from: {', '.join(chips.names())}\n"
     )
     assert error(f"{net_py}:make", "--set", "n=1") == (
-        f"error: unknown key of network '{net_py}:make' 'n'; there is: label, n_neurons, tau\n"
+        f"error: unknown key of network '{net_py}:make' 'n'; choose from: label, n_neurons, tau\n"
     )
 
 
@@ -311,6 +326,19 @@ def test_contradictory_options_are_refused(spikeport, net_py, options, message):
 
 
 # loss
+
+
+def test_the_loss_of_a_model_without_probes_is_measured_at_its_outputs(spikeport, tmp_path):
+    (tmp_path / "loose.py").write_text(
+        "import nengo\n"
+        "with nengo.Network(seed=1) as model:\n"
+        "    nengo.Connection(nengo.Node(1), nengo.Ensemble(20, 1, label='out'))\n",
+        encoding="utf-8",
+    )
+    done = spikeport("compile", tmp_path / "loose.py", "--loss", "0.05")
+    assert (done.code, done.err) == (0, "note: the network has no probe; probed here: out\n")
+    assert "loss" in done.out
+    assert spikeport("compile", tmp_path / "loose.py").err == ""
 
 
 def test_loss_is_printed_and_written(spikeport, net_py, report):

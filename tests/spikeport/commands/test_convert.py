@@ -66,7 +66,7 @@ def test_inputs_that_nobody_recorded_are_named(spikeport, tiny):
         (["--tau-fwd", "0"], "--tau-fwd 0: a filter must be from 0 to 1 s"),
         (
             ["--chip", "loihi9"],
-            f"unknown chip 'loihi9'; there is: {', '.join(sorted(chips.names()))}",
+            f"unknown chip 'loihi9'; choose from: {', '.join(sorted(chips.names()))}",
         ),
         (["--passes", "pock"], None),
     ],
@@ -79,7 +79,7 @@ def test_wrong_options_are_refused(spikeport, tiny, options, message):
 
 def test_a_file_that_is_not_there_is_named(spikeport, tmp_path):
     path = tmp_path / "none.pt"
-    assert spikeport("convert", path) == (1, "", f"error: {path}: No such file or directory\n")
+    assert spikeport("convert", path) == (2, "", f"error: {path}: no such file\n")
 
 
 def test_a_file_that_is_no_policy_is_refused(spikeport, tmp_path):

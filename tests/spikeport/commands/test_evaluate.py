@@ -45,11 +45,11 @@ def test_an_evaluation_leaves_a_table_a_picture_and_every_episode(spikeport, her
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("evaluate", "reach"), "unknown experiment to evaluate 'reach'; there is: walk"),
+        (("evaluate", "reach"), "unknown experiment to evaluate 'reach'; choose from: walk"),
         ((*WALK, "--row", "push=x"), "--row push=x: expected a number"),
         (
             (*WALK, "--backend", "gpu"),
-            "unknown backend of walk 'gpu'; there is: analytic, board, "
+            "unknown backend of walk 'gpu'; choose from: analytic, board, "
             "native, nengo-loihi, reference, replay",
         ),
         (

@@ -16,4 +16,4 @@ def test_explain_says_what_there_is_to_know(spikeport):
 def test_explain_lists_all_rules_where_there_is_none(spikeport):
     done = spikeport("compile", "--explain", "SP9")
     assert (done.code, done.out) == (2, "")
-    assert done.err == f"error: unknown rule 'SP9'; there is: {', '.join(rules.RULES)}\n"
+    assert done.err == f"error: unknown rule 'SP9'; choose from: {', '.join(rules.RULES)}\n"

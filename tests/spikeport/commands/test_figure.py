@@ -112,7 +112,7 @@ def test_an_unknown_figure_lists_those_there_are(spikeport):
     assert spikeport("figure", "dance") == (
         2,
         "",
-        "error: unknown figure 'dance'; there is: 1, 2, 3, 4, 5a, 5b, 5c, 6, basal-ganglia, "
+        "error: unknown figure 'dance'; choose from: 1, 2, 3, 4, 5a, 5b, 5c, 6, basal-ganglia, "
         "draw, overview, reach, teaser, walk, walk-silenced, walk-sweep\n",
     )
 

@@ -8,7 +8,7 @@ import pytest
 from spikeport.backends.board.link import LinkOptions
 from spikeport.commands.links import certificates, link_options
 from spikeport.commands.options import Link, Tls
-from spikeport.errors import UsageError
+from spikeport.errors import BackendError, UsageError
 
 
 def link(**options: Any) -> Link:
@@ -35,6 +35,7 @@ def test_options_reach_the_board() -> None:
         ({"fault": ["cut@1"]}, "replay", "are for --backend board, not replay"),
         ({"replay": Path("x")}, "board", "--replay is for --backend replay, not board"),
         ({"fault": ["nonsense"]}, "board", "write KIND@STEP"),
+        ({}, "replay", "name it, --replay FILE"),
     ],
 )
 def test_options_that_would_do_nothing_are_refused(
@@ -49,6 +50,15 @@ def test_a_record_is_not_written_over(tmp_path: Path) -> None:
     path.write_text("precious")
     with pytest.raises(UsageError, match="is there already; choose another file"):
         link_options(link(record=path), Tls(), "board")
+
+
+def test_what_is_no_record_is_refused_before_a_compile(tmp_path: Path) -> None:
+    path = tmp_path / "record"
+    with pytest.raises(BackendError, match="no such file"):
+        link_options(link(replay=path), Tls(), "replay")
+    path.write_text("no record")
+    with pytest.raises(BackendError, match="no record of a board's session"):
+        link_options(link(replay=path), Tls(), "replay")
 
 
 def test_tls_takes_all_three_files() -> None:

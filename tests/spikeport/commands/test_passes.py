@@ -90,7 +90,7 @@ def test_labels_that_are_printed_are_no_commands_to_the_screen(spikeport, net_py
 def test_print_after_a_pass_that_is_not_there(spikeport, net_py):
     done = spikeport("compile", f"{net_py}:make", "-p", "split", "--print-after", "pack")
     assert done.code == 2
-    assert done.err == "error: unknown pass of this compile 'pack'; there is: all, split\n"
+    assert done.err == "error: unknown pass of this compile 'pack'; choose from: all, split\n"
 
 
 def test_a_wrong_pass_exits_with_2(spikeport, net_py):

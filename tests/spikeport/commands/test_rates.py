@@ -60,7 +60,7 @@ def test_rates_that_make_no_sense_are_refused(spikeport, net_py, rates, message)
 def test_a_rate_of_an_unknown_ensemble_lists_those_there_are(spikeport, net_py):
     done = spikeport("compile", f"{net_py}:make", "--rate-hz", "neuron=5")
     assert done.code == 2
-    assert done.err.startswith("error: unknown ensemble 'neuron'; there is: host, neurons, ")
+    assert done.err.startswith("error: unknown ensemble 'neuron'; choose from: host, neurons, ")
 
 
 def test_where_nothing_is_public_the_report_says_so(spikeport, net_py, report):

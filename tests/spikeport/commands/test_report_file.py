@@ -36,11 +36,12 @@ def test_a_file_that_lacks_a_part_is_no_report(tmp_path, missing):
 
 
 @pytest.mark.parametrize(("report", "known"), [(COMPILE, SCHEMA), (RUN, RESULT_SCHEMA)])
-def test_a_report_of_another_schema_is_refused(tmp_path, report, known):
+@pytest.mark.parametrize(("schema", "text"), [(99, "99"), ("x" * 10**5, "x" * 400 + "...")])
+def test_a_report_of_another_schema_is_refused(tmp_path, report, known, schema, text):
     path = tmp_path / "x.json"
-    path.write_text(json.dumps(report | {"schema": 99}))
+    path.write_text(json.dumps(report | {"schema": schema}))
     assert refusal(path) == (
-        f"{path}: report schema 99, this spikeport reads {known}; write it again"
+        f"{path}: report schema {text}, this spikeport reads {known}; write it again"
     )
 
 

@@ -18,6 +18,7 @@ from spikeport.robot.link.connection import RobotOptions
         ({"interface": "nowhere"}, "no interface 'nowhere'"),
         ({"lock_step": False, "fault": ("loss@1",)}, "--fault is for --lock-step"),
         ({"fault": ("lost@1",)}, "write KIND@STEP"),
+        ({"priority": 5}, "--priority is for real time"),
         ({"rate_hz": 300.0}, "300 physics steps a second"),
         ({"watchdog_ms": 0.0}, "a watchdog of 0 ms"),
         ({"pose": ("tail=1",)}, "unknown joint 'tail'"),
@@ -73,6 +74,12 @@ def test_stubs_are_in_lock_step_and_robots_over_dds_in_real_time_unless_asked() 
         ({"robot": "stub", "robot_lock_step": True}, "is for --robot dds"),
         ({"robot": "dds:lo:1", "robot_real_time": True}, "is for --robot stub"),
         ({"robot": "dds:lo:0"}, "would move"),
+        (
+            {"robot": "dds:lo:0", "may_move": True, "estimator": "truth"},
+            "only a simulation knows the truth",
+        ),
+        ({"robot": "stub", "robot_priority": 5}, "--robot-priority is for real time"),
+        ({"robot_priority": 5}, "are for a run with --robot"),
         (
             {"robot": "dds:lo:0", "robot_lock_step": True, "may_move": True},
             "waits for no answer",

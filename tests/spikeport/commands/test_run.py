@@ -47,24 +47,23 @@ def test_unknown_names_of_run_list_what_there_is(spikeport, tmp_path):
         assert (done.code, done.out) == (2, "")
         return done.err
 
-    assert error("dance") == (
-        f"error: unknown experiment 'dance'; there is: {', '.join(sorted(registry.EXPERIMENTS))}\n"
-    )
+    known = ", ".join(sorted(registry.EXPERIMENTS))
+    assert error("dance") == f"error: unknown experiment 'dance'; choose from: {known}\n"
     assert error("reach", "--backend", "brd") == (
-        f"error: unknown backend of reach 'brd'; there is: {REACH_BACKENDS}\n"
+        f"error: unknown backend of reach 'brd'; choose from: {REACH_BACKENDS}\n"
     )
     assert error("reach", "--chip", "lohi") == (
-        f"error: unknown chip 'lohi'; there is: {', '.join(chips.names())}\n"
+        f"error: unknown chip 'lohi'; choose from: {', '.join(chips.names())}\n"
     )
     assert error("reach", "--set", "box=huge") == (
-        "error: unknown box 'huge'; there is: large, small, x0:x1,y0:y1,z0:z1 (m)\n"
+        "error: unknown box 'huge'; choose from: large, small, x0:x1,y0:y1,z0:z1 (m)\n"
     )
     assert error("reach", "--set", "preset=fat") == (
-        "error: unknown preset 'fat'; there is: lean, paper\n"
+        "error: unknown preset 'fat'; choose from: lean, paper\n"
     )
     assert error("reach", "--set", "n=1") == (
         "error: unknown key of experiment 'reach' 'n'; "
-        "there is: appearance, box, calibrated, cb, m1, network_seed, preset, s1\n"
+        "choose from: appearance, box, calibrated, cb, m1, network_seed, preset, s1\n"
     )
     assert error("reach", "--set", "m1=0") == (
         "error: m1=0: the number of neurons must be at least 1\n"

@@ -12,6 +12,7 @@ from spikeport import Simulator
 from spikeport.compile.report.schema import ReportData
 from spikeport.find_network import find_network
 from spikeport.hardware_models import chip
+from tests.helpers import refused_networks
 
 LOIHI = Path(chip.__file__).parent / "chips" / "loihi.toml"
 COUNTED = {
@@ -59,7 +60,8 @@ def test_a_run_leaves_a_folder_and_prints_the_errors(spikeport, net_py, tmp_path
     (error,) = result["metrics"]["errors"].values()
     assert error == result["metrics"]["largest_error"]
     (row,) = (line.split() for line in done.out.splitlines() if line.startswith("  neurons "))
-    assert row[:5] == ["neurons", "1", "100", f"{100 * error:.2g}", "%"]
+    assert row[:3] + row[4:6] == ["neurons", "1", "100", f"{100 * error:.2g}", "%"]
+    assert float(row[3]) == pytest.approx(0.4, abs=0.2)  # of an input of 0.5, still rising
     assert done.out.splitlines()[-1] == f"written: {out}/ ({', '.join(FILES)})"
 
 
@@ -106,6 +108,37 @@ def test_counts_are_of_cores(spikeport, net_py, tmp_path):
     )
 
 
+def test_what_is_refused_is_moved_to_the_host_and_said_with_all_hints(spikeport, tmp_path):
+    spec = f"{refused_networks.__name__}:with_foreign_neurons"
+    options = ("--seconds", "0.05", "--out", tmp_path / "run")
+    refused = spikeport("simulate", spec, *options)
+    assert refused.code == 1
+    assert refused.err.endswith(
+        "\nmore: try --offload, which moves what breaks a rule to the host\n"
+    )
+    done = spikeport("simulate", spec, *options, "--offload")
+    assert done.code == 0
+    text = " ".join(done.out.split())
+    assert "offloaded: ensembles[1] (10 neurons) to the host: SP002 neuron type of " in text
+    report = json.loads((tmp_path / "run" / "report.json").read_text())
+    assert [one["id"] for one in report["offloaded"]] == ["SP002"]
+    assert all(f"hint: {one['id']} {one['rule']}: " in text for one in report["hints"])
+
+
+def test_a_run_prints_the_hints_of_its_compile(spikeport, tmp_path):
+    (tmp_path / "memory.py").write_text(
+        "import nengo\n"
+        "with nengo.Network(seed=1) as model:\n"
+        "    a = nengo.Ensemble(20, 1, label='a')\n"
+        "    nengo.Connection(a, a, synapse=0.1)\n",
+        encoding="utf-8",
+    )
+    done = spikeport(
+        "simulate", tmp_path / "memory.py", "--seconds", "0.01", "--out", tmp_path / "r"
+    )
+    assert "hint: SP413 lasting errors: a (gain 1); cure: " in " ".join(done.out.split())
+
+
 def test_an_earlier_run_is_kept_or_replaced(spikeport, net_py, tmp_path):
     command = ("simulate", f"{net_py}:make", "--seconds", "0.01", "--out", tmp_path / "run")
     assert spikeport(*command, "--backend", "nengo-loihi").code == 0
@@ -128,7 +161,7 @@ def test_a_model_without_probes_is_probed_at_its_outputs(spikeport, tmp_path, mo
     done = spikeport("simulate", "loose.py", "--seconds", "0.01", "--no-float")
     assert (done.code, done.err) == (
         0,
-        "note: the network has no probe; probed are its outputs: out\n",
+        "note: the network has no probe; probed here: out\n",
     )
     (folder,) = (tmp_path / "runs").iterdir()
     assert folder.name.startswith("loose-")
@@ -140,10 +173,10 @@ def test_a_model_without_probes_is_probed_at_its_outputs(spikeport, tmp_path, mo
     [
         (("arm",), "arm is run with its robot, as an experiment: spikeport run reach"),
         (("NET:make", "--seconds", "0"), "--seconds 0: a run is at least one step of 0.001 s, "),
-        (("NET:make", "--backend", "analytic"), "unknown backend 'analytic'; there is: board, "),
-        (("NET:make", "--chip", "lohi"), "unknown chip 'lohi'; there is: "),
-        (("NET:make", "-p", "compakt"), "unknown pass or pipeline 'compakt'; there is: as_written"),
-        (("leg",), "unknown network 'leg'; there is: "),
+        (("NET:make", "--backend", "analytic"), "unknown backend 'analytic'; choose from: board, "),
+        (("NET:make", "--chip", "lohi"), "unknown chip 'lohi'; choose from: "),
+        (("NET:make", "-p", "compakt"), "unknown pass or pipeline 'compakt'; choose from: "),
+        (("leg",), "unknown network 'leg'; choose from: "),
     ],
 )
 def test_wrong_use_is_refused_and_leaves_nothing(
@@ -154,6 +187,13 @@ def test_wrong_use_is_refused_and_leaves_nothing(
     assert (done.code, done.out) == (2, "")
     assert done.err.startswith(f"error: {reason}")
     assert not list((tmp_path / "runs").glob("*"))
+
+
+def test_a_node_that_exits_does_not_look_like_success(spikeport, net_py, tmp_path):
+    spec, out = f"{net_py}:exits_in_a_node", tmp_path / "out"
+    done = spikeport("simulate", spec, "--seconds", "0.01", "--out", out)
+    assert done == (1, "", f"error: {spec}: its code raised SystemExit: 0\n")
+    assert not out.exists()
 
 
 def test_a_node_that_raises_is_named_and_leaves_nothing(spikeport, net_py, tmp_path):

@@ -111,7 +111,7 @@ BACKENDS = "analytic, board, native, nengo-loihi, reference, replay"
     ("options", "message"),
     [
         (("--vary", "m1"), "--vary m1: expected KEY=VALUE,VALUE,..."),
-        (("--vary", "m2=1"), f"unknown key of experiment 'reach' 'm2'; there is: {KEYS}"),
+        (("--vary", "m2=1"), f"unknown key of experiment 'reach' 'm2'; choose from: {KEYS}"),
         (("--vary", "m1=10,x"), "--vary m1=x: expected a whole number"),
         (("--vary", "m1=10,0"), "m1=0: the number of neurons must be at least 1"),
         (("--vary", "m1=10,10"), "--vary m1=10,10: a value is given twice"),
@@ -119,9 +119,9 @@ BACKENDS = "analytic, board, native, nengo-loihi, reference, replay"
         (("--vary", "m1=10", "--set", "m1=20"), "--vary m1: also given with --set; choose one"),
         (
             ("--vary", "backend=native,brd"),
-            f"unknown backend of reach 'brd'; there is: {BACKENDS}",
+            f"unknown backend of reach 'brd'; choose from: {BACKENDS}",
         ),
-        (("--backend", "brd"), f"unknown backend of reach 'brd'; there is: {BACKENDS}"),
+        (("--backend", "brd"), f"unknown backend of reach 'brd'; choose from: {BACKENDS}"),
         (("--set", "m1=x"), "--set m1=x: expected a whole number"),
         (
             ("--seconds", "0"),
@@ -141,7 +141,7 @@ def test_a_path_that_cannot_be_followed_is_refused_before_anything_starts(spikep
     out = tmp_path / "out"
     done = spikeport("sweep", "walk", "--vary", "path=line,circle", "--out", out)
     known = "FILE.csv, figure-eight, line, loop, s-curve"
-    assert done == (2, "", f"error: unknown path 'circle'; there is: {known}\n")
+    assert done == (2, "", f"error: unknown path 'circle'; choose from: {known}\n")
     assert not out.exists()
 
 

@@ -8,11 +8,12 @@ import pytest
 def test_help_names_every_option(spikeport):
     done = spikeport("train", "--help")
     assert done.code == 0
-    assert [o for o in ("--out", "--seed", "--steps", "--threads") if o not in done.out] == []
+    options = ("--out", "--seed", "--steps", "--threads", "--no-hidden-noise")
+    assert [option for option in options if option not in done.out] == []
 
 
 def test_an_unknown_policy_lists_those_there_are(spikeport):
-    assert spikeport("train", "run") == (2, "", "error: unknown policy 'run'; there is: walk\n")
+    assert spikeport("train", "run") == (2, "", "error: unknown policy 'run'; choose from: walk\n")
 
 
 def test_a_file_is_no_folder_of_a_run(spikeport, tmp_path):

@@ -1,6 +1,7 @@
 """HDF5 files as plain values; what leads out of them, or is too much, is refused."""
 
 import os
+import resource
 
 import h5py
 import numpy as np
@@ -68,6 +69,13 @@ def test_arrays_are_not_inflated_beyond_the_limit(path):
     assert refusal(path) == "expected arrays of at most 268,435,456 bytes, found more in x2"
 
 
+def test_chunks_are_not_inflated_beyond_the_limit_for_one_number(path):
+    with h5py.File(path, "w") as file:
+        file.create_dataset("x", (1,), "f8", chunks=(2**26,), maxshape=(None,), compression="gzip")
+    wanted = "chunks of at most 268,435,456 bytes in x"
+    assert refusal(path) == f"expected {wanted}, found 536,870,912"
+
+
 def test_groups_end_at_a_depth_in_a_circle_too(path):
     with h5py.File(path, "w") as file:
         file["node/x"] = 1.0
@@ -98,6 +106,26 @@ def test_texts_are_no_more_than_edges_need(path):
     with h5py.File(path, "w") as file:
         file.create_dataset("x", (20_001, 2), h5py.string_dtype())
     assert refusal(path) == "expected at most 40,000 texts in x, found 40002"
+
+
+def test_texts_of_a_size_are_no_longer_than_all_together(path):
+    with h5py.File(path, "w") as file:
+        file.create_dataset("x", (1,), f"S{2**23}")
+    wanted = "at most 4,194,304 bytes of texts in x"
+    assert refusal(path) == f"expected {wanted}, found texts of 8,388,608 bytes"
+
+
+def test_memory_is_limited(path, monkeypatch):
+    path.write_bytes(b"content")
+    monkeypatch.setattr(hdf5, "_values", lambda _: np.ones(2**28))
+    wanted = "a file that takes at most 1,073,741,824 bytes of memory"
+    assert refusal(path) == f"expected {wanted}, found one that takes more"
+
+
+def test_limits_that_a_process_has_already_stay(path, monkeypatch):
+    path.write_bytes(b"content")
+    monkeypatch.setattr(hdf5, "_values", lambda _: hdf5._limit(resource.RLIMIT_NOFILE, 10**9))
+    assert hdf5.read(path) is None
 
 
 def test_a_library_that_loops_or_breaks_off_is_left(path, monkeypatch):

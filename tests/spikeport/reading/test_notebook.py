@@ -81,5 +81,20 @@ def test_what_is_no_notebook_of_python_is_refused(tmp_path, monkeypatch):
 
 def test_magics_without_end_are_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(notebook, "MAGICS", 3)
-    path = written(tmp_path, "%magic\n" * 9)
-    assert refusal(path).startswith(f"{path}: cell 1 is not Python: invalid syntax")
+    path = written(tmp_path, "%magic\n" * 4)
+    message = f"{path}: cell 1: more than 3 lines of IPython, the most in so much code"
+    assert refusal(path) == f"{message}; leave some out"
+
+
+def test_cells_are_parsed_few_times_where_they_are_long(tmp_path, monkeypatch):
+    parsed = []
+    parse = notebook.ast.parse
+    monkeypatch.setattr(
+        notebook.ast, "parse", lambda text, *rest: parsed.append(len(text)) or parse(text, *rest)
+    )
+    monkeypatch.setattr(notebook, "PARSED_LETTERS", 45_000)
+    path = written(tmp_path, *["x = 1\n" * 20 + "%magic\n" * 20] * 8)
+    assert len(read_notebook(path)) == 8
+    path = written(tmp_path, *["x = 1\n" * 20 + "%magic\n" * 20] * 8, "x = 1\n" * 5_000)
+    assert "more than 1 lines of IPython" in refusal(path)
+    assert sum(parsed) < 2 * notebook.PARSED_LETTERS

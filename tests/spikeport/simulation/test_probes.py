@@ -57,11 +57,17 @@ def test_probes_of_outputs_leave_all_else_as_it_is(network):
     assert set(before.image.compartments.bias) <= set(after.image.compartments.bias)
 
 
-def test_a_network_without_outputs_is_refused():
+def test_where_all_is_read_every_ensemble_is_probed():
     with nengo.Network() as net:
         a, b = nengo.Ensemble(5, 1), nengo.Ensemble(5, 1)
         nengo.Connection(a, b)
         nengo.Connection(b, a)
-    with pytest.raises(UsageError, match=r"^the network has no probe, and no output to probe: "):
+    assert [probe.obj for probe in probe_outputs(net)] == [a, b]
+
+
+def test_a_network_with_nothing_to_probe_is_refused():
+    with nengo.Network() as net:
+        nengo.Node([0.5])
+    with pytest.raises(UsageError, match=r"^the network has no probe, and neither outputs nor "):
         probe_outputs(net)
     assert net.all_probes == []

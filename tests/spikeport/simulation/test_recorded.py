@@ -19,6 +19,14 @@ def test_the_error_is_relative_and_filtered(ran):
     assert Recorded(times_s, ripple, ones[:, :1], False).error() < 0.05
 
 
+def test_the_scale_of_an_error_is_the_rms_of_filtered_values_in_float():
+    times_s = np.arange(1, 2001) * 0.001
+    ripple = np.where(np.arange(2000) % 2, 2.5, 1.5)[:, np.newaxis]
+    one = Recorded(times_s, ripple, ripple, False)
+    assert one.rms_float() == pytest.approx(2, rel=0.02)
+    assert replace(one, values_float=None).rms_float() is None
+
+
 def test_a_delay_is_named_with_the_error_that_is_left():
     times_s = np.arange(1, 501) * 0.001
     exact = np.sin(20 * times_s)[:, np.newaxis]

@@ -30,10 +30,25 @@ def test_each_population_says_what_it_does_otherwise(tmp_path):
     assert any(text.startswith("the voltage ends at -") for text in found["read"])
 
 
-def test_the_share_of_sources_beyond_which_inputs_wrap_is_named(tmp_path):
-    text = "inputs wrap around if over 0.125 of its sources spike at once"
-    assert text in differences_of(tmp_path, nir_graphs.recurrent(), 0.125)["hidden"]
-    assert text not in differences_of(tmp_path, nir_graphs.recurrent())["hidden"]
+def test_the_share_of_weights_beyond_which_inputs_wrap_is_named(tmp_path):
+    first, last = nir_graphs.ends(200, 5)
+    weights = nir.Linear(weight=np.random.default_rng(0).normal(0, 0.5, (5, 200)))
+    graph = nir_graphs.graph(input=first, w=weights, n=nir_graphs.lif(5), output=last)
+    share = spikeport.nir.load(written(tmp_path, graph), DT_S, at_once=0.125).units["n"].at_once
+    assert 0.125 <= share < 1
+    text = f"inputs wrap around if over {share:.0%} of its weights act in one step"
+    assert text in differences_of(tmp_path, graph, 0.125)["n"]
+    assert not any("wrap" in text for text in differences_of(tmp_path, graph)["n"])
+
+
+def test_many_weights_of_a_size_wrap_and_say_so(tmp_path):
+    first, last = nir_graphs.ends(400, 2)
+    weights = nir.Linear(weight=np.full((2, 400), 0.1))
+    graph = nir_graphs.graph(input=first, w=weights, n=nir_graphs.lif(2), output=last)
+    assert any(
+        text.startswith("inputs wrap around if over")
+        for text in differences_of(tmp_path, graph)["n"]
+    )
 
 
 def test_reset_leak_and_many_time_constants_are_named(tmp_path):
@@ -44,9 +59,8 @@ def test_reset_leak_and_many_time_constants_are_named(tmp_path):
     found = differences_of(
         tmp_path, nir_graphs.graph(input=first, w=nir_graphs.affine(rng, 4, 3), n=neurons, o=last)
     )
-    assert "starts at its reset voltage, -0.5, not at 0" in found["n"]
     assert "3 voltage decays; each is a profile of its core" in found["n"]
-    assert "its leak voltage acts from the first step on, 1 before its input can" in found["n"]
+    assert "its bias is a source on the host, which spikes in every step from 1 on" in found["n"]
 
 
 def test_readouts_and_ways_of_different_lengths_are_named(tmp_path):
@@ -55,12 +69,14 @@ def test_readouts_and_ways_of_different_lengths_are_named(tmp_path):
     nodes = {"i": first, "a": nir_graphs.lif(3), "b": nir_graphs.lif(3), "o": last}
     nodes |= {name: nir_graphs.affine(rng, 3, 3) for name in ("w", "v", "u")}
     nodes["r"] = nir.LI(tau=np.full(3, 1e-2), r=np.ones(3), v_leak=np.ones(3))
+    nodes["c"] = nir_graphs.lif(3)
     edges = [("i", "w"), ("w", "a"), ("a", "v"), ("v", "b"), ("i", "b"), ("b", "u"), ("u", "r")]
+    edges += [("a", "c"), ("b", "c")]
     graph = nir.NIRGraph(nodes=nodes, edges=[*edges, ("r", "o")], type_check=False)
     found = differences_of(tmp_path, graph)
-    assert found["b"][-1] == "spikes of i arrive 1 step early, beside its longest way's"
+    assert not any("early" in text for text in found["b"])  # the host holds inputs back
+    assert found["c"][-1] == "spikes of a arrive 1 step early, beside its longest way's"
     assert found["r"] == [
         "computed on the host, in floating point: it reads spikes and sends none",
         "its voltage is 3 steps late",
-        "its bias and leak act from the first step on, 3 before its input can",
     ]

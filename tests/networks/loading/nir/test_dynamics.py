@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from spikeport.networks.loading.nir.dynamics import dynamics
+from spikeport.networks.loading.nir.dynamics import Dynamics, dynamics, own_shape
 from spikeport.networks.loading.nir.graph import Node
 from spikeport.reading.mismatch import MismatchError
 
@@ -14,11 +14,15 @@ def node(kind: str, **values: object) -> Node:
     return Node("n", kind, {name: np.asarray(value, float) for name, value in values.items()})
 
 
+def of_node(made: Node) -> Dynamics:
+    return dynamics(made, own_shape(made) or (1,), DT_S)
+
+
 CUBA = {"tau_syn": [4e-3, 2e-3], "tau_mem": [1e-2, 5e-3], "r": [10, 20], "v_leak": [0, 1]}
 
 
 def test_a_current_based_neuron_has_both_decays():
-    of = dynamics(node("CubaLIF", **CUBA, v_threshold=[1, 2], v_reset=[-1, 0.5], w_in=3), DT_S)
+    of = of_node(node("CubaLIF", **CUBA, v_threshold=[1, 2], v_reset=[-1, 0.5], w_in=3))
     np.testing.assert_allclose(of.current_decay, [0.25, 0.5])
     np.testing.assert_allclose(of.voltage_decay, [0.1, 0.2])
     np.testing.assert_allclose(of.gain, [0.25 * 3 * 0.1 * 10, 0.5 * 3 * 0.2 * 20])
@@ -27,14 +31,14 @@ def test_a_current_based_neuron_has_both_decays():
 
 
 def test_others_have_what_they_are():
-    lif = dynamics(node("LIF", tau=[1e-2], r=[2], v_leak=[0], v_threshold=[1]), DT_S)
+    lif = of_node(node("LIF", tau=[1e-2], r=[2], v_leak=[0], v_threshold=[1]))
     assert (lif.current_decay, lif.voltage_decay, lif.gain) == (1, pytest.approx(0.1), 0.2)
-    fire = dynamics(node("IF", r=np.full((2, 3), 2), v_threshold=np.ones((2, 3))), DT_S)
+    fire = of_node(node("IF", r=np.full((2, 3), 2), v_threshold=np.ones((2, 3))))
     assert fire.shape == (2, 3)
     assert (fire.voltage_decay.max(), fire.gain.min(), fire.size) == (0, 2, 6)
-    gate = dynamics(node("Threshold", threshold=[0.5]), DT_S)
+    gate = of_node(node("Threshold", threshold=[0.5]))
     assert (gate.voltage_decay, gate.gain, gate.threshold) == (1, 1, 0.5)
-    read = dynamics(node("CubaLI", **CUBA), DT_S)
+    read = of_node(node("CubaLI", **CUBA))
     assert (read.threshold == np.inf).all()
 
 
@@ -52,5 +56,13 @@ def test_others_have_what_they_are():
 )  # fmt: skip
 def test_parameters_out_of_range_are_refused(made, message):
     with pytest.raises(MismatchError) as caught:
-        dynamics(made, DT_S)
+        of_node(made)
     assert str(caught.value).startswith(message)
+
+
+def test_one_value_stands_for_all_neurons():
+    made = node("LIF", tau=1e-2, r=[10.0], v_leak=0, v_threshold=[1.0])
+    assert own_shape(made) == ()
+    of = dynamics(made, (2, 3), DT_S)
+    assert (of.shape, of.gain.tolist()) == ((2, 3), [1.0] * 6)
+    assert own_shape(node("LIF", tau=1e-2, r=1, v_leak=0, v_threshold=np.ones(4))) == (4,)

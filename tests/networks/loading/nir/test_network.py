@@ -4,13 +4,16 @@ import nengo
 import nir
 import numpy as np
 import pytest
+from scipy import sparse
 
 import spikeport
 import spikeport.nir
 from spikeport.networks.loading.nir import equations
+from spikeport.networks.loading.nir import network as network_module
 from spikeport.networks.loading.nir.network import NirNetwork
 from tests.helpers import nir_graphs
 from tests.helpers.nir_graphs import DT_S, spikes, written
+from tests.helpers.nir_referee import Referee
 
 N_STEPS = 150
 GRAPHS = {
@@ -67,11 +70,87 @@ def test_a_readout_on_the_host_has_its_voltage(tmp_path):
         b=nir_graphs.affine(rng, 2, 8), read=nir.CubaLI(**taus, **values), output=last,
     )  # fmt: skip
     path, rows = written(tmp_path, graph), spikes(6)
-    wanted = equations.run(spikeport.nir.load(path, DT_S).folded, {"input": rows})
     found = played(spikeport.nir.load(path, DT_S), rows, "native")
-    np.testing.assert_array_equal(found["hidden"] > 0, wanted["hidden"] > 0)
-    assert np.abs(wanted["read"]).max() > 0.1
-    np.testing.assert_allclose(found["read"], wanted["read"], atol=1e-12)
+    of = spikeport.nir.load(path, DT_S).folded.populations["read"]
+    current, voltage, wanted = np.zeros(2), np.zeros(2), []
+    for spiked in found["hidden"] > 0:
+        current = current * (1 - DT_S / taus["tau_syn"]) + of.dynamics.gain * (
+            graph.nodes["b"].weight @ spiked
+        )
+        voltage = voltage * (1 - DT_S / taus["tau_mem"]) + current
+        wanted.append(voltage)
+    assert np.abs(wanted).max() > 0.1
+    np.testing.assert_allclose(found["read"], wanted, atol=1e-12)
+
+
+def biased_skips() -> nir.NIRGraph:
+    """Return neurons with biases, leaks and reset voltages, and inputs of neurons at two depths."""
+    rng = np.random.default_rng(4)
+    first, last = nir_graphs.ends(6, 5)
+    resting = {"v_reset": -0.5, "v_leak": 0.4}
+    nodes = {
+        "input": first,
+        "w": nir_graphs.affine(rng, 8, 6, bias=0.2),
+        "a": nir_graphs.cuba(8, **resting),
+    }
+    nodes |= {"v": nir_graphs.affine(rng, 5, 8), "u": nir_graphs.affine(rng, 5, 6, bias=0.1)}
+    nodes |= {"b": nir_graphs.cuba(5, v_reset=0.25, v_leak=-0.2, w_in=20.0), "output": last}
+    edges = [("input", "w"), ("w", "a"), ("a", "v"), ("v", "b"), ("input", "u"), ("u", "b")]
+    return nir.NIRGraph(nodes, [*edges, ("b", "output")], type_check=False)
+
+
+def test_float_is_nir_from_the_first_step_on(tmp_path):
+    path, rows = written(tmp_path, biased_skips()), spikes(6, N_STEPS)
+    wanted = Referee(biased_skips(), DT_S).run({"input": rows})
+    exact, chip = (played(spikeport.nir.load(path, DT_S), rows, b) for b in ("reference", "native"))
+    for name in ("a", "b"):
+        assert wanted[name].sum() > 20
+        np.testing.assert_array_equal(exact[name] > 0, wanted[name] > 0)
+        assert np.mean((chip[name] > 0) == (wanted[name] > 0)) > 0.99
+
+
+def test_long_time_constants_cost_little(tmp_path):
+    rng = np.random.default_rng(0)
+    first, last = nir_graphs.ends(20, 30)
+    graph = nir_graphs.graph(
+        input=first, w=nir_graphs.affine(rng, 30, 20), n=nir_graphs.lif(30, tau=6.1), output=last
+    )
+    path, rows = written(tmp_path, graph), spikes(20, 300)
+    wanted = equations.run(spikeport.nir.load(path, DT_S).folded, {"input": rows})["n"]
+    found = played(spikeport.nir.load(path, DT_S), rows, "native")["n"]
+    assert 0.01 < wanted.mean() < 0.2
+    assert np.mean((found > 0) == (wanted > 0)) > 0.995  # 12 bits hold it to within 50 %
+
+
+def test_a_spike_that_just_reaches_a_threshold_is_none_on_the_chip_either(tmp_path):
+    first, last = nir_graphs.ends(4, 4)
+    path = written(tmp_path, nir_graphs.graph(input=first, n=nir_graphs.lif(4), output=last))
+    assert not played(spikeport.nir.load(path, DT_S), np.eye(4), "native")["n"].any()
+
+
+def test_an_image_has_the_outputs_of_its_graph(tmp_path):
+    path = written(tmp_path, nir_graphs.recurrent())
+    image = spikeport.compile_network(spikeport.nir.load(path, DT_S)).image
+    assert [(one.name, one.size) for one in image.manifest.outputs] == [("read -> output", 4)]
+
+
+def test_large_readouts_are_sparse(tmp_path, monkeypatch):
+    path, rows = written(tmp_path, nir_graphs.nested()), spikes(5)
+    found = {}
+    for limit in (network_module.WHOLE, 0):
+        monkeypatch.setattr(network_module, "WHOLE", limit)
+        network = spikeport.nir.load(path, DT_S)
+        with network:
+            scaled = nengo.Node(size_in=4)
+            network_module._to_host(network.populations["gate"], scaled, sparse.eye_array(4) * 3)
+            probe = nengo.Probe(scaled)
+        network.feeds["input"].play(rows, DT_S)
+        with spikeport.Simulator(network) as sim:
+            sim.run_steps(60)
+            found[limit] = np.array(sim.data[probe])
+    one, other = found.values()
+    assert one.any()
+    np.testing.assert_array_equal(one, other)
 
 
 def test_inputs_may_be_connected_too(tmp_path):

@@ -69,6 +69,8 @@ def test_other_nodes_are_what_they_say():
     x = np.arange(6.0).reshape(2, 3)
     np.testing.assert_array_equal(applied(node("Scale", scale=2 * x), x), 2 * x**2)
     np.testing.assert_array_equal(applied(node("Scale", scale=3), x), 3 * x)
+    np.testing.assert_array_equal(applied(node("Scale", scale=[[2], [5]]), x), x * [[2], [5]])
+    assert applied(node("Flatten", start_dim=-2, end_dim=-1), x[np.newaxis]).shape == (1, 6)
     flat = applied(node("Flatten", start_dim=0, end_dim=-1), x)
     np.testing.assert_array_equal(flat, np.arange(6))
     weight, bias = np.arange(12.0).reshape(2, 6), np.array([1.0, 2])
@@ -90,9 +92,12 @@ WHOLE = {**CONV, "padding": 0, "groups": 1}
         (node("Linear", weight=np.ones((2, 3))), (4,), "expected 3 values into node n, found 4"),
         (node("Linear", weight=np.ones(3)), (3,), "expected a weight of 2 axes in node n, found 1"),
         (node("Affine", weight=np.eye(2), bias=[1]), (2,), "expected 2 biases in node n, found 1"),
-        (node("Scale", scale=[1, 2]), (3,), "expected 3 values of scale in node n, found 2"),
+        (node("Scale", scale=[1, 2]), (3,), "expected scale for (3,) in node n, found (2,)"),
         (node("Delay", delay=[0.002]), (1,), "expected node n to delay by 0.001 s, the step that"),
         (node("Flatten", start_dim=2, end_dim=3), (3,), "expected axes of (3,) to flatten in node"),
+        (node("Flatten", start_dim=-2, end_dim=0), (3,), "expected start_dim from -1 to 1,048,576"),
+        (node("Flatten", start_dim=[0, 1], end_dim=1), (3,), "expected one number start_dim in"),
+        (node("Conv2d", **{**WHOLE, "groups": [1, 1]}), (1, 9, 9), "expected one number groups"),
         (node("Conv2d", **WHOLE), (1, 9), "expected 2 axes of space in node n, found input (1, 9)"),
         (node("Conv2d", **WHOLE), (2, 9, 9), "expected 2 channels in node n, found 1 groups of 1"),
         (node("Conv2d", **WHOLE), (1, 2, 9), "expected from 1 to 8,388,608 weights in node n, fo"),

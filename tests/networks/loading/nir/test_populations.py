@@ -32,7 +32,7 @@ def test_matrices_multiply_and_a_bias_is_added_once(tmp_path):
         "again": weights(3, 2, -1.0),
         "n": lif(3),
         "back": weights(2, 3, 0.5, 0.25),
-        "o": LAST,
+        "o": nir_graphs.ends(2, 3)[1],
     }
     found = fold(tmp_path, nodes, "i>w i>again w>s again>s s>n n>back back>w n>o")
     signal = found.populations["n"].input
@@ -52,11 +52,28 @@ def test_populations_come_after_those_that_lead_to_them(tmp_path):
     assert late == {"c": {"a": -2}, "b": {}, "a": {"c": 1}}
 
 
+def test_inputs_of_deep_neurons_are_held_back(tmp_path):
+    found = fold(tmp_path, {"i": FIRST, "a": lif(2), "b": lif(2), "o": LAST}, "i>a a>b i>b b>o")
+    assert [found.held(one) for one in found.populations.values()] == [0, 1]
+    assert not [late for one in found.populations.values() for late in found.late(one)]
+
+
+def test_neurons_of_one_value_have_the_shape_of_what_reaches_them(tmp_path):
+    one = nir.LIF(*map(np.float32, (1e-2, 10.0, 0.0, 1.0)), v_reset=np.float32(0))
+    nodes = {"i": FIRST, "w": weights(3, 2), "n": one, "again": weights(3, 3), "m": one, "o": LAST}
+    nodes["o"] = nir_graphs.ends(2, 3)[1]
+    found = fold(tmp_path, nodes, "again>n n>again i>w w>n n>m m>o")
+    assert [population.size for population in found.populations.values()] == [3, 3]
+    assert found.populations["n"].dynamics.gain.tolist() == pytest.approx([1.0] * 3)
+
+
 @pytest.mark.parametrize(
     ("nodes", "edges", "message"),
     [
         ({"w": weights(2, 2), "v": weights(2, 2), "n": lif(2)}, "i>w w>v v>w v>n n>o",
          "expected neurons in every cycle, found none at "),
+        ({"n": lif(2), "o": nir_graphs.ends(2, 3)[1]}, "i>n n>o",
+         "expected (3,) into node o, found (2,)"),
         ({"n": lif(3)}, "i>n n>o", "expected (3,) into node n, found (2,)"),
         ({"w": weights(3, 2), "n": lif(3)}, "i>w i>n w>n n>o", "expected (3,) into node n, found"),
         ({"w": weights(2, 2), "n": lif(2)}, "w>n n>o", "expected an edge that leads to node w, f"),
@@ -77,6 +94,19 @@ def test_what_cannot_be_on_a_chip_is_refused_by_name(tmp_path, nodes, edges, mes
     with pytest.raises(MismatchError) as caught:
         fold(tmp_path, {"i": FIRST, "o": LAST} | nodes, edges)
     assert str(caught.value).startswith(message)
+
+
+def test_inputs_are_counted_for_each_depth(tmp_path, monkeypatch):
+    monkeypatch.setattr(populations, "SIZE", 8)
+    nodes = {"i": nir_graphs.ends(4, 1)[0], "w": weights(1, 4), "o": nir_graphs.ends(4, 1)[1]}
+    nodes |= {"a": lif(1), "b": lif(1)}
+    assert fold(tmp_path, nodes, "i>w w>a a>b w>b b>o")
+    nodes["c"] = lif(1)
+    with pytest.raises(MismatchError) as caught:
+        fold(tmp_path, nodes, "i>w w>a a>b w>b b>c w>c c>o")
+    assert str(caught.value) == (
+        "expected at most 8 inputs, each once for each depth it leads to, found 12"
+    )
 
 
 def test_weights_of_all_nodes_are_counted(tmp_path, monkeypatch):

@@ -21,7 +21,7 @@ def population(weights: np.ndarray, bias: float = 0.0, **values: object) -> Popu
     all_of = {name: np.full(n, value) for name, value in {**taus, **values}.items()}
     node = Node("n", "CubaLIF", all_of)
     signal = Signal({"i": sparse.csr_matrix(weights)}, np.full(n, bias), (n,))
-    return Population(node, dynamics(node, DT_S), signal, 1)
+    return Population(node, dynamics(node, (n,), DT_S), signal, 1)
 
 
 @pytest.mark.parametrize("n_parts", [1, 2])
@@ -31,7 +31,8 @@ def test_neurons_keep_what_their_weights_are_of_their_threshold(n_parts):
     found = units(population(weights, bias=0.2), n_parts)
     ratio = found.threshold[:, np.newaxis] / 4
     np.testing.assert_allclose(found.weights["i"].toarray(), weights * ratio)
-    np.testing.assert_allclose(found.bias, 0.2 * ratio[:, 0])
+    np.testing.assert_allclose(found.constants[0], 0.2 * ratio[:, 0])
+    assert not found.constants[1:].any()
     assert len(np.unique(found.threshold)) <= module.LEVELS
 
 
@@ -59,13 +60,12 @@ def test_one_synapse_takes_all_of_its_bits():
     assert 126 < largest / step <= 127.5
 
 
-def test_leaks_of_neurons_without_a_current_are_their_bias():
-    node = Node("n", "LIF", {k: np.array([v]) for k, v in
-                {"tau": 0.01, "r": 10, "v_leak": 0.5, "v_threshold": 1}.items()})  # fmt: skip
-    signal = Signal({"i": sparse.csr_matrix([[1.0]])}, np.array([0.1]), (1,))
-    found = units(Population(node, dynamics(node, DT_S), signal, 1), 2)
-    assert found.leak == 0
-    assert found.bias / found.threshold == pytest.approx(0.1 + 0.1 * 0.5)
+def test_exactly_full_registers_are_not_reached():
+    one, four = (
+        units(population(np.full((1, n), 4 / n), tau_syn=DT_S, w_in=0.25), 2) for n in (1, 4)
+    )
+    for found in (one, four):
+        assert found.weights["i"].sum() == found.threshold[0] == 2.0**20
 
 
 def test_a_rest_holds_what_8_bits_do_not():

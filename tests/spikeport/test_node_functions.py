@@ -1,6 +1,6 @@
 import numpy as np
 
-from spikeport.networks.held import Held
+from spikeport.node_functions import Held
 
 
 def test_a_function_is_computed_where_its_input_changes() -> None:

@@ -1,0 +1,133 @@
+"""Figures that the documents state: the runs they rest on, and whether they are still theirs.
+
+    python benchmarks/figures.py run [NAME]...     # make figures: hours; goes on where it was
+    python benchmarks/figures.py check             # make figures-check: seconds
+
+`stated` has the runs, and the sentences of the documents as results make them. A run's folder lies
+in ``build/figures``, and a run that is done is not repeated there: delete its folder to measure
+anew. What results say is kept in ``benchmarks/figures``, a part of the repository, so that all can
+compare. Speeds are no part of it.
+"""
+
+import argparse
+import difflib
+import json
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from stated import RUNS, STATED, Stated
+
+ROOT = Path(__file__).parents[1]
+FOLDERS, RESULTS = ROOT / "build" / "figures", ROOT / "benchmarks" / "figures"
+KEPT = (
+    *("experiment", "backend", "seconds", "seeds", "settings", "metrics", "image_digest"),
+    *("resources", "cores", "energy", "timing", "energy_by_unit", "versions"),
+)
+"""The parts of a result, or of a compile's report, that are kept."""
+SPEED = "real_time_factor"
+
+Results = list[dict[str, Any]]
+"""The results of a run: one, or those of all points of a sweep."""
+
+
+class Differing(NamedTuple):
+    """A sentence that results make and a document lacks, and the likest line there."""
+
+    document: str
+    sentence: str
+    likest: str
+
+
+def results_in(folder: Path) -> Results:
+    """Return the results in the folder of a run, a sweep or a compile; none if it is not done."""
+    files = [*folder.glob("result.json"), *sorted(folder.glob("points/*.json"))]
+    return [_kept(json.loads(file.read_text())) for file in files or folder.glob("report.json")]
+
+
+def _kept(result: dict[str, Any]) -> dict[str, Any]:
+    kept = {key: result[key] for key in KEPT if key in result}
+    if "metrics" in kept:
+        kept["metrics"] = {k: v for k, v in kept["metrics"].items() if k != SPEED}
+    return kept
+
+
+def run(names: Iterable[str]) -> int:
+    """Carry out runs that are not done, and keep their results; returns how many failed."""
+    failed = 0
+    for name in names:
+        folder, command = FOLDERS / name, RUNS[name]
+        # Sweeps find out by themselves what they lack.
+        if command.startswith("sweep") or not results_in(folder):
+            print(f"{name}: spikeport {command}", flush=True)
+            # Last bits of what is solved depend on the threads.
+            alone = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
+            line = [sys.executable, "-m", "spikeport", *command.split(), "--out", str(folder)]
+            done = subprocess.run(line, cwd=ROOT, env=alone, check=False)
+            failed += done.returncode != 0
+            if done.returncode:
+                continue
+        RESULTS.mkdir(exist_ok=True)
+        text = json.dumps(results_in(folder), indent=1) + "\n"
+        (RESULTS / f"{name}.json").write_text(text)
+    return failed
+
+
+def read_results(folder: Path = RESULTS) -> dict[str, Results]:
+    """Return the results that are kept, by run."""
+    return {file.stem: json.loads(file.read_text()) for file in sorted(folder.glob("*.json"))}
+
+
+def differing(stated: Stated, results: Mapping[str, Results], text: str) -> Iterator[Differing]:
+    """Yield the sentences that results make and the text of a document lacks."""
+    whole = _spaced(text)
+    for sentence in stated.sentences(results):
+        if _spaced(sentence) not in whole:
+            likest = difflib.get_close_matches(sentence, text.splitlines(), n=1, cutoff=0)
+            yield Differing(stated.document, sentence, *likest)
+
+
+def _spaced(text: str) -> str:
+    """Return a text with single spaces, wherever its lines end."""
+    return re.sub(r"\s+", " ", text)
+
+
+def check(
+    results: Mapping[str, Results], stated: Sequence[Stated] = STATED, root: Path = ROOT
+) -> int:
+    """Print what is stated otherwise than results have it, and what has no results; 1 if any is."""
+    made, differ = 0, 0
+    for one in stated:
+        missing = [name for name in one.runs if name not in results]
+        if missing:
+            print(f"not run: {', '.join(missing)} ({one.name}, {one.document})")
+            continue
+        made += 1
+        for found in differing(one, results, (root / one.document).read_text()):
+            differ += 1
+            print(f"{found.document}: {one.name}")
+            print(f"  results: {found.sentence}")
+            print(f"  likest:  {found.likest}")
+    print(f"{made} of {len(stated)} statements have results; {differ} sentences differ")
+    return int(differ > 0)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Carry out runs, or check the documents."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    commands = parser.add_subparsers(dest="command", required=True)
+    runs = commands.add_parser("run", help="carry out what is missing")
+    runs.add_argument("names", nargs="*", choices=[[], *RUNS])
+    commands.add_parser("check", help="compare the documents with the results")
+    asked = parser.parse_args(arguments)
+    if asked.command == "run":
+        return int(run(asked.names or RUNS) > 0)
+    return check(read_results())
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,364 @@
+"""The runs that figures in the documents rest on, and the sentences that their results make.
+
+A statement is a function that takes the results of runs by their names, and yields sentences, or
+rows of tables, as they must stand in its document but for where lines end.
+"""
+
+import inspect
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import Any, NamedTuple
+
+Results = list[dict[str, Any]]
+Makes = Callable[..., Iterator[str]]
+
+NETWORKS = "network_seed=0,1,2,3,4"
+PATHS = "path=line,s-curve,figure-eight,loop"
+SIZES = (200, 500, 1000, 2000, 8000)
+SECONDS = (4, 6, 8, 12, 20)
+
+RUNS = {
+    **{
+        f"reach_{box}_{backend}": f"sweep reach --set box={box} --set network_seed=0 --seeds 5"
+        f" --backend {backend}"
+        for box in ("small", "large")
+        for backend in ("analytic", "reference", "native")
+    },
+    **{
+        f"draw_{s}s": f"sweep draw --vary digit=2,5,8 --seconds {s} --backend analytic"
+        for s in SECONDS
+    },
+    "draw_lean": "sweep draw --vary digit=2,5,8 --vary network_seed=0,1,2",
+    "draw_efference": "sweep draw --vary digit=2,5,8 --set efference_copy=true",
+    "draw_sizes": f"sweep draw --vary digit=2,5,8 --vary m1={','.join(map(str, SIZES))}",
+    "reach_sizes": f"sweep reach --set network_seed=0 --vary m1={','.join(map(str, SIZES))}"
+    " --seeds 2",
+    "arm_lean": "compile arm",
+    "arm_paper": "compile arm --set preset=paper",
+    "humanoid_paper": "compile humanoid --set preset=paper",
+    "switch": f"sweep switch --vary {NETWORKS}",
+    "switch_free": "sweep switch --set schedule=free-standing --set anchor=false"
+    f" --vary {NETWORKS}",
+    "switch_spa": "run switch --backend reference --set selection=spa",
+    "demo": "run switch",
+    "walk_exact": f"sweep walk --vary {PATHS} --seeds 5 --backend analytic",
+    "walk_20": f"sweep walk --vary {PATHS} --seeds 5",
+    "walk_10": f"sweep walk --vary {PATHS} --seeds 5 --set n_neurons=10",
+    "walk_2": "sweep walk --vary path=s-curve,loop --seeds 5 --set n_neurons=2",
+    "walk_slow": "sweep walk --vary path=s-curve,loop --seeds 5 --set tau_fwd=0.01",
+    "walk_silenced": "run walk --set path=loop --set silence=0.5 --set silence_at=25 --seconds 40",
+    "walk_grid": "sweep walk --seeds 5 --seconds 20 --set path=loop --set calibrated=false"
+    " --vary n_neurons=2,6,20,40 --vary tau_fwd=.001,.002,.005,.01 --vary backend=reference,native",
+}
+"""The arguments of ``spikeport``, by name; hours in all, and each goes on where it was."""
+
+
+class Stated(NamedTuple):
+    """Sentences of a document.
+
+    Attributes
+    ----------
+    document : str
+        Its path in the repository.
+    makes : callable
+        Yields the sentences from the results of the runs that its arguments name.
+    """
+
+    document: str
+    makes: Makes
+
+    @property
+    def name(self) -> str:
+        """The name of the function."""
+        return str(self.makes.__name__)
+
+    @property
+    def runs(self) -> tuple[str, ...]:
+        """The names of the runs."""
+        return tuple(inspect.signature(self.makes).parameters)
+
+    def sentences(self, results: Mapping[str, Results]) -> Iterator[str]:
+        """Yield the sentences as results make them."""
+        return self.makes(*(results[name] for name in self.runs))
+
+
+STATED: list[Stated] = []
+
+
+def states(document: str) -> Callable[[Makes], Makes]:
+    """Return a decorator that adds a function to the statements of a document."""
+
+    def add(makes: Makes) -> Makes:
+        STATED.append(Stated(document, makes))
+        return makes
+
+    return add
+
+
+# parts of results
+
+
+def values(results: Results, place: str, **settings: object) -> list[Any]:
+    """Return what is at a place, such as ``metrics.reaches``, in results with these settings."""
+    chosen = [one for one in results if settings.items() <= one["settings"].items()]
+    return [_part(one, place) for one in sorted(chosen, key=_seeds)]
+
+
+def _seeds(result: dict[str, Any]) -> tuple[int, int]:
+    return result["seeds"]["run"], result["seeds"]["network"]
+
+
+def _part(result: Any, place: str) -> Any:
+    for key in place.split("."):
+        result = result[key]
+    return result
+
+
+def joined(numbers: Iterable[float], digits: int = 0, by: str = " ", times: float = 1) -> str:
+    """Return numbers in a row."""
+    return by.join(f"{times * number:,.{digits}f}" for number in numbers)
+
+
+def span(numbers: Iterable[float], digits: int = 0, times: float = 1) -> str:
+    """Return the least and the largest of some numbers in words."""
+    least, *_, largest = sorted(numbers)
+    return joined((least, largest), digits, " to ", times)
+
+
+def shapes_mm(results: Results, **settings: object) -> list[float]:
+    """Return the errors of drawn shapes in mm rms, by digit."""
+    return [
+        1000 * value
+        for digit in (2, 5, 8)
+        for value in values(results, "metrics.shape_error_rms_m", digit=digit, **settings)
+    ]
+
+
+def dynamic_uj(results: Results, calibration: str) -> list[float]:
+    """Return the dynamic energy of a step in uJ."""
+    place = f"energy.{calibration}.dynamic.energy_step.value"
+    return [1e6 * joules for joules in values(results, place)]
+
+
+# the arm
+
+
+def _reaches(box: str, results: Iterable[Results]) -> str:
+    cells = (joined(values(runs, "metrics.reaches")) for runs in results)
+    return f"| {box} | {' | '.join(cells)} |"
+
+
+@states("docs/figures.md")
+def reaches_in_the_small_box(
+    reach_small_analytic: Results, reach_small_reference: Results, reach_small_native: Results
+) -> Iterator[str]:
+    yield _reaches("small", (reach_small_analytic, reach_small_reference, reach_small_native))
+
+
+@states("docs/figures.md")
+def reaches_in_the_large_box(
+    reach_large_analytic: Results, reach_large_reference: Results, reach_large_native: Results
+) -> Iterator[str]:
+    yield _reaches("large", (reach_large_analytic, reach_large_reference, reach_large_native))
+
+
+@states("docs/arm.md")
+def fastest_drawing(
+    draw_4s: Results, draw_6s: Results, draw_8s: Results, draw_12s: Results, draw_20s: Results
+) -> Iterator[str]:
+    drawings = (draw_4s, draw_6s, draw_8s, draw_12s, draw_20s)
+    for seconds, drawn in zip(SECONDS, drawings, strict=True):
+        shape = joined(shapes_mm(drawn)[1:], 1, ", ")
+        lags = (values(drawn, "metrics.tracking_error_rms_m", digit=digit)[0] for digit in (5, 8))
+        yield f"| {seconds} | {shape} | {joined(lags, 1, ', ', 1000)} |"
+
+
+@states("docs/arm.md")
+def the_exact_laws_shapes(draw_12s: Results) -> Iterator[str]:
+    yield f"| exact law, no neurons | {joined(shapes_mm(draw_12s), 1, ', ')} | | | |"
+
+
+@states("docs/arm.md")
+def shapes_of_three_networks(draw_lean: Results) -> Iterator[str]:
+    cells = (joined(shapes_mm(draw_lean, network_seed=seed), 1, ", ") for seed in range(3))
+    (cores,) = set(values(draw_lean, "resources.cores.used"))
+    yield f"| **S1's intercepts even, as it is** | {' | '.join(cells)} | {cores} |"
+
+
+@states("docs/arm.md")
+def shapes_with_an_efference_copy(draw_efference: Results) -> Iterator[str]:
+    (cores,) = set(values(draw_efference, "resources.cores.used"))
+    shapes = joined(shapes_mm(draw_efference), 1, ", ")
+    yield f"| the same as it is, with an efference copy | {shapes} | | | {cores} |"
+
+
+@states("docs/arm.md")
+def sizes_of_the_arm(draw_sizes: Results, reach_sizes: Results) -> Iterator[str]:
+    for m1 in SIZES:
+        both = [*_sized(draw_sizes, m1), *_sized(reach_sizes, m1)]
+        longest = max(values(both, "timing.nahuku-fit.longest.value"))
+        yield (
+            f"| {m1:,} | {3 * m1 + 1550:,} | {max(values(both, 'resources.cores.used'))} "
+            f"| {max(dynamic_uj(both, 'nahuku-fit')):.2f} | {1e6 * longest:.0f} "
+            f"| {joined(shapes_mm(draw_sizes, m1=m1), 1, ', ')} "
+            f"| {joined(values(reach_sizes, 'metrics.reaches', m1=m1), 0, ', ')} |"
+        )
+
+
+def _sized(results: Results, m1: int) -> Results:
+    return [one for one in results if one["settings"]["m1"] == m1]
+
+
+@states("docs/figures.md")
+def cores_of_the_lean_arm(arm_lean: Results) -> Iterator[str]:
+    cores = _cores(arm_lean)
+    yield f"| the arm, lean: 4,550 neurons | 26 | {cores} ({cores}) |"
+
+
+@states("docs/figures.md")
+def cores_of_the_papers_arm(arm_paper: Results) -> Iterator[str]:
+    cores = _cores(arm_paper)
+    yield f"| the arm, the paper's 25,550 neurons | 53 | {cores} ({cores}) |"
+
+
+@states("README.md")
+def cores_of_both_arms(arm_lean: Results, arm_paper: Results) -> Iterator[str]:
+    yield f"(4,550 neurons, alone on {_cores(arm_lean)} cores)"
+    yield f"the paper's 25,550 ({_cores(arm_paper)} cores)"
+
+
+def _cores(compiled: Results) -> int:
+    (report,) = compiled
+    return int(_part(report, "resources.cores.used"))
+
+
+# the whole humanoid
+
+
+@states("docs/switch.md")
+def the_switch(switch: Results) -> Iterator[str]:
+    shapes = values(switch, "metrics.shape_error_rms_m")
+    assert not any(values(switch, "metrics.falls"))
+    phases = values(switch, "metrics.phases")
+    longest = (max(one["switching_time_s"] for one in run.values()) for run in phases)
+    paths = (
+        joined((run[walk]["path_error_rms_m"] for walk in ("walk", "walk on")), 1, ", ", 100)
+        for run in phases
+    )
+    yield f"| shape error (mm rms) | {joined(shapes, 1, ' | ', 1000)} |"
+    yield f"| longest switch (ms) | {joined(longest, 0, ' | ', 1000)} |"
+    yield f"| path error, first walk and second (cm rms) | {' | '.join(paths)} |"
+
+
+@states("docs/switch.md")
+def the_switch_on_its_own_feet(switch_free: Results) -> Iterator[str]:
+    assert not any(values(switch_free, "metrics.falls"))
+    phases = values(switch_free, "metrics.phases")
+    drawn = [[one for one in run.values() if "shape_error_rms_m" in one] for run in phases]
+    shapes = (joined((one["shape_error_rms_m"] for one in run), 1, ", ", 1000) for run in drawn)
+    ways = (joined((one["pelvis_moved_m"] for one in run[1:]), 1, ", ", 100) for run in drawn)
+    yield f"| shape error of the three drawings (mm rms) | {' | '.join(shapes)} |"
+    yield f"| way of the pelvis, second drawing and third (cm) | {' | '.join(ways)} |"
+
+
+@states("docs/experiments.md")
+def the_demo(demo: Results) -> Iterator[str]:
+    (run,) = demo
+    metrics, cores = run["metrics"], _part(run, "resources.cores.used")
+    yield f"Intel Loihi: {cores} cores"
+    yield f"dynamic energy / step {dynamic_uj(demo, 'davies2018')[0]:.1f} uJ [no interval]"
+    yield f"{dynamic_uj(demo, 'nahuku-fit')[0]:.1f} uJ ["
+    yield f"shape_error_rms_m {metrics['shape_error_rms_m']:.4g}"
+    yield f"phases_done {metrics['phases_done']}"
+    yield f"spikes_per_second {metrics['spikes_per_second']:.4g}"
+
+
+@states("README.md")
+def the_demo_in_short(demo: Results) -> Iterator[str]:
+    (run,) = demo
+    yield f"are one image, on {_part(run, 'resources.cores.used')} cores of one emulated Loihi"
+    shape_mm = 1000 * run["metrics"]["shape_error_rms_m"]
+    yield f"{run['metrics']['falls']} falls here, the drawn 8 within {shape_mm:.1f} mm"
+
+
+@states("docs/switch.md")
+def the_switch_by_nengo_spa(switch_spa: Results) -> Iterator[str]:
+    (run,) = switch_spa
+    metrics = run["metrics"]
+    longest = max(one["switching_time_s"] for one in metrics["phases"].values())
+    yield (
+        f"{metrics['phases_done']} phases done, the drawing "
+        f"{1000 * metrics['shape_error_rms_m']:.1f} mm off, switches within {1000 * longest:.0f} ms"
+    )
+
+
+# walking
+
+
+def _off_mm(results: Results, path: str) -> list[float]:
+    return [1000 * m for m in values(results, "metrics.cross_track_rms_m", path=path)]
+
+
+def _beside(spiking: list[float], exact: list[float]) -> str:
+    worst, mean = max(spiking) / max(exact), sum(spiking) / sum(exact)
+    return f"{worst:.2f}x, {mean:.2f}x"
+
+
+def _largest_mm(results: Results, path: str) -> str:
+    return joined([max(values(results, "metrics.cross_track_max_m", path=path))], times=1000)
+
+
+@states("docs/walk.md")
+def walks_of_twenty_neurons(walk_exact: Results, walk_20: Results) -> Iterator[str]:
+    assert not any(values(walk_20, "metrics.falls"))
+    for path in ("line", "s-curve", "figure-eight", "loop"):
+        exact, spiking = _off_mm(walk_exact, path), _off_mm(walk_20, path)
+        yield (
+            f"| {path} | {joined(exact, 1)} | {joined(spiking, 1)} | {_largest_mm(walk_20, path)} "
+            f"| {_beside(spiking, exact)} |"
+        )
+
+
+@states("docs/walk.md")
+def walks_of_ten_neurons(walk_exact: Results, walk_10: Results) -> Iterator[str]:
+    assert not any(values(walk_10, "metrics.falls"))
+    for path in ("line", "s-curve", "figure-eight", "loop"):
+        exact, spiking = _off_mm(walk_exact, path), _off_mm(walk_10, path)
+        largest = _largest_mm(walk_10, path)
+        yield f"| {path} | {joined(spiking, 1)} | {largest} | {_beside(spiking, exact)} |"
+
+
+def _tight(results: Results) -> str:
+    (cores,) = set(values(results, "resources.cores.used"))
+    errors = (joined(_off_mm(results, path), 1) for path in ("s-curve", "loop"))
+    return f"| {' | '.join(errors)} | {cores} |"
+
+
+@states("docs/walk.md")
+def walks_of_two_neurons(walk_20: Results, walk_2: Results) -> Iterator[str]:
+    yield f"| 20 neurons, 2 ms {_tight(walk_20)}"
+    yield f"| 2 neurons, 2 ms {_tight(walk_2)}"
+
+
+@states("docs/walk.md")
+def walks_behind_slow_filters(walk_slow: Results) -> Iterator[str]:
+    yield f"| 20 neurons, 10 ms {_tight(walk_slow)}"
+
+
+@states("docs/walk.md")
+def walks_without_half_of_the_ensembles(walk_silenced: Results) -> Iterator[str]:
+    (fallen_at_s,) = values(walk_silenced, "metrics.fallen_at_s")
+    yield f"{fallen_at_s - 25:.1f} s later the robot has fallen"
+
+
+@states("docs/paper.md")
+def walks_in_float_not_calibrated(walk_grid: Results) -> Iterator[str]:
+    cells = (_float_cell(walk_grid, n_neurons) for n_neurons in (2, 20))
+    yield f"| float, calibration off (5 seeds, 20 s) | {' | '.join(cells)} |"
+
+
+def _float_cell(results: Results, n_neurons: int) -> str:
+    runs = [one for one in results if one["backend"] == "reference"]
+    chosen = {"n_neurons": n_neurons, "tau_fwd": 0.002}
+    falls = values(runs, "metrics.falls", **chosen)
+    errors = values(runs, "metrics.cross_track_rms_m", **chosen)
+    return f"{sum(falls)} of {len(falls)} fell, {span(errors, times=1000)} mm"

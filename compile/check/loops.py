@@ -1,0 +1,199 @@
+"""Loops that keep the errors that the chip makes: rule SP413.
+
+A decoded connection is close to linear over its evaluation points, y = T f(x) = M x + m. In a loop
+of such connections, each through a filter of time constant tau,
+
+    tau dx/dt = (M - 1) x + input
+
+so that an error decays with tau / (1 - g), where the gain g is the largest real part among the
+eigenvalues of M. It stays where g is 1, as in memories and oscillators, and grows above.
+Source: Eliasmith and Anderson, Neural Engineering (2003), chapter 8.
+"""
+
+from collections import defaultdict
+from collections.abc import Hashable, Iterable, Iterator, Sequence
+from typing import NamedTuple, TypeAlias, TypeVar
+
+import nengo
+import numpy as np
+import scipy.sparse as sparse
+from nengo.builder.connection import get_targets
+from nengo.dists import Distribution
+from scipy.sparse.csgraph import connected_components
+from scipy.sparse.linalg import ArpackError, eigs
+
+from spikeport.compile.check import rules
+from spikeport.compile.check.violation import Violation
+from spikeport.compile.ground.names import Names
+from spikeport.compile.ground.scope import MATRICES, Scope
+
+KEPT = 0.95
+"""Gain of a loop from which on errors outlast twenty of its time constants."""
+MOST_DENSE = 50
+"""Values of a loop up to which all of its eigenvalues are computed."""
+Thing = TypeVar("Thing", bound=Hashable)
+Part: TypeAlias = nengo.Ensemble | nengo.Node
+
+
+class Way(NamedTuple):
+    """A connection within a loop, and its matrix from the whole of one part to that of the next."""
+
+    pre: Part
+    post: Part
+    matrix: sparse.csr_array
+
+
+def loop_hints(network: nengo.Network, names: Names) -> Iterator[Violation]:
+    """Yield a hint on each loop through the chip in which an error stays or grows."""
+    scope = Scope(network, names)
+    connections = [c for c in network.all_connections if _is_decoded(c)]
+    number = loops((c.pre_obj, c.post_obj) for c in connections)
+    of_loop: dict[int, list[nengo.Connection]] = defaultdict(list)
+    for connection in connections:
+        if number[connection.pre_obj] == number[connection.post_obj]:
+            of_loop[number[connection.pre_obj]].append(connection)
+    for within in of_loop.values():
+        ensembles = {c.pre_obj: None for c in within if isinstance(c.pre_obj, nengo.Ensemble)}
+        if any(map(scope.on_chip, ensembles)):
+            gain, where = _gain(list(ensembles), _ways(within))
+            if gain >= KEPT:
+                yield rules.get("SP413").broken(names[where], f"gain {gain:.2g}")
+
+
+def loops(pairs: Iterable[tuple[Thing, Thing]]) -> dict[Thing, int]:
+    """Return a number for each end of directed pairs, equal for those that are in one loop."""
+    pairs = list(pairs)
+    number = {end: i for i, end in enumerate(dict.fromkeys(end for pair in pairs for end in pair))}
+    rows, columns = np.array([[number[a], number[b]] for a, b in pairs]).reshape(-1, 2).T
+    graph = sparse.coo_array((np.ones(len(pairs)), (rows, columns)), shape=(len(number),) * 2)
+    _, loop = connected_components(graph, connection="strong") if number else (0, [])
+    return dict(zip(number, map(int, loop), strict=True))
+
+
+def _is_decoded(connection: nengo.Connection) -> bool:
+    """Return whether a connection is a fixed function of values, from one ensemble to another.
+
+    Nodes in between pass values on, or are no part of it: what others compute is not known here.
+    """
+    transform = connection.transform
+    return (
+        all(_passes_values(end) for end in (connection.pre_obj, connection.post_obj))
+        and connection.learning_rule_type is None
+        and (connection.function is None or isinstance(connection.pre_obj, nengo.Ensemble))
+        and isinstance(transform, MATRICES)
+        and not isinstance(getattr(transform, "init", None), Distribution)
+    )
+
+
+def _passes_values(obj: object) -> bool:
+    return isinstance(obj, nengo.Ensemble) or (isinstance(obj, nengo.Node) and obj.output is None)
+
+
+def _ways(connections: Sequence[nengo.Connection]) -> list[Way]:
+    """Return the matrices of connections; users' functions draw no random numbers of the run's."""
+    state = np.random.get_state()
+    try:
+        with np.errstate(all="ignore"):
+            return [Way(c.pre_obj, c.post_obj, _matrix(c)) for c in connections]
+    finally:
+        np.random.set_state(state)
+
+
+def _matrix(connection: nengo.Connection) -> sparse.csr_array:
+    pre, post = connection.pre_obj, connection.post_obj
+    matrix = _dense(connection.transform, connection.size_mid) @ _slope(connection)
+    whole = np.zeros((post.size_in, pre.size_out))
+    rows, columns = (
+        np.arange(size)[part]
+        for size, part in (
+            (post.size_in, connection.post_slice),
+            (pre.size_out, connection.pre_slice),
+        )
+    )
+    # A slice may pick a value more than once: assignment would keep the last only.
+    np.add.at(whole, np.ix_(rows, columns), matrix)
+    return sparse.csr_array(whole)
+
+
+def _dense(transform: nengo.transforms.Transform, size: int) -> np.ndarray:
+    """Return a transform of values (size,) as a matrix."""
+    if isinstance(transform, nengo.transforms.NoTransform):
+        return np.eye(size)
+    sampled = transform.sample(np.random.RandomState(0))  # it is no distribution: all are alike
+    factors = sampled if isinstance(sampled, np.ndarray) else sampled.toarray()
+    return factors if factors.ndim == 2 else factors * np.eye(size)
+
+
+def _slope(connection: nengo.Connection) -> np.ndarray:
+    """Return the matrix (size_mid, n) closest to a connection's function of n values."""
+    size = len(np.arange(connection.pre_obj.size_out)[connection.pre_slice])
+    if connection.function is None:
+        return np.eye(size)
+    points = _points(connection)
+    try:
+        values = get_targets(connection, points)
+    except Exception:  # whatever a function raises at points that its decoders were not solved at
+        values = np.full((len(points), connection.size_mid), np.nan)
+    if not np.isfinite(values).all():
+        return np.zeros((connection.size_mid, size))
+    with_constant = np.hstack([points[:, connection.pre_slice], np.ones((len(points), 1))])
+    slope: np.ndarray = np.linalg.lstsq(with_constant, values, rcond=None)[0][:size].T
+    return slope
+
+
+def _points(connection: nengo.Connection) -> np.ndarray:
+    """Return evaluation points of a connection, (n_points, dimensions); of a distribution, few."""
+    ensemble = connection.pre_obj
+    points = connection.eval_points
+    if points is None:
+        points = ensemble.eval_points
+    if isinstance(points, Distribution):
+        n_points = 30 + 3 * ensemble.dimensions
+        points = points.sample(n_points, ensemble.dimensions, rng=np.random.RandomState(0))
+    if connection.eval_points is None or connection.scale_eval_points:
+        points = points * ensemble.radius
+    found: np.ndarray = points
+    return found
+
+
+def _gain(ensembles: Sequence[nengo.Ensemble], ways: Sequence[Way]) -> tuple[float, nengo.Ensemble]:
+    """Return the gain of a loop, and the ensemble in which an error is kept most."""
+    sizes = np.cumsum([one.dimensions for one in ensembles])
+    nodes = {way.pre: None for way in ways if isinstance(way.pre, nengo.Node)}
+    whole = _assembled([*ensembles, *nodes], ways)
+    gain, vector = _largest(_past_nodes(whole, sizes[-1], len(nodes)))
+    return gain, ensembles[int(np.searchsorted(sizes, np.abs(vector).argmax(), side="right"))]
+
+
+def _assembled(parts: Sequence[Part], ways: Sequence[Way]) -> sparse.csr_array:
+    """Return the matrix between the values of all parts of a loop, one part after the other."""
+    ends = np.cumsum([0, *(one.size_out for one in parts)])
+    start = dict(zip(parts, ends[:-1], strict=True))
+    blocks = [(way.matrix.tocoo(), start[way.post], start[way.pre]) for way in ways]
+    values = np.concatenate([block.data for block, _, _ in blocks])
+    rows = np.concatenate([block.row + row for block, row, _ in blocks])
+    columns = np.concatenate([block.col + column for block, _, column in blocks])
+    return sparse.csr_array((values, (rows, columns)), shape=(ends[-1], ends[-1]))
+
+
+def _past_nodes(matrix: sparse.csr_array, n: int, n_nodes: int) -> sparse.csr_array:
+    """Return the matrix between the first n values alone; nodes have the others, and no filter."""
+    whole, passed = matrix[:n, :n], matrix[n:, :n]
+    for _ in range(n_nodes):  # ways past nodes, by the number of these
+        whole = whole + matrix[:n, n:] @ passed
+        passed = matrix[n:, n:] @ passed
+    return whole
+
+
+def _largest(matrix: sparse.csr_array) -> tuple[float, np.ndarray]:
+    """Return the largest real part of the eigenvalues of a matrix, and an eigenvector of it."""
+    if matrix.shape[0] <= MOST_DENSE:
+        values, vectors = np.linalg.eig(matrix.toarray())
+    else:
+        try:
+            start = np.ones(matrix.shape[0])
+            values, vectors = eigs(matrix, k=1, which="LR", v0=start, tol=1e-3)
+        except ArpackError:  # no eigenvalue is found: the gain is not known
+            return 0.0, np.ones(matrix.shape[0])
+    at = int(values.real.argmax())
+    return float(values[at].real), vectors[:, at]

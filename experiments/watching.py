@@ -1,0 +1,50 @@
+"""A run that goes on, and viewers in other processes: its time series so far, on request.
+
+A viewer leaves an empty file in the run's folder. The run, which looks for it between its steps,
+writes its time series beside it and takes it away. A run that nobody watches writes nothing.
+"""
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from spikeport.atomic import locked
+from spikeport.errors import UsageError
+from spikeport.experiments.run_folder import REQUEST, SO_FAR, write_dataset
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+POLL_S = 0.05
+"""Time from one look for an answer to the next."""
+
+
+def answer(folder: Path, series: Callable[[], "xr.Dataset"]) -> None:
+    """Write a run's time series so far, if a viewer has asked for them."""
+    request = folder / REQUEST
+    if request.exists():
+        write_dataset(folder / SO_FAR, series())
+        # Last: a viewer reads the series once its request is gone.
+        request.unlink(missing_ok=True)
+
+
+def ask(folder: Path, wait_s: float) -> bool:
+    """Ask a run for its time series so far, and return whether it has answered."""
+    request = folder / REQUEST
+    request.touch()
+    deadline = time.monotonic() + wait_s
+    while request.exists():
+        if time.monotonic() > deadline:
+            return False
+        time.sleep(POLL_S)
+    return True
+
+
+def goes_on(folder: Path) -> bool:
+    """Return whether a run writes into a folder."""
+    try:
+        with locked(folder):
+            return False
+    except UsageError:
+        return True

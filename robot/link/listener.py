@@ -1,0 +1,128 @@
+"""``spikeport robot listen``: a first look at a robot, to which nothing is sent."""
+
+import math
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from spikeport.errors import RobotLostError
+from spikeport.robot.description import JOINTS
+from spikeport.robot.estimator.torso import rotation
+from spikeport.robot.link.admission import beyond, h1_limits
+from spikeport.robot.link.codec import decode_state
+from spikeport.robot.link.h1 import SLOTS, SPEED_LIMITS_RAD_S, TORQUE_LIMITS_NM
+from spikeport.robot.link.messages import STATES
+from spikeport.robot.link.place import Place
+from spikeport.robot.link.signals import Sensors
+from spikeport.robot.link.wire import MessageError
+
+if TYPE_CHECKING:
+    from spikeport.robot.link.bus import Arrival
+
+SLICE_S = 0.2
+
+
+class Heard:
+    """The states that were heard of a robot.
+
+    Attributes
+    ----------
+    states, refused : int
+        States that a controller would trust, and that it would not.
+    reason : str
+        The reason for the last one that it would not trust.
+    writers : set of int
+        The numbers of those who wrote them.
+    sensors : Sensors or None
+        The last observation.
+    """
+
+    def __init__(self) -> None:
+        self.states = self.refused = 0
+        self.reason = ""
+        self.writers: set[int] = set()
+        self.sensors: Sensors | None = None
+        self._ticks: set[int] = set()
+        self._limits = h1_limits(SPEED_LIMITS_RAD_S, TORQUE_LIMITS_NM)
+
+    def take(self, arrival: "Arrival") -> None:
+        """Take a message."""
+        self.writers.add(arrival.writer)
+        try:
+            tick, self.sensors = decode_state(arrival.message)
+        except MessageError as error:
+            self._refuse(str(error))
+            return
+        self._ticks.add(tick)
+        reason = beyond(self.sensors, self._limits)
+        if reason is None:
+            self.states += 1
+        else:
+            self._refuse(reason)
+
+    def _refuse(self, reason: str) -> None:
+        self.refused += 1
+        self.reason = reason
+
+    def problems(self) -> list[str]:
+        """Return what a controller would not stand."""
+        found = []
+        if self.refused:
+            found.append(f"{self.refused:,} states would be refused, the last: {self.reason}")
+        if len(self.writers) > 1:
+            found.append(f"{len(self.writers)} processes write them; one at a time")
+        return found
+
+    def lines(self) -> list[str]:
+        """Return what was heard: states and their ticks, the IMU, and a line for each joint."""
+        lines = [f"{self.states:,} states; {_moments(sorted(self._ticks))}"]
+        if self.sensors is None:
+            return lines
+        _, quaternion, gyroscope, accelerometer, *joints = self.sensors
+        turns, feels = np.linalg.norm(gyroscope), np.linalg.norm(accelerometer)
+        # The last entry is the cosine of the angle between the IMU's z axis and the vertical.
+        tilt = math.degrees(math.acos(min(max(rotation(quaternion)[2, 2], -1.0), 1.0)))
+        lines.append(
+            f"IMU of the torso: tilted by {tilt:.1f} degrees, turns by {turns:.2f} rad/s, feels "
+            f"{feels:.2f} m/s^2"
+        )
+        lines.append(f"{'slot':>4}  {'joint':21}{'rad':>8}{'rad/s':>8}{'N m':>8}")
+        for slot, joint, q, dq, torque in sorted(zip(SLOTS, JOINTS, *joints, strict=True)):
+            lines.append(f"{slot:4}  {joint:21}{q:8.3f}{dq:8.3f}{torque:8.2f}")
+        return lines
+
+
+def _moments(ticks: list[int]) -> str:
+    if len(ticks) < 2:
+        return "their tick stands still, as a simulation's until its first command"
+    # States may have been missed, which the median does not mind.
+    apart_ms = np.median(np.diff(ticks))
+    return f"ticks from {ticks[0]:,} to {ticks[-1]:,} ms, {apart_ms:g} ms apart"
+
+
+def listen(place: Place, seconds: float, say: Callable[[str], None]) -> None:
+    """Listen to the states of a robot for a time, and print what was heard.
+
+    Raises
+    ------
+    MissingExtraError, BackendError
+        If DDS cannot begin there.
+    RobotLostError
+        If nothing was heard, or a controller would not trust it.
+    """
+    from spikeport.robot.link.bus import Bus  # needs cyclonedds
+
+    heard = Heard()
+    with Bus(place, keeps_all=False) as bus:
+        states, until = bus.reader(STATES), time.monotonic() + seconds
+        while (left_s := until - time.monotonic()) > 0:
+            for arrival in states.take(min(left_s, SLICE_S)):
+                heard.take(arrival)
+    if not heard.writers:
+        raise RobotLostError(f"nobody published {STATES.name} for {seconds:g} s")
+    for line in heard.lines():
+        say(line)
+    if heard.problems():
+        raise RobotLostError("; ".join(heard.problems()))

@@ -1,0 +1,39 @@
+"""The end of a command by a signal."""
+
+import contextlib
+import signal
+import sys
+import threading
+from collections.abc import Iterator
+from types import FrameType
+from typing import NoReturn
+
+SIGNALS = (signal.SIGTERM, signal.SIGHUP)
+"""A request to end, and the end of the terminal."""
+
+
+@contextlib.contextmanager
+def ended_in_order(code: int | None = None) -> Iterator[None]:
+    """Let signals end the command as an exit does, so that what is open is closed.
+
+    Else nothing would be done before the end: a robot would not be damped, a stub not waited for.
+
+    Parameters
+    ----------
+    code : int, optional
+        The exit code; by default 128 and the number of the signal, as of shells.
+    """
+
+    def end(number: int, _frame: FrameType | None) -> NoReturn:
+        # A second signal does not interrupt the closing.
+        signal.signal(number, signal.SIG_IGN)
+        sys.exit(128 + number if code is None else code)
+
+    # Python lets the main thread alone handle signals.
+    ours = threading.current_thread() is threading.main_thread()
+    before = {one: signal.signal(one, end) for one in SIGNALS} if ours else {}
+    try:
+        yield
+    finally:
+        for one, handler in before.items():
+            signal.signal(one, handler)

@@ -1,0 +1,112 @@
+"""Stated figures are held against results: what differs is found, and where."""
+
+import json
+
+import figures
+import pytest
+from stated import RUNS, STATED, Stated, joined, span, values
+
+DOCUMENT = "walks.md"
+TEXT = "# Walks\n\nOf five robots the worst is 4.9 mm\noff its path.\n\n| line | 3.4 4.9 |\n"
+
+
+def walks(first_m=0.0034):
+    """Return the results of two walks, the second seed first."""
+    return [
+        {"settings": {"path": "line"}, "seeds": {"run": seed, "network": 0}, "metrics": {"m": m}}
+        for seed, m in ((1, 0.0049), (0, first_m))
+    ]
+
+
+def row(walk):
+    yield f"| line | {joined(values(walk, 'metrics.m', path='line'), 1, times=1000)} |"
+
+
+def worst(walk):
+    yield f"the worst is {1000 * max(values(walk, 'metrics.m')):.1f} mm off"
+
+
+@pytest.fixture
+def root(tmp_path):
+    (tmp_path / DOCUMENT).write_text(TEXT)
+    return tmp_path
+
+
+def checked(root, capsys, makes, results):
+    """Return the exit code of a check of one statement, and what it printed."""
+    code = figures.check(results, [Stated(DOCUMENT, makes)], root)
+    return code, capsys.readouterr().out.splitlines()
+
+
+@pytest.mark.parametrize("makes", [row, worst])
+def test_what_results_say_may_stand_in_a_table_and_across_lines(root, capsys, makes):
+    summary = "1 of 1 statements have results; 0 sentences differ"
+    assert checked(root, capsys, makes, {"walk": walks()}) == (0, [summary])
+
+
+def test_a_figure_that_differs_is_shown_beside_the_likest_line(root, capsys):
+    assert checked(root, capsys, row, {"walk": walks(0.0036)}) == (
+        1,
+        [
+            "walks.md: row",
+            "  results: | line | 3.6 4.9 |",
+            "  likest:  | line | 3.4 4.9 |",
+            "1 of 1 statements have results; 1 sentences differ",
+        ],
+    )
+
+
+def test_what_was_not_run_is_named(root, capsys):
+    assert checked(root, capsys, row, {}) == (
+        0,
+        ["not run: walk (row, walks.md)", "0 of 1 statements have results; 0 sentences differ"],
+    )
+
+
+def test_rows_are_in_the_order_of_seeds_and_spans_from_least_to_largest():
+    assert values(walks(), "metrics.m") == [0.0034, 0.0049]
+    assert span([0.016, 0.014, 0.020], times=1000) == "14 to 20"
+
+
+def test_results_of_runs_and_of_sweeps_are_kept_without_speeds(tmp_path):
+    run, sweep = tmp_path / "run", tmp_path / "sweep"
+    (sweep / "points").mkdir(parents=True)
+    run.mkdir()
+    result = {"metrics": {"reaches": 54, "real_time_factor": 9.0}, "command": ["spikeport"]}
+    (run / "result.json").write_text(json.dumps(result))
+    for seed in range(2):
+        (sweep / "points" / f"seed={seed}.json").write_text(json.dumps(result))
+    assert figures.results_in(run) == [{"metrics": {"reaches": 54}}]
+    assert figures.results_in(sweep) == 2 * [{"metrics": {"reaches": 54}}]
+    assert figures.results_in(tmp_path) == []
+
+
+def test_a_run_that_is_done_is_not_repeated(tmp_path, monkeypatch):
+    """Neither is one kept that failed."""
+    asked = []
+
+    def call(line, **_):
+        asked.append(line[3:])
+        folder = tmp_path / "build" / line[-1].rpartition("/")[2]
+        if "broken" not in folder.name:
+            folder.mkdir(parents=True)
+            (folder / "result.json").write_text('{"metrics": {"reaches": 54}}')
+        return figures.subprocess.CompletedProcess(line, int("broken" in folder.name))
+
+    runs = {"reach": "run reach", "broken": "run draw"}
+    monkeypatch.setattr(figures, "RUNS", runs)
+    monkeypatch.setattr(figures, "FOLDERS", tmp_path / "build")
+    monkeypatch.setattr(figures, "RESULTS", tmp_path / "kept")
+    monkeypatch.setattr(figures.subprocess, "run", call)
+    assert (figures.run(runs), figures.run(["reach"])) == (1, 0)
+    assert [line[:2] for line in asked] == [["run", "reach"], ["run", "draw"]]
+    assert figures.read_results(tmp_path / "kept") == {"reach": [{"metrics": {"reaches": 54}}]}
+
+
+def test_statements_rest_on_runs_that_there_are():
+    assert {name for one in STATED for name in one.runs} <= set(RUNS)
+    assert set(figures.read_results()) <= set(RUNS)
+
+
+def test_the_documents_state_what_was_measured(capsys):
+    assert figures.check(figures.read_results()) == 0, capsys.readouterr().out

@@ -1,0 +1,109 @@
+"""The page of a run that goes on: served to who has its address, up to the run's end."""
+
+import contextlib
+import json
+import threading
+import urllib.error
+import urllib.request
+
+import pytest
+
+from spikeport.experiments import run_folder, watching
+from spikeport.experiments.viewer import live
+from tests.helpers.browsers import browser
+
+
+class Watched:
+    """A run of a tenth of a second of some series, which a viewer watches."""
+
+    def __init__(self, folder, series):
+        self.folder, self.series = folder, series
+        self.url = ""
+        self._announced, self._over = threading.Event(), threading.Event()
+        self._threads = [threading.Thread(target=one) for one in (self._run, self._view)]
+
+    def _run(self):
+        with run_folder.opened(self.folder, "walk") as folder:
+            self._announced.wait(60)
+            while not self._over.wait(0.05):
+                watching.answer(folder, lambda: self.series.isel(time=slice(20)))
+            run_folder.write_probes(folder, self.series)
+
+    def _view(self):
+        while not (self.folder.exists() and watching.goes_on(self.folder)):
+            pass
+        live.watch(self.folder, "a <b>run</b>", self._announce)
+
+    def _announce(self, url):
+        self.url = url
+        self._announced.set()
+
+    @contextlib.contextmanager
+    def begun(self):
+        for thread in self._threads:
+            thread.start()
+        self._announced.wait(60)
+        try:
+            yield
+        finally:
+            self.end()
+            for thread in self._threads:
+                thread.join(60)
+
+    def end(self):
+        self._over.set()
+
+
+@pytest.fixture
+def watched(series, tmp_path):
+    return Watched(tmp_path / "run", series.drop_dims(["step", "gpi_spike"]))
+
+
+def fetched(url):
+    with urllib.request.urlopen(url, timeout=60) as answer:
+        return answer.status, answer.headers["X-Run"], answer.read().decode()
+
+
+def until(url, state):
+    """Return the first content that the viewer has of a run in a state."""
+    while True:
+        status, found, text = fetched(f"{url}data")
+        if found == state and status == 200:
+            return json.loads(text)
+
+
+def test_a_page_has_what_the_run_has_so_far_and_at_last_all_of_it(watched):
+    with watched.begun():
+        status, _, page = fetched(watched.url)
+        assert status == 200
+        assert "connect-src 'self'" in page
+        assert "a &lt;b&gt;run" in page
+        assert until(watched.url, "on")["end_s"] == pytest.approx(0.095)
+        watched.end()
+        assert until(watched.url, "over")["end_s"] == pytest.approx(0.995)
+
+
+def test_who_does_not_know_the_address_gets_nothing(watched):
+    with watched.begun():
+        root = watched.url.rsplit("/", 2)[0]
+        assert root.startswith("http://127.0.0.1:")
+        for path in ("/", "/data", "/live/data"):
+            with pytest.raises(urllib.error.HTTPError, match="404"):
+                fetched(root + path)
+
+
+@pytest.mark.slow
+def test_a_browser_follows_a_run(watched):
+    with browser() as opened, watched.begun():
+        tab, said = opened.new_page(), []
+        tab.on("console", lambda message: said.append(message.text))
+        tab.on("pageerror", lambda error: said.append(str(error)))
+        tab.goto(watched.url)
+        tab.locator("#live", has_text="live").wait_for()
+        assert tab.evaluate("now === run.end_s && run.end_s < 0.1")
+        watched.end()
+        tab.locator("#live", has_text="the run is over").wait_for()
+        assert tab.evaluate("now === run.end_s && run.end_s > 0.9")
+        assert tab.locator("figure").count() == len(tab.evaluate("run.rows"))
+        assert tab.locator("#robot").is_visible()
+        assert said == []

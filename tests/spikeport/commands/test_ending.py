@@ -1,0 +1,34 @@
+"""A signal ends a command as an exit does: what is open is closed, whatever it is."""
+
+import os
+import signal
+
+import pytest
+
+from spikeport.commands.ending import SIGNALS, ended_in_order
+
+
+@pytest.mark.parametrize("number", SIGNALS)
+@pytest.mark.parametrize("code", [None, 0])
+def test_a_signal_is_an_exit(number: signal.Signals, code: int | None) -> None:
+    closed = []
+
+    def interrupted() -> None:
+        with ended_in_order(code):
+            try:
+                os.kill(os.getpid(), number)
+            finally:
+                os.kill(os.getpid(), number)  # a second one does not interrupt what is closed
+                closed.append(True)
+
+    with pytest.raises(SystemExit) as exits:
+        interrupted()
+    assert closed == [True]
+    assert exits.value.code == (128 + number if code is None else code)
+
+
+def test_handlers_are_as_before_once_it_is_over() -> None:
+    before = [signal.getsignal(one) for one in SIGNALS]
+    with ended_in_order():
+        assert [signal.getsignal(one) for one in SIGNALS] != before
+    assert [signal.getsignal(one) for one in SIGNALS] == before
