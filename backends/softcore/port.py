@@ -45,7 +45,7 @@ class Output(NamedTuple):
     place: int
 
 
-WIDTHS = {
+WIDTHS: dict[int, int] = {
     Select.CONSTANTS: 6,
     Select.AXONS: 3,
     Select.ROWS: 2,
@@ -154,8 +154,13 @@ def answered(sent: bytes, received: bytes, outputs: Sequence[Output]) -> Answer:
     Raises
     ------
     BackendError
-        If the board did not receive what was sent, or the answer is damaged.
+        If the board did not receive what was sent, or the answer is damaged or of another length.
     """
+    if len(received) != (n_bytes := answer_bytes(outputs)):
+        raise BackendError(
+            f"the board's answer has {len(received)} bytes, and {n_bytes} belong to its outputs; "
+            "cure: load the bitstream that was made for this image"
+        )
     content, crc = received[:-CRC_BYTES], int.from_bytes(received[-CRC_BYTES:], "big")
     # Polynomial 0x1021 from 0.
     if binascii.crc_hqx(sent + content, 0) != crc:

@@ -1,5 +1,8 @@
 // Cores, the bus between them, and the barrier. The host writes memories while all is quiet, begins a
 // step with `go`, sends its own messages, and waits for `quiet`; then it reads what it wants to know.
+//
+// The host's port spans the chip like the bus: a register at the cores' inputs and one after the choice
+// of a core's state keep its wires out of the cores' paths.
 module chip #(
     parameter CORES = 1,
     parameter LOG_COMPARTMENTS = 10,
@@ -26,8 +29,8 @@ module chip #(
     input  wire write,
     input  wire [2:0] select,
     input  wire [47:0] in,
-    output wire signed [23:0] read_u, read_v,        // a cycle after `at`
-    output wire read_spike
+    output reg  signed [23:0] read_u, read_v,        // three cycles after `at`
+    output reg  read_spike
 );
     localparam LAST = LOG_COMPARTMENTS - 1;
     wire [CORES:0] valid, ready;
@@ -39,9 +42,20 @@ module chip #(
     assign valid[CORES] = host_valid;
     assign sent[CORES*(CORE+ROW) +: CORE+ROW] = {host_core, host_row};
     assign host_ready = ready[CORES];
-    assign read_u = u[at_core*24 +: 24];
-    assign read_v = v[at_core*24 +: 24];
-    assign read_spike = spikes[at_core];
+
+    reg [CORE-1:0] held_core;
+    reg [15:0] held_at;
+    reg [CORES-1:0] writes;
+    reg [2:0] held_select;
+    reg [47:0] held;
+    integer k;
+    always @(posedge clk) begin
+        {held_core, held_at, held_select, held} <= {at_core, at, select, in};
+        for (k = 0; k < CORES; k = k + 1) begin
+            writes[k] <= write & at_core == k;
+            if (held_core == k) {read_spike, read_v, read_u} <= {spikes[k], v[k*24 +: 24], u[k*24 +: 24]};
+        end
+    end
 
     bus #(.CORES(CORES), .CORE(CORE), .ROW(ROW)) bus (
         .clk(clk), .rst(rst), .in_valid(valid), .in_ready(ready), .in(sent), .out_valid(arrives),
@@ -57,8 +71,8 @@ module chip #(
             .clk(clk), .rst(rst), .go(go), .clear(clear), .idle(idle[i]), .in_valid(arrives[i]),
             .in_ready(room[i]), .in_row(row), .out_valid(valid[i]), .out_ready(ready[i]),
             .out_core(sent[i*(CORE+ROW)+ROW +: CORE]), .out_row(sent[i*(CORE+ROW) +: ROW]),
-            .read_at(at[LAST:0]), .read_u(u[i*24 +: 24]), .read_v(v[i*24 +: 24]),
-            .read_spike(spikes[i]), .write(write & at_core == i), .select(select),
-            .write_at(at), .in(in));
+            .read_at(held_at[LAST:0]), .read_u(u[i*24 +: 24]), .read_v(v[i*24 +: 24]),
+            .read_spike(spikes[i]), .write(writes[i]), .select(held_select),
+            .write_at(held_at), .in(held));
     end endgenerate
 endmodule

@@ -116,7 +116,7 @@ void softcore_read(Simulation* simulation, int core, int index, int32_t* held) {
     Vchip& chip = simulation->chip;
     chip.at_core = core;
     chip.at = index;
-    simulation->tick();
+    for (int i = 0; i < 3; ++i) simulation->tick();
     simulation->settle();
     held[0] = static_cast<int32_t>(chip.read_u << 8) >> 8;
     held[1] = static_cast<int32_t>(chip.read_v << 8) >> 8;

@@ -1,5 +1,6 @@
 """The loaders that are fuzzed, by name, with good files of their own. A further one is one line."""
 
+import binascii
 import shutil
 import socket
 from collections.abc import Callable
@@ -26,6 +27,8 @@ from spikeport.backends.board.nxsdk.answer import recv_bytes
 from spikeport.backends.board.record import SessionRecorder
 from spikeport.backends.kept import Asked
 from spikeport.backends.replay import ReplayChip
+from spikeport.backends.softcore import port
+from spikeport.backends.softcore.port import Held, Output
 from spikeport.commands import report_file, view
 from spikeport.commands.agreement import spikes_of
 from spikeport.commands.diff import changes
@@ -324,6 +327,27 @@ def _received(path: Path) -> None:
             raise UsageError(f"{path}: {error}") from None
 
 
+LISTED = [Output(held, 0, place) for held in (Held.U, Held.V, Held.SPIKE) for place in range(9)]
+
+
+def _sealed_answer(content: bytes) -> bytes:
+    """Return an answer of a soft core's port, to a host that sent nothing."""
+    return content + binascii.crc_hqx(content, 0).to_bytes(port.CRC_BYTES, "big")
+
+
+def _port_answers(folder: Path) -> None:
+    content = np.arange(port.answer_bytes(LISTED) - port.CRC_BYTES, dtype=np.uint8)
+    for name, octets in (("low", content), ("high", 255 - content)):
+        (folder / f"{name}.port").write_bytes(_sealed_answer(octets.tobytes()))
+
+
+def _port_read(path: Path, received: bytes) -> None:
+    try:
+        port.answered(b"", received, LISTED)
+    except BackendError as error:
+        raise UsageError(f"{path}: {error}") from None
+
+
 REST = MotorCommands(*np.zeros((5, 19)))
 READINGS = Sensors(0.0, np.array([1.0, 0, 0, 0]), *np.zeros((2, 3)), *np.zeros((3, 19)))
 
@@ -431,6 +455,10 @@ LOADERS = {
     "frames": Loader(_frames, _answered),
     "bodies": Loader(_bodies, _answered_whole),
     "answers": Loader(_answers, _received),
+    "port answers": Loader(_port_answers, lambda p: _port_read(p, p.read_bytes())),
+    "port answers, sealed": Loader(
+        _port_answers, lambda p: _port_read(p, _sealed_answer(p.read_bytes()[: -port.CRC_BYTES]))
+    ),
     "cache": Loader(_entry, _kept),
     "kept compile": Loader(_compiled_arrays, _kept_compile),
     "robot messages": Loader(_robot_messages, lambda p: _read_message(p, p.read_bytes())),

@@ -25,7 +25,7 @@ def test_spoilt_files_are_read_or_refused(name, tmp_path):
     assert tally.refused > mutations / 10
 
 
-MESSAGES = ("remote", "sport mode", "frames", "bodies", "answers")
+MESSAGES = ("remote", "sport mode", "frames", "bodies", "answers", "port answers")
 """Loaders whose files stand for messages: the tests themselves read them."""
 
 

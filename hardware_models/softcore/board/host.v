@@ -98,7 +98,7 @@ module host #(
     assign go = whole & memory == STEP;
     assign clear = word[0];
 
-    // The list of outputs: an entry, then what it names, a cycle later each.
+    // The list of outputs: an entry a cycle later, and what it names three cycles after that (chip.v).
     localparam PLACE = LOG_COMPARTMENTS, LAST = PLACE + CORE + 1;
     reg [LAST:0] outputs [0:(1 << LOG_OUTPUTS)-1];
     reg [LAST:0] output_;
@@ -118,12 +118,12 @@ module host #(
     reg [1:0] part;
     reg [31:0] sending;
     reg [2:0] octets;                                // left of it
-    reg [1:0] waited;
+    reg [2:0] waited;
     reg [2:0] n_spikes;
     reg [6:0] spikes;
     reg [15:0] crc;
     wire idle = octets == 0;
-    wire read = waited == 2'd2;
+    wire read = waited == 3'd4;
     wire ends = what == 2'd0;
     wire put = !idle & out_ready;
     assign out_valid = !idle;

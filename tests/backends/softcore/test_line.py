@@ -22,7 +22,7 @@ in_verilator = [
 ]
 
 
-def pytest_param(*values: float) -> object:
+def in_simulation(*values: float) -> object:
     return pytest.param(*values, marks=in_verilator)
 
 
@@ -42,10 +42,10 @@ def assert_same(line: VerilatedLine, steps: list[np.ndarray]) -> list[str]:
 @pytest.mark.parametrize(
     ("baud_cycles", "baud_error"),
     [
-        pytest_param(BAUD_CYCLES, 0.0),
-        pytest_param(BAUD_CYCLES, 0.02),
-        pytest_param(BAUD_CYCLES, -0.02),
-        pytest_param(FIFO, 0.0),
+        in_simulation(BAUD_CYCLES, 0.0),
+        in_simulation(BAUD_CYCLES, 0.02),
+        in_simulation(BAUD_CYCLES, -0.02),
+        in_simulation(FIFO, 0.0),
     ],
 )
 def test_a_board_has_the_native_outputs(baud_cycles: int, baud_error: float) -> None:

@@ -68,3 +68,11 @@ def test_any_bit_that_is_wrong_is_found(place: int) -> None:
     received[place] ^= 4
     with pytest.raises(BackendError, match="checksum is not that of the bytes sent and received"):
         port.answered(b"sent", bytes(received), OUTPUTS)
+
+
+@pytest.mark.parametrize("n_bytes", [0, 1, 13, 15])
+def test_an_answer_of_another_length_is_refused(n_bytes: int) -> None:
+    content = bytes(max(n_bytes - 2, 0))
+    received = (content + binascii.crc_hqx(content, 0).to_bytes(2, "big"))[:n_bytes]
+    with pytest.raises(BackendError, match=f"answer has {n_bytes} bytes, and 14 belong"):
+        port.answered(b"", received, OUTPUTS)
