@@ -4,8 +4,9 @@
     OPENBLAS_NUM_THREADS=1 python benchmarks/compile_versions.py /tmp/old-site [--network NAME]...
 
 Each compile is a process of its own, and versions take turns. CPU time is that of the compile
-alone; memory is what the process grew by during it. ``import`` is that of
-`Simulator`. ``arm`` and ``humanoid`` are the networks of `run reach` and `run switch`; their time is that of making the simulator, with its kernels already on disk.
+alone; memory is what the process grew by during it. ``import`` is that of `Simulator`. ``arm`` and
+``humanoid`` are the networks of `run reach` and `run switch`; their time is that of making the
+simulator, with its kernels already on disk.
 """
 
 import argparse
