@@ -4,7 +4,7 @@ import contextlib
 import gc
 import os
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -74,34 +74,45 @@ def undisturbed(priority: int | None = None) -> Iterator[None]:
     UsageError
         If the system does not give the priority to this process.
     """
-    raised = [] if priority is None else _raised(priority)
+    before = {} if priority is None else _schedules()
+    if priority is not None:
+        _raise(before, priority)
     gc.collect()
     gc.freeze()
     try:
         yield
     finally:
         gc.unfreeze()
-        _schedule(raised, os.SCHED_OTHER, 0)
+        for thread, (policy, its_own) in before.items():
+            _schedule(thread, policy, its_own)
 
 
-def _raised(priority: int) -> list[int]:
-    """Return the threads of this process, which then have a real-time priority."""
-    threads = [int(name) for name in os.listdir("/proc/self/task")]
+def _schedules() -> dict[int, tuple[int, int]]:
+    """Return the scheduling policy and priority of each thread of this process."""
+    schedules = {}
+    for thread in map(int, os.listdir("/proc/self/task")):
+        with contextlib.suppress(ProcessLookupError):  # it has ended since
+            policy = os.sched_getscheduler(thread)
+            schedules[thread] = policy, os.sched_getparam(thread).sched_priority
+    return schedules
+
+
+def _raise(threads: Iterable[int], priority: int) -> None:
+    """Give threads a real-time priority; UsageError if the system refuses."""
     try:
-        _schedule(threads, os.SCHED_FIFO, priority)
+        for thread in threads:
+            _schedule(thread, os.SCHED_FIFO, priority)
     except PermissionError:
         raise UsageError(
             f"priority {priority}: the system gives this process no real-time priority; cure: "
             "start it with the capability for it, `sudo setpriv --reuid $USER --regid $USER "
             "--init-groups --inh-caps +sys_nice --ambient-caps +sys_nice $(which spikeport) ...`"
         ) from None
-    return threads
 
 
-def _schedule(threads: list[int], policy: int, priority: int) -> None:
-    for thread in threads:
-        with contextlib.suppress(ProcessLookupError):  # it has ended since
-            os.sched_setscheduler(thread, policy, os.sched_param(priority))
+def _schedule(thread: int, policy: int, priority: int) -> None:
+    with contextlib.suppress(ProcessLookupError):  # it has ended since
+        os.sched_setscheduler(thread, policy, os.sched_param(priority))
 
 
 class Deadlines:

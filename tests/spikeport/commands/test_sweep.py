@@ -103,7 +103,7 @@ def test_a_cluster_without_certificates_is_told_what_it_trusts(spikeport, counte
     assert spikeport(*REACH, *where, "tls://10.0.0.1:8786").err == ""
 
 
-KEYS = "appearance, box, calibrated, cb, m1, network_seed, preset, s1"
+KEYS = "appearance, box, calibrated, cb, efference_copy, m1, network_seed, preset, s1"
 BACKENDS = "analytic, board, native, nengo-loihi, reference, replay"
 
 
