@@ -20,9 +20,9 @@ NUCLEI = ("strD1", "strD2", "stn", "gpe", "gpi")
 
 
 def spa_action_selection(n_actions: int, seed: int = 0) -> SelectionNetwork:
-    """Build the network; ``gates`` are the outputs of its thalamus, which close the gates' neurons.
+    """Build the network; ``gates`` are its thalamus' filtered outputs.
 
-    The neurons that silence what is gated are those of `action_selection`.
+    The thalamus closes the neurons that silence what is gated, which are those of `action_selection`.
     """
     net = SelectionNetwork(label="action selection of nengo_spa", seed=seed)
     options = SelectionOptions()
@@ -30,7 +30,10 @@ def spa_action_selection(n_actions: int, seed: int = 0) -> SelectionNetwork:
         ganglia = BasalGanglia(n_actions, label="ganglia")
         thalamus = Thalamus(n_actions, label="thalamus")
         thalamus.connect_bg(ganglia)
-        net.utilities, net.gates = ganglia.input, thalamus.output
+        net.utilities = ganglia.input
+        net.gates = nengo.Node(size_in=n_actions, label="gates")
+        # The thalamus' output is decoded spikes: without a filter it crosses a threshold with them.
+        nengo.Connection(thalamus.output, net.gates, synapse=options.output_s)
         net.nuclei = {name: _neurons(getattr(ganglia, name)) for name in NUCLEI}
         net.nuclei["thalamus"] = _neurons(thalamus.actions)
         gates, net.nuclei["gate"] = gate_neurons(n_actions, options, seed)
