@@ -22,7 +22,7 @@ NUCLEI = ("strD1", "strD2", "stn", "gpe", "gpi")
 def spa_action_selection(n_actions: int, seed: int = 0) -> SelectionNetwork:
     """Build the network; ``gates`` are its thalamus' filtered outputs.
 
-    The thalamus closes the neurons that silence what is gated, which are those of `action_selection`.
+    The thalamus closes the neurons that silence what is gated: those of `action_selection`.
     """
     net = SelectionNetwork(label="action selection of nengo_spa", seed=seed)
     options = SelectionOptions()
