@@ -240,11 +240,9 @@ def the_switch(switch: Results) -> Iterator[str]:
     shapes = values(switch, "metrics.shape_error_rms_m")
     assert not any(values(switch, "metrics.falls"))
     phases = values(switch, "metrics.phases")
-    longest = (max(one["switching_time_s"] for one in run.values()) for run in phases)
-    paths = (
-        joined((run[walk]["path_error_rms_m"] for walk in ("walk", "walk on")), 1, ", ", 100)
-        for run in phases
-    )
+    longest = (max(one["switching_time_s"] for one in run) for run in phases)
+    walks = [[one for one in run if "path_error_rms_m" in one] for run in phases]
+    paths = (joined((one["path_error_rms_m"] for one in run), 1, ", ", 100) for run in walks)
     yield f"| shape error (mm rms) | {joined(shapes, 1, ' | ', 1000)} |"
     yield f"| longest switch (ms) | {joined(longest, 0, ' | ', 1000)} |"
     yield f"| path error, first walk and second (cm rms) | {' | '.join(paths)} |"
@@ -254,7 +252,7 @@ def the_switch(switch: Results) -> Iterator[str]:
 def the_switch_on_its_own_feet(switch_free: Results) -> Iterator[str]:
     assert not any(values(switch_free, "metrics.falls"))
     phases = values(switch_free, "metrics.phases")
-    drawn = [[one for one in run.values() if "shape_error_rms_m" in one] for run in phases]
+    drawn = [[one for one in run if "shape_error_rms_m" in one] for run in phases]
     shapes = (joined((one["shape_error_rms_m"] for one in run), 1, ", ", 1000) for run in drawn)
     ways = (joined((one["pelvis_moved_m"] for one in run[1:]), 1, ", ", 100) for run in drawn)
     yield f"| shape error of the three drawings (mm rms) | {' | '.join(shapes)} |"

@@ -4,7 +4,16 @@ import json
 
 import figures
 import pytest
-from stated import RUNS, STATED, Stated, joined, span, values
+from stated import (
+    RUNS,
+    STATED,
+    Stated,
+    joined,
+    span,
+    the_switch,
+    the_switch_on_its_own_feet,
+    values,
+)
 
 DOCUMENT = "walks.md"
 TEXT = "# Walks\n\nOf five robots the worst is 4.9 mm\noff its path.\n\n| line | 3.4 4.9 |\n"
@@ -110,3 +119,39 @@ def test_statements_rest_on_runs_that_there_are():
 
 def test_the_documents_state_what_was_measured(capsys):
     assert figures.check(figures.read_results()) == 0, capsys.readouterr().out
+
+
+def switched(*phases):
+    """Return the result of a run of the switch, with its phases as a run's folder has them."""
+    metrics = {"falls": 0, "shape_error_rms_m": 0.0053, "phases": list(phases)}
+    return {"seeds": {"run": 0, "network": 0}, "settings": {}, "metrics": metrics}
+
+
+def path(name, error_m, switch_s):
+    return {"name": name, "path_error_rms_m": error_m, "switching_time_s": switch_s}
+
+
+def drawing(error_m, moved_m):
+    return {
+        "name": "draw",
+        "shape_error_rms_m": error_m,
+        "pelvis_moved_m": moved_m,
+        "switching_time_s": 0.028,
+    }
+
+
+def test_rows_of_the_switch_are_made_of_its_list_of_phases():
+    phases = path("walk", 0.0046, 0.024), drawing(0.0053, 0.01), path("walk on", 0.0059, 0.025)
+    assert list(the_switch([switched(*phases)])) == [
+        "| shape error (mm rms) | 5.3 |",
+        "| longest switch (ms) | 28 |",
+        "| path error, first walk and second (cm rms) | 0.5, 0.6 |",
+    ]
+
+
+def test_rows_of_free_standing_leave_out_the_way_in_the_first_drawing():
+    drawings = drawing(0.0056, 0.21), drawing(0.0058, 0.02), drawing(0.0059, 0.018)
+    assert list(the_switch_on_its_own_feet([switched(*drawings)])) == [
+        "| shape error of the three drawings (mm rms) | 5.6, 5.8, 5.9 |",
+        "| way of the pelvis, second drawing and third (cm) | 2.0, 1.8 |",
+    ]
