@@ -68,9 +68,16 @@ class FaultyWalk(WalkTrial):
 
 
 class Walked(NamedTuple):
-    """How a walk was: when it fell, if it did, how far the robot was from the path, and the link.
+    """The outcome of a walk.
 
-    A walk that was damped has nan for the time of its fall, and no more.
+    Attributes
+    ----------
+    fallen_at_s : float or None
+        Time of its fall, None without one; nan if the robot was damped before the end.
+    off_path_m : float
+        Distance of the robot from its path, rms; nan if it was damped.
+    estimator : dict or None
+        Figures of the estimator, as in ``result.json``.
     """
 
     fallen_at_s: float | None

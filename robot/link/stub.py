@@ -93,7 +93,9 @@ def _arguments(
     place: Place, settings: RobotSettings, pace: Pace | None, faults: Sequence[str]
 ) -> list[str]:
     # `repr` gives a float in full: the run must be the same to the last bit.
-    clock = ["--lock-step", "--rate-hz", repr(settings.rate_hz)] if pace is None else _first(pace)
+    clock = (
+        ["--lock-step", "--rate-hz", repr(settings.rate_hz)] if pace is None else _priority(pace)
+    )
     return [
         *("robot", "serve", "--interface", place.interface, "--domain", str(place.domain)),
         *("--truth", "--once", "--idle", str(START_S), "--seed", str(settings.seed)),
@@ -106,7 +108,7 @@ def _arguments(
     ]
 
 
-def _first(pace: Pace) -> list[str]:
+def _priority(pace: Pace) -> list[str]:
     return [] if pace.priority is None else ["--priority", str(pace.priority)]
 
 

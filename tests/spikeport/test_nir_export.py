@@ -106,21 +106,24 @@ def test_metadata_hold_what_nir_has_no_field_for(tmp_path):
     ]
 
 
-def test_an_exported_graph_is_read_again_with_the_same_spikes(tmp_path):
+def test_an_exported_graph_is_read_again_but_for_where_voltages_end(tmp_path):
     path = nir_graphs.written(tmp_path, nir_graphs.recurrent(bias=0.3))
     image = spikeport.compile_network(spikeport.nir.load(path, DT_S)).image
     export(image, tmp_path / "image.nir")
     again = spikeport.nir.load(tmp_path / "image.nir", DT_S)
     assert len(again.outputs) == 1
     rows = nir_graphs.spikes(image.n_inputs, N_STEPS, 0.3)
-    wanted, _ = native(image, rows)
     ends = np.cumsum(image.inputs.size)[:-1]
     inputs = {f"input{i}": each for i, each in enumerate(np.split(rows, ends, axis=1))}
+    graph = nir.read(tmp_path / "image.nir", type_check=False)
+    neurons = [node for node in graph.nodes.values() if isinstance(node, nir.CubaLIF)]
+    # Voltages of the chip end at the width of a register, for which NIR has no field.
+    for node in neurons:
+        node.metadata["v_min"] = -np.inf
+    wanted = Referee(graph, image.manifest.dt_s, chip=True).run(inputs)["block0"]
     found = run(again.folded, inputs)["block0"]
-    mine = wanted[1:, part(image.blocks.start, 0)]  # a step later: an edge takes one
-    assert mine.sum() > 100
-    differ = np.mean(found[: len(mine)] != mine)  # NIR's equations do not round
-    assert differ < mine.mean() / 3  # a third of what silence misses
+    assert wanted.sum() > 100
+    np.testing.assert_array_equal(found[:-1], wanted[1:])  # a step later: an edge takes one
 
 
 def test_a_readout_decodes_to_its_output(tmp_path):

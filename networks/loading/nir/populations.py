@@ -24,8 +24,6 @@ WEIGHTS = 2**26
 """In all matrices up to a node, of all nodes: a gigabyte."""
 PRODUCTS = 2**27
 """The most products of weights of two nodes in a row: seconds of work, and as many weights."""
-
-
 LATEST = 52
 """Steps by which the host can hold an input back: bits of a number."""
 CONSTANTS: tuple[tuple[str, int, int | None], ...] = (
