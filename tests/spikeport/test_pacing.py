@@ -48,25 +48,29 @@ def test_objects_of_before_are_left_out_of_collections_while_undisturbed() -> No
     assert gc.get_freeze_count() == 0
 
 
-def policies() -> set[tuple[int, int]]:
-    """Return policy and priority of all threads of this process."""
-    threads = [int(name) for name in os.listdir("/proc/self/task")]
-    return {(os.sched_getscheduler(t), os.sched_getparam(t).sched_priority) for t in threads}
+def schedule(thread: threading.Thread) -> tuple[int, int]:
+    """Return policy and priority of a thread."""
+    number = thread.native_id
+    return os.sched_getscheduler(number), os.sched_getparam(number).sched_priority
 
 
-def test_a_priority_is_that_of_all_threads_and_of_no_other_time() -> None:
-    before, stop = policies(), threading.Event()
+def test_threads_have_a_priority_for_a_time_and_then_what_each_had() -> None:
+    stop = threading.Event()
     other = threading.Thread(target=stop.wait)
     other.start()
+    threads = threading.current_thread(), other
     try:
+        os.sched_setscheduler(other.native_id, os.SCHED_BATCH, os.sched_param(0))
+        before = [*map(schedule, threads)]
         with undisturbed(3):
-            assert policies() == {(os.SCHED_FIFO, 3)}
+            assert [*map(schedule, threads)] == 2 * [(os.SCHED_FIFO, 3)]
+        assert [*map(schedule, threads)] == before
+        assert before[0] != before[1]
     except UsageError as error:
         pytest.skip(str(error))
     finally:
         stop.set()
         other.join()
-    assert policies() == before
 
 
 def test_a_priority_that_is_not_given_is_said_with_a_cure(monkeypatch) -> None:
