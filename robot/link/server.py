@@ -156,8 +156,8 @@ def serve(service: Service, say: Callable[[str], None]) -> None:
         interface, attendant = Interface(bus, service), Attendant(bus, robot, terminal, say)
         deadlines = Deadlines(1 / service.robot.rate_hz, SystemClock())
         clock = "lock-step" if service.lock_step else f"{service.robot.rate_hz:g} Hz"
-        say(f"robot: H1 on {place.interface}, domain {place.domain}, {clock}")
-        try:
+        try:  # who reads the first line may end the process before the next statement
+            say(f"robot: H1 on {place.interface}, domain {place.domain}, {clock}")
             if service.lock_step:
                 lock_step = LockStep(robot, service.faults, service.truth)
                 serve_lock_step(lock_step, interface, attendant)

@@ -217,3 +217,25 @@ def ended() -> dict[str, object]:
 
 def test_a_robot_that_is_ended_says_how_it_was_and_leaves_nothing() -> None:
     assert in_namespace(ended) == {"code": 0, "beside": [], "steps": 0}
+
+
+def ended_at_its_first_line() -> dict[str, object]:
+    """End a robot with the signal that arrives while its first line is printed."""
+    from spikeport.robot.link.place import Place
+    from spikeport.robot.link.server import Service, serve
+    from spikeport.robot.link.settings import RobotSettings
+
+    lines = []
+
+    def say(line: str) -> None:
+        lines.append(line)
+        if len(lines) == 1:
+            raise SystemExit(0)
+
+    with pytest.raises(SystemExit):
+        serve(Service(place=Place(), robot=RobotSettings()), say)
+    return {"lines": [line.split()[1] for line in lines]}
+
+
+def test_a_robot_that_is_ended_at_its_first_line_reports_too() -> None:
+    assert in_namespace(ended_at_its_first_line) == {"lines": ["H1", '{"steps":']}
