@@ -18,6 +18,10 @@ from spikeport.robot.walk_interface import ACTION_SCALE_RAD, CONTROL_DT_S
 CONVERSION = ("n_neurons", "tau_fwd", "tau_out", "units", "solve")
 """Settings that are also those of `spikeport.networks.policy.PolicyOptions`."""
 
+N_NEURONS = 4
+"""Neurons of a unit: the paper's 20 walk no nearer to their paths, once the read-out is calibrated,
+and take a policy's synaptic operations times 20 (docs/walk.md)."""
+
 AUTO = "auto"
 """A value of ``calibrated``: as the backend needs it."""
 
@@ -57,7 +61,7 @@ class PolicySettings(Perturbation):
 
     policy: str = "spiking"
     description: str | None = None
-    n_neurons: int = PolicyOptions.n_neurons
+    n_neurons: int = N_NEURONS
     tau_fwd: float = PolicyOptions.tau_fwd
     tau_out: float = PolicyOptions.tau_out
     units: str = PolicyOptions.units

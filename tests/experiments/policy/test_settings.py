@@ -32,7 +32,7 @@ def test_the_conversion_is_that_of_the_policys_options():
     settings = PolicySettings(n_neurons=4, tau_out=0.01)
     assert tuple(settings.conversion) == CONVERSION
     assert settings.policy_options == PolicyOptions(n_neurons=4, tau_out=0.01)
-    assert PolicySettings().policy_options == PolicyOptions()
+    assert PolicySettings(n_neurons=20).policy_options == PolicyOptions()
 
 
 def test_a_policy_is_the_shipped_one_or_that_of_a_file(tmp_path):
