@@ -27,8 +27,9 @@ from spikeport.backends.softcore.design import parameters
 from spikeport.backends.softcore.line import VerilatedLine
 from spikeport.backends.softcore.rows import size_of
 from spikeport.backends.softcore.verilated import BoardBuild
-from spikeport.backends.softcore.writer import written
+from spikeport.backends.softcore.writer import MODEL, written
 from spikeport.compile.image.chip_image import ChipImage
+from spikeport.hardware_models import chip as chips
 
 CLOCK_HZ = 45e6
 
@@ -44,7 +45,9 @@ def link(image: ChipImage, steps: Iterable[np.ndarray], first: int, baud_cycles:
     """Print the cycles of a step, of which the cores and the link."""
     memory = written(image)
     n_outputs = sum(map(len, outputs_of(image, memory.order)))
-    line = VerilatedLine(BoardBuild(parameters(memory, n_outputs), baud_cycles), CLOCK_HZ)
+    pool = chips.get(MODEL).soft_memory
+    assert pool is not None
+    line = VerilatedLine(BoardBuild(parameters(memory, n_outputs, pool), baud_cycles), CLOCK_HZ)
     chip = DeviceChip(image, 0, line, print)
     rows = []
     for spikes in steps:

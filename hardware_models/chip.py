@@ -58,11 +58,15 @@ class SoftMemory(Strictly):
         blocks of a core = core + ceil(out_axons out_axon / block) + ceil(synapse_bits / block)
 
     Without ``core`` or ``out_axon`` the part lies in other memory. Synapses lie in rows of 16-bit
-    words, see ``hardware_models/softcore/walker.v``.
+    words, see ``hardware_models/softcore/walker.v``. The Verilog of a design is cut to whole
+    blocks of rows, and to a multiple of ``axon_step`` output axons; ``queue`` messages wait at a
+    core.
     """
 
     blocks: Count
     block: Bits
+    queue: Count
+    axon_step: Count
     core: Count | None = None
     out_axon: Bits | None = None
 

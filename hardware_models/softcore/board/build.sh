@@ -5,8 +5,8 @@ board=$1 image=$2 link=$3 bin=$4 ecp5=$5
 here=$(realpath "$(dirname "$0")")
 refuse() { echo "softcore: $1" >&2; exit 2; }
 case $board in
-  ulx3s-85f) chip=softcore-ecp5-85f synth=synth_ecp5 sizes="--log-queue 9 --row-words 1024" ;;
-  icebreaker) chip=softcore-up5k synth="synth_ice40 -dsp -spram" sizes="--log-queue 8 --row-words 16384" ;;
+  ulx3s-85f) chip=softcore-ecp5-85f synth=synth_ecp5 ;;
+  icebreaker) chip=softcore-up5k synth="synth_ice40 -dsp -spram" ;;
   *) refuse "no recipe for BOARD='$board'; there is: ulx3s-85f, icebreaker" ;;
 esac
 case $board/$link in
@@ -28,7 +28,7 @@ else
 fi
 
 out=build/softcore/$board
-"$bin/spikeport" board write "$image" --out "$out" $sizes
+"$bin/spikeport" board write "$image" --out "$out" --chip $chip
 cd "$out"
 cp "$here/$board".[lp][pc]f .
 echo "synthesis: $out/yosys.log"
