@@ -60,7 +60,7 @@ rtl: $(STAMP)  ## the arm reaches for 15 s on soft cores in Verilator, all state
 
 # The host's link: uart, or fifo on a ULX3S with an FT232H. See docs/softcore.md.
 LINK ?= uart
-softcore: $(STAMP)  ## a bitstream with soft cores: BOARD=ulx3s-85f or icebreaker, IMAGE=image.npz
+softcore: $(STAMP)  ## a bitstream with soft cores: BOARD=ulx3s-85f, ulx3s-25f or icebreaker, IMAGE=image.npz
 	@hardware_models/softcore/board/build.sh "$(BOARD)" "$(IMAGE)" "$(LINK)" $(BIN) $(REFEREES)/ecp5/bin
 
 referees: $(STAMP)  ## what some tests need and may be absent: SANA-FE, Lava, Unitree's SDK, Norse, snnTorch, Menagerie's H1, Debian's packages

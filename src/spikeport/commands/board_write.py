@@ -22,16 +22,20 @@ BITS_PER_KIB = 8 * 1024
 def run(path: Path, out: Path, *, chip: str) -> None:
     """Write the parameters of the Verilog and the bytes that load it; print sizes and digest."""
     model = chips.get(chip)
-    if model.soft_memory is None:
+    pool = model.soft_memory
+    if pool is None:
         soft = ", ".join(name for name in chips.names() if chips.get(name).soft_memory)
         raise UsageError(f"chip '{chip}' has no soft cores; those that have them: {soft}")
     image = ChipImage.load(path)
     memory = written(image)
-    refuse(map(str, verify(core_uses(image, model), model)))
     outputs = [one for ports in outputs_of(image, memory.order) for one in ports]
+    broken = [str(one) for one in verify(core_uses(image, model), model)]
+    if len(outputs) > (most := pool.outputs.count):
+        broken.append(f"outputs: {len(outputs):,}, limit {most:,}; cure: probe fewer neurons")
+    refuse(broken)
     loading = port.loading(memory, outputs)
     out.mkdir(parents=True, exist_ok=True)
-    write_text(out / "parameters.vh", parameters(memory, len(outputs), model.soft_memory))
+    write_text(out / "parameters.vh", parameters(memory, len(outputs), pool))
     with atomic_path(out / "load.bin") as new:
         new.write_bytes(loading)
     for name, core in zip(image.cores, memory.cores, strict=True):

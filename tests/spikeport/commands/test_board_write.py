@@ -10,7 +10,7 @@ from spikeport.commands.board_write import run
 from spikeport.errors import BackendError, UsageError
 from spikeport.hardware_models import chip as chips
 from tests.helpers.fake_board import small_image
-from tests.helpers.images import Block, Parts
+from tests.helpers.images import Block, Output, Parts
 
 CHIP = "softcore-ecp5-85f"
 
@@ -36,6 +36,11 @@ def test_it_writes_what_the_verilog_includes_and_what_loads_it(
         (Parts(blocks=[Block(enable_noise=1)]), CHIP, "1 compartments have noise"),
         (Parts(blocks=[Block(n=513)]), "softcore-up5k", "SP103 compartments: 513, limit 512"),
         (Parts(blocks=[Block(), Block(core=1)]), "softcore-up5k", "SP201 cores: 2, limit 1"),
+        (
+            Parts(blocks=[Block(n=256)], outputs=[Output("spiked", range(256))]),
+            "softcore-up5k",
+            "outputs: 256, limit 255; cure: probe fewer neurons",
+        ),
     ],
 )
 def test_what_a_chip_cannot_hold_is_refused(
