@@ -51,7 +51,7 @@ shadow: $(STAMP)  ## nengo-loihi's own tests, native backend beside its emulator
 nengo-suite: $(STAMP)  ## Nengo's own tests on spikeport.Simulator, with what it does not support
 	$(BIN)/python -m pytest tests/nengo_suite
 
-rtl: $(STAMP)  ## the arm reaches for 15 s on soft cores in Verilator, all states compared (15 minutes)
+rtl: $(STAMP)  ## the arm reaches for 15 s on soft cores in Verilator, all states compared (3 minutes of CPU time)
 	@mkdir -p build && rm -f build/rtl.socket
 	$(BIN)/spikeport board serve --rtl --listen unix:build/rtl.socket --once --idle 900 & \
 	  while ! [ -S build/rtl.socket ]; do sleep 1; done; \
