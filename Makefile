@@ -51,7 +51,7 @@ shadow: $(STAMP)  ## nengo-loihi's own tests, native backend beside its emulator
 nengo-suite: $(STAMP)  ## Nengo's own tests on spikeport.Simulator, with what it does not support
 	$(BIN)/python -m pytest tests/nengo_suite
 
-rtl: $(STAMP)  ## the arm reaches for 15 s on soft cores in Verilator, all states compared (15 minutes)
+rtl: $(STAMP)  ## the arm reaches for 15 s on soft cores in Verilator, all states compared (3 minutes of CPU time)
 	@mkdir -p build && rm -f build/rtl.socket
 	$(BIN)/spikeport board serve --rtl --listen unix:build/rtl.socket --once --idle 900 & \
 	  while ! [ -S build/rtl.socket ]; do sleep 1; done; \
@@ -60,7 +60,7 @@ rtl: $(STAMP)  ## the arm reaches for 15 s on soft cores in Verilator, all state
 
 # The host's link: uart, or fifo on a ULX3S with an FT232H. See docs/softcore.md.
 LINK ?= uart
-softcore: $(STAMP)  ## a bitstream with soft cores: BOARD=ulx3s-85f or icebreaker, IMAGE=image.npz
+softcore: $(STAMP)  ## a bitstream with soft cores: BOARD=ulx3s-85f, ulx3s-25f or icebreaker, IMAGE=image.npz
 	@hardware_models/softcore/board/build.sh "$(BOARD)" "$(IMAGE)" "$(LINK)" $(BIN) $(REFEREES)/ecp5/bin
 
 referees: $(STAMP)  ## what some tests need and may be absent: SANA-FE, Lava, Unitree's SDK, Norse, snnTorch, Menagerie's H1, Debian's packages

@@ -1,25 +1,26 @@
 """Soft cores beyond what Verilator steps by itself: the link of a board, and rows in an SDRAM.
 
-    python benchmarks/softcore.py link IMAGE RECORD [--baud-cycles 15] [--first 20] [--steps 60]
-    python benchmarks/softcore.py sdram IMAGE RECORD [--first 1000] [--steps 500]
+    python benchmarks/softcore.py link --listen unix:/tmp/board [--baud-cycles 15] [--first 600]
+    python benchmarks/softcore.py sdram --listen unix:/tmp/board [--first 1000]
+    spikeport run reach --seconds 0.66 --backend board --board unix:/tmp/board
 
-RECORD is what `spikeport run NAME --backend board --record FILE` wrote, and IMAGE the same run's:
-the spikes that the host sends in closed loop. `link` counts cycles of a board in Verilator from the
-first byte of a step to the last one of its answer; 0 baud cycles are a FIFO to USB. `sdram` reckons
-how long the rows of a step take through one SDRAM, with the times of its data sheet and without any
-wait for what asks. The first steps, until a network is awake, are taken and not counted.
+Each is a board that runs any image in closed loop, and prints its figures after the session. `link`
+counts cycles of a board in Verilator from the first byte of a step to the last one of its answer; 0
+baud cycles are a FIFO to USB. `sdram` computes how long the rows of a step take through one SDRAM,
+with the times of its data sheet, and a controller that never waits. The first steps, until a
+network is awake, do not count.
 """
 
 import argparse
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from itertools import islice
-from pathlib import Path
+from functools import partial
 
 import numpy as np
 
-from spikeport.backends.board.messages import Codec
-from spikeport.backends.board.record import Record
+from spikeport.backends.board.address import Address
+from spikeport.backends.board.board import Machine
+from spikeport.backends.board.server import Service, serve
 from spikeport.backends.native.chip import NativeChip
 from spikeport.backends.softcore.chip import DeviceChip, outputs_of
 from spikeport.backends.softcore.decompile import messages_of
@@ -27,37 +28,52 @@ from spikeport.backends.softcore.design import parameters
 from spikeport.backends.softcore.line import VerilatedLine
 from spikeport.backends.softcore.rows import size_of
 from spikeport.backends.softcore.verilated import BoardBuild
-from spikeport.backends.softcore.writer import written
+from spikeport.backends.softcore.writer import MODEL, written
 from spikeport.compile.image.chip_image import ChipImage
+from spikeport.hardware_models import chip as chips
 
 CLOCK_HZ = 45e6
 
 
-def spikes_of(image: ChipImage, record: Path) -> Iterator[np.ndarray]:
-    """Yield the sources on the host that spike, step by step."""
-    codec = Codec(image)
-    for step in Record(record).steps():
-        yield codec.unpack_step(step.sent, step.flags)[0]
+class LinkedChip(DeviceChip):
+    """A board in Verilator at the end of a line; its last words are the cycles of steps.
 
+    Parameters
+    ----------
+    image, seed
+        See `DeviceChip`.
+    first : int
+        Steps that do not count.
+    baud_cycles : int
+        Cycles of a bit of the serial line; 0: a FIFO to USB.
+    """
 
-def link(image: ChipImage, steps: Iterable[np.ndarray], first: int, baud_cycles: int) -> None:
-    """Print the cycles of a step, of which the cores and the link."""
-    memory = written(image)
-    n_outputs = sum(map(len, outputs_of(image, memory.order)))
-    line = VerilatedLine(BoardBuild(parameters(memory, n_outputs), baud_cycles), CLOCK_HZ)
-    chip = DeviceChip(image, 0, line, print)
-    rows = []
-    for spikes in steps:
-        before = chip.total_cycles
-        chip.step(spikes, {})
-        rows.append((line.cycles, chip.total_cycles - before, len(memory.messages(spikes))))
-    whole, cores, sent = np.array(rows[first:]).T
-    for name, cycles in (("step", whole), ("cores", cores), ("link", whole - cores)):
-        mean, most = cycles.mean(), cycles.max()
-        times = " and ".join(f"{1e6 * one / CLOCK_HZ:,.0f} us" for one in (mean, most))
-        print(f"{name}: {mean:,.0f} cycles in the mean, {most:,} at most; at 45 MHz {times}")
-    print(f"messages of the host: {sent.mean():.0f} in the mean, {sent.max()} at most")
-    chip.close()
+    def __init__(self, image: ChipImage, seed: int, *, first: int, baud_cycles: int) -> None:
+        memory, pool = written(image), chips.get(MODEL).soft_memory
+        assert pool is not None
+        n_outputs = sum(map(len, outputs_of(image, memory.order)))
+        build = BoardBuild(parameters(memory, n_outputs, pool), baud_cycles)
+        self._line_in_verilator = VerilatedLine(build, CLOCK_HZ)
+        self._first, self._found = first, list[tuple[int, int, int]]()
+        super().__init__(image, seed, self._line_in_verilator, say)
+
+    def _advance(
+        self, messages: np.ndarray, expected: list[np.ndarray]
+    ) -> tuple[int, list[np.ndarray]]:
+        cycles, outputs = super()._advance(messages, expected)
+        self._found.append((self._line_in_verilator.cycles, cycles, len(messages)))
+        return cycles, outputs
+
+    def _words(self) -> Iterator[str]:
+        yield from super()._words()
+        if not (counted := self._found[self._first :]):
+            return
+        whole, cores, sent = np.array(counted).T
+        for name, cycles in (("step", whole), ("cores", cores), ("link", whole - cores)):
+            mean, most = cycles.mean(), cycles.max()
+            times = " and ".join(f"{1e6 * one / CLOCK_HZ:,.0f} us" for one in (mean, most))
+            yield f"{name}: {mean:,.0f} cycles in the mean, {most:,} at most; at 45 MHz {times}"
+        yield f"messages of the host: {sent.mean():.0f} in the mean, {sent.max()} at most"
 
 
 @dataclass(frozen=True)
@@ -102,50 +118,86 @@ class Sdram:
         return bus
 
 
-def sdram(image: ChipImage, steps: Iterable[np.ndarray], first: int) -> None:
-    """Print words and time of a step's rows, all cores after each other, and cycles of walkers."""
-    memory, chip, model = written(image), NativeChip(image, 0), Sdram()
-    sizes = [len(core.rows) for core in memory.cores]
-    base = np.cumsum([0, *sizes])
-    lists = messages_of(memory)
-    sizes_of = {one: size_of(memory.cores[one[0]].rows, one[1]) for some in lists for one in some}
-    n, found = len(memory.order), []
-    for step, spikes in enumerate(steps):
-        chip.step(spikes, {})
-        if step < first:
-            continue
-        sources = [*np.flatnonzero(chip.state.spiked[:n]), *(n + spikes)]
-        messages = [one for source in sources for one in lists[source]]
-        walkers = np.zeros(len(memory.cores), dtype=np.int64)
-        for one in messages:
-            walkers[one[0]] += 2 + sizes_of[one][1]
-        rows = [(int(base[one[0]]) + one[1], sizes_of[one][0]) for one in messages]
-        found.append(
-            (sum(words for _, words in rows), len(rows), walkers.max(), model.time_ns(rows) / 1e6)
+class SdramChip(NativeChip):
+    """A native chip that reckons a step's rows through an SDRAM, all cores after each other.
+
+    Parameters
+    ----------
+    image, seed
+        See `NativeChip`.
+    first : int
+        Steps that do not count.
+    """
+
+    def __init__(self, image: ChipImage, seed: int, *, first: int) -> None:
+        super().__init__(image, seed)
+        memory = written(image)
+        self._first, self._n, self._sdram = first, len(memory.order), Sdram()
+        sizes = [len(core.rows) for core in memory.cores]
+        self._n_cores, self._kib, base = len(sizes), sum(sizes) / 512, np.cumsum([0, *sizes])
+        # Of each source: core, address in the SDRAM, words and entries of the rows of its messages.
+        self._rows = [
+            [
+                (core, int(base[core]) + at, *size_of(memory.cores[core].rows, at))
+                for core, at in some
+            ]
+            for some in messages_of(memory)
+        ]
+        self._steps, self._found = 0, list[tuple[int, int, int, float]]()
+
+    def step(self, spikes: np.ndarray, errors: Mapping[int, np.ndarray]) -> list[np.ndarray]:
+        """Advance by one step; see `spikeport.backends.chip.Chip.step`."""
+        outputs = super().step(spikes, errors)
+        self._steps += 1
+        if self._steps > self._first:
+            sources = [*np.flatnonzero(self.state.spiked[: self._n]), *(self._n + spikes)]
+            self._count([row for source in sources for row in self._rows[source]])
+        return outputs
+
+    def _count(self, rows: list[tuple[int, int, int, int]]) -> None:
+        walkers = np.zeros(self._n_cores, dtype=np.int64)
+        for core, _, _, entries in rows:
+            walkers[core] += 2 + entries
+        words = sum(words for _, _, words, _ in rows)
+        time_ns = self._sdram.time_ns((at, words) for _, at, words, _ in rows)
+        self._found.append((words, len(rows), int(walkers.max()), time_ns / 1e6))
+
+    def close(self) -> None:
+        """Print words and time of a step's rows, and cycles of the fullest core's walker."""
+        super().close()
+        if not self._found:
+            return
+        words, messages, walkers, time_ms = np.array(self._found).T
+        say(f"rows: {self._kib:,.0f} KiB")
+        for name, counts in (
+            ("words of 16 bits a step", words),
+            ("messages a step", messages),
+            ("cycles of the fullest walker", walkers),
+        ):
+            say(f"{name}: {counts.mean():,.0f} in the mean, {counts.max():,.0f} at most")
+        say(
+            f"one SDRAM: {time_ms.mean():.2f} ms a step in the mean, {time_ms.max():.2f} ms at most"
         )
-    words, messages, walkers, time_ms = np.array(found).T
-    print(f"rows: {sum(sizes) / 512:,.0f} KiB on {len(sizes)} cores")
-    print(f"words of 16 bits a step: {words.mean():,.0f} in the mean, {words.max():,.0f} at most")
-    print(f"messages a step: {messages.mean():,.0f} in the mean, {messages.max():,.0f} at most")
-    print(f"fullest walker: {walkers.mean():,.0f} cycles in the mean, {walkers.max():,.0f} at most")
-    print(f"one SDRAM: {time_ms.mean():.2f} ms a step in the mean, {time_ms.max():.2f} ms at most")
+        self._found.clear()
+
+
+def say(line: str) -> None:
+    """Print a line at once."""
+    print(line, flush=True)
 
 
 def main() -> None:
-    """Run one of the two."""
+    """Be one of the two boards for a session."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("what", choices=("link", "sdram"))
-    parser.add_argument("image", type=ChipImage.load)
-    parser.add_argument("record", type=Path)
+    parser.add_argument("board", choices=("link", "sdram"))
+    parser.add_argument("--listen", type=Address.parse, required=True)
     parser.add_argument("--baud-cycles", type=int, default=15)
-    parser.add_argument("--first", type=int, default=20)
-    parser.add_argument("--steps", type=int, default=60)
+    parser.add_argument("--first", type=int, default=600)
     asked = parser.parse_args()
-    steps = islice(spikes_of(asked.image, asked.record), asked.first + asked.steps)
-    if asked.what == "link":
-        link(asked.image, steps, asked.first, asked.baud_cycles)
-    else:
-        sdram(asked.image, steps, asked.first)
+    load: Callable[[ChipImage, int], LinkedChip | SdramChip] = partial(SdramChip, first=asked.first)
+    if asked.board == "link":
+        load = partial(LinkedChip, first=asked.first, baud_cycles=asked.baud_cycles)
+    serve(Service(address=asked.listen, machine=Machine(asked.board, load), once=True), say)
 
 
 if __name__ == "__main__":

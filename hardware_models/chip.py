@@ -55,16 +55,21 @@ class SynapseMemory(Strictly):
 class SoftMemory(Strictly):
     """Blocks of memory that the soft cores of an FPGA share: each takes what its contents fill.
 
-        blocks of a core = core + ceil(out_axons out_axon / block) + ceil(synapse_bits / block)
+        blocks = port + sum over cores (core + ceil(out_axons / axon_step) + ceil(rows / block))
 
-    Without ``core`` or ``out_axon`` the part lies in other memory. Synapses lie in rows of 16-bit
-    words, see ``hardware_models/softcore/walker.v``.
+    ``core`` has all of a core's memories that no image cuts, and ``port`` those of the host's port.
+    Where ``core`` is None, rows alone lie in these blocks. Rows are 16-bit words, see
+    ``hardware_models/softcore/walker.v``; ``queue`` messages wait at a core, and the host reads up
+    to ``outputs`` values and spikes after a step.
     """
 
     blocks: Count
     block: Bits
+    axon_step: Count
+    queue: Count
+    outputs: Count
     core: Count | None = None
-    out_axon: Bits | None = None
+    port: Count | None = None
 
 
 class Topology(Strictly):

@@ -137,10 +137,11 @@ class SharedMemory(Limit):
         """See `Limit.total`."""
         pool = chip.soft_memory
         assert pool is not None  # without one there is no such limit
-        fixed = 0 if pool.core is None else pool.core.count
-        out_axon = 0 if pool.out_axon is None else pool.out_axon.count
-        filled = [(core.out_axons * out_axon, core.synapse_bits) for core in cores]
-        used = sum(fixed + sum(-(-bits // pool.block.count) for bits in both) for both in filled)
+        used = 0 if pool.port is None else pool.port.count
+        for core in cores:
+            used += -(-core.synapse_bits // pool.block.count)
+            if pool.core is not None:
+                used += pool.core.count + -(-core.out_axons // pool.axon_step.count)
         most = pool.blocks.count * chip.limits.chips.count
         return Usage(chip.name, self.resource, used, most, "1")
 

@@ -20,8 +20,8 @@ from spikeport.errors import BackendError, BoardLostError
 from spikeport.hardware_models.activity import Activity
 from spikeport.pacing import Clock, RoundTrips, SystemClock
 
-BUILD_S = 120.0
-"""Time that a board has to build a chip."""
+BUILD_S = 900.0
+"""Time that a board has to build a chip: Verilator takes minutes on a busy machine."""
 TOTALS_S = 30.0
 
 

@@ -47,7 +47,8 @@ class SoftChip(ABC):
     memory : MemoryImage
         The image as the cores hold it.
     say : callable
-        Is called at the end with a line on what differed, and one on cycles.
+        Is called with a line at the first step that differs, and at the end with a line on what
+        differed, and one on cycles.
 
     Attributes
     ----------
@@ -98,6 +99,10 @@ class SoftChip(ABC):
 
     def _compare(self, name: str, found: np.ndarray, expected: np.ndarray) -> None:
         if differs := int((found != expected).sum()):
+            if not self.differing:
+                self._say(
+                    f"step {self.n_steps + 1:,} is the first that differs: {differs:,} {name}"
+                )
             self.differing[name] += differs
 
     @property

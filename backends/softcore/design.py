@@ -1,14 +1,11 @@
 """The design of a board: Verilog's parameters, by which cores are cut to a memory image."""
 
 from spikeport.backends.softcore.memory import LOG_COMPARTMENTS, SUM_BITS, MemoryImage
+from spikeport.compile.image.soft_rows import WORD_BITS
+from spikeport.hardware_models.chip import SoftMemory
 
-ROW_WORDS_STEP, AXONS_STEP = 1024, 512
-"""Entries that a block of memory of an ECP5 holds."""
 
-
-def parameters(
-    memory: MemoryImage, n_outputs: int, log_queue: int = 9, row_words: int = ROW_WORDS_STEP
-) -> str:
+def parameters(memory: MemoryImage, n_outputs: int, pool: SoftMemory) -> str:
     """Return ``parameters.vh`` of ``board.v``: cores with memories as large as an image needs.
 
     Parameters
@@ -17,23 +14,23 @@ def parameters(
         The memory contents that the host writes.
     n_outputs : int
         Values and spikes that the host reads after each step.
-    log_queue : int
-        Messages that wait at a core: 2^log_queue.
-    row_words : int
-        The memory for rows is a multiple of so many words of 16 bits.
+    pool : SoftMemory
+        The chip's blocks of memory, by which rows and output axons grow, and its queues.
     """
     most = max(len(core.constants) for core in memory.cores)
+    rows = [len(core.rows) for core in memory.cores]
+    axons = [len(core.axons) for core in memory.cores]
     values = {
         "CORES": len(memory.cores),
         "CORE": memory.core_bits,
         # No fewer bits than the 32 profiles have, which are written by the same address.
         "LOG_COMPARTMENTS": min(max(5, (most - 1).bit_length()), LOG_COMPARTMENTS),
         "WIDTH": SUM_BITS - memory.unit,
-        "LOG_QUEUE": log_queue,
+        "LOG_QUEUE": (pool.queue.count - 1).bit_length(),
         # The end of the list takes an entry, too.
         "LOG_OUTPUTS": max(8, n_outputs.bit_length()),
-        "WORDS": _vector([len(core.rows) for core in memory.cores], row_words, 20),
-        "AXONS": _vector([len(core.axons) for core in memory.cores], AXONS_STEP, 16),
+        "WORDS": _vector(rows, pool.block.count // WORD_BITS, 20),
+        "AXONS": _vector(axons, pool.axon_step.count, 16),
     }
     return "".join(f"`define {name} {value}\n" for name, value in values.items())
 

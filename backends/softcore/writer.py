@@ -60,7 +60,7 @@ def written(image: ChipImage, unit: int | None = None, cores: int = 1) -> Memory
         If the image breaks a rule of the soft core; names all that it breaks.
     """
     image = image.checked
-    _refuse(_unheld(image))
+    refuse(_unheld(image))
     rows = rows_of(image)
     unit = min(rows.common_shift, MOST_UNIT) if unit is None else unit
     table = RowTable(image, rows, unit)
@@ -72,7 +72,7 @@ def written(image: ChipImage, unit: int | None = None, cores: int = 1) -> Memory
         core = _core(image, mine, [lists[i] for i in mine], table.words(number), bits)
         memories.append(core)
         broken += _too_large(image.cores[number], core)
-    _refuse(broken)
+    refuse(broken)
     host = lists[image.n_compartments :]
     messages = np.array([m for one in host for m in one], dtype=np.int64).reshape(-1, 2)
     return MemoryImage(tuple(memories), offsets(map(len, host)), messages, order, unit, bits)
@@ -217,6 +217,7 @@ def _too_large(name: str, core: CoreMemory) -> Iterator[str]:
             yield str(rules.get(rule).broken(name, f"{used:,}", f"{limit:,}", parts=parts))
 
 
-def _refuse(reasons: Iterable[str]) -> None:
+def refuse(reasons: Iterable[str]) -> None:
+    """Raise a BackendError that names all reasons, if there are any."""
     if broken := "\n".join(f"  {one}" for one in reasons):
         raise BackendError(f"the soft core cannot hold the image:\n{broken}")

@@ -7,6 +7,7 @@ import typer
 
 from spikeport.commands.options import (
     BoardService,
+    ChipOption,
     DomainOption,
     ImageFile,
     InterfaceOption,
@@ -49,18 +50,12 @@ def board_write_command(
     image: ImageFile,
     *,
     out: Annotated[Path, typer.Option(help="Folder to write into.")],
-    log_queue: Annotated[
-        int, typer.Option(help="Messages that wait at a core: 2 to the power of it.", min=2, max=12)
-    ] = 9,
-    row_words: Annotated[
-        int,
-        typer.Option(help="Words of 16 bits in a block of memory for rows.", min=1, max=65536),
-    ] = 1024,
+    chip: ChipOption = "softcore-ecp5-85f",
 ) -> None:
     """Write what an FPGA with soft cores is built of and loaded with; see docs/softcore.md."""
     from spikeport.commands.board_write import run
 
-    run(image, out, log_queue=log_queue, row_words=row_words)
+    run(image, out, chip=chip)
 
 
 @board_app.command("inspect")

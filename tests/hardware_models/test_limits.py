@@ -64,8 +64,9 @@ def test_a_limit_that_is_not_public_is_never_exceeded(chip):
 def test_soft_cores_share_blocks_of_memory():
     soft = chips.get("softcore-ecp5-85f")
     pool = soft.soft_memory
-    core = EMPTY._replace(out_axons=2, synapse_bits=pool.block.count + 1)
-    assert totals([core, EMPTY], soft)["memory_blocks"].used == 2 * pool.core.count + 1 + 2
+    core = EMPTY._replace(out_axons=513, synapse_bits=pool.block.count + 1)
+    fixed = pool.port.count + 2 * pool.core.count
+    assert totals([core, EMPTY], soft)["memory_blocks"].used == fixed + 2 + 2
     many = [core._replace(synapse_bits=100 * pool.block.count)] * 2
     found = [usage for usage in usages(many, soft) if usage.exceeded]
     assert [(usage.resource, usage.limit) for usage in found] == [

@@ -6,18 +6,27 @@ from spikeport.backends.softcore.line import VerilatedLine
 from spikeport.backends.softcore.verilated import BoardBuild
 from spikeport.backends.softcore.writer import written
 from spikeport.compile.image.chip_image import ChipImage
+from spikeport.hardware_models import chip as chips
+from spikeport.hardware_models.chip import SoftMemory
 
 BAUD_CYCLES = 15
 FIFO = 0
 
 
-def board_build(image: ChipImage, baud_cycles: int, log_queue: int = 9) -> BoardBuild:
-    """Return the board that an image is built for; ``baud_cycles`` of 0: with a FIFO to USB."""
-    memory = written(image)
-    n_outputs = sum(map(len, outputs_of(image, memory.order)))
-    return BoardBuild(parameters(memory, n_outputs, log_queue), baud_cycles)
+def pool(chip: str = "softcore-ecp5-85f") -> SoftMemory:
+    """Return the memory that the soft cores of a chip share."""
+    found = chips.get(chip).soft_memory
+    assert found is not None
+    return found
 
 
 def board_line(image: ChipImage, baud_cycles: int, baud_error: float = 0.0) -> VerilatedLine:
-    """Return a line to a board with queues of four messages."""
-    return VerilatedLine(board_build(image, baud_cycles, log_queue=2), baud_error=baud_error)
+    """Return a line to a board for an image, with queues of four messages.
+
+    ``baud_cycles`` of 0: with a FIFO to USB.
+    """
+    memory, used = written(image), pool()
+    short = used.model_copy(update={"queue": used.queue.model_copy(update={"value": 4})})
+    n_outputs = sum(map(len, outputs_of(image, memory.order)))
+    build = BoardBuild(parameters(memory, n_outputs, short), baud_cycles)
+    return VerilatedLine(build, baud_error=baud_error)

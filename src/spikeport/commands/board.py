@@ -60,6 +60,11 @@ def _on_device(path: Path, baud: int, image: ChipImage, seed: int) -> CountingCh
     return DeviceChip(image, seed, SerialLine(path, baud), _say_of_board)
 
 
+def _kept(path: Path, machine: Machine, image: ChipImage, seed: int) -> CountingChip:
+    image.save(path)
+    return machine.load(image, seed)
+
+
 def _need_gcc() -> None:
     from spikeport.backends.board.nxsdk.compiled import require_gcc
 
@@ -106,9 +111,13 @@ def _machine(request: BoardService) -> Machine:
 
 def serve(request: BoardService, tls: Tls) -> None:
     """Be a board until the process is ended; its socket goes with it."""
+    machine = _machine(request)
+    if request.keep is not None:
+        request.keep.parent.mkdir(parents=True, exist_ok=True)
+        machine = Machine(machine.name, functools.partial(_kept, request.keep, machine))
     service = Service(
         address=Address.parse(request.listen),
-        machine=_machine(request),
+        machine=machine,
         certificates=certificates(tls),
         allow_remote=request.allow_remote,
         faults=[FAULTS.parse(text) for text in request.fault],

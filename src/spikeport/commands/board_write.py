@@ -8,21 +8,34 @@ from spikeport.atomic import atomic_path, write_text
 from spikeport.backends.softcore import port
 from spikeport.backends.softcore.chip import outputs_of
 from spikeport.backends.softcore.design import parameters
-from spikeport.backends.softcore.writer import written
+from spikeport.backends.softcore.writer import refuse, written
+from spikeport.compile.check.verify import verify
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.soft_rows import WORD_BITS
+from spikeport.compile.image.usage import core_uses
+from spikeport.errors import UsageError
+from spikeport.hardware_models import chip as chips
 
 BITS_PER_KIB = 8 * 1024
 
 
-def run(path: Path, out: Path, *, log_queue: int, row_words: int) -> None:
+def run(path: Path, out: Path, *, chip: str) -> None:
     """Write the parameters of the Verilog and the bytes that load it; print sizes and digest."""
+    model = chips.get(chip)
+    pool = model.soft_memory
+    if pool is None:
+        soft = ", ".join(name for name in chips.names() if chips.get(name).soft_memory)
+        raise UsageError(f"chip '{chip}' has no soft cores; those that have them: {soft}")
     image = ChipImage.load(path)
     memory = written(image)
     outputs = [one for ports in outputs_of(image, memory.order) for one in ports]
+    broken = [str(one) for one in verify(core_uses(image, model), model)]
+    if len(outputs) > (most := pool.outputs.count):
+        broken.append(f"outputs: {len(outputs):,}, limit {most:,}; cure: probe fewer neurons")
+    refuse(broken)
     loading = port.loading(memory, outputs)
     out.mkdir(parents=True, exist_ok=True)
-    write_text(out / "parameters.vh", parameters(memory, len(outputs), log_queue, row_words))
+    write_text(out / "parameters.vh", parameters(memory, len(outputs), pool))
     with atomic_path(out / "load.bin") as new:
         new.write_bytes(loading)
     for name, core in zip(image.cores, memory.cores, strict=True):

@@ -247,6 +247,10 @@ class BoardService:
         typer.Option(metavar="FILE", help="The FPGA with soft cores on a serial line."),
     ] = None
     baud: Annotated[int, typer.Option(help="Bits a second of that line.", min=1)] = 3_000_000
+    keep: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Keep the image of the last session in this file."),
+    ] = None
     fault: FaultsOption
     once: Annotated[bool, typer.Option("--once", help="End after one session.")] = False
     idle: Annotated[

@@ -2,6 +2,7 @@
 
 import shutil
 from collections.abc import Iterator
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from hypothesis import strategies as st
 from spikeport.backends.board.board import Board, Machine
 from spikeport.backends.board.chip import BoardChip
 from spikeport.backends.native.chip import NativeChip
-from spikeport.backends.softcore.chip import RtlChip
+from spikeport.backends.softcore.chip import RtlChip, SoftChip
 from spikeport.backends.softcore.decompile import messages_of
 from spikeport.backends.softcore.rows import size_of
 from spikeport.backends.softcore.simulation import STATE, Simulation
@@ -97,6 +98,32 @@ def test_a_session_says_what_it_compared() -> None:
     nothing = "u 0, v 0, q 0, refractory 0, spiked 0"
     assert printed[2] == f"5,000 states compared in 200 steps; differing: {nothing}"
     assert printed[3].startswith("cycles a step: ")
+
+
+class Wrong(SoftChip):
+    """A chip whose outputs are wrong from the third step on."""
+
+    compared: ClassVar = {"outputs": 6}
+
+    def _advance(
+        self, messages: np.ndarray, expected: list[np.ndarray]
+    ) -> tuple[int, list[np.ndarray]]:
+        right = np.concatenate(expected)
+        self._compare("outputs", right + (self.n_steps >= 2), right)
+        return 7, expected
+
+    def _free(self) -> None:
+        pass
+
+
+def test_the_first_step_that_differs_is_named_at_once() -> None:
+    printed: list[str] = []
+    chip = Wrong(small_image(), 0, written(small_image()), printed.append)
+    for _ in range(4):
+        chip.step(np.array([0]), {})
+    assert printed == ["step 3 is the first that differs: 6 outputs"]
+    chip.close()
+    assert printed[1] == "24 states compared in 4 steps; differing: outputs 12"
 
 
 @pytest.fixture

@@ -10,8 +10,11 @@ import pytest
 from spikeport.backends.board.board import Board
 from spikeport.backends.board.chip import BoardChip
 from spikeport.backends.board.record import SessionRecorder
+from spikeport.backends.board.server import Service
+from spikeport.commands import board
 from spikeport.commands.board import inspect, serve
 from spikeport.commands.options import BoardService, Tls
+from spikeport.compile.image.chip_image import ChipImage
 from spikeport.errors import MissingExtraError, UsageError
 from tests.helpers.fake_board import MACHINE, FakeClock, FakeLine, small_image, spike_train
 
@@ -54,6 +57,17 @@ def test_a_device_that_is_none_is_refused_before_a_host_comes(tmp_path: Path) ->
     with pytest.raises(UsageError, match=r"device '.*tty' cannot be opened: No such file"):
         serve(request, Tls())
     assert list(tmp_path.iterdir()) == []
+
+
+def test_the_image_that_a_host_sends_is_kept(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    services: list[Service] = []
+    monkeypatch.setattr(board, "serve_board", lambda service, _say: services.append(service))
+    kept = tmp_path / "folder" / "image.npz"
+    serve(BoardService(listen=f"unix:{tmp_path / 's'}", keep=kept, fault=[]), Tls())
+    BoardChip(small_image(), 0, FakeLine(Board(services[0].machine), FakeClock(), ())).close()
+    assert ChipImage.load(kept).digest == small_image().digest
 
 
 def recorded(path: Path, faults: tuple[str, ...] = ()) -> None:

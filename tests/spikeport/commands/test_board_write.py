@@ -7,19 +7,22 @@ import pytest
 from spikeport.backends.softcore import port
 from spikeport.backends.softcore.writer import written
 from spikeport.commands.board_write import run
-from spikeport.errors import BackendError
+from spikeport.errors import BackendError, UsageError
+from spikeport.hardware_models import chip as chips
 from tests.helpers.fake_board import small_image
-from tests.helpers.images import Block, Parts
+from tests.helpers.images import Block, Output, Parts
+
+CHIP = "softcore-ecp5-85f"
 
 
 def test_it_writes_what_the_verilog_includes_and_what_loads_it(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     small_image().save(tmp_path / "image.npz")
-    run(tmp_path / "image.npz", tmp_path / "out", log_queue=8, row_words=2048)
+    run(tmp_path / "image.npz", tmp_path / "out", chip=CHIP)
     parameters = (tmp_path / "out" / "parameters.vh").read_text()
-    assert "`define LOG_QUEUE 8\n" in parameters
-    assert "`define WORDS {20'd2048, 20'd2048}\n" in parameters
+    assert "`define LOG_QUEUE 9\n" in parameters
+    assert "`define WORDS {20'd1024, 20'd1024}\n" in parameters
     loading = (tmp_path / "out" / "load.bin").read_bytes()
     assert port.loading(written(small_image()), [])[:-10] in loading
     printed = capsys.readouterr().out
@@ -27,8 +30,29 @@ def test_it_writes_what_the_verilog_includes_and_what_loads_it(
     assert f"load.bin: {len(loading)} bytes" in printed
 
 
-def test_what_a_core_cannot_hold_is_refused(tmp_path: Path) -> None:
-    Parts(blocks=[Block(enable_noise=1)]).image().save(tmp_path / "image.npz")
-    with pytest.raises(BackendError, match="1 compartments have noise"):
-        run(tmp_path / "image.npz", tmp_path / "out", log_queue=8, row_words=2048)
+@pytest.mark.parametrize(
+    ("parts", "chip", "reason"),
+    [
+        (Parts(blocks=[Block(enable_noise=1)]), CHIP, "1 compartments have noise"),
+        (Parts(blocks=[Block(n=513)]), "softcore-up5k", "SP103 compartments: 513, limit 512"),
+        (Parts(blocks=[Block(), Block(core=1)]), "softcore-up5k", "SP201 cores: 2, limit 1"),
+        (
+            Parts(blocks=[Block(n=256)], outputs=[Output("spiked", range(256))]),
+            "softcore-up5k",
+            "outputs: 256, limit 255; cure: probe fewer neurons",
+        ),
+    ],
+)
+def test_what_a_chip_cannot_hold_is_refused(
+    parts: Parts, chip: str, reason: str, tmp_path: Path
+) -> None:
+    parts.image().save(tmp_path / "image.npz")
+    with pytest.raises(BackendError, match=reason):
+        run(tmp_path / "image.npz", tmp_path / "out", chip=chip)
     assert not (tmp_path / "out").exists()
+
+
+def test_a_chip_without_soft_cores_is_refused(tmp_path: Path) -> None:
+    soft = [name for name in chips.names() if chips.get(name).soft_memory]
+    with pytest.raises(UsageError, match=f"chip 'loihi' has no soft cores; .*: {', '.join(soft)}"):
+        run(tmp_path / "image.npz", tmp_path / "out", chip="loihi")
