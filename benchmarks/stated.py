@@ -38,8 +38,7 @@ RUNS = {
     "switch": f"sweep switch --vary {NETWORKS}",
     "switch_free": "sweep switch --set schedule=free-standing --set anchor=false"
     f" --vary {NETWORKS}",
-    "switch_spa": "run switch --backend reference --set selection=spa"
-    " --set schedule=benchmarks/short_switch.toml",
+    "switch_spa": "run switch --backend reference --set selection=spa",
     "demo": "run switch",
     "walk_exact": f"sweep walk --vary {PATHS} --seeds 5 --backend analytic",
     "walk_20": f"sweep walk --vary {PATHS} --seeds 5",
