@@ -273,9 +273,9 @@ def the_demo(demo: Results) -> Iterator[str]:
 @states("README.md")
 def the_demo_in_short(demo: Results) -> Iterator[str]:
     (run,) = demo
-    yield f"are one image, on {_part(run, 'resources.cores.used')} cores of one emulated Loihi"
+    yield f"are one image on {_part(run, 'resources.cores.used')} cores of one emulated Loihi"
     shape_mm = 1000 * run["metrics"]["shape_error_rms_m"]
-    yield f"{run['metrics']['falls']} falls here, the drawn 8 within {shape_mm:.1f} mm"
+    yield f"{run['metrics']['falls']} falls, the drawn 8 within {shape_mm:.1f} mm"
 
 
 @states("docs/paper.md")
