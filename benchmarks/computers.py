@@ -33,6 +33,12 @@ CALIBRATION = "nahuku-fit"
 ROUNDS = 7
 LAW_DT_S = 0.005
 """Period of the arm's law, that of the physics."""
+WALKING, ARM = ("policy", "path follower"), ("arm's law",)
+CONTROLLERS = {"reach": ARM, "draw": ARM, "walk": WALKING, "switch": (*WALKING, *ARM)}
+"""The controllers of each experiment, all of which a chip computes all the time."""
+
+Times = dict[str, tuple[float, float]]
+"""CPU time in s and period in s of each controller."""
 
 
 class Power(NamedTuple):
@@ -47,8 +53,8 @@ def macs_of_policy() -> int:
     return sum(W.size for W in load().weights)
 
 
-def in_numpy() -> dict[str, tuple[float, float]]:
-    """Return CPU time in s and period in s of each controller."""
+def in_numpy() -> Times:
+    """Return how long each controller takes in NumPy."""
     policy, gains = load(), FollowerGains()
     law = OperationalSpaceLaw(ArmDynamics())
     rng = np.random.RandomState(0)
@@ -95,9 +101,12 @@ def on_chip(result: dict[str, Any]) -> OnChip:
     )
 
 
-def units(results: dict[str, dict[str, Any]]) -> str:
-    """Return joules by unit of what the robot did, run by run."""
-    heads = ("run", "unit", "dynamic, davies2018", f"dynamic, {CALIBRATION}", "static [interval]")
+def units(results: dict[str, dict[str, Any]], times: Times, drawn: Power) -> str:
+    """Return joules by unit of what the robot did, run by run, and those of NumPy here."""
+    heads = (
+        *("run", "unit", "dynamic, davies2018", f"dynamic, {CALIBRATION}", "static [interval]"),
+        f"the same in NumPy, at {drawn.watts:g} W",
+    )
     rows = [
         (
             name,
@@ -105,6 +114,7 @@ def units(results: dict[str, dict[str, Any]]) -> str:
             _joules(by["davies2018"]["dynamic"]["value"]),
             _joules(by[CALIBRATION]["dynamic"]["value"]),
             _interval(by[CALIBRATION]["static"]),
+            _joules(_load(result["experiment"], times) * drawn.watts * _seconds(result, unit)),
         )
         for name, result in results.items()
         for unit, by in result["energy_by_unit"].items()
@@ -112,7 +122,18 @@ def units(results: dict[str, dict[str, Any]]) -> str:
     return markdown_table.table(heads, rows)
 
 
-def computers(times: dict[str, tuple[float, float]], drawn: Power) -> str:
+def _load(experiment: str, times: Times) -> float:
+    """Return the share of its time that this CPU is at work for an experiment's controllers."""
+    return sum(times[name][0] / times[name][1] for name in CONTROLLERS[experiment])
+
+
+def _seconds(result: dict[str, Any], unit: str) -> float:
+    """Return how long a unit took: its energy at rest by the power at rest."""
+    static_j = result["energy_by_unit"][unit][CALIBRATION]["static"]["value"]
+    return float(static_j / result["energy"][CALIBRATION]["static"]["power"]["value"])
+
+
+def computers(times: Times, drawn: Power) -> str:
     """Return the energy of a policy period on every computer."""
     macs = macs_of_policy()
     heads = ("computer", "operations", "at rest, 20 ms", "in all, 20 ms", "source")
@@ -178,7 +199,7 @@ def _interval(estimate: dict[str, float]) -> str:
     return f"{_joules(estimate['value'])} [{low}, {high}]"
 
 
-def timed(times: dict[str, tuple[float, float]], drawn: Power) -> str:
+def timed(times: Times, drawn: Power) -> str:
     """Return the controllers in NumPy on this CPU."""
     heads = (
         "controller in NumPy",
@@ -209,7 +230,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     results = {run.name: json.loads((run / "result.json").read_text()) for run in asked.runs}
     times, drawn = in_numpy(), power()
     parts = [
-        units(results),
+        units(results, times, drawn),
         "\n".join(operations(results)),
         timed(times, drawn),
         computers(times, drawn),

@@ -34,12 +34,11 @@ RUNS = {
     " --seeds 2",
     "arm_lean": "compile arm",
     "arm_paper": "compile arm --set preset=paper",
-    "humanoid_paper": "compile humanoid --set preset=paper",
     "switch": f"sweep switch --vary {NETWORKS}",
+    "switch_paper": "run switch --set preset=paper",
     "switch_free": "sweep switch --set schedule=free-standing --set anchor=false"
     f" --vary {NETWORKS}",
-    "switch_spa": "run switch --backend reference --set selection=spa"
-    " --set schedule=benchmarks/short_switch.toml",
+    "switch_spa": "run switch --backend reference --set selection=spa",
     "demo": "run switch",
     "walk_exact": f"sweep walk --vary {PATHS} --seeds 5 --backend analytic",
     "walk_20": f"sweep walk --vary {PATHS} --seeds 5",
@@ -274,20 +273,32 @@ def the_demo(demo: Results) -> Iterator[str]:
 @states("README.md")
 def the_demo_in_short(demo: Results) -> Iterator[str]:
     (run,) = demo
-    yield f"are one image, on {_part(run, 'resources.cores.used')} cores of one emulated Loihi"
+    yield f"are one image on {_part(run, 'resources.cores.used')} cores of one emulated Loihi"
     shape_mm = 1000 * run["metrics"]["shape_error_rms_m"]
-    yield f"{run['metrics']['falls']} falls here, the drawn 8 within {shape_mm:.1f} mm"
+    yield f"{run['metrics']['falls']} falls, the drawn 8 within {shape_mm:.1f} mm"
+
+
+def _switched(results: Results) -> str:
+    (run,) = results
+    metrics = run["metrics"]
+    longest = max(one["switching_time_s"] for one in metrics["phases"])
+    return (
+        f"{metrics['phases_done']} phases done, the drawing "
+        f"{1000 * metrics['shape_error_rms_m']:.1f} mm off, switches within {1000 * longest:.0f} ms"
+    )
 
 
 @states("docs/paper.md")
 def the_switch_by_nengo_spa(switch_spa: Results) -> Iterator[str]:
-    (run,) = switch_spa
-    metrics = run["metrics"]
-    longest = max(one["switching_time_s"] for one in metrics["phases"])
-    yield (
-        f"{metrics['phases_done']} phases done, the drawing "
-        f"{1000 * metrics['shape_error_rms_m']:.1f} mm off, switches within {1000 * longest:.0f} ms"
-    )
+    yield _switched(switch_spa)
+
+
+@states("docs/switch.md")
+def the_switch_with_the_papers_arm(switch_paper: Results) -> Iterator[str]:
+    yield f"the image is on {_cores(switch_paper)} cores"
+    yield _switched(switch_paper)
+    davies, nahuku = (dynamic_uj(switch_paper, name)[0] for name in ("davies2018", "nahuku-fit"))
+    yield f"A step takes {davies:.1f} uJ ({nahuku:.1f} uJ by `nahuku-fit`)"
 
 
 # walking
