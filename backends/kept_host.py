@@ -79,7 +79,7 @@ def _called(network: nengo.Network) -> Iterator[object]:
 
 
 class HostWriter:
-    """Writes the host's part of a compilation with a `Writer` of values."""
+    """Writer of the host's part of a compilation, with a `Writer` of values."""
 
     def __init__(self, users: UsersObjects, program: HostProgram) -> None:
         self._edges = edges_of(program)
@@ -172,7 +172,7 @@ def _port(port: HostPort, number: int) -> Tree:
 
 
 class HostReader:
-    """Reads what a `HostWriter` wrote, for a network that is equal to the one of then."""
+    """Reader of what a `HostWriter` wrote, for a network that is equal to the one of then."""
 
     def __init__(self, reader: Reader, tree: Tree, users: UsersObjects) -> None:
         self._reader, self._tree, self._users = reader, tree, users

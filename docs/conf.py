@@ -3,6 +3,7 @@
 `make docs` builds it. Nothing is fetched, at build time or by a reader's browser.
 """
 
+import logging
 import os
 import re
 import sys
@@ -11,6 +12,7 @@ from typing import Any
 
 from docutils.nodes import SkipNode, math, math_block
 from docutils.utils.math.latex2mathml import tex2mathml
+from jupyter_client.connect import ConnectionFileMixin
 from sphinx.application import Sphinx
 from sphinx.writers.html5 import HTML5Translator
 
@@ -44,6 +46,10 @@ nb_execution_timeout = 600
 nb_execution_raise_on_error = True
 nb_merge_streams = True
 nb_ipywidgets_js: dict[str, Any] = {}
+# Kernels listen on sockets in a private folder: on a TCP port anyone on this machine could connect,
+# and ipykernel warns of it. One of furo's packages has every logger print, nbclient's among them.
+ConnectionFileMixin.transport.default_value = "ipc"
+logging.getLogger("traitlets").setLevel(logging.WARNING)
 
 autodoc_typehints = "description"
 autodoc_member_order = "bysource"

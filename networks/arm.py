@@ -142,7 +142,7 @@ def arm(
 
 
 class _Builder:
-    """Builds the parts of an `ArmNetwork`, one a method."""
+    """Builder of the parts of an `ArmNetwork`, one a method."""
 
     def __init__(
         self,

@@ -74,7 +74,7 @@ def observation_noise() -> np.ndarray:
 
 
 class Bodies:
-    """Draws the physics of one robot: writes into its model, from the figures of an unchanged one.
+    """Random physics of one robot, drawn from the figures of an unchanged one.
 
     Parameters
     ----------

@@ -100,7 +100,7 @@ def _parsed(name: str, text: str) -> list[ast.stmt]:
 
 
 class Interpreter:
-    """Follows functions of a program, with operations applied to chains and constants.
+    """Reader that follows functions of a program, with operations on chains and constants.
 
     An operation that changes its operand in place leaves a value that the text may still use under
     its old name; such a text is refused.

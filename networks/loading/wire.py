@@ -16,7 +16,7 @@ Value = int | memoryview
 
 
 class WireError(ValueError):
-    """Bytes are no such message."""
+    """Error for bytes that are no such message."""
 
 
 class FieldBudget:

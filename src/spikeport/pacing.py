@@ -60,8 +60,8 @@ class Pace:
 def undisturbed(priority: int | None = None) -> Iterator[None]:
     """Keep other work away from steps that keep to the clock.
 
-    All objects that are there already are left out of collections of garbage: one collection of a
-    run's 315,000 objects takes 0.2 s, and a robot waits 0.04 s. With a priority all threads that
+    Objects that are there already are left out of collections of garbage: one collection of a run's
+    315,000 objects takes 0.2 s, and a robot waits 0.04 s. With a priority all threads that
     are there already, and those that they start, come before all work that has none (SCHED_FIFO).
 
     Parameters

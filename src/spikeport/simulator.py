@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
 
 class Simulator:
-    """Runs a network on a backend, host and chip in lock-step.
+    """Simulator of a network on a backend, host and chip in lock-step.
 
     Parameters
     ----------

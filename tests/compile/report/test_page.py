@@ -19,7 +19,7 @@ VOID = {"meta", "br", "input", "link", "img", "hr"}
 
 
 class Tree(HTMLParser):
-    """Reads a page, and holds every element against its end tag."""
+    """Reader of a page, which holds every element against its end tag."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -254,7 +254,7 @@ def test_the_report_is_written_even_if_nobody_reads_the_table(
 
 @pytest.fixture
 def board(tmp_path):
-    """Two chips of one core each."""
+    """Return two chips of one core each."""
     text = (chips.BUILT_IN / "loihi.toml").read_text(encoding="utf-8")
     for name, value, limit in (("cores", 128, 1), ("chips", 1, 2)):
         head = f"[limits.{name}]\nvalue = "

@@ -19,7 +19,7 @@ MADE = "; what can be read: spikeport convert --help"
 
 @pytest.fixture
 def tiny(tmp_path):
-    """A TorchScript file of a small perceptron."""
+    """Return a TorchScript file of a small perceptron."""
     torch.manual_seed(0)
     path = tmp_path / "tiny.pt"
     hidden = [nn.Linear(3, 4), nn.Tanh(), nn.Linear(4, 4), nn.Tanh()]
