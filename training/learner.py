@@ -117,6 +117,8 @@ class Learner:
         self.actor.use(in_use)
         self._distribution.explore(in_use)
         self.ppo.entropy_coef = stage.entropy
+        # Noise of hidden units lies behind the observation, so its size differs from stage to
+        # stage.
         self.ppo.storage = self._storage(self._sample(NOISE_SIZE if self._noisy else 0))
 
     def collect(self, env: WalkEnvironment) -> TrainingFigures:
@@ -130,6 +132,8 @@ class Learner:
                 self.ppo.process_env_step(
                     observed,
                     _tensor(outcome.reward),
+                    # rsl-rl adds the value of the last state where time is up: the robot did not
+                    # cause that end.
                     torch.as_tensor(outcome.fallen | outcome.timed_out),
                     {"time_outs": torch.as_tensor(outcome.timed_out)},
                 )

@@ -74,6 +74,7 @@ class MirrorNetwork(nn.Module):
         self.D = nn.Parameter(output_gain * _uniform(n_out, half, WIDTH).detach())
         self.c = nn.ParameterList(nn.Parameter(torch.zeros(half)) for _ in range(HIDDEN_LAYERS))
         self.e = nn.Parameter(torch.zeros(n_out))
+        # Without `k` a policy that is its own mirror image could not begin to step with one foot.
         k = symmetry_breaking_sd * torch.randn(half)
         self.k = nn.Parameter(k, requires_grad=symmetry_breaking_sd > 0)
 
@@ -149,6 +150,7 @@ class MirrorModel(MLPModel):
         distribution: GaussianDistribution | None = None,
     ) -> None:
         output_dim = len(network.out_index)
+        # The smallest network: rsl-rl builds it, and the next line replaces it.
         super().__init__(observations, {"all": [group]}, "all", output_dim, hidden_dims=(1,))
         self.mlp = network
         self.distribution = distribution
