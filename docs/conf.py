@@ -12,7 +12,7 @@ from typing import Any
 
 from docutils.nodes import SkipNode, math, math_block
 from docutils.utils.math.latex2mathml import tex2mathml
-from jupyter_client.connect import ConnectionFileMixin
+from jupyter_client.manager import KernelManager
 from sphinx.application import Sphinx
 from sphinx.writers.html5 import HTML5Translator
 
@@ -46,9 +46,10 @@ nb_execution_timeout = 600
 nb_execution_raise_on_error = True
 nb_merge_streams = True
 nb_ipywidgets_js: dict[str, Any] = {}
-# Kernels listen on sockets in a private folder: on a TCP port anyone on this machine could connect,
-# and ipykernel warns of it. One of furo's packages has every logger print, nbclient's among them.
-ConnectionFileMixin.transport.default_value = "ipc"
+# Other users of this machine can reach a kernel's port: ipykernel 7 warns unless it is encrypted.
+if hasattr(KernelManager, "transport_encryption"):
+    KernelManager.transport_encryption.default_value = "auto"
+# One of furo's packages has every logger print, nbclient's among them.
 logging.getLogger("traitlets").setLevel(logging.WARNING)
 
 autodoc_typehints = "description"

@@ -94,6 +94,7 @@ def _named(what: str) -> Iterator[None]:
     except (SpikeportError, KeyboardInterrupt, OutOfTime):
         raise
     except BaseException as error:
+        # SystemExit as well: scripts may end themselves when they are run.
         raise UsageError(f"{what}: {in_words(error)}") from error
 
 

@@ -104,6 +104,7 @@ def run(request: CompileRequest) -> None:
         findings = _reckoned(compilation, stated)
         if request.loss_s is not None:
             findings = _measured(network, compilation, request.loss_s, progress)
+        # On one core a pipeline cannot take more cores than another, but it may lose more.
         if request.loss_s is not None or compilation.image.n_cores > 1:
             progress("compiling as written", None)
             written = as_written(network, request.chip, passes)
