@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from spikeport.hardware_models.chip import ChipModel
     from spikeport.hardware_models.step_time import TimeSums
 
+# A step takes as long as its slowest core, so these are kept step by step. Messages cost energy,
+# and their sums are enough.
 PER_STEP = (
     "spikes",
     "synaptic_operations",

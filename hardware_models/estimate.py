@@ -56,6 +56,7 @@ class Estimate:
         ValueError
             The factor is negative: nothing here is counted less than zero times.
         """
+        # It would swap the bounds.
         if factor < 0:
             raise ValueError(f"cannot scale an estimate by {factor}, which is negative")
         low = None if self.low is None else factor * self.low

@@ -139,6 +139,7 @@ class SharedMemory(Limit):
         assert pool is not None  # without one there is no such limit
         fixed = 0 if pool.core is None else pool.core.count
         out_axon = 0 if pool.out_axon is None else pool.out_axon.count
+        # Axons and rows do not share a block, and the rest of a last block is lost.
         filled = [(core.out_axons * out_axon, core.synapse_bits) for core in cores]
         used = sum(fixed + sum(-(-bits // pool.block.count) for bits in both) for both in filled)
         most = pool.blocks.count * chip.limits.chips.count

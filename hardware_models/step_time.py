@@ -98,6 +98,7 @@ def _kept_sums(activity: Activity, chip: ChipModel, calibration: EnergyCalibrati
     return TimeSums(
         np.sum(times, axis=1),
         np.max(times, axis=1),
+        # Real time: a step that ends early waits for the clock.
         float(np.maximum(times.value, activity.dt_s).sum()),
         worst,
         int(core_times(activity, calibration.times, "value")[worst].argmax()),
