@@ -228,6 +228,7 @@ class HostReader:
     ) -> Signal:
         """Return a signal; one that is a view shares the memory of its base."""
         if base is None:
+            # Equal arrays are kept once: signals that a run writes to must not share them.
             return Signal(self._reader.read(values).copy(), name=name, readonly=readonly)
         whole = self._signals[base]
         view: np.ndarray = np.ndarray(
