@@ -84,6 +84,7 @@ class Commands:
         self.age_s += CONTROL_DT_S
         self.draw(self._left_s <= 0)
         r, turning = self._ranges, self._follows_heading
+        # The shorter way round.
         error = (self._direction_rad - heading_rad + np.pi) % (2 * np.pi) - np.pi
         wz = np.clip(r.heading_gain * error, -r.wz_rad_s, r.wz_rad_s)
         self.wanted[turning, 2] = wz[turning]

@@ -73,6 +73,7 @@ def robot_options(link: RobotLink) -> "RobotOptions | None":
         If options do not go together, or name what is not known.
     """
     if link.robot is None:
+        # Any option is another than without `--robot`.
         if link != RobotLink(robot_fault=[]):
             raise UsageError(
                 "--robot-real-time, --robot-lock-step, --robot-states, --robot-priority, "
