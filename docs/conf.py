@@ -77,9 +77,12 @@ def _link(link: re.Match[str]) -> str:
 
 
 def _toctree(part: re.Match[str]) -> str:
+    """Return a part of the contents: its list, and the same for the bar at the side."""
     pages = re.findall(r"^- \[(.*?)\]\((?:\.\./)?(.*?)\.(?:md|py)\)", part[2], re.MULTILINE)
+    listed = "\n".join(f"- {{doc}}`{title} </{path}>`" for title, path in pages)
     lines = "\n".join(f"{title} <{path}>" for title, path in pages)
-    return f"## {part[1]}\n\n```{{toctree}}\n:maxdepth: 1\n:caption: {part[1]}\n\n{lines}\n```\n"
+    tree = f"```{{toctree}}\n:hidden:\n:caption: {part[1]}\n\n{lines}\n```"
+    return f"## {part[1]}\n\n{listed}\n\n{tree}\n"
 
 
 def inline(translator: HTML5Translator, node: math) -> None:
