@@ -13,7 +13,7 @@ CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
 
 @contextmanager
 def browser() -> Iterator[Any]:
-    """Return a browser, or skip the test."""
+    """Yield a browser, or skip the test."""
     if CHROMIUM is None:
         pytest.skip("opens pages in a browser: apt-get install chromium")
     api = pytest.importorskip("playwright.sync_api")

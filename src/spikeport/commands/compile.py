@@ -113,6 +113,7 @@ def run(request: CompileRequest) -> None:
     request.to.write_report(findings.to_dict(), request.network)
     show_findings(findings, request.cores)
     nir.show(network, compilation, played)
+    request.to.note()
     if exceeded := request.budget.exceeded(findings.report, findings.activity):
         raise OverBudgetError(exceeded)
 
@@ -122,6 +123,7 @@ def _write_nothing(chip: ChipModel, nothing: NothingOnChipError, request: Compil
     report = Report(chip, "", (), (), (), hints=nothing.violations, offloaded=nothing.offloaded)
     request.to.write_report(report.to_dict(), request.network)
     show_nothing(report, nothing.verdict)
+    request.to.note()
 
 
 def _check_run(seconds: float | None) -> None:

@@ -197,6 +197,16 @@ def test_a_page_is_readable_in_the_dark_and_on_paper(opened: Any) -> None:
 
 
 @pytest.mark.slow
+def test_paper_has_all_that_a_reader_can_open_or_scroll_to(opened: Any) -> None:
+    findings = opened.locator("details:not([open]) li").first
+    assert not findings.is_visible()
+    opened.emulate_media(media="print")
+    assert findings.is_visible()
+    opened.set_viewport_size({"width": 718, "height": 1000})  # A4 within its margins
+    assert opened.evaluate("document.documentElement.scrollWidth") <= 718
+
+
+@pytest.mark.slow
 def test_nothing_is_wider_than_the_window(opened: Any) -> None:
     for width in (1000, 400):
         opened.set_viewport_size({"width": width, "height": 800})
