@@ -224,7 +224,7 @@ def cores_of_the_papers_arm(arm_paper: Results) -> Iterator[str]:
 @states("README.md")
 def cores_of_both_arms(arm_lean: Results, arm_paper: Results) -> Iterator[str]:
     yield f"(4,550 neurons, alone on {_cores(arm_lean)} cores)"
-    yield f"the paper's 25,550 ({_cores(arm_paper)} cores)"
+    yield f"the paper's 25,550 neurons ({_cores(arm_paper)} cores)"
 
 
 def _cores(compiled: Results) -> int:
@@ -274,9 +274,9 @@ def the_demo(demo: Results) -> Iterator[str]:
 @states("README.md")
 def the_demo_in_short(demo: Results) -> Iterator[str]:
     (run,) = demo
-    yield f"are one image, on {_part(run, 'resources.cores.used')} cores of one emulated Loihi"
+    yield f"are one image on {_part(run, 'resources.cores.used')} cores of one emulated Loihi"
     shape_mm = 1000 * run["metrics"]["shape_error_rms_m"]
-    yield f"{run['metrics']['falls']} falls here, the drawn 8 within {shape_mm:.1f} mm"
+    yield f"{run['metrics']['falls']} falls, the drawn 8 within {shape_mm:.1f} mm"
 
 
 @states("docs/paper.md")
