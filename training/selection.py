@@ -67,6 +67,7 @@ def choose(
 
 def shortlist(log: list[Entry]) -> list[Entry]:
     """Return the entries that walked best, of those evaluated in the last stage."""
+    # Earlier stages ask for less: their figures are no measure of the last one.
     evaluated = [e for e in log if "vx_error_m_s" in e and e["stage"] == log[-1]["stage"]]
     if not evaluated:
         raise UsageError("no checkpoint was evaluated; train longer with --steps")
