@@ -202,6 +202,7 @@ class Activity:
 
     def totals(self) -> dict[str, int | float]:
         """Return every count, summed over steps and cores."""
+        # Python's numbers: `json` writes none of NumPy's.
         sums = {name: self.over_steps(name).sum().item() for name in PER_STEP}
         sums |= {name: getattr(self, name).sum().item() for name in PER_RUN}
         sent = {"host_spikes": self.from_host.total}

@@ -111,6 +111,7 @@ class _Errors:
 
 def _share(vector: np.ndarray, limit: float) -> np.ndarray:
     """Return the vector in units of a limit, and no longer than it."""
+    # Shortened as a whole: its direction, which the bearing is decoded from, stays.
     return vector / max(limit, float(np.hypot(*vector)))
 
 

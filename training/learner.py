@@ -90,6 +90,7 @@ class Learner:
 
     def __init__(self, options: LearnerOptions, worker: Worker = ALONE) -> None:
         self.options, self.worker = options, worker
+        # Dealt out in turn, so that workers have the same number of robots, or one more.
         self.robots = len(range(worker.rank, options.robots, worker.world_size))
         sample = self._sample(0)
         scale = observation_scale()

@@ -123,6 +123,7 @@ class _Graph:
     def _result(self, node: Message) -> object:
         options = dict(map(self._option, node.messages(OPTION)))
         kind = _kind(node, DOMAIN, KIND)
+        # A function of the file takes precedence over an operation of ONNX of the same name.
         if kind in self._own:
             raise MismatchError("operations of ONNX", f"a function {kind} of the file")
         if kind == "Constant" and isinstance(options.get("value"), np.ndarray):
@@ -147,6 +148,7 @@ class _Graph:
         name, kind = option.text(NAME), option.number(TYPE)
         if REFERENCE in option:
             raise MismatchError(f"a value of {name}", "a reference")
+        # The types of AttributeProto: FLOAT, INT, STRING, TENSOR.
         match kind:
             case 1:
                 return name, option.real(REAL)

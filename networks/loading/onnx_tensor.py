@@ -99,6 +99,7 @@ def _beside(tensor: Message, path: Path, size: int) -> bytes:
     location, start = entries.get("location", ""), entries.get("offset", "0")
     if not location or location in (".", "..") or re.search(r"[/\\\0]", location):
         raise MismatchError("numbers in a file beside the model", f"'{location}'")
+    # `int` alone would accept signs, blanks and underscores, and more than a file can be long.
     if not re.fullmatch("[0-9]{1,15}", start):
         raise MismatchError(f"a place in {location}", start)
     try:

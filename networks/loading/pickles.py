@@ -156,6 +156,7 @@ class _Machine:
         (state,) = self.taken(1)
         match self.stack[-1], state:
             case Module() as module, dict():
+                # One instruction copies the whole dictionary, so it counts as many.
                 self.spend(len(state))
                 module.attributes.update({str(name): value for name, value in state.items()})
             case dict(), _:  # attributes of an ordered dictionary: torch's versions of modules

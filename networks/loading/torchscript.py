@@ -96,6 +96,7 @@ OPERATIONS: Operations = {
     "aten::zeros": lambda sizes, **options: 0.0 * _ones(sizes, **options),
     # Gradients, copies and devices do not bear on values.
     "aten::detach": lambda x: x,
+    # Another object, which may be used after its original was changed in place.
     "aten::clone": lambda x: replace(x) if isinstance(x, Chain) else x,
     "aten::device": lambda _: None,
 }

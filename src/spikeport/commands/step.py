@@ -121,5 +121,6 @@ def _write(out: Path, image: ChipImage, held: list[np.ndarray], activity: Activi
         members[f"values_{number}"] = np.array(values).reshape(len(rows), output.size)
     for name in (*PER_STEP, *PER_RUN, "host_spikes", "readout_spikes"):
         members[f"activity_{name}"] = np.asarray(getattr(activity, name))
+    # A file, not a name: NumPy would add .npz to a name without it.
     with atomic_path(out) as temporary, open(temporary, "wb") as file:
         np.savez_compressed(file, **members)
