@@ -121,6 +121,8 @@ class HostWriter:
 
     def _operator(self, op: operators.Operator) -> Tree:
         name = type(op).__name__
+        # By class, not by name alone: an operator of the user's may have the name of one of
+        # Nengo's.
         if OPERATORS.get(name) is not type(op):
             raise NotKeptError(f"the host computes {name}, which has no form in a cache")
         state = {}

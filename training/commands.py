@@ -68,6 +68,7 @@ class Commands:
         k, r, rng = np.count_nonzero(which), self._ranges, self._rng
         vx, wz = rng.uniform(*r.vx_m_s, k), rng.uniform(-r.wz_rad_s, r.wz_rad_s, k)
         kind = rng.random(k)
+        # From both ends of one draw, so that no robot does both.
         stands, turns = kind < r.standing, kind > 1 - r.turning
         vx[stands | turns] = 0.0
         wz[stands] = 0.0

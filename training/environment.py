@@ -33,6 +33,7 @@ from spikeport.training.velocity_belief import VelocityBelief
 EPISODE_STEPS = 1000
 START_HEIGHT_M = 1.04
 LOWEST_PELVIS_M = 0.7
+# The cosine, as gravity in the pelvis frame is compared with it.
 LARGEST_TILT = np.cos(np.pi / 4)
 VELOCITY_SMOOTHING, YAW_RATE_SMOOTHING, DRIFT_SMOOTHING = 0.3, 0.1, 0.04
 
@@ -230,6 +231,8 @@ class WalkEnvironment:
         ranges, rng = self.task.randomisation, self._rng
         pushed = rng.random(self.n) < CONTROL_DT_S / ranges.push_every_s
         change = rng.uniform(-ranges.push_m_s, ranges.push_m_s, (self.n, 2))
+        # A view of the states: the first two of the velocities are the pelvis', in the world's
+        # frame.
         self._split()[1][:, :2] += change * pushed[:, None]
 
     def _reset(self, which: Flags) -> None:
@@ -262,6 +265,7 @@ class WalkEnvironment:
         state = np.tile(self._start, (k, 1))
         qpos, qvel = state[:, 1:27], state[:, 27:]
         heading = rng.uniform(-np.pi, np.pi, k)
+        # The quaternion [w, 0, 0, z] of a turn about the vertical.
         qpos[:, 3], qpos[:, 6] = np.cos(heading / 2), np.sin(heading / 2)
         qpos[:, 7:] += rng.uniform(-0.05, 0.05, (k, ACTION_SIZE))
         qvel[:, :2] = rng.uniform(-0.1, 0.1, (k, 2))

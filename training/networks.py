@@ -87,6 +87,7 @@ class MirrorNetwork(nn.Module):
             W = torch.cat((torch.cat((B, C), dim=1), torch.cat((C, B), dim=1)))
             layers.append((W, torch.cat((c, c))))
         D = torch.cat((self.D, self._mirror_rows(self.D)), dim=1)
+        # The mean of both sides, which is its own mirror image.
         e = (self.e + self._mirror_rows(self.e)) / 2
         return [*layers, (self.in_use[:, None] * D, self.in_use * e)]
 
@@ -130,6 +131,7 @@ class MirrorGaussian(GaussianDistribution):
 
     def update(self, mlp_output: torch.Tensor) -> None:
         """Centre the distribution on the network's output."""
+        # The mean of both sides, as for the output's bias.
         log_std = (self.log_std_param + self.log_std_param[self.other_side]) / 2
         std = torch.minimum(log_std.exp(), self.largest)
         self._distribution = torch.distributions.Normal(mlp_output, std.expand_as(mlp_output))

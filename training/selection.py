@@ -21,6 +21,7 @@ from spikeport.training.learner import Learner, LearnerOptions
 VX_GOAL_M_S, WZ_GOAL_RAD_S = 0.06, 0.10
 SHORTLIST = 3
 HARD_PUSH_M_S = 0.4
+# Other episodes than those of training's evaluations, which made the shortlist.
 EPISODES, SEED = 200, 20_000
 
 
