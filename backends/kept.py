@@ -119,6 +119,7 @@ def compiled(asked: Asked, kept: Cache, compile_it: Compile) -> Compilation:
         inputs = digest_of((identity(asked.network), *asked[1:]))
     except TypeError as error:
         return _each_time(error, compile_it)
+    # A compile that was just made is returned itself: it has its blocks, an entry has none.
     made: list[Compilation] = []
 
     def make() -> Arrays:
@@ -136,6 +137,7 @@ def compiled(asked: Asked, kept: Cache, compile_it: Compile) -> Compilation:
     except MismatchError as error:
         warnings.warn(f"cache: {error}; the network is compiled again", stacklevel=2)
         return compile_it()
+    # Kept or not, a compile warns of the same.
     for notice in found.report.warnings:
         warnings.warn(notice, stacklevel=2)
     return found
@@ -198,6 +200,7 @@ def _read(arrays: Arrays, asked: Asked, compile_it: Compile) -> KeptCompilation:
     host = HostReader(reader, reader.tree["host"], users)
     report: Report = reader.read(reader.tree["report"])
     program = host.program()
+    # Blocks and Nengo's parameters are of one compile, whichever is asked for first.
     again = functools.cache(compile_it)
     program = replace(program, params=BuiltParameters(again, users))
     return KeptCompilation(

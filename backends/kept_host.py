@@ -79,7 +79,7 @@ def _called(network: nengo.Network) -> Iterator[object]:
 
 
 class HostWriter:
-    """Writes the host's part of a compilation with a `Writer` of values."""
+    """Writer of the host's part of a compilation, with a `Writer` of values."""
 
     def __init__(self, users: UsersObjects, program: HostProgram) -> None:
         self._edges = edges_of(program)
@@ -121,6 +121,8 @@ class HostWriter:
 
     def _operator(self, op: operators.Operator) -> Tree:
         name = type(op).__name__
+        # By class, not by name alone: an operator of the user's may have the name of one of
+        # Nengo's.
         if OPERATORS.get(name) is not type(op):
             raise NotKeptError(f"the host computes {name}, which has no form in a cache")
         state = {}
@@ -172,7 +174,7 @@ def _port(port: HostPort, number: int) -> Tree:
 
 
 class HostReader:
-    """Reads what a `HostWriter` wrote, for a network that is equal to the one of then."""
+    """Reader of what a `HostWriter` wrote, for a network that is equal to the one of then."""
 
     def __init__(self, reader: Reader, tree: Tree, users: UsersObjects) -> None:
         self._reader, self._tree, self._users = reader, tree, users
@@ -228,6 +230,7 @@ class HostReader:
     ) -> Signal:
         """Return a signal; one that is a view shares the memory of its base."""
         if base is None:
+            # Equal arrays are kept once: signals that a run writes to must not share them.
             return Signal(self._reader.read(values).copy(), name=name, readonly=readonly)
         whole = self._signals[base]
         view: np.ndarray = np.ndarray(

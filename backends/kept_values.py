@@ -37,7 +37,7 @@ class NotKeptError(TypeError):
 
 
 class Writer:
-    """Writes values as trees; arrays that occur again are written once.
+    """Writer of values as trees; arrays that occur again are written once.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ class Writer:
 
 
 class Reader:
-    """Reads what a `Writer` wrote.
+    """Reader of what a `Writer` wrote.
 
     Parameters
     ----------

@@ -146,6 +146,7 @@ def _block(image: ChipImage, b: int) -> LoihiBlock:
     state.enable_noise = image.compartments.enable_noise[mine].astype(bool)
     for name in ("vmin", "vmax", "noise_offset", "noise_exp", "noise_at_membrane"):
         setattr(state, name, int(getattr(image.blocks, name)[b]))
+    # As nengo-loihi's discretiser leaves them: weights and thresholds have the decay's factor.
     state.scale_u = state.scale_v = False
     return block
 
@@ -184,6 +185,7 @@ def _set_learning(synapse: Synapse, learning: dict[str, float]) -> None:
 def _axon(image: ChipImage, route: int | np.integer, synapses: list[Synapse]) -> Axon:
     mine = part(image.routes.start, route)
     targets = image.out_axons.axon[mine]
+    # A compartment with a negative target does not use the axon.
     axon = Axon(np.unique(targets[targets >= 0]).size)
     axon.target = synapses[image.routes.group[route]]
     axon.set_compartment_axon_map(targets, image.out_axons.atom[mine])

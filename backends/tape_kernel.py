@@ -8,9 +8,9 @@ Each row of ``code`` is one operation on strided parts of ``memory``:
 ``memory``; ``scalars`` holds two numbers for each row. Products and sums are rounded one by one, in
 Nengo's order: no fused multiply-add, so that the results are Nengo's, bit for bit.
 
-What is not compiled is Python's to do, and the tape stops there. It goes on where the last value
-still holds: a held function and a product keep their input, and are computed anew when a bit of it
-changes; a waiting function is not called for some steps. Their tables, and that of the clock:
+The tape stops at an operation that is not compiled, and leaves it to Python. It goes on where the
+last value still holds: a held function and a product keep their input, and are computed anew when
+a bit of it changes; a waiting function is not called for some steps. Their tables, and the clock's:
 
     HELD      [1 if an input is kept, the input]                 n inputs
     PRODUCT   [1 if an input is kept, the input, the product]    n outputs, ``state`` inputs

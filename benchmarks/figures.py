@@ -5,8 +5,8 @@
 
 `stated` has the runs, and the sentences of the documents as results make them. A run's folder lies
 in ``build/figures``, and a run that is done is not repeated there: delete its folder to measure
-anew. What results say is kept in ``benchmarks/figures``, a part of the repository, so that all can
-compare. Speeds are no part of it.
+anew. The figures of results are kept in ``benchmarks/figures``, a part of the repository, so that
+anyone can compare. Speeds are no part of it.
 """
 
 import argparse

@@ -223,7 +223,7 @@ def cores_of_the_papers_arm(arm_paper: Results) -> Iterator[str]:
 @states("README.md")
 def cores_of_both_arms(arm_lean: Results, arm_paper: Results) -> Iterator[str]:
     yield f"(4,550 neurons, alone on {_cores(arm_lean)} cores)"
-    yield f"the paper's 25,550 ({_cores(arm_paper)} cores)"
+    yield f"the paper's 25,550 neurons ({_cores(arm_paper)} cores)"
 
 
 def _cores(compiled: Results) -> int:

@@ -3,6 +3,7 @@
 `make docs` builds it. Nothing is fetched, at build time or by a reader's browser.
 """
 
+import logging
 import os
 import re
 import sys
@@ -11,6 +12,7 @@ from typing import Any
 
 from docutils.nodes import SkipNode, math, math_block
 from docutils.utils.math.latex2mathml import tex2mathml
+from jupyter_client.manager import KernelManager
 from sphinx.application import Sphinx
 from sphinx.writers.html5 import HTML5Translator
 
@@ -44,6 +46,11 @@ nb_execution_timeout = 600
 nb_execution_raise_on_error = True
 nb_merge_streams = True
 nb_ipywidgets_js: dict[str, Any] = {}
+# Other users of this machine can reach a kernel's port: ipykernel 7 warns unless it is encrypted.
+if hasattr(KernelManager, "transport_encryption"):
+    KernelManager.transport_encryption.default_value = "auto"
+# One of furo's packages has every logger print, nbclient's among them.
+logging.getLogger("traitlets").setLevel(logging.WARNING)
 
 autodoc_typehints = "description"
 autodoc_member_order = "bysource"
@@ -70,9 +77,12 @@ def _link(link: re.Match[str]) -> str:
 
 
 def _toctree(part: re.Match[str]) -> str:
+    """Return a part of the contents: its list, and the same for the bar at the side."""
     pages = re.findall(r"^- \[(.*?)\]\((?:\.\./)?(.*?)\.(?:md|py)\)", part[2], re.MULTILINE)
+    listed = "\n".join(f"- {{doc}}`{title} </{path}>`" for title, path in pages)
     lines = "\n".join(f"{title} <{path}>" for title, path in pages)
-    return f"## {part[1]}\n\n```{{toctree}}\n:maxdepth: 1\n:caption: {part[1]}\n\n{lines}\n```\n"
+    tree = f"```{{toctree}}\n:hidden:\n:caption: {part[1]}\n\n{lines}\n```"
+    return f"## {part[1]}\n\n{listed}\n\n{tree}\n"
 
 
 def inline(translator: HTML5Translator, node: math) -> None:

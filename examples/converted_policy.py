@@ -47,7 +47,7 @@ with spikeport.Simulator(model, pipeline="compact") as sim:
 print(sim.compilation)
 
 # %%
-exact = conversion.exact(conversion.shown)[-1]
+exact = conversion.exact(conversion.sample)[-1]
 figure, axes = plt.subplots(layout="constrained")
 axes.step(np.arange(len(exact)) * 0.05, exact, where="post", label="PyTorch")
 axes.plot(sim.trange(), sim.data[model.action], label="spikes, on the chip")

@@ -1,8 +1,8 @@
 # %% [markdown]
 # # A memory of symbols
 #
-# In the semantic pointer architecture a symbol is a vector. A state with feedback holds the one it
-# was given after it is gone: a working memory of spiking neurons.
+# In the semantic pointer architecture a symbol is a vector. A state with feedback holds its input
+# after that has ended: a working memory of spiking neurons.
 
 # %%
 import matplotlib.pyplot as plt
@@ -13,14 +13,14 @@ import numpy as np
 import spikeport
 
 spikeport.set_defaults()
-DIMENSIONS, GIVEN_S = 16, 0.25
+DIMENSIONS, INPUT_S = 16, 0.25
 words = spa.Vocabulary(DIMENSIONS, pointer_gen=np.random.RandomState(1))
 words.populate("APPLE; PEAR; PLUM")
 
 with spa.Network(seed=1, label="memory") as model:
-    given = nengo.Node(lambda t: (t < GIVEN_S) * words["PEAR"].v, label="given")
+    stimulus = nengo.Node(lambda t: (t < INPUT_S) * words["PEAR"].v, label="stimulus")
     memory = spa.State(words, subdimensions=8, feedback=0.9, feedback_synapse=0.1, label="memory")
-    nengo.Connection(given, memory.input, synapse=0.03)
+    nengo.Connection(stimulus, memory.input, synapse=0.03)
     held = nengo.Probe(memory.output, synapse=0.03, label="held")
 
 # %%
@@ -37,7 +37,7 @@ print(sim.compilation)
 similarity = spa.similarity(sim.data[held], words)
 figure, axes = plt.subplots(layout="constrained")
 axes.plot(sim.trange(), similarity, label=list(words))
-axes.axvspan(0, GIVEN_S, color="0.9")
-axes.set(title="PEAR is given, and held", xlabel="time (s)", ylabel="similarity")
+axes.axvspan(0, INPUT_S, color="0.9")
+axes.set(title="PEAR is put in, and held", xlabel="time (s)", ylabel="similarity")
 axes.legend()
 plt.show()

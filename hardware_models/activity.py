@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from spikeport.hardware_models.chip import ChipModel
     from spikeport.hardware_models.step_time import TimeSums
 
+# A step takes as long as its slowest core, so these are kept step by step. Messages cost energy,
+# and their sums are enough.
 PER_STEP = (
     "spikes",
     "synaptic_operations",
@@ -200,6 +202,7 @@ class Activity:
 
     def totals(self) -> dict[str, int | float]:
         """Return every count, summed over steps and cores."""
+        # Python's numbers: `json` writes none of NumPy's.
         sums = {name: self.over_steps(name).sum().item() for name in PER_STEP}
         sums |= {name: getattr(self, name).sum().item() for name in PER_RUN}
         sent = {"host_spikes": self.from_host.total}

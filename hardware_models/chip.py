@@ -163,6 +163,7 @@ class ChipModel(Strictly):
     @field_validator("topology")
     @classmethod
     def _cores_have_places(cls, mesh: Topology | None, info: ValidationInfo) -> Topology | None:
+        # Absent if it was refused itself.
         limits = info.data.get("limits")
         if mesh and limits and mesh.places < limits.cores.count:
             raise ValueError(

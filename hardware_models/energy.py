@@ -161,6 +161,7 @@ def module_energies(
     activity: Activity, names: Sequence[str], chip: ChipModel, calibration: EnergyCalibration
 ) -> list[ModuleEnergy]:
     """Return the energy of modules, from an image's activity in which each has its own core."""
+    # Messages and hops depend on the cores that modules share, so they have no module.
     on_core = [event for event in EVENTS if isinstance(event, events.OnCore)]
     counts = {event.name: event.per_core(activity, chip) for event in on_core}
     of_modules = [{name: count[i] for name, count in counts.items()} for i in range(len(names))]

@@ -56,6 +56,7 @@ class Estimate:
         ValueError
             The factor is negative: nothing here is counted less than zero times.
         """
+        # It would swap the bounds.
         if factor < 0:
             raise ValueError(f"cannot scale an estimate by {factor}, which is negative")
         low = None if self.low is None else factor * self.low
@@ -98,6 +99,7 @@ def _exponent(value: float) -> int:
     """Return the largest exponent with a prefix that leaves 1 or more, once rounded."""
     if value == 0:
         return 0
+    # Printed first: 999.9 p is written as 1 n, where a logarithm would leave 1000 p.
     decade = int(f"{abs(value):.2e}".split("e")[1])
     return min(max(3 * math.floor(decade / 3), min(PREFIXES)), max(PREFIXES))
 

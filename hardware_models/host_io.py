@@ -166,6 +166,7 @@ def _bytes(words: int, chip: ChipModel) -> int | None:
     published = chip.host_io
     if published is None or published.packet is None or published.word is None:
         return None
+    # A packet is read whole, however few of its words are in use.
     packet = published.packet.count
     return -(-words // packet) * packet * published.word.count // BITS_PER_BYTE
 
@@ -180,6 +181,7 @@ def _judged(traffic: HostTraffic, chip: ChipModel) -> tuple[Verdict, str]:
         return "shown", "nothing crosses between host and chip"
     if chip.host_io is None:
         return "not shown", "no figure is published"
+    # Only an interval on one side of dt decides.
     step = chip.host_io.step.estimate
     if step.high is not None and step.high <= traffic.dt_s:
         return "shown", f"published steps with host I/O take {_ms(step.high)} at most"

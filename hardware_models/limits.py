@@ -137,6 +137,7 @@ class SharedMemory(Limit):
         """See `Limit.total`."""
         pool = chip.soft_memory
         assert pool is not None  # without one there is no such limit
+        # Axons and rows do not share a block, and the rest of a last block is lost.
         used = 0 if pool.port is None else pool.port.count
         for core in cores:
             used += -(-core.synapse_bits // pool.block.count)

@@ -88,6 +88,8 @@ def _loads(
     change = np.zeros(n_lines * 2 * n, dtype=int)
     for way, (low, high) in enumerate([(start, end), (end, start)]):
         on = low < high
+        # Messages are added where they enter a line and taken off where they leave it: the running
+        # sum along the line is the load of each link, without a loop over links.
         first = (2 * line[on] + way) * n
         np.add.at(change, first + low[on], carried[on])
         np.add.at(change, first + high[on], -carried[on])

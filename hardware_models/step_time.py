@@ -52,6 +52,8 @@ class TimeSums(NamedTuple):
 
     def then(self, later: "TimeSums", n_steps: int) -> "TimeSums":
         """Return the sums over these ``n_steps`` steps and later ones."""
+        # Of steps that take as long, the first counts, as with `argmax` in a run that is not
+        # folded.
         longer = later.worst_s[0] > self.worst_s[0]
         return TimeSums(
             self.total_s + later.total_s,
@@ -98,6 +100,7 @@ def _kept_sums(activity: Activity, chip: ChipModel, calibration: EnergyCalibrati
     return TimeSums(
         np.sum(times, axis=1),
         np.max(times, axis=1),
+        # Real time: a step that ends early waits for the clock.
         float(np.maximum(times.value, activity.dt_s).sum()),
         worst,
         int(core_times(activity, calibration.times, "value")[worst].argmax()),
@@ -241,4 +244,5 @@ def known(bound: float) -> float | None:
 
 
 def _number(bound: float | None) -> float:
+    # NaN stays NaN in sums and maxima, so that a bound is lost where any part of it is.
     return np.nan if bound is None else bound

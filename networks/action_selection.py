@@ -147,7 +147,7 @@ def _input_weights(options: SelectionOptions) -> dict[str, float]:
 
 
 class _Builder:
-    """Builds the parts of a `SelectionNetwork`."""
+    """Builder of the parts of a `SelectionNetwork`."""
 
     def __init__(
         self, net: SelectionNetwork, n_actions: int, options: SelectionOptions, seed: int

@@ -128,6 +128,7 @@ def arm(
     with net:
         net.config[nengo.Ensemble].max_rates = nengo.dists.Uniform(200, 400)
         net.config[nengo.Ensemble].neuron_type = nengo.LIF(
+            # At rest, as nengo-loihi starts all neurons: float and chip begin alike.
             initial_state={"voltage": nengo.dists.Choice([0])}
         )
         net.rasters, net.groups = {}, {}
@@ -142,7 +143,7 @@ def arm(
 
 
 class _Builder:
-    """Builds the parts of an `ArmNetwork`, one a method."""
+    """Builder of the parts of an `ArmNetwork`, one a method."""
 
     def __init__(
         self,
@@ -196,6 +197,7 @@ class _Builder:
         signs = np.where(np.arange(STATE_SIZE * n) % 2, 1.0, -1.0)
         encoders = np.repeat(np.eye(STATE_SIZE), n, axis=0) * signs[:, np.newaxis]
         pairs = -(-n // 2)
+        # Up to .9, as Nengo's own: neurons beyond fire at few values.
         intercepts = np.repeat(-1 + 1.9 * (np.arange(pairs) + 0.5) / pairs, 2)[:n]
         self.s1_ensemble = nengo.Ensemble(
             STATE_SIZE * n,

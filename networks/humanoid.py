@@ -139,6 +139,7 @@ def _constant(values: np.ndarray, target: nengo.Node, tau: float) -> nengo.Ensem
         gain=rates,
         bias=rates,
         eval_points=point,
+        # At rest, as the chip starts all neurons: Nengo draws voltages otherwise.
         neuron_type=nengo.SpikingRectifiedLinear(
             initial_state={"voltage": nengo.dists.Choice([0])}
         ),

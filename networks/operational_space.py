@@ -75,6 +75,8 @@ class OperationalSpaceLaw:
         arm, gains = self.arm.batch(q), self.gains
         force = np.swapaxes(arm.jacobian, 1, 2) @ arm.task_inertia  # (n, 4, 3) J^T M_x
         pull = arm.inertia @ (gains.kn * (np.asarray(gains.rest_rad) - q))[..., np.newaxis]
+        # The share of the posture's pull that would move the hand; without it, the hand feels
+        # nothing.
         felt = force @ arm.jacobian @ np.linalg.solve(arm.inertia, pull)
         return LawTerms(
             kinematic=gains.kp * np.swapaxes(force, 1, 2),

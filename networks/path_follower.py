@@ -26,7 +26,7 @@ __all__ = ["FollowerNetwork", "FollowerOptions", "analytic_follower", "path_foll
 
 ERROR_SIZE = 6
 TAU_HOST_S = 0.005
-"""Filter of what the host tells neurons on the chip."""
+"""Filter of values from the host, at neurons on the chip."""
 AHEAD = 1.5
 """Most neurons of the bearing are for angles up to so many times that of the largest yaw rate."""
 
@@ -111,6 +111,7 @@ class _Errors:
 
 def _share(vector: np.ndarray, limit: float) -> np.ndarray:
     """Return the vector in units of a limit, and no longer than it."""
+    # Shortened as a whole: its direction, which the bearing is decoded from, stays.
     return vector / max(limit, float(np.hypot(*vector)))
 
 

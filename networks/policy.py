@@ -111,8 +111,11 @@ def _network(
         net.observation = nengo.Node(size_in=n_in, label="observation")
         net.action = nengo.Node(Affine(), size_in=n_out, label="action")
         net.layers = []
+        # The first weights are applied on the host, where the observation is: there is nothing to
+        # filter.
         values, synapse = net.observation, None
         for number, (layer, reach) in enumerate(zip(layers[:-1], ranges, strict=True)):
+            # A read-out that weighs the two signs apart needs their values apart, not their sum.
             halves = isinstance(layers[number + 1], Readout)
             hidden = hidden_layer(f"layer {number + 1}", reach, options, halves, rng)
             _dense(values, hidden.input, layer, synapse)

@@ -71,6 +71,8 @@ def hidden_layer(
         net.output = nengo.Node(size_in=n * len(signs) if halves else n, label=f"{label} output")
         net.halves = []
         for unit, (number, sign) in itertools.product(range(n), enumerate(signs)):
+            # Units i and i + pairs mirror each other, so they have the same neurons: what they get
+            # wrong then does not turn the robot.
             seed = int(seeds[number, unit % pairs])
             ensemble, points = _ensemble(unit, sign, radii[sign][unit], kinds[sign], options, seed)
             nengo.Connection(net.input[unit], ensemble, synapse=None)
@@ -101,6 +103,7 @@ def _ensemble(
         eval_points=points / radius,
         neuron_type=kind,
         label=f"unit {unit}{'+' if sign > 0 else '-'}",
+        # Of its own, so that twins have the same rates whatever the network's seeds.
         seed=seed,
     )
     return ensemble, points

@@ -60,6 +60,7 @@ class Rectified:
             encoders=np.repeat(np.eye(n), self.n_neurons, axis=0),
             gain=per_unit * radius,
             bias=-per_unit * self.threshold,
+            # At rest, as the chip starts all neurons: Nengo draws voltages otherwise.
             neuron_type=nengo.SpikingRectifiedLinear(
                 initial_state={"voltage": nengo.dists.Choice([0])}
             ),

@@ -35,6 +35,7 @@ def silence(
             encoders=np.ones((N_NEURONS, 1)),
             gain=np.full(N_NEURONS, RATE_HZ),
             bias=np.zeros(N_NEURONS),
+            # At rest, as the chip starts all neurons: Nengo draws voltages otherwise.
             neuron_type=nengo.SpikingRectifiedLinear(
                 initial_state={"voltage": nengo.dists.Choice([0])}
             ),

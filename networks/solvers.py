@@ -7,7 +7,7 @@ from nengo.solvers import SolverParam
 
 
 class PerDimension(nengo.solvers.Solver):
-    """Solves dimension i from its own neurons alone, and from no others.
+    """Solver of dimension i from its own neurons alone, and from no others.
 
     For an ensemble whose neurons ``[i n, (i + 1) n)`` encode dimension i: the decoders of ``d``
     independent one-dimensional ensembles.

@@ -104,6 +104,7 @@ def _task_inertia(J: np.ndarray, M: np.ndarray) -> np.ndarray:
     mobility = J @ np.linalg.solve(M, J.swapaxes(1, 2))
     # Symmetric up to rounding: made so exactly, as `hermitian` reads one half alone.
     V, s, _ = np.linalg.svd((mobility + mobility.swapaxes(1, 2)) / 2, hermitian=True)
+    # Forces stay bounded where the arm is stretched, and a direction has next to no mobility.
     damped = s / (s**2 + (TASK_DAMPING * s[:, :1]) ** 2)
     inverses: np.ndarray = (V * damped[:, None, :]) @ V.swapaxes(1, 2)
     return inverses

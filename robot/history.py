@@ -7,7 +7,7 @@ from spikeport.robot.engine import mujoco
 
 
 class History:
-    """Keeps time, positions, velocities and commands of the last ``length`` steps."""
+    """Time, positions, velocities and commands of the last ``length`` steps."""
 
     def __init__(self, model: mujoco.MjModel, length: int = 200) -> None:
         state = mujoco.mjtState

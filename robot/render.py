@@ -31,7 +31,7 @@ class _GLContext(Protocol):
 
 
 class Renderer:
-    """Draws a model from one of its cameras.
+    """Renderer of a model, from one of its cameras.
 
     Parameters
     ----------

@@ -116,6 +116,7 @@ class Uneven:
     def lay(self, spec: mujoco.MjSpec) -> None:
         """Lay the floor above the flat one."""
         body = spec.worldbody.add_body(name=BODY)
+        # MuJoCo's bits: it touches what floors touch, and boxes do not touch each other.
         touched = {"contype": 1, "conaffinity": 0, "rgba": [0.6, 0.62, 0.65, 1]}
         table, half = self.table_m(), SIZE_M / 2
         if self.smooth:

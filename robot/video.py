@@ -20,7 +20,7 @@ class _Writer(Protocol):
 
 
 class VideoWriter:
-    """Writes frames of one even size as H.264; use it as a context manager.
+    """Writer of frames of one even size as H.264; use it as a context manager.
 
     Leaving the context puts the file at ``path``; leaving it by an error leaves nothing.
 

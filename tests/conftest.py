@@ -22,7 +22,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Files with slow tests come first: a worker that got one last would work on alone."""
+    """Put files with slow tests first: a worker that got one last would work on alone."""
     slow = {item.path for item in items if item.get_closest_marker("slow")}
     items.sort(key=lambda item: item.path not in slow)
 
@@ -42,7 +42,7 @@ def _from_an_index(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def _foreign_environment() -> dict[str, str]:
-    """This environment, without what would let Python find the checkout."""
+    """Return this environment, without what would let Python find the checkout."""
     return {k: v for k, v in os.environ.items() if not k.startswith("PYTHON")}
 
 
@@ -64,13 +64,13 @@ def _pip(python: Path | str, *arguments: object, cwd: Path) -> None:
 
 @pytest.fixture(scope="session")
 def root() -> Path:
-    """The checkout."""
+    """Return the folder of the checkout."""
     return ROOT
 
 
 @pytest.fixture(scope="session")
 def checkout(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A copy of the files git tracks or would add, and of nothing else."""
+    """Return a copy of the files git tracks or would add, and of nothing else."""
     listed = _run("git", "ls-files", "-z", "-co", "--exclude-standard", cwd=ROOT)
     assert listed.returncode == 0, listed.stderr
     target = tmp_path_factory.mktemp("checkout")
@@ -83,7 +83,7 @@ def checkout(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="session")
 def wheel(checkout: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The wheel of that copy."""
+    """Return the wheel of that copy."""
     folder = tmp_path_factory.mktemp("wheel")
     _pip(sys.executable, "wheel", "--no-deps", "-w", folder, checkout, cwd=folder)
     (built,) = folder.glob("*.whl")
@@ -92,7 +92,7 @@ def wheel(checkout: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="session")
 def environment(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Run]:
-    """Makes an environment of the wheel, its core dependencies, a NumPy and more packages."""
+    """Return a function that makes an environment of the wheel, its core dependencies and more."""
 
     def make(
         *packages: str, numpy: Iterable[str] = NUMPY_1, python: Path | str = sys.executable
@@ -113,7 +113,7 @@ def environment(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Callab
 
 @pytest.fixture(scope="session")
 def bare_environment(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Run]:
-    """Makes an environment of the wheel without its dependencies, and of some packages."""
+    """Return a function that makes an environment of the wheel alone, and of some packages."""
 
     def make(*packages: str) -> Run:
         folder = tmp_path_factory.mktemp("bare")
@@ -130,7 +130,7 @@ def bare_environment(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> C
 
 @pytest.fixture(scope="session")
 def numpy_1(environment: Callable[..., Run]) -> Run:
-    """Runs a program of an environment that has the wheel, its core dependencies and NumPy 1."""
+    """Return a runner of programs where the wheel, its core dependencies and NumPy 1 are."""
     return environment()
 
 
@@ -142,7 +142,7 @@ def _no_cache(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def nengo_defaults() -> Iterator[None]:
-    """Nengo's defaults are there again afterwards, which `set_defaults` changes."""
+    """Restore Nengo's defaults afterwards, which `set_defaults` changes."""
     import nengo
 
     parameters = (nengo.Ensemble.max_rates, nengo.Ensemble.intercepts)

@@ -104,4 +104,5 @@ def _is_entry(entry: object) -> bool:
 
 def latest(folder: Path) -> Path | None:
     """Return the last checkpoint of a run, if there is one."""
+    # By name: numbers of segments have five digits.
     return max(folder.glob("checkpoints/*.pt"), default=None)

@@ -68,6 +68,7 @@ class Commands:
         k, r, rng = np.count_nonzero(which), self._ranges, self._rng
         vx, wz = rng.uniform(*r.vx_m_s, k), rng.uniform(-r.wz_rad_s, r.wz_rad_s, k)
         kind = rng.random(k)
+        # From both ends of one draw, so that no robot does both.
         stands, turns = kind < r.standing, kind > 1 - r.turning
         vx[stands | turns] = 0.0
         wz[stands] = 0.0
@@ -84,6 +85,7 @@ class Commands:
         self.age_s += CONTROL_DT_S
         self.draw(self._left_s <= 0)
         r, turning = self._ranges, self._follows_heading
+        # The shorter way round.
         error = (self._direction_rad - heading_rad + np.pi) % (2 * np.pi) - np.pi
         wz = np.clip(r.heading_gain * error, -r.wz_rad_s, r.wz_rad_s)
         self.wanted[turning, 2] = wz[turning]

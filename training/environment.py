@@ -33,6 +33,7 @@ from spikeport.training.velocity_belief import VelocityBelief
 EPISODE_STEPS = 1000
 START_HEIGHT_M = 1.04
 LOWEST_PELVIS_M = 0.7
+# The cosine, as gravity in the pelvis frame is compared with it.
 LARGEST_TILT = np.cos(np.pi / 4)
 VELOCITY_SMOOTHING, YAW_RATE_SMOOTHING, DRIFT_SMOOTHING = 0.3, 0.1, 0.04
 
@@ -76,6 +77,7 @@ class WalkEnvironment:
         self._rng = np.random.default_rng(seed)
         nominal = models.build_model()
         self._bodies = Bodies(nominal)
+        # Bodies differ, so each robot has a model; of scratch data there is one for each thread.
         self._models = [copy.copy(nominal) for _ in range(n)]
         self._ground = Ground(n, self._rng)
         left, right = (nominal.geom(plane).id for plane in models.PLANES)
@@ -87,6 +89,7 @@ class WalkEnvironment:
         self._out = {name: np.empty((n, SUBSTEPS, size)) for name, size in sizes.items()}
         self._limit_nm = nominal.actuator_forcerange[:, 1]
         self.states = np.tile(self._start, (n, 1))
+        # The physics steps of a control step, for observations that come late.
         self._recent = np.tile(self._start, (n, SUBSTEPS + 1, 1))
         self._targets = np.tile(POSE_RAD, (n, 1))
         newest, last, oldest = np.zeros((3, n, ACTION_SIZE))
@@ -142,6 +145,7 @@ class WalkEnvironment:
         jitter = noise * self._rng.standard_normal(action.shape) if noise else 0.0
         targets = targets_rad(action + jitter) + self.joint_offset
         targets = self._arms.override(targets, ~self.commands.moving)
+        # Until a target arrives, the one before it holds.
         late = np.arange(SUBSTEPS) < self.delay[:, None]
         control = np.where(late[..., None], self._targets[:, None], targets[:, None])
         states, sensors = self._rollout.rollout(
@@ -155,6 +159,7 @@ class WalkEnvironment:
         )
         diverged: Flags = ~np.isfinite(states[:, -1]).all(axis=1)
         self._recent[:, 0] = self.states
+        # A state that is not finite would spread. Its robot counts as fallen, and starts over.
         self._recent[:, 1:] = np.where(diverged[:, None, None], self._start, states)
         self.states = self._recent[:, -1].copy()
         self.feet = FeetMotion.from_sensors(np.nan_to_num(sensors[:, -1]), self._ground.height_m)
@@ -218,6 +223,7 @@ class WalkEnvironment:
         self._push()
         if done.any():
             self._reset(done)
+        # Pushes and new starts have changed the newest states.
         self._recent[:, -1] = self.states
         self._see()
 
@@ -225,6 +231,8 @@ class WalkEnvironment:
         ranges, rng = self.task.randomisation, self._rng
         pushed = rng.random(self.n) < CONTROL_DT_S / ranges.push_every_s
         change = rng.uniform(-ranges.push_m_s, ranges.push_m_s, (self.n, 2))
+        # A view of the states: the first two of the velocities are the pelvis', in the world's
+        # frame.
         self._split()[1][:, :2] += change * pushed[:, None]
 
     def _reset(self, which: Flags) -> None:
@@ -257,6 +265,7 @@ class WalkEnvironment:
         state = np.tile(self._start, (k, 1))
         qpos, qvel = state[:, 1:27], state[:, 27:]
         heading = rng.uniform(-np.pi, np.pi, k)
+        # The quaternion [w, 0, 0, z] of a turn about the vertical.
         qpos[:, 3], qpos[:, 6] = np.cos(heading / 2), np.sin(heading / 2)
         qpos[:, 7:] += rng.uniform(-0.05, 0.05, (k, ACTION_SIZE))
         qvel[:, :2] = rng.uniform(-0.1, 0.1, (k, 2))
@@ -273,6 +282,7 @@ class WalkEnvironment:
         self._planes.lay(np.tile(which[:, None], 2), place, along)
 
     def _split(self) -> tuple[Floats, Floats]:
+        # MuJoCo's full physics: the time, 26 positions, 25 velocities.
         return self.states[:, 1:27], self.states[:, 27:]
 
 

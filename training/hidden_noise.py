@@ -23,7 +23,7 @@ class HiddenNoise:
 
 
 class HiddenNoiseSource:
-    """Draws the noise ``w + l`` of n robots with ``units`` hidden units each.
+    """Noise ``w + l`` of n robots with ``units`` hidden units each.
 
     Parameters
     ----------

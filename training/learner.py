@@ -90,6 +90,7 @@ class Learner:
 
     def __init__(self, options: LearnerOptions, worker: Worker = ALONE) -> None:
         self.options, self.worker = options, worker
+        # Dealt out in turn, so that workers have the same number of robots, or one more.
         self.robots = len(range(worker.rank, options.robots, worker.world_size))
         sample = self._sample(0)
         scale = observation_scale()
@@ -117,6 +118,8 @@ class Learner:
         self.actor.use(in_use)
         self._distribution.explore(in_use)
         self.ppo.entropy_coef = stage.entropy
+        # Noise of hidden units lies behind the observation, so its size differs from stage to
+        # stage.
         self.ppo.storage = self._storage(self._sample(NOISE_SIZE if self._noisy else 0))
 
     def collect(self, env: WalkEnvironment) -> TrainingFigures:
@@ -130,6 +133,8 @@ class Learner:
                 self.ppo.process_env_step(
                     observed,
                     _tensor(outcome.reward),
+                    # rsl-rl adds the value of the last state where time is up: the robot did not
+                    # cause that end.
                     torch.as_tensor(outcome.fallen | outcome.timed_out),
                     {"time_outs": torch.as_tensor(outcome.timed_out)},
                 )

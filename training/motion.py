@@ -126,6 +126,7 @@ class Motion:
             velocity=in_frame(rotation, qvel[:, :3]),
             level_velocity=_turned_back(qvel[:, :3], heading),
             turn_rate=qvel[:, 3:6],
+            # About the vertical, along which `down` points the other way.
             yaw_rate=-np.einsum("ni,ni->n", down, qvel[:, 3:6]),
             gravity=down,
             q=qpos[:, 7:],

@@ -74,6 +74,7 @@ class MirrorNetwork(nn.Module):
         self.D = nn.Parameter(output_gain * _uniform(n_out, half, WIDTH).detach())
         self.c = nn.ParameterList(nn.Parameter(torch.zeros(half)) for _ in range(HIDDEN_LAYERS))
         self.e = nn.Parameter(torch.zeros(n_out))
+        # Without `k` a policy that is its own mirror image could not begin to step with one foot.
         k = symmetry_breaking_sd * torch.randn(half)
         self.k = nn.Parameter(k, requires_grad=symmetry_breaking_sd > 0)
 
@@ -86,6 +87,7 @@ class MirrorNetwork(nn.Module):
             W = torch.cat((torch.cat((B, C), dim=1), torch.cat((C, B), dim=1)))
             layers.append((W, torch.cat((c, c))))
         D = torch.cat((self.D, self._mirror_rows(self.D)), dim=1)
+        # The mean of both sides, which is its own mirror image.
         e = (self.e + self._mirror_rows(self.e)) / 2
         return [*layers, (self.in_use[:, None] * D, self.in_use * e)]
 
@@ -129,6 +131,7 @@ class MirrorGaussian(GaussianDistribution):
 
     def update(self, mlp_output: torch.Tensor) -> None:
         """Centre the distribution on the network's output."""
+        # The mean of both sides, as for the output's bias.
         log_std = (self.log_std_param + self.log_std_param[self.other_side]) / 2
         std = torch.minimum(log_std.exp(), self.largest)
         self._distribution = torch.distributions.Normal(mlp_output, std.expand_as(mlp_output))
@@ -149,6 +152,7 @@ class MirrorModel(MLPModel):
         distribution: GaussianDistribution | None = None,
     ) -> None:
         output_dim = len(network.out_index)
+        # The smallest network: rsl-rl builds it, and the next line replaces it.
         super().__init__(observations, {"all": [group]}, "all", output_dim, hidden_dims=(1,))
         self.mlp = network
         self.distribution = distribution

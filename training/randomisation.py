@@ -74,7 +74,7 @@ def observation_noise() -> np.ndarray:
 
 
 class Bodies:
-    """Draws the physics of one robot: writes into its model, from the figures of an unchanged one.
+    """Random physics of one robot, drawn from the figures of an unchanged one.
 
     Parameters
     ----------
@@ -91,10 +91,13 @@ class Bodies:
         """Give ``model`` other friction, inertia and gains; lengths stay what they are."""
         nominal = self._nominal
         model.geom_friction[self._floors, 0] = rng.uniform(*ranges.friction)
+        # The first six degrees of freedom are the free joint's: the pelvis has neither motor nor
+        # bearing.
         model.dof_armature[6:] = nominal.dof_armature[6:] * rng.uniform(*ranges.armature)
         model.dof_damping[6:] = nominal.dof_damping[6:] * rng.uniform(*ranges.damping)
         kp = KP * rng.uniform(*ranges.gain, len(KP))
         kd = KD * rng.uniform(*ranges.gain, len(KD))
+        # MuJoCo's position actuator: force = gain * target + bias_1 * angle + bias_2 * velocity.
         model.actuator_gainprm[:, 0] = kp
         model.actuator_biasprm[:, 1] = -kp
         model.actuator_biasprm[:, 2] = -kd

@@ -153,6 +153,8 @@ def long_air(s: Step) -> Floats:
 def early_touchdown(s: Step) -> Floats:
     """Return the time that a foot which comes down was up too short of ``step_s``, a second."""
     early = np.clip(s.settings.step_s - s.gait.last_air_s, 0.0, None) * s.gait.touched_down
+    # An event lasts one control step: by its length, weights are figures per second as of all
+    # terms.
     return _sum(early) * s.moving / CONTROL_DT_S
 
 

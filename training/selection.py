@@ -21,6 +21,7 @@ from spikeport.training.learner import Learner, LearnerOptions
 VX_GOAL_M_S, WZ_GOAL_RAD_S = 0.06, 0.10
 SHORTLIST = 3
 HARD_PUSH_M_S = 0.4
+# Other episodes than those of training's evaluations, which made the shortlist.
 EPISODES, SEED = 200, 20_000
 
 
@@ -67,6 +68,7 @@ def choose(
 
 def shortlist(log: list[Entry]) -> list[Entry]:
     """Return the entries that walked best, of those evaluated in the last stage."""
+    # Earlier stages ask for less: their figures are no measure of the last one.
     evaluated = [e for e in log if "vx_error_m_s" in e and e["stage"] == log[-1]["stage"]]
     if not evaluated:
         raise UsageError("no checkpoint was evaluated; train longer with --steps")

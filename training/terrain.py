@@ -77,6 +77,7 @@ class Ground:
         self._square[which] = rng.uniform(*terrain.square_m, k)
         highest = terrain.box_m * rng.random(k) * rough
         shape = (k, SQUARES, SQUARES)
+        # Drawn as float32: half the random bits of a table of 4,096 heights for each robot.
         self._boxes[which] = highest[:, None, None] * rng.random(shape, dtype=np.float32)
 
     def height_m(self, xy: Floats) -> Floats:
@@ -108,6 +109,7 @@ class Planes:
     """
 
     def __init__(self, models: list[mujoco.MjModel], planes: tuple[int, int]) -> None:
+        # Views into the models, which MuJoCo reads in the next step.
         self._places = [[model.geom_pos[plane] for plane in planes] for model in models]
         self._turns = [[model.geom_quat[plane] for plane in planes] for model in models]
 

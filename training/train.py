@@ -102,6 +102,7 @@ def _help(worker: Worker, options: TrainOptions) -> None:
 
 def _start(options: TrainOptions, worker: Worker) -> tuple[Learner, int, list[Entry]]:
     """Return the learner, new or as it was left, the number of segments done, and their figures."""
+    # Workers run side by side: more threads would only take cores from each other.
     torch.set_num_threads(1)
     torch.manual_seed(options.seed)
     learner = Learner(options.learner, worker)
@@ -146,6 +147,7 @@ def _learn(
     learner: Learner, options: TrainOptions, segment: int, progress: Progress
 ) -> dict[str, float]:
     stage = stage_at(segment * options.steps_per_segment, options.stages)
+    # Seeded anew, so that a run that goes on at a checkpoint draws what one without a break does.
     parts = [options.seed, segment, learner.worker.rank]
     seed = int(np.random.SeedSequence(parts).generate_state(1)[0])
     torch.manual_seed(seed)

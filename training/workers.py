@@ -48,6 +48,7 @@ def others(
     if not number:
         yield
         return
+    # A fork would copy torch's and MuJoCo's threads in whatever they were doing.
     spawn = multiprocessing.get_context("spawn")
     with tempfile.TemporaryDirectory() as folder:
         meeting = (Path(folder) / "meeting").as_uri()

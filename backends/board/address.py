@@ -79,6 +79,7 @@ class Address:
             return cls(text, path=Path(text.removeprefix("unix:")))
         host, _, port = text.removeprefix("tcp://").rpartition(":")
         if text.startswith("tcp://") and host and port.isdecimal() and int(port) < 2**16:
+            # An IPv6 address stands in brackets.
             return cls(text, host.strip("[]"), int(port))
         raise UsageError(f"address {text!r}: write {FORMS}")
 

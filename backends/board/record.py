@@ -88,6 +88,7 @@ class SessionRecorder:
 
     def _add(self, kind: Entry, payload: bytes) -> None:
         head = ENTRY.pack(len(payload), kind)
+        # With the head, so that a damaged length is found.
         crc = CRC.pack(zlib.crc32(payload, zlib.crc32(head)))
         self._file.write(b"".join((head, crc, payload)))
 
@@ -168,6 +169,7 @@ class Record:
                 if CRC.unpack(crc)[0] != zlib.crc32(payload, zlib.crc32(head)):
                     return
                 yield kind, payload
+            # A rest is the beginning of an entry that was cut off.
             self.whole = not head
 
     def steps(self) -> Iterator[RecordedStep]:

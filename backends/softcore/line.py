@@ -61,12 +61,15 @@ class SerialLine:
         if speed is None:
             raise UsageError(f"baud {baud:,}: this computer's serial lines do not have it")
         try:
+            # O_NONBLOCK: a line without carrier detect would never open. O_NOCTTY: it must not
+            # become the terminal that Ctrl-C comes from.
             self._file = os.open(path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
         except OSError as error:
             raise UsageError(f"device '{path}' cannot be opened: {error.strerror}") from None
         try:
             tty.setraw(self._file)
             settings = termios.tcgetattr(self._file)
+            # Speeds of input and output, by their places in termios' list.
             settings[4] = settings[5] = speed
             termios.tcsetattr(self._file, termios.TCSANOW, settings)
         except termios.error as error:

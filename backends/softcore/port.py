@@ -80,6 +80,7 @@ def command(target: int, core: int, words: np.ndarray, first: int = 0) -> bytes:
     """
     parts = []
     for at in range(0, len(words), MOST_WORDS):
+        # The high byte goes first, and only as many of the low bytes as the memory's words have.
         part = np.asarray(words[at : at + MOST_WORDS]).astype(">u8")
         octets = part.view(np.uint8).reshape(-1, 8)[:, 8 - WIDTHS[target] :]
         head = bytes([target, core])
@@ -106,6 +107,7 @@ def stepping(messages: np.ndarray, clear: bool = False) -> Iterator[bytes]:
     """
     begin = command(Target.STEP, 0, np.array([int(clear)]))
     sent = messages[:, 0] << 16 | messages[:, 1]
+    # A message takes three bytes.
     most = (BUFFER_BYTES - len(begin) - len(command(Target.BUS, 0, sent[:1])) - len(ASK)) // 3
     for at in range(0, max(len(sent), 1), most):
         yield begin + command(Target.BUS, 0, sent[at : at + most]) + ASK

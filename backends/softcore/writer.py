@@ -147,6 +147,7 @@ def _core(
 ) -> CoreMemory:
     """Return the memories of a core with these compartments; ``bits`` of a core's number."""
     constants = image.compartments
+    # nengo-loihi's currents lose one more of 4096 than their decay says, voltages do not.
     keep_u, keep_v = 4095 - constants.decay_u[mine], 4096 - constants.decay_v[mine]
     # The fields of `CoreMemory.profiles`: packed first, so that equal profiles are equal numbers.
     packed = constants.refract_delay[mine] << 25 | keep_v << 12 | keep_u

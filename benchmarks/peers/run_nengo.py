@@ -9,7 +9,7 @@ from traffic import Running, Traffic, contest
 
 
 class IntegrateAndFire(nengo.neurons.NeuronType):
-    """Integrates its input and fires; thresholds and counts of spikes are those of the process."""
+    """Neurons that integrate their input and fire, with thresholds and counts of the process."""
 
     spiking = True
     state: ClassVar = {"voltage": nengo.dists.Choice([0])}

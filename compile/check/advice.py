@@ -32,6 +32,7 @@ def advice(
         True if passes rewrote the network that was refused.
     """
     names = Names(network)
+    # Rules that no pass mends come first: rewriting would not help.
     if broken := lint(network, names, rewritten=False):
         movable = any(violation.id != NOT_FINITE for violation in broken)
         return "more: try --offload, which moves what breaks a rule to the host" * movable

@@ -85,6 +85,8 @@ def gain_and_bias(scope: Scope) -> Iterator[Violation]:
 def synapse(scope: Scope) -> Iterator[Violation]:
     """Refuse filters other than the chip's own, a first-order low-pass."""
     for connection in scope.network.all_connections:
+        # Values from the host are filtered there, before they are sent as spikes: any filter will
+        # do.
         filtered_on_chip = scope.on_chip(connection.post_obj) and (
             scope.on_chip(connection.pre_obj) or isinstance(connection.pre_obj, Neurons)
         )

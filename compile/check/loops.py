@@ -149,6 +149,7 @@ def _points(connection: nengo.Connection) -> np.ndarray:
         points = ensemble.eval_points
     if isinstance(points, Distribution):
         n_points = 30 + 3 * ensemble.dimensions
+        # Few points are enough for a slope, and large networks have many connections.
         points = points.sample(n_points, ensemble.dimensions, rng=np.random.RandomState(0))
     if connection.eval_points is None or connection.scale_eval_points:
         points = points * ensemble.radius
@@ -191,6 +192,7 @@ def _largest(matrix: sparse.csr_array) -> tuple[float, np.ndarray]:
         values, vectors = np.linalg.eig(matrix.toarray())
     else:
         try:
+            # From a fixed start: ARPACK's own is random, and so would the hints be.
             start = np.ones(matrix.shape[0])
             values, vectors = eigs(matrix, k=1, which="LR", v0=start, tol=1e-3)
         except ArpackError:  # no eigenvalue is found: the gain is not known

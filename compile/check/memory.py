@@ -25,6 +25,7 @@ from spikeport.errors import UsageError
 VARIABLE = "SPIKEPORT_MEMORY_GB"
 """The environment variable that holds another limit than the memory that is available."""
 GB = 1e9
+# By the growth of fresh processes; docs/architecture.md has estimates and peaks side by side.
 BASE = 4e6
 ENSEMBLE, DECODED, PLAIN = 15_000, 35_000, 8_000
 """Bytes of an ensemble, a connection that decodes, and one that does not, without weights."""
@@ -61,6 +62,7 @@ def available() -> float:
     """
     if text := os.environ.get(VARIABLE):
         return _asked_for(text)
+    # The kernel's own estimate of what can be had without swapping.
     lines = _text(Path("/proc/meminfo")).splitlines()
     free = [1024 * float(line.split()[1]) for line in lines if line.startswith("MemAvailable:")]
     most, used = (_text(CGROUP / name).strip() for name in ("memory.max", "memory.current"))

@@ -14,7 +14,7 @@ from spikeport.compile.ground.settings import add_params
 
 Result = TypeVar("Result")
 OF_NETWORK = "SP0"
-"""How ids of rules of the network begin, which one ensemble breaks whatever the others do."""
+"""First letters of the ids of rules that one ensemble breaks, whatever the others do."""
 NOT_FINITE = "SP011"
 """The rule on NaN and infinity, which are no better on the host."""
 

@@ -28,6 +28,7 @@ class Scope:
         self.network = network
         self.names = names
         config = network.config[nengo.Ensemble]
+        # A network without `add_params` has no such setting.
         self._switchable = "on_chip" in config._extra_params
         self._ends_of_learning = set(_ends_of_learning(network))
 

@@ -129,6 +129,7 @@ class ChipImage:
     @property
     def learns(self) -> np.ndarray:
         """Mask of the groups of synapses that learn, (n_groups,)."""
+        # The first column is `on`.
         result: np.ndarray = self.groups.learning[:, 0] != 0
         return result
 

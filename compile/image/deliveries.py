@@ -64,6 +64,7 @@ def deliveries(image: "ChipImage") -> Deliveries:
 
 def _first_sources(image: "ChipImage") -> np.ndarray:
     """Return the number of the first source of each route, (n_routes,)."""
+    # Sources of inputs are numbered behind the compartments.
     inputs = image.n_compartments + np.cumsum(image.inputs.size) - image.inputs.size
     first = np.concatenate([image.blocks.start[:-1], inputs])
     result: np.ndarray = first[
@@ -95,6 +96,7 @@ def synapses_of(image: "ChipImage") -> Iterator[Reached]:
     Held all at once, they could be many more than the image stores, since axons share rows.
     """
     ways = deliveries(image)
+    # An axon without a base has no weights: the spike is sent, and read by nothing.
     ways = ways.of(image.in_axons.base[ways.axon] >= 0)
     ends = np.searchsorted(ways.route, np.arange(len(image.routes) + 1))
     lengths = row_lengths(image)

@@ -108,6 +108,7 @@ def _active(image: ChipImage, spikes: np.ndarray) -> np.ndarray:
     """Return the compartments whose update is active, (n_compartments,)."""
     ways = deliveries(image)
     reached = np.zeros(image.n_blocks, dtype=bool)
+    # A block is rated as a whole: rates say nothing of the synapses that a spike reads.
     reached[image.groups.block[ways.group[spikes[ways.source] > 0]]] = True
     spiking = spikes[: image.n_compartments] > 0
     result: np.ndarray = reached[image.compartment_block] | (image.compartments.bias != 0) | spiking

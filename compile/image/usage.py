@@ -152,6 +152,7 @@ def _list_format(manifest: Manifest, form: dict[str, int], consecutive: bool) ->
     width += form["delay_bits"] + form["tag_bits"]
     if form["compression"] == INDEXED or not consecutive:
         width += manifest.index_bits[form["idx_bits"]]
+    # The register counts from 0; see `bits_per_axon` in nengo-loihi.
     return ListFormat(width, form["n_synapses"] + 1)
 
 

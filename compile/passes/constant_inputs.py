@@ -51,6 +51,7 @@ class ConstantInputs(NetworkPass):
         context.note("targets", [rewrite.names[e] for e in targets])
         if not targets:
             return rewrite
+        # A group for each ensemble: nothing is fused.
         groups = [part for e in targets for part in in_parts([e], math.inf)]
         return regroup(
             rewrite, Partition(groups), folded, context.dt_s, filtered_constants=self.filtered

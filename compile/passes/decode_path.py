@@ -75,6 +75,8 @@ class DecodePath(NetworkPass):
             for c in links
         }
         wanted = self._wanted(links, NetworkSettings(rewrite.network))
+        # Twice: a target's filter follows from the connections that may be direct, and then decides
+        # which of them are.
         reasons = {c: self._rejected(costs[c], wanted[c]) for c in links}
         free = [c for c in links if wanted[c] == "auto" and "direct" not in reasons[c]]
         relay_s = DECODE_TAU_S + context.dt_s + EPSILON_S

@@ -49,6 +49,7 @@ class Fuse(NetworkPass):
         network = rewrite.network
         scope = Scope(network, rewrite.names)
         folded = foldable(network, scope.on_chip)
+        # A relay or a read-out has an input axon for each neuron that it decodes.
         most = self.max_neurons or context.chip.limits.most("in_axons")
         # Larger ensembles stay whole here: to cut them is the work of another pass.
         whole = [e for e in regroupable(scope, folded) if e.n_neurons <= most]

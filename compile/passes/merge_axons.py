@@ -103,6 +103,7 @@ class _Bundle:
 
     def add(self, group: Group, used: np.ndarray) -> np.ndarray:
         """Add the axons in use, and return the number here of each of the group's, or -1."""
+        # With their shapes: rows of equal bytes may have different numbers of atoms.
         contents = [
             (row.weights.shape, row.weights.tobytes(), row.indices.tobytes()) for row in group.rows
         ]

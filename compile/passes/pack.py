@@ -50,6 +50,7 @@ class Pack(ImagePass):
         packing = _on_cores(image, settled(problem, bins) if self.effort or self.exact else bins)
         fewest = max(sums(problem.loads, problem.room).values())
         search = Search(image, chip)
+        # Smaller pieces, as long as no packing is known to be the smallest.
         for parts in range(2, self.effort + 1):
             if packing.n_cores > fewest:
                 bounds = search.bounds(problem.room.shared(parts))
@@ -91,6 +92,7 @@ def _problem(image: ChipImage, chip: ChipModel) -> Problem:
 
 def _on_cores(image: ChipImage, bins: Bins) -> ChipImage:
     core = np.zeros(image.n_blocks, dtype=int)
+    # By their first blocks, so that equal packings give equal images.
     for number, blocks in enumerate(sorted(sorted(blocks) for blocks in bins)):
         core[blocks] = number
     return image.on_cores(core)

@@ -31,6 +31,7 @@ class Place(ImagePass):
             return image  # there is no place for all of it: verification says so
         board = _Board(core_messages(image), Links(image.n_cores, context.chip))
         as_packed = np.arange(image.n_cores)
+        # From two starts: swaps end where no single one helps any more.
         found = [board.improved(start) for start in (as_packed, board.clustered())]
         before, after = board.cost(as_packed), min(map(board.cost, found))
         for name in Cost._fields:
@@ -48,6 +49,7 @@ class _Board:
         self._messages = Messages(source, target, messages[source, target])
         self._relief = Relief(self._messages, links, len(messages))
         self._flow = messages + messages.T
+        # A message of a core to itself has no way to go.
         np.fill_diagonal(self._flow, 0)
 
     def cost(self, order: np.ndarray) -> Cost:

@@ -54,6 +54,7 @@ class ScaleRows(BlockPass):
 
 def _read(floats: FloatBlocks) -> set[LoihiBlock]:
     """Return the blocks of which current or voltage is read."""
+    # A state is decoded in units of the compartment as it was built.
     probes = (probe for probe in floats.model.probes if probe.key != "spiked")
     read = {block for probe in probes for block in probe.target}
     pairs = zip(floats.model.blocks, floats.blocks, strict=True)
@@ -62,6 +63,7 @@ def _read(floats: FloatBlocks) -> set[LoihiBlock]:
 
 def _can_scale(block: LoihiBlock) -> bool:
     state = block.compartment
+    # Noise and the lower bound of voltages are the same for all compartments of a block.
     plain = np.unique(state.vth).size == 1 and not state.enable_noise.any() and state.vmin == 0
     return plain and not any(synapse.learning or _shifted(synapse) for synapse in block.synapses)
 
@@ -91,12 +93,14 @@ def _exponents(largest: np.ndarray, profiles: int) -> np.ndarray:
         return np.zeros(len(largest), dtype=int)
     with np.errstate(divide="ignore"):
         above = np.floor(np.log2(largest / np.quantile(used, 0.1))).clip(min=0).astype(int)
+    # Thinned out, since a core has few threshold profiles.
     step = -(-(above.max() + 1) // profiles)
     result: np.ndarray = above // step * step
     return result
 
 
 def _scaled(block: LoihiBlock, exponents: np.ndarray) -> LoihiBlock:
+    # Powers of two lose nothing.
     factor = np.exp2(-exponents).astype(np.float32)
     block = copied(block)
     block.compartment.vth *= factor

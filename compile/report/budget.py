@@ -103,6 +103,7 @@ def _held(
     if not known:
         rule = rules.get(rule_id)
         raise UsageError(f"--{rule.name}: chip '{chip}' has no public figure to hold it against")
+    # Sources differ: the budget has to hold by each of them.
     name, cost = max(known.items(), key=lambda item: item[1].value)
     if cost.value > most:
         yield rules.get(rule_id).broken(chip, f"{cost.format()}, {name}", limit)

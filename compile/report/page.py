@@ -98,7 +98,9 @@ def write_pair(path: Path, reports: Mapping[str, Json], changes: Sequence[Sequen
 def _template() -> Template:
     environment = Environment(
         loader=FileSystemLoader(Path(__file__).parent),
+        # Labels are text, whatever letters a user's network has in them.
         autoescape=True,
+        # A key that the report lacks is an error, not a gap on the page.
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
@@ -128,6 +130,7 @@ class View:
     def __init__(self, report: Json, title: str) -> None:
         self.report, self.title = report, title
         timing: Mapping[str, object] = report["timing"] or {}
+        # The first that has times, so that all measures of the map are of one source.
         self.calibration = next(
             (name for name, taken in timing.items() if taken), next(iter(timing), "")
         )
@@ -136,6 +139,7 @@ class View:
     def bars(self) -> list[Bar]:
         """The use of every resource."""
         rows = self.report["resources"].items()
+        # One chip of one is no news.
         one_chip = self.report["resources"]["chips"]["limit"] == 1
         return [self._bar(name, row) for name, row in rows if not (one_chip and name == "chips")]
 

@@ -89,6 +89,7 @@ class DrawTask:
 def minimum_jerk(seconds: float, dt_s: float) -> np.ndarray:
     """Return (n,) share of the way at every step."""
     tau = np.arange(0.0, seconds, dt_s) / seconds
+    # Flash and Hogan 1985: speed and acceleration are zero at both ends.
     return tau**3 * (10 - 15 * tau + 6 * tau**2)
 
 

@@ -65,6 +65,7 @@ def shape_error(stroke: np.ndarray, trace: np.ndarray) -> np.ndarray:
 def lag(drawn: ArmRecording) -> float:
     """Return by how much time in s the hand follows: argmin_l sum_t |x(t + l) - target(t)|^2."""
     dt_s = drawn.time_s[1] - drawn.time_s[0]
+    # At least half of a drawing is compared.
     steps = range(min(round(LONGEST_LAG_S / dt_s), len(drawn.time_s) // 2))
     errors_m = [
         rms(np.linalg.norm(drawn.hand[k:] - drawn.target[: len(drawn.target) - k], axis=1))

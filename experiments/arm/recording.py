@@ -125,6 +125,7 @@ def _ragged_spikes(rasters: dict[str, np.ndarray]) -> dict[str, object]:
         for parts in ([f[0] for f in found], [f[1] for f in found], axes)
     )
     return {
+        # A step's spikes are at its end.
         "spike_time": ("spike", (step + 1) * DT_S, {"units": "s", "long_name": "M1 spike"}),
         "spike_axis": ("spike", axis, {"long_name": "number of the M1 axis"}),
         "spike_neuron": ("spike", neuron, {"long_name": "number of the neuron in its axis"}),

@@ -32,7 +32,7 @@ from spikeport.simulator import Simulator
 
 HOLD_S = 0.05
 """Time for which an observation is held: on the chip, three layers settle in 40 ms."""
-SHOWN = 20
+SAMPLE = 20
 """Observations that are played in: evenly spaced ones of all that ranges are taken from."""
 
 
@@ -44,7 +44,7 @@ class Converted(NamedTuple):
     lint: ConversionLint
 
 
-class Shown(nengo.Network):
+class ProbedPolicy(nengo.Network):
     """A policy with an input of observations, and probes of its action and hidden layers."""
 
     policy: PolicyNetwork
@@ -80,11 +80,11 @@ class Conversion:
         return record_ranges(self.mlp.layers, self.observations, activation_name=name)
 
     @cached_property
-    def shown(self) -> np.ndarray:
+    def sample(self) -> np.ndarray:
         """The observations that are played in."""
         n = len(self.observations)
         # Spread over the recording: neighbours in time are nearly equal.
-        chosen = np.linspace(0, n - 1, min(SHOWN, n)).round().astype(int)
+        chosen = np.linspace(0, n - 1, min(SAMPLE, n)).round().astype(int)
         return np.asarray(self.observations[chosen])
 
     @property
@@ -97,12 +97,12 @@ class Conversion:
         """Return pre-activations of the hidden layers, and the action."""
         return exact(self.mlp.layers, observations, self.options.activation)
 
-    def network(self, probed: bool) -> Shown:
+    def network(self, probed: bool) -> ProbedPolicy:
         """Build the spiking network; with the hidden layers probed where that is asked for."""
-        net = Shown(label="conversion", seed=self.seed)
+        net = ProbedPolicy(label="conversion", seed=self.seed)
         with net:
             net.policy = policy(self.mlp.layers, self.ranges, self.options, self.seed)
-            hold(net.policy.observation, self.shown, round(HOLD_S / DT_S), DT_S)
+            hold(net.policy.observation, self.sample, round(HOLD_S / DT_S), DT_S)
             net.action = nengo.Probe(net.policy.action)
             layers = zip(net.policy.layers, self.taus_s, strict=True) if probed else ()
             net.layers = [nengo.Probe(layer.output, synapse=tau) for layer, tau in layers]
@@ -126,18 +126,18 @@ def convert(conversion: Conversion, chip: str, passes: str, progress: Progress) 
     DoesNotFitError, CompileError
         The network cannot be put on the chip.
     """
-    exact_action = conversion.exact(conversion.shown)[-1]
+    exact_action = conversion.exact(conversion.sample)[-1]
     net = conversion.network(probed=False)
     with Simulator(net, chip=chip, dt=DT_S, pipeline=passes, progress=progress) as sim:
         assert sim.compilation is not None
-        _run(sim, len(conversion.shown), "running on the chip", progress)
+        _run(sim, len(conversion.sample), "running on the chip", progress)
         chip_error = _error(sim.data[net.action], exact_action)
         compilation, activity = sim.compilation, sim.activity
     progress("running in float", None)
     # Built anew: probes of hidden layers would be read-outs on the chip, and take cores there.
     net = conversion.network(probed=True)
     with Simulator(net, backend="reference", dt=DT_S) as sim:
-        _run(sim, len(conversion.shown), "running in float", progress)
+        _run(sim, len(conversion.sample), "running in float", progress)
         layers = tuple(_layers(conversion, net, sim))
         action_error = _error(sim.data[net.action], exact_action)
     lint = ConversionLint(layers, action_error, chip_error, sum(conversion.taus_s))
@@ -161,9 +161,9 @@ def _rms(x: np.ndarray, axis: int | None = None) -> np.ndarray:
     return np.asarray(np.sqrt(np.mean(np.square(x), axis=axis)))
 
 
-def _layers(conversion: Conversion, net: Shown, sim: Simulator) -> Iterator[LayerLint]:
+def _layers(conversion: Conversion, net: ProbedPolicy, sim: Simulator) -> Iterator[LayerLint]:
     function = conversion.options.function
-    recorded, played = (conversion.exact(x) for x in (conversion.observations, conversion.shown))
+    recorded, played = (conversion.exact(x) for x in (conversion.observations, conversion.sample))
     rates_hz = dict(zip(net.all_ensembles, _rates_hz(sim.activity), strict=True))
     for number, layer in enumerate(net.policy.layers):
         radii, tau_s = conversion.ranges[number], conversion.taus_s[number]

@@ -58,6 +58,7 @@ class SweepFolder:
         if kept.probes is not None:
             with atomic_path(self.probes_path(point)) as temporary:
                 temporary.write_bytes(kept.probes)
+        # Last: where there is a result, the point counts as finished.
         write_json(self.result_path(point), kept.result)
 
     def read(self, point: Point) -> dict[str, Any]:

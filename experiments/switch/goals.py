@@ -100,7 +100,7 @@ def hanging_hand() -> np.ndarray:
 
 
 class RetractTask:
-    """Back to where the hand is while walking, in a smooth move.
+    """Goal of going back to where the hand is while walking, in a smooth move.
 
     Parameters
     ----------

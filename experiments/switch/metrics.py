@@ -27,6 +27,7 @@ from spikeport.experiments.walk.paths import WalkPath
 from spikeport.experiments.walk.recording import WalkRecording
 from spikeport.networks.humanoid import ACTIONS
 
+# The limits of success; docs/switch.md has them as a table.
 LATEST_SWITCH_S = 0.045
 LARGEST_PATH_ERROR_M = 0.2
 FARTHEST_BEHIND_M = 1.0

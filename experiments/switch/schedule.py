@@ -71,6 +71,7 @@ class Phase(_Strictly):
         does, least_s = "it", SHORTEST_PHASE_S
         if self.arm:
             does, least_s = f'arm = "{self.arm}"', SHORTEST_ARM_S[self.arm]
+        # The difference of two decimal times is a little off.
         if self.seconds < least_s - ROUNDING_S:
             raise ValueError(f"lasts {self.seconds:g} s, {does} takes at least {least_s:g} s")
         return self

@@ -50,5 +50,6 @@ class TurnFirst:
         bearing = abs(float(wrap(np.arctan2(y, x) - state[0])))
         if bearing <= AHEAD_RAD:
             return command
+        # It fades between two bearings, for the speed not to jump.
         share = max(0.0, (ASIDE_RAD - bearing) / (ASIDE_RAD - AHEAD_RAD))
         return np.array((share * command[0], command[1]))

@@ -57,6 +57,8 @@ class Chain:
         """Multiply by ``weights`` (n_out, n_in), and add ``bias``."""
         try:
             constant = weights @ np.broadcast_to(self.constant, weights.shape[1:])
+            # Before the first dense layer, the matrix is a factor for each value, which scales
+            # columns.
             matrix = weights @ self.matrix if self._is_matrix else weights * self.matrix
             return replace(self, matrix=matrix, constant=constant) + (0.0 if bias is None else bias)
         except ValueError:
@@ -90,6 +92,8 @@ class Chain:
         return Layer(self.matrix, self.constant)
 
     def __add__(self, other: ArrayLike) -> "Chain":
+        # `NotImplemented` makes Python raise a TypeError, which `BoundedEvaluation` turns into a
+        # refusal: the sum of two chains is a connection around layers, which no perceptron has.
         if isinstance(other, Chain):
             return NotImplemented
         constant = self.constant + _vector(other)
@@ -169,6 +173,7 @@ class BoundedEvaluation:
         self._work += _work(shapes)
         if self._work > WORK:
             raise MismatchError(f"at most {WORK:,} multiplications of constants", "more")
+        # Before the operation allocates them; `keep` counts the numbers that it has made.
         self._count(_size(shapes), kept=False)
 
     def _count(self, numbers: int, kept: bool = True) -> None:

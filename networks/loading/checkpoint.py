@@ -71,6 +71,7 @@ def read(path: Path, activation: str) -> Mlp:
     state = _tensors(layout.state, content[layout.state])
     _refuse_others(layout, state)
     normalizer = _tensors(NORMALIZER_APART, content.get(NORMALIZER_APART, {}))
+    # rsl-rl 2 kept the normalisation beside the model, later versions in it: here it goes there.
     state |= {layout.normalizer + name: value for name, value in normalizer.items()}
     return _chain(layout, state, activation).mlp()
 
@@ -121,6 +122,7 @@ def _tensors(name: str, state: object) -> dict[str, Tensor]:
 def _dense(layout: CheckpointLayout, state: Mapping[str, Tensor]) -> Iterator[list[str]]:
     """Yield the names of weights and bias of every layer, in the order of their numbers."""
     pattern = re.compile(rf"{re.escape(layout.actor)}({NUMBER})\.(weight|bias)")
+    # Numbers have gaps: an activation counts as a layer of torch's Sequential, and has no weights.
     for number in sorted({int(m[1]) for m in map(pattern.fullmatch, state) if m}):
         names = [f"{layout.actor}{number}.{kind}" for kind in ("weight", "bias")]
         if missing := [name for name in names if name not in state]:

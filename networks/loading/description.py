@@ -72,9 +72,12 @@ def translated(mlp: Mlp, theirs: Description, ours: Description) -> WalkingPolic
     _check_shape(mlp, len(ours.joints))
     (p, s), (p_ours, s_ours) = (_pose_and_scale(one, ours.joints) for one in (theirs, ours))
     order = [theirs.joints.index(joint) for joint in ours.joints]
+    # With q the joint angles, a target, p the pose and s the scale, a policy observes q - p and its
+    # last action (a - p) / s: theirs are ours, shifted by p' - p and scaled by s' / s.
     shift, ratio = p_ours - p, s_ours / s
     head, q, dq, action = _parts(mlp.layers[0].weights * theirs.observation_scale, order)
     first = np.hstack((head, q, dq, action * ratio))
+    # The last action shifts as the angles do, in its own units.
     first_bias = mlp.layers[0].bias + (q + action / s) @ shift
     last, last_bias = mlp.layers[-1].weights[order], mlp.layers[-1].bias[order]
     layers = (

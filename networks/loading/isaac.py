@@ -15,6 +15,7 @@ from spikeport.networks.loading.description import Description
 from spikeport.networks.loading.environment import Action, Actuator, ByName, ObservationTerm
 from spikeport.reading.mismatch import MismatchError
 
+# Isaac Sim numbers joints breadth first from the pelvis; the torso is the one without a twin.
 _LEVELS = (
     ("hip_yaw", "torso"),
     ("hip_roll", "shoulder_pitch"),
@@ -77,6 +78,7 @@ def described(path: Path) -> Description:
 
 
 def _action(actions: Mapping[str, Action]) -> Action:
+    # `module:Name`: the module is another one in each major version of Isaac Lab.
     kinds = [action.class_type.rpartition(":")[2] for action in actions.values()]
     if kinds != [ACTION]:
         raise MismatchError(f"one action, a {ACTION}", ", ".join(kinds) or "none")
@@ -122,6 +124,7 @@ def _value(where: str, joint: str, table: ByName, default: float) -> float:
         return table
     _few(where, table)
     found = [value for expression, value in table.items() if _matches(expression, joint)]
+    # Isaac Lab refuses such a table, too: the value would depend on the order of expressions.
     if len(found) > 1:
         raise MismatchError(f"one value of {joint} in {where}", f"{len(found)}")
     return found[0] if found else default
@@ -131,6 +134,7 @@ def _matching(where: str, expressions: list[str]) -> list[str]:
     """Return the joints that expressions match; each has to match one."""
     _few(where, expressions)
     for expression in expressions:
+        # As in Isaac Lab: an expression that no joint matches is a name that is misspelt.
         if not any(_matches(expression, joint) for joint in JOINTS):
             raise MismatchError(f"joints of the H1 in {where}", expression)
     return [j for j in JOINTS if any(_matches(e, j) for e in expressions)]

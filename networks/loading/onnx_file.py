@@ -102,6 +102,7 @@ class _Graph:
         """Return what its nodes make of the observation."""
         self._stored = {t.text(onnx_tensor.NAME): t for t in graph.messages(INITIALIZER)}
         named = [x.text(NAME) for x in graph.messages(INPUT)]
+        # Early versions of ONNX list stored tensors among the inputs as well.
         inputs = [name for name in named if name not in self._stored]
         outputs = [y.text(NAME) for y in graph.messages(OUTPUT)]
         if (len(inputs), len(outputs)) != (1, 1):
@@ -113,6 +114,7 @@ class _Graph:
         return only([self._value(outputs[0])])
 
     def _make(self, node: Message) -> None:
+        # A value has one node, as ONNX asks: no later one replaces it.
         made = [name for name in node.texts(MADE) if name]
         if len(made) != 1 or made[0] in self._values or made[0] in self._stored:
             raise MismatchError("operations that make one new value", ", ".join(made) or "none")
@@ -121,6 +123,7 @@ class _Graph:
     def _result(self, node: Message) -> object:
         options = dict(map(self._option, node.messages(OPTION)))
         kind = _kind(node, DOMAIN, KIND)
+        # A function of the file takes precedence over an operation of ONNX of the same name.
         if kind in self._own:
             raise MismatchError("operations of ONNX", f"a function {kind} of the file")
         if kind == "Constant" and isinstance(options.get("value"), np.ndarray):
@@ -145,6 +148,7 @@ class _Graph:
         name, kind = option.text(NAME), option.number(TYPE)
         if REFERENCE in option:
             raise MismatchError(f"a value of {name}", "a reference")
+        # The types of AttributeProto: FLOAT, INT, STRING, TENSOR.
         match kind:
             case 1:
                 return name, option.real(REAL)

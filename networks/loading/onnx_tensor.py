@@ -14,8 +14,10 @@ from spikeport.reading.archive import NUMBERS
 from spikeport.reading.mismatch import MismatchError
 from spikeport.reading.npz import MAX_AXES
 
+# Fields of a TensorProto, by their numbers in ONNX's onnx.proto.
 DIMS, TYPE, SEGMENT, FLOATS, INTS, LONGS = 1, 2, 3, 4, 5, 7
 NAME, RAW, DOUBLES, EXTERNAL, LOCATION = 8, 9, 10, 13, 14
+# Fields of a StringStringEntryProto: the place of numbers that are not in the model.
 KEY, VALUE = 1, 2
 
 FLOAT, DOUBLE, INT64, BFLOAT16 = 1, 11, 7, 16
@@ -67,8 +69,10 @@ def _values(tensor: Message, kind: int, path: Path, count: int) -> np.ndarray:
     if SEGMENT in tensor:
         raise MismatchError("a whole tensor", f"a segment of {tensor.text(NAME)}")
     if tensor.number(LOCATION) or EXTERNAL in tensor:
+        # A file beside the model may be of any length: no more is read than the shape asks for.
         size = count * np.dtype(TYPES[kind]).itemsize
         return _numbers(_beside(tensor, path, size), kind)
+    # Packed or one by one, these are the same bytes, the low one first.
     if kind == FLOAT and FLOATS in tensor:
         return _numbers(b"".join(tensor.contents(FLOATS)), kind)
     if kind == DOUBLE and DOUBLES in tensor:
@@ -95,6 +99,7 @@ def _beside(tensor: Message, path: Path, size: int) -> bytes:
     location, start = entries.get("location", ""), entries.get("offset", "0")
     if not location or location in (".", "..") or re.search(r"[/\\\0]", location):
         raise MismatchError("numbers in a file beside the model", f"'{location}'")
+    # `int` alone would accept signs, blanks and underscores, and more than a file can be long.
     if not re.fullmatch("[0-9]{1,15}", start):
         raise MismatchError(f"a place in {location}", start)
     try:

@@ -131,7 +131,7 @@ class _Machine:
 
     def named_on_stack(self, _: object) -> None:
         match self.taken(2):
-            # what else lies there may be too deep to be shown, or a text without end
+            # what else lies there may be too deep to be printed, or a text without end
             case (str(module), str(name)):
                 self.named(f"{module} {name}")
             case _:
@@ -156,6 +156,7 @@ class _Machine:
         (state,) = self.taken(1)
         match self.stack[-1], state:
             case Module() as module, dict():
+                # One instruction copies the whole dictionary, so it counts as many.
                 self.spend(len(state))
                 module.attributes.update({str(name): value for name, value in state.items()})
             case dict(), _:  # attributes of an ordered dictionary: torch's versions of modules
@@ -189,7 +190,7 @@ class _Machine:
         if not isinstance(target, dict):
             raise TypeError("items are set of what is no dictionary")
         for key, value in zip(values[::2], values[1::2], strict=True):
-            # hashing a deep tuple ends Python, and a number of any length cannot be shown
+            # hashing a deep tuple ends Python, and a number of any length cannot be printed
             if not isinstance(key, str | int | float | None) or _is_long(key):
                 raise MismatchError("keys that are plain values", type(key).__name__)
             target[key] = value

@@ -94,13 +94,14 @@ def _parsed(name: str, text: str) -> list[ast.stmt]:
     try:
         with warnings.catch_warnings(action="ignore"):  # Python's, of the text
             return ast.parse(text).body
+    # Deep nesting ends Python's parser with the last two.
     except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
         reason = str(error) or type(error).__name__
         raise MismatchError(f"TorchScript in {name}", f"another text ({reason})") from None
 
 
 class Interpreter:
-    """Follows functions of a program, with operations applied to chains and constants.
+    """Reader that follows functions of a program, with operations on chains and constants.
 
     An operation that changes its operand in place leaves a value that the text may still use under
     its old name; such a text is refused.
@@ -164,6 +165,7 @@ class Interpreter:
 
     def _decided(self, test: ast.expr, variables: dict[str, object]) -> bool:
         value = self._value(test, variables)
+        # A branch that the observation decides would be another network for each observation.
         if not isinstance(value, bool):
             raise MismatchError(CHAIN, f"a choice by {type(value).__name__}")
         return value
@@ -212,6 +214,7 @@ class Interpreter:
         raise MismatchError("an attribute of a module", f"{name} of {type(owner).__name__}")
 
     def _of_module(self, module: Module, name: str) -> object:
+        # For its refusals: attributes of a class with code of its own may not be what is stored.
         self._program.class_of(module)
         if name not in module.attributes:
             raise MismatchError(f"an attribute {name} of {module.kind}", "none")
@@ -221,6 +224,7 @@ class Interpreter:
 
     def _constant(self, name: str) -> object:
         number = name.removeprefix("c")
+        # Six digits at most: `int` refuses a text of thousands with an error of its own.
         if not number.isdecimal() or len(number) > 6 or int(number) >= len(self._constants):
             raise MismatchError(f"constants of the archive, {len(self._constants)}", name)
         return self._stored(self._constants[int(number)])
@@ -277,15 +281,18 @@ class Interpreter:
         name = reference.removeprefix("torch.").removeprefix("ops.").replace(".", "::")
         kind = f"aten::{name}" if reference.startswith("torch.") else name
         operands = [self._unchanged(value) for value in values]
+        # Names of operations in place end in one underscore, those of Python's operators in two.
         if not kind.endswith("_") or kind.endswith("__"):
             return self._evaluation.apply(kind, *operands, **named)
         if not operands or not isinstance(operands[0], Chain):
             raise MismatchError(CHAIN, f"operation {kind} of other values")
         made = self._evaluation.apply(kind.removesuffix("_"), *operands, **named)
+        # A chain never changes: other names still hold it as it was, without this operation.
         self._changed.append(operands[0])
         return made
 
     def _unchanged(self, value: object) -> object:
+        # By identity, as `Chain` has no equality: two names of one value count as one.
         if any(value is changed for changed in self._changed):
             raise MismatchError(CHAIN, "a value that is used after it was changed in place")
         return value

@@ -100,6 +100,7 @@ class Tensor:
             raise MismatchError(f"a tensor of as many sizes as strides, at most {MAX_AXES}", found)
         if max(self.shape, default=0) > NUMBERS:  # also beside an axis of none: a bias has as many
             raise MismatchError(f"axes of at most {NUMBERS:,}", f"shape {self.shape}")
+        # Python's integers: NumPy's product of such sizes would wrap.
         count = math.prod(self.shape)
         if count > min(self.storage.count, NUMBERS):
             most = f"a tensor of at most {min(self.storage.count, NUMBERS):,} numbers"
@@ -109,6 +110,8 @@ class Tensor:
             raise MismatchError(f"a tensor inside its storage {self.storage.key}", "one beyond it")
         if not count:
             return np.zeros(self.shape)
+        # No stride is negative and the last number lies in the storage, so that the view below
+        # reads nothing else.
         numbers = self.storage.numbers()
         strides = [numbers.itemsize * stride for stride in self.strides]
         return self.storage.values(as_strided(numbers[self.offset :], self.shape, strides))
@@ -127,6 +130,7 @@ def storages(content: Bytes, order: Order = "<") -> Callable[[object], Storage]:
 
     def storage(identifier: object) -> Storage:
         match identifier:
+            # The fourth item is the device, which numbers in a file do not depend on.
             case ("storage", StorageType(kind), str(key), str(), int(count), *_) if (
                 0 <= count <= MAX_SIZE
             ):

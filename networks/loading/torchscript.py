@@ -59,6 +59,7 @@ def _addmm(bias: object, x: object, W: object, beta: object = 1.0, alpha: object
 
 
 def _ones(sizes: list[int], **_: object) -> np.ndarray:
+    # The file chooses the sizes: they are bounded before an array is made.
     if (
         any(type(size) is not int or size < 0 for size in sizes)
         or np.prod(sizes, dtype=float) > 1e6
@@ -93,7 +94,9 @@ OPERATIONS: Operations = {
     "aten::sqrt": lambda x: np.sqrt(_array(x)),
     "aten::ones": _ones,
     "aten::zeros": lambda sizes, **options: 0.0 * _ones(sizes, **options),
+    # Gradients, copies and devices do not bear on values.
     "aten::detach": lambda x: x,
+    # Another object, which may be used after its original was changed in place.
     "aten::clone": lambda x: replace(x) if isinstance(x, Chain) else x,
     "aten::device": lambda _: None,
 }

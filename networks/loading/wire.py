@@ -9,6 +9,7 @@ from collections.abc import Iterator
 FIELDS = 100_000
 """The most fields of a file; a policy's graph has some hundreds, its weights being one each."""
 
+# 3 and 4 began and ended groups, which Protocol Buffers deprecated and ONNX never had.
 VARINT, LONG, BYTES, SHORT = 0, 1, 2, 5
 FIXED = {LONG: 8, SHORT: 4}
 
@@ -16,7 +17,7 @@ Value = int | memoryview
 
 
 class WireError(ValueError):
-    """Bytes are no such message."""
+    """Error for bytes that are no such message."""
 
 
 class FieldBudget:
@@ -56,6 +57,7 @@ class Message:
         value = self._fields.get(field, [default])[-1]
         if not isinstance(value, int):
             raise WireError("bytes for a number")
+        # Negative numbers lie as their two's complement of 64 bits.
         return value if value < 2**63 else value - 2**64
 
     def numbers(self, field: int) -> list[int]:
@@ -133,6 +135,7 @@ def _fields(content: memoryview) -> Iterator[tuple[int, int | memoryview]]:
 def _varint(content: memoryview, place: int) -> tuple[int, int]:
     """Return a number in groups of seven bits, and where it ends."""
     value = 0
+    # 64 bits take ten groups; parsers of Protocol Buffers drop what the tenth has beyond them.
     for shift in range(0, 70, 7):
         if place >= len(content):
             break

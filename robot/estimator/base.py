@@ -27,7 +27,7 @@ class Fix(NamedTuple):
 
 
 class StateEstimator(Protocol):
-    """Estimates the motion of the robot, observation by observation."""
+    """Estimator of the robot's motion, observation by observation."""
 
     def reset(self, sensors: Sensors, position: Fix | None = None) -> RobotState:
         """Start over, and return the motion at an observation.
@@ -44,5 +44,6 @@ class StateEstimator(Protocol):
     def place_deviation_m(self) -> float | None:
         """Standard deviation of the place in the plane, as the estimator has it; None if unknown.
 
-        That of the distance from the true place: the root of the variances along x and y.
+        It is the root of the sum of the variances along x and y, so it compares with the distance
+        from the true place.
         """

@@ -71,7 +71,7 @@ DEFAULT = EkfNoise()
 
 
 class ContactAidedEkf:
-    """Estimates the robot's motion by IMU, joints and contacts of the feet; see `StateEstimator`.
+    """Estimator of motion by IMU, joints and contacts of the feet; see `StateEstimator`.
 
     Parameters
     ----------

@@ -29,7 +29,7 @@ class ContactLimits:
 
 
 class ContactDetector:
-    """Detects contacts from heights and supports, observation by observation."""
+    """Detector of contacts by heights and supports, observation by observation."""
 
     def __init__(self, n_points: int, limits: ContactLimits) -> None:
         self._limits = limits

@@ -37,7 +37,7 @@ DEFAULT = OdometryOptions()
 
 
 class LegOdometry:
-    """Estimates the robot's motion by joints, gyroscope and the IMU's orientation."""
+    """Estimator of motion by joints, gyroscope and the IMU's orientation."""
 
     def __init__(self, options: OdometryOptions = DEFAULT) -> None:
         self._options = options

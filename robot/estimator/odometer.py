@@ -16,7 +16,7 @@ from spikeport.robot.state import RobotState
 
 
 class Odometer:
-    """Returns the motion that fixes have; without a new one, the last one's place and velocity."""
+    """Estimator that returns fixes; without a new one, the last one's place and velocity."""
 
     def reset(self, sensors: Sensors, position: Fix | None = None) -> RobotState:
         """Start over; see `StateEstimator.reset`."""

@@ -47,7 +47,7 @@ ROUGH = SensorErrors(0.01, 0.005, 0.1, 0.05, 0.0005, 0.05, 1.0)
 
 
 class SimulatedSensors:
-    """Reads the sensors of a plant, once after each of its steps.
+    """Sensors of a plant, read once after each of its steps.
 
     The accelerometer's value is the mean specific force since the last reading,
     a = R^T ((v_k - v_{k-1}) / dt + g e_z), with the velocity v of the IMU: what an IMU that

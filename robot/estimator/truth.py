@@ -8,7 +8,7 @@ from spikeport.robot.state import RobotState
 
 
 class Truth:
-    """Returns the simulated motion, whatever the sensors say.
+    """Estimator that returns the simulated motion, whatever the sensors say.
 
     Parameters
     ----------

@@ -135,6 +135,7 @@ class Writer:
     def write(self, message: bytes) -> None:
         """Send a message."""
         data = XCDR1 + message
+        # DDS takes whole words.
         code = ddspy_write(self._writer._ref, data + bytes(-len(data) % WORD))
         if code < 0:
             raise BackendError(f"DDS cannot write (code {code})")
@@ -155,6 +156,7 @@ class Reader:
 
     def __init__(self, participant: DomainParticipant, topic: Topic, keeps_all: bool) -> None:
         kind = idl_type(topic.message)
+        # The latest state wins: to repeat a lost one would only delay those after it.
         qos = Qos(Policy.Reliability.BestEffort, Policy.History.KeepLast(1))
         if keeps_all:
             patience = Policy.Reliability.Reliable(duration(seconds=1))
@@ -178,6 +180,7 @@ class Reader:
         return [
             Arrival(data[len(XCDR1) :], self._written_by(info.publication_handle))
             for data, info in found
+            # A writer that leaves sends a sample without data.
             if info.valid_data and data.startswith(XCDR1)
         ]
 

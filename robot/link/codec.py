@@ -89,6 +89,7 @@ _SENSED = np.concatenate(
 _ENDS = (4, 7, 10, 29, 48, 67)
 """Ends of the parts of an observation: quaternion, rates, forces, angles, velocities, torques."""
 _PARTS = list(map(slice, (0, *_ENDS), _ENDS))
+# Numbers of lock-step lie in fields that are 0 where a robot keeps to the clock.
 _ANSWERS, _TICK = int(COMMAND.words("reserve")[0]), int(STATE.words("tick")[0])
 _ASKS, _CONTROLLER = int(STATE.words("reserve")[0]), STATE.words("sn")
 _ASKED, _OBEYED = struct.Struct("<I"), struct.Struct("<Q")

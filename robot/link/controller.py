@@ -38,7 +38,7 @@ DEFAULT = Timing()
 
 
 class Controller:
-    """Answers a robot's states by commands.
+    """Controller that answers a robot's states by commands.
 
     Parameters
     ----------

@@ -58,6 +58,7 @@ def idl_type(struct: Struct) -> Any:
     }
     name = {"typename": f"{struct.package}.msg.dds_.{struct.name}"}
     made = new_class(struct.name, (idl.IdlStruct,), name, lambda space: space.update(body))
+    # As Unitree's compiler of IDL makes types: both are part of the hash.
     return annotations.final(annotations.autoid("sequential")(dataclasses.dataclass(made)))
 
 

@@ -64,6 +64,7 @@ class LockStep:
     def _begin(self) -> None:
         ticks, faults = self.robot.step_ticks, self._faults
         self._way = FaultyWay(ticks, _spoilt_command, of_commands(faults))
+        # Another seed: else the faults of both ways would be drawn alike.
         self._states = FaultyWay(ticks, _spoilt_state, of_states(faults), seed=1)
         self._commands = 0
         self.silent = False

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 N_SLOTS = 20
 """Motor slots of a message; the H1 uses 19 of them."""
+# Low-level messages begin with these in Unitree's SDK.
 HEAD = (0xFE, 0xEF)
 LEVEL_FLAG = 0xFF
 

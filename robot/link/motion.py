@@ -31,7 +31,7 @@ _BY_ODOMETRY = (ODOMETER, EKF_ODOMETER)
 
 
 class Motion(Protocol):
-    """Finds the motion of a robot, observation by observation.
+    """Motion of a robot, estimated observation by observation.
 
     Attributes
     ----------

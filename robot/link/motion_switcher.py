@@ -75,6 +75,7 @@ class MotionSwitcher:
 
     def _is_there(self) -> bool:
         until = time.monotonic() + FOUND_S
+        # Both: DDS finds ends one by one, and a request before its reader is found is lost.
         while not (self._requests.n_readers and self._responses.writers):
             if time.monotonic() > until:
                 break

@@ -37,6 +37,8 @@ def atomic_path(path: Path) -> Iterator[Path]:
     try:
         yield temporary
         with open(temporary, "rb") as file:
+            # On disk before it has its name: a power cut leaves the old file, or all of the new
+            # one.
             os.fsync(file.fileno())
         os.replace(temporary, path)
     except OSError as error:
@@ -51,6 +53,7 @@ def _made_anew(path: Path) -> Path:
     while True:
         temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}{PART}")
         with contextlib.suppress(FileExistsError):
+            # With the rights of any new file; those of `tempfile` are for the owner alone.
             os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
             return temporary
 

@@ -39,6 +39,8 @@ def watched(spec: str, limit_s: float | None = None) -> Iterator[None]:
             return
         reason = f"{spec}: did not return a network in {limit_s:g} s, as --build-timeout asks"
         try:
+            # The alarm is raised between two instructions of Python; code of C that never gets
+            # there ends with the process.
             with _later(limit_s + GRACE_S, lambda: _end_process(reason)), _alarm(limit_s):
                 yield
         except OutOfTime:
@@ -77,4 +79,5 @@ def _say(text: str) -> None:
 
 def _end_process(reason: str) -> NoReturn:
     _say(f"error: {reason}")
+    # `sys.exit` would end the timer's thread alone.
     os._exit(NetworkError.exit_code)

@@ -34,6 +34,7 @@ LIMIT_BYTES = 2**30
 """Most bytes of all entries together; the oldest go first."""
 SEAL = "seal"
 """The file of an entry: the digest of its key and its arrays, kept among them."""
+# Their versions, and how the linear algebra library adds up, decide the last bits of results.
 COMPUTING = ("numpy", "scipy", "nengo", "nengo-loihi", "numba", "mujoco")
 BLAS = ("internal_api", "version", "num_threads", "architecture", "threading_layer")
 OURS = (".py", ".toml", ".xml", ".npz")
@@ -86,6 +87,7 @@ class Cache:
             If a value among the inputs has no identity that lasts.
         """
         key = digest_of((kind, inputs, surroundings()))
+        # Half of the key names the file; the seal within is made of all of it.
         path = self.folder / f"{kind}-{key[:32]}.npz"
         found = self._read(path, key)
         if found is None:
@@ -218,6 +220,7 @@ def surroundings() -> str:
         Path(folder, name)
         for folder, _, names in os.walk(ours, followlinks=True)
         for name in names
+        # By os.walk: `Path.rglob` does not follow the links to the top folders.
         if name.endswith(OURS)
     ]
     code = {str(file.relative_to(ours)): file.read_bytes() for file in files}
@@ -251,6 +254,7 @@ def digest_of(value: object) -> str:
     """
     found = hashlib.sha256()
     for part in _parts(value):
+        # With their lengths: "ab", "c" and "a", "bc" are other values.
         found.update(len(part).to_bytes(8, "little"))
         found.update(part)
     return found.hexdigest()

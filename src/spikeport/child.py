@@ -8,6 +8,7 @@ from threading import Timer
 
 from spikeport.errors import BackendError
 
+# Imports take seconds, kernels that have to be compiled 10 s, and other work may share the machine.
 START_S = 60.0
 STOP_S = 10.0
 
@@ -33,6 +34,7 @@ class Child:
             [sys.executable, "-m", "spikeport", *arguments],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
+            # An error is the last thing that it says.
             stderr=subprocess.STDOUT,
             text=True,
         )
@@ -51,6 +53,7 @@ class Child:
     def _await_start(self, name: str) -> None:
         """Wait for its first line."""
         assert self._process.stdout is not None
+        # `readline` has no limit of its own.
         timer = Timer(START_S, self._process.kill)
         timer.start()
         line = self._process.stdout.readline()

@@ -61,6 +61,7 @@ def inlined(function: F) -> F:
 def _cached(dispatcher: Any, function: F) -> F:
     if not DISABLE_JIT:
         try:
+            # As `njit(cache=True)` does, with our own class.
             dispatcher._cache = KernelCache(function)  # type: ignore[no-untyped-call]
         except RuntimeError:
             NOWHERE.add(dispatcher)

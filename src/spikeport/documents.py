@@ -94,6 +94,7 @@ def _row(row: Any) -> str:
     plain = isinstance(row.default, str | int | float) and not isinstance(row.default, bool)
     default = f"`{row.default}`" if plain else ""
     text = " ".join((row.help or "").split())
+    # A bar would end the cell.
     return f"| {names} | {text} | {default} |".replace("||", "\\|\\|")
 
 

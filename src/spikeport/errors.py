@@ -133,7 +133,7 @@ class RobotLostError(BackendError):
 
 
 class RenderError(SpikeportError, RuntimeError):
-    """No picture can be made on this machine."""
+    """Error for a machine on which no picture can be made."""
 
 
 class DivergedError(SpikeportError, ArithmeticError):

@@ -34,6 +34,7 @@ def install_command(extra: str = "") -> str:
 
 def origin() -> tuple[list[str], str]:
     """Return pip's options for where spikeport came from, and its name there."""
+    # Installers write down where a package came from, unless it is an index (PEP 610).
     recorded = metadata.distribution("spikeport").read_text("direct_url.json")
     if not recorded:
         return [], "spikeport"

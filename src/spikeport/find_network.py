@@ -113,6 +113,7 @@ def _only(module: ModuleType, where: str) -> nengo.Network | Callable[..., objec
     networks, makers = networks_in(module), makers_in(module)
     if usual := [networks[name] for name in USUAL if name in networks]:
         return usual[0]
+    # One network may have several names in a script.
     if len(different := {id(one): one for one in networks.values()}) == 1:
         return next(iter(different.values()))
     if not networks and len(makers) == 1:

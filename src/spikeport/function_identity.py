@@ -102,6 +102,7 @@ class FunctionIdentity:
             return "mapping", [(self.of(key), self.of(one)) for key, one in value.items()]
         assert isinstance(value, list | tuple | set | frozenset)
         if isinstance(value, set | frozenset):
+            # The order of a set is another one in each process.
             return "set", sorted(repr(self.of(one)) for one in value)
         return type(value).__name__, [self.of(one) for one in value]
 
@@ -153,4 +154,5 @@ def _constant(value: object) -> object:
         return "set", sorted(map(repr, value))
     if isinstance(value, tuple):
         return [_constant(one) for one in value]
+    # By their texts: 0.0 equals -0.0, and NaN does not equal itself.
     return type(value).__name__, repr(value)

@@ -124,6 +124,7 @@ def _in_order(kind: Any) -> Any:
     members = tuple(one for one in get_args(kind) if one is not types.NoneType)
     if len(members) == 1:
         return members[0]
+    # By itself pydantic prefers the type that is closest to a text.
     return Annotated[functools.reduce(operator.or_, members), Field(union_mode="left_to_right")]
 
 

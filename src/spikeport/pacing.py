@@ -60,8 +60,8 @@ class Pace:
 def undisturbed(priority: int | None = None) -> Iterator[None]:
     """Keep other work away from steps that keep to the clock.
 
-    All objects that are there already are left out of collections of garbage: one collection of a
-    run's 315,000 objects takes 0.2 s, and a robot waits 0.04 s. With a priority all threads that
+    Objects that are there already are left out of collections of garbage: one collection of a run's
+    315,000 objects takes 0.2 s, and a robot waits 0.04 s. With a priority all threads that
     are there already, and those that they start, come before all work that has none (SCHED_FIFO).
 
     Parameters
@@ -77,6 +77,7 @@ def undisturbed(priority: int | None = None) -> Iterator[None]:
     before = {} if priority is None else _schedules()
     if priority is not None:
         _raise(before, priority)
+    # First, since garbage that is frozen stays for ever.
     gc.collect()
     gc.freeze()
     try:
@@ -90,6 +91,7 @@ def undisturbed(priority: int | None = None) -> Iterator[None]:
 def _schedules() -> dict[int, tuple[int, int]]:
     """Return the scheduling policy and priority of each thread of this process."""
     schedules = {}
+    # The system's list: threads of libraries, such as DDS, are unknown to Python.
     for thread in map(int, os.listdir("/proc/self/task")):
         with contextlib.suppress(ProcessLookupError):  # it has ended since
             policy = os.sched_getscheduler(thread)
@@ -185,6 +187,7 @@ class RoundTrips:
         total = int(self._bins.sum())
         if total == 0:
             return None
+        # The upper end of its bin: no round trip counts as shorter than it was.
         number = int(np.searchsorted(self._bins.cumsum(), share * total))
         return min(float(self.FIRST_S * self.RATIO ** (number + 1)), self._worst_s)
 

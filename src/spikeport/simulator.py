@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
 
 class Simulator:
-    """Runs a network on a backend, host and chip in lock-step.
+    """Simulator of a network on a backend, host and chip in lock-step.
 
     Parameters
     ----------
@@ -118,6 +118,7 @@ class Simulator:
         link: LinkOptions = OWN_STUB,
         cache: Cache = NOTHING,
     ) -> None:
+        # Whatever can be refused is, before a build that may take minutes.
         check_arguments(network, chip, dt, pipeline)
         migration.check_target(target, backend)
         migration.check_precompute(precompute)
@@ -140,6 +141,8 @@ class Simulator:
         )
         self._open = functools.partial(registry.get(backend).open, source)
         self._probes = network.all_probes
+        # Nengo's rule; a network without a seed counts as one with seed 0, where Nengo would draw
+        # one.
         self.seed = (network.seed or 0) + 1 if seed is None else seed
         self.dt = dt
         self.progress_bar = progress_bar
@@ -148,6 +151,7 @@ class Simulator:
 
     def _start(self, compilation: Compilation | None) -> None:
         self.n_steps = 0
+        # Nobody waits for this lock: it marks a step that is under way, or was broken off.
         self._stepping = threading.Lock()
         self._execution = self._open(self.seed, compilation)
         self.compilation = self._execution.compilation

@@ -20,7 +20,7 @@ from spikeport.reading.notebook import Cell, read_notebook
 FILES = (".py", ".ipynb")
 """The endings of files that hold code."""
 LONGEST = 2000
-"""Letters of an error of a user's code that are shown."""
+"""Letters of an error of a user's code that are printed."""
 
 
 def imported(where: str) -> ModuleType:
@@ -94,6 +94,7 @@ def _named(what: str) -> Iterator[None]:
     except (SpikeportError, KeyboardInterrupt, OutOfTime):
         raise
     except BaseException as error:
+        # SystemExit as well: scripts may end themselves when they are run.
         raise UsageError(f"{what}: {in_words(error)}") from error
 
 

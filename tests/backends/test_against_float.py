@@ -21,7 +21,7 @@ def found(network: nengo.Network, **options: object) -> float | None:
 
 
 def channel(source: object, **options: object) -> nengo.Network:
-    """From an input through two ensembles, probed in the second."""
+    """Return a network from an input through two ensembles, probed in the second."""
     with nengo.Network(seed=1) as network:
         first, second = nengo.Ensemble(60, 1), nengo.Ensemble(60, 1)
         nengo.Connection(nengo.Node(source), first)

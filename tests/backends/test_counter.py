@@ -46,7 +46,7 @@ def learning() -> None:
 
 
 class SlowCount:
-    """Follows every spike of nengo-loihi's emulator, one by one, on blocks of some cores."""
+    """Follower of every spike of nengo-loihi's emulator, one by one, on blocks of some cores."""
 
     def __init__(
         self, network: nengo.Network, simulator: Callable[..., Any], block_core: np.ndarray
@@ -122,7 +122,7 @@ class SlowCount:
 
 
 def with_passes(passes: str, folder: Path) -> Path:
-    """Loihi with another default pipeline."""
+    """Return Loihi with another default pipeline."""
     text = (BUILT_IN / "loihi.toml").read_text(encoding="utf-8")
     chip = folder / "chip.toml"
     chip.write_text(re.sub("^pipeline = .*", f'pipeline = "{passes}"', text, flags=re.MULTILINE))

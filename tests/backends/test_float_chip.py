@@ -9,7 +9,7 @@ from tests.helpers.images import Block, Group, Parts, Route
 
 
 def numbers(n: int, weights: list[float], **given: object) -> Numbers:
-    """Neurons without a leak, with a threshold of 1."""
+    """Return neurons without a leak, with a threshold of 1."""
     values = {
         "bias": 0.0,
         "vth": 1.0,

@@ -33,7 +33,7 @@ pytestmark = [
 
 @pytest.fixture(scope="module")
 def image() -> ChipImage:
-    """Two ensembles, one of which feeds itself, and inputs of the host."""
+    """Return two ensembles, one of which feeds itself, and inputs of the host."""
     with nengo.Network(seed=2) as network:
         value = nengo.Node(np.sin)
         first, second = nengo.Ensemble(40, 2, label="first"), nengo.Ensemble(50, 1, label="second")
@@ -45,7 +45,7 @@ def image() -> ChipImage:
 
 
 def alike(image: ChipImage) -> ChipImage:
-    """The image with neurons as Lava's own: alike, never at rest after a spike, with no low end."""
+    """Return the image with Lava's own neurons: alike, never at rest, with no low end."""
     each, blocks = image.compartments, image.blocks
     same = {
         "decay_u": np.full_like(each.decay_u, 700),

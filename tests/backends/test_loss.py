@@ -33,7 +33,7 @@ def feedforward(seed: int = 2) -> nengo.Network:
 
 
 def recurrent() -> nengo.Network:
-    """No input, and biases that let neurons spike by themselves."""
+    """Return a network without input, whose biases let neurons spike by themselves."""
     rng = np.random.RandomState(3)
     with nengo.Network(seed=3) as network:
         bias = rng.uniform(0.5, 2, 20)
@@ -49,7 +49,7 @@ def quiet(_what: str, _share: float | None) -> None:
 
 
 def emulated(network: nengo.Network, n_steps: int) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Voltages and spikes of nengo-loihi's emulator on blocks that were not discretised."""
+    """Return voltages and spikes of nengo-loihi's emulator on blocks before discretising."""
     model = Model(dt=0.001)
     model.seeds[network], model.seeded[network] = network.seed, True
     with numpy1_semantics():
@@ -130,7 +130,7 @@ def test_what_passes_cost_is_part_of_the_loss(measured: MeasuredLoss) -> None:
 
 def test_what_is_rounded_more_is_found_to_cost_more() -> None:
     def network(big: float) -> nengo.Network:
-        """Eight bits are shared with a weight that is never used: its source is silent."""
+        """Return weights that share 8 bits with one that is never used: its source is silent."""
         with nengo.Network(seed=1) as net:
             pre = nengo.Ensemble(9, 1, label="pre", gain=np.ones(9), bias=[0] + [2.0] * 8)
             post = nengo.Ensemble(1, 1, label="post", gain=np.ones(1), bias=[0.9])

@@ -6,7 +6,7 @@ from spikeport.backends.recorder import Recorder
 
 
 class Chip:
-    """Notes what is done with it, and answers with the number of spikes."""
+    """Chip that notes what is done with it, and answers with the number of spikes."""
 
     def __init__(self):
         self.errors, self.closed = [], False

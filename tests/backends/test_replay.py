@@ -18,7 +18,7 @@ STEPS = 20
 
 @pytest.fixture
 def path(tmp_path: Path) -> Path:
-    """A record of so many steps."""
+    """Return a record of so many steps."""
     clock = FakeClock()
     made = tmp_path / "record"
     line = FakeLine(Board(MACHINE), clock)

@@ -18,7 +18,7 @@ Step = Callable[[], None]
 
 
 def simulators(network: nengo.Network) -> tuple[nengo.Simulator, nengo.Simulator, Step]:
-    """Nengo's simulator, one of the same signals in a pool, and the function of its step."""
+    """Return Nengo's simulator, one of the same signals in a pool, and its step's function."""
     model = nengo.builder.Model()
     model.build(network)
     theirs, ours = (nengo.Simulator(None, model=model, progress_bar=False) for _ in range(2))

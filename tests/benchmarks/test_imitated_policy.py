@@ -11,7 +11,7 @@ from spikeport.networks.walking_policy import load
 
 @pytest.fixture
 def made(monkeypatch, capsys):
-    """A policy that a few robots taught for some steps, and the errors that were printed."""
+    """Return a policy that a few robots taught for some steps, and the errors that were printed."""
     for name, value in {
         "ROBOTS": 8,
         "STEPS": 20,

@@ -5,7 +5,7 @@ import saved_runs
 
 
 class Rig:
-    """Counts what is done with it."""
+    """Work that counts what is done with it."""
 
     def __init__(self):
         self.performed, self.closed = [], 0

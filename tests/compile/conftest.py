@@ -22,7 +22,7 @@ def make_chain(seed: int | None = 3) -> nengo.Network:
 
 
 def make_convolution(pop_type: int = 32, split: bool = True) -> nengo.Network:
-    """4 x 4 pixels, through 4 filters of 3 x 3, onto 2 x 2 x 4 neurons."""
+    """Return a network of 4 x 4 pixels, through 4 filters of 3 x 3, onto 2 x 2 x 4 neurons."""
     kernel = np.random.RandomState(1).uniform(-1, 1, (3, 3, 1, 4))
     filters = nengo.Convolution(4, (4, 4, 1), kernel_size=(3, 3), init=kernel)
     with nengo.Network(label="convolution", seed=4) as network:
@@ -48,7 +48,7 @@ def make_convolution(pop_type: int = 32, split: bool = True) -> nengo.Network:
 def make_neuron_network(
     transform: object, n_pre: int, n_post: int, pre_slice: slice = slice(None)
 ) -> nengo.Network:
-    """``n_pre`` neurons wired straight to ``n_post`` neurons, and nothing else."""
+    """Return ``n_pre`` neurons wired straight to ``n_post`` neurons, and nothing else."""
     with nengo.Network(seed=5) as network:
         one = {"gain": nengo.dists.Choice([1.0]), "bias": nengo.dists.Choice([1.0])}
         pre = nengo.Ensemble(n_pre, 1, label="pre", **one)
@@ -74,13 +74,13 @@ def neuron_network() -> Callable[..., nengo.Network]:
 
 @pytest.fixture(scope="session")
 def compiled_chain() -> Compilation:
-    """One block a core."""
+    """Return an image with one block a core."""
     return compile_network(make_chain(), pipeline="")
 
 
 @pytest.fixture(scope="session")
 def compiled_convolution() -> Compilation:
-    """One block a core."""
+    """Return an image with one block a core."""
     return compile_network(make_convolution(), pipeline="")
 
 

@@ -17,7 +17,7 @@ CORE = {"compartments": 40, "in_axons": 256, "out_axons": 256, "synapse_bits": 2
 
 
 def loop() -> tuple[nengo.Network, nengo.Probe]:
-    """Two decoded ensembles in a loop with each other, and one that is wired to itself."""
+    """Return two decoded ensembles in a loop with each other, and one that is wired to itself."""
     with nengo.Network(label="loop", seed=2) as network:
         source = nengo.Node(lambda t: np.sin(20 * t), label="source")
         a, b = (nengo.Ensemble(60, 1, label=label) for label in "ab")

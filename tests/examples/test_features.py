@@ -24,7 +24,7 @@ pytestmark = pytest.mark.filterwarnings("ignore")
 
 
 class LiveCamera(nengo_loihi.dvs.DVSFileChipProcess):
-    """Stands for a camera, whose events no file has."""
+    """Stand-in for a camera, whose events no file has."""
 
 
 def neurons_of_the_chip() -> None:

@@ -49,14 +49,14 @@ def run(tmp_path: Path) -> Callable[..., Run]:
 
 @pytest.fixture(scope="session")
 def loihi(tmp_path_factory: pytest.TempPathFactory) -> Run:
-    """One second of a small controller on nengo-loihi's emulator."""
+    """Return one second of a small controller on nengo-loihi's emulator."""
     folder = tmp_path_factory.mktemp("loihi")
     return run_reach(folder, 1.0, backend="nengo-loihi", m1=200, command=("spikeport", "run"))
 
 
 @pytest.fixture
 def sweep_of() -> Callable[..., Sweep]:
-    """A sweep of the walk, with the arguments in place of its own."""
+    """Return a sweep of the walk, with the arguments in place of its own."""
 
     def make(**replaced: Any) -> Sweep:
         asked = {
@@ -111,7 +111,7 @@ def spikeport(
 def finished(
     sweep_of: Callable[..., Sweep], tmp_path: Path
 ) -> tuple[Sweep, SweepFolder, xr.Dataset]:
-    """A sweep of which one point of eight failed, its folder and its table."""
+    """Return a sweep of which one point of eight failed, its folder and its table."""
     sweep = sweep_of(varied=VARIED, seeds=(3, 4))
     folder = SweepFolder(tmp_path)
     for point in sweep.points()[:-1]:

@@ -4,7 +4,7 @@ from spikeport.experiments.options import Experiment, Options
 
 
 class Trial:
-    """Stands for a trial."""
+    """Stand-in for a trial."""
 
     name = "stroll"
 

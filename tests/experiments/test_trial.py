@@ -8,7 +8,7 @@ from spikeport.robot.plant import Plant
 
 
 class Push(Port):
-    """Sends one value to the robot, and remembers it."""
+    """Port that sends one value to the robot, and remembers it."""
 
     size_in, size_out = 1, 1
 

@@ -22,7 +22,7 @@ def figure(value: float, unit: str, low: float | None = None, high: float | None
 
 
 def toy_data() -> dict[str, Any]:
-    """Two tiles side by side, two above them, two cores each; every figure from 50 % to 200 %."""
+    """Return a chip of 2 x 2 tiles, two cores each; every figure from 50 % to 200 %."""
     energies = {
         "synaptic_operation": 1,
         "update_active": 10,
@@ -92,7 +92,7 @@ def chip(data: dict[str, Any]) -> ChipModel:
 
 @pytest.fixture
 def make_activity() -> Callable[..., Activity]:
-    """Makes an activity that is all zero except for the arguments."""
+    """Return a function that makes an activity, all zero except for its arguments."""
 
     def make(n_steps: int = 2, n_cores: int = 2, dt_s: float = 0.001, **counts: Any) -> Activity:
         arrays = {name: np.zeros((n_steps, n_cores), dtype=int) for name in PER_STEP}

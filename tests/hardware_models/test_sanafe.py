@@ -126,7 +126,7 @@ def ours(image: ChipImage, periods: np.ndarray) -> EnergyReport:
 
 @pytest.fixture(scope="module")
 def our_time(image: ChipImage, periods: np.ndarray) -> float:
-    """Time of all steps, in s."""
+    """Return time of all steps, in s."""
     loihi = chips.get("loihi")
     steps = timing(counted(image, periods), loihi, loihi.calibration("nahuku-fit"))
     return N_STEPS * steps.mean.value

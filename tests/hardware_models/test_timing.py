@@ -65,7 +65,7 @@ def test_what_has_no_public_figure_is_named_and_leaves_no_upper_bound(chip, make
 
 @pytest.fixture
 def two_chips(data):
-    """Two chips of one core, with a time of 400 ns for a message between them."""
+    """Return two chips of one core, with a time of 400 ns for a message between them."""
     bench = data["calibrations"][0]
     between = {**bench["times"]["spike"], "value": 400, "low": 200, "high": 800}
     bench["times"] = {**bench["times"], "message_between_chips": between}

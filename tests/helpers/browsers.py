@@ -13,7 +13,7 @@ CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
 
 @contextmanager
 def browser() -> Iterator[Any]:
-    """A browser, or a test that is skipped."""
+    """Yield a browser, or skip the test."""
     if CHROMIUM is None:
         pytest.skip("opens pages in a browser: apt-get install chromium")
     api = pytest.importorskip("playwright.sync_api")
@@ -28,7 +28,7 @@ def browser() -> Iterator[Any]:
 
 @contextmanager
 def tab_of(browser: Any, page: Path) -> Iterator[Any]:
-    """A page in a browser, without a message and without a request but that for the file."""
+    """Yield a page in a browser; refuse messages, and requests but that for the file."""
     events: list[str] = []
     tab = browser.new_page(viewport={"width": 1000, "height": 800})
     tab.on("console", lambda message: events.append(message.text))

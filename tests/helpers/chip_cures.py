@@ -74,7 +74,7 @@ def budgeted(make: Callable[[], object], budget: Budget, rate_hz: float = 100) -
 
 
 def fan_out(sizes: Sequence[int], targets: Sequence[int]) -> None:
-    """Ensembles, each wired to every target."""
+    """Return ensembles, each wired to every target."""
     ends = [nengo.Ensemble(n, 1) for n in targets]
     for size in sizes:
         start = nengo.Ensemble(size, 1)
@@ -84,7 +84,7 @@ def fan_out(sizes: Sequence[int], targets: Sequence[int]) -> None:
 
 
 def read(sizes: Sequence[int]) -> None:
-    """Ensembles that are decoded into one target on the host."""
+    """Return ensembles that are decoded into one target on the host."""
     target = nengo.Node(lambda t, x: None, size_in=1)
     for size in sizes:
         nengo.Connection(nengo.Ensemble(size, 1), target, function=lambda x: x / len(sizes))
@@ -101,7 +101,7 @@ def decode(on_host: bool) -> None:
 
 
 def twice() -> None:
-    """Two connections from the same neurons, of which each has an axon in both."""
+    """Return two connections from the same neurons, of which each has an axon in both."""
     a, b = nengo.Ensemble(15, 1), nengo.Ensemble(8, 1)
     for weight in (1e-3, 2e-3):
         nengo.Connection(a.neurons, b.neurons, transform=np.full((8, 15), weight))
@@ -115,7 +115,7 @@ def ensembles(sizes: Sequence[int], connected: bool = False) -> None:
 
 
 def dense(sizes: Sequence[int] = (20,), kept: float = 1.0) -> None:
-    """Ensembles that are wired to themselves, with a share of the weights."""
+    """Return ensembles that are wired to themselves, with a share of the weights."""
     for size in sizes:
         weights = np.random.RandomState(0).rand(size, size) * 1e-2
         a, mask = nengo.Ensemble(size, 1), np.random.RandomState(1).rand(size, size) < kept
@@ -132,7 +132,7 @@ def kinds(*types: NeuronType) -> None:
 
 
 def learning() -> None:
-    """A block whose weights learn, which takes a format of its own, and one with fixed weights."""
+    """Return a block whose weights learn, which takes a format of its own, and a fixed one."""
     a, target = nengo.Ensemble(9, 1), nengo.Node(size_in=1)
     learned = nengo.Connection(a, target, learning_rule_type=nengo.PES())
     nengo.Connection(target, learned.learning_rule)
@@ -140,7 +140,7 @@ def learning() -> None:
 
 
 def learning_on_host() -> None:
-    """The same, with what learns on the host."""
+    """Return the same, with what learns on the host."""
     a, target = nengo.Ensemble(9, 1), nengo.Node(size_in=1)
     on_host(a)
     learned = nengo.Connection(a, target, learning_rule_type=nengo.PES())

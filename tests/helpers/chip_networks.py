@@ -30,13 +30,13 @@ def integer_blocks(network: nengo.Network) -> IntegerBlocks:
 
 
 def neurons(label: str, bias: list[float]) -> nengo.Ensemble:
-    """Neurons of gain 1 and these biases."""
+    """Return neurons of gain 1 and these biases."""
     gain = np.ones(len(bias))
     return nengo.Ensemble(len(bias), 1, label=label, gain=gain, bias=bias)
 
 
 def wired(weights: list[list[float]], bias: list[float]) -> ChipImage:
-    """Two neurons that always spike, wired to as many as there are biases."""
+    """Return two neurons that always spike, wired to as many as there are biases."""
     with nengo.Network(seed=1) as network:
         pre, post = neurons("pre", [3.0, 4.0]), neurons("post", bias)
         nengo.Connection(pre.neurons, post.neurons, transform=weights, synapse=0.005)

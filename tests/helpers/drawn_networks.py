@@ -31,7 +31,7 @@ class Plan(NamedTuple):
 
     @property
     def sends_spikes(self) -> bool:
-        """True if spikes go to neurons as they are, through other filters than that of values."""
+        """Return True if spikes go to neurons as they are, by filters that values do not have."""
         return any(one.kind in ("inhibition", "weights") and one.tau != 0.005 for one in self.links)
 
 
@@ -58,7 +58,7 @@ PLANS = st.builds(
 
 
 def built(plan: Plan) -> nengo.Network:
-    """Two ensembles, one in a subnetwork, an array, a node in the middle, input and output."""
+    """Draw two ensembles, one in a subnetwork, an array, a node between, input and output."""
     with nengo.Network(seed=3, label="drawn") as network:
         network.config[nengo.Ensemble].intercepts = nengo.dists.Uniform(-1, 0.9)
         source = nengo.Node(lambda t: np.sin(20 * t + np.arange(2)), label="source")

@@ -13,7 +13,7 @@ HEADER = b"#!AER-DAT2.0\r\n# made by hand\r\n"
 
 
 def random_events(n: int, last_us: int, seed: int = 0) -> dict[str, np.ndarray]:
-    """Events of a small camera, in no order."""
+    """Return events of a small camera, in no order."""
     rng = np.random.default_rng(seed)
     ends = {"t": last_us + 1, "y": 12, "x": 16, "p": 2}
     return {name: rng.integers(0, end, n) for name, end in ends.items()}

@@ -26,7 +26,7 @@ MACHINE = Machine("native", native)
 
 
 def small_image() -> ChipImage:
-    """Five sources, two cores, three neurons that spike at different rates, and three outputs."""
+    """Return 5 sources, two cores, three neurons that spike at different rates, and 3 outputs."""
     return Parts(
         blocks=[
             Block(n=3, bias=[40, 90, 300], vth=1000, decay_v=100),

@@ -12,7 +12,7 @@ EXTREMES = (-(2**31), -32768, -2, -1, 0, 1, 2, 3, 7, 100, 4095, 32767, 10**6, 2*
 
 
 def good() -> ChipImage:
-    """An image that reaches every table: two cores, atoms, a shared row, an input, two outputs."""
+    """Return an image that has every table: 2 cores, atoms, a shared row, an input, 2 outputs."""
     blocks = [Block(4, bias=[0, 900, 5_000, 20_000], vth=2**14), Block(6, core=1, vth=2**13)]
     wide = Group([[[64] * 3, [-64] * 3], [[128] * 3, [192] * 3]], axon_row=[0, 1, 1], block=1)
     wide.axon_base = np.array([0, 1, 3])

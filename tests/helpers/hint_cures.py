@@ -28,13 +28,13 @@ def decoded(factor: float, connected: bool = True) -> None:
 
 
 def steep(intercept: float) -> None:
-    """One steep neuron among flat ones, in so many dimensions that most weights are small."""
+    """Return a steep neuron among flat ones, in so many dimensions that most weights are small."""
     a = nengo.Ensemble(40, 6, intercepts=[intercept, *[-0.9] * 39])
     nengo.Connection(nengo.Node(np.zeros(6)), a)
 
 
 def strong(sources: int) -> None:
-    """Fifty weak sources, and a strong input from one source or several."""
+    """Return fifty weak sources, and a strong input from one source or several."""
     weak = np.random.RandomState(0).uniform(0.0002, 0.004, (30, 50))
     weights = np.hstack([weak, np.full((30, sources), 1 / sources)])
     wired(weights)
@@ -60,7 +60,7 @@ def alike(n: int, random: bool = False) -> None:
 
 
 def idle(n: int = 10, gain: float = 0.3, bias: float = 0.5) -> None:
-    """Ten neurons, of which the last five have too little drive; ``n`` leaves out the last."""
+    """Return 10 neurons, of which the last 5 have too little drive; ``n`` leaves out the last."""
     biases = np.where(np.arange(10) < 5, np.linspace(2, 3, 10), bias)[:n]
     a = nengo.Ensemble(n, 1, gain=np.full(n, gain), bias=biases, encoders=np.ones((n, 1)))
     nengo.Connection(nengo.Node(0.5), a)
@@ -95,7 +95,7 @@ def driven(by: float = 3.0, radius: float = 1.0) -> None:
 
 
 def inhibited(synapse_s: float) -> None:
-    """Values and spikes that reach the same neurons."""
+    """Return values and spikes that reach the same neurons."""
     a, b = nengo.Ensemble(20, 1), nengo.Ensemble(20, 1)
     nengo.Connection(a, b, synapse=0.1)
     nengo.Connection(a.neurons, b.neurons, transform=-np.eye(20) / 1000, synapse=synapse_s)
@@ -113,14 +113,14 @@ def probed(attribute: str | None) -> None:
 
 
 def wired_pair() -> None:
-    """Two ensembles whose weights, neuron to neuron, take a core more than a relay does."""
+    """Return 2 ensembles whose weights, neuron to neuron, take a core more than a relay does."""
     pre, post = nengo.Ensemble(400, 1), nengo.Ensemble(400, 1)
     nengo.Connection(pre, post)
     nengo.Probe(post)
 
 
 def moving_pair() -> None:
-    """Two ensembles; the way over the host between them takes a step more than a relay."""
+    """Return 2 ensembles; the way over the host between them takes a step more than a relay."""
     pre, post = nengo.Ensemble(50, 1), nengo.Ensemble(50, 1)
     nengo.Connection(nengo.Node(lambda t: np.sin(20 * t)), pre)
     nengo.Connection(pre, post)

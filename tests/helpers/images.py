@@ -196,7 +196,7 @@ class Parts:
 
 @st.composite
 def images(draw: st.DrawFn) -> ChipImage:
-    """Small images that reach every corner of the arithmetic and of the wiring.
+    """Draw small images that reach every corner of the arithmetic and of the wiring.
 
     Hypothesis draws the structure, which shrinks; a seed that it draws gives the numbers.
     """
@@ -236,12 +236,12 @@ def _block(rng: np.random.RandomState, n: int, noisy: bool) -> Block:
 
 
 def _between(rng: np.random.RandomState, n: int, low: int, high: int) -> np.ndarray:
-    """Numbers of a range, its ends among them."""
+    """Draw numbers of a range, its ends among them."""
     return np.clip(rng.randint(low - 500, high + 501, size=n), low, high)
 
 
 def _signed(rng: np.random.RandomState, size: Any, largest: int) -> np.ndarray:
-    """Numbers of all magnitudes up to the largest, 0 and the largest among them."""
+    """Draw numbers of all magnitudes up to the largest, 0 and the largest among them."""
     magnitude = (largest * 2.0 ** -rng.randint(0, 25, size=size)).astype(np.int64)
     return magnitude * rng.choice([-1, 0, 1], size=size)
 

@@ -77,7 +77,7 @@ class CompartmentsModel(AbstractPyLifModelFixed):
 
 
 def stock(settings):
-    """Lava's own neurons, of which all have the same settings but for the bias."""
+    """Return Lava's own neurons, of which all have the same settings but for the bias."""
     (du,), (dv,), (vth,) = (np.unique(settings[n]) for n in ("decay_u", "decay_v", "threshold"))
     exponents = np.maximum(np.ceil(np.log2(np.maximum(abs(settings["bias"]), 1) / 4096)), 0)
     mantissas = settings["bias"] >> exponents.astype(int)
@@ -93,7 +93,7 @@ def stock(settings):
 
 
 def connect(source, target, number, file):
-    """Weights of one exponent from a source of spikes to compartments."""
+    """Return weights of one exponent from a source of spikes to compartments."""
     matrix = sparse.csr_matrix(
         (file[f"weight_{number}"], (file[f"target_{number}"], file[f"source_{number}"])),
         shape=(target.a_in.shape[0], source.s_out.shape[0]),

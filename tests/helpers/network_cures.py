@@ -20,7 +20,7 @@ class Camera(ChipProcess):
 
 
 def some(n: int) -> None:
-    """An ensemble to be left on the chip, where ``n`` is 1."""
+    """Return an ensemble to be left on the chip, where ``n`` is 1."""
     for _ in range(n):
         nengo.Ensemble(4, 1)
 
@@ -71,7 +71,7 @@ def over_host() -> None:
 
 
 def convolved(n: int, sparse: bool = False) -> None:
-    """A convolution of 4 x 4 pixels by a single weight, into the first 16 of n neurons."""
+    """Return a convolution of 4 x 4 pixels by a single weight, into the first 16 of n neurons."""
     alike = {"gain": nengo.dists.Choice([1.0]), "bias": nengo.dists.Choice([1.0])}
     pre, post = nengo.Ensemble(16, 1), nengo.Ensemble(n, 1, **alike)
     transform = nengo.Convolution(1, (4, 4, 1), kernel_size=(1, 1), init=np.full((1, 1, 1, 1), 0.1))

@@ -26,7 +26,7 @@ def wrap(x: np.ndarray, bits: int) -> np.ndarray:
 
 
 def decay(x: np.ndarray, keep: np.ndarray) -> np.ndarray:
-    """x keep / 4096, rounded towards zero."""
+    """Return x keep / 4096, rounded towards zero."""
     return np.sign(x) * ((np.abs(x) * keep) >> 12)
 
 
@@ -59,7 +59,7 @@ class Oracle:
         return [self._read(i) for i in range(len(self.image.outputs))]
 
     def _deliver(self) -> None:
-        """Every spike of the step before adds the weights of the rows its routes lead to."""
+        """Add the weights of the rows that routes lead to, for every spike of the step before."""
         self.q[:] = 0
         for route, of_input in enumerate(self.image.routes.from_input):
             number = self.image.routes.source[route]

@@ -30,7 +30,7 @@ def problem(
     traffic: object = None,
     audiences: Mapping[tuple[int, ...], int] | None = None,
 ) -> Problem:
-    """Loads, or their compartments, the spikes of pairs of blocks, and sources of several."""
+    """Draw loads, or their compartments, the spikes of pairs of blocks, and shared sources."""
     all_loads = [one if isinstance(one, Load) else load(one) for one in loads]
     matrix = np.zeros((len(loads), len(loads)))
     for (a, b), spikes in dict(traffic or {}).items():
@@ -49,7 +49,7 @@ def pairs(of: Problem) -> np.ndarray:
 
 @st.composite
 def problems(draw: st.DrawFn, most_blocks: int = 10) -> Problem:
-    """Random blocks, each of which fits on a core."""
+    """Draw random blocks, each of which fits on a core."""
     masks = st.sampled_from([0, 1, 2, 4, 3, 5])
     shared = st.sampled_from([0, 1, 2])
     profiles = st.tuples(masks, masks, masks, shared, shared, shared)
@@ -64,7 +64,7 @@ def problems(draw: st.DrawFn, most_blocks: int = 10) -> Problem:
 
 
 def assert_packed(of: Problem, bins: Bins) -> None:
-    """Every block is on one core, and no core is above its room."""
+    """Assert that every block is on one core, and no core above its room."""
     assert sorted(block for blocks in bins for block in blocks) == list(range(len(of.loads)))
     assert all(of.fits(blocks) for blocks in bins)
 

@@ -18,7 +18,7 @@ TAUS = (0.002, 0.005)
 
 
 def random_network(seed: int, learning: bool = False) -> nengo.Network:
-    """Arrays, functions, slices, passthrough nodes, inhibition, several filters, and probes."""
+    """Draw arrays, functions, slices, passthrough nodes, inhibition, filters, and probes."""
     rng = np.random.RandomState(seed)
     with nengo.Network(seed=seed, label="random") as network:
         network.config[nengo.Ensemble].intercepts = nengo.dists.Uniform(-1, 0.9)

@@ -15,7 +15,7 @@ STATE = ("v", "u", "q", "spiked", "refractory", "spike_count")
 
 
 def small_chip(**limits: int) -> ChipModel:
-    """Loihi with other limits of a core."""
+    """Return Loihi with other limits of a core."""
     loihi = chips.get("loihi")
     figures = {
         name: getattr(loihi.limits, name).model_copy(update={"value": float(limit)})
@@ -31,7 +31,7 @@ def context(chip: ChipModel | None = None, note: dict[str, Any] | None = None) -
 
 
 def assert_same_run(before: ChipImage, after: ChipImage, n_steps: int = 20, seed: int = 0) -> int:
-    """State and outputs are equal after every step; returns the spikes there were."""
+    """Assert that state and outputs are equal after every step; return the number of spikes."""
     first, second = NativeChip(before, seed), NativeChip(after, seed)
     for spikes in random_spikes(before, n_steps, seed):
         outputs = zip(first.step(spikes, {}), second.step(spikes, {}), strict=True)

@@ -54,7 +54,7 @@ def assert_equal_steps(image: ChipImage, seed: int, steps: Iterable[np.ndarray])
 
 
 def assert_equal_activity(native: NativeChip, theirs: NengoLoihiChip) -> None:
-    """Every count of two runs is equal."""
+    """Assert that every count of two runs is equal."""
     ours, other = native.activity(), theirs.activity()
     for field in dataclasses.fields(ours):
         np.testing.assert_array_equal(
@@ -63,7 +63,7 @@ def assert_equal_activity(native: NativeChip, theirs: NengoLoihiChip) -> None:
 
 
 def random_spikes(image: ChipImage, n_steps: int, seed: int) -> list[np.ndarray]:
-    """For each step, the sources that spike: of each input none, some or all of them."""
+    """Return the sources that spike in each step: of each input none, some or all of them."""
     rng = np.random.RandomState(seed)
     sizes = image.inputs.size
     rates = rng.choice([0, 0.2, 1], size=(n_steps, len(sizes)))
@@ -71,7 +71,7 @@ def random_spikes(image: ChipImage, n_steps: int, seed: int) -> list[np.ndarray]
 
 
 def silence(n_steps: int) -> list[np.ndarray]:
-    """No host spikes."""
+    """Return no spikes of the host."""
     return [np.zeros(0, dtype=int)] * n_steps
 
 

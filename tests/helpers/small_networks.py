@@ -27,7 +27,7 @@ def ensemble(label: str, n: int, dimensions: int = 1, **options: Any) -> nengo.E
 
 
 def decoders(n: int, d: int) -> np.ndarray:
-    """(n, d) numbers that differ."""
+    """Return (n, d) numbers that differ."""
     return np.arange(1.0, n * d + 1).reshape(n, d) / 100
 
 
@@ -47,7 +47,7 @@ def scope_of(network: nengo.Network) -> Scope:
 
 
 def whole(*groups: Any) -> Partition:
-    """Groups of whole ensembles: one, or a tuple of several."""
+    """Return groups of whole ensembles: one, or a tuple of several."""
     tuples = (group if isinstance(group, tuple) else (group,) for group in groups)
     return Partition([[Part(e, 0, e.n_neurons) for e in group] for group in tuples])
 

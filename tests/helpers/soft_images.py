@@ -41,12 +41,12 @@ def _within(values: np.ndarray) -> np.ndarray:
 
 
 def soft_images() -> st.SearchStrategy[ChipImage]:
-    """Small random images: several atoms, weights of up to 32 bits, all decays, bad bounds."""
+    """Draw small images: several atoms, weights of up to 32 bits, all decays, bad bounds."""
     return images().map(held)
 
 
 def wide_image(seed: int) -> ChipImage:
-    """Three blocks on two cores: rows over 300 to 1,000 compartments, dense and with gaps, and
+    """Return 3 blocks on 2 cores: rows over 300 to 1,000 compartments, dense and with gaps, and
     sources that all reach one core at once.
     """
     rng = np.random.RandomState(seed)

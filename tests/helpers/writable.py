@@ -15,7 +15,7 @@ INDEX_BITS_CODE = 6
 
 @st.composite
 def writable_images(draw: st.DrawFn) -> ChipImage:
-    """Blocks on shared cores, groups of each kind of axon, unused axons, and noise."""
+    """Draw blocks on shared cores, groups of each kind of axon, unused axons, and noise."""
     rng = np.random.RandomState(draw(st.integers(0, 2**32 - 1), label="numbers"))
     sizes = draw(st.lists(st.integers(1, 9), min_size=1, max_size=4), label="block sizes")
     cores = np.unique(rng.randint(3, size=len(sizes)), return_inverse=True)[1]

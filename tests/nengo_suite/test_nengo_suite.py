@@ -1,6 +1,6 @@
 """Nengo's own tests pass on `spikeport.Simulator`, or are listed with a reason and fail.
 
-A listed test also fails on nengo-loihi's simulator, given the same networks.
+A listed test also fails on nengo-loihi's simulator, with the same networks.
 """
 
 import re
@@ -48,14 +48,14 @@ Suite = Callable[..., dict[str, str]]
 
 @pytest.fixture(scope="module")
 def unsupported() -> dict[str, str]:
-    """Patterns of tests, and why they fail."""
+    """Return patterns of tests, and why they fail."""
     content = tomllib.loads((HERE / "unsupported.toml").read_text(encoding="utf-8"))
     return {test: one["reason"] for one in content["unsupported"] for test in one["tests"]}
 
 
 @pytest.fixture(scope="module")
 def suite(environment: Callable[..., Any], tmp_path_factory: pytest.TempPathFactory) -> Suite:
-    """Runs Nengo's tests on a simulator; returns how each ended."""
+    """Run Nengo's tests on a simulator; return how each ended."""
     program = environment(*PACKAGES)
 
     def run(simulator: str, unsupported: dict[str, str]) -> dict[str, str]:

@@ -17,7 +17,7 @@ SETTLED = 100
 
 
 def schedule(n_actions: int) -> np.ndarray:
-    """(n_pairs, n_actions, n_actions) every action wins at every pair of utilities."""
+    """Return (n_pairs, n_actions, n_actions): every action wins at every pair of utilities."""
     winner = np.eye(n_actions, dtype=bool)
     return np.stack([np.where(winner, high, low) for high, low in PAIRS])
 
@@ -46,7 +46,7 @@ def shown(
 
 
 def selected(sim: Simulator, network: nengo.Network, n_actions: int) -> np.ndarray:
-    """(n_pairs, winner, steps, n_actions) gates, and checks of what must always hold."""
+    """Return (n_pairs, winner, steps, n_actions) gates; check what must always hold."""
     gates = sim.data[network.gates].reshape(len(PAIRS), n_actions, HOLD_STEPS, n_actions)
     settled = gates[:, :, SETTLED:]
     assert (settled.argmax(axis=-1) == np.arange(n_actions)[:, np.newaxis]).all()
@@ -57,7 +57,7 @@ def selected(sim: Simulator, network: nengo.Network, n_actions: int) -> np.ndarr
 
 
 def switched_ms(gates: np.ndarray) -> np.ndarray:
-    """For each pair of utilities, the longest time until only the new winner's gate is open."""
+    """Return, for each pair of utilities, the longest time until only the new gate is open."""
     n_actions = gates.shape[-1]
     wanted = np.eye(n_actions, dtype=bool)[:, np.newaxis]
     wrong = ((gates > 0.5) != wanted).any(axis=-1)
@@ -118,7 +118,7 @@ def test_a_selected_action_is_disinhibited():
 
 
 def drive(ensemble: nengo.Ensemble, spikes: np.ndarray) -> np.ndarray:
-    """(n_actions,) what populations of rectified linear neurons encode, above threshold."""
+    """Return (n_actions,) what populations of rectified linear neurons encode."""
     rates = spikes.mean(axis=0).reshape(ensemble.dimensions, -1)
     slopes = ensemble.gain.reshape(rates.shape) / ensemble.radius
     return rates.sum(axis=1) / slopes.sum(axis=1)

@@ -11,7 +11,7 @@ SMALL = ArmSizes(m1=40, cb=30, s1=10)
 
 
 def held(law, region, seed=0, sizes=None, **options):
-    """A controller with one state after the other as input, and a function that feeds them."""
+    """Return a controller with one state after the other as input, and a function that feeds."""
     shown = np.zeros(14)
     with nengo.Network(seed=seed) as net:
         controller = arm(law, region, sizes, seed=seed, **options)
@@ -31,7 +31,7 @@ def held(law, region, seed=0, sizes=None, **options):
 
 
 def full_scale(law, region):
-    """(4,) for each joint, the largest torques of all terms added up, in N m."""
+    """Return (4,) for each joint, the largest torques of all terms added up, in N m."""
     terms = law.terms(region.q_samples)
     parts = [
         *(np.abs(terms.kinematic).max(axis=0) * region.error.half[:, np.newaxis]),
@@ -198,7 +198,7 @@ def test_cb_learns_to_add_what_m1_goes_on_asking_for(law, region):
 
 
 def shared_and_separate(n=30, dimensions=4):
-    """Decoders of one ensemble by PerDimension, and of one ensemble for each of its dimensions."""
+    """Return decoders of an ensemble by PerDimension, and of an ensemble for each dimension."""
     rng = np.random.RandomState(2)
     total = n * dimensions
     encoders = np.repeat(np.eye(dimensions), n, axis=0)
@@ -248,7 +248,7 @@ def test_s1s_decoders_are_per_dimension(law, region):
 
 
 def states_inside(law, region, n):
-    """Joint angles, velocities and errors whose hand and target lie in the region too."""
+    """Return joint angles, velocities and errors whose hand and target lie in the region too."""
     rng = np.random.RandomState(5)
     found = []
     while len(found) < n:

@@ -28,7 +28,7 @@ def squares(seed: int = 1) -> nengo.Network:
 
 
 def run(utilities: tuple[tuple[float, float], ...], x: float, gated: bool = True):
-    """Decoded values and spikes for one pair of utilities after the other."""
+    """Return decoded values and spikes for one pair of utilities after the other."""
     with nengo.Network(seed=0) as network:
         net, selection = squares(), action_selection(2)
         shown = nengo.Node(lambda t: utilities[int((t - 5e-4) * 1000 / HOLD_STEPS)])

@@ -39,7 +39,7 @@ def parts(law, region, sizes, layers, options=None) -> HumanoidNetwork:
 
 
 def shown(net: HumanoidNetwork, law, region) -> nengo.Network:
-    """The humanoid at one state of the robot; first it is to walk, then to draw, then to walk."""
+    """Return the humanoid at one state of the robot; it is to walk, then to draw, then to walk."""
     q = region.q_samples[0]
     inputs = {
         net.arm.state: np.concatenate([q, np.zeros(4), law.arm.at(q).position]),
@@ -67,7 +67,7 @@ def shown(net: HumanoidNetwork, law, region) -> nengo.Network:
 def run(
     network: nengo.Network, **where: str
 ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-    """(n_phases, steps, size) outputs and (n_phases, steps) spikes of each part."""
+    """Return (n_phases, steps, size) outputs and (n_phases, steps) spikes of each part."""
     with Simulator(network, **{"pipeline": "compact", **where}) as sim:
         sim.run_steps(3 * HOLD_STEPS)
         values = [sim.data[probe].reshape(3, HOLD_STEPS, -1) for probe in network.outputs]

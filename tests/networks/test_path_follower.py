@@ -13,7 +13,7 @@ DT_S = 0.001
 
 
 def situations(n, seed=3):
-    """References and states of all headings: bearings within 0.6 rad, one in three anywhere."""
+    """Return references and states of all headings: bearings within 0.6 rad, 1 in 3 anywhere."""
     rng = np.random.RandomState(seed)
     heading, beside, anywhere = rng.uniform(-np.pi, np.pi, (3, n))
     bearing = np.where(np.arange(n) % 3, 0.6 * beside / np.pi, anywhere)
@@ -25,7 +25,7 @@ def situations(n, seed=3):
 
 
 def shown(follower, references, states):
-    """In the current network, show one situation after the other; a probe of the command."""
+    """Feed one situation after the other in this network; return a probe of the command."""
 
     def now(values):
         return nengo.Node(lambda t: values[int((t - DT_S / 2) / HOLD_S)])
@@ -36,7 +36,7 @@ def shown(follower, references, states):
 
 
 def errors(backend, n):
-    """(n, 2) what the commands of the last 0.1 s of every situation differ by, on average."""
+    """Return (n, 2) differences of the mean commands of the last 0.1 s of every situation."""
     references, states = situations(n)
     with nengo.Network(seed=1) as network:
         probe = shown(path_follower(GAINS), references, states)

@@ -30,7 +30,7 @@ def random_layers(sizes: tuple[int, ...], seed: int = 0) -> list[Layer]:
 
 
 def gait_like(n: int, n_samples: int, seed: int = 0) -> np.ndarray:
-    """Periodic observations at 50 Hz, with some noise."""
+    """Return periodic observations at 50 Hz, with some noise."""
     rng = np.random.RandomState(seed)
     t = 0.02 * np.arange(n_samples)[:, np.newaxis]
     phase, size = rng.uniform(0, 2 * np.pi, n), rng.uniform(0.3, 1.2, n)

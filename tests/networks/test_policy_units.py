@@ -19,7 +19,7 @@ from tests.helpers.policies import LAYERS, OBSERVATIONS, built, float_error
 
 
 def kinds(options):
-    """Neuron type and membrane time constant of the halves of a unit."""
+    """Return neuron type and membrane time constant of the halves of a unit."""
     types = [half.ensemble.neuron_type for half in built(options).layers[0].halves[:2]]
     return [(type(kind), getattr(kind, "tau_rc", None)) for kind in types]
 

@@ -58,7 +58,7 @@ ELSEWHERE = {
 
 @pytest.fixture(scope="module")
 def modules(root: Path) -> set[str]:
-    """The modules, by their path within the folder that tests mirror."""
+    """Return the modules, by their path within the folder that tests mirror."""
     package = root / "src" / "spikeport"
     links = [path for path in package.iterdir() if path.is_symlink()]
     trees = [(root, root / link.name) for link in links] + [(package.parent, package)]

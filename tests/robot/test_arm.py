@@ -21,7 +21,7 @@ def model():
 
 
 def placed(model, q):
-    """Simulation data of the whole robot with the right arm at q, everything computed."""
+    """Return simulation data of the whole robot with the right arm at q, everything computed."""
     data = mujoco.MjData(model)
     for joint, angle in {**DEFAULT_POSE, **dict(zip(ARM_JOINTS, q, strict=True))}.items():
         data.joint(joint).qpos = angle
@@ -30,7 +30,7 @@ def placed(model, q):
 
 
 def differences(function, q, step=1e-6):
-    """Central differences, one column per joint."""
+    """Return central differences, one column per joint."""
     moves = np.eye(4) * step
     return np.stack([(function(q + d) - function(q - d)) / (2 * step) for d in moves], axis=-1)
 

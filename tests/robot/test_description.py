@@ -19,7 +19,7 @@ def names(model, kind, count):
 
 
 def tensor(model, body):
-    """Inertia of a body about its centre of mass, in the body's frame."""
+    """Return inertia of a body about its centre of mass, in the body's frame."""
     rotation = np.empty(9)
     mujoco.mju_quat2Mat(rotation, model.body(body).iquat)
     axes = rotation.reshape(3, 3)

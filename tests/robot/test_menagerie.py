@@ -37,7 +37,7 @@ def tetrahedron():
 
 @pytest.fixture
 def stand_in(tmp_path, monkeypatch):
-    """A checkout of Menagerie whose H1 is one mesh on the pelvis."""
+    """Return a checkout of Menagerie whose H1 is one mesh on the pelvis."""
     assets = tmp_path / "unitree_h1" / "assets"
     assets.mkdir(parents=True)
     (assets / "brick.stl").write_bytes(tetrahedron())
@@ -105,7 +105,7 @@ def test_absent_package_names_the_extra(monkeypatch):
 
 
 def tensors(model, body):
-    """Inertia of a body about its centre of mass, in the body's frame."""
+    """Return inertia of a body about its centre of mass, in the body's frame."""
     rotation = np.empty(9)
     mujoco.mju_quat2Mat(rotation, model.body(body).iquat)
     axes = rotation.reshape(3, 3)

@@ -28,7 +28,7 @@ def renderer(plant):
 
 
 def changed(one, other):
-    """Pixels that differ by more than a driver's rounding, ``(height, width)``."""
+    """Return pixels that differ by more than a driver's rounding, ``(height, width)``."""
     return (np.abs(one.astype(int) - other) > 2).any(axis=2)
 
 

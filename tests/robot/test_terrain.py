@@ -40,7 +40,7 @@ def test_texts_name_terrain():
 
 
 def hits(model, data, x, y):
-    """Heights at which rays from above meet the floor."""
+    """Return heights at which rays from above meet the floor."""
     geom, world = np.zeros(1, dtype=np.int32), np.array([1, 0, 0, 0, 0, 0], dtype=np.uint8)
     down = np.array([0.0, 0.0, -1.0])
     distances = [

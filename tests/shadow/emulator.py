@@ -22,7 +22,7 @@ class ShadowMismatchError(AssertionError):
 
 
 class ShadowEmulator(EmulatorInterface):
-    """Runs both; what it returns is nengo-loihi's."""
+    """Emulator that runs both; what it returns is nengo-loihi's."""
 
     def __init__(self, model: Any, seed: int | None = None) -> None:
         super().__init__(model, seed=seed)

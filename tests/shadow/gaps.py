@@ -22,7 +22,7 @@ def fill_gaps() -> None:
 
 
 def bring_back_npconv2d() -> None:
-    """Nengo 4 moved the functions of this module, which the tests of convolutions import."""
+    """Provide the module that convolutions' tests import: Nengo 4 moved its functions."""
     package: Any = types.ModuleType("nengo._vendor.npconv2d")
     package.conv2d = nengo.builder.transforms
     nengo._vendor.npconv2d = package
@@ -42,12 +42,12 @@ class _WithFromstring:
 
 
 def bring_back_fromstring() -> None:
-    """The reader of event camera files uses it."""
+    """Restore the name that the reader of event camera files uses."""
     nengo_loihi.dvs.np = _WithFromstring()
 
 
 def widen_largest_values() -> None:
-    """Scales are computed from the largest bias and threshold in float64, as under NumPy 1."""
+    """Compute scales from the largest bias and threshold in float64, as under NumPy 1."""
     discretize = nengo_loihi.builder.discretize.discretize_block
 
     def discretize_wide(block: Any) -> Any:
@@ -59,7 +59,7 @@ def widen_largest_values() -> None:
 
 
 def draw_pictures(test_conv: Any, folder: Path) -> None:
-    """The package leaves its ten pictures of digits out: ten strokes of a pen stand in."""
+    """Stand in for ten pictures of digits that the package leaves out: ten strokes of a pen."""
     with open(folder / "mnist10.pkl", "wb") as file:
         pictures = np.stack([_stroke(i).ravel() for i in range(10)]).astype(np.float32)
         pickle.dump((pictures, np.arange(10)), file)

@@ -8,7 +8,7 @@ NO_EMULATOR = "makes no emulator"
 
 
 class Tally:
-    """Counts steps, compartment updates and spikes compared, under the test that runs."""
+    """Counter of steps, updates and spikes compared, under the test that runs."""
 
     def __init__(self) -> None:
         self.test = "outside tests"
@@ -25,13 +25,13 @@ class Tally:
         self.test = test
 
     def step(self, spikes: int, n: int) -> None:
-        """One step was compared, and equal."""
+        """Count one step that was compared, and equal."""
         self.steps[self.test] += 1
         self.updates += int(n)
         self.spikes += int(spikes)
 
     def mismatch(self, what: str) -> None:
-        """The emulators differed. Kept here too: a test may swallow the error."""
+        """Note that the emulators differed: a test may swallow the error."""
         self.mismatches.append(f"{self.test}: {what}")
 
     def say(self, reason: str) -> None:
@@ -39,7 +39,7 @@ class Tally:
         self.reasons[self.test] = reason
 
     def end(self, test: str, outcome: str, error: str = "") -> None:
-        """The test passed, failed or was skipped; a failure in any phase counts."""
+        """Note that the test passed, failed or was skipped; a failure in any phase counts."""
         if self.outcomes.get(test) != "failed":
             self.outcomes[test] = outcome
             if outcome == "failed":
@@ -50,7 +50,7 @@ class Tally:
         return sorted(test for test, how in self.outcomes.items() if how == outcome)
 
     def not_covered(self) -> dict[str, dict[str, int]]:
-        """By reason, tests that passed without a step compared, and in how many variants."""
+        """Return tests that passed without a step compared, by reason, and in how many variants."""
         silent = [test for test in self.of("passed") if not self.steps[test]]
         reasons = {self.reasons.get(test, NO_EMULATOR) for test in silent}
         return {reason: self._variants(silent, reason) for reason in sorted(reasons)}

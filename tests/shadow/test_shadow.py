@@ -23,7 +23,7 @@ def reads_one_number_arrays() -> bool:
 
 
 def known_failures() -> dict[str, str]:
-    """Tests that fail without us, and why."""
+    """Return tests that fail without us, and why."""
     lowpass = "NumPy 2.4 refuses arrays as numbers, nengo's Lowpass.filt assigns one"
     transforms = ("True-True", "True-False", "False-True")
     known = {

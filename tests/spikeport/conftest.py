@@ -194,7 +194,7 @@ def start() -> Callable[..., subprocess.Popen[str]]:
 
 @pytest.fixture
 def interruptible() -> Iterator[None]:
-    """SIGINT raises KeyboardInterrupt, also where the tests were started in the background."""
+    """Let SIGINT raise KeyboardInterrupt, also where tests were started in the background."""
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)
@@ -202,7 +202,7 @@ def interruptible() -> Iterator[None]:
 
 @pytest.fixture
 def net_py(tmp_path: Path) -> Path:
-    """A file with networks."""
+    """Return a file with networks."""
     path = tmp_path / "net.py"
     path.write_text(NETWORK, encoding="utf-8")
     return path

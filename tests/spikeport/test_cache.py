@@ -21,7 +21,7 @@ MADE = {"weights": np.arange(6.0).reshape(2, 3), "digest": np.array("abc")}
 
 
 class Maker:
-    """Makes arrays, and counts how often."""
+    """Maker of arrays that counts how often it is called."""
 
     def __init__(self):
         self.n = 0

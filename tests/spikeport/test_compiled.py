@@ -36,7 +36,7 @@ def half_of() -> object:
 
 @pytest.fixture
 def cache(tmp_path, monkeypatch) -> Path:
-    """An empty folder for the cache of this process."""
+    """Return an empty folder for the cache of this process."""
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
     return tmp_path
 

@@ -15,7 +15,7 @@ LAST_STEP = 38
 
 
 def interrupted_network(interrupts: int = 1) -> tuple[nengo.Network, list[nengo.Probe]]:
-    """A network that sends the process SIGINT within a step, as Ctrl-C does, and its probes."""
+    """Return a network that sends itself SIGINT within a step, as Ctrl-C does, and its probes."""
 
     def source(t: float) -> float:
         if round(t / 0.001) == LAST_STEP:

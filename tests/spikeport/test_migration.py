@@ -22,7 +22,7 @@ pytestmark = pytest.mark.filterwarnings("ignore")
 
 
 def network(loop=False):
-    """Two ensembles and a probe of each kind; ``loop`` closes one through a passthrough node.
+    """Return 2 ensembles and a probe of each kind; ``loop`` closes one by a passthrough node.
 
     nengo-loihi seeds by chance what replaces passthrough nodes: only without them bits are equal.
     """

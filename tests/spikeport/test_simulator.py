@@ -272,7 +272,7 @@ def test_neither_a_closed_simulator_nor_one_never_built_is_warned_of():
 
 
 class Bar(ProgressBar):
-    """Keeps its last progress."""
+    """Progress bar that keeps its last progress."""
 
     seen = None
 

@@ -13,7 +13,7 @@ HIPS_BACK = 1.0 * np.isin(np.arange(19), [2, 7])
 
 
 def robots(vx, wz, age_s, lifted_m=0.0, touched=False):
-    """Two robots asked for 0.5 m/s and 0.2 rad/s; their left foot is up, or comes down."""
+    """Return two robots asked for 0.5 m/s and 0.2 rad/s; their left foot is up, or comes down."""
     level = np.tile([vx, 0.0, 0.0], (2, 1))
     return SimpleNamespace(
         motion=SimpleNamespace(level_velocity=level, yaw_rate=np.full(2, wz)),

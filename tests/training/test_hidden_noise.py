@@ -12,7 +12,7 @@ NOBODY = torch.zeros(3, dtype=torch.bool)
 
 
 def source(robots=3, units=2_000, **noise):
-    """Noise that is the same in every test."""
+    """Return noise that is the same in every test."""
     torch.manual_seed(0)
     return HiddenNoiseSource(HiddenNoise(**noise), robots, units)
 

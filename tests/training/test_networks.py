@@ -84,7 +84,7 @@ def test_noise_grows_with_the_activity_of_a_unit():
 
 
 def spread(gaussian):
-    """Standard deviation of every joint's action."""
+    """Return standard deviation of every joint's action."""
     gaussian.update(torch.zeros(2, 19))
     return dict(zip(JOINTS, gaussian.std[0].detach().tolist(), strict=True))
 

@@ -15,7 +15,7 @@ SETTINGS = RewardSettings(vx_sd_m_s=0.5, wz_sd_rad_s=0.25, drift_m_s=0.1, step_s
 
 @pytest.fixture
 def standing():
-    """One robot that stands as it should while it is asked to walk."""
+    """Return one robot that stands as it should while it is asked to walk."""
     motion = SimpleNamespace(
         gravity=np.array([[0.0, 0.0, -1.0]]),
         turn_rate=np.zeros((1, 3)),

@@ -15,7 +15,7 @@ def policy():
 
 
 def walked(policy, vx_m_s, wz_rad_s, seconds=8.0):
-    """Forward speed, yaw rate, height of the pelvis and of the heels, each control step."""
+    """Return forward speed, yaw rate, height of the pelvis and of the heels, each control step."""
     plant = Plant()
     plant.reset(0)
     action, rows = np.zeros(len(JOINTS)), []

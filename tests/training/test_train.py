@@ -22,7 +22,7 @@ def silent(_what, _share):
 
 @pytest.fixture
 def options(tmp_path, monkeypatch):
-    """Three segments of an update each; the last one has noise on hidden units."""
+    """Return three segments of an update each; the last one has noise on hidden units."""
     monkeypatch.setattr(evaluate, "EPISODE_STEPS", 3)
     noisy = next(stage for stage in STAGES if stage.hidden_noise)
     stages = (STAGES[0], replace(noisy, first_step=64))

@@ -16,7 +16,7 @@ def n_chips(placement: Placement) -> int:
 
 
 class Allocator(allocators.Allocator):
-    """Puts blocks on the cores of a placement, also several on one.
+    """Allocator that puts blocks on the cores of a placement, also several on one.
 
     nengo-loihi's own allocators give each block a core; its builder takes any number.
 

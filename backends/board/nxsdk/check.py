@@ -122,8 +122,11 @@ def _stepped(
     image: ChipImage, back: ChipImage, order: np.ndarray, n_steps: int, seed: int
 ) -> _Stepped:
     """Step both images on the same spikes of the host."""
+    # Without noise, which chips draw for themselves, and without learning: microcode of a rule is
+    # not public.
     one, other = NativeChip(quiet(image), seed), NativeChip(quiet(back), seed)
     rng, read = np.random.default_rng(seed), spikes_read(image)
+    # nengo-loihi reads a spike off the voltage's register: off what a spike leaves there.
     looks_fired = SPIKE_VOLTAGE * image.compartments.refract_delay[read]
     n_spikes, n_phantoms, differing = 0, 0, dict.fromkeys(COMPARED, 0)
     for _ in range(n_steps):
@@ -155,5 +158,6 @@ def _noise_differs(image: ChipImage, back: ChipImage, order: np.ndarray) -> int:
     for name in NOISE:
         a = getattr(image.blocks, name)[image.compartment_block][order]
         b = getattr(back.blocks, name)[back.compartment_block]
+        # A block's noise does not matter where no compartment takes it.
         differs |= (a != b) & (theirs == 1)
     return int(differs.sum())

@@ -77,6 +77,7 @@ class Device:
             [(source, self._at, s) for source, s in zip(self._model.inputs, sent, strict=True)],
             [(self._model.synapses[g], self._at, error) for g, error in self._errors.items()],
         )
+        # Without Nengo's signals: the values are taken as the snips read them.
         self._hardware.chip2host({})
         held = self._hardware.snips.probe_data
         return [np.ravel(held[probe].pop()).astype(np.int32) for probe in self._model.probes]

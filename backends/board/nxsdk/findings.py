@@ -54,6 +54,7 @@ def _shared(image: ChipImage, placement: Placement) -> Iterator[Finding]:
     noisy = np.bincount(image.compartment_block, image.compartments.enable_noise, image.n_blocks)
     for number, blocks in enumerate(placement.blocks_of):
         for trap, names, mine in (
+            # Settings of noise do not matter where it is off.
             (NOISES, NOISE, blocks[noisy[blocks] != 0]),
             (RANGES, ("vmin", "vmax"), blocks),
         ):
@@ -84,6 +85,7 @@ def _dummies(image: ChipImage, placement: Placement) -> Iterator[Finding]:
     """Yield groups that end in an axon of nothing, after which nengo-loihi cannot count on."""
     for number, blocks in enumerate(placement.blocks_of):
         mine = [g for b in blocks for g in np.flatnonzero(image.groups.block == b)]
+        # Behind the last group of a core there is none to be miscounted.
         for group in mine[:-1]:
             if _ends_in_nothing(image, group):
                 label = image.manifest.groups[group].label
@@ -177,6 +179,7 @@ def _refractory(image: ChipImage, placement: Placement) -> Iterator[Finding]:
 
 def _shutdowns(image: ChipImage, placement: Placement) -> Iterator[Finding]:
     """Yield how the answer to a step may end in -1, which nengo-loihi takes for a shutdown."""
+    # An answer ends with the words of the last output.
     for last in image.manifest.outputs[-1:]:
         value = "32 spikes at once" if last.key == "spiked" else f"a {last.key} of -1"
         used = (

@@ -27,6 +27,7 @@ class Half(NamedTuple):
 
     def allow_thresholds(self, most: int) -> None:
         """Have this import of the builder take as many threshold profiles on a core."""
+        # nengo-loihi asserts that there are fewer than this.
         self.builder.MAX_VTH_CFGS = most + 1
 
 
@@ -71,6 +72,7 @@ def _in_place(modules: Mapping[str, ModuleType | None]) -> Iterator[None]:
     """Put modules in the place of others, or out of the way; put the others back at the end."""
     package = sys.modules["nengo_loihi.hardware"]
     before = {name: sys.modules.get(name) for name in modules}
+    # An import also leaves the module in its package.
     attributes = dict(vars(package))
     _put(modules)
     try:

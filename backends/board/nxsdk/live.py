@@ -39,6 +39,7 @@ class Registers:
 
     def __init__(self, written: Written) -> None:
         axons = [axon for axon_map in written.inputs for all_ in axon_map.values() for axon in all_]
+        # Every axon of the host is a source by itself, and the length of a step decides nothing.
         self.image = decompile(Written(written.board, [{i: [a] for i, a in enumerate(axons)}]), 1.0)
         self._sources: dict[tuple[int, int, int], int] = {
             (int(axon["core_id"]), int(axon["axon_id"]), int(axon["atom"])): number
@@ -60,6 +61,7 @@ class Registers:
         self._n_arriving = update(self._loaded, 0, NO_NOISE, self._counts)
         state, n = self.state, self.image.n_compartments
         refract = self.image.compartments.refract_delay
+        # After a spike the register of V counts the refractory steps that are left.
         left = np.where(state.spiked[:n] == 1, refract, state.refractory[:n])
         return state.u.copy(), np.where(left > 0, left * SPIKE_VOLTAGE, state.v).astype(np.int32)
 

@@ -8,7 +8,7 @@ multiples of 64 units, and loses less to decays, which are rounded towards zero 
     2^p \max(\Sigma^+, \Sigma^-) \le \min(2^{21}, d_u 2^{23}), \qquad 2^p \le 2^{22}
 
 where :math:`\Sigma^\pm` are the sums of a neuron's weights of one sign, in thresholds: no input
-wraps a register around, were all sources to spike at once. Where a share of them does at most, sums
+wraps a register around, were all sources to spike at once. If at most a share of them does, sums
 are that share, and p may grow to 19: the voltage then ends 16 thresholds below zero, or further. So
 do sums of more than 128 of the largest weights, of which hardly a bit would be left.
 """

@@ -104,6 +104,7 @@ def run(request: CompileRequest) -> None:
         findings = _reckoned(compilation, stated)
         if request.loss_s is not None:
             findings = _measured(network, compilation, request.loss_s, progress)
+        # On one core a pipeline cannot take more cores than another, but it may lose more.
         if request.loss_s is not None or compilation.image.n_cores > 1:
             progress("compiling as written", None)
             written = as_written(network, request.chip, passes)
@@ -112,6 +113,7 @@ def run(request: CompileRequest) -> None:
     request.to.write_report(findings.to_dict(), request.network)
     show_findings(findings, request.cores)
     nir.show(network, compilation, played)
+    request.to.note()
     if exceeded := request.budget.exceeded(findings.report, findings.activity):
         raise OverBudgetError(exceeded)
 
@@ -121,6 +123,7 @@ def _write_nothing(chip: ChipModel, nothing: NothingOnChipError, request: Compil
     report = Report(chip, "", (), (), (), hints=nothing.violations, offloaded=nothing.offloaded)
     request.to.write_report(report.to_dict(), request.network)
     show_nothing(report, nothing.verdict)
+    request.to.note()
 
 
 def _check_run(seconds: float | None) -> None:

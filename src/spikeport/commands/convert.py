@@ -68,6 +68,7 @@ def run(request: ConvertRequest) -> None:
     for line in lint_lines(converted.lint):
         console.print(line, markup=False)
     show_findings(findings, cores=False)
+    request.to.note()
 
 
 def _check(request: ConvertRequest) -> None:

@@ -49,3 +49,10 @@ class Destinations:
             from spikeport.compile.report.page import write_page  # brings jinja2
 
             write_page(self.html, report, title)
+
+    def note(self) -> None:
+        """Print where image and report are, if they were asked for."""
+        folder = [] if self.out is None else [f"{self.out}/"]
+        files = [str(path) for path in (self.json, self.html) if path is not None]
+        if folder or files:
+            print(f"written: {', '.join([*folder, *files])}")

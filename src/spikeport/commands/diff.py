@@ -40,6 +40,7 @@ def run(a: Path, b: Path, html: Path | None = None) -> int:
         from spikeport.compile.report.page import write_pair  # brings jinja2
 
         write_pair(html, reports, [_texts(change) for change in found])
+        print(f"written: {html}")
     console = Console(highlight=False)
     if not found:
         console.print("no difference")

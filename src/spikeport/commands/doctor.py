@@ -21,10 +21,12 @@ def packages() -> dict[str, str]:
     """
     found: dict[str, str] = {}
     for line in metadata.requires("spikeport") or ():
+        # By hand: the package `packaging`, which reads such lines, is none that we depend on.
         name = re.match(r"[\w.-]+", line)
         extra = re.search(r"extra == .([\w-]+)", line)
         mine = extra[1] if extra else ""
         if name and name[0] != "spikeport" and mine not in DEVELOPMENT:
+            # Any one of several extras installs it.
             found.setdefault(name[0], mine)
     return found
 

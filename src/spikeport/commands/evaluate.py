@@ -89,6 +89,7 @@ def planned(request: EvaluateRequest) -> "Evaluation":
         chip=target.chip,
         pipeline=experiment.passes(target.passes),
         seconds=seconds_of(seconds, experiment),
+        # One network for all episodes: it is made once, and seeds change what an episode meets.
         settings={"network_seed": 0, **settings},
         varied={},
         seeds=tuple(range(request.seed, request.seed + request.episodes)),
@@ -106,6 +107,7 @@ def _check(evaluation: "Evaluation") -> None:
             "--episodes"
         )
     experiment, seed = registry.get(EXPERIMENT), evaluation.seeds[0]
+    # A row's settings are the same in all of its episodes, so one of each is enough.
     for point in [evaluation.point(row, seed) for row in evaluation.rows]:
         experiment.settings(**point.settings)
     experiment.trial(experiment.settings(**evaluation.settings), point.options).check()

@@ -94,6 +94,7 @@ class PaperOverview:
         asked = request.options
         drawing = registry.imported("figure 'overview'", self.module)
         with run_folder.opened(asked.out, "overview", asked.overwrite) as folder:
+            # A calibration takes a run, and nothing of it can be seen in the drawing.
             settings = _replaced({"calibrated": "false"}, asked.settings)
             network = find_network("humanoid", settings, request.target.chip)
             run_folder.clear(folder)

@@ -1,5 +1,6 @@
 """The links that a command's options ask for."""
 
+from importlib import import_module
 from typing import TYPE_CHECKING
 
 from spikeport.backends.board.address import Certificates
@@ -71,15 +72,18 @@ def robot_options(link: RobotLink) -> "RobotOptions | None":
     ------
     UsageError
         If options do not go together, or name what is not known.
+    MissingExtraError
+        If the robot is at the end of DDS, and cyclonedds is absent.
     """
     if link.robot is None:
+        # Any option is another than without `--robot`.
         if link != RobotLink(robot_fault=[]):
             raise UsageError(
                 "--robot-real-time, --robot-lock-step, --robot-states, --robot-priority, "
                 "--robot-fault, --estimator and --may-move-a-real-robot are for a run with --robot"
             )
         return None
-    from spikeport.robot.link.connection import RobotOptions  # needs mujoco
+    from spikeport.robot.link.connection import INLINE, RobotOptions  # needs mujoco
 
     over_dds = link.robot.startswith("dds:")
     if link.robot_real_time and over_dds:
@@ -96,4 +100,7 @@ def robot_options(link: RobotLink) -> "RobotOptions | None":
         priority=link.robot_priority,
     )
     asked.check()
+    if asked.robot != INLINE:
+        # Now, and not in a stub's process after a compile: a missing package ends a run here.
+        import_module("spikeport.robot.link.bus")
     return asked

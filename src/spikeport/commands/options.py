@@ -236,7 +236,7 @@ class BoardService:
     machine: Annotated[
         str,
         typer.Option(
-            "--machine", help="What the board is: native, nengo-loihi, snips, nxsdk or rtl."
+            "--machine", help="The board's program: native, nengo-loihi, snips, nxsdk or rtl."
         ),
     ] = "native"
     rtl: Annotated[

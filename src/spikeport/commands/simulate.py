@@ -142,6 +142,7 @@ def _write(
     series: ModuleType,
 ) -> None:
     """Write a folder but for its result: the picture is drawn before an earlier run makes room."""
+    # The last thing that may fail before an earlier run is removed.
     picture = drawing.figure(ran.recorded, ran.backend, request.network)
     run_folder.clear(folder)
     run_folder.write_probes(folder, series.dataset(ran.recorded, ran.backend))

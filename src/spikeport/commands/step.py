@@ -59,6 +59,7 @@ def stepped(
     sizes = np.diff(image.outputs.start)
     held = [np.zeros((len(sent), size), dtype=np.int32) for size in sizes]
     for number, sources in enumerate(sent):
+        # Without errors: the host's side of a learning rule is in the network, not in the image.
         for rows, output in zip(held, chip.step(sources, {}), strict=True):
             rows[number] = output
     return held, chip.activity()
@@ -80,6 +81,7 @@ def by_step(image: ChipImage, path: Path | None, n_steps: int) -> list[np.ndarra
         wrong = np.flatnonzero((numbers < 0) | (numbers >= end))
         if wrong.size:
             raise UsageError(f"{path}: {name}[{wrong[0]}] is {numbers[wrong[0]]}, but {kind}")
+    # Sorted, so that a spike that is there twice lies beside itself.
     order = np.lexsort((source, step))
     step, source = step[order], source[order]
     twice = np.flatnonzero((np.diff(step) == 0) & (np.diff(source) == 0))
@@ -119,5 +121,6 @@ def _write(out: Path, image: ChipImage, held: list[np.ndarray], activity: Activi
         members[f"values_{number}"] = np.array(values).reshape(len(rows), output.size)
     for name in (*PER_STEP, *PER_RUN, "host_spikes", "readout_spikes"):
         members[f"activity_{name}"] = np.asarray(getattr(activity, name))
+    # A file, not a name: NumPy would add .npz to a name without it.
     with atomic_path(out) as temporary, open(temporary, "wb") as file:
         np.savez_compressed(file, **members)

@@ -114,6 +114,7 @@ def _varied(
 
 
 def _value(key: str, text: str, experiment: Experiment, owner: str) -> key_values.SettingValue:
+    # It varies as a setting does, but is none.
     if key == BACKEND:
         return text
     pair = [f"{key}={text}"]
@@ -127,6 +128,7 @@ def _check(sweep: Sweep, experiment: Experiment) -> None:
     for backend in sweep.varied.get(BACKEND, (sweep.backend,)):
         if backend not in experiment.backends:
             raise unknown(f"backend of {experiment.name}", backend, experiment.backends)
+    # Counted before points are made: there may be too many to hold.
     n_points = math.prod(map(len, sweep.axes.values()))
     if n_points > MOST_POINTS:
         raise UsageError(

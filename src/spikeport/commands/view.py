@@ -33,6 +33,7 @@ def run(folder: Path, out: Path | None, live: bool = False) -> None:
     if not isinstance(result, dict) or not (folder / "probes.nc").is_file():
         raise UsageError(f"{folder}: no finished run; cure: name a folder that `run` has written")
     path = out or folder / PAGE
+    # A run of `simulate` has a model in place of an experiment.
     what = result.get("experiment") or result.get("model", "run")
     write(folder / "probes.nc", path, f"{what}: {folder}")
     print(f"written: {path} ({path.stat().st_size / 1e6:.1f} MB); open it in a browser")

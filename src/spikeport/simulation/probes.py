@@ -49,8 +49,8 @@ def records_spikes(probe: nengo.Probe) -> bool:
 def probe_outputs(network: nengo.Network) -> list[nengo.Probe]:
     """Add a probe to each output of a network: ensembles and nodes that nothing reads.
 
-    Where all is read by something, as in a loop with an environment, to each ensemble. Nengo seeds
-    probes last, so that all else stays as it is.
+    If something reads every object, as in a loop with an environment, each ensemble gets a probe.
+    Nengo seeds probes last, so that all else stays as it is.
 
     Raises
     ------

@@ -20,7 +20,7 @@ def answers(board: Board, *frames: Frame) -> list[Frame]:
 
 @pytest.fixture
 def board() -> Board:
-    """A board in a session."""
+    """Return a board in a session."""
     made = Board(MACHINE)
     found = answers(made, Frame(Kind.HELLO, body=Hello(IMAGE.digest, 0).pack()))
     assert [answer.kind for answer in found] == [Kind.WANT_IMAGE]

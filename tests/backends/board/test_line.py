@@ -11,7 +11,7 @@ from spikeport.errors import BoardLostError
 
 @pytest.fixture
 def lines() -> tuple[SocketLine, SocketLine]:
-    """Both ends of a line."""
+    """Return both ends of a line."""
     one, other = socket.socketpair()
     return SocketLine(one, "one"), SocketLine(other, "the other")
 

@@ -15,7 +15,7 @@ SECONDS = 0.05
 
 @pytest.fixture(scope="module")
 def network() -> tuple[nengo.Network, list[nengo.Probe]]:
-    """A network that learns, with probes of spikes, voltages and decoded values."""
+    """Return a network that learns, with probes of spikes, voltages and decoded values."""
     with nengo.Network(seed=1) as made:
         source = nengo.Node(lambda t: np.sin(40 * t))
         a, b = nengo.Ensemble(30, 1), nengo.Ensemble(20, 1)

@@ -17,7 +17,7 @@ STEPS = 30
 
 @pytest.fixture
 def content(tmp_path: Path) -> bytes:
-    """The bytes of a record of so many steps."""
+    """Return the bytes of a record of so many steps."""
     path = tmp_path / "good"
     clock = FakeClock()
     chip = BoardChip(

@@ -64,7 +64,7 @@ def check_equal(chip: BoardChip) -> None:
 def transport(
     request: pytest.FixtureRequest, tmp_path: Path
 ) -> tuple[str, Certificates | None, Certificates | None]:
-    """Address, and certificates of board and host that know each other."""
+    """Return address, and certificates of board and host that know each other."""
     if request.param == "unix":
         return f"unix:{tmp_path / 'board'}", None, None
     address = f"tcp://127.0.0.1:{free_port()}"

@@ -63,7 +63,7 @@ class Weights(NamedTuple):
 
 @contextlib.contextmanager
 def with_ptp() -> Iterator[None]:
-    """brian2 2.9 names a method of arrays that NumPy 2 removed, once, in the class of units."""
+    """Give arrays of units a method that brian2 2.9 names, once, and that NumPy 2 removed."""
     real = np.ndarray
     if hasattr(real, "ptp"):
         yield
@@ -84,7 +84,7 @@ def with_ptp() -> Iterator[None]:
 
 @pytest.fixture(scope="module")
 def brian() -> Any:
-    """brian2-loihi; without compilers."""
+    """Import brian2-loihi, without compilers."""
     with with_ptp():
         brian2 = pytest.importorskip("brian2", reason="brian2 is not installed")
         package = pytest.importorskip("brian2_loihi", reason="brian2-loihi is not installed")
@@ -94,7 +94,7 @@ def brian() -> Any:
 
 @pytest.fixture(scope="module")
 def weights() -> list[Weights]:
-    """Sparse mixed weights: even mantissas, since a mixed sign costs a bit."""
+    """Return sparse mixed weights: even mantissas, since a mixed sign costs a bit."""
     rng = np.random.RandomState(6)
     n_all = FIRST[-1]
     return [
@@ -113,7 +113,7 @@ def sparse(
 
 @pytest.fixture(scope="module")
 def inputs() -> np.ndarray:
-    """(N_STEPS, N_INPUTS) input spikes, with pauses and bursts."""
+    """Return (N_STEPS, N_INPUTS) input spikes, with pauses and bursts."""
     rng = np.random.RandomState(7)
     rate = np.repeat(rng.choice([0, 0.05, 0.4], size=N_STEPS // 50), 50)
     spikes = rng.rand(N_STEPS, N_INPUTS) < rate[:, np.newaxis]
@@ -190,7 +190,7 @@ def rows(mantissas: np.ndarray, block: int) -> Group:
 
 
 def host_spikes(inputs: np.ndarray) -> list[np.ndarray]:
-    """brian2-loihi delivers a spike in its own step, a chip in the next one."""
+    """Shift by a step: brian2-loihi delivers a spike in its own step, a chip in the next one."""
     return [np.flatnonzero(row) for row in [*inputs[1:], np.zeros(N_INPUTS)]]
 
 

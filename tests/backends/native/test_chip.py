@@ -17,7 +17,7 @@ NOTHING = np.zeros(0, dtype=int)
 
 @pytest.fixture
 def chip() -> NativeChip:
-    """Three sources and two, one block of two compartments that learns nothing."""
+    """Return three sources and two, one block of two compartments that learns nothing."""
     return NativeChip(
         Parts(
             blocks=[Block(n=2, bias=5, vth=100)],
@@ -71,7 +71,7 @@ def test_spikes_that_are_not_numbers_of_sources_are_refused(
 
 
 def assert_refused(chip: NativeChip, spikes: np.ndarray, message: str) -> None:
-    """The step is refused, and leaves the chip as it was."""
+    """Assert that the step is refused, and leaves the chip as it was."""
     chip.step(np.array([0]), {})
     before = snapshot(chip)
     assert refusal(lambda: chip.step(spikes, {})) == message

@@ -27,7 +27,7 @@ RULE = (1, 4, -7, 10, 8.5, 2, 4)
 
 @pytest.fixture(scope="module")
 def pes() -> ChipImage:
-    """A communication channel that two errors teach."""
+    """Return a communication channel that two errors teach."""
     with nengo.Network(seed=3) as net:
         stimulus = nengo.Node(lambda t: np.sin(9 * t), size_out=1)
         target = nengo.Node(lambda t: np.cos(9 * t), size_out=1)
@@ -62,7 +62,7 @@ def learning_groups(image: ChipImage) -> np.ndarray:
 
 
 def random_errors(image: ChipImage) -> Iterator[dict[int, np.ndarray]]:
-    """Errors of every group that learns: some rounded to zero, some clipped; now and then none."""
+    """Draw errors of every group that learns: rounded to zero, clipped, or none."""
     rng = np.random.RandomState(8)
     sizes = np.diff(image.blocks.start)[image.groups.block] // 2
     while True:

@@ -40,7 +40,7 @@ def learned(from_neurons: bool = False, synapse: nengo.synapses.Synapse | float 
 
 
 def ends_of_learning(on_chip: str) -> None:
-    """A connection that learns into an ensemble, or from the error of one."""
+    """Return a connection that learns into an ensemble, or from the error of one."""
     pre, target, error = (nengo.Ensemble(10, 1) for _ in range(3))
     connection = nengo.Connection(pre, target, learning_rule_type=nengo.PES())
     nengo.Connection(error, connection.learning_rule)

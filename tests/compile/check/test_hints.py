@@ -74,7 +74,7 @@ def test_a_dead_end_is_found() -> None:
 
 
 def passage(source: str, target: str, own_ms: float, *filters_ms: float) -> Passage:
-    """A connection over a relay of the first filter, or without one, to a target of the last."""
+    """Return a connection over a relay of the first filter, or none, to a target of the last."""
     *relay_s, target_s = (ms / 1000 for ms in filters_ms)
     name = f"{source} -> {target}"
     return Passage(name, source, target, own_ms / 1000, *(relay_s or [None]), target_s)

@@ -12,7 +12,7 @@ from tests.helpers.images import images
 
 
 def by_hand(image: ChipImage) -> list[tuple[int, int, int, int, int, int]]:
-    """(source, route, group, axon, row, atom) of every way, in loops."""
+    """Return (source, route, group, axon, row, atom) of every way, in loops."""
     found = []
     first_input = image.n_compartments + np.concatenate([[0], np.cumsum(image.inputs.size)])
     for route in range(len(image.routes)):

@@ -14,7 +14,7 @@ from spikeport.errors import UsageError
 
 @pytest.fixture(scope="module")
 def wired() -> ChipImage:
-    """Four biased neurons that reach all of six neurons without bias, neuron by neuron."""
+    """Return four biased neurons that reach all of six neurons without bias, neuron by neuron."""
     with nengo.Network(seed=5) as network:
         one, none = nengo.dists.Choice([1.0]), nengo.dists.Choice([0.0])
         pre = nengo.Ensemble(4, 1, label="pre", gain=one, bias=one)

@@ -14,7 +14,7 @@ from spikeport.errors import ImageError
 
 
 def crossing() -> nengo.Network:
-    """Values and spikes of the host go in, decoded values and spikes come out."""
+    """Return a network with values and spikes from the host, and both back to it."""
     with nengo.Network(seed=4) as network:
         nengo_loihi.add_params(network)
         stimulus = nengo.Node([0.3, -0.2], label="stimulus")

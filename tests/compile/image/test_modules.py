@@ -17,7 +17,7 @@ PLACED = {"message", "hop_east_west", "hop_north_south", "message_between_chips"
 
 @pytest.fixture(scope="module")
 def network() -> nengo.Network:
-    """An ensemble in two pieces, which the host and another one drive."""
+    """Return an ensemble in two pieces, which the host and another one drive."""
     with nengo.Network(seed=1) as network:
         source = nengo.Node(0.5, label="source")
         large, small = nengo.Ensemble(1200, 1, label="large"), nengo.Ensemble(30, 1, label="small")

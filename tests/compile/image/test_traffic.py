@@ -6,7 +6,7 @@ from tests.helpers.images import Block, Group, Parts, Route
 
 
 def network() -> ChipImage:
-    """Two compartments that reach two blocks, one of them by two routes, and a source for both."""
+    """Return 2 compartments that reach 2 blocks, one of them by 2 routes, and a source for both."""
     groups = [Group([[64], [64]], block=1), Group([[64]], block=2), Group([[64]], block=1)]
     routes = [
         Route([0, 1], group=0, block=0),

@@ -154,7 +154,7 @@ def test_without_a_public_layout_bits_of_weights_are_counted(neuron_network: Mak
 
 
 def populations(pop_type: int = 32, blocks: int = 1, plain: bool = False) -> ChipImage:
-    """Blocks of 4 pixels of 3 channels; a pixel's channels send to one axon of a last block."""
+    """Return blocks of 4 pixels of 3 channels; a pixel's channels send to one axon of a block."""
     group = Group([np.full((3, 2), 64)] * 4, block=blocks, pop_type=pop_type)
     route = {"axon": np.repeat(np.arange(4), 3), "atom": np.tile(np.arange(3), 4)}
     routes = [Route(**route, block=block) for block in range(blocks)]

@@ -9,7 +9,7 @@ from spikeport.compile.pipeline import compile_network
 
 
 def wired(transform: np.ndarray, path: str) -> ChipImage:
-    """Neurons wired to neurons, with and without ballast."""
+    """Return neurons wired to neurons, with and without ballast."""
     with nengo.Network(seed=5, label="wired") as network:
         spikeport.add_params(network)
         one = {"gain": nengo.dists.Choice([1.0]), "radius": 1.0}

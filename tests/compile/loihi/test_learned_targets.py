@@ -32,7 +32,7 @@ def in_a_subnetwork() -> tuple[nengo.Network, nengo.Probe]:
 
 
 def of_arrays() -> tuple[nengo.Network, nengo.Probe]:
-    """Ensembles that learn, each its own value, into the node before an array."""
+    """Return ensembles that learn, each its own value, into the node before an array."""
     with nengo.Network(seed=1) as network:
         source = nengo.Node(lambda t: [np.sin(12 * t), np.cos(12 * t)])
         pre, post, off = (nengo.networks.EnsembleArray(40, 2) for _ in range(3))

@@ -28,7 +28,7 @@ def fan(solver: Solver, n_targets: int = 3) -> nengo.Network:
 
 @pytest.fixture
 def solved() -> Iterator[list[nengo.Connection]]:
-    """The connections that were solved, one by one."""
+    """Return the connections that were solved, one by one."""
     found = []
     usual = connections.solve_for_decoders
 

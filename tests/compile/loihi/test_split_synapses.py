@@ -19,7 +19,7 @@ FIELDS = ("label", "n_axons", "axon_to_weight_map", "axon_compartment_bases", "p
 
 
 def layers() -> nengo.Network:
-    """Weights of all to all, and of some to some, into an ensemble of two blocks."""
+    """Return weights of all to all, and of some to some, into an ensemble of two blocks."""
     with nengo.Network(seed=1) as network:
         a, b = nengo.Ensemble(30, 1), nengo.Ensemble(1100, 2)
         nengo.Connection(a, b, transform=[[1], [0]])

@@ -66,7 +66,7 @@ def test_auto_takes_what_loses_least_for_its_cores() -> None:
 
 
 def beside(synapse: float, *fixed: float) -> nengo.Network:
-    """The chain, with more filters into its second ensemble: of spikes that go to neurons."""
+    """Return the chain, with more filters into its second ensemble: of spikes to neurons."""
     network = chain(tau=synapse)
     first, second = network.ensembles
     with network:
@@ -151,7 +151,7 @@ def test_the_way_over_the_host_costs_messages_in_every_step() -> None:
 
 
 def lag_s(path: str) -> float:
-    """By how much the output follows the sine late."""
+    """Return by how much the output follows the sine late."""
     t = np.arange(1, 2001) * 0.001
     wave = np.exp(-12j * t)
     found, wanted = run(chain(path, n=200), len(t))[:, 0] @ wave, np.sin(12 * t) @ wave

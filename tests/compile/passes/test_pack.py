@@ -15,7 +15,7 @@ from tests.helpers.same_run import assert_same_run, context, small_chip
 
 
 def blocks(*sizes: int, **settings: Any) -> ChipImage:
-    """Blocks of a core each, that nothing connects."""
+    """Return blocks of a core each, that nothing connects."""
     parts = [Block(n, core=k, bias=9_000, vth=2**16, **settings) for k, n in enumerate(sizes)]
     return Parts(parts).image()
 

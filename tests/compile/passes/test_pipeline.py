@@ -14,7 +14,7 @@ LOIHI = chips.get("loihi")
 
 
 class Noting:
-    """Appends its name to a text that stands for the value."""
+    """Pass that appends its name to a text that stands for the value."""
 
     def apply(self, value: str, /, context: Context) -> str:
         context.note("before", value)

@@ -11,7 +11,7 @@ from tests.helpers.same_run import assert_same_run, context, small_chip
 
 
 def ring(n: int, stride: int) -> ChipImage:
-    """Blocks of a core each; block k sends to block k + stride, around."""
+    """Return blocks of a core each; block k sends to block k + stride, around."""
     groups = [Group([[64]] * 2, block=(k + stride) % n) for k in range(n)]
     routes = [Route([0, 1], block=k, group=k) for k in range(n)]
     parts = [Block(2, core=k, bias=9_000, vth=2**16) for k in range(n)]

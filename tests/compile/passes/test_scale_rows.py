@@ -14,7 +14,7 @@ N = 32
 
 
 def wide(probe: str = "output") -> nengo.Network:
-    """Neurons whose gains span a factor of a thousand."""
+    """Return neurons whose gains span a factor of a thousand."""
     with nengo.Network(seed=6, label="wide") as network:
         gains = np.geomspace(0.01, 10, N)
         pre = nengo.Ensemble(20, 1, label="pre")

@@ -21,7 +21,7 @@ N_STEPS = 500
 
 
 def network(to_neurons: bool = False) -> nengo.Network:
-    """Values, in units of the radius, that go to encoders or to neurons."""
+    """Return values, in units of the radius, that go to encoders or to neurons."""
     with nengo.Network(seed=1) as net:
         values = nengo.Node(lambda _t: RADIUS * np.array(VALUES), label="values")
         encoders = np.repeat([[1, 0], [-1, 0], [0, 1], [0, -1]], 30, axis=0)

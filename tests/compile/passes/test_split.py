@@ -18,7 +18,7 @@ from tests.helpers.same_run import assert_same_run, context, small_chip
 
 
 def dense(n_pre: int = 6, n_post: int = 8) -> ChipImage:
-    """Neurons with a bias, each with a row of different weights to all of a second block."""
+    """Return neurons with a bias, each with a row of different weights to a whole second block."""
     weights = 64 * np.arange(1, n_pre * n_post + 1).reshape(n_pre, n_post)
     blocks = [Block(n_pre, bias=9_000, vth=2**16), Block(n_post, vth=2**15)]
     routes = [Route(range(n_pre), block=0)]

@@ -35,7 +35,7 @@ FOLLOWING = "fuse,decode_path,scale_rows,merge_axons,split,pack"
 
 
 def layer(label: str, **options: Any) -> nengo.networks.EnsembleArray:
-    """Units of neurons that fire above zero, with rates that differ."""
+    """Return units of neurons that fire above zero, with rates that differ."""
     like = {
         "encoders": nengo.dists.Choice([[1.0]]),
         "intercepts": nengo.dists.Choice([0.0]),
@@ -47,7 +47,7 @@ def layer(label: str, **options: Any) -> nengo.networks.EnsembleArray:
 
 
 def layers(**options: Any) -> nengo.Network:
-    """Two layers of units, all of the first wired to all of the second."""
+    """Return two layers of units, all of the first wired to all of the second."""
     with nengo.Network(seed=2, label="layers") as network:
         weights = np.random.RandomState(0).randn(2, N_UNITS, N_UNITS) / np.sqrt(N_UNITS)
         stimulus = nengo.Node(np.linspace(0.2, 0.9, N_UNITS), label="stimulus")
@@ -62,7 +62,7 @@ def layers(**options: Any) -> nengo.Network:
 
 @pytest.fixture(scope="module")
 def small(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A chip whose cores have little memory."""
+    """Return a chip whose cores have little memory."""
     return chip_file(tmp_path_factory.mktemp("chip") / "small.toml", synapse_bits=60_000)
 
 
@@ -130,7 +130,7 @@ def test_the_chip_computes_nearly_the_same(small: Path) -> None:
 
 
 def policy_with_own_decoders() -> nengo.Network:
-    """A policy of which each neuron has a decoder of its own, observing some values in turn."""
+    """Return a policy whose neurons have a decoder each, and that observes values in turn."""
     with nengo.Network(seed=1) as network:
         net = built(PolicyOptions())
         for half in (half for hidden in net.layers for half in hidden.halves):
@@ -265,7 +265,7 @@ def test_a_network_that_is_refused_as_it_is_may_be_tied(monkeypatch: pytest.Monk
 
 
 def others() -> nengo.Network:
-    """Ensembles of which none can do with fewer decoders."""
+    """Return ensembles of which none can do with fewer decoders."""
     with nengo.Network(seed=1) as network:
         plane = nengo.Ensemble(10, 2)
         one = nengo.Ensemble(1, 1)

@@ -8,7 +8,7 @@ from tests.helpers.same_run import small_chip
 
 
 def random_messages(n: int, seed: int) -> Messages:
-    """Three messages of each core to others, or to itself."""
+    """Return three messages of each core to others, or to itself."""
     rng = np.random.RandomState(seed)
     dense = np.zeros((n, n), dtype=int)
     np.add.at(dense, (np.repeat(np.arange(n), 3), rng.randint(n, size=3 * n)), 1)
@@ -17,7 +17,7 @@ def random_messages(n: int, seed: int) -> Messages:
 
 
 def relieved_by_trying(messages: Messages, links: Links, order: np.ndarray) -> np.ndarray:
-    """Each of the busiest cores swapped with every other, the cost of all messages counted anew."""
+    """Swap each of the busiest cores with every other, and count the cost of messages anew."""
     source, target, number = messages
 
     def cost(order: np.ndarray):

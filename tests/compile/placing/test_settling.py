@@ -72,7 +72,7 @@ def test_settling_ends_where_trying_every_move_ends(of: Problem) -> None:
 
 
 def settled_by_trying(of: Problem, bins: Bins) -> Bins:
-    """Blocks move as `settled` has them, and each load is counted anew."""
+    """Assert that blocks move as `settled` has them; count each load anew."""
     bins = [list(blocks) for blocks in bins]
     while sum(tried(of, bins, block) for block in range(len(of.loads))):
         pass

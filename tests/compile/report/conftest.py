@@ -23,7 +23,7 @@ LOSS = Loss(
 
 @pytest.fixture
 def whole(compiled_chain: Compilation) -> dict[str, Any]:
-    """A report with all there can be in one."""
+    """Return a report with all there can be in one."""
     rates = Rates(100, {"first": 50})
     activity = expected_activity(compiled_chain.image, rates)
     return compiled_chain.report.to_dict(activity, rates, LOSS.to_dict())

@@ -9,7 +9,7 @@ from spikeport.compile.report.neurobench import NeuroBench, neurobench, workload
 
 @pytest.fixture(scope="module")
 def wired() -> Compilation:
-    """Two neurons wired to four; two of the eight weights are 0."""
+    """Return two neurons wired to four; two of the eight weights are 0."""
     with nengo.Network(seed=1) as network:
         pre = nengo.Ensemble(2, 1, gain=np.ones(2), bias=np.ones(2), label="pre")
         post = nengo.Ensemble(4, 1, gain=np.ones(4), bias=np.ones(4), label="post")

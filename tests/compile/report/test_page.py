@@ -19,7 +19,7 @@ VOID = {"meta", "br", "input", "link", "img", "hr"}
 
 
 class Tree(HTMLParser):
-    """Reads a page, and holds every element against its end tag."""
+    """Reader of a page, which holds every element against its end tag."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -194,6 +194,16 @@ def test_a_page_is_readable_in_the_dark_and_on_paper(opened: Any) -> None:
     assert light["light", "screen"][1] - light["light", "screen"][0] > 500
     assert light["dark", "screen"][0] - light["dark", "screen"][1] > 500
     assert light["light", "print"] == [0, 765]
+
+
+@pytest.mark.slow
+def test_paper_has_all_that_a_reader_can_open_or_scroll_to(opened: Any) -> None:
+    findings = opened.locator("details:not([open]) li").first
+    assert not findings.is_visible()
+    opened.emulate_media(media="print")
+    assert findings.is_visible()
+    opened.set_viewport_size({"width": 718, "height": 1000})  # A4 within its margins
+    assert opened.evaluate("document.documentElement.scrollWidth") <= 718
 
 
 @pytest.mark.slow

@@ -19,7 +19,7 @@ Edge = tuple[str, str, nengo.synapses.Synapse | None]
 def network_of(
     ensembles: Sequence[str], edges: Sequence[Edge], nodes: Sequence[str] = (), **types: Any
 ) -> nengo.Network:
-    """One-dimensional ensembles and passthrough nodes by label, and what connects them."""
+    """Return one-dimensional ensembles and passthrough nodes by label, and their connections."""
     with nengo.Network(seed=1) as network:
         objects: dict[str, Any] = {
             label: nengo.Ensemble(5, 1, label=label, neuron_type=types.get(label, nengo.LIF()))
@@ -178,7 +178,7 @@ def test_a_key_has_all_parameters_but_the_start() -> None:
 
 
 def pair() -> nengo.Network:
-    """Two ensembles over an array's passthrough node, all of which can be rewritten."""
+    """Return two ensembles over an array's passthrough node, all of which can be rewritten."""
     with nengo.Network(seed=1) as network:
         nengo_loihi.add_params(network)
         first, second = (nengo.Ensemble(5, 1, label=label) for label in ("first", "second"))

@@ -156,7 +156,7 @@ def test_costs_are_of_every_path() -> None:
 
 
 def costs(**changes: dict[str, float]) -> list[PathCost]:
-    """Direct wiring is large and exact; relays are slow, the host slower."""
+    """Return costs: direct wiring is large and exact; relays are slow, the host slower."""
     usual = [
         PathCost("direct", 3.0, 0, 0, 0.0, 0.01),
         PathCost("onoff", 0.5, 0, 0, 0.006, 0.3),

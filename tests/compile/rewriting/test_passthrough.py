@@ -15,7 +15,7 @@ def labels(network: nengo.Network) -> list[str]:
 def line(
     *synapses: nengo.synapses.Synapse | None, order: tuple[int, ...] | None = None
 ) -> nengo.Network:
-    """``a``, nodes 0, 1 and so on, and ``b``, connected in a row; the nodes defined in an order."""
+    """Return ``a``, nodes 0, 1 and so on, and ``b``, in a row; nodes are defined in an order."""
     n = len(synapses) - 1
     with nengo.Network() as network:
         a, b = nengo.Ensemble(5, 1, label="a"), nengo.Ensemble(5, 1, label="b")

@@ -27,7 +27,7 @@ def regrouped(network: nengo.Network, partition: Partition, **options: object) -
 
 
 def array() -> nengo.Network:
-    """Two ensembles of 4 and 3 neurons, into one node, into a third of 5."""
+    """Return two ensembles of 4 and 3 neurons, into one node, into a third of 5."""
     with nengo.Network(seed=1, label="array") as network:
         network.a, network.b = ensemble("a", 4), ensemble("b", 3)
         network.c = ensemble("c", 5, 2)
@@ -121,7 +121,7 @@ def test_decoders_are_those_of_the_builder() -> None:
 
 
 def probed(part: bool = False) -> tuple[nengo.Network, Partition]:
-    """``a`` behind ``b`` in one group, or in two parts."""
+    """Return ``a`` behind ``b`` in one group, or in two parts."""
     network = array()
     a, b = network.a, network.b
     if part:

@@ -18,7 +18,7 @@ SOURCES = ["node", "function", "decoded", "neurons"]
 
 
 def network(source: str, part: Any, neurons: bool = False) -> nengo.Network:
-    """A node, an ensemble that follows it, and a connection from one of them to a part of b."""
+    """Return a node, an ensemble that follows it, and a connection from one to a part of b."""
     size = np.arange(3)[[part] if isinstance(part, int) else part].size
     with nengo.Network(seed=4) as net:
         u = nengo.Node(lambda t: np.sin(20 * t + np.arange(size)), label="u")
@@ -42,7 +42,7 @@ def rewritten(net: nengo.Network) -> Rewrite:
 
 
 def assert_same_in_float(net: nengo.Network, n_steps: int = 60) -> None:
-    """Float Nengo computes the same of a network and of what it is rewritten to, to rounding."""
+    """Assert that float Nengo computes the same before and after the rewrite, to rounding."""
     after = Reference(rewritten(net), DT_S, seed=0)
     with nengo.Simulator(net, progress_bar=False, seed=0) as before:
         for _ in range(n_steps):

@@ -27,7 +27,7 @@ def region(law):
 
 
 def held_torques(built, held):
-    """(n, 4) mean torque over the last 20 ms of each state, held on the native chip."""
+    """Return the (n, 4) mean torque over the last 20 ms of each state, on the native chip."""
     values = np.hstack([held.state, held.target])
     with nengo.Network(seed=0) as network:
         network.add(built)
@@ -78,7 +78,7 @@ def test_a_rig_gives_the_same_run_again_whatever_it_did_before():
 
 @pytest.fixture
 def few_states(monkeypatch):
-    """A refit on 30 states, not on 1,500."""
+    """Return a refit on 30 states, not on 1,500."""
     monkeypatch.setattr(arm_trial, "draw_states", functools.partial(draw_states, n=30))
 
 

@@ -19,7 +19,7 @@ def run(folder, seconds=12.0, backend="analytic", **settings):
 
 @pytest.fixture(scope="module")
 def five(tmp_path_factory):
-    """A hasty 5, drawn by the exact law."""
+    """Return a hasty 5, drawn by the exact law."""
     folder = tmp_path_factory.mktemp("five")
     run(folder, 6.0)
     return folder

@@ -53,7 +53,7 @@ def walks(seed):
 
 
 def walk(n_samples, seed):
-    """Observations at 200 Hz that swing at 1.5 Hz."""
+    """Return observations at 200 Hz that swing at 1.5 Hz."""
     rng = np.random.RandomState(seed)
     t = 0.005 * np.arange(n_samples)[:, np.newaxis]
     return np.sin(3 * np.pi * t + np.arange(6)) + 0.02 * rng.randn(n_samples, 6)
@@ -75,7 +75,7 @@ def refitted(layers, ranges, compact):
 
 
 def action_error(layers, ranges, calibrated):
-    """On observations that the refit did not use, on the chip."""
+    """Measure on observations that the refit did not use, on the chip."""
     shown = walk(200, 1)
     with nengo.Network(seed=1) as network:
         net = policy(layers, ranges, OPTIONS, calibrated=calibrated)

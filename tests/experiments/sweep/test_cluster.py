@@ -64,7 +64,7 @@ def test_a_worker_that_dies_costs_only_points_that_kill_it_again_and_again(run):
 
 @pytest.fixture
 def certificates(tmp_path):
-    """Dask's configuration with a certificate that vouches for itself."""
+    """Return dask's configuration with a certificate that vouches for itself."""
     if shutil.which("openssl") is None:
         pytest.skip("needs openssl")
     key, certificate = (str(tmp_path / name) for name in ("key.pem", "certificate.pem"))

@@ -23,7 +23,7 @@ def run(tmp_path, monkeypatch):
 
 @pytest.fixture
 def prepared(monkeypatch):
-    """The trials whose networks were made ready."""
+    """Return the trials whose networks were made ready."""
     trials = []
     prepare = driver.prepare
 

@@ -7,7 +7,7 @@ from spikeport.experiments.sweep.queue import Queue
 
 @pytest.fixture
 def queue(sweep_of):
-    """Two networks, of 2 and of 20 neurons a unit, each on three paths."""
+    """Return two networks, of 2 and of 20 neurons a unit, each on three paths."""
     varied = {"n_neurons": (2, 20), "path": ("paper", "line", "s-curve")}
     sweep = sweep_of(varied=varied, settings={"network_seed": 0})
     return Queue(sweep.points())

@@ -13,7 +13,7 @@ from tests.helpers import sweeps
 
 @pytest.fixture
 def marks(monkeypatch, tmp_path):
-    """Points follow their settings, and leave marks in this folder."""
+    """Run points that follow their settings, and leave marks in this folder."""
     folder = tmp_path / "marks"
     folder.mkdir()
     monkeypatch.setenv(sweeps.MARKS, str(folder))

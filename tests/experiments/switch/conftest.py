@@ -20,7 +20,7 @@ LINE, DIGIT, REACH, RETRACT = (
 
 
 def _phases(*goals: tuple[float, str]) -> str:
-    """Phases one after the other, each of a length and a goal, named by their number."""
+    """Return phases one after the other, each of a length and a goal, named by their number."""
     begin_s, found = 0.0, []
     for number, (seconds, goal) in enumerate(goals):
         walk, draw = (0.8, 0.4) if goal.startswith("path") else (0.4, 0.8)
@@ -35,13 +35,13 @@ def _phases(*goals: tuple[float, str]) -> str:
 
 @pytest.fixture(scope="session")
 def phases() -> Callable[..., str]:
-    """The text of a schedule."""
+    """Return the text of a schedule."""
     return _phases
 
 
 @pytest.fixture(scope="session")
 def brief(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """The file of a schedule of six seconds."""
+    """Return the file of a schedule of six seconds."""
     path = tmp_path_factory.mktemp("schedule") / "brief.toml"
     path.write_text(_phases((1, LINE), (2, REACH), (2, RETRACT), (1, LINE)))
     return str(path)
@@ -49,7 +49,7 @@ def brief(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 @pytest.fixture(scope="session")
 def drawn(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """The file of a schedule that walks for one second and draws for four."""
+    """Return the file of a schedule that walks for one second and draws for four."""
     path = tmp_path_factory.mktemp("schedule") / "drawn.toml"
     path.write_text(_phases((1, LINE), (4, DIGIT)))
     return str(path)
@@ -57,7 +57,7 @@ def drawn(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 @pytest.fixture
 def worked(monkeypatch: pytest.MonkeyPatch) -> Callable[..., SimpleNamespace]:
-    """Six seconds of work of the arm; ``read_as`` is what the classifier reads in what it drew."""
+    """Return 6 s of work of the arm; ``read_as`` is what the classifier reads in what it drew."""
 
     def make(arm, off_m=0.0, read_as=None, anchored=True, jumps=0, switch_s=0.03, fallen_at_s=None):
         monkeypatch.setattr(digit_reader, "can_read", lambda: read_as is not None)

@@ -12,7 +12,7 @@ def file(tmp_path):
 
 @pytest.fixture
 def text(phases):
-    """A walk of six seconds, and six of drawing."""
+    """Return a walk of six seconds, and six of drawing."""
     return phases((6, 'path = "line"'), (6, 'arm = "digit"'))
 
 

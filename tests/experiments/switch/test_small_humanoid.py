@@ -14,7 +14,7 @@ from spikeport.networks.arm import PRESETS, ArmSizes
 
 @pytest.fixture
 def short(tmp_path, phases):
-    """The file of a schedule of half a second or so."""
+    """Return the file of a schedule of half a second or so."""
     path = tmp_path / "short.toml"
     path.write_text(phases((0.1, 'path = "line"'), (0.5, 'arm = "reach"')))
     return path

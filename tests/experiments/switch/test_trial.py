@@ -33,7 +33,7 @@ def switched(folder, schedule="switch", seconds=60.0, backend="analytic", seed=0
     ],
 )
 def exact(request, tmp_path_factory, brief):
-    """Six seconds of the exact controllers."""
+    """Return six seconds of the exact controllers."""
     folder = tmp_path_factory.mktemp("exact")
     return folder, switched(folder, brief, anchor=request.param)
 

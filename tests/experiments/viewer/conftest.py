@@ -9,7 +9,7 @@ from spikeport.robot.plant import Plant
 
 @pytest.fixture(scope="session")
 def series() -> xr.Dataset:
-    """One second: poses, gates, errors and spikes."""
+    """Return one second of a run: poses, gates, errors and spikes."""
     plant, time_s = Plant(), np.arange(200) * 0.005
     poses = np.tile(plant.data.qpos, (200, 1))
     poses[:, 2] += time_s

@@ -13,7 +13,7 @@ def test_a_trim_takes_the_drift_away():
     exact = WalkSettings().walking_policy()
 
     def drifting(observation):
-        """Told that it moves to the right, it moves to the left."""
+        """Return the action of a policy that observes itself moving to the right."""
         seen = observation.copy()
         seen[SIDEWAYS] -= PUSHED_M_S
         return exact(seen)

@@ -8,7 +8,7 @@ from spikeport.experiments.walk.paths import find_path
 
 @pytest.fixture
 def written(tmp_path):
-    """Writes a file of a path, and reads it for ten seconds."""
+    """Write a file of a path, and read it for ten seconds."""
     file = tmp_path / "mine.csv"
 
     def read(*rows, header="t_s,x_m,y_m"):

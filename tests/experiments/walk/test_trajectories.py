@@ -62,7 +62,7 @@ def test_time_series_that_were_altered_are_named(sweep_of, tmp_path, content, re
 
 
 def _probes(folder, point):
-    """Two steps ahead, as the recording of a walk has them."""
+    """Return two steps ahead, as the recording of a walk has them."""
     state = ("time", "turned"), [[0.0, 0.0], [1.0, point.place["seed"]]]
     probes = xr.Dataset({"state": state}, {"turned": ["x", "y"]})
     probes.to_netcdf(folder / "probes.nc", engine="h5netcdf")

@@ -40,7 +40,7 @@ def walked(folder, seconds, backend="analytic", seed=0, **settings):
 
 @pytest.fixture(scope="module")
 def exact(tmp_path_factory):
-    """Three seconds of the exact policy with the exact follower."""
+    """Return three seconds of the exact policy with the exact follower."""
     folder = tmp_path_factory.mktemp("exact")
     return folder, walked(folder, 3.0, path="line")
 

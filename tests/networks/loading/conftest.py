@@ -35,7 +35,7 @@ def observations() -> np.ndarray:
 
 @pytest.fixture
 def agrees(observations) -> Callable[[Mlp, nn.Module], None]:
-    """Asserts that layers compute what a module does."""
+    """Assert that layers compute what a module does."""
 
     def check(mlp: Mlp, module: nn.Module) -> None:
         with torch.no_grad():
@@ -49,7 +49,7 @@ def agrees(observations) -> Callable[[Mlp, nn.Module], None]:
 
 @pytest.fixture
 def sequential() -> Callable[..., nn.Sequential]:
-    """A module of dense layers with an activation between them."""
+    """Return a module of dense layers with an activation between them."""
 
     def make(activation: Callable[[], nn.Module] = nn.ELU) -> nn.Sequential:
         torch.manual_seed(0)
@@ -62,7 +62,7 @@ def sequential() -> Callable[..., nn.Sequential]:
 
 @pytest.fixture
 def actor() -> MLPModel:
-    """rsl-rl's actor, with a normalizer from some observations."""
+    """Return rsl-rl's actor, with a normalizer from some observations."""
     torch.manual_seed(1)
     seen = TensorDict({"policy": 2 + 3 * torch.randn(64, SIZES[0])}, batch_size=64)
     model = MLPModel(
@@ -97,7 +97,7 @@ def refusal() -> Callable[..., str]:
 
 @pytest.fixture
 def environment(tmp_path) -> Callable[..., Path]:
-    """Writes Isaac Lab's description of the H1; changes are by place, as ``{"sim/dt": 0.01}``."""
+    """Write Isaac Lab's description of the H1; changes are by place, as ``{"sim/dt": 0.01}``."""
 
     def write(changes: dict[str, Any] | None = None) -> Path:
         content = copy.deepcopy(ENVIRONMENT)
@@ -116,7 +116,7 @@ def environment(tmp_path) -> Callable[..., Path]:
 
 @pytest.fixture
 def module() -> nn.Sequential:
-    """A walking policy of few units."""
+    """Return a walking policy of few units."""
     torch.manual_seed(4)
     layers = [nn.Linear(69, 8), nn.ELU(), nn.Linear(8, 8), nn.ELU(), nn.Linear(8, 19)]
     return nn.Sequential(*layers).double().eval()
@@ -124,7 +124,7 @@ def module() -> nn.Sequential:
 
 @pytest.fixture
 def path(tmp_path, module) -> Path:
-    """The file of that policy."""
+    """Return the file of that policy."""
     torch.jit.script(module).save(tmp_path / "policy.pt")
     return tmp_path / "policy.pt"
 
@@ -135,7 +135,7 @@ SECONDS, BYTES = 10, 2**30
 
 @pytest.fixture
 def watched(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[[], object]], None]:
-    """Calls a function and asserts that it does no harm: torch, Python's audit, time and memory."""
+    """Call a function and assert that it does no harm: torch, Python's audit, time and memory."""
 
     def never(*_: object, **__: object) -> None:
         raise AssertionError("torch reads the file")
@@ -155,7 +155,7 @@ def watched(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[[], object]],
 
 @pytest.fixture
 def refused(watched: Callable[..., None]) -> Callable[..., str]:
-    """Returns the complaint of a file that is refused, without its name."""
+    """Return the complaint of a file that is refused, without its name."""
 
     def message(path: Path, load: Callable[[Path], object] = load_mlp) -> str:
         with pytest.raises(UsageError) as error:
@@ -170,14 +170,14 @@ def refused(watched: Callable[..., None]) -> Callable[..., str]:
 
 @pytest.fixture
 def scripted(path) -> dict[str, bytes]:
-    """The members of a policy's file."""
+    """Return the members of a policy's file."""
     torch.jit.script(Policy()).save(path)
     return members(path)
 
 
 @pytest.fixture
 def model(tmp_path) -> Callable[..., Path]:
-    """Writes a model of two layers, changed by a function before it is written."""
+    """Write a model of two layers, changed by a function before it is written."""
 
     def write(change: Callable[[onnx.ModelProto], object] = lambda model: None) -> Path:
         rng = np.random.default_rng(0)

@@ -24,7 +24,7 @@ def path(tmp_path):
 
 @pytest.fixture(params=["TorchScript", "checkpoint", "npz"])
 def zipped(request, tmp_path) -> Path:
-    """A good file of every format that is a zip archive."""
+    """Return a good file of every format that is a zip archive."""
     made = tmp_path / "policy.zip"
     if request.param == "npz":
         made.write_bytes(walking_policy.SHIPPED.read_bytes())

@@ -12,7 +12,7 @@ WITH = "; what can be read: spikeport convert --help"
 
 
 def laughing(levels: int, merged: bool) -> str:
-    """Lists of the list before, ten times; or mappings that merge the one before, twice."""
+    """Return lists of the list before, ten times; or mappings that merge the one before."""
     lines = ["a0: &a0 {x: 1}" if merged else "a0: &a0 [1]"]
     for n in range(1, levels):
         again = (

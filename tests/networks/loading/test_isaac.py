@@ -13,7 +13,7 @@ from tests.helpers.foreign import described
 
 
 def breadth_first(model):
-    """Joints of a model, level by level away from the root."""
+    """Return joints of a model, level by level away from the root."""
     waiting, found = deque([1]), []
     while waiting:
         body = waiting.popleft()

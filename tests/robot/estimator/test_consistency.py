@@ -1,7 +1,7 @@
 """A filter is consistent: its errors have no mean, and are as large as it says.
 
 The world of these tests is the filter's own: an IMU with white noise and biases, and two feet that
-stand by turns and are seen with noise.
+stand by turns and are measured with noise.
 """
 
 import numpy as np
@@ -71,7 +71,7 @@ class World:
         return density / np.sqrt(DT_S) * self.rng.standard_normal(size)
 
     def _move(self, step: int) -> None:
-        """The robot sways; its IMU, and the contacts, err as the filter's noise has it."""
+        """Sway the robot; its IMU and contacts err as the filter's noise has it."""
         true, time_s = self.true, step * DT_S
         omega = np.array([np.sin(6 * time_s), np.cos(5 * time_s), 0.5])
         push = np.array([np.cos(7 * time_s), np.sin(8 * time_s), np.cos(9 * time_s)])

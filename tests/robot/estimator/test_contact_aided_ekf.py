@@ -21,7 +21,7 @@ DT_S = 0.005
 
 
 def loaded() -> np.ndarray:
-    """Torques (19,) by which either leg carries 250 N."""
+    """Return torques (19,) by which either leg carries 250 N."""
     soles, torque = Legs().soles(STANDING.q), np.zeros(len(JOINTS))
     for side in range(2):
         middle = soles.jacobians[2 * side : 2 * side + 2].mean(axis=0)

@@ -17,7 +17,7 @@ CONTACTS = np.array([True, False, True, False])
 
 
 def points_of(belief: Belief) -> Points:
-    """Points that are where the belief has them, known to 1 mm."""
+    """Return points that are where the belief has them, known to 1 mm."""
     vectors = belief.pose.vectors
     apart = vectors[FIRST_CONTACT:] - vectors[PLACE]
     return Points(apart @ belief.pose.rotation, np.tile(1e-6 * np.eye(3), (4, 1, 1)))

@@ -19,7 +19,7 @@ def standing(time_s: float, **values: object) -> Sensors:
 
 
 def sliding_back() -> np.ndarray:
-    """Joint velocities (19,) by which both feet go back at about 0.5 m/s without turning."""
+    """Return joint velocities (19,) by which both feet go back at about 0.5 m/s without turning."""
     soles, dq = Legs().soles(STANDING.q), np.zeros(len(JOINTS))
     motion = np.concatenate(
         (soles.jacobians[[0, 2]].reshape(6, -1), soles.turning[[0, 2]].reshape(6, -1))

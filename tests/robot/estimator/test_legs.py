@@ -16,7 +16,7 @@ def legs():
 
 @pytest.fixture(params=range(5))
 def q(request):
-    """Joint angles within their ranges."""
+    """Draw joint angles within their ranges."""
     low, high = Plant().model.jnt_range[1:].T
     return np.random.RandomState(request.param).uniform(low, high)
 

@@ -11,7 +11,7 @@ from spikeport.robot.plant import Plant
 
 @pytest.fixture
 def plant():
-    """A robot in flight that turns and twists its waist."""
+    """Return a robot in flight that turns and twists its waist."""
     plant = Plant()
     rng = np.random.RandomState(3)
     plant.data.qpos[:3] = 1.0, 2.0, 3.0

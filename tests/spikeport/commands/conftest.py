@@ -12,7 +12,7 @@ from spikeport.compile.pipeline import compile_network
 
 @pytest.fixture
 def report(tmp_path):
-    """A file that a compile writes its report to, and how to read it."""
+    """Return a file that a compile writes its report to, and a function that reads it."""
     path = tmp_path / "report.json"
 
     class Report:

@@ -17,7 +17,7 @@ FOUND = DecoderCalibration(
 
 @pytest.fixture
 def asked(monkeypatch):
-    """The experiments that were asked to calibrate; each answers with decoders."""
+    """Return experiments that were asked to calibrate; each answers with decoders."""
     requests = []
 
     class Answering(ReachTrial):

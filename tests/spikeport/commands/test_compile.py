@@ -103,10 +103,12 @@ def test_exceeded_limits_are_printed_with_use_and_limit(spikeport, net_py, tmp_p
 def test_a_network_with_nothing_for_the_chip_has_a_report_and_no_image(spikeport, net_py, tmp_path):
     done = spikeport("compile", f"{net_py}:empty", "--out", tmp_path / "out")
     assert (done.code, done.err) == (0, "")
-    assert " ".join(done.out.split()) == (
+    verdict, written = done.out.split("written: ")
+    assert " ".join(verdict.split()) == (
         "no ensemble of the network is on the chip (0): all of it runs on the host, in float "
         "Nengo; there is no image"
     )
+    assert written == f"{tmp_path / 'out'}/\n"
     assert names(tmp_path / "out") == ["report.json"]
     report = ReportData.model_validate(json.loads((tmp_path / "out" / "report.json").read_text()))
     assert (report.image_digest, report.cores, report.hints[0].id) == ("", [], "SP001")
@@ -254,7 +256,7 @@ def test_the_report_is_written_even_if_nobody_reads_the_table(
 
 @pytest.fixture
 def board(tmp_path):
-    """Two chips of one core each."""
+    """Return two chips of one core each."""
     text = (chips.BUILT_IN / "loihi.toml").read_text(encoding="utf-8")
     for name, value, limit in (("cores", 128, 1), ("chips", 1, 2)):
         head = f"[limits.{name}]\nvalue = "

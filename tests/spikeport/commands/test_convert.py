@@ -19,7 +19,7 @@ MADE = "; what can be read: spikeport convert --help"
 
 @pytest.fixture
 def tiny(tmp_path):
-    """A TorchScript file of a small perceptron."""
+    """Return a TorchScript file of a small perceptron."""
     torch.manual_seed(0)
     path = tmp_path / "tiny.pt"
     hidden = [nn.Linear(3, 4), nn.Tanh(), nn.Linear(4, 4), nn.Tanh()]
@@ -41,7 +41,8 @@ def test_a_file_becomes_an_image_with_lint_and_report(spikeport, tiny, tmp_path)
     layer = written["layers"][0]
     assert row[-2:] == [f"{100 * layer['error']:.1f}", "%"]
     assert f"{100 * written['chip_error']:.1f} % on the chip" in done.out
-    assert lines[-1].startswith("fits chip 'loihi' on 2 cores")
+    assert lines[-2].startswith("fits chip 'loihi' on 2 cores")
+    assert lines[-1] == f"written: {out}/, {tmp_path / 'report.json'}"
     report = json.loads((out / "report.json").read_text())
     assert (
         ReportData.model_validate(report).image_digest == ChipImage.load(out / "image.npz").digest

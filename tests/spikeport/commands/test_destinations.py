@@ -38,7 +38,8 @@ def test_two_reports_become_a_page(spikeport, net_py, tmp_path):
         options = ("--set", f"n_neurons={n}", "--out", tmp_path / n)
         assert spikeport("compile", f"{net_py}:make", *options).code == 0
     page = tmp_path / "pair.html"
-    assert spikeport("diff", tmp_path / "20", tmp_path / "30", "--html", page).code == 1
+    done = spikeport("diff", tmp_path / "20", tmp_path / "30", "--html", page)
+    assert (done.code, done.out.splitlines()[0]) == (1, f"written: {page}")
     assert "compartments used" in page.read_text()
 
 

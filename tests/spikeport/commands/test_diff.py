@@ -9,7 +9,7 @@ from spikeport.experiments.run_folder import RESULT_SCHEMA
 
 @pytest.fixture
 def two(spikeport, net_py, tmp_path):
-    """Folders of two compiles of different sizes."""
+    """Return folders of two compiles of different sizes."""
     folders = [tmp_path / name for name in "ab"]
     for folder, size in zip(folders, (20, 30), strict=True):
         options = ("--set", f"n_neurons={size}", "--rate-hz", "100", "--out", folder)

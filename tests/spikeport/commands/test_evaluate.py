@@ -14,7 +14,7 @@ FILES = "figure.png, points, result.json, sweep.json, table.md"
 
 @pytest.fixture
 def here(monkeypatch):
-    """Episodes in this process, one after the other; those on boxes fail."""
+    """Run episodes in this process, one after the other; those on boxes fail."""
 
     def run(evaluation, folder, _scheduler, _n_workers, _progress):
         missing = [point for point in evaluation.points() if not folder.holds(point)]

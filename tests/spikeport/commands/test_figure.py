@@ -11,7 +11,7 @@ from spikeport.commands.run import RunRequest
 
 @pytest.fixture
 def asked(monkeypatch):
-    """The requests that were passed on, of single runs and of sweeps."""
+    """Return the requests that were passed on, of single runs and of sweeps."""
     requests = []
     monkeypatch.setattr(figure.run, "run", requests.append)
     monkeypatch.setattr(figure.sweep, "run", lambda request: requests.append(request) or 0)

@@ -20,7 +20,7 @@ class Size:
 
 @pytest.fixture
 def asked():
-    """The values a command was called with, and the command line that calls it."""
+    """Return the values of a command's call, and the command line that calls it."""
     values = []
     app = typer.Typer()
 

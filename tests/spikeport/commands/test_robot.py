@@ -1,5 +1,6 @@
 """`robot serve` as a command, and the options of a run's robot."""
 
+import sys
 from typing import Any
 
 import pytest
@@ -7,7 +8,7 @@ import pytest
 from spikeport.commands.links import robot_options
 from spikeport.commands.options import RobotLink, RobotService
 from spikeport.commands.robot import serve
-from spikeport.errors import UsageError
+from spikeport.errors import MissingExtraError, UsageError
 from spikeport.robot.link.connection import RobotOptions
 
 
@@ -41,6 +42,15 @@ def link(**options: Any) -> RobotLink:
 
 def test_a_run_without_a_robot_has_none() -> None:
     assert robot_options(link()) is None
+
+
+def test_a_robot_without_its_extra_is_refused_before_the_run(monkeypatch) -> None:
+    monkeypatch.delitem(sys.modules, "spikeport.robot.link.bus", raising=False)
+    monkeypatch.setitem(sys.modules, "cyclonedds._clayer", None)
+    for robot in ("stub", "dds:lo:1"):
+        with pytest.raises(MissingExtraError, match=r"a robot's interface needs the package"):
+            robot_options(link(robot=robot))
+    assert robot_options(link(robot="inline")) == RobotOptions("inline")
 
 
 def test_stubs_are_in_lock_step_and_robots_over_dds_in_real_time_unless_asked() -> None:

@@ -21,7 +21,7 @@ START_S = 120
 
 @pytest.fixture
 def counted(monkeypatch):
-    """Points whose ``reaches`` are their size, without a run; those of 30 fail."""
+    """Run points whose ``reaches`` are their size, without work; those of 30 fail."""
 
     def run(asked, folder, _scheduler, _n_workers, _progress):
         for point in asked.points():

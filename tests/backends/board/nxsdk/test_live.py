@@ -23,7 +23,7 @@ REFRACT = 3
 
 
 def image() -> ChipImage:
-    """Two inputs that share an axon, neurons that spike, and read-outs that never do.
+    """Return two inputs that share an axon, neurons that spike, and read-outs that never do.
 
     The voltage of the last neuron grows by 64 a step, and so looks like a spike once in its way.
     """
