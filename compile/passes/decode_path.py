@@ -43,9 +43,9 @@ class DecodePath(NetworkPass):
     more than the fewest, where that is at most ``slack_delay_s`` slower than over decode neurons.
     The way over the host takes a step more, and traffic with the chip in every step.
 
-    An ensemble has one filter for all that goes into it. What comes from the host asks for 5 ms, and
-    spikes that go to neurons as they are ask for their connection's. ``auto`` wires directly only
-    what asks for the same. The others keep their own filter, in decode neurons.
+    An ensemble has one filter for all that goes into it. What comes from the host asks for 5 ms,
+    and spikes that go to neurons as they are ask for their connection's. ``auto`` wires directly
+    only what asks for the same. The others keep their own filter, in decode neurons.
 
     Attributes
     ----------
@@ -77,9 +77,7 @@ class DecodePath(NetworkPass):
         wanted = self._wanted(links, NetworkSettings(rewrite.network))
         reasons = {c: self._rejected(costs[c], wanted[c]) for c in links}
         free = [c for c in links if wanted[c] == "auto" and "direct" not in reasons[c]]
-        filters = target_filters(
-            rewrite.network.all_connections, scope, wanted, free, context.dt_s
-        )
+        filters = target_filters(rewrite.network.all_connections, scope, wanted, free, context.dt_s)
         for c in free:
             asked = {"direct": time_constant_s(c), "host": DECODE_TAU_S}
             other = [path for path, tau_s in asked.items() if tau_s != filters[c.post_obj]]
