@@ -74,7 +74,8 @@ def probe_outputs(network: nengo.Network) -> list[nengo.Probe]:
 def probing_outputs(network: nengo.Network, work: Callable[[], Result]) -> Result:
     """Do what needs probes with a network that has none, and print which were added.
 
-    Where neurons never fire, values cannot be decoded: their spikes are probed.
+    Where neurons never fire, values cannot be decoded: their spikes are probed. Passthrough nodes
+    that nengo-loihi removes are not.
 
     Raises
     ------
@@ -88,23 +89,25 @@ def probing_outputs(network: nengo.Network, work: Callable[[], Result]) -> Resul
         try:
             return work()
         except RefusedError as error:
-            if not _probe_spikes(network, error):
+            if not _probe_less(network, error) or not network.all_probes:
                 raise
 
 
-def _probe_spikes(network: nengo.Network, error: RefusedError) -> bool:
-    """Probe spikes in place of values that cannot be decoded; return whether there were any."""
+def _probe_less(network: nengo.Network, error: RefusedError) -> bool:
+    """Replace or remove the probes that are refused; return whether there were any."""
     names = Names(network)
-    refused = [
+    undecoded = [probe for probe in network.all_probes if names[probe] in error.about]
+    removed = [
         probe
         for probe in network.all_probes
-        if names[probe] in error.about and isinstance(probe.obj, nengo.Ensemble)
+        if isinstance(probe.obj, nengo.Node) and names[probe.obj] in error.about
     ]
-    for probe in refused:
+    for probe in (*undecoded, *removed):
         network.probes.remove(probe)
-        with network:
+    with network:
+        for probe in undecoded:
             nengo.Probe(probe.obj.neurons)
-    return bool(refused)
+    return bool(undecoded or removed)
 
 
 def outputs(network: nengo.Network) -> Iterator[NengoObject]:

@@ -92,3 +92,14 @@ def test_other_refusals_are_raised(network):
     network.b.noise = nengo.processes.WhiteNoise()
     with pytest.raises(DoesNotFitError, match="SP003"):
         probing_outputs(network, lambda: compile_network(network))
+
+
+def test_nodes_that_nengo_loihi_removes_are_not_probed(network, capsys):
+    with network:
+        middle, end = (nengo.Node(size_in=1, label=label) for label in ("middle", "end"))
+        nengo.Connection(network.b, middle)
+        nengo.Connection(middle, end, synapse=None)
+        nengo.Connection(middle, network.b)
+    probing_outputs(network, lambda: compile_network(network))
+    assert capsys.readouterr().err.count("note: ") == 2
+    assert end not in {probe.obj for probe in network.all_probes}
