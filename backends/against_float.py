@@ -14,6 +14,7 @@ from nengo.ensemble import Neurons
 from spikeport.backends.host_loop import HostLoop
 from spikeport.backends.rerun import error, low_pass
 from spikeport.compile.ground.names import Names
+from spikeport.compile.ground.refusal import refused_in_float
 from spikeport.compile.ground.rewrite import Rewrite
 
 NOISE = (nengo.processes.WhiteNoise, nengo.processes.FilteredNoise, nengo.processes.WhiteSignal)
@@ -65,7 +66,9 @@ def _float_run(
     model = Model(dt=dt_s)
     # The seeds of the compile: gains, encoders and decoded functions are the same.
     model.seeds.update(Rewrite(network, Names(network)).all_seeds())
-    with nengo.Simulator(network, model=model, seed=seed, progress_bar=False) as simulator:
+    with refused_in_float():
+        simulator = nengo.Simulator(network, model=model, seed=seed, progress_bar=False)
+    with simulator:
         simulator.run_steps(n_steps, progress_bar=False)
         return {probe: np.asarray(simulator.data[probe]) for probe in network.all_probes}
 

@@ -17,6 +17,7 @@ from nengo.ensemble import Neurons
 from spikeport.backends.counter import Counter
 from spikeport.backends.step_log import SUMS_ONLY, LogOptions
 from spikeport.compile.ground.names import Names, base
+from spikeport.compile.ground.refusal import refused_in_float
 from spikeport.compile.ground.rewrite import Built, Rewrite
 from spikeport.compile.image.fanout import Fanout
 from spikeport.compile.loihi.events import read_here
@@ -58,7 +59,7 @@ class Reference:
         model.seeded[network] = True
         # Nengo's optimiser merges operators in an order that differs from run to run, and with it
         # the rounding of sums: without it a run depends on its seeds alone.
-        with read_here():
+        with read_here(), refused_in_float():
             self._sim = nengo.Simulator(
                 network, dt=dt_s, seed=seed, model=model, progress_bar=False, optimize=False
             )

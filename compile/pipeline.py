@@ -13,6 +13,7 @@ from nengo.base import NengoObject
 
 from spikeport.compile.check.advice import COMPACT, advice
 from spikeport.compile.check.hints import filter_hints, image_hints, network_hints
+from spikeport.compile.check.host_loops import host_loop_hints
 from spikeport.compile.check.lint import lint
 from spikeport.compile.check.loops import loop_hints
 from spikeport.compile.check.memory import over_memory
@@ -216,6 +217,7 @@ def _compiled(job: Job) -> Compilation:
         hints=(
             *network_hints(network, names),
             *loop_hints(network, names),
+            *host_loop_hints(network, names, dt),
             *filter_hints(floats.passages, dt),
             *image_hints(unplaced, blocks.errors, blocks.rounded_away),
         ),

@@ -23,10 +23,10 @@ from spikeport.compile.ground.names import Names, base
 from spikeport.compile.ground.scope import (
     MATRICES,
     NEURON_TYPES,
-    PROBEABLE,
     REGULAR_BASES,
     Scope,
     in_full,
+    probeable,
 )
 from spikeport.neurons import OWN_TYPES
 
@@ -136,7 +136,7 @@ def probe(scope: Scope) -> Iterator[Violation]:
         obj = base(recorded.obj)  # of a learning rule, its connection
         if not scope.on_chip(obj.pre_obj if isinstance(obj, nengo.Connection) else obj):
             continue
-        allowed = PROBEABLE.get(type(recorded.obj), ())
+        allowed = probeable(recorded.obj)
         if recorded.attr not in allowed:
             limit = " or ".join(allowed) or "none"
             yield rules.get("SP010").broken(scope.names[recorded], recorded.attr, limit)

@@ -77,6 +77,21 @@ def refused(about: tuple[str, ...], error: Exception, cure: str) -> RefusedError
     return concerning(about, RefusedError(message))
 
 
+@contextlib.contextmanager
+def refused_in_float() -> Iterator[None]:
+    """Turn what ordinary Nengo raises while it builds a network into a refusal in words."""
+    try:
+        yield
+    except NengoException as error:
+        message = (
+            f"ordinary Nengo refuses the network: {reason_of(error)}; cure: change this object, or "
+            "run the chip alone with `simulate --no-float`"
+        )
+        if isinstance(error, ValidationError):
+            raise InvalidError(message, error.attr, error.obj) from error
+        raise RefusedError(message) from error
+
+
 def concerning(about: tuple[str, ...], error: RefusedError) -> RefusedError:
     """Return an error, with the names of what it is about."""
     error.about = tuple(about)

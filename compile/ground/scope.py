@@ -66,6 +66,11 @@ class Scope:
         return [e for e in self.network.all_ensembles if self.on_chip(e)]
 
 
+def probeable(obj: object) -> tuple[str, ...]:
+    """Return the attributes of an object on the chip that can be probed."""
+    return next((names for kind, names in PROBEABLE.items() if isinstance(obj, kind)), ())
+
+
 def target_rows(connection: nengo.Connection) -> np.ndarray:
     """Return the entries of its whole target that a connection's values go to, (size_out,)."""
     rows: np.ndarray = np.arange(connection.post_obj.size_in)[connection.post_slice]

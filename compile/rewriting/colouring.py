@@ -9,7 +9,7 @@ import nengo
 from nengo.base import NengoObject
 
 from spikeport.compile.ground.names import base
-from spikeport.compile.ground.scope import NEURON_TYPES, PROBEABLE, REGULAR_BASES, Scope
+from spikeport.compile.ground.scope import NEURON_TYPES, REGULAR_BASES, Scope, probeable
 from spikeport.compile.ground.settings import NetworkSettings
 from spikeport.compile.rewriting.passthrough import PLAIN, is_passthrough
 
@@ -57,7 +57,7 @@ def _special(scope: Scope, folded: Sequence[nengo.Node]) -> Iterator[NengoObject
         if stays or not _is_ordinary(scope, connection):
             yield from map(base, ends)
     for probe in scope.network.all_probes:
-        if probe.attr not in PROBEABLE.get(type(probe.obj), ()):
+        if probe.attr not in probeable(probe.obj):
             obj = probe.obj
             of_connection = isinstance(obj, nengo.Connection)
             yield from map(base, (obj.pre_obj, obj.post_obj) if of_connection else (obj,))

@@ -8,7 +8,7 @@ import scipy.sparse as sparse
 
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.loihi.relay import RELAYS
-from spikeport.compile.loihi.solver import ParameterSolver, nengo_transform
+from spikeport.compile.loihi.solver import ParameterSolver, full, nengo_transform
 from spikeport.compile.rewriting.assembly import DECODING, FlatNetwork, construction_order
 from spikeport.compile.rewriting.decode_paths import link
 
@@ -42,7 +42,7 @@ def rewire(
         if path == "direct":
             _connect_directly(connection, flat, solver)
         elif path == "host":
-            _connect_over_host(connection, flat)
+            _connect_over_host(connection, flat, solver)
         else:
             # nengo-loihi builds relays itself, of the kind that the setting names.
             flat.keep(connection)
@@ -59,20 +59,25 @@ def _connect_directly(
     connection: nengo.Connection, flat: FlatNetwork, solver: ParameterSolver
 ) -> None:
     """Connect neuron to neuron: W = E T D."""
-    decoders, encoders, _ = link(connection, solver)
+    found = link(connection, solver)
     pre = connection.pre_obj
     with flat.network:
         wired = nengo.Connection(
             pre.neurons if isinstance(pre, nengo.Ensemble) else pre,
             connection.post_obj.neurons,
-            transform=nengo_transform(sparse.csr_array(encoders @ decoders)),
+            transform=nengo_transform(sparse.csr_array(found.encoders @ found.decoders)),
             synapse=connection.synapse,
         )
     flat.network.config[wired].decode_path = "direct"
 
 
-def _connect_over_host(connection: nengo.Connection, flat: FlatNetwork) -> None:
+def _connect_over_host(
+    connection: nengo.Connection, flat: FlatNetwork, solver: ParameterSolver
+) -> None:
     """Connect to a node on the host, and from there on."""
+    transform = connection.transform
+    if isinstance(transform, nengo.Sparse):  # which nengo-loihi does not read from the chip
+        transform = full(solver.transform(connection), connection.size_mid)
     decoded: dict[str, object] = {}
     if isinstance(connection.pre_obj, nengo.Ensemble):
         decoded = {name: getattr(connection, name) for name in DECODING}
@@ -82,7 +87,7 @@ def _connect_over_host(connection: nengo.Connection, flat: FlatNetwork) -> None:
         into = nengo.Connection(
             connection.pre,
             node,
-            transform=connection.transform,
+            transform=transform,
             synapse=connection.synapse,
             **decoded,
         )

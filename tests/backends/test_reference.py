@@ -3,6 +3,7 @@ import numpy as np
 import pytest
 
 import spikeport
+from spikeport.compile.ground.refusal import RefusedError
 from spikeport.hardware_models.activity import Activity
 
 STEPS = 200
@@ -109,3 +110,10 @@ def test_what_a_compile_would_fuse_is_fused_and_computes_the_same() -> None:
             assert simulator.data[layers[0][0]].gain.shape == (20,)
     assert found[1] == pytest.approx(found[0], abs=1e-9)
     assert blocks[1] < blocks[0] == 8
+
+
+def test_what_nengo_refuses_is_one_error_of_ours() -> None:
+    with nengo.Network() as network:
+        nengo.Ensemble(5, 1, intercepts=nengo.dists.Choice([1.5]), label="a")
+    with pytest.raises(RefusedError, match=r"^ordinary Nengo refuses the network: The "):
+        spikeport.Simulator(network, backend="reference")

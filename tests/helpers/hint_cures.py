@@ -4,6 +4,7 @@ from collections.abc import Callable
 from functools import partial
 
 import nengo
+import nengo_loihi
 import numpy as np
 
 from spikeport.backends.loss import measure, network_error
@@ -107,6 +108,17 @@ def loop(synapse_s: float, gain: float = 1.0) -> None:
     nengo.Connection(a, a, synapse=synapse_s, transform=gain)
 
 
+def over_host(on_chip: bool = True) -> None:
+    """The same loop by a node, beside an ensemble that stays on the chip."""
+    a, node = nengo.Ensemble(20, 1), nengo.Node(lambda t, x: 0.5 * x, size_in=1)
+    nengo.Connection(a, node, synapse=0.1)
+    nengo.Connection(node, a, synapse=None)
+    nengo.Probe(nengo.Ensemble(20, 1))
+    config = nengo.Network.context[0].config
+    nengo_loihi.add_params(nengo.Network.context[0])
+    config[a].on_chip = on_chip
+
+
 def probed(attribute: str | None) -> None:
     a = nengo.Ensemble(20, 1)
     nengo.Probe(a.neurons if attribute else a, attribute)
@@ -159,7 +171,7 @@ CASES = [
         (
             hinted(partial(loop, 0.1), "compact"),
             hinted(partial(loop, 0.005), "compact"),
-            hinted(partial(loop, 0.011), "decode_path{default=onoff}"),
+            hinted(partial(loop, 0.008), "decode_path{default=onoff}"),
         ),
     ),
     Case(
@@ -237,6 +249,12 @@ CASES = [
         "lower the loop's gain, as by transform=0.9",
         hinted(partial(loop, 0.1)),
         (hinted(partial(loop, 0.1, gain=0.9)),),
+    ),
+    Case(
+        "SP415",
+        "give the node's function to a connection between its ensembles, which stays on the chip",
+        hinted(over_host),
+        (hinted(partial(loop, 0.1)), hinted(partial(over_host, on_chip=False))),
     ),
     Case(
         "SP414",

@@ -1,6 +1,5 @@
 """``spikeport compile``."""
 
-import sys
 from dataclasses import dataclass, replace
 
 import nengo
@@ -28,7 +27,7 @@ from spikeport.find_network import find_network, needed_passes
 from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.chip import ChipModel
 from spikeport.progress import Progress
-from spikeport.simulation.probes import note_of_probes, outputs, probe_outputs
+from spikeport.simulation.probes import outputs, probing_outputs
 from spikeport.user_code import contained
 
 SEED = 0
@@ -78,13 +77,12 @@ def run(request: CompileRequest) -> None:
             request.passes,
             request.build_timeout_s,
         )
-        if request.loss_s is not None and not network.all_probes and any(outputs(network)):
-            # A loss is measured at what is read out.
-            probe_outputs(network)
-            print(note_of_probes(network), file=sys.stderr)
+        # A loss is measured at what is read out.
+        to_probe = request.loss_s is not None and not network.all_probes and any(outputs(network))
         played = nir.read_spikes(network, request.spikes)
-        try:
-            compilation = compile_network(
+
+        def work() -> Compilation:
+            return compile_network(
                 network,
                 request.chip,
                 DT_S,
@@ -93,6 +91,9 @@ def run(request: CompileRequest) -> None:
                 request.offload,
                 progress=progress,
             )
+
+        try:
+            compilation = probing_outputs(network, work) if to_probe else work()
         except NothingOnChipError as nothing:
             _write_nothing(chip, nothing, request)
             return

@@ -25,7 +25,7 @@ from spikeport.constants import DT_S, LONGEST_RUN
 from spikeport.errors import UsageError
 from spikeport.experiments import registry, run_folder, watching
 from spikeport.find_network import BUILT_IN, find_network
-from spikeport.simulation.probes import note_of_probes, probe_outputs
+from spikeport.simulation.probes import probing_outputs
 from spikeport.simulation.run import Ran, RunOptions, Watch, run, unwatched
 from spikeport.user_code import FILES, contained
 
@@ -69,7 +69,12 @@ def simulate(request: SimulateRequest) -> None:
             network = _network(request)
             played = nir.play(network, request.spikes)
             options = _options(request, counts)
-            ran = run(network, options, progress, _viewers(folder, options, series))
+            watch = _viewers(folder, options, series)
+
+            def work() -> Ran:
+                return run(network, options, progress, watch)
+
+            ran = work() if network.all_probes else probing_outputs(network, work)
             progress("writing", None)
             _write(folder, request, ran, drawing, series)
             run_folder.add_counts(folder, counts)
@@ -102,13 +107,9 @@ def _stem(spec: str) -> str:
 
 def _network(request: SimulateRequest) -> nengo.Network:
     settings = nir.with_dt(request.network, request.settings, request.dt_s, request.spikes)
-    network = find_network(
+    return find_network(
         request.network, settings, request.target.chip, None, request.build_timeout_s
     )
-    if not network.all_probes:
-        probe_outputs(network)
-        print(note_of_probes(network), file=sys.stderr)
-    return network
 
 
 def _options(request: SimulateRequest, counts: Path | None) -> RunOptions:

@@ -1,15 +1,19 @@
 """The probes of a network by name; where it has none, probes of its outputs."""
 
+import sys
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from typing import TypeVar
 
 import nengo
 from nengo.base import NengoObject, ObjView
 from nengo.ensemble import Neurons
 
 from spikeport.compile.ground.names import Names, base
+from spikeport.compile.ground.refusal import RefusedError
 from spikeport.errors import UsageError, printable
 
+Result = TypeVar("Result")
 TAU_S = 0.01
 """The filter of probes of ensembles that nobody probed: long enough to see values in spikes."""
 DECODED, SPIKES = ("decoded_output", "output"), ("output", "spikes")
@@ -67,10 +71,43 @@ def probe_outputs(network: nengo.Network) -> list[nengo.Probe]:
         ]
 
 
-def note_of_probes(network: nengo.Network) -> str:
-    """Return a note on the probes that were added to a network which had none."""
-    names = printable(", ".join(probes_by_name(network)))
-    return f"note: the network has no probe; probed here: {names}"
+def probing_outputs(network: nengo.Network, work: Callable[[], Result]) -> Result:
+    """Do what needs probes with a network that has none, and print which were added.
+
+    Where neurons never fire, values cannot be decoded: their spikes are probed. Passthrough nodes
+    that nengo-loihi removes are not.
+
+    Raises
+    ------
+    UsageError
+        There is nothing to probe.
+    """
+    probe_outputs(network)
+    while True:
+        names = printable(", ".join(probes_by_name(network)))
+        print(f"note: the network has no probe; probed here: {names}", file=sys.stderr)
+        try:
+            return work()
+        except RefusedError as error:
+            if not _probe_less(network, error) or not network.all_probes:
+                raise
+
+
+def _probe_less(network: nengo.Network, error: RefusedError) -> bool:
+    """Replace or remove the probes that are refused; return whether there were any."""
+    names = Names(network)
+    undecoded = [probe for probe in network.all_probes if names[probe] in error.about]
+    removed = [
+        probe
+        for probe in network.all_probes
+        if isinstance(probe.obj, nengo.Node) and names[probe.obj] in error.about
+    ]
+    for probe in (*undecoded, *removed):
+        network.probes.remove(probe)
+    with network:
+        for probe in undecoded:
+            nengo.Probe(probe.obj.neurons)
+    return bool(undecoded or removed)
 
 
 def outputs(network: nengo.Network) -> Iterator[NengoObject]:

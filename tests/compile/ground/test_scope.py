@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from spikeport.compile.ground.names import Names
-from spikeport.compile.ground.scope import Scope, in_full, target_rows
+from spikeport.compile.ground.scope import Scope, in_full, probeable, target_rows
 
 
 def scope_of(network: nengo.Network) -> Scope:
@@ -80,3 +80,14 @@ def test_some_connections_reach_a_part_of_an_ensemble(part: Any, in_order: bool)
 
 def _zeros(size: int) -> Callable[[np.ndarray], np.ndarray]:
     return lambda _x: np.zeros(size)
+
+
+def test_subclasses_are_probed_as_their_base() -> None:
+    class Population(nengo.Ensemble):
+        pass
+
+    with nengo.Network():
+        population = Population(5, 1)
+    assert probeable(population) == ("decoded_output",)
+    assert "spikes" in probeable(population.neurons)
+    assert probeable(nengo.PES()) == ()

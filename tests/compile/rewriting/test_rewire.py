@@ -72,6 +72,14 @@ def test_the_host_decodes_and_encodes() -> None:
     assert old in after.built
 
 
+def test_the_host_reads_sparse_transforms_as_dense_ones() -> None:
+    network = chain()
+    old = network.connections[0]
+    old.transform = nengo.Sparse((1, 1), init=[[0.5]], indices=[[0, 0]])
+    into, *_ = [c for c in rewired(network, "host").network.connections if c.pre_obj is old.pre_obj]
+    np.testing.assert_array_equal(into.transform.sample(), [[0.5]])
+
+
 @pytest.mark.parametrize("path", ["onoff", "preset10"])
 def test_relays_are_left_to_the_builder(path: str) -> None:
     network = chain()

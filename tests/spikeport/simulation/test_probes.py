@@ -1,14 +1,17 @@
 """Names of probes, and probes of outputs where a network has none."""
 
 import nengo
+import numpy as np
 import pytest
 
 from spikeport import compile_network
+from spikeport.compile.check.violation import DoesNotFitError
 from spikeport.errors import UsageError
 from spikeport.simulation.probes import (
     outputs,
     probe_outputs,
     probes_by_name,
+    probing_outputs,
     records_spikes,
 )
 
@@ -71,3 +74,32 @@ def test_a_network_with_nothing_to_probe_is_refused():
     with pytest.raises(UsageError, match=r"^the network has no probe, and neither outputs nor "):
         probe_outputs(net)
     assert net.all_probes == []
+
+
+def test_spikes_are_probed_where_no_value_can_be_decoded(network, capsys):
+    """Neurons that fire at no evaluation point, beside others."""
+    with network:
+        silent = nengo.Ensemble(5, 1, gain=np.full(5, 0.1), bias=np.zeros(5), label="silent")
+        nengo.Connection(network.out, silent.neurons, transform=np.full((5, 1), 20))
+    compilation = probing_outputs(network, lambda: compile_network(network))
+    assert {probe.obj for probe in network.all_probes} == {network.b, silent.neurons}
+    assert len(compilation.image.manifest.outputs) == 2
+    notes = capsys.readouterr().err.splitlines()
+    assert [note.rpartition(": ")[2] for note in notes] == ["b, silent", "b, silent spikes"]
+
+
+def test_other_refusals_are_raised(network):
+    network.b.noise = nengo.processes.WhiteNoise()
+    with pytest.raises(DoesNotFitError, match="SP003"):
+        probing_outputs(network, lambda: compile_network(network))
+
+
+def test_nodes_that_nengo_loihi_removes_are_not_probed(network, capsys):
+    with network:
+        middle, end = (nengo.Node(size_in=1, label=label) for label in ("middle", "end"))
+        nengo.Connection(network.b, middle)
+        nengo.Connection(middle, end, synapse=None)
+        nengo.Connection(middle, network.b)
+    probing_outputs(network, lambda: compile_network(network))
+    assert capsys.readouterr().err.count("note: ") == 2
+    assert end not in {probe.obj for probe in network.all_probes}

@@ -1,0 +1,114 @@
+"""Loops between chip and host, which are slower there than in float Nengo: rule SP415.
+
+Values that the host sends wait to be encoded as spikes, and pass a filter of 5 ms on the chip; what
+the chip sends back arrives a step later.
+"""
+
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from typing import TypeAlias
+
+import nengo
+import numpy as np
+import scipy.sparse as sparse
+from nengo.connection import LearningRule
+from scipy.sparse.csgraph import dijkstra
+
+from spikeport.compile.check import rules
+from spikeport.compile.check.loops import loops
+from spikeport.compile.check.violation import Violation
+from spikeport.compile.ground.filters import DECODE_TAU_S, time_constant_s
+from spikeport.compile.ground.names import Names, base
+from spikeport.compile.ground.scope import Scope
+
+STEPS = 3
+"""Steps from a node over an ensemble to a node, beyond those in float Nengo and the filter of 5 ms.
+As the phase of a sine: 7.1, 8.4 and 10.7 ms in all, with steps of 0.5, 1 and 2 ms."""
+LATE = 0.05
+"""Share of a loop's time constants that the way over the host adds to it, worth a hint."""
+NAMED = 6
+"""Objects of a loop up to which all are named."""
+INSTANT_S = 1e-9
+"""The length of a connection without a filter, since sparse matrices have no edges of length 0."""
+Part: TypeAlias = nengo.Ensemble | nengo.Node
+
+
+def host_loop_hints(network: nengo.Network, names: Names, dt_s: float) -> Iterator[Violation]:
+    """Yield a hint on each loop between chip and host, which names the fastest way around it.
+
+    Parameters
+    ----------
+    network : nengo.Network
+        The network.
+    names : Names
+        The names of its objects.
+    dt_s : float
+        The time step, in seconds.
+    """
+    scope = Scope(network, names)
+    late_s = DECODE_TAU_S + STEPS * dt_s
+    for ways in _loops(network):
+        own_s, around = _fastest(ways, scope)
+        if around and late_s > LATE * own_s:
+            delays = f"{1000 * own_s:.3g} ms became about {1000 * (own_s + late_s):.3g} ms"
+            yield rules.get("SP415").broken(_listed([names[one] for one in around]), delays)
+
+
+def _loops(network: nengo.Network) -> list[list[nengo.Connection]]:
+    """Return the connections within each loop; an error that corrects decoders goes around none."""
+    connections = [c for c in network.all_connections if not isinstance(c.post_obj, LearningRule)]
+    number = loops((base(c.pre_obj), base(c.post_obj)) for c in connections)
+    within = defaultdict(list)
+    for c in connections:
+        if number[base(c.pre_obj)] == number[base(c.post_obj)]:
+            within[number[base(c.pre_obj)]].append(c)
+    return list(within.values())
+
+
+def _fastest(ways: Sequence[nengo.Connection], scope: Scope) -> tuple[float, list[Part]]:
+    """Return the sum of time constants of the fastest way to the host and back, and its parts.
+
+    There are none if all of a loop is on one side. Passthrough nodes are on neither.
+    """
+    parts = list(dict.fromkeys(base(end) for c in ways for end in (c.pre_obj, c.post_obj)))
+    chip = [i for i, part in enumerate(parts) if scope.on_chip(part)]
+    host = [i for i, part in enumerate(parts) if i not in set(chip) and not _is_passthrough(part)]
+    if not chip or not host:
+        return 0.0, []
+    graph = _lengths(ways, {part: i for i, part in enumerate(parts)})
+    there, after = dijkstra(graph, indices=host, return_predecessors=True)
+    back, before = dijkstra(graph.T, indices=host, return_predecessors=True)
+    whole = there[:, chip] + back[:, chip]
+    start, turn = np.unravel_index(np.argmin(whole), whole.shape)
+    out = _path(after[start], chip[turn], host[start])
+    home = _path(before[start], chip[turn], host[start])
+    return float(whole[start, turn]), [parts[i] for i in (*out[::-1], *home[1:])]
+
+
+def _is_passthrough(part: Part) -> bool:
+    return isinstance(part, nengo.Node) and part.output is None
+
+
+def _lengths(ways: Sequence[nengo.Connection], at: dict[Part, int]) -> sparse.csr_array:
+    """Return the time constants between parts as a matrix, of the fastest connection of a pair."""
+    length: dict[tuple[int, int], float] = {}
+    for c in sorted(ways, key=time_constant_s, reverse=True):
+        length[at[base(c.pre_obj)], at[base(c.post_obj)]] = INSTANT_S + time_constant_s(c)
+    rows, columns = zip(*length, strict=True)
+    return sparse.csr_array((list(length.values()), (rows, columns)), shape=(len(at),) * 2)
+
+
+def _path(before: np.ndarray, end: int, start: int) -> list[int]:
+    """Return the path to an end back to its start, by the predecessors of all."""
+    path = [end]
+    while path[-1] != start:
+        path.append(int(before[path[-1]]))
+    return path
+
+
+def _listed(names: Sequence[str]) -> str:
+    """Return the names of objects in a row, of a long one those at its ends."""
+    if len(names) > NAMED:
+        half = NAMED // 2
+        names = [*names[:half], f"{len(names) - 2 * half} more", *names[-half:]]
+    return " -> ".join(names)
