@@ -6,6 +6,7 @@ rows of tables, as they must stand in its document but for where lines end.
 
 import inspect
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from statistics import fmean
 from typing import Any, NamedTuple
 
 Results = list[dict[str, Any]]
@@ -41,11 +42,14 @@ RUNS = {
     "switch_spa": "run switch --backend reference --set selection=spa",
     "demo": "run switch",
     "walk_exact": f"sweep walk --vary {PATHS} --seeds 5 --backend analytic",
-    "walk_20": f"sweep walk --vary {PATHS} --seeds 5",
+    "walk_front": "sweep walk --vary n_neurons=2,4,6,10,20 --set path=s-curve --seeds 3 --seconds 40",
+    "walk_20": f"sweep walk --vary {PATHS} --seeds 5 --set n_neurons=20",
     "walk_10": f"sweep walk --vary {PATHS} --seeds 5 --set n_neurons=10",
     "walk_2": "sweep walk --vary path=s-curve,loop --seeds 5 --set n_neurons=2",
-    "walk_slow": "sweep walk --vary path=s-curve,loop --seeds 5 --set tau_fwd=0.01",
-    "walk_silenced": "run walk --set path=loop --set silence=0.5 --set silence_at=25 --seconds 40",
+    "walk_slow": "sweep walk --vary path=s-curve,loop --seeds 5 --set n_neurons=20"
+    " --set tau_fwd=0.01",
+    "walk_silenced": "run walk --set n_neurons=20 --set path=loop --set silence=0.5"
+    " --set silence_at=25 --seconds 40",
     "walk_grid": "sweep walk --seeds 5 --seconds 20 --set path=loop --set calibrated=false"
     " --vary n_neurons=2,6,20,40 --vary tau_fwd=.001,.002,.005,.01 --vary backend=reference,native",
 }
@@ -226,9 +230,9 @@ def cores_of_both_arms(arm_lean: Results, arm_paper: Results) -> Iterator[str]:
     yield f"the paper's 25,550 neurons ({_cores(arm_paper)} cores)"
 
 
-def _cores(compiled: Results) -> int:
-    (report,) = compiled
-    return int(_part(report, "resources.cores.used"))
+def _cores(results: Results) -> int:
+    (cores,) = {int(_part(one, "resources.cores.used")) for one in results}
+    return cores
 
 
 # the whole humanoid
@@ -263,8 +267,8 @@ def the_demo(demo: Results) -> Iterator[str]:
     (run,) = demo
     metrics, cores = run["metrics"], _part(run, "resources.cores.used")
     yield f"Intel Loihi: {cores} cores"
-    yield f"dynamic energy / step {dynamic_uj(demo, 'davies2018')[0]:.1f} uJ [no interval]"
-    yield f"{dynamic_uj(demo, 'nahuku-fit')[0]:.1f} uJ ["
+    yield f"dynamic energy / step {dynamic_uj(demo, 'davies2018')[0]:.3g} uJ [no interval]"
+    yield f"{dynamic_uj(demo, 'nahuku-fit')[0]:.3g} uJ ["
     yield f"shape_error_rms_m {metrics['shape_error_rms_m']:.4g}"
     yield f"phases_done {metrics['phases_done']}"
     yield f"spikes_per_second {metrics['spikes_per_second']:.4g}"
@@ -318,6 +322,18 @@ def _largest_mm(results: Results, path: str) -> str:
 
 
 @states("docs/walk.md")
+def walks_of_few_neurons(walk_front: Results) -> Iterator[str]:
+    assert not any(values(walk_front, "metrics.falls"))
+    for n_neurons in (2, 4, 6, 10, 20):
+        chosen = [one for one in walk_front if one["settings"]["n_neurons"] == n_neurons]
+        energies = (fmean(dynamic_uj(chosen, name)) for name in ("davies2018", "nahuku-fit"))
+        yield (
+            f"| {n_neurons} | {_cores(chosen)} | {' | '.join(f'{e:.1f} uJ' for e in energies)} "
+            f"| {joined(_off_mm(chosen, 's-curve'), 1)} | {_largest_mm(chosen, 's-curve')} |"
+        )
+
+
+@states("docs/walk.md")
 def walks_of_twenty_neurons(walk_exact: Results, walk_20: Results) -> Iterator[str]:
     assert not any(values(walk_20, "metrics.falls"))
     for path in ("line", "s-curve", "figure-eight", "loop"):
@@ -338,9 +354,8 @@ def walks_of_ten_neurons(walk_exact: Results, walk_10: Results) -> Iterator[str]
 
 
 def _tight(results: Results) -> str:
-    (cores,) = set(values(results, "resources.cores.used"))
     errors = (joined(_off_mm(results, path), 1) for path in ("s-curve", "loop"))
-    return f"| {' | '.join(errors)} | {cores} |"
+    return f"| {' | '.join(errors)} | {_cores(results)} |"
 
 
 @states("docs/walk.md")
