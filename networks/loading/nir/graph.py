@@ -9,7 +9,7 @@ import numpy as np
 from spikeport.reading.hdf5 import Value
 from spikeport.reading.mismatch import MismatchError
 
-CONVOLUTION = ("weight", "stride", "padding", "dilation", "groups", "bias")
+CONVOLUTION = ("weight", "stride", "padding", "dilation", "groups")
 POOLING = ("kernel_size", "stride", "padding")
 FIELDS: dict[str, tuple[str, ...]] = {
     "Input": ("shape",),
