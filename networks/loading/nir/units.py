@@ -5,14 +5,14 @@ weights, which are multiples of 64 units, and loses less to decays, which are ro
 in every step. The largest one, :math:`\theta`, is
 
 .. math::
-    \theta \max(\Sigma^+, \Sigma^-) \le \min(2^{21}, d_u 2^{23}), \qquad
-    \theta \le \max(2^{19}, d_u d_v 2^{23} / \Sigma^-), \qquad \theta \le 2^{22}
+    \theta \max(\Sigma^+, \Sigma^-) \le \min(2^{21}, d_u 2^{23}), \qquad \theta \le 2^{22}
 
 where :math:`\Sigma^\pm` are the sums of a neuron's weights of one sign, in thresholds: no input
-wraps a register around, were all sources to spike at once, and the voltage ends 16 thresholds
-below zero, or lower than inhibition can take it. Where a share of a neuron's sources spikes at once
-at most, sums are those of so many of its largest weights. Sums are not looked at where they are of
-more than 128 of the largest weights, of which hardly a bit would be left.
+wraps a register around, were all sources to spike at once. Where a share of them does at most, sums
+are those of so many of its largest weights, and the threshold may grow to 2^19: the voltage then
+ends 16 thresholds below zero, or further. In neurons that do not leak, where inhibition adds up, it
+always does. Sums are not looked at where they are of more than 128 of the largest weights, of which
+hardly a bit would be left.
 
 Where weights then are whole units, thresholds are powers of two, or the graph's own times one; else
 the few that let neurons keep most bits.
@@ -124,7 +124,7 @@ class _Room:
         with np.errstate(divide="ignore"):
             held = np.maximum(self.inputs(n_parts, at_once), ONE_WEIGHT / self.largest)
             one = MANTISSA * COARSEST / self.largest
-        most = np.minimum(np.minimum(held, self._deep()), np.minimum(one, THRESHOLDS[1]))
+        most = np.minimum(np.minimum(held, self._deep(n_parts)), np.minimum(one, THRESHOLDS[1]))
         if most.min() < THRESHOLDS[0]:
             raise MismatchError(
                 f"weights of at most {ONE_WEIGHT / THRESHOLDS[0]:,.0f} thresholds in node "
@@ -141,13 +141,12 @@ class _Room:
             below - self._constants.clip(max=0).sum(axis=0),
         )
 
-    def _deep(self) -> np.ndarray:
+    def _deep(self, n_parts: int | None) -> np.ndarray:
         """Return thresholds, (n,), with which the voltage ends deep enough for inhibition."""
         _, below = self._sums(1.0)
-        lowest = self._of.current_decay * self._of.voltage_decay * CURRENT
-        return np.maximum(
-            DEEP, np.divide(lowest, below, np.full_like(below, np.inf), where=below > 0)
-        )
+        endless = (self._of.voltage_decay == 0) & (below > 0)
+        result: np.ndarray = np.where(endless, DEEP, np.maximum(DEEP, self.inputs(n_parts)))
+        return result
 
 
 def _largest(matrix: sparse.csr_matrix, share: float) -> np.ndarray:

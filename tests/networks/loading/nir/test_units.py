@@ -85,11 +85,17 @@ def test_what_the_chip_rounds_of_a_bias_is_corrected():
     assert not units(population(np.ones((5, 3))), 2).correction.any()
 
 
-def test_neurons_that_are_only_excited_need_no_depth():
-    one, other = (units(population(sign * np.full((1, 2), 0.1)), 2) for sign in (1, -1))
-    assert one.threshold[0] > module.DEEP
-    lowest = -0.2 / 4 / 0.25 / 0.1  # in thresholds, once current and voltage have settled
-    assert other.threshold[0] * lowest >= -CURRENT
+def test_neurons_that_do_not_leak_keep_room_for_inhibition():
+    """A voltage of their own can fall for ever; one that leaks, or is only excited, does not."""
+    fire = Node("n", "IF", {"r": np.ones(1), "v_threshold": np.ones(1)})
+    found = []
+    for sign, node in ((1, fire), (-1, fire), (-1, None)):
+        one = population(sign * np.full((1, 2), 0.13))
+        if node is not None:
+            one = Population(node, dynamics(node, (1,), DT_S), one.input, 1)
+        found.append(units(one, 2).threshold[0])
+    assert found[1] == module.DEEP
+    assert min(found[0], found[2]) > module.DEEP
 
 
 def test_one_synapse_takes_all_of_its_bits():
