@@ -124,7 +124,7 @@ class _Room:
         with np.errstate(divide="ignore"):
             held = np.maximum(self.inputs(n_parts, at_once), ONE_WEIGHT / self.largest)
             one = MANTISSA * COARSEST / self.largest
-        most = np.minimum(np.minimum(held, self._deep(n_parts)), np.minimum(one, THRESHOLDS[1]))
+        most: np.ndarray = np.minimum(np.minimum(held, self._deep(n_parts)), np.minimum(one, THRESHOLDS[1]))
         if most.min() < THRESHOLDS[0]:
             raise MismatchError(
                 f"weights of at most {ONE_WEIGHT / THRESHOLDS[0]:,.0f} thresholds in node "
@@ -169,7 +169,7 @@ def _thresholds(
         return _full(_powers(most), room.matrix)
     own = np.divide(threshold, gain, np.ones_like(gain), where=gain > 0)
     for unit in (np.ones_like(own), own):
-        found = unit * np.exp2(_powers(room.most(None, at_once) / unit))
+        found: np.ndarray = unit * np.exp2(_powers(room.most(None, at_once) / unit))
         if len(np.unique(found)) <= LEVELS and _whole(found, room.matrix):
             return found
     return _levels(most, LEVELS if room.matrix.nnz <= SHARES else MORE_LEVELS)
@@ -196,7 +196,7 @@ def _levels(most: np.ndarray, n_levels: int) -> np.ndarray:
     n_below = np.append(np.searchsorted(np.sort(floors), levels), len(floors))
     # Bits of all neurons from level i on up to level j, if they have level i.
     bits = np.log2(levels)[:, np.newaxis] * (n_below - n_below[:-1, np.newaxis])
-    bits[np.tri(*bits.shape, dtype=bool)] = -np.inf
+    bits[np.tri(*bits.shape) > 0] = -np.inf
     best, following = np.append(np.full(len(levels), -np.inf), 0), []
     for _ in range(n_levels):
         following.append((bits + best).argmax(axis=1))
