@@ -124,7 +124,8 @@ class _Room:
         with np.errstate(divide="ignore"):
             held = np.maximum(self.inputs(n_parts, at_once), ONE_WEIGHT / self.largest)
             one = MANTISSA * COARSEST / self.largest
-        most: np.ndarray = np.minimum(np.minimum(held, self._deep(n_parts)), np.minimum(one, THRESHOLDS[1]))
+        ends = np.minimum(self._deep(n_parts), min(one, THRESHOLDS[1]))
+        most: np.ndarray = np.minimum(held, ends)
         if most.min() < THRESHOLDS[0]:
             raise MismatchError(
                 f"weights of at most {ONE_WEIGHT / THRESHOLDS[0]:,.0f} thresholds in node "
