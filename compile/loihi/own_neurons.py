@@ -14,17 +14,20 @@ from nengo_loihi.block import Compartment, LoihiBlock, Synapse
 from nengo_loihi.builder import Builder, Model
 
 from spikeport.compile.ground.refusal import RefusedError
-from spikeport.neurons import OWN_TYPES, IntegrateAndFire, chip_decays
+from spikeport.neurons import (
+    MANTISSA,
+    OWN_TYPES,
+    UNIT,
+    IntegrateAndFire,
+    chip_decays,
+    weight_step,
+)
 
-MANTISSA = 127
-EXPONENTS = (-1, 7)
-"""The range of exponents: below it, a chip's weights lose bits that they have in memory."""
+COARSEST = 2**14
+"""The largest step of weights, whose exponent is 7."""
 
 VOLTAGE = 2**23 - 1
 """The voltage goes from -VOLTAGE to VOLTAGE."""
-
-UNIT = 64
-"""Thresholds are multiples of this."""
 
 THRESHOLD = (2**17 - 1) * UNIT
 BIAS_MANTISSA, BIAS_EXPONENT = 2**12 - 1, 7
@@ -48,7 +51,7 @@ def build_integrate_and_fire(
     state = OwnFilter(block.n_neurons, label=block.compartment.label)
     state.decay_u[:], state.decay_v[:] = kind.current_decay, kind.voltage_decay
     state.vth[:] = kind.threshold / model.dt
-    state.bias[:] = block.compartment.bias + kind.leak / model.dt
+    state.bias[:] = block.compartment.bias + (kind.leak + kind.correction) / model.dt
     state.refract_delay[:] = 1
     state.vmin, state.scale_u, state.scale_v = -np.inf, False, False
     block.compartment = state
@@ -91,11 +94,10 @@ def discretise_own(block: LoihiBlock, label: str, dt_s: float) -> float:
 
 def _round_weights(synapse: Synapse, label: str, dt_s: float) -> None:
     largest = max((np.abs(w).max(initial=0) for w in synapse.weights), default=0) * dt_s
-    exponent = max(EXPONENTS[0], int(np.ceil(np.log2(max(largest, 1) / MANTISSA))) - 7)
-    if exponent > EXPONENTS[1]:
-        raise _beyond(label, "weight", largest, MANTISSA << (7 + EXPONENTS[1]))
-    synapse.format(weight_exp=exponent)
-    step = 2.0 ** (7 + exponent)
+    step = weight_step(largest)
+    if step > COARSEST:
+        raise _beyond(label, "weight", largest, MANTISSA * COARSEST)
+    synapse.format(weight_exp=int(np.log2(step)) - 7)
     synapse.weights = [_integers(np.round(w * (dt_s / step)) * step) for w in synapse.weights]
 
 

@@ -18,6 +18,12 @@ from spikeport.errors import UsageError
 STEPS = 4096
 """The parts of a step's current or voltage that the chip can let decay: 12 bits."""
 
+UNIT = 64
+"""Thresholds and weights are multiples of this."""
+
+MANTISSA = 127
+"""A weight is up to so many steps of its connection."""
+
 REST = Choice([0])
 
 
@@ -81,11 +87,15 @@ class IntegrateAndFire(Integrator):
         The threshold :math:`\theta`, in the unit of weights, above 0.
     current_decay, voltage_decay, leak : float or (n,) array
         See `Integrator`; on the chip decays are multiples of 1/4096.
+    correction : float or (n,) array
+        What the chip adds to the leak, for what rounding takes off constant input; floating point,
+        which rounds nothing, does not.
     """
 
     negative = False
     spiking = True
     threshold = NdarrayParam("threshold")
+    correction = NdarrayParam("correction")
 
     def __init__(
         self,
@@ -93,10 +103,12 @@ class IntegrateAndFire(Integrator):
         current_decay: np.ndarray | float = 1.0,
         voltage_decay: np.ndarray | float = 0.0,
         leak: np.ndarray | float = 0.0,
+        correction: np.ndarray | float = 0.0,
     ) -> None:
         super().__init__(current_decay, voltage_decay, leak)
         _check("threshold", threshold, np.nextafter(0, 1), np.inf)
-        self.threshold = threshold
+        _check("correction", correction, -np.inf, np.inf)
+        self.threshold, self.correction = threshold, correction
 
     def step(
         self,
@@ -197,10 +209,15 @@ class SpikeSource(NeuronType):
 def chip_decays(
     current_decay: np.ndarray | float, voltage_decay: np.ndarray | float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the decays that the chip has for these, in 1/4096: any but zero stay above it."""
+    """Return the decays that the chip has for these, in 1/4096; a current's are above 0."""
     current = np.clip(np.round(np.asarray(current_decay) * STEPS), 1, STEPS)
-    voltage = np.clip(np.round(np.asarray(voltage_decay) * STEPS), 1, STEPS - 1)
-    return current.astype(int), np.where(np.asarray(voltage_decay) == 0, 0, voltage).astype(int)
+    voltage = np.clip(np.floor(np.asarray(voltage_decay) * STEPS + 0.5), 0, STEPS - 1)
+    return current.astype(int), voltage.astype(int)
+
+
+def weight_step(largest: float) -> float:
+    """Return the step of a connection's weights on the chip, by its largest weight, in units."""
+    return float(2.0 ** np.ceil(np.log2(max(largest / MANTISSA, UNIT))))
 
 
 def _check(name: str, value: np.ndarray | float, low: float, high: float) -> None:

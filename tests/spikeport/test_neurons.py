@@ -10,6 +10,7 @@ from spikeport.neurons import (
     LeakyIntegrator,
     SpikeSource,
     chip_decays,
+    weight_step,
 )
 
 DT_S = 1e-3
@@ -72,10 +73,16 @@ def test_sources_spike_above_one_half_and_wait():
     assert rates.tolist() == [[0, 1 / DT_S]]
 
 
-def test_decays_of_the_chip_are_the_nearest_of_12_bits_and_any_stays_one():
-    current, voltage = chip_decays(np.array([1.0, 0.1, 1e-6]), np.array([1.0, 0.1, 0.0]))
+def test_decays_of_the_chip_are_the_nearest_of_12_bits_and_a_current_has_one():
+    current, voltage = chip_decays(np.array([1.0, 0.1, 1e-6]), np.array([1.0, 1 / 8192, 1e-4]))
     assert current.tolist() == [4096, 410, 1]
-    assert voltage.tolist() == [4095, 410, 0]
+    assert voltage.tolist() == [4095, 1, 0]
+
+
+def test_a_step_of_weights_is_the_least_that_holds_the_largest():
+    assert [weight_step(largest) for largest in (0, 127 * 64, 127 * 64 + 1, 2.0**20)] == [
+        64, 64, 128, 2**14,
+    ]  # fmt: skip
 
 
 def test_sources_spike_late_and_for_a_while():

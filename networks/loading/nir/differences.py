@@ -40,6 +40,9 @@ def _on_chip(network: NirNetwork, one: Population) -> Iterator[str]:
         yield f"inputs wrap around if over {mine.at_once:.0%} of its weights act in one step"
     if mine.constants[0].any():
         yield f"its bias is a source on the host, which spikes in every step from {one.depth} on"
+    if mine.correction.any():
+        share = np.abs(mine.correction / mine.threshold).max()
+        yield f"what is rounded of its bias, up to {share:.3%} of the threshold, is the chip's own"
 
 
 def _rounding(one: Population) -> Iterator[str]:

@@ -31,7 +31,7 @@ PARAMETERS = (
     "threshold",
 )
 LONGEST = 8192
-"""Steps of the longest time constant: beyond it, the chip's 12 bits of decay are none."""
+"""Steps of the longest time constant of a current: the chip has 12 bits for its decay, and no 0."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class Dynamics:
 
 
 def own_shape(node: Node) -> Shape:
-    """Return the shape of a node's parameters, () where one value stands for all neurons.
+    """Return the shape of a node's parameters.
 
     Raises
     ------
@@ -78,7 +78,7 @@ def own_shape(node: Node) -> Shape:
     shape = max(shapes, key=math.prod)
     if not 1 <= math.prod(shape) <= SIZE:
         raise MismatchError(f"from 1 to {SIZE:,} neurons in node {node.name}", f"{shape}")
-    return shape if math.prod(shape) > 1 else ()
+    return shape
 
 
 def dynamics(node: Node, shape: Shape, dt_s: float) -> Dynamics:
@@ -111,20 +111,25 @@ class _Parameters:
         if absent is not None and field not in self._node.values:
             return np.full(n, absent)
         value = self._node.numbers(field)
-        if value.size not in (1, n):
-            raise MismatchError(f"{n} values {field} in node {self._node.name}", f"{value.size}")
-        return np.resize(value, n)
+        if value.size in (1, n):
+            return np.resize(value, n)
+        try:
+            return np.broadcast_to(value, self._shape).ravel()
+        except ValueError:
+            wanted = f"{field} for neurons {self._shape} in node {self._node.name}"
+            raise MismatchError(wanted, f"{value.shape}") from None
 
     def decay(self, field: str) -> np.ndarray:
         """Return dt / tau."""
-        tau_s = self.get(field)
-        least, most = self._dt_s * (1 - 1e-6), self._dt_s * LONGEST
-        odd = tau_s[(tau_s < least) | (tau_s > most)]
-        if odd.size:
+        tau_s, bounds = self.get(field), f"at least {self._dt_s:g} s, a step of --dt"
+        odd = tau_s < self._dt_s * (1 - 1e-6)
+        if field == "tau_syn":
+            bounds += f", and at most {LONGEST} of them"
+            odd |= tau_s > self._dt_s * LONGEST
+        if odd.any():
             raise MismatchError(
-                f"{field} from {self._dt_s:g} to {most:g} s, 1 to {LONGEST} steps of --dt, in node "
-                f"{self._node.name}",
-                f"{odd[0]:g} s",
+                f"{field} of {bounds}, in node {self._node.name}",
+                f"{tau_s[odd][0]:g} s",
                 cure="give another --dt",
             )
         return np.minimum(self._dt_s / tau_s, 1.0)

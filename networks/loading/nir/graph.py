@@ -9,7 +9,7 @@ import numpy as np
 from spikeport.reading.hdf5 import Value
 from spikeport.reading.mismatch import MismatchError
 
-CONVOLUTION = ("weight", "stride", "padding", "dilation", "groups", "bias")
+CONVOLUTION = ("weight", "stride", "padding", "dilation", "groups")
 POOLING = ("kernel_size", "stride", "padding")
 FIELDS: dict[str, tuple[str, ...]] = {
     "Input": ("shape",),
@@ -184,5 +184,6 @@ def _pairs(value: Value | None, name: str) -> Iterator[tuple[str, str]]:
 
 def _known(names: Mapping[str, str], name: str) -> str:
     if name not in names:
-        raise MismatchError(f"edges between {', '.join(sorted(names))}", f"one of {name}")
+        known = ", ".join(sorted(names))
+        raise MismatchError(f"edges between nodes {known}", f"one of {name}, which is no node")
     return names[name]

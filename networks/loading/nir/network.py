@@ -121,8 +121,12 @@ class NirNetwork(nengo.Network):
 
     def _neurons(self, population: Population) -> nengo.Ensemble:
         of, mine = population.dynamics, self.units[population.node.name]
-        values = (mine.threshold, of.current_decay, of.voltage_decay)
-        kind = IntegrateAndFire(*map(_one_if_equal, values))
+        kind = IntegrateAndFire(
+            threshold=_one_if_equal(mine.threshold),
+            current_decay=_one_if_equal(of.current_decay),
+            voltage_decay=_one_if_equal(of.voltage_decay),
+            correction=_one_if_equal(mine.correction),
+        )
         return _ensemble(population.size, kind, population.node.name)
 
     def _readout(self, population: Population) -> nengo.Ensemble:

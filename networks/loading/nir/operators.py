@@ -43,8 +43,8 @@ def operator(node: Node, shape: Shape, dt_s: float) -> Operator:
         The node does not take that shape, or is too large.
     """
     found = OPERATORS[node.kind](node, shape, dt_s)
-    if math.prod(found.shape) > SIZE:
-        raise MismatchError(f"at most {SIZE:,} values after node {node.name}", f"{found.shape}")
+    if not 1 <= math.prod(found.shape) <= SIZE:
+        raise MismatchError(f"from 1 to {SIZE:,} values after node {node.name}", f"{found.shape}")
     return found
 
 
@@ -61,13 +61,19 @@ def _affine(node: Node, shape: Shape, dt_s: float) -> Operator:
     weight = node.numbers("weight")
     if weight.ndim != 2:
         raise MismatchError(f"a weight of 2 axes in node {node.name}", f"{weight.ndim}")
-    _match(node, math.prod(shape), weight.shape[1])
+    rows = shape[:-1] if shape[-1] == weight.shape[1] else ()
+    n_rows = math.prod(rows)
+    if math.prod(shape) != n_rows * weight.shape[1]:
+        raise MismatchError(f"{weight.shape[1]} values into node {node.name}", f"{shape}")
     bias = np.zeros(len(weight))
     if node.kind == "Affine":
         bias = np.ravel(node.numbers("bias"))
         if bias.size != len(weight):
             raise MismatchError(f"{len(weight)} biases in node {node.name}", f"{bias.size}")
-    return Operator(sparse.csr_matrix(weight), bias, (len(weight),))
+    if n_rows * weight.size > ENTRIES:
+        raise MismatchError(f"at most {ENTRIES:,} weights in node {node.name}", f"{n_rows} rows")
+    matrix = sparse.block_diag([sparse.csr_matrix(weight)] * n_rows, format="csr")
+    return Operator(matrix, np.tile(bias, n_rows), (*rows, len(weight)))
 
 
 def _scale(node: Node, shape: Shape, dt_s: float) -> Operator:
@@ -93,6 +99,8 @@ def _delay(node: Node, shape: Shape, dt_s: float) -> Operator:
 
 def _flatten(node: Node, shape: Shape, dt_s: float) -> Operator:
     start, end = node.one("start_dim", -len(shape)), node.one("end_dim", -len(shape))
+    if start == len(shape) and end == -1:  # of axes behind a batch's, none is left to flatten
+        return _same(node, shape, dt_s)
     end = end + len(shape) if end < 0 else end
     start = start + len(shape) if start < 0 else start
     if not 0 <= start <= end < len(shape):
@@ -104,8 +112,9 @@ def _flatten(node: Node, shape: Shape, dt_s: float) -> Operator:
 def _convolution(node: Node, shape: Shape, dt_s: float) -> Operator:
     weight = node.numbers("weight")
     n_axes = 1 if node.kind == "Conv1d" else 2
-    if weight.ndim != 2 + n_axes or len(shape) != 1 + n_axes:
-        raise MismatchError(f"{n_axes} axes of space in node {node.name}", f"input {shape}")
+    batch, shape = _batch(node, shape, n_axes)
+    if weight.ndim != 2 + n_axes:
+        raise MismatchError(f"a weight of {2 + n_axes} axes in node {node.name}", f"{weight.ndim}")
     groups = node.one("groups")
     if groups < 1 or len(weight) % groups or weight.shape[1] * groups != shape[0]:
         raise MismatchError(
@@ -114,16 +123,25 @@ def _convolution(node: Node, shape: Shape, dt_s: float) -> Operator:
     stride, dilation = (_each(node, name, n_axes) for name in ("stride", "dilation"))
     padding = _padding(node, weight.shape[2:], dilation)
     matrix, space = _convolved(node, weight, groups, shape, stride, dilation, padding)
-    bias = np.ravel(node.numbers("bias"))
+    bias = np.ravel(node.numbers("bias")) if "bias" in node.values else np.zeros(1)
     if bias.size not in (1, len(weight)):
         raise MismatchError(f"{len(weight)} biases in node {node.name}", f"{bias.size}")
     biases = np.repeat(np.resize(bias, len(weight)), math.prod(space))
-    return Operator(matrix, biases, (len(weight), *space))
+    return Operator(matrix, biases, (*batch, len(weight), *space))
+
+
+def _batch(node: Node, shape: Shape, n_axes: int) -> tuple[Shape, Shape]:
+    """Return axes of a batch of one, if any, and those of channels and space."""
+    first = len(shape) - 1 - n_axes
+    if first < 0 or math.prod(shape[:first]) != 1:
+        raise MismatchError(
+            f"channels and {n_axes} axes of space into node {node.name}", f"{shape}"
+        )
+    return shape[:first], shape[first:]
 
 
 def _pooling(node: Node, shape: Shape, dt_s: float) -> Operator:
-    if len(shape) != 3:
-        raise MismatchError(f"channels, rows and columns into node {node.name}", f"{shape}")
+    batch, shape = _batch(node, shape, 2)
     kernel, stride = (_each(node, name, 2) for name in ("kernel_size", "stride"))
     if math.prod(kernel) * math.prod(shape) > ENTRIES:
         raise MismatchError(f"at most {ENTRIES:,} weights in node {node.name}", f"kernel {kernel}")
@@ -131,7 +149,7 @@ def _pooling(node: Node, shape: Shape, dt_s: float) -> Operator:
     value = 1.0 / math.prod(kernel) if node.kind == "AvgPool2d" else 1.0
     weight = np.full((shape[0], 1, *kernel), value)
     matrix, space = _convolved(node, weight, shape[0], shape, stride, (1, 1), padding)
-    return Operator(matrix, np.zeros(matrix.shape[0]), (shape[0], *space))
+    return Operator(matrix, np.zeros(matrix.shape[0]), (*batch, shape[0], *space))
 
 
 def _convolved(
@@ -200,11 +218,6 @@ def _padding(node: Node, kernel: Shape, dilation: Shape) -> list[tuple[int, int]
         ]
         return [(n // 2, n - n // 2) for n in around]
     return [(n, n) for n in _each(node, "padding", len(kernel), least=0)]
-
-
-def _match(node: Node, found: int, wanted: int) -> None:
-    if found != wanted:
-        raise MismatchError(f"{wanted} values into node {node.name}", f"{found}")
 
 
 OPERATORS: dict[str, Callable[[Node, Shape, float], Operator]] = {

@@ -246,8 +246,13 @@ class _Signals:
         _check_size(self.shapes)
 
     def _alone(self, node: Node) -> Shape:
-        """Return the shape of neurons by themselves, () where it is that of what they get."""
-        return own_shape(node) or (() if self._before[node.name] else (1,))
+        """Return the shape of neurons by themselves, () where it is that of what they get.
+
+        A value may stand for all neurons, or for those of a channel: (2, 1, 1) for (2, 8, 8).
+        """
+        shape = own_shape(node)
+        several = math.prod(shape) == 1 or 1 in shape[1:]
+        return () if several and self._before[node.name] else shape or (1,)
 
     def _compute(self) -> None:
         """Go through the graph: linear nodes after all before them, neurons after any."""

@@ -49,6 +49,18 @@ def test_weights_and_thresholds_are_the_integers_they_were():
     assert (block.compartment.vmin, block.compartment.vmax) == (1 - 2**23, 2**23 - 1)
 
 
+def test_a_correction_is_of_the_chip_alone():
+    nets = [network(IntegrateAndFire(correction=c), np.full((1, 2), 640.0)) for c in (0, 50)]
+    assert [own_block(net).compartment.bias.tolist() for net in nets] == [[0], [50]]
+    voltages = []
+    for net in nets:
+        with spikeport.Simulator(net, backend="reference") as sim:
+            sim.run_steps(20)
+            voltages.append(np.array(sim.data[net.voltage]))
+    assert voltages[0].any()
+    np.testing.assert_array_equal(*voltages)
+
+
 def test_large_weights_have_a_larger_step():
     block = own_block(network(IntegrateAndFire(), np.array([[2.0**20, 3000.0]])))
     (synapse,) = block.synapses

@@ -48,9 +48,11 @@ def test_others_have_what_they_are():
         (node("Threshold", threshold=[0.0]), "expected thresholds above what node n is reset to"),
         (node("IF", r=[1], v_threshold=[1], v_reset=[1]), "expected thresholds above what node n"),
         (node("LIF", tau=[1e-4], r=[1], v_leak=[0], v_threshold=[1]),
-         "expected tau from 0.001 to 8.192 s, 1 to 8192 steps of --dt, in node n, found 0.0001 s"),
-        (node("LIF", tau=[9.0], r=[1], v_leak=[0], v_threshold=[1]), "expected tau from 0.001 to"),
-        (node("IF", r=np.ones(3), v_threshold=np.ones(2)), "expected 3 values v_threshold in nod"),
+         "expected tau of at least 0.001 s, a step of --dt, in node n, found 0.0001 s"),
+        (node("CubaLIF", **CUBA | {"tau_syn": [9.0]}),
+         "expected tau_syn of at least 0.001 s, a step of --dt, and at most 8192 of them, in node"),
+        (node("IF", r=np.ones(3), v_threshold=np.ones(2)),
+         "expected v_threshold for neurons (3,) in node n, found (2,)"),
         (node("IF", r=np.ones(0), v_threshold=np.ones(0)), "expected from 1 to 1,048,576 neurons"),
     ],
 )  # fmt: skip
@@ -62,7 +64,18 @@ def test_parameters_out_of_range_are_refused(made, message):
 
 def test_one_value_stands_for_all_neurons():
     made = node("LIF", tau=1e-2, r=[10.0], v_leak=0, v_threshold=[1.0])
-    assert own_shape(made) == ()
+    assert own_shape(made) == (1,)
     of = dynamics(made, (2, 3), DT_S)
     assert (of.shape, of.gain.tolist()) == ((2, 3), [1.0] * 6)
     assert own_shape(node("LIF", tau=1e-2, r=1, v_leak=0, v_threshold=np.ones(4))) == (4,)
+
+
+def test_parameters_of_channels_are_those_of_all_their_neurons():
+    made = node("IF", r=1, v_threshold=np.reshape([0.5, 0.7], (2, 1, 1)))
+    of = dynamics(made, (2, 1, 3), DT_S)
+    assert of.threshold.tolist() == [0.5] * 3 + [0.7] * 3
+
+
+def test_a_time_constant_of_a_voltage_may_be_as_long_as_any():
+    found = of_node(node("LIF", tau=[1e6], r=[1e9], v_leak=[0], v_threshold=[1]))
+    assert (found.voltage_decay, found.gain) == (pytest.approx(1e-9), pytest.approx(1))

@@ -45,7 +45,7 @@ INNER = {"type": "NIRGraph", "nodes": {"a": INPUT}, "edges": []}
         (values({"a": np.zeros(1)}), "expected a node a, found an array"),
         (values({"a": {"type": "Linear"}}), "expected weight in Linear a, found none"),
         (values({"a": INPUT}, ["a"]), "expected at most 20,000 edges in the graph, each of two"),
-        (values({"a": INPUT}, ["a", "b"]), "expected edges between a, found one of b"),
+        (values({"a": INPUT}, ["a", "b"]), "expected edges between nodes a, found one of b, w"),
         (values({"a": INPUT, "b": LINEAR}, ["a", "b"] * 2), "expected edges once, found a to b tw"),
         (values({"a": INNER}), "expected one Output in the graph a, found 0"),
         (values(wide(10_001)), "expected at most 10,000 nodes, found more"),

@@ -46,6 +46,27 @@ def test_convolutions_are_those_of_torch(stride, padding, dilation, groups):
     np.testing.assert_allclose(applied(made, x), wanted.numpy())
 
 
+@pytest.mark.parametrize("shape", [(2, 3), (4, 2, 3)])
+def test_weights_of_the_last_axis_are_those_of_torch(shape):
+    rng = np.random.default_rng(0)
+    x, weight, bias = rng.random(shape), rng.random((5, 3)), rng.random(5)
+    wanted = torch.nn.functional.linear(*map(torch.from_numpy, (x, weight, bias)))
+    np.testing.assert_allclose(applied(node("Affine", weight=weight, bias=bias), x), wanted.numpy())
+
+
+def test_a_batch_of_one_is_an_axis_more():
+    rng = np.random.default_rng(0)
+    x, weight = rng.random((1, 2, 6, 6)), rng.random((4, 2, 3, 3))
+    made = node("Conv2d", weight=weight, stride=1, padding=1, dilation=1, groups=1)
+    wanted = torch.nn.functional.conv2d(*map(torch.from_numpy, (x, weight)), padding=1)
+    np.testing.assert_allclose(applied(made, x), wanted.numpy())
+    pool = node("AvgPool2d", kernel_size=2, stride=2, padding=0)
+    np.testing.assert_allclose(applied(pool, x), torch.nn.AvgPool2d(2)(torch.from_numpy(x)))
+    flat = node("Flatten", start_dim=1, end_dim=-1)
+    assert applied(flat, x).shape == (1, 72)
+    assert applied(flat, x.ravel()).shape == (72,)  # its axis is one of a batch that is not there
+
+
 @pytest.mark.parametrize(("stride", "padding"), [(1, 0), (3, 2), (1, "same")])
 def test_convolutions_of_one_axis_are_those_of_torch(stride, padding):
     rng = np.random.default_rng(0)
@@ -89,7 +110,7 @@ WHOLE = {**CONV, "padding": 0, "groups": 1}
 @pytest.mark.parametrize(
     ("made", "shape", "message"),
     [
-        (node("Linear", weight=np.ones((2, 3))), (4,), "expected 3 values into node n, found 4"),
+        (node("Linear", weight=np.ones((2, 3))), (4,), "expected 3 values into node n, found (4"),
         (node("Linear", weight=np.ones(3)), (3,), "expected a weight of 2 axes in node n, found 1"),
         (node("Affine", weight=np.eye(2), bias=[1]), (2,), "expected 2 biases in node n, found 1"),
         (node("Scale", scale=[1, 2]), (3,), "expected scale for (3,) in node n, found (2,)"),
@@ -98,13 +119,15 @@ WHOLE = {**CONV, "padding": 0, "groups": 1}
         (node("Flatten", start_dim=-2, end_dim=0), (3,), "expected start_dim from -1 to 1,048,576"),
         (node("Flatten", start_dim=[0, 1], end_dim=1), (3,), "expected one number start_dim in"),
         (node("Conv2d", **{**WHOLE, "groups": [1, 1]}), (1, 9, 9), "expected one number groups"),
-        (node("Conv2d", **WHOLE), (1, 9), "expected 2 axes of space in node n, found input (1, 9)"),
+        (node("Linear", weight=np.ones((0, 3))), (3,), "expected from 1 to 1,048,576 values after"),
+        (node("Conv2d", **WHOLE), (1, 9), "expected channels and 2 axes of space into node n, fo"),
+        (node("Conv2d", **WHOLE), (2, 1, 9, 9), "expected channels and 2 axes of space into nod"),
         (node("Conv2d", **WHOLE), (2, 9, 9), "expected 2 channels in node n, found 1 groups of 1"),
         (node("Conv2d", **WHOLE), (1, 2, 9), "expected from 1 to 8,388,608 weights in node n, fo"),
         (node("Conv2d", **WHOLE), (1, 2000, 2000), "expected from 1 to 8,388,608 weights in nod"),
         (node("Conv2d", **{**WHOLE, "stride": 0}), (1, 9, 9), "expected stride from 1 in node n,"),
         (node("Conv2d", **CONV, groups=1, padding="all"), (1, 9, 9), "expected padding same or v"),
-        (node("SumPool2d", kernel_size=2, stride=2, padding=0), (9,), "expected channels, rows"),
+        (node("SumPool2d", kernel_size=2, stride=2, padding=0), (9,), "expected channels and"),
         (node("SumPool2d", kernel_size=2**20, stride=1, padding=0), (1, 9, 9), "expected at most"),
     ],
 )  # fmt: skip

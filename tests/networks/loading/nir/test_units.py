@@ -14,13 +14,13 @@ from spikeport.reading.mismatch import MismatchError
 DT_S = 1e-3
 
 
-def population(weights: np.ndarray, bias: float = 0.0, **values: object) -> Population:
+def population(weights: np.ndarray, bias: np.ndarray | float = 0.0, **values: object) -> Population:
     """Return neurons with a filtered current, a weight of 1 being a quarter of the threshold."""
     n = len(weights)
     taus = {"tau_syn": 4e-3, "tau_mem": 1e-2, "r": 10.0, "v_leak": 0.0, "v_threshold": 1.0}
     all_of = {name: np.full(n, value) for name, value in {**taus, **values}.items()}
     node = Node("n", "CubaLIF", all_of)
-    signal = Signal({"i": sparse.csr_matrix(weights)}, np.full(n, bias), (n,))
+    signal = Signal({"i": sparse.csr_matrix(weights)}, np.broadcast_to(bias, n), (n,))
     return Population(node, dynamics(node, (n,), DT_S), signal, 1)
 
 
@@ -47,10 +47,55 @@ def test_no_input_wraps_a_register_around():
 
 def test_where_a_share_of_sources_spikes_at_once_weights_keep_more_bits():
     weights = np.random.default_rng(0).normal(0, 1, (10, 400))
-    all_of, quarter, few = (units(population(weights), 2, share) for share in (1.0, 0.25, 1e-3))
-    np.testing.assert_array_equal(quarter.threshold, 4 * all_of.threshold)
-    assert few.threshold.max() <= 2.0**module.DEEP * 1.001  # raised by what decays take away
+    all_of, eighth, few = (units(population(weights), 2, share) for share in (1.0, 0.125, 1e-3))
+    assert (eighth.threshold > 1.5 * all_of.threshold).all()
+    largest = np.sort(eighth.weights["i"].toarray(), axis=1)[:, -50:]
+    assert INPUT / 2 < largest.sum(axis=1).max() <= INPUT
+    assert (few.threshold == module.DEEP).all()
     assert np.abs(few.weights["i"].data).max() <= 127 * 2.0**14
+
+
+def test_thresholds_are_few_and_as_large_as_registers_let_them():
+    weights = np.random.default_rng(0).normal(0, 1, (10, 400)) * np.linspace(0.5, 4, 10)[:, None]
+    found = units(population(weights), 2)
+    safe = INPUT / np.abs(weights).sum(axis=1)  # no less than sums of one sign
+    assert len(np.unique(found.threshold)) == module.LEVELS
+    assert (found.threshold % module.UNIT == 0).all()
+    assert (found.threshold > safe).mean() > 0.5
+
+
+def test_whole_weights_stay_whole():
+    weights = np.random.default_rng(0).integers(-90, 90, (10, 40)).astype(float)
+    for threshold in (512.0, 700.0):
+        same = {"tau_syn": DT_S, "tau_mem": DT_S, "r": 1.0, "v_threshold": threshold}
+        found = units(population(weights, **same), 2)
+        scale = found.threshold[:, np.newaxis] / threshold
+        assert not np.modf(np.log2(scale))[0].any()
+        mine = np.round(found.weights["i"].toarray(), 6)
+        np.testing.assert_array_equal(mine, weights * scale)
+        assert not (mine % module.UNIT).any()
+
+
+def test_what_the_chip_rounds_of_a_bias_is_corrected():
+    found = units(population(np.zeros((5, 3)), bias=np.linspace(0.1, 0.3, 5), tau_syn=7e-3), 2)
+    bias, decay = found.constants[0], round(4096 / 7) / 4096
+    settled = np.round(bias / 64) * 64 / decay + found.correction
+    np.testing.assert_allclose(settled, 7 * bias, atol=0.5)
+    assert found.correction.any()
+    assert not units(population(np.ones((5, 3))), 2).correction.any()
+
+
+def test_neurons_that_do_not_leak_keep_room_for_inhibition():
+    """A voltage of their own can fall for ever; one that leaks, or is only excited, does not."""
+    fire = Node("n", "IF", {"r": np.ones(1), "v_threshold": np.ones(1)})
+    found = []
+    for sign, node in ((1, fire), (-1, fire), (-1, None)):
+        one = population(sign * np.full((1, 2), 0.13))
+        if node is not None:
+            one = Population(node, dynamics(node, (1,), DT_S), one.input, 1)
+        found.append(units(one, 2).threshold[0])
+    assert found[1] == module.DEEP
+    assert min(found[0], found[2]) > module.DEEP
 
 
 def test_one_synapse_takes_all_of_its_bits():
