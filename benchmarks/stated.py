@@ -16,6 +16,9 @@ NETWORKS = "network_seed=0,1,2,3,4"
 PATHS = "path=line,s-curve,figure-eight,loop"
 SIZES = (200, 500, 1000, 2000, 8000)
 SECONDS = (4, 6, 8, 12, 20)
+QUIET = "walk --set policy=build/quiet/h1_walk.npz --set path=loop --seconds 20"
+"""Walks of a policy whose hidden units never had noise: ``spikeport train walk --seed 2 --threads 1
+--steps 14745600 --no-hidden-noise --out build/quiet`` makes it in 43 minutes of CPU time or so."""
 
 RUNS = {
     **{
@@ -50,6 +53,10 @@ RUNS = {
     " --set tau_fwd=0.01",
     "walk_silenced": "run walk --set n_neurons=20 --set path=loop --set silence=0.5"
     " --set silence_at=25 --seconds 40",
+    "quiet_exact": f"run {QUIET} --backend analytic",
+    "quiet_off": f"sweep {QUIET} --set calibrated=false --vary n_neurons=2,20"
+    " --vary backend=native,reference --seeds 1",
+    "quiet_on": f"sweep {QUIET} --vary n_neurons=2,20 --seeds 1",
     "walk_grid": "sweep walk --seeds 5 --seconds 20 --set path=loop --set calibrated=false"
     " --vary n_neurons=2,6,20,40 --vary tau_fwd=.001,.002,.005,.01 --vary backend=reference,native",
 }
@@ -373,6 +380,28 @@ def walks_behind_slow_filters(walk_slow: Results) -> Iterator[str]:
 def walks_without_half_of_the_ensembles(walk_silenced: Results) -> Iterator[str]:
     (fallen_at_s,) = values(walk_silenced, "metrics.fallen_at_s")
     yield f"{fallen_at_s - 25:.1f} s later the robot has fallen"
+
+
+@states("docs/paper.md")
+def walks_without_hidden_noise(
+    quiet_exact: Results, quiet_off: Results, quiet_on: Results
+) -> Iterator[str]:
+    (exact,) = quiet_exact
+    yield f"Without neurons it is {_walked(exact)}."
+    rows = {
+        "float, calibration off": [one for one in quiet_off if one["backend"] == "reference"],
+        "chip, calibration off": [one for one in quiet_off if one["backend"] == "native"],
+        "chip, calibration on": quiet_on,
+    }
+    for title, results in rows.items():
+        both = sorted(results, key=lambda one: one["settings"]["n_neurons"])
+        yield f"| {title} | {' | '.join(map(_walked, both))} |"
+
+
+def _walked(result: dict[str, Any]) -> str:
+    """Return how far off its path a robot walked, in words; AssertionError if it fell."""
+    assert not result["metrics"]["falls"]
+    return f"{1000 * result['metrics']['cross_track_rms_m']:.1f} mm off"
 
 
 @states("docs/paper.md")
