@@ -49,6 +49,7 @@ class Rerun:
 
     def integers(self) -> np.ndarray:
         """Return the filtered outputs of the image itself, (n_steps, n)."""
+        # Any seed: images that draw random numbers are refused.
         chip = NativeChip(self._image, seed=0)
         rows = (
             [np.array(part, dtype=float) for part in chip.step(step, {})] for step in self._spikes

@@ -47,7 +47,7 @@ MESSAGES = "messages.npz"
 
 
 class MessageCounts(NamedTuple):
-    """MessageCounts so far from core to core, (n_cores, n_cores), and from the host, (n_cores,)."""
+    """Messages so far from core to core, (n_cores, n_cores), and from the host, (n_cores,)."""
 
     between: np.ndarray
     from_host: np.ndarray
@@ -117,6 +117,7 @@ class StepLog:
         """Write the steps that are kept, if somebody asked for them."""
         if self._options.folder is not None and self._rows:
             first = 0 if self._folded is None else self._folded.n_steps
+            # Padded, as files are read in the order of their names.
             _save(self._options.folder / f"counts-{first:012d}.npz", self._table())
 
     def _table(self) -> dict[str, np.ndarray]:

@@ -138,6 +138,7 @@ class ChipModel(Strictly):
         Energies and times of events, one set for each source.
     """
 
+    # `schema` is a name of pydantic's own.
     schema_version: Annotated[int, Field(alias="schema")]
     name: Name
     title: Line

@@ -46,6 +46,7 @@ class Computer(Strictly):
 class Computers(Strictly):
     """The computers of a file."""
 
+    # `schema` is a name of pydantic's own.
     schema_version: Annotated[int, Field(alias="schema", ge=1, le=1)]
     computers: tuple[Computer, ...]
 

@@ -70,6 +70,7 @@ class WalkingPolicy:
         arrays: dict[str, Any] = {f"weights_{i}": W for i, W in enumerate(self.weights)}
         arrays |= {f"biases_{i}": b for i, b in enumerate(self.biases)}
         arrays |= {name: getattr(self, name) for name in _FIELDS if name != "activation"}
+        # A file, not a name: NumPy would add .npz to a name without it.
         with atomic_path(path) as temporary, open(temporary, "wb") as file:
             np.savez_compressed(file, activation="elu", **arrays)
 

@@ -58,6 +58,7 @@ class FeetMotion:
     @property
     def clearance_m(self) -> Floats:
         """Heights of heel and toe above the ground, ``(n, 2, 2)``, m."""
+        # Points are the centres of heel and toe, which are round.
         return np.asarray(self.points[..., 2] - self.ground_m - _RADII_M)
 
     @property

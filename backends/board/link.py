@@ -96,6 +96,7 @@ def _recorder(path: Path) -> SessionRecorder:
 
 def _line(link: LinkOptions) -> SocketLine:
     if link.board == STUB:
+        # A process of its own, which has to end with its host, at an interrupt too.
         stub = Stub(link.faults)
         try:
             return _StubLine(stub)

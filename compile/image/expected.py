@@ -83,6 +83,7 @@ def source_rates(image: ChipImage, rates: Rates) -> np.ndarray:
     named = [rates.by_name_hz.get(name, rates.all_hz) for name in module_of_blocks(image)]
     inputs = np.full(image.n_inputs, rates.by_name_hz.get(HOST, rates.all_hz))
     of_sources = np.concatenate([np.repeat(named, sizes), inputs])
+    # They hold values, and do not spike, whatever the rate of their module.
     of_sources[image.readouts] = 0
     return of_sources
 

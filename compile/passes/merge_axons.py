@@ -54,6 +54,7 @@ def _merged(image: ChipImage) -> ChipImage:
         bundle = _Whole(group) if key == group.like else _Bundle(group)
         new.append(bundles.setdefault(key, bundle).add(group, used))
     kept = {key: bundle.group() for key, bundle in bundles.items()}
+    # Groups that no spike reaches, or whose weights are all 0, are left out.
     filled = [key for key, group in kept.items() if len(group.axon_row)]
     number = {key: n for n, key in enumerate(filled)}
     leading = [

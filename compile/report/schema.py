@@ -84,6 +84,7 @@ class ReportData(BaseModel):
 
     model_config = STRICT
 
+    # `schema` is a name of pydantic's own.
     schema_version: int = Field(alias="schema", ge=SCHEMA, le=SCHEMA)
     chip: str
     caveat: str

@@ -47,6 +47,7 @@ def _relayed_values(scope: Scope) -> int:
         if scope.on_chip(connection.pre_obj)
         and scope.on_chip(connection.post_obj)
         and _is_relayed(connection)
+        # A path that the user chose may take no decode neurons, as the direct one.
         and settings.get(connection, "decode_path") in (None, "auto")
     )
     sources = _Sources(nodes, scope)
@@ -102,6 +103,7 @@ class _Sources:
         """Return the number of connections that reach a target through one from a node."""
         matrix, numbers = self._at(connection.pre_obj)
         passed = sparse.csr_array(_transform(connection) @ matrix[_rows(connection)])
+        # Values that a transform leaves out have zeros, and reach no target.
         passed.eliminate_zeros()
         return len(np.unique(numbers[passed.indices]))
 
