@@ -187,15 +187,14 @@ def _add(
     """Add the weights of a run, and fetch as many from ``ahead`` on, which are added next."""
     # Unsigned indices: numba then needs no check for negative ones.
     at, start, coming = np.uintp(first), np.uintp(begin), np.uintp(ahead)
-    factor, end, lanes = sums.dtype.type(times), at + np.uintp(n), np.uintp(LANES)
+    factor, lanes = sums.dtype.type(times), np.uintp(LANES)
     for _ in range(np.uintp(n) // lanes):
         _fetch(weights, coming)
         _add_lanes(sums, at, weights, start, factor)
         at, start, coming = at + lanes, start + lanes, coming + lanes
     # Runs that are lined up have nothing left here.
-    while at < end:
-        sums[at] += sums.dtype.type(factor * weights[start])
-        at, start = at + np.uintp(1), start + np.uintp(1)
+    for j in range(np.uintp(n) % lanes):
+        sums[at + j] += sums.dtype.type(factor * weights[start + j])
 
 
 @intrinsic  # type: ignore[untyped-decorator]

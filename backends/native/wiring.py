@@ -31,7 +31,7 @@ SHORT = 8
 """Length below which a run is scattered."""
 LANES = 32
 """Number of weights that are added at once."""
-MOST_GROWTH = 2
+MOST_GROWTH = 3
 """Factor by which runs and their weights may grow as they are lined up."""
 CACHE_LINE = 64
 """Bytes of a cache line."""
