@@ -189,7 +189,7 @@ def _add(
     at, start, coming = np.uintp(first), np.uintp(begin), np.uintp(ahead)
     factor, lanes = sums.dtype.type(times), np.uintp(LANES)
     for _ in range(np.uintp(n) // lanes):
-        _fetch(weights, coming)
+        _fetch(weights, coming)  # type: ignore[call-arg]
         _add_lanes(sums, at, weights, start, factor)
         at, start, coming = at + lanes, start + lanes, coming + lanes
     # Runs that are lined up have nothing left here.
@@ -197,7 +197,7 @@ def _add(
         sums[at + j] += sums.dtype.type(factor * weights[start + j])
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def _add_lanes(
     _typing: Any, sums: Any, at: Any, weights: Any, start: Any, factor: Any
 ) -> tuple[Any, Callable[..., Any]]:
@@ -225,7 +225,7 @@ def _add_lanes(
     return types.void(sums, at, weights, start, factor), generate
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def _fetch(_typing: Any, weights: Any, start: Any) -> tuple[Any, Callable[..., Any]]:
     """Begin to load weights into the nearest cache; it may be a place where there are none."""
 
