@@ -5,7 +5,6 @@ import numpy as np
 from spikeport.robot.engine import mujoco
 
 SIDES = ("left", "right")
-_FEET = range(len(SIDES))
 _PARTS = ("heel", "toe")
 
 
@@ -20,12 +19,13 @@ class Feet:
 
     def __init__(self, model: mujoco.MjModel) -> None:
         parts = [[model.geom(f"{side}_{part}").id for part in _PARTS] for side in SIDES]
-        # The number behind the last foot stands for every other shape.
-        self._foot = np.full(model.ngeom, len(SIDES))
-        for foot, geoms in enumerate(parts):
-            self._foot[geoms] = foot
+        self._foot = {geom: foot for foot, geoms in enumerate(parts) for geom in geoms}
 
     def on_floor(self, data: mujoco.MjData) -> np.ndarray:
         """Return for each foot (2,), the left one first, whether it touches the floor."""
-        touching = self._foot[data.contact.geom].ravel().tolist()
-        return np.array([foot in touching for foot in _FEET])
+        on_floor = np.zeros(len(SIDES), dtype=bool)
+        # Contacts are few: a loop takes less than the calls of arrays that would replace it.
+        for geom in data.contact.geom.ravel().tolist():
+            if geom in self._foot:
+                on_floor[self._foot[geom]] = True
+        return on_floor

@@ -44,6 +44,9 @@ class Plant:
     def __init__(self, *, anchored: bool = False, appearance: str = "primitive") -> None:
         self.model = self._compiled(appearance)
         self.data = mujoco.MjData(self.model)
+        # MuJoCo makes such a view anew each time that it is asked for one.
+        self._qpos, self._qvel = self.data.qpos, self.data.qvel
+        self._pelvis = self.data.xmat[PELVIS]
         self._anchored_at_reset = anchored
         self._watch = Watch(self.model)
         self._history = History(self.model)
@@ -80,14 +83,13 @@ class Plant:
     @property
     def true_in_plane(self) -> np.ndarray:
         """Heading in rad, place in m and velocity in m/s, (5,), in the world."""
-        pelvis, data = self.data.xmat[PELVIS], self.data
-        heading_rad = np.arctan2(pelvis[3], pelvis[0])
-        return np.array((heading_rad, *data.qpos[:2].tolist(), *data.qvel[:2].tolist()))
+        heading_rad = np.arctan2(self._pelvis[3], self._pelvis[0])
+        return np.array((heading_rad, *self._qpos[:2].tolist(), *self._qvel[:2].tolist()))
 
     @property
     def height_m(self) -> float:
         """Height of the pelvis above the floor beneath it."""
-        return float(self.data.qpos[2]) - self._floor_m(self.data.qpos)
+        return float(self._qpos[2]) - self._floor_m(self._qpos)
 
     @property
     def anchored(self) -> bool:
@@ -259,7 +261,7 @@ class Plant:
     def motion(self, joints: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
         """Return the angles in rad and velocities in rad/s of some joints, ``(n,)`` each."""
         index = actuators.indices(joints)
-        return self.data.qpos[7:][index], self.data.qvel[6:][index]
+        return self._qpos[7:][index], self._qvel[6:][index]
 
     def hand_position(self, side: str = "right") -> np.ndarray:
         """Return the centre of a hand in the world, m, ``(3,)``; ``side`` is "left" or "right"."""

@@ -9,7 +9,7 @@ from spikeport.backends.native.kernel import LEARNING, accept, deliver, exchange
 from spikeport.backends.native.learning import Learning
 from spikeport.backends.native.loaded import Host, Loaded, neurons_of, resting_state
 from spikeport.backends.native.noise import NONE, Noise
-from spikeport.backends.native.wiring import Wiring, wire
+from spikeport.backends.native.wiring import Wiring, line_up, wire
 from spikeport.backends.step_log import SUMS_ONLY, LogOptions, MessageCounts, StepLog
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.tables import part
@@ -37,7 +37,8 @@ class NativeChip:
 
     def __init__(self, image: ChipImage, seed: int, log: LogOptions = SUMS_ONLY) -> None:
         self._image = image.checked
-        self._wiring = wire(image)
+        # What learns keeps its weights in order.
+        self._wiring = wire(image) if image.learns.any() else line_up(wire(image))
         self.state = resting_state(image, self._wiring)
         self._neurons = neurons_of(image)
         self._loaded = Loaded(self._wiring, self._neurons, self.state)

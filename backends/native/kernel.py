@@ -5,7 +5,8 @@ on disk would not notice changes of those.
 
 Integers are 32 bits wide and wrap; every intermediate is cast, since numba widens int32 sums to
 int64. Loops go over stretches of at most 1,024 compartments and few arrays each: that is what LLVM
-turns into vector instructions.
+turns into vector instructions. Weights are added by an intrinsic of numba's, in vectors of 32, for
+which LLVM takes what instructions the machine has.
 
 Weights are stored in units of 2^shift, and so are their sums: of these, q keeps the lowest
 22 - shift bits alone. Weights that nengo-loihi discretised have a shift of 6 or more, so that sums
@@ -20,10 +21,16 @@ wrap in 16 bits without a loss, whatever their order, and half as many bytes are
 Source: nengo-loihi 1.1.0, emulator/interface.py and builder/discretize.py.
 """
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.extending import intrinsic
 
 from spikeport.backends.native.loaded import Host, Loaded, Neurons, Rule, State
-from spikeport.backends.native.wiring import Wiring
+from spikeport.backends.native.wiring import LANES, Wiring
 from spikeport.compiled import compiled, inlined
 
 Q_SIZE, U_SIZE = 22, 24
@@ -125,13 +132,16 @@ def deliver(loaded: Loaded, n_arriving: int, counts: np.ndarray) -> int:
     """
     wiring, state = loaded.wiring, loaded.state
     n = _sort(wiring, state, n_arriving)
-    for number in state.touched[:n]:
+    for i in range(n):
+        number = state.touched[i]
         times = state.spikes_of[number]
         # Cleared on the way, so that the next step finds zeros without a pass of its own.
         state.spikes_of[number] = 0
+        ahead = _begin_of_weights(wiring, state.touched[i + 1]) if i + 1 < n else 0
         for r in range(wiring.run_start[number], wiring.run_start[number + 1]):
             first, weight, length, shift = wiring.run[r]
-            _add(state.sums, first, wiring.weights, weight, length, times << shift)
+            _add(state.sums, first, wiring.weights, weight, length, times << shift, ahead)
+            ahead += length
         _add_scattered(wiring, state.sums, number, times)
     _count(wiring, state.sent, counts)
     return n
@@ -158,11 +168,86 @@ def _sort(wiring: Wiring, state: State, n_arriving: int) -> int:
 
 
 @inlined
-def _add(sums: np.ndarray, first: int, weights: np.ndarray, begin: int, n: int, times: int) -> None:
-    # Unsigned indices: numba then needs no check for negative ones, and LLVM makes vectors.
-    at, start, factor = np.uintp(first), np.uintp(begin), sums.dtype.type(times)
-    for j in range(np.uintp(n)):
+def _begin_of_weights(wiring: Wiring, number: int) -> int:
+    """Return where the weights of a delivery begin, for them to be fetched; 0 if it has none."""
+    r = wiring.run_start[number]
+    return wiring.run[r, 1] if r < len(wiring.run) else 0
+
+
+@inlined
+def _add(
+    sums: np.ndarray,
+    first: int,
+    weights: np.ndarray,
+    begin: int,
+    n: int,
+    times: int,
+    ahead: int,
+) -> None:
+    """Add the weights of a run, and fetch as many from ``ahead`` on, which are added next."""
+    # Unsigned indices: numba then needs no check for negative ones.
+    at, start, coming = np.uintp(first), np.uintp(begin), np.uintp(ahead)
+    factor, lanes = sums.dtype.type(times), np.uintp(LANES)
+    for _ in range(np.uintp(n) // lanes):
+        _fetch(weights, coming)  # type: ignore[call-arg]
+        _add_lanes(sums, at, weights, start, factor)
+        at, start, coming = at + lanes, start + lanes, coming + lanes
+    # Runs that are lined up have nothing left here.
+    for j in range(np.uintp(n) % lanes):
         sums[at + j] += sums.dtype.type(factor * weights[start + j])
+
+
+@intrinsic
+def _add_lanes(
+    _typing: Any, sums: Any, at: Any, weights: Any, start: Any, factor: Any
+) -> tuple[Any, Callable[..., Any]]:
+    """Add `LANES` weights: ``sums[at + j] += factor * weights[start + j]``, j < `LANES`.
+
+    LLVM makes vectors of a loop only behind checks of its arrays, which take longer than most runs.
+    """
+
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        to, of = (
+            _vector_at(context, builder, signature.args[i], *values[i : i + 2]) for i in (0, 2)
+        )
+        total, weight = builder.load(to, align=1), builder.load(of, align=1)
+        lanes, one = total.type, ir.IntType(32)
+        if weight.type.element.width < lanes.element.width:
+            weight = builder.sext(weight, lanes)
+        elif weight.type.element.width > lanes.element.width:
+            weight = builder.trunc(weight, lanes)
+        nothing = ir.Constant(lanes, ir.Undefined)
+        first = builder.insert_element(nothing, values[4], one(0))
+        factors = builder.shuffle_vector(first, nothing, ir.VectorType(one, LANES)(None))
+        builder.store(builder.add(total, builder.mul(weight, factors)), to, align=1)
+        return context.get_dummy_value()
+
+    return types.void(sums, at, weights, start, factor), generate
+
+
+@intrinsic
+def _fetch(_typing: Any, weights: Any, start: Any) -> tuple[Any, Callable[..., Any]]:
+    """Begin to load weights into the nearest cache; it may be a place where there are none."""
+
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        place = builder.bitcast(
+            _vector_at(context, builder, signature.args[0], *values), ir.IntType(8).as_pointer()
+        )
+        number = ir.IntType(32)
+        kind = ir.FunctionType(ir.VoidType(), [place.type, number, number, number])
+        fetch = builder.module.declare_intrinsic("llvm.prefetch", [place.type], kind)
+        # For reading, to be kept in all caches, data.
+        builder.call(fetch, [place, number(0), number(3), number(1)])
+        return context.get_dummy_value()
+
+    return types.void(weights, start), generate
+
+
+def _vector_at(context: Any, builder: Any, kind: Any, array: Any, index: Any) -> Any:
+    """Return the place of `LANES` elements of an array as LLVM's pointer."""
+    begin = context.make_array(kind)(context, builder, array).data
+    place = builder.gep(begin, [index])
+    return builder.bitcast(place, ir.VectorType(begin.type.pointee, LANES).as_pointer())
 
 
 @inlined

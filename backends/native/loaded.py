@@ -6,14 +6,12 @@ import numpy as np
 from numba import types
 from numba.experimental import structref
 
-from spikeport.backends.native.wiring import Wiring
+from spikeport.backends.native.wiring import LANES, Wiring, aligned_zeros
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.tables import part
 from spikeport.compiled import compiled, make_ready
 
 KEYS = ("voltage", "current", "spiked")
-CACHE_LINE = 64
-"""Bytes of a cache line."""
 STRETCH = 1024
 """Number of compartments updated at once: their state stays in the nearest cache."""
 
@@ -179,26 +177,13 @@ def _stretches(image: ChipImage) -> np.ndarray:
     return np.column_stack([begin, np.append(begin[1:], n), limits[block]])
 
 
-def _aligned_sums(wiring: Wiring, n: int, dtype: type) -> np.ndarray:
-    """Return zeros, (n,).
-
-    A cache line begins where most weights are added, so that vectors of them lie in one line.
-    """
-    # The target at which most weights begin decides: all runs cannot be aligned at once.
-    added = np.bincount(wiring.run[:, 0], weights=wiring.run[:, 2], minlength=1)
-    line = CACHE_LINE // np.dtype(dtype).itemsize
-    # NumPy does not align to cache lines: a line more leaves room to begin where one begins.
-    room: np.ndarray = np.zeros(n + line, dtype=dtype)
-    skipped = -(room.ctypes.data // room.itemsize + int(added.argmax())) % line
-    return room[skipped : skipped + n]
-
-
 def resting_state(image: ChipImage, wiring: Wiring) -> State:
     """Return the state at rest: zero throughout."""
     n, n_deliveries = image.n_compartments, len(wiring.run_start) - 1
     q, u, v, refractory, spiked, spike_count = np.zeros((6, n), dtype=np.int32)
     return State(
-        sums=_aligned_sums(wiring, n, wiring.sums_type),
+        # Zeros that surround the weights of a run are added to what lies behind the last sum.
+        sums=aligned_zeros(n, wiring.sums_type, room=2 * LANES),
         q=q,
         u=u,
         v=v,

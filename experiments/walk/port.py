@@ -1,9 +1,8 @@
 """The legs of the H1, driven by a walking policy and a path follower."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
+from spikeport.compiled import compiled, make_ready
 from spikeport.errors import DivergedError
 from spikeport.experiments.loop import Port
 from spikeport.experiments.trial import Rig
@@ -175,8 +174,11 @@ class PolicyView:
         # As many as lie within one control period to either side of the action of one period ago.
         n_last = 2 * round(CONTROL_DT_S / every_s) - 1
         self._last = np.zeros((n_last, ACTION_SIZE))
-        self._change: Sequence[float] = (COMMAND_CHANGE_PER_S * every_s).tolist()
-        self._command = [0.0] * len(COMMAND_CHANGE_PER_S)
+        self._change = COMMAND_CHANGE_PER_S * every_s
+        self._command = np.zeros(len(COMMAND_CHANGE_PER_S))
+        self._action = np.zeros(ACTION_SIZE)
+        held = self._last, self._action, self._command
+        self._go_on = make_ready(_go_on, *held, self._action, (0.0, 0.0, 0.0), self._change)
 
     def look(self, state: RobotState, command: np.ndarray, action: np.ndarray) -> np.ndarray:
         """Return the observation (69,).
@@ -190,13 +192,36 @@ class PolicyView:
         action : (19,) array
             The policy's answer to the last observation; zeros at the start.
         """
-        # An array, oldest first: the mean of a list of arrays takes as long as a step of the chip.
-        self._last[:-1], self._last[-1] = self._last[1:], action
-        # Plain numbers, which are faster than arrays of three.
         wanted = command.item(0), 0.0, command.item(1)
-        steps = zip(self._command, wanted, self._change, strict=True)
-        self._command = [now + min(max(end - now, -most), most) for now, end, most in steps]
-        return observation(state, self._command, self._last.mean(axis=0))
+        self._go_on(self._last, self._action, self._command, action, wanted, self._change)
+        return observation(state, self._command, self._action)
+
+
+@compiled
+def _go_on(
+    last: np.ndarray,
+    mean: np.ndarray,
+    command: np.ndarray,
+    action: np.ndarray,
+    wanted: tuple[float, float, float],
+    change: np.ndarray,
+) -> None:
+    """Put an action behind the last ones, and go towards the command that is wanted.
+
+    ``last`` (n, 19) are actions, the oldest first, and ``mean`` (19,) theirs, summed in this order;
+    ``command`` (3,) changes by ``change`` at most.
+    """
+    n = len(last)
+    for j in range(len(mean)):
+        for i in range(n - 1):
+            last[i, j] = last[i + 1, j]
+        last[n - 1, j] = action[j]
+        total = last[0, j]
+        for i in range(1, n):
+            total += last[i, j]
+        mean[j] = total / n
+    for k in range(len(command)):
+        command[k] += min(max(wanted[k] - command[k], -change[k]), change[k])
 
 
 class WalkRig(Rig):

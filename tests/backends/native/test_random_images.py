@@ -22,10 +22,15 @@ pytestmark = pytest.mark.filterwarnings("ignore:Overflow in")
     database=None,
     suppress_health_check=[HealthCheck.too_slow],
 )
-@given(image=images(), seed=st.integers(0, 2**32 - 1), short=st.sampled_from([0, 4, wiring.SHORT]))
+@given(
+    image=images(),
+    seed=st.integers(0, 2**32 - 1),
+    short=st.sampled_from([0, 4, wiring.SHORT]),
+    growth=st.sampled_from([0, 100]),
+)
 def test_any_image_has_equal_state_outputs_and_counts(
-    image: ChipImage, seed: int, short: int
+    image: ChipImage, seed: int, short: int, growth: int
 ) -> None:
-    with mock.patch.object(wiring, "SHORT", short):
+    with mock.patch.multiple(wiring, SHORT=short, MOST_GROWTH=growth):
         states = assert_equal_steps(image, seed, random_spikes(image, 20, seed))
     event(f"chip spikes: {any(s.spiked.any() for s in states)}")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from spikeport.backends.native import wiring
-from spikeport.backends.native.wiring import number_alike, wire
+from spikeport.backends.native.wiring import LANES, Wiring, line_up, number_alike, wire
 from spikeport.errors import ImageError
 from tests.helpers.images import Block, Group, Parts, Route
 from tests.helpers.two_blocks import two_blocks
@@ -72,6 +72,42 @@ def test_short_runs_are_lists_of_targets_and_values() -> None:
     ]
     assert sorted(lists) == [[], [(3, 1), (7, 2)], [(9, 5), (10, 7), (11, 3), (12, 4)]]
     assert (wired.value.dtype, wired.shift) == (np.int16, 6)
+
+
+def added(wired: Wiring) -> list[list[list[int]]]:
+    """Return the targets and weights of each run that are not zero."""
+    found = []
+    for target, place, n, _ in wired.run.tolist():
+        weights = wired.weights[place : place + n]
+        used = np.flatnonzero(weights)
+        found.append([(target + used).tolist(), weights[used].tolist()])
+    return found
+
+
+def test_runs_are_lined_up_in_whole_vectors() -> None:
+    group = Group([[64] * 70, [64 * i for i in range(1, 41)]], axon_base=[3, 40])
+    wired = wire(Parts([Block(80)], [group], [2], [Route([0, 1], input=0)]).image())
+    lined_up = line_up(wired)
+    assert added(lined_up) == added(wired)
+    assert (lined_up.run[:, [0, 2]] % LANES == 0).all()
+    assert sorted(lined_up.run[:, 2].tolist()) == [64, 96]
+    assert lined_up.weights.ctypes.data % 64 == 0
+
+
+def test_runs_that_share_weights_share_them_lined_up() -> None:
+    group = Group([[64] * 40], axon_row=[0, 0, 0], axon_base=[9, 2, 30])
+    wired = wire(Parts([Block(80)], [group], [3], [Route([0, 1, 2], input=0)]).image())
+    lined_up = line_up(wired)
+    assert added(lined_up) == added(wired)
+    # in line with the lowest: the others begin as much before their targets as it does
+    assert sorted(lined_up.run[:, 0].tolist()) == [0, 7, 28]
+    assert len(lined_up.weights) == 64
+
+
+def test_runs_stay_as_they_are_where_zeros_would_fill_the_memory() -> None:
+    groups = [Group([[64] * 9] * 20, axon_base=[28] * 20)]
+    wired = wire(Parts([Block(40)], groups, [20], [Route(range(20), input=0)]).image())
+    assert line_up(wired) is wired
 
 
 def test_what_learns_is_not_scattered() -> None:

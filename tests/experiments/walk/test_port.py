@@ -40,6 +40,17 @@ def test_actions_between_those_20_ms_apart_are_observed_too():
     assert np.abs(swapping[7:] - 3.5).max() < 1.6
 
 
+def test_the_last_actions_are_averaged_to_the_bits_of_numpy():
+    """So that runs stay as they were when their mean was NumPy's."""
+    actions = np.random.RandomState(0).uniform(-1, 1, (40, 19))
+    rig = begun()
+    for action in actions:
+        rig.loop.step(np.append(action, (0.0, 0.0)))
+    seen = rig.walk.recording().observation[:, PARTS["last action"]]
+    for step in range(7, len(actions)):
+        assert seen[step].tolist() == actions[step - 7 : step].mean(axis=0).tolist()
+
+
 def test_an_observation_is_held_until_the_next():
     assert observed_actions(0.02) == pytest.approx([0, 0, 0, 0, 0, 0, 0, 0, 4, 4, 4, 4])
 
