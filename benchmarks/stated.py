@@ -45,7 +45,8 @@ RUNS = {
     "switch_spa": "run switch --backend reference --set selection=spa",
     "demo": "run switch",
     "walk_exact": f"sweep walk --vary {PATHS} --seeds 5 --backend analytic",
-    "walk_front": "sweep walk --vary n_neurons=2,4,6,10,20 --set path=s-curve --seeds 3 --seconds 40",
+    "walk_front": "sweep walk --vary n_neurons=2,4,6,10,20 --set path=s-curve --seeds 3"
+    " --seconds 40",
     "walk_20": f"sweep walk --vary {PATHS} --seeds 5 --set n_neurons=20",
     "walk_10": f"sweep walk --vary {PATHS} --seeds 5 --set n_neurons=10",
     "walk_2": "sweep walk --vary path=s-curve,loop --seeds 5 --set n_neurons=2",
