@@ -42,7 +42,7 @@ def load(path: str | Path, dt: float, parts: int = 2, at_once: float = 1.0) -> N
         Synapses of a weight: 2 hold it to 15 bits, 1 holds it to 8 with half of the memory.
     at_once : float
         The largest share of a neuron's sources that spike in one step. By default all may; a
-        smaller share keeps more of small weights, and more spikes than it wrap a register around.
+        smaller share keeps more of weights, and more spikes than it may wrap a register around.
 
     Raises
     ------

@@ -72,8 +72,8 @@ def _affine(node: Node, shape: Shape, dt_s: float) -> Operator:
             raise MismatchError(f"{len(weight)} biases in node {node.name}", f"{bias.size}")
     if n_rows * weight.size > ENTRIES:
         raise MismatchError(f"at most {ENTRIES:,} weights in node {node.name}", f"{n_rows} rows")
-    matrix = sparse.block_diag([sparse.csr_matrix(weight)] * n_rows, format="csr")
-    return Operator(matrix, np.tile(bias, n_rows), (*rows, len(weight)))
+    matrix = sparse.kron(sparse.eye_array(n_rows), sparse.csr_matrix(weight), format="csr")
+    return Operator(sparse.csr_matrix(matrix), np.tile(bias, n_rows), (*rows, len(weight)))
 
 
 def _scale(node: Node, shape: Shape, dt_s: float) -> Operator:

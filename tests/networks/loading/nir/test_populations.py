@@ -52,6 +52,14 @@ def test_populations_come_after_those_that_lead_to_them(tmp_path):
     assert late == {"c": {"a": -2}, "b": {}, "a": {"c": 1}}
 
 
+def test_neurons_with_parameters_of_channels_are_as_many_as_what_they_get(tmp_path):
+    first = nir.Input(input_type={"input": np.array([2, 3, 3])})
+    fire = nir_graphs.integrate(2, 1, 1)
+    last = nir.Output(output_type={"output": np.array([2, 3, 3])})
+    found = fold(tmp_path, {"i": first, "n": fire, "o": last}, "i>n n>o")
+    assert found.populations["n"].dynamics.shape == found.outputs["o"].shape == (2, 3, 3)
+
+
 def test_inputs_of_deep_neurons_are_held_back(tmp_path):
     found = fold(tmp_path, {"i": FIRST, "a": lif(2), "b": lif(2), "o": LAST}, "i>a a>b i>b b>o")
     assert [found.held(one) for one in found.populations.values()] == [0, 1]
