@@ -5,7 +5,7 @@ target depend on their kind, so a target has one group of such synapses for ever
 
 nengo-loihi filters twice: by a connection's synapse on the way into decode neurons, and for 5 ms
 behind them. If the filter of the target's compartments is stated, both and the step between them
-have the synapse's delay in sum, as long as no less than 2 ms of it is left before decode neurons,
+have the synapse's delay in sum, as long as no less than 5 ms of it is left before decode neurons,
 which spikes that are not filtered would drive beyond their range.
 
 Decode neurons stand for values up to the target's radius. The weights of many neurons that decode a
@@ -32,8 +32,6 @@ RELAYS = {"onoff": OnOffDecodeNeurons, "preset10": Preset10DecodeNeurons}
 ENCODERS = "decode_neuron_encoders"
 """nengo-loihi's name for the synapses from decode neurons."""
 
-LEAST_S = 0.002
-"""Filter before decode neurons, in seconds, down to which they lose no more than with 5 ms."""
 HEADROOM = 1.25
 """A factor of the largest decoded value, for noise of what is decoded."""
 
@@ -84,23 +82,16 @@ def _set_filter(model: Model, connection: nengo.Connection, target_s: float) -> 
     """Let decode neurons filter for what their target's filter leaves of a connection's synapse."""
     compartment = model.objs[connection]["decoded"].compartment
     compartment.tau_s = None  # which nengo-loihi would not lower
-    own_s = time_constant_s(connection)
-    compartment.configure_filter(relay_filter_s(own_s, target_s, model.dt), dt=model.dt)
+    compartment.configure_filter(relay_filter_s(connection, target_s, model.dt), dt=model.dt)
 
 
-def relay_filter_s(own_s: float, target_s: float, dt_s: float) -> float:
+def relay_filter_s(connection: nengo.Connection, target_s: float, dt_s: float) -> float:
     r"""Return the time constant of a relay's compartments, in seconds.
 
-    .. math:: \tau_r = \max(\tau - \tau_t - dt, \min(\tau, 2 ms))
-
-    Parameters
-    ----------
-    own_s, target_s : float
-        The time constants of the connection and of its target's compartments, in seconds.
-    dt_s : float
-        The time step, in seconds.
+    .. math:: \tau_r = \max(\tau - \tau_t - dt, \min(\tau, 5 ms))
     """
-    return max(own_s - target_s - dt_s, min(own_s, LEAST_S))
+    own_s = time_constant_s(connection)
+    return max(own_s - target_s - dt_s, min(own_s, DECODE_TAU_S))
 
 
 def fit_range(model: Model, connection: nengo.Connection) -> None:

@@ -1,7 +1,7 @@
 """`DecodePath`: a path for each decoded connection between ensembles on the chip."""
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence, Set
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal
 
@@ -17,6 +17,7 @@ from spikeport.compile.loihi.relay import RELAYS
 from spikeport.compile.loihi.solver import ParameterSolver
 from spikeport.compile.passes.base import Context, NetworkPass
 from spikeport.compile.rewriting.decode_paths import (
+    EPSILON_S,
     PathCost,
     Slack,
     all_but,
@@ -25,7 +26,6 @@ from spikeport.compile.rewriting.decode_paths import (
     pareto,
     path_costs,
     rejected,
-    relay_delay_s,
 )
 from spikeport.compile.rewriting.passthrough import PLAIN
 from spikeport.compile.rewriting.rewire import rewire
@@ -43,9 +43,9 @@ class DecodePath(NetworkPass):
     more than the fewest, where that is at most ``slack_delay_s`` slower than over decode neurons.
     The way over the host takes a step more, and traffic with the chip in every step.
 
-    An ensemble has one filter for all that goes into it. What comes from the host asks for 5 ms,
-    and spikes that go to neurons as they are ask for their connection's. ``auto`` wires directly
-    only what asks for the same. The others keep their own filter, in decode neurons.
+    An ensemble has one filter for all that goes into it, the slowest that anything asks for.
+    ``auto`` wires directly only what makes it no slower for any other input than a relay of its own
+    would be: 5 ms and a step. The others keep their own filter, in decode neurons.
 
     Attributes
     ----------
@@ -79,11 +79,11 @@ class DecodePath(NetworkPass):
         # which of them are.
         reasons = {c: self._rejected(costs[c], wanted[c]) for c in links}
         free = [c for c in links if wanted[c] == "auto" and "direct" not in reasons[c]]
-        filters = target_filters(rewrite.network.all_connections, scope, wanted, free, context.dt_s)
+        relay_s = DECODE_TAU_S + context.dt_s + EPSILON_S
+        filters = target_filters(rewrite.network.all_connections, scope, wanted, free, relay_s)
         for c in free:
-            asked = {"direct": time_constant_s(c), "host": DECODE_TAU_S}
-            other = [path for path, tau_s in asked.items() if tau_s != filters[c.post_obj]]
-            reasons[c] = self._rejected(costs[c], wanted[c], other)
+            shared = -EPSILON_S <= filters[c.post_obj] - time_constant_s(c) <= relay_s
+            reasons[c] = self._rejected(costs[c], wanted[c], shared)
         for c in links:
             context.note(rewrite.names[c], _note(costs[c], reasons[c]))
         paths = {c: chosen(costs[c], reasons[c]) for c in links}
@@ -95,12 +95,10 @@ class DecodePath(NetworkPass):
         set_paths = {c: settings.get(c, "decode_path") or "auto" for c in links}
         return {c: self.default if path == "auto" else path for c, path in set_paths.items()}
 
-    def _rejected(
-        self, costs: list[PathCost], wanted: str, other_filter: Sequence[str] = ()
-    ) -> dict[str, str]:
+    def _rejected(self, costs: list[PathCost], wanted: str, shared: bool = True) -> dict[str, str]:
         if wanted != "auto":
             return all_but(wanted, costs)
-        return rejected(costs, Slack(self.slack_cores, self.slack_delay_s), other_filter)
+        return rejected(costs, Slack(self.slack_cores, self.slack_delay_s), shared)
 
 
 def _is_link(connection: nengo.Connection, scope: Scope) -> bool:
@@ -121,7 +119,7 @@ def target_filters(
     scope: Scope,
     wanted: Mapping[nengo.Connection, str],
     free: Sequence[nengo.Connection],
-    dt_s: float,
+    relay_s: float,
 ) -> dict[nengo.Ensemble, float]:
     """Return the time constant of each target's compartments, in seconds.
 
@@ -135,47 +133,31 @@ def target_filters(
         The path that is asked for of each connection that has a choice.
     free : sequence of nengo.Connection
         The connections among these that are best wired directly.
-    dt_s : float
-        The time step, in seconds.
+    relay_s : float
+        The delay of a relay, by which inputs with a filter of their own would be later.
     """
-    fixed, own, direct = defaultdict(set), defaultdict(list), defaultdict(set)
+    asked, offered, own = defaultdict(set), defaultdict(set), defaultdict(set)
     for c in connections:
         if not scope.on_chip(c.post_obj):
             continue
         if wanted.get(c) in (*RELAYS, "auto"):
-            own[base(c.post_obj)].append(time_constant_s(c))
+            own[base(c.post_obj)].add(time_constant_s(c))
         else:
-            fixed[base(c.post_obj)].add(_asked_filter_s(c, wanted.get(c), scope))
+            asked[base(c.post_obj)].add(_asked_filter_s(c, wanted.get(c), scope))
     for c in free:
-        direct[c.post_obj].add(time_constant_s(c))
+        offered[c.post_obj].add(time_constant_s(c))
     return {
-        # Where spikes ask for several, nengo-loihi takes the slowest.
-        post: max(fixed[post]) if fixed[post] else _fastest(own[post], direct[post], dt_s)
+        post: _slowest(
+            asked[post], offered[post], min(asked[post] | own[post], default=0) + relay_s
+        )
         for post in scope.ensembles
     }
 
 
-def _fastest(own: Sequence[float], direct: Set[float], dt_s: float) -> float:
-    """Return the filter of a target that delays its inputs least, in seconds.
-
-    Parameters
-    ----------
-    own : sequence of float
-        The time constants of all inputs, each of which may pass a relay.
-    direct : set of float
-        Those among them of inputs that may be wired directly, where the target's filter is theirs.
-    dt_s : float
-        The time step, in seconds.
-    """
-
-    def delay_s(target_s: float) -> float:
-        relayed = [tau_s for tau_s in own if tau_s != target_s or tau_s not in direct]
-        return sum(relay_delay_s(tau_s, target_s, dt_s) for tau_s in relayed)
-
-    # Behind a relay no filter is slower than the input's own, or than nengo-loihi's.
-    limit_s = max(DECODE_TAU_S, min(own, default=0))
-    offered = {tau_s for tau_s in direct if tau_s <= limit_s} | {DECODE_TAU_S}
-    return min(sorted(offered, reverse=True), key=delay_s)
+def _slowest(asked: set[float], offered: set[float], limit_s: float) -> float:
+    """Return the longest of time constants that have to be, or may be up to a limit."""
+    found = asked | {tau_s for tau_s in offered if tau_s <= limit_s}
+    return max(found, default=DECODE_TAU_S)
 
 
 def _asked_filter_s(connection: nengo.Connection, path: str | None, scope: Scope) -> float:

@@ -7,7 +7,7 @@ host      over the host, which decodes and encodes
 """
 
 import functools
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -16,9 +16,9 @@ import numpy as np
 import scipy.sparse as sparse
 from nengo_loihi.neurons import LoihiSpikingRectifiedLinear
 
-from spikeport.compile.ground.filters import DECODE_TAU_S, time_constant_s
+from spikeport.compile.ground.filters import DECODE_TAU_S
 from spikeport.compile.loihi.numpy1 import numpy1_semantics
-from spikeport.compile.loihi.relay import RELAYS, relay_filter_s
+from spikeport.compile.loihi.relay import RELAYS
 from spikeport.compile.loihi.solver import ParameterSolver
 from spikeport.hardware_models.chip import Limits
 
@@ -77,14 +77,11 @@ class Link(NamedTuple):
         Encoders of the target.
     jumps : (n_post,) array
         The voltage that a spike of weight 1 adds to each neuron, in units of its threshold.
-    own_s : float
-        The time constant of its filter, in seconds.
     """
 
     decoders: sparse.csr_array
     encoders: sparse.csr_array
     jumps: np.ndarray
-    own_s: float
 
 
 def link(connection: nengo.Connection, solver: ParameterSolver) -> Link:
@@ -103,10 +100,7 @@ def link(connection: nengo.Connection, solver: ParameterSolver) -> Link:
     built = solver.ensemble(post)
     leak_s = getattr(post.neuron_type, "tau_rc", 1.0)  # without leak a neuron integrates as it is
     return Link(
-        sparse.csr_array(decoders),
-        sparse.csr_array(built.encoders),
-        jumps=built.gain / leak_s,
-        own_s=time_constant_s(connection),
+        sparse.csr_array(decoders), sparse.csr_array(built.encoders), jumps=built.gain / leak_s
     )
 
 
@@ -170,14 +164,9 @@ def _relay(path: str, link: Link, limits: Limits, dt_s: float, rate_hz: float) -
         ),
         ops,
         0.0,
-        relay_delay_s(link.own_s, DECODE_TAU_S, dt_s),
+        DECODE_TAU_S + dt_s,
         float(np.hypot(rounding(link.decoders), relay_noise(path, dt_s))),
     )
-
-
-def relay_delay_s(own_s: float, target_s: float, dt_s: float) -> float:
-    """Return the delay that a relay adds to a filter of its own, ahead of its target's filter."""
-    return relay_filter_s(own_s, target_s, dt_s) + dt_s + target_s - own_s
 
 
 def _host(link: Link, limits: Limits, dt_s: float, rate_hz: float) -> PathCost:
@@ -266,9 +255,7 @@ class Slack:
     delay_s: float
 
 
-def rejected(
-    costs: Sequence[PathCost], slack: Slack, other_filter: Collection[str] = ()
-) -> dict[str, str]:
+def rejected(costs: Sequence[PathCost], slack: Slack, shared: bool = True) -> dict[str, str]:
     """Return every path but the best, and why it is not.
 
     The best is what loses least among those that are not too slow and do not take too much.
@@ -279,10 +266,10 @@ def rejected(
         The costs of all paths.
     slack : Slack
         The price that a lower error may have.
-    other_filter : collection of str
-        The paths that ask their target for another filter than it has.
+    shared : bool
+        True if the connection's own filter is that of its target, so that it can be wired directly.
     """
-    reasons = dict.fromkeys(other_filter, OTHER_FILTER)
+    reasons = {} if shared else {"direct": OTHER_FILTER}
     relay_s = min(one.delay_s for one in costs if one.path in RELAYS)
     for one in costs:
         if (more_s := one.delay_s - relay_s) > slack.delay_s + EPSILON_S:

@@ -171,7 +171,7 @@ CASES = [
         (
             hinted(partial(loop, 0.1), "compact"),
             hinted(partial(loop, 0.005), "compact"),
-            hinted(partial(loop, 0.008), "decode_path{default=onoff}"),
+            hinted(partial(loop, 0.011), "decode_path{default=onoff}"),
         ),
     ),
     Case(

@@ -64,17 +64,18 @@ def test_the_groups_of_other_connections_stay(built) -> None:
     ("own", "target", "relay"),
     [
         (0.1, 0.005, 0.094),
-        (0.008, 0.005, 0.002),
         (0.008, 0.002, 0.005),
-        (0.006, 0.005, 0.002),
-        (0.001, 0.005, 0.001),
-        (0, 0.005, 0),
+        (0.006, 0.005, 0.005),
+        (0.002, 0.005, 0.002),
+        (None, 0.005, 0.0),
     ],
 )
 def test_a_relay_and_its_target_delay_as_much_as_the_synapse(
-    own: float, target: float, relay: float
+    built, own: float | None, target: float, relay: float
 ) -> None:
-    assert relay_filter_s(own, target, 0.001) == pytest.approx(relay)
+    _, connection, _ = built
+    connection.synapse = own
+    assert relay_filter_s(connection, target, 0.001) == pytest.approx(relay)
 
 
 def test_no_relay_slows_its_target_down(built) -> None:

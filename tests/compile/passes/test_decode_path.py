@@ -83,20 +83,18 @@ def beside(synapse: float, *fixed: float) -> nengo.Network:
         (0.05, (0.05,), "direct"),
         (0.05, (), "direct"),
         (0.002, (0.05,), "preset10"),
-        (0.01, (0.005,), "preset10"),
-        (0.005, (0.005,), "direct"),
-        (0.005, (0.002,), "preset10"),
+        (0.011, (0.005,), "direct"),
+        (0.012, (0.005,), "preset10"),
     ],
 )
-def test_no_input_shares_a_filter_of_another_time_constant(
+def test_no_input_shares_a_filter_that_is_slower_than_a_relay_of_its_own(
     synapse: float, fixed: tuple[float, ...], path: str
 ) -> None:
     assert chosen(beside(synapse, *fixed)) == path
 
 
-@pytest.mark.parametrize("tau", [0.01, 0.1])
-def test_what_comes_from_the_host_has_a_filter_of_its_own(tau: float) -> None:
-    network = chain(tau=tau)
+def test_what_comes_from_the_host_has_a_filter_of_its_own() -> None:
+    network = chain(tau=0.1)
     with network:
         nengo.Connection(network.nodes[0], network.ensembles[1])
     assert chosen(network) == "preset10"
@@ -120,16 +118,14 @@ def test_the_fastest_is_wired_directly_and_the_rest_of_others_filtered_before() 
     assert (60, 0.01) in filters
 
 
-def test_filters_that_are_near_each_other_are_not_shared() -> None:
+def test_filters_nearer_than_the_delay_of_a_relay_are_shared() -> None:
     rewrite = both(0.008, 0.002)
     paths = [rewrite.network.config[c].decode_path for c in rewrite.network.connections]
-    assert sorted(paths) == ["auto", "auto", "direct", "preset10"]
-    filters = [(b.n_neurons, b.compartment.tau_s) for b in build(rewrite, 0.001).blocks]
-    assert {(20, 0.005), (60, 0.002)} <= set(filters)
+    assert sorted(paths) == ["auto", "auto", "direct", "direct"]
 
 
 def test_auto_takes_the_host_where_its_delay_may_be() -> None:
-    options = {"slack_cores": 0.5, "slack_delay_s": 0.004}
+    options = {"slack_cores": 0.5, "slack_delay_s": 0.001}
     assert chosen(chain(n=400), **options) == "host"
     assert chosen(chain(n=400), slack_cores=0.5) == "preset10"
 
@@ -139,7 +135,7 @@ def test_what_is_not_chosen_has_its_reason() -> None:
         "direct": "1.3 more cores than the fewest",
         "onoff": "loses more than preset10",
         "preset10": None,
-        "host": "4 ms slower than decode neurons",
+        "host": "1 ms slower than decode neurons",
     }
     assert reasons(chain("host")) == {
         "direct": "host is set",
