@@ -29,6 +29,8 @@ KEPT = (
     *("resources", "cores", "energy", "timing", "energy_by_unit", "versions"),
 )
 """The parts of a result, or of a compile's report, that are kept."""
+DETAILS = ("terms", "cores")
+"""Parts of an estimate that no document states, and which would be nine tenths of what is kept."""
 SPEED = "real_time_factor"
 
 Results = list[dict[str, Any]]
@@ -51,6 +53,9 @@ def results_in(folder: Path) -> Results:
 
 def _kept(result: dict[str, Any]) -> dict[str, Any]:
     kept = {key: result[key] for key in KEPT if key in result}
+    for estimates in (kept.get("energy"), kept.get("timing")):
+        for name, estimate in (estimates or {}).items():
+            estimates[name] = {k: v for k, v in estimate.items() if k not in DETAILS}
     if "metrics" in kept:
         kept["metrics"] = {k: v for k, v in kept["metrics"].items() if k != SPEED}
     return kept
