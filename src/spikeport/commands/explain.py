@@ -3,6 +3,8 @@
 from collections.abc import Iterator
 
 from rich.console import Console
+from rich.table import Table
+from rich.text import Text
 
 from spikeport.compile.check import rules
 from spikeport.compile.check.rules import GROUPS, Rule
@@ -10,18 +12,21 @@ from spikeport.compile.check.rules import GROUPS, Rule
 
 def explain(rule_id: str) -> None:
     """Print all there is to know about a rule."""
+    rule = rules.get(rule_id)
+    entries = Table.grid(padding=(0, 1))
+    for name, text in named(rule):
+        entries.add_row(f"  {name}:", Text(text))
     console = Console(highlight=False)
-    for line in lines(rules.get(rule_id)):
-        console.print(line, markup=False)
+    console.print(f"{rule.id} {rule.name} ({GROUPS[rule.id[:3]].lower()})", markup=False)
+    console.print(entries)
 
 
-def lines(rule: Rule) -> Iterator[str]:
-    """Yield the lines that explain a rule."""
-    yield f"{rule.id} {rule.name} ({GROUPS[rule.id[:3]].lower()})"
-    yield f"  means:  {rule.meaning}"
+def named(rule: Rule) -> Iterator[tuple[str, str]]:
+    """Yield the texts that explain a rule, each with its name."""
+    yield "means", rule.meaning
     if rule.limit:
-        yield f"  limit:  {rule.limit}"
-    yield f"  why:    {rule.reason}"
-    yield f"  source: {rule.source}"
+        yield "limit", rule.limit
+    yield "why", rule.reason
+    yield "source", rule.source
     for cure in (rule.cure, *rule.more):
-        yield f"  cure:   {cure.replace('{parts}', 'n')}"
+        yield "cure", cure.replace("{parts}", "n")
