@@ -21,9 +21,10 @@ from typing import IO
 
 EXPERIMENTS = {
     "reach": ["--seconds", "1000"],
-    "walk": ["--seconds", "1000", "--set", "calibrated=false"],
-    "switch": ["--set", "calibrated=false"],
+    "walk": ["--seconds", "1000", "--set", "calibrated=false", "--set", "n_neurons=20"],
+    "switch": ["--set", "calibrated=false", "--set", "n_neurons=20"],
 }
+"""Options of the runs; n_neurons is named, since its default is not the same in all versions."""
 BLOCK = 200
 """Steps that a version runs before it is the other's turn."""
 

@@ -19,8 +19,8 @@ CONVERSION = ("n_neurons", "tau_fwd", "tau_out", "units", "solve")
 """Settings that are also those of `spikeport.networks.policy.PolicyOptions`."""
 
 N_NEURONS = 4
-"""Neurons of a unit: the paper's 20 walk no nearer to their paths, once the read-out is calibrated,
-and take a policy's synaptic operations times 20 (docs/walk.md)."""
+"""Neurons of a unit. The paper has 20, which walk no nearer to their paths once the read-out is
+calibrated, and take 20 times as many synaptic operations (docs/walk.md)."""
 
 AUTO = "auto"
 """A value of ``calibrated``: as the backend needs it."""

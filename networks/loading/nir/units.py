@@ -25,7 +25,7 @@ import numpy as np
 from scipy import sparse
 
 from spikeport.networks.loading.nir.populations import Population
-from spikeport.neurons import STEPS, UNIT, chip_decays, weight_step
+from spikeport.neurons import MANTISSA, STEPS, UNIT, chip_decays, weight_step
 from spikeport.reading.mismatch import MismatchError
 
 INPUT, CURRENT = 2.0**21, 2.0**23
@@ -42,8 +42,8 @@ CANDIDATES = 256
 ONE_WEIGHT = 255 * 2.0**6
 """The largest weight that is one synapse of nengo-loihi; a threshold is no lower than it asks."""
 
-MANTISSA, COARSEST = 127, 2.0**14
-"""A weight is up to 127 steps; a connection has one step, a power of two from 64 to 2^14."""
+COARSEST = 2.0**14
+"""The largest step of a connection's weights, a power of two from `UNIT` on."""
 
 
 class Units(NamedTuple):

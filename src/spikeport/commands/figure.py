@@ -126,7 +126,7 @@ FIGURES: dict[str, PaperFigure | PaperOverview | PaperSweep] = {
         "Fig. 5a: reference policy and spiking policy",
         "walk",
         WALK_S,
-        {"path": "loop"},
+        {"path": "loop", "n_neurons": "20"},
         ["policy=mlp,spiking"],
         5,
         "spikeport.experiments.walk.trajectories",
@@ -145,7 +145,7 @@ FIGURES: dict[str, PaperFigure | PaperOverview | PaperSweep] = {
         "Fig. 5c: half of the ensembles fall silent",
         "walk",
         WALK_S,
-        {"path": "loop", "silence": "0.5", "silence_at": "25"},
+        {"path": "loop", "n_neurons": "20", "silence": "0.5", "silence_at": "25"},
     ),
     "basal-ganglia": PaperFigure("Fig. 6: spikes of the basal ganglia", "switch", LONGEST_S, {}),
 }

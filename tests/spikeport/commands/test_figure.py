@@ -68,7 +68,7 @@ def test_the_walks_figures_are_sweeps(spikeport, asked, tmp_path):
         vary=["policy=mlp,spiking"],
         seeds=(3, 4, 5, 6, 7),
         seconds=40.0,
-        settings=["path=loop"],
+        settings=["path=loop", "n_neurons=20"],
         out=Path(tmp_path),
         workers=Workers(),
         probes=True,
