@@ -19,6 +19,8 @@ SECONDS = (4, 6, 8, 12, 20)
 QUIET = "walk --set policy=build/quiet/h1_walk.npz --set path=loop --seconds 20"
 """Walks of a policy whose hidden units never had noise: ``spikeport train walk --seed 2 --threads 1
 --steps 14745600 --no-hidden-noise --out build/quiet`` makes it in 43 minutes of CPU time or so."""
+MARCH = "walk --set policy=networks/policies/h1_march.npz"
+"""Walks of the policy before the shipped one."""
 
 RUNS = {
     **{
@@ -47,18 +49,20 @@ RUNS = {
     "walk_exact": f"sweep walk --vary {PATHS} --seeds 5 --backend analytic",
     "walk_front": "sweep walk --vary n_neurons=2,4,6,10,20 --set path=s-curve --seeds 3"
     " --seconds 40",
-    "walk_20": f"sweep walk --vary {PATHS} --seeds 5 --set n_neurons=20",
-    "walk_10": f"sweep walk --vary {PATHS} --seeds 5 --set n_neurons=10",
-    "walk_2": "sweep walk --vary path=s-curve,loop --seeds 5 --set n_neurons=2",
-    "walk_slow": "sweep walk --vary path=s-curve,loop --seeds 5 --set n_neurons=20"
-    " --set tau_fwd=0.01",
+    "walk_4": f"sweep walk --vary {PATHS} --seeds 5",
     "walk_silenced": "run walk --set n_neurons=20 --set path=loop --set silence=0.5"
     " --set silence_at=25 --seconds 40",
+    "march_exact": f"sweep {MARCH} --vary {PATHS} --seeds 5 --backend analytic",
+    "march_20": f"sweep {MARCH} --vary {PATHS} --seeds 5 --set n_neurons=20",
+    "march_10": f"sweep {MARCH} --vary {PATHS} --seeds 5 --set n_neurons=10",
+    "march_2": f"sweep {MARCH} --vary path=s-curve,loop --seeds 5 --set n_neurons=2",
+    "march_slow": f"sweep {MARCH} --vary path=s-curve,loop --seeds 5 --set n_neurons=20"
+    " --set tau_fwd=0.01",
     "quiet_exact": f"run {QUIET} --backend analytic",
     "quiet_off": f"sweep {QUIET} --set calibrated=false --vary n_neurons=2,20"
     " --vary backend=native,reference --seeds 1",
     "quiet_on": f"sweep {QUIET} --vary n_neurons=2,20 --seeds 1",
-    "walk_grid": "sweep walk --seeds 5 --seconds 20 --set path=loop --set calibrated=false"
+    "march_grid": f"sweep {MARCH} --seeds 5 --seconds 20 --set path=loop --set calibrated=false"
     " --vary n_neurons=2,6,20,40 --vary tau_fwd=.001,.002,.005,.01 --vary backend=reference,native",
 }
 """The arguments of ``spikeport``, by name; hours in all, and each goes on where it was."""
@@ -342,23 +346,28 @@ def walks_of_few_neurons(walk_front: Results) -> Iterator[str]:
 
 
 @states("docs/walk.md")
-def walks_of_twenty_neurons(walk_exact: Results, walk_20: Results) -> Iterator[str]:
-    assert not any(values(walk_20, "metrics.falls"))
+def walks_of_four_neurons(walk_exact: Results, walk_4: Results) -> Iterator[str]:
+    yield from _walks(walk_exact, walk_4)
+
+
+@states("docs/lab/walk.md")
+def marches_of_twenty_neurons(march_exact: Results, march_20: Results) -> Iterator[str]:
+    yield from _walks(march_exact, march_20)
+
+
+@states("docs/lab/walk.md")
+def marches_of_ten_neurons(march_exact: Results, march_10: Results) -> Iterator[str]:
+    yield from _walks(march_exact, march_10)
+
+
+def _walks(exactly: Results, in_spikes: Results) -> Iterator[str]:
+    assert not any(values(in_spikes, "metrics.falls"))
     for path in ("line", "s-curve", "figure-eight", "loop"):
-        exact, spiking = _off_mm(walk_exact, path), _off_mm(walk_20, path)
+        exact, spiking = _off_mm(exactly, path), _off_mm(in_spikes, path)
         yield (
-            f"| {path} | {joined(exact, 1)} | {joined(spiking, 1)} | {_largest_mm(walk_20, path)} "
-            f"| {_beside(spiking, exact)} |"
+            f"| {path} | {joined(exact, 1)} | {joined(spiking, 1)} "
+            f"| {_largest_mm(in_spikes, path)} | {_beside(spiking, exact)} |"
         )
-
-
-@states("docs/walk.md")
-def walks_of_ten_neurons(walk_exact: Results, walk_10: Results) -> Iterator[str]:
-    assert not any(values(walk_10, "metrics.falls"))
-    for path in ("line", "s-curve", "figure-eight", "loop"):
-        exact, spiking = _off_mm(walk_exact, path), _off_mm(walk_10, path)
-        largest = _largest_mm(walk_10, path)
-        yield f"| {path} | {joined(spiking, 1)} | {largest} | {_beside(spiking, exact)} |"
 
 
 def _tight(results: Results) -> str:
@@ -366,15 +375,15 @@ def _tight(results: Results) -> str:
     return f"| {' | '.join(errors)} | {_cores(results)} |"
 
 
-@states("docs/walk.md")
-def walks_of_two_neurons(walk_20: Results, walk_2: Results) -> Iterator[str]:
-    yield f"| 20 neurons, 2 ms {_tight(walk_20)}"
-    yield f"| 2 neurons, 2 ms {_tight(walk_2)}"
+@states("docs/lab/walk.md")
+def marches_of_two_neurons(march_20: Results, march_2: Results) -> Iterator[str]:
+    yield f"| 20 neurons, 2 ms {_tight(march_20)}"
+    yield f"| 2 neurons, 2 ms {_tight(march_2)}"
 
 
-@states("docs/walk.md")
-def walks_behind_slow_filters(walk_slow: Results) -> Iterator[str]:
-    yield f"| 20 neurons, 10 ms {_tight(walk_slow)}"
+@states("docs/lab/walk.md")
+def marches_behind_slow_filters(march_slow: Results) -> Iterator[str]:
+    yield f"| 20 neurons, 10 ms {_tight(march_slow)}"
 
 
 @states("docs/walk.md")
@@ -406,8 +415,8 @@ def _walked(result: dict[str, Any]) -> str:
 
 
 @states("docs/paper.md")
-def walks_in_float_not_calibrated(walk_grid: Results) -> Iterator[str]:
-    cells = (_float_cell(walk_grid, n_neurons) for n_neurons in (2, 20))
+def marches_in_float_not_calibrated(march_grid: Results) -> Iterator[str]:
+    cells = (_float_cell(march_grid, n_neurons) for n_neurons in (2, 20))
     yield f"| float, calibration off (5 seeds, 20 s) | {' | '.join(cells)} |"
 
 

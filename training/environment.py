@@ -205,6 +205,7 @@ class WalkEnvironment:
             feet=self.feet,
             feet_before=feet_before,
             pelvis_m=self.pelvis_m,
+            even=self._ground.even,
             gait=self.gait,
             command=self.commands.value,
             moving=self.commands.moving,

@@ -42,7 +42,8 @@ class RewardSettings:
 class Step:
     """The quantities that a reward may depend on, for n robots.
 
-    ``pelvis_m (n,)`` is its height above the ground, ``feet_before`` are the feet a step ago;
+    ``pelvis_m (n,)`` is its height above the ground, ``even (n,)`` says who is on level, even
+    ground, ``feet_before`` are the feet a step ago;
     ``command (n, 3)`` is what is asked of them, ``moving (n,)`` who is asked to move;
     ``velocity (n, 2)`` and ``yaw_rate (n,)`` are smoothed; ``drift (n, 3)`` is what is missing of
     the command, on average over a step and more; ``actions`` are the last three, the newest first,
@@ -53,6 +54,7 @@ class Step:
     feet: FeetMotion
     feet_before: FeetMotion
     pelvis_m: Floats
+    even: Flags
     gait: Gait
     command: Floats
     moving: Flags
@@ -198,13 +200,16 @@ def impact(s: Step) -> Floats:
 
 
 def stand(s: Step) -> Floats:
-    """Return 1 with both feet on the floor where it is asked to stand."""
-    return (~s.moving & s.feet.contact.all(axis=1)).astype(float)
+    """Return 1 with both feet on the floor where it is asked to stand, on even ground."""
+    return (~s.moving & s.even & s.feet.contact.all(axis=1)).astype(float)
 
 
 def restless(s: Step) -> Floats:
-    """Return the heights of the feet where it is asked to stand."""
-    return _sum(s.feet.height_m.clip(min=0.0)) * ~s.moving
+    """Return the heights of the feet where it is asked to stand, on even ground.
+
+    Ankles of 40 N m hardly balance a robot on a slope, so one that steps there pays nothing.
+    """
+    return _sum(s.feet.height_m.clip(min=0.0)) * (~s.moving & s.even)
 
 
 def low_pelvis(s: Step) -> Floats:

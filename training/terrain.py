@@ -55,6 +55,11 @@ class Ground:
         Number of robots.
     rng : Generator
         Draws their grounds.
+
+    Attributes
+    ----------
+    even : ndarray of bool, (n,)
+        True if a robot's ground is level and even.
     """
 
     def __init__(self, n: int, rng: np.random.Generator) -> None:
@@ -63,11 +68,13 @@ class Ground:
         self._relief, self._phase = np.zeros((2, n))
         self._square = np.ones(n)
         self._boxes = np.zeros((n, SQUARES, SQUARES))
+        self.even = np.ones(n, bool)
 
     def draw(self, which: Flags, terrain: Terrain) -> None:
         """Draw new grounds for some robots, ``which (n,)``."""
         k, rng = int(np.count_nonzero(which)), self._rng
         rough = rng.random(k) < terrain.rough
+        self.even[which] = ~rough
         steepness = np.tan(terrain.slope_rad * rng.random(k)) * rough
         self._slope[which] = steepness[:, None] * _directions(rng, k)
         self._relief[which] = terrain.relief_m * rng.random(k) * rough

@@ -44,6 +44,7 @@ def standing():
         feet=feet,
         feet_before=SimpleNamespace(velocity=np.zeros((1, 2, 3))),
         pelvis_m=np.array([1.0]),
+        even=np.array([True]),
         gait=gait,
         command=np.array([[0.5, 0.0, 0.25]]),
         moving=np.array([True]),
@@ -125,6 +126,12 @@ def test_who_is_asked_to_stand_keeps_both_feet_on_the_floor(standing):
     assert value("restless", swinging(standing)) == 0
     assert value("restless", swinging(still)) == pytest.approx(0.05)
     assert value("stand", still) == 0
+
+
+def test_who_stands_on_uneven_ground_may_step(standing):
+    rough = replace(standing, moving=np.array([False]), even=np.array([False]))
+    assert value("stand", rough) == 0
+    assert value("restless", swinging(rough)) == 0
 
 
 def test_posture(standing):

@@ -22,9 +22,10 @@ def heights(ground, *xy):
 
 def test_ground_is_level_where_nothing_is_asked_for():
     assert not heights(drawn(Terrain()), (0.0, 0.0), (3.0, -4.0)).any()
-    steep = Terrain(rough=0.5, slope_rad=0.1)
-    level = ~heights(drawn(steep), (5.0, 5.0)).any(axis=1)
+    steep = drawn(Terrain(rough=0.5, slope_rad=0.1))
+    level = ~heights(steep, (5.0, 5.0)).any(axis=1)
     assert 0.4 < level.mean() < 0.6
+    np.testing.assert_array_equal(steep.even, level)
 
 
 def test_slopes_are_no_steeper_than_asked_for():
