@@ -5,8 +5,8 @@
 
 Each experiment starts twice, in processes of their own: with an empty cache, which everything is
 made for, and with the cache that the first run has left. Compiled kernels are numba's, and there
-before both, and Python's bytecode after the first, as in an installation. With --profile, the second run's time by
-function goes to a file of `pstats`.
+before both, and Python's bytecode after the first, as in an installation. With --profile, the
+second run's time by function goes to a file of `pstats`.
 """
 
 import argparse
@@ -55,7 +55,7 @@ def first_step_s(experiment: str, folder: Path, settings: list[str], profile: Pa
     out = ["--out", str(folder / "run"), "--overwrite"]
     command = [sys.executable, "-W", "ignore", __file__, "--serve", experiment, *asked]
     environment = {**os.environ, "SPIKEPORT_CACHE": str(folder / "cache")}
-    # An installation has bytecode: without it, compiling our sources would take two seconds.
+    # An installation has bytecode: without it, every run compiles our sources.
     environment.pop("PYTHONDONTWRITEBYTECODE", None)
     done = subprocess.run(
         [*command, "--", *settings, *out],
