@@ -46,8 +46,10 @@ def silenced(image: ChipImage) -> np.ndarray:
     """
     most = np.zeros(image.n_compartments)
     for synapses in synapses_of(image):
-        positive = np.maximum(image.synapses.weight[synapses.number], 0)
-        np.add.at(most, synapses.target, positive)  # a route reaches few of all compartments
+        # A route reaches few of all compartments. NumPy adds numbers of the sum's own type alone
+        # without a cast of each.
+        positive = np.maximum(image.synapses.weight[synapses.number], 0).astype(most.dtype)
+        np.add.at(most, synapses.target, positive)
     current = most * ONE / (image.compartments.decay_u + 1.0) + image.compartments.bias
     with np.errstate(divide="ignore", invalid="ignore"):
         voltage = np.where(current > 0, current * ONE / image.compartments.decay_v, 0)

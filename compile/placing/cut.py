@@ -123,9 +123,9 @@ def _stretch(row: SpikeRow, base: int, first: int, end: int) -> SpikeRow:
     """Return the synapses of a row of one atom, read from a base, with targets in a stretch."""
     # An axon without a base delivers nothing: no stretch holds -1, so it gets no synapses.
     target = base + row.indices[0] if base >= 0 else np.full(row.indices.shape[1], -1)
-    inside = (target >= first) & (target < end)
-    indices = target[inside] - first - max(base - first, 0)
-    return SpikeRow(row.weights[:, inside], indices[np.newaxis])
+    inside = np.flatnonzero((target >= first) & (target < end))
+    indices = target.take(inside) - first - max(base - first, 0)
+    return SpikeRow(row.weights.take(inside, axis=1), indices[np.newaxis])
 
 
 def _cut_route(
