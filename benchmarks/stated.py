@@ -17,8 +17,9 @@ PATHS = "path=line,s-curve,figure-eight,loop"
 SIZES = (200, 500, 1000, 2000, 8000)
 SECONDS = (4, 6, 8, 12, 20)
 QUIET = "walk --set policy=build/quiet/h1_walk.npz --set path=loop --seconds 20"
-"""Walks of a policy whose hidden units never had noise: ``spikeport train walk --seed 2 --threads 1
---steps 14745600 --no-hidden-noise --out build/quiet`` makes it in 43 minutes of CPU time or so."""
+"""Walks of a policy whose hidden units never had noise. ``spikeport train walk --seed 2 --threads 1
+--steps 14745600 --no-hidden-noise --out build/quiet`` of commit f82d95d makes it in 43 minutes of
+CPU time or so; stages are others since."""
 MARCH = "walk --set policy=networks/policies/h1_march.npz"
 """Walks of the policy before the shipped one."""
 
@@ -47,7 +48,7 @@ RUNS = {
     "switch_spa": "run switch --backend reference --set selection=spa",
     "demo": "run switch",
     "walk_exact": f"sweep walk --vary {PATHS} --seeds 5 --backend analytic",
-    "walk_front": "sweep walk --vary n_neurons=2,4,6,10,20 --set path=s-curve --seeds 3"
+    "march_front": f"sweep {MARCH} --vary n_neurons=2,4,6,10,20 --set path=s-curve --seeds 3"
     " --seconds 40",
     "walk_4": f"sweep walk --vary {PATHS} --seeds 5",
     "walk_silenced": "run walk --set n_neurons=20 --set path=loop --set silence=0.5"
@@ -334,10 +335,10 @@ def _largest_mm(results: Results, path: str) -> str:
 
 
 @states("docs/walk.md")
-def walks_of_few_neurons(walk_front: Results) -> Iterator[str]:
-    assert not any(values(walk_front, "metrics.falls"))
+def marches_of_few_neurons(march_front: Results) -> Iterator[str]:
+    assert not any(values(march_front, "metrics.falls"))
     for n_neurons in (2, 4, 6, 10, 20):
-        chosen = [one for one in walk_front if one["settings"]["n_neurons"] == n_neurons]
+        chosen = [one for one in march_front if one["settings"]["n_neurons"] == n_neurons]
         energies = (fmean(dynamic_uj(chosen, name)) for name in ("davies2018", "nahuku-fit"))
         yield (
             f"| {n_neurons} | {_cores(chosen)} | {' | '.join(f'{e:.1f} uJ' for e in energies)} "
