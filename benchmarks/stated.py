@@ -20,8 +20,9 @@ QUIET = "walk --set policy=build/quiet/h1_walk.npz --set path=loop --seconds 20"
 """Walks of a policy whose hidden units never had noise. ``spikeport train walk --seed 2 --threads 1
 --steps 14745600 --no-hidden-noise --out build/quiet`` of commit f82d95d makes it in 43 minutes of
 CPU time or so; stages are others since."""
-MARCH = "walk --set policy=networks/policies/h1_march.npz"
-"""Walks of the policy before the shipped one."""
+BEFORE = "--set policy=networks/policies/h1_march.npz"
+"""The policy before the shipped one."""
+MARCH = f"walk {BEFORE}"
 
 RUNS = {
     **{
@@ -42,16 +43,16 @@ RUNS = {
     "arm_lean": "compile arm",
     "arm_paper": "compile arm --set preset=paper",
     "switch": f"sweep switch --vary {NETWORKS}",
-    "switch_paper": "run switch --set preset=paper",
+    "switch_paper": f"run switch --set preset=paper {BEFORE}",
     "switch_free": "sweep switch --set schedule=free-standing --set anchor=false"
     f" --vary {NETWORKS}",
-    "switch_spa": "run switch --backend reference --set selection=spa",
+    "switch_spa": f"run switch --backend reference --set selection=spa {BEFORE}",
     "demo": "run switch",
     "walk_exact": f"sweep walk --vary {PATHS} --seeds 5 --backend analytic",
     "march_front": f"sweep {MARCH} --vary n_neurons=2,4,6,10,20 --set path=s-curve --seeds 3"
     " --seconds 40",
     "walk_4": f"sweep walk --vary {PATHS} --seeds 5",
-    "walk_silenced": "run walk --set n_neurons=20 --set path=loop --set silence=0.5"
+    "march_silenced": f"run {MARCH} --set n_neurons=20 --set path=loop --set silence=0.5"
     " --set silence_at=25 --seconds 40",
     "march_exact": f"sweep {MARCH} --vary {PATHS} --seeds 5 --backend analytic",
     "march_20": f"sweep {MARCH} --vary {PATHS} --seeds 5 --set n_neurons=20",
@@ -388,8 +389,8 @@ def marches_behind_slow_filters(march_slow: Results) -> Iterator[str]:
 
 
 @states("docs/walk.md")
-def walks_without_half_of_the_ensembles(walk_silenced: Results) -> Iterator[str]:
-    (fallen_at_s,) = values(walk_silenced, "metrics.fallen_at_s")
+def marches_without_half_of_the_ensembles(march_silenced: Results) -> Iterator[str]:
+    (fallen_at_s,) = values(march_silenced, "metrics.fallen_at_s")
     yield f"{fallen_at_s - 25:.1f} s later the robot has fallen"
 
 
