@@ -1,5 +1,6 @@
 """The options of every experiment, how it reports progress, and what it is."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -102,6 +103,9 @@ class Experiment:
         The passes of its compile where none are asked for; None for the chip's.
     of_run : tuple of str
         Settings that decide what a run does, and nothing of the network, as its seed does.
+    lasts : callable or None
+        Returns the simulated time of a run that ends with a schedule, from its settings and the
+        time that is asked for; None if a run lasts as long as is asked for.
     """
 
     summary: str
@@ -112,6 +116,7 @@ class Experiment:
     shortest_s: float
     pipeline: str | None = None
     of_run: tuple[str, ...] = ()
+    lasts: Callable[[Any, float], float] | None = None
 
     @property
     def name(self) -> str:

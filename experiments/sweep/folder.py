@@ -105,7 +105,7 @@ def _asked(point: Point) -> dict[str, Any]:
     asked: dict[str, Any] = {
         "experiment": point.sweep.experiment,
         "backend": options.backend,
-        "seconds": options.seconds,
+        "seconds": point.seconds,
         "seeds.run": options.seed,
         **{f"settings.{key}": value for key, value in point.settings.items()},
     }

@@ -90,6 +90,14 @@ class Point(NamedTuple):
         )
 
     @property
+    def seconds(self) -> float:
+        """The simulated time of its run: that of the sweep, or that of a shorter schedule."""
+        experiment = registry.get(self.sweep.experiment)
+        if experiment.lasts is None:
+            return self.sweep.seconds
+        return experiment.lasts(experiment.settings(**self.settings), self.sweep.seconds)
+
+    @property
     def network(self) -> str:
         """A text that points of the sweep share whose networks are the same."""
         of_run = registry.get(self.sweep.experiment).of_run

@@ -47,6 +47,10 @@ class SwitchSettings(PolicySettings):
         """The file of the schedule."""
         return SHIPPED.get(self.schedule, Path(self.schedule))
 
+    def lasts(self, seconds: float) -> float:
+        """Return the time at which the schedule ends, in a run of at most so many seconds."""
+        return self.load_schedule(seconds).end_s
+
     def load_schedule(self, seconds: float) -> Schedule:
         """Load the schedule, for a run of at most so many seconds; see `schedule.load`."""
         return load(self.schedule_file, seconds)

@@ -247,4 +247,5 @@ EXPERIMENT = Experiment(
     seconds=LONGEST_S,
     shortest_s=0.02,
     pipeline="compact",
+    lasts=SwitchSettings.lasts,
 )

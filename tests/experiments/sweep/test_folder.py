@@ -107,6 +107,17 @@ def test_a_damaged_result_is_named(sweep_of, tmp_path, content):
     assert str(caught.value) == f"{path}: holds no result; remove it to run its point again"
 
 
+def test_a_run_ends_with_its_schedule_whatever_the_sweep_allows(sweep_of, tmp_path):
+    sweep = sweep_of(experiment="switch", seconds=60.0, settings={}, varied={"digit": (8,)})
+    (point,), folder = sweep.points(), SweepFolder(tmp_path)
+    whole = {**result(point, falls=0), "seconds": 26.0}
+    folder.write(point, PointFiles(whole, None))
+    assert folder.read(point) == whole
+    folder.write(point, PointFiles({**whole, "seconds": 60.0}, None))
+    with pytest.raises(UsageError, match=r"seconds=60\.0, but this sweep's has 26\.0"):
+        folder.read(point)
+
+
 @pytest.mark.parametrize(
     ("change", "complaint"),
     [
