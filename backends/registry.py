@@ -8,10 +8,9 @@ from typing import NamedTuple
 
 import nengo
 
-from spikeport.backends.board.link import OWN_STUB, LinkOptions, on_board, replayed
+from spikeport.backends.board.link import OWN_STUB, LinkOptions, record_of
 from spikeport.backends.chip import Chip
 from spikeport.backends.execution import Execution
-from spikeport.backends.host_loop import HostLoop
 from spikeport.backends.kept import Asked, compiled
 from spikeport.backends.nengo_loihi import NengoLoihiChip
 from spikeport.backends.reference import Reference, fused
@@ -96,6 +95,8 @@ def _on(load: Callable[[ChipImage, int, LogOptions, LinkOptions], Chip]) -> Open
             return _without_chip(source, seed, None)
         log = LogOptions(found.report.chip, source.counts)
         source.progress(LOADING, None)
+        from spikeport.backends.host_loop import HostLoop  # loads numba: not before use
+
         return HostLoop(found, load(found.image, seed, log, source.link), seed)
 
     return open_source
@@ -110,9 +111,21 @@ def _without_chip(source: Source, seed: int, _: Compilation | None) -> Execution
 
 
 def _native(image: ChipImage, seed: int, log: LogOptions, _: LinkOptions) -> Chip:
-    from spikeport.backends.native.chip import NativeChip  # loads the kernels: not before use
+    from spikeport.backends.native.chip import NativeChip  # likewise
 
     return NativeChip(image, seed, log)
+
+
+def _board(image: ChipImage, seed: int, log: LogOptions, link: LinkOptions) -> Chip:
+    from spikeport.backends.board.opening import on_board
+
+    return on_board(image, seed, log, link)
+
+
+def _replay(image: ChipImage, _: int, log: LogOptions, link: LinkOptions) -> Chip:
+    from spikeport.backends.replay import ReplayChip
+
+    return ReplayChip(image, record_of(link), log)
 
 
 def _nengo_loihi(image: ChipImage, seed: int, log: LogOptions, _: LinkOptions) -> Chip:
@@ -127,8 +140,8 @@ BACKENDS = {
             "native", "the image on compiled kernels, equal to nengo-loihi's emulator", _on(_native)
         ),
         Backend("nengo-loihi", "the image on nengo-loihi's emulator", _on(_nengo_loihi)),
-        Backend("board", "the image on a board, or its stub, at the end of a link", _on(on_board)),
-        Backend("replay", "a recorded session of a board, played back", _on(replayed)),
+        Backend("board", "the image on a board, or its stub, at the end of a link", _on(_board)),
+        Backend("replay", "a recorded session of a board, played back", _on(_replay)),
     )
 }
 

@@ -2,17 +2,12 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from spikeport.backends.board.address import Address, Certificates, connect
-from spikeport.backends.board.chip import BoardChip
-from spikeport.backends.board.line import SocketLine
-from spikeport.backends.board.record import SessionRecorder
-from spikeport.backends.board.stub import Stub
-from spikeport.backends.board.timing import RealTime, SimulatedTime
-from spikeport.backends.replay import ReplayChip
-from spikeport.backends.step_log import LogOptions
-from spikeport.compile.image.chip_image import ChipImage
 from spikeport.errors import UsageError
+
+if TYPE_CHECKING:
+    from spikeport.backends.board.address import Certificates
 
 STUB = "stub"
 
@@ -45,71 +40,11 @@ class LinkOptions:
     faults: tuple[str, ...] = ()
     record: Path | None = None
     replay: Path | None = None
-    certificates: Certificates | None = None
+    certificates: "Certificates | None" = None
 
 
 OWN_STUB = LinkOptions()
 """The link where none is asked for: a stub, in simulated time."""
-
-
-class _StubLine(SocketLine):
-    """A line to a board of one's own, which ends with it."""
-
-    def __init__(self, stub: Stub) -> None:
-        super().__init__(connect(stub.address), "the board")
-        self._stub = stub
-
-    def close(self) -> None:
-        """Hang up, and wait for the board's end."""
-        super().close()
-        self._stub.close()
-
-
-def on_board(image: ChipImage, seed: int, log: LogOptions, link: LinkOptions) -> BoardChip:
-    """Return an image on a board.
-
-    Raises
-    ------
-    UsageError
-        If the link's options do not go together, or the record's file cannot be written.
-    BackendError
-        If the board cannot be reached, or refuses.
-    """
-    if link.faults and link.board != STUB:
-        raise UsageError("--fault is for the stub: a board has faults of its own")
-    timing = RealTime(image.manifest.dt_s, link.hold) if link.real_time else SimulatedTime()
-    recorder = None if link.record is None else _recorder(link.record)
-    line = _line(link)
-    try:
-        return BoardChip(image, seed, line, timing, log, recorder)
-    except BaseException:
-        line.close()
-        raise
-
-
-def _recorder(path: Path) -> SessionRecorder:
-    try:
-        return SessionRecorder(path)
-    except OSError as error:
-        raise UsageError(f"--record {path}: {error.strerror}") from None
-
-
-def _line(link: LinkOptions) -> SocketLine:
-    if link.board == STUB:
-        # A process of its own, which has to end with its host, at an interrupt too.
-        stub = Stub(link.faults)
-        try:
-            return _StubLine(stub)
-        except BaseException:
-            stub.close()
-            raise
-    address = Address.parse(link.board)
-    return SocketLine(connect(address, link.certificates), f"board {address}")
-
-
-def replayed(image: ChipImage, _seed: int, log: LogOptions, link: LinkOptions) -> ReplayChip:
-    """Return the record of an image, to be played back; UsageError if none is named."""
-    return ReplayChip(image, record_of(link), log)
 
 
 def record_of(link: LinkOptions) -> Path:

@@ -12,7 +12,6 @@ import nengo
 import numpy as np
 import scipy.sparse as sparse
 from nengo.connection import LearningRule
-from scipy.sparse.csgraph import dijkstra
 
 from spikeport.compile.check import rules
 from spikeport.compile.check.loops import loops
@@ -76,8 +75,8 @@ def _fastest(ways: Sequence[nengo.Connection], scope: Scope) -> tuple[float, lis
     if not chip or not host:
         return 0.0, []
     graph = _lengths(ways, {part: i for i, part in enumerate(parts)})
-    there, after = dijkstra(graph, indices=host, return_predecessors=True)
-    back, before = dijkstra(graph.T, indices=host, return_predecessors=True)
+    there, after = sparse.csgraph.dijkstra(graph, indices=host, return_predecessors=True)
+    back, before = sparse.csgraph.dijkstra(graph.T, indices=host, return_predecessors=True)
     whole = there[:, chip] + back[:, chip]
     start, turn = np.unravel_index(np.argmin(whole), whole.shape)
     out = _path(after[start], chip[turn], host[start])

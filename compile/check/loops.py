@@ -19,8 +19,6 @@ import numpy as np
 import scipy.sparse as sparse
 from nengo.builder.connection import get_targets
 from nengo.dists import Distribution
-from scipy.sparse.csgraph import connected_components
-from scipy.sparse.linalg import ArpackError, eigs
 
 from spikeport.compile.check import rules
 from spikeport.compile.check.violation import Violation
@@ -66,7 +64,10 @@ def loops(pairs: Iterable[tuple[Thing, Thing]]) -> dict[Thing, int]:
     number = {end: i for i, end in enumerate(dict.fromkeys(end for pair in pairs for end in pair))}
     rows, columns = np.array([[number[a], number[b]] for a, b in pairs]).reshape(-1, 2).T
     graph = sparse.coo_array((np.ones(len(pairs)), (rows, columns)), shape=(len(number),) * 2)
-    _, loop = connected_components(graph, connection="strong") if number else (0, [])
+    if not number:
+        return {}
+    # As an attribute of `sparse`, it is loaded here: the import of scipy's graphs takes 0.2 s.
+    _, loop = sparse.csgraph.connected_components(graph, connection="strong")
     return dict(zip(number, map(int, loop), strict=True))
 
 
@@ -194,8 +195,8 @@ def _largest(matrix: sparse.csr_array) -> tuple[float, np.ndarray]:
         try:
             # From a fixed start: ARPACK's own is random, and so would the hints be.
             start = np.ones(matrix.shape[0])
-            values, vectors = eigs(matrix, k=1, which="LR", v0=start, tol=1e-3)
-        except ArpackError:  # no eigenvalue is found: the gain is not known
+            values, vectors = sparse.linalg.eigs(matrix, k=1, which="LR", v0=start, tol=1e-3)
+        except sparse.linalg.ArpackError:  # no eigenvalue is found: the gain is not known
             return 0.0, np.ones(matrix.shape[0])
     at = int(values.real.argmax())
     return float(values[at].real), vectors[:, at]

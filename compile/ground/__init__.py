@@ -13,22 +13,28 @@ from typing import Any
 import nengo  # noqa: F401 (before the block, at whose end filters it had set would be lost)
 import scipy.special  # noqa: F401 (likewise)
 
+SERVING = {"nengo_extras": "nengo_dl", "networkx": "nxmetis"}
+"""Packages that nengo-loihi imports if they are there, and the one without which none is used."""
+
 
 @contextlib.contextmanager
-def _without_extras() -> Iterator[None]:
-    """Hide nengo-extras: nengo-loihi takes builders for NengoDL from it, and most of its time."""
+def _without_idle() -> Iterator[None]:
+    """Hide packages that nengo-loihi would import and not use: they take most of its time."""
     modules: dict[str, Any] = sys.modules
-    if "nengo_extras" in modules or find_spec("nengo_dl") is not None:
-        yield
-        return
-    modules["nengo_extras"] = None
+    idle = [
+        name
+        for name, served in SERVING.items()
+        if name not in modules and find_spec(served) is None
+    ]
+    modules.update(dict.fromkeys(idle))
     try:
         yield
     finally:
-        del modules["nengo_extras"]
+        for name in idle:
+            del modules[name]
 
 
-with warnings.catch_warnings(), _without_extras():
+with warnings.catch_warnings(), _without_idle():
     # It warns of every nengo newer than 3.2; spikeport.compile.loihi.numpy1 handles what differs.
     warnings.filterwarnings("ignore", message="This version of `nengo_loihi`")
     import nengo_loihi  # noqa: F401

@@ -13,7 +13,6 @@ from graphlib import CycleError, TopologicalSorter
 import nengo
 import numpy as np
 import scipy.sparse as sparse
-from scipy.sparse.csgraph import connected_components
 
 from spikeport.compile.ground.names import End
 
@@ -57,7 +56,7 @@ def _clusters(
     ]
     rows, columns = np.array(inner, dtype=int).reshape(-1, 2).T
     graph = sparse.coo_array((np.ones(len(rows)), (rows, columns)), shape=(len(nodes),) * 2)
-    _, label = connected_components(graph, directed=False) if nodes else (0, [])
+    _, label = sparse.csgraph.connected_components(graph, directed=False) if nodes else (0, [])
     # Dicts, as sets with an order: the image must not depend on memory addresses.
     clusters: dict[int, tuple[dict[nengo.Node, None], Connections]] = defaultdict(lambda: ({}, []))
     for node in nodes:

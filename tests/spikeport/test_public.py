@@ -67,6 +67,30 @@ def test_importing_the_package_or_its_errors_imports_no_nengo():
     assert done.stdout == "False\n"
 
 
+@pytest.fixture(scope="module")
+def loaded_with_simulator() -> set[str]:
+    """Return the modules that the import of `Simulator` loads, in a process of its own."""
+    code = "import sys; from spikeport import Simulator; print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    return set(done.stdout.split())
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "networkx",
+        "nengo_extras",
+        "numba",
+        "scipy.sparse.csgraph",
+        "spikeport.backends.board.chip",
+        "spikeport.backends.replay",
+    ],
+)
+def test_importing_the_simulator_leaves_to_its_use(name: str, loaded_with_simulator: set[str]):
+    assert {"nengo_loihi", "spikeport.backends.registry"} <= loaded_with_simulator
+    assert name not in loaded_with_simulator
+
+
 def test_an_unknown_attribute_is_an_attribute_error():
     with pytest.raises(AttributeError, match=r"^module 'spikeport' has no attribute 'compiler'$"):
         _ = spikeport.compiler

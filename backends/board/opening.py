@@ -1,0 +1,69 @@
+"""A link, opened: the chip at the other end of it."""
+
+from pathlib import Path
+
+from spikeport.backends.board.address import Address, connect
+from spikeport.backends.board.chip import BoardChip
+from spikeport.backends.board.line import SocketLine
+from spikeport.backends.board.link import STUB, LinkOptions
+from spikeport.backends.board.record import SessionRecorder
+from spikeport.backends.board.stub import Stub
+from spikeport.backends.board.timing import RealTime, SimulatedTime
+from spikeport.backends.step_log import LogOptions
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.errors import UsageError
+
+
+class _StubLine(SocketLine):
+    """A line to a board of one's own, which ends with it."""
+
+    def __init__(self, stub: Stub) -> None:
+        super().__init__(connect(stub.address), "the board")
+        self._stub = stub
+
+    def close(self) -> None:
+        """Hang up, and wait for the board's end."""
+        super().close()
+        self._stub.close()
+
+
+def on_board(image: ChipImage, seed: int, log: LogOptions, link: LinkOptions) -> BoardChip:
+    """Return an image on a board.
+
+    Raises
+    ------
+    UsageError
+        If the link's options do not go together, or the record's file cannot be written.
+    BackendError
+        If the board cannot be reached, or refuses.
+    """
+    if link.faults and link.board != STUB:
+        raise UsageError("--fault is for the stub: a board has faults of its own")
+    timing = RealTime(image.manifest.dt_s, link.hold) if link.real_time else SimulatedTime()
+    recorder = None if link.record is None else _recorder(link.record)
+    line = _line(link)
+    try:
+        return BoardChip(image, seed, line, timing, log, recorder)
+    except BaseException:
+        line.close()
+        raise
+
+
+def _recorder(path: Path) -> SessionRecorder:
+    try:
+        return SessionRecorder(path)
+    except OSError as error:
+        raise UsageError(f"--record {path}: {error.strerror}") from None
+
+
+def _line(link: LinkOptions) -> SocketLine:
+    if link.board == STUB:
+        # A process of its own, which has to end with its host, at an interrupt too.
+        stub = Stub(link.faults)
+        try:
+            return _StubLine(stub)
+        except BaseException:
+            stub.close()
+            raise
+    address = Address.parse(link.board)
+    return SocketLine(connect(address, link.certificates), f"board {address}")
