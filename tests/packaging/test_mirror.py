@@ -48,6 +48,7 @@ IN_RUNS = {
 `test_draw`, and of evaluations: `test_evaluate`."""
 
 ELSEWHERE = {
+    "backends/board/link.py": "backends/board/test_opening.py",
     "backends/softcore/simulation.py": "backends/softcore/test_chip.py",
     "spikeport/reading/archive.py": "networks/loading/test_archives.py",
     "networks/spa_selection.py": "networks/test_action_selection.py",
