@@ -157,19 +157,6 @@ _PRECISE = replace(
 """Not before speeds are right to within these widths: far from them, no change gains anything.
 Falls are rare by now; were they as cheap as before, they would become more frequent again."""
 
-_STANDING = replace(
-    _PRECISE,
-    commands=replace(_PRECISE.commands, standing=0.5),
-    randomisation=replace(
-        _PRECISE.randomisation,
-        push_m_s=0.5,
-        busy_arms=0.9,
-        terrain=replace(_PRECISE.randomisation.terrain, rough=0.3),
-    ),
-    weights=replace(_PRECISE.weights, stand=8.0),
-)
-"""Without it, robots fell in the second of three drawings on their own feet."""
-
 _HELD = tuple(name for name in JOINTS if "shoulder" in name or "elbow" in name or name == "torso")
 """Joints that are held: the effect of their actions is lost in the noise of the rewards."""
 
@@ -184,7 +171,6 @@ STAGES = (
     Stage("boxes", 12_500_000, _BOXES, 0.0005, _SPIKES, held=_HELD),
     Stage("slopes", 15_500_000, _SLOPES, 0.0003, _SPIKES, held=_HELD),
     Stage("precise", 19_000_000, _PRECISE, 0.0, _SPIKES, held=_HELD),
-    Stage("standing", 23_300_000, _STANDING, 0.0, _SPIKES, held=_HELD),
 )
 """In order; sources of the figures: see `spikeport.training.rewards`."""
 
