@@ -51,8 +51,9 @@ _STRIDE = replace(
     ),
     scales=replace(_STEP.scales, step_s=0.4, longest_step_s=0.6, lift_m=0.06, high_m=0.1),
 )
-"""The gait is learned while it is new, before anything disturbs: long steps, low feet that come
-down softly, both on the floor in between, slow joints. A gait that has settled is kept."""
+"""The gait is learned while it is new, on a level floor and with prompt observations: long steps,
+low feet that come down softly, both on the floor in between, slow joints. It is kept once it has
+settled."""
 
 _WIDE = replace(
     _STRIDE,
@@ -121,7 +122,8 @@ _LATE = replace(
     ),
     weights=replace(_NOISY.weights, fall=-400.0),
 )
-"""Ground is uneven from here on. In a run that began with it, robots fell too often to learn."""
+"""Ground is uneven from here on. In runs that had it from 2 M steps on, robots fell often to the
+end (docs/lab/gait.md)."""
 
 _BOXES = replace(
     _LATE,
