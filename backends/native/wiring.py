@@ -18,7 +18,7 @@ import numpy as np
 from spikeport.backends.native.contacts import Contacts, Pairs, contacts_of, pairs_of
 from spikeport.backends.native.rows import KernelRows, Runs, rows_of, runs_of
 from spikeport.compile.image.chip_image import ChipImage
-from spikeport.compile.image.tables import offsets
+from spikeport.compile.image.tables import offsets, ranges
 from spikeport.errors import ImageError
 
 MOST_PARTS = 1 << 22
@@ -264,8 +264,7 @@ def aligned_zeros(n: int, dtype: np.dtype[Any] | type, room: int = 0) -> np.ndar
 def _expand(begin: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the range of each number, and the numbers, of all ranges laid end to end."""
     sizes = end - begin
-    of = np.repeat(np.arange(len(sizes)), sizes)
-    return of, np.arange(len(of)) + np.repeat(begin - offsets(sizes)[:-1], sizes)
+    return np.repeat(np.arange(len(sizes)), sizes), ranges(begin, sizes)
 
 
 def _placed(rows: KernelRows, place: np.ndarray, widths: Sequence[type]) -> np.ndarray:

@@ -1,24 +1,29 @@
 """`MergeAxons`: sources with equal weights share one input axon."""
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from itertools import pairwise
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
 from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.tables import offsets
 from spikeport.compile.image.usage import AMOUNTS, block_amounts, is_consecutive
 from spikeport.compile.passes.base import Context, ImagePass
 from spikeport.compile.placing.connectivity import (
     Group,
     Route,
-    SpikeRow,
+    SpikeRows,
     assemble,
     division_of,
     groups_of,
     routes_of,
 )
 from spikeport.hardware_models.chip import ChipModel
+
+_TYPE = np.dtype(np.int32)
+"""The type of weights and targets in an image."""
 
 
 @dataclass(frozen=True)
@@ -89,7 +94,9 @@ def _used(groups: Sequence[Group], routes: Sequence[Route]) -> list[np.ndarray]:
     for route in routes:
         used[route.group][route.axon[route.axon >= 0]] = True
     for group, mine in zip(groups, used, strict=True):
-        acts = np.array([row.weights.any() for row in group.rows], dtype=bool)
+        row_of = np.repeat(np.arange(len(group.rows)), group.rows.sizes)
+        acts = np.zeros(len(group.rows), dtype=bool)
+        acts[row_of[group.rows.weights != 0]] = True
         mine &= (group.axon_base >= 0) & acts[group.axon_row]
     return used
 
@@ -99,28 +106,53 @@ class _Bundle:
 
     def __init__(self, first: Group) -> None:
         self._like, self._block = first.like, first.block
-        self._rows: dict[Hashable, tuple[int, SpikeRow]] = {}
+        self._rows: dict[_Content, int] = {}
         self._axons: dict[tuple[int, int], int] = {}
 
     def add(self, group: Group, used: np.ndarray) -> np.ndarray:
         """Add the axons in use, and return the number here of each of the group's, or -1."""
-        # With their shapes: rows of equal bytes may have different numbers of atoms.
-        contents = [
-            (row.weights.shape, row.weights.tobytes(), row.indices.tobytes()) for row in group.rows
-        ]
+        contents = _contents(group.rows)
         new = np.full(len(group.axon_row), -1)
-        for i in np.flatnonzero(used):
-            content, row = contents[group.axon_row[i]], group.rows[group.axon_row[i]]
-            number, _ = self._rows.setdefault(content, (len(self._rows), row))
-            place = (number, int(group.axon_base[i]))
+        for i in np.flatnonzero(used).tolist():
+            content = contents[group.axon_row[i]]
+            place = (self._rows.setdefault(content, len(self._rows)), int(group.axon_base[i]))
             new[i] = self._axons.setdefault(place, len(self._axons))
         return new
 
     def group(self) -> Group:
         """Return the group that the added ones become."""
         places = np.array(list(self._axons), dtype=int).reshape(-1, 2)
-        rows = [row for _, row in self._rows.values()]
-        return Group(self._like, self._block, rows, places[:, 0], places[:, 1])
+        return Group(self._like, self._block, _rows(self._rows), places[:, 0], places[:, 1])
+
+
+class _Content(NamedTuple):
+    """A row by its bytes, which compare in one operation.
+
+    With its atoms: rows of equal bytes may have different numbers of them.
+    """
+
+    atoms: int
+    weights: bytes
+    indices: bytes
+
+
+def _contents(rows: SpikeRows) -> list[_Content]:
+    weights, indices = (np.asarray(one, _TYPE).tobytes() for one in (rows.weights, rows.indices))
+    bounds = pairwise((rows.start * _TYPE.itemsize).tolist())
+    return [
+        _Content(atoms, weights[a:b], indices[a:b])
+        for atoms, (a, b) in zip(rows.atoms.tolist(), bounds, strict=True)
+    ]
+
+
+def _rows(contents: Iterable[_Content]) -> SpikeRows:
+    contents = list(contents)
+    return SpikeRows(
+        np.array([row.atoms for row in contents], dtype=int),
+        offsets(len(row.weights) // _TYPE.itemsize for row in contents),
+        np.frombuffer(b"".join(row.weights for row in contents), _TYPE),
+        np.frombuffer(b"".join(row.indices for row in contents), _TYPE),
+    )
 
 
 class _Whole:

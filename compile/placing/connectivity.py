@@ -23,11 +23,25 @@ from spikeport.compile.image.tables import (
 )
 
 
-class SpikeRow(NamedTuple):
-    """Weights and targets of one spike, each (n_atoms, n)."""
+@dataclass(frozen=True)
+class SpikeRows:
+    """The rows of weights of a group, end to end: row i has entries ``start[i]`` to the next.
 
+    ``atoms`` and ``start`` are as in `Rows`; a row has its weights and targets atom by atom.
+    """
+
+    atoms: np.ndarray
+    start: np.ndarray
     weights: np.ndarray
     indices: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.atoms)
+
+    @property
+    def sizes(self) -> np.ndarray:
+        """The number of synapses of each row, all atoms together."""
+        return np.diff(self.start)
 
 
 class Group(NamedTuple):
@@ -39,7 +53,7 @@ class Group(NamedTuple):
 
     like: int
     block: int
-    rows: Sequence[SpikeRow]
+    rows: SpikeRows
     axon_row: np.ndarray
     axon_base: np.ndarray
 
@@ -114,7 +128,7 @@ def assemble(
             row=flat([group.axon_row for group in groups]),
             base=flat([group.axon_base for group in groups]),
         ),
-        **_rows([row for group in groups for row in group.rows]),
+        **_rows([group.rows for group in groups]),
         routes=Routes(
             from_input=np.array([route.of_input for route in routes], dtype=int),
             source=np.array([route.source for route in routes], dtype=int),
@@ -129,21 +143,25 @@ def assemble(
 
 
 def _group(image: ChipImage, number: int) -> Group:
-    rows = part(image.groups.row_start, number)
     axons = part(image.groups.axon_start, number)
     return Group(
         number,
         int(image.groups.block[number]),
-        [_row(image, row) for row in range(rows.start, rows.stop)],
+        _rows_of(image, part(image.groups.row_start, number)),
         image.in_axons.row[axons],
         image.in_axons.base[axons],
     )
 
 
-def _row(image: ChipImage, number: int) -> SpikeRow:
-    mine, shape = part(image.rows.start, number), (image.rows.atoms[number], -1)
-    synapses = image.synapses
-    return SpikeRow(synapses.weight[mine].reshape(shape), synapses.index[mine].reshape(shape))
+def _rows_of(image: ChipImage, mine: slice) -> SpikeRows:
+    start = image.rows.start[mine.start : mine.stop + 1]
+    entries = slice(start[0], start[-1])
+    return SpikeRows(
+        image.rows.atoms[mine],
+        start - start[0],
+        image.synapses.weight[entries],
+        image.synapses.index[entries],
+    )
 
 
 def _blocks(image: ChipImage, division: Division) -> Blocks:
@@ -168,14 +186,14 @@ def _groups(image: ChipImage, groups: Sequence[Group]) -> Groups:
     )
 
 
-def _rows(rows: Sequence[SpikeRow]) -> RowTables:
+def _rows(groups: Sequence[SpikeRows]) -> RowTables:
     return {
         "rows": Rows(
-            atoms=np.array([len(row.weights) for row in rows], dtype=int),
-            start=offsets(row.weights.size for row in rows),
+            atoms=flat([rows.atoms for rows in groups]),
+            start=offsets(flat([rows.sizes for rows in groups])),
         ),
         "synapses": Synapses(
-            weight=flat([row.weights.ravel() for row in rows]),
-            index=flat([row.indices.ravel() for row in rows]),
+            weight=flat([rows.weights for rows in groups]),
+            index=flat([rows.indices for rows in groups]),
         ),
     }

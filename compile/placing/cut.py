@@ -13,11 +13,12 @@ import numpy as np
 
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.manifest import BlockEntry
+from spikeport.compile.image.tables import offsets, ranges
 from spikeport.compile.placing.connectivity import (
     Division,
     Group,
     Route,
-    SpikeRow,
+    SpikeRows,
     assemble,
     groups_of,
     routes_of,
@@ -34,7 +35,7 @@ class KeptPiece(NamedTuple):
 def can_cut(image: ChipImage) -> np.ndarray:
     """Return the blocks that can be cut, (n_blocks,): their axons are plain and do not learn."""
     whole = np.zeros(image.n_blocks, dtype=bool)
-    # `_stretch` divides rows of one atom only, and the error that a group learns from has the shape
+    # `_stretches` divides rows of one atom only, and the error that a group learns from has the shape
     # of the whole group.
     odd = (image.groups.pop_type != 0) | image.learns
     group_of_row = np.repeat(np.arange(len(odd)), np.diff(image.groups.row_start))
@@ -98,34 +99,63 @@ def _cut_group(group: Group, ends: list[int], first_piece: int) -> list[tuple[Gr
     """Return the pieces of a group that have axons, and the axon of each for the group's, or -1."""
     if len(ends) == 2:
         return [(group._replace(block=first_piece), np.arange(len(group.axon_row)))]
-    parts = [_part(group, *stretch, first_piece + i) for i, stretch in enumerate(pairwise(ends))]
+    # Axons that read a row from the same base go on sharing one row, which keeps the memory small.
+    number: dict[tuple[int, int], int] = {}
+    reads = zip(group.axon_row.tolist(), group.axon_base.tolist(), strict=True)
+    list_of = np.array([number.setdefault(read, len(number)) for read in reads], dtype=int)
+    lists = np.array(list(number), dtype=int).reshape(-1, 2)
+    stretches = _stretches(group.rows, lists, ends)
+    parts = [
+        _part(group, list_of, *stretch, first, first_piece + i)
+        for i, (stretch, first) in enumerate(zip(stretches, ends[:-1], strict=True))
+    ]
     return [(part, axon) for part, axon in parts if len(part.axon_row)]
 
 
-def _part(group: Group, first: int, end: int, piece: int) -> tuple[Group, np.ndarray]:
-    """Return the part of a group with targets in a stretch, and its axons for the group's."""
-    # Axons that read a row from the same base go on sharing one row, which keeps the memory small.
-    keys = list(zip(group.axon_row.tolist(), group.axon_base.tolist(), strict=True))
-    rows = {key: _stretch(group.rows[key[0]], key[1], first, end) for key in dict.fromkeys(keys)}
+def _part(
+    group: Group, list_of: np.ndarray, held: np.ndarray, rows: SpikeRows, first: int, piece: int
+) -> tuple[Group, np.ndarray]:
+    """Return the part of a group with targets in a stretch, and its axons for the group's.
+
+    ``list_of`` is the list that each axon reads, and ``held`` says which lists have ``rows``.
+    """
     # Axons without a target in this stretch are no axons of the piece.
-    used = [i for i, key in enumerate(keys) if rows[key].weights.size]
-    number = {key: n for n, key in enumerate(dict.fromkeys(keys[i] for i in used))}
-    axon = np.full(len(keys), -1)
-    axon[used] = np.arange(len(used))
-    row = np.array([number[keys[i]] for i in used], dtype=int)
+    used = held[list_of]
+    axon = np.where(used, np.cumsum(used) - 1, -1)
+    row = (np.cumsum(held) - 1)[list_of[used]]
     # A base below 0 would mark an axon without one: where the base lies before the stretch it is 0,
-    # and the indices of `_stretch` make up for it.
-    base = np.array([max(keys[i][1] - first, 0) for i in used], dtype=int)
-    return Group(group.like, piece, [rows[key] for key in number], row, base), axon
+    # and the indices of `_stretches` make up for it.
+    base = np.maximum(group.axon_base[used] - first, 0)
+    return Group(group.like, piece, rows, row, base), axon
 
 
-def _stretch(row: SpikeRow, base: int, first: int, end: int) -> SpikeRow:
-    """Return the synapses of a row of one atom, read from a base, with targets in a stretch."""
-    # An axon without a base delivers nothing: no stretch holds -1, so it gets no synapses.
-    target = base + row.indices[0] if base >= 0 else np.full(row.indices.shape[1], -1)
-    inside = np.flatnonzero((target >= first) & (target < end))
-    indices = target.take(inside) - first - max(base - first, 0)
-    return SpikeRow(row.weights.take(inside, axis=1), indices[np.newaxis])
+def _stretches(
+    rows: SpikeRows, lists: np.ndarray, ends: list[int]
+) -> Iterator[tuple[np.ndarray, SpikeRows]]:
+    """Yield the lists with targets in each stretch, as a mask, and these parts of them as rows.
+
+    ``lists`` (n, 2) are rows of one atom, and the base that each is read from.
+    """
+    row, base = lists.T
+    # A list without a base delivers nothing: it gets no synapses.
+    n = np.where(base >= 0, rows.sizes[row], 0)
+    of, synapse = np.repeat(np.arange(len(lists)), n), ranges(rows.start[row], n)
+    target = base[of] + rows.indices[synapse]
+    stretch = np.searchsorted(ends, target, side="right") - 1
+    first = np.asarray(ends)[stretch]
+    indices = target - first - np.maximum(base[of] - first, 0)
+    # Stable: synapses of a list stay in order.
+    place = stretch * len(lists) + of
+    order = np.argsort(place, kind="stable")
+    weights, indices = rows.weights[synapse][order], indices[order]
+    sizes = np.bincount(place, minlength=(len(ends) - 1) * len(lists))
+    begin = 0
+    for mine in sizes.reshape(len(ends) - 1, len(lists)):
+        end, held = begin + int(mine.sum()), mine > 0
+        start = offsets(mine[held])
+        atoms = np.ones(len(start) - 1, dtype=int)
+        yield held, SpikeRows(atoms, start, weights[begin:end], indices[begin:end])
+        begin = end
 
 
 def _cut_route(

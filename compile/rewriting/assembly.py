@@ -235,7 +235,7 @@ class _Groups:
 
     def ensemble(self, number: int, constants: Edges) -> nengo.Ensemble:
         """Make the ensemble of a group; constant input becomes bias."""
-        radius = self._partition.radius(number)
+        radius = self._partition.radius[number]
         gain, bias = self._joined(number, "gain"), self._joined(number, "bias")
         encoders = self._encoders(number)
         for key, matrix in constants.items():

@@ -16,7 +16,8 @@ from nengo.ensemble import Neurons
 
 from spikeport.compile.ground.names import End, base
 from spikeport.compile.ground.settings import NetworkSettings
-from spikeport.compile.loihi.solver import Matrix, ParameterSolver, full, transformed
+from spikeport.compile.image.tables import ranges
+from spikeport.compile.loihi.solver import Matrix, ParameterSolver, full
 from spikeport.compile.rewriting.partition import Partition, Position
 
 NO_GROUP = -1
@@ -76,21 +77,35 @@ class _Origin(NamedTuple):
     path: str | None
 
 
+class _Entries(NamedTuple):
+    """The entries of a matrix, each of (n,), row by row; ``shape`` is the matrix'.
+
+    scipy's arrays check and convert at each operation, which takes longer than the few numbers do
+    that most connections have.
+    """
+
+    shape: tuple[int, int]
+    row: np.ndarray
+    column: np.ndarray
+    value: np.ndarray
+
+    @property
+    def dense(self) -> np.ndarray:
+        """The matrix; no place has two entries."""
+        whole = np.zeros(self.shape)
+        whole[self.row, self.column] = self.value
+        return whole
+
+
 class _Destination(NamedTuple):
-    """The rows of a target that some of a connection's values go to, multiplied by a factor."""
+    """The row of a target for each of a connection's values, -1 for those that do not go there.
+
+    Values are multiplied by a factor, or by a matrix, whose rows then take their place.
+    """
 
     target: EdgeTarget
     rows: np.ndarray
-    values: np.ndarray | slice = slice(None)
     factor: np.ndarray | float = 1.0
-
-
-class _Block(NamedTuple):
-    """A summand of an edge's matrix: to some of its rows, and from its columns from one on."""
-
-    rows: np.ndarray
-    column: int
-    matrix: Matrix
 
 
 class EdgeMatrices:
@@ -135,7 +150,7 @@ class EdgeMatrices:
         self._solver = solver
         self._partition = partition
         self._settings = NetworkSettings(network)
-        self._blocks: dict[EdgeKey, list[_Block]] = defaultdict(list)
+        self._blocks: dict[EdgeKey, list[_Entries]] = defaultdict(list)
         self.into_nodes: dict[nengo.Node, Edges] = {node: {} for node in folded}
         connections = [*network.all_connections, *reads]
         self.replaced = dict.fromkeys(filter(self._touches, connections))
@@ -167,18 +182,18 @@ class EdgeMatrices:
                 # An ensemble that is split has its columns in several groups.
                 mine = weights[:, place.part.start : place.part.stop]
                 started = origin._replace(source=EdgeSource(place.group))
-                self._add(connection, started, mine, place.neuron)
+                self._add(connection, started, _entries(mine), place.neuron)
         elif isinstance(pre, nengo.Ensemble) and connection.solver.weights:
             # Such a solver ends on an ensemble; its weights alone may end on neurons of a group.
             origin = origin._replace(source=EdgeSource(NO_GROUP, pre.neurons))
-            self._add(connection, origin, self._solver.weights(connection))
+            self._add(connection, origin, _entries(self._solver.weights(connection)))
         elif isinstance(pre, nengo.Ensemble) or connection.function is not None:
             # Only its own connection computes a function, so its result is the source.
             origin = origin._replace(source=EdgeSource(NO_GROUP, pre, connection))
             transform = self._solver.transform(connection)
-            self._add(connection, origin, full(transform, connection.size_mid))
+            self._add(connection, origin, _entries(full(transform, connection.size_mid)))
         else:
-            self._add(connection, origin, self._solver.weights(connection))
+            self._add(connection, origin, _entries(self._solver.weights(connection)))
 
     def _pass_on(self, connection: nengo.Connection) -> None:
         """Multiply the edges into a passthrough node by a connection from it."""
@@ -188,21 +203,23 @@ class EdgeMatrices:
             # At most one of the two has a synapse: `passthrough` refuses two in a row.
             synapse, path = key.synapse or connection.synapse, key.path or self._path(connection)
             origin = _Origin(key.source, synapse, path)
-            self._add(connection, origin, transformed(transform, matrix[picked]))
+            self._add(connection, origin, _passed_on(transform, matrix, picked))
 
     def _path(self, connection: nengo.Connection) -> str | None:
         path = self._settings.get(connection, "decode_path")
         return None if path == "auto" else path
 
     def _add(
-        self, connection: nengo.Connection, origin: _Origin, matrix: Matrix, column: int = 0
+        self, connection: nengo.Connection, origin: _Origin, entries: _Entries, column: int = 0
     ) -> None:
         """Add a matrix from columns of an origin, wherever a connection's values go."""
         for to in self._destinations(connection):
-            factor, values = to.factor, matrix[to.values]
-            product = factor @ values if isinstance(factor, np.ndarray) else factor * values
+            if isinstance(to.factor, np.ndarray):
+                product = _entries(to.factor @ entries.dense)
+            else:
+                product = entries._replace(value=to.factor * entries.value)
             key = EdgeKey(origin.source, to.target, origin.synapse, origin.path)
-            self._blocks[key].append(_Block(to.rows, column, product))
+            self._blocks[key].append(_placed(product, to.rows, column))
 
     def _destinations(self, connection: nengo.Connection) -> Iterator[_Destination]:
         post = connection.post_obj
@@ -217,7 +234,7 @@ class EdgeMatrices:
                 yield self._to_encoded(place, rows)
             else:
                 # Inputs of a group are in units of its radius, the largest of its members'.
-                factor = self._partition.radius(place.group) / post.radius
+                factor = self._partition.radius[place.group] / post.radius
                 target = EdgeTarget("dimensions", place.group)
                 yield _Destination(target, rows + place.dimension, factor=factor)
 
@@ -239,14 +256,14 @@ class EdgeMatrices:
 
     def _size_in(self, target: EdgeTarget) -> int:
         if target.kind == "neurons":
-            return self._partition.n_neurons(target.group)
+            return self._partition.n_neurons[target.group]
         if target.kind == "dimensions":
-            return self._partition.dimensions(target.group)
+            return self._partition.dimensions[target.group]
         return int(target.obj.size_in)
 
     def _size_out(self, source: EdgeSource) -> int:
         if source.in_group:
-            return self._partition.n_neurons(source.group)
+            return self._partition.n_neurons[source.group]
         return int(source.obj.size_out if source.connection is None else source.connection.size_mid)
 
 
@@ -255,17 +272,46 @@ def _to_neurons(place: Position, rows: np.ndarray) -> _Destination:
     part = place.part
     mine = (rows >= part.start) & (rows < part.stop)
     target = EdgeTarget("neurons", place.group)
-    return _Destination(target, rows[mine] - part.start + place.neuron, mine)
+    return _Destination(target, np.where(mine, rows - part.start + place.neuron, -1))
 
 
-def _sum(blocks: Sequence[_Block], shape: tuple[int, int]) -> sparse.csr_array:
+def _entries(matrix: Matrix) -> _Entries:
+    """Return the entries of a matrix: those that are not zero, or that are stored."""
+    shape = (int(matrix.shape[0]), int(matrix.shape[1]))
+    if isinstance(matrix, np.ndarray):
+        row, column = matrix.nonzero()
+        return _Entries(shape, row, column, matrix[row, column])
+    row = np.repeat(np.arange(shape[0]), np.diff(matrix.indptr))
+    return _Entries(shape, row, matrix.indices, matrix.data)
+
+
+def _passed_on(transform: Matrix, matrix: sparse.csr_array, picked: np.ndarray) -> _Entries:
+    """Return a transform times the picked rows of a matrix."""
+    if transform.ndim == 2:
+        return _entries(transform @ matrix[picked])
+    begin, sizes = matrix.indptr[picked], np.diff(matrix.indptr)[picked]
+    row, at = np.repeat(np.arange(len(picked)), sizes), ranges(begin, sizes)
+    factors = np.broadcast_to(transform, len(picked))
+    shape = (len(picked), int(matrix.shape[1]))
+    return _Entries(shape, row, matrix.indices[at], factors[row] * matrix.data[at])
+
+
+def _placed(entries: _Entries, rows: np.ndarray, column: int) -> _Entries:
+    """Return entries at other rows, without those whose row is below 0, and from a column on."""
+    row, placed = rows[entries.row], entries.column + column
+    kept = row >= 0
+    if kept.all():
+        return entries._replace(row=row, column=placed)
+    return _Entries(entries.shape, row[kept], placed[kept], entries.value[kept])
+
+
+def _sum(blocks: Sequence[_Entries], shape: tuple[int, int]) -> sparse.csr_array:
     # Blocks may overlap: entries that occur twice add up as the coordinates are compressed.
-    parts = [sparse.coo_array(block.matrix) for block in blocks]
-    pairs = list(zip(parts, blocks, strict=True))
-    rows = np.concatenate([block.rows[part.row] for part, block in pairs])
-    columns = np.concatenate([part.col + block.column for part, block in pairs])
-    data = np.concatenate([part.data for part in parts])
-    return sparse.csr_array(sparse.coo_array((data, (rows, columns)), shape=shape))
+    rows, columns, values = (
+        np.concatenate([getattr(block, name) for block in blocks])
+        for name in ("row", "column", "value")
+    )
+    return sparse.csr_array(sparse.coo_array((values, (rows, columns)), shape=shape))
 
 
 def without_zeros(edges: Mapping[EdgeKey, sparse.csr_array]) -> Edges:

@@ -47,33 +47,32 @@ class Partition:
         The same.
     places : dict of nengo.Ensemble to list of Position
         The places of the parts of each ensemble, in the order of the groups.
+    n_neurons, dimensions : list of int
+        The numbers of neurons and of dimensions of each group: the sums over its parts.
+    radius : list of float
+        The largest radius of each group's ensembles.
     """
 
     def __init__(self, groups: Iterable[Sequence[Part]]) -> None:
         self.groups = [tuple(group) for group in groups]
         self.places: dict[nengo.Ensemble, list[Position]] = {}
+        # Kept, not looked up when asked for: Nengo's parameters are slow to read.
+        self.n_neurons: list[int] = []
+        self.dimensions: list[int] = []
+        self.radius: list[float] = []
         for number, group in enumerate(self.groups):
             neuron = dimension = 0
             for part in group:
                 place = Position(part, number, neuron, dimension)
                 self.places.setdefault(part.ensemble, []).append(place)
                 neuron += part.size
-                dimension += part.ensemble.dimensions
+                dimension += int(part.ensemble.dimensions)
+            self.n_neurons.append(neuron)
+            self.dimensions.append(dimension)
+            self.radius.append(max(float(part.ensemble.radius) for part in group))
 
     def __contains__(self, obj: object) -> bool:
         return obj in self.places
-
-    def n_neurons(self, group: int) -> int:
-        """Return the number of neurons of a group."""
-        return sum(part.size for part in self.groups[group])
-
-    def dimensions(self, group: int) -> int:
-        """Return the number of dimensions of a group: the sum over its parts."""
-        return sum(int(part.ensemble.dimensions) for part in self.groups[group])
-
-    def radius(self, group: int) -> float:
-        """Return the largest radius of a group's ensembles."""
-        return max(float(part.ensemble.radius) for part in self.groups[group])
 
 
 def in_parts(ensembles: Sequence[nengo.Ensemble], most: float) -> list[list[Part]]:

@@ -4,7 +4,13 @@ import numpy as np
 from hypothesis import given
 
 from spikeport.compile.image.chip_image import ChipImage
-from spikeport.compile.placing.connectivity import assemble, division_of, groups_of, routes_of
+from spikeport.compile.placing.connectivity import (
+    SpikeRows,
+    assemble,
+    division_of,
+    groups_of,
+    routes_of,
+)
 from tests.helpers.images import images
 from tests.helpers.two_blocks import two_blocks
 
@@ -17,8 +23,9 @@ def test_what_is_put_together_again_is_the_image(image: ChipImage) -> None:
 def test_a_group_has_its_rows_and_axons() -> None:
     (group,) = groups_of(two_blocks())
     assert (group.like, group.block) == (0, 1)
-    assert [row.weights.tolist() for row in group.rows] == [[[64, 128, 192]], [[320]]]
-    assert [row.indices.tolist() for row in group.rows] == [[[0, 1, 2]], [[2]]]
+    assert (group.rows.atoms.tolist(), group.rows.start.tolist()) == ([1, 1], [0, 3, 4])
+    assert group.rows.weights.tolist() == [64, 128, 192, 320]
+    assert group.rows.indices.tolist() == [0, 1, 2, 2]
     assert (group.axon_row.tolist(), group.axon_base.tolist()) == ([0, 1], [0, 0])
 
 
@@ -33,9 +40,14 @@ def test_routes_come_from_blocks_and_from_the_host() -> None:
 def test_groups_and_routes_can_be_others() -> None:
     image = two_blocks()
     (group,) = groups_of(image)
+    atom, weights, indices = np.array([1]), group.rows.weights, group.rows.indices
     halves = [
-        group._replace(rows=[row], axon_row=np.array([0]), axon_base=np.array([0]))
-        for row in group.rows
+        group._replace(
+            rows=SpikeRows(atom, np.array([0, end - begin]), weights[begin:end], indices[begin:end]),
+            axon_row=np.array([0]),
+            axon_base=np.array([0]),
+        )
+        for begin, end in ((0, 3), (3, 4))
     ]
     first, host = routes_of(image)
     routes = [

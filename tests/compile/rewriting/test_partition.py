@@ -22,8 +22,8 @@ def test_places_lay_neurons_and_dimensions_end_to_end() -> None:
         b: [Position(parts[1], 0, 4, 2), Position(parts[3], 1, 0, 0)],
         c: [Position(parts[2], 0, 8, 5)],
     }
-    assert [partition.n_neurons(group) for group in (0, 1)] == [13, 2]
-    assert [partition.dimensions(group) for group in (0, 1)] == [6, 3]
+    assert partition.n_neurons == [13, 2]
+    assert partition.dimensions == [6, 3]
 
 
 def test_a_partition_contains_its_ensembles() -> None:
@@ -38,7 +38,7 @@ def test_the_radius_of_a_group_is_the_largest() -> None:
     with nengo.Network():
         small, large = ensemble("small", 3, radius=0.5), ensemble("large", 3, radius=2)
     partition = Partition([[Part(small, 0, 3), Part(large, 0, 3)], [Part(small, 0, 3)]])
-    assert [partition.radius(group) for group in (0, 1)] == [2, 0.5]
+    assert partition.radius == [2, 0.5]
 
 
 def sizes(members: list[nengo.Ensemble], most: float) -> list[list[int]]:
