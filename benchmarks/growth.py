@@ -1,11 +1,12 @@
 """CPU time, cores and memory of compiling networks of many small parts, and how these grow.
 
     OPENBLAS_NUM_THREADS=1 python benchmarks/growth.py [--network NAME]... [--n N]...
-        [--pipeline NAME]...
+        [--pipeline NAME]... [--parts]
 
 Each network is compiled in a process of its own, for a board of 32 chips: CPU time is that of the
 compile alone, the peak what memory grew by during it, beside the estimate made before. The last
-column is log(CPU / CPU of the row above) / log(n / n of the row above).
+column is log(CPU / CPU of the row above) / log(n / n of the row above). ``--parts`` adds the CPU
+time of each part of the compile, with its own exponent.
 """
 
 import argparse
@@ -13,7 +14,7 @@ import math
 import resource
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
@@ -30,23 +31,25 @@ from spikeport.compile.pipeline import compile_network
 
 NEURONS = 5
 MB = 1e6
+Cells = tuple[str, ...]
 HEADS = ("network", "n", "pipeline", "CPU s", "cores", "peak MB", "estimate MB", "exponent")
 
 
 class Row(NamedTuple):
-    """CPU time, cores, and memory, in bytes, of one compile."""
+    """CPU time, cores, and memory, in bytes, of one compile; and the CPU time of its parts."""
 
     cpu_s: float
     cores: int
     peak: float
     estimate: float
+    parts: dict[str, float]
 
 
-def chain(n: int, seed: int | None) -> nengo.Network:
-    """Return ensembles of 5 neurons, each decoded into the next; one seed, or one for each."""
+def chain(n: int, seed: int | None, n_neurons: int = NEURONS) -> nengo.Network:
+    """Return ensembles, each decoded into the next; one seed, or one for each."""
     with nengo.Network(seed=0) as network:
         stimulus = nengo.Node(lambda t: np.sin(t))
-        ensembles = [nengo.Ensemble(NEURONS, 1, seed=seed) for _ in range(n)]
+        ensembles = [nengo.Ensemble(n_neurons, 1, seed=seed) for _ in range(n)]
         for pre, post in zip([stimulus, *ensembles], ensembles, strict=False):
             nengo.Connection(pre, post, seed=seed)
         nengo.Probe(ensembles[-1], synapse=0.01)
@@ -61,6 +64,11 @@ def equal(n: int) -> nengo.Network:
 def distinct(n: int) -> nengo.Network:
     """Return a chain of n ensembles, no two of which are equal."""
     return chain(n, seed=None)
+
+
+def large(n: int) -> nengo.Network:
+    """Return a chain of n ensembles of 500 neurons."""
+    return chain(n, seed=None, n_neurons=500)
 
 
 def decoded(n: int) -> nengo.Network:
@@ -98,7 +106,7 @@ def neurons(n: int) -> nengo.Network:
 
 
 NETWORKS: dict[str, Callable[[int], nengo.Network]] = {
-    make.__name__: make for make in (equal, distinct, decoded, decoded20, neurons)
+    make.__name__: make for make in (equal, distinct, large, decoded, decoded20, neurons)
 }
 
 
@@ -107,8 +115,16 @@ def measure(name: str, n: int, pipeline: str, chip: Path) -> Row:
     network, passes = NETWORKS[name](n), parse(pipeline)
     before, begin = peak_bytes(), time.process_time()
     estimated = estimate(network)
-    image = compile_network(network, chip, pipeline=passes).image
-    return Row(time.process_time() - begin, image.n_cores, peak_bytes() - before, estimated)
+    stages: list[tuple[str, float]] = []
+
+    def note(what: str, _share: float | None) -> None:
+        stages.append((what.removeprefix("compiling: "), time.process_time()))
+
+    image = compile_network(network, chip, pipeline=passes, progress=note).image
+    end = time.process_time()
+    ends = [*(time_s for _, time_s in stages[1:]), end]
+    parts = {name: to - since for (name, since), to in zip(stages, ends, strict=True)}
+    return Row(end - begin, image.n_cores, peak_bytes() - before, estimated, parts)
 
 
 def peak_bytes() -> float:
@@ -116,11 +132,25 @@ def peak_bytes() -> float:
     return 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 
 
-def exponent(before: tuple[int, Row] | None, n: int, row: Row) -> str:
-    """Return the power of n that CPU time grew by."""
-    if before is None:
-        return ""
-    return f"{math.log(row.cpu_s / before[1].cpu_s) / math.log(n / before[0]):.2f}"
+def exponent(growth: float, times: float) -> str:
+    """Return the power of n that CPU time grew by, as n became so many times as large."""
+    return f"{math.log(growth) / math.log(times):.2f}"
+
+
+def cells(name: str, pipeline: str, n: int, row: Row, before: tuple[int, Row] | None) -> Cells:
+    """Return a row of the table."""
+    figures = f"{row.cpu_s:.1f}", f"{row.cores:,}", f"{row.peak / MB:,.0f}"
+    power = exponent(row.cpu_s / before[1].cpu_s, n / before[0]) if before else ""
+    return (name, f"{n:,}", pipeline, *figures, f"{row.estimate / MB:,.0f}", power)
+
+
+def of_parts(n: int, row: Row, before: tuple[int, Row] | None) -> Iterator[Cells]:
+    """Yield a row of the table for each part that takes a hundredth of the time or more."""
+    for part, cpu_s in row.parts.items():
+        if cpu_s > 0.01 * row.cpu_s:
+            known = before[1].parts.get(part) if before else None
+            power = exponent(cpu_s / known, n / before[0]) if before and known else ""
+            yield ("", f"{n:,}", part, f"{cpu_s:.2f}", "", "", "", power)
 
 
 def main() -> None:
@@ -129,8 +159,9 @@ def main() -> None:
     parser.add_argument("--network", action="append", choices=sorted(NETWORKS))
     parser.add_argument("--n", action="append", type=int)
     parser.add_argument("--pipeline", action="append")
+    parser.add_argument("--parts", action="store_true")
     arguments = parser.parse_args()
-    rows = []
+    rows: list[Cells] = []
     with tempfile.TemporaryDirectory() as folder:
         chip = board(Path(folder))
         for name in arguments.network or NETWORKS:
@@ -139,19 +170,9 @@ def main() -> None:
                 for n in sorted(arguments.n or (125, 500, 2000)):
                     with ProcessPoolExecutor(1, get_context("spawn")) as process:
                         row = process.submit(measure, name, n, pipeline, chip).result()
-                    rows.append(
-                        (
-                            name,
-                            f"{n:,}",
-                            pipeline,
-                            f"{row.cpu_s:.1f}",
-                            f"{row.cores:,}",
-                            f"{row.peak / MB:,.0f}",
-                            f"{row.estimate / MB:,.0f}",
-                            exponent(before, n, row),
-                        )
-                    )
+                    rows.append(cells(name, pipeline, n, row, before))
                     print(*rows[-1], flush=True)
+                    rows += of_parts(n, row, before) if arguments.parts else ()
                     before = n, row
     print(markdown_table.table(HEADS, rows))
 

@@ -8,6 +8,7 @@ A column called ``start`` (or ``..._start``) divides another table: the part tha
 ``i`` is ``[start[i] : start[i + 1]]``, so it has one entry more than its table has rows.
 """
 
+import itertools
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any, ClassVar, NamedTuple, TypedDict
@@ -305,6 +306,11 @@ def part(start: np.ndarray, i: int | np.integer) -> slice:
     return slice(int(start[i]), int(start[i + 1]))
 
 
+def parts(start: np.ndarray, array: np.ndarray) -> list[np.ndarray]:
+    """Return all parts of an array that ``start`` divides; `np.split` takes ten times as long."""
+    return [array[a:b] for a, b in itertools.pairwise(start.tolist())]
+
+
 def offsets(sizes: Iterable[int] | np.ndarray) -> np.ndarray:
     """Return the beginnings of parts laid end to end, and the end of the last one."""
     # `cumsum` takes no generator.
@@ -319,8 +325,8 @@ def flat(arrays: Sequence[np.ndarray], dtype: type = int) -> np.ndarray:
 
 def positions(numbers: np.ndarray, n: int) -> list[np.ndarray]:
     """Return where each of the numbers 0 to n - 1 is in an array, ascending."""
-    ends = np.cumsum(np.bincount(numbers, minlength=n))
-    return np.split(np.argsort(numbers, kind="stable"), ends)[:n]
+    start = offsets(np.bincount(numbers, minlength=n))[: n + 1]
+    return parts(start, np.argsort(numbers, kind="stable"))
 
 
 def ranges(begin: np.ndarray, sizes: np.ndarray) -> np.ndarray:

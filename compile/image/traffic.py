@@ -10,7 +10,7 @@ from scipy import sparse
 
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.deliveries import deliveries
-from spikeport.compile.image.tables import flat
+from spikeport.compile.image.tables import flat, parts
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ def block_traffic(image: ChipImage) -> BlockTraffic:
     shape = (image.n_blocks, image.n_blocks)
     ends = sender[between], on_chip.col[between]
     direct = sparse.csr_matrix((on_chip.data[between], ends), shape)
-    rows = np.split(reached.indices, reached.indptr[1:-1])
+    rows = parts(reached.indptr, reached.indices)
     sources = Counter(tuple(row.tolist()) for row in rows if len(row) > 1)
     return BlockTraffic(sparse.csr_matrix(direct + direct.T), sources)
 

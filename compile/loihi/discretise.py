@@ -22,6 +22,7 @@ from spikeport.compile.check.cures import cure_of
 from spikeport.compile.check.finite import not_finite
 from spikeport.compile.ground.quantisation import block_error, block_values
 from spikeport.compile.ground.refusal import refused, warnings_about
+from spikeport.compile.image.tables import offsets, parts
 from spikeport.compile.loihi.blocks import FloatBlocks, IntegerBlocks, copied, copied_probe
 from spikeport.compile.loihi.numpy1 import numpy1_semantics
 from spikeport.compile.loihi.own_neurons import discretise_own, own_blocks
@@ -92,8 +93,7 @@ def _as_one_row(synapse: Synapse) -> Iterator[None]:
     synapse.weights = [np.concatenate([row.ravel() for row in weights])[np.newaxis]]
     synapse.indices = [np.concatenate([row.ravel() for row in indices])[np.newaxis]]
     yield
-    ends = np.cumsum([row.size for row in weights])[:-1]
-    rounded = np.split(synapse.weights[0][0], ends)
+    rounded = parts(offsets(row.size for row in weights), synapse.weights[0][0])
     synapse.weights = [row.reshape(old.shape) for row, old in zip(rounded, weights, strict=True)]
     synapse.indices = indices
 

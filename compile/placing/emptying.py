@@ -80,14 +80,19 @@ class Emptying:
 
     def _place(self, block: int, but: int = -1) -> bool:
         """Put a block on the core that is fullest with it; return whether one has room."""
-        room = self._cores.with_room(block)
-        room = room[(room != but) & (room != self._victim)]
+        room = self._room_for(block, but)
         if len(room):
             # The fullest: room stays together for large blocks.
             best = int(room[np.argmax(self._cores.fills(block, room))])
             load = self._cores.loads[best].joined(self._problem.loads[block])
             self._set(best, [*self._cores.bins[best], block], load)
         return bool(len(room))
+
+    def _room_for(self, block: int, but: int) -> np.ndarray:
+        """Return the cores that have room for a block, but one."""
+        room = self._cores.with_room(block)
+        others: np.ndarray = room[(room != but) & (room != self._victim)]
+        return others
 
     def _push(self, core: int, other: int, block: int) -> bool:
         """Put a block in the place of another, which goes to a third core; return whether it can.
@@ -97,6 +102,9 @@ class Emptying:
         if not self.left:
             return False
         self.left -= 1
+        # Asked before the load is added up, which takes longer: most have none.
+        if not len(self._room_for(other, but=core)):
+            return False
         blocks = [*(b for b in self._cores.bins[core] if b != other), block]
         load = self._problem.load(blocks)
         if not self._problem.room.holds(load) or not self._place(other, but=core):

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from spikeport.compile.image.tables import flat
+from spikeport.compile.image.tables import flat, parts
 from spikeport.compile.image.traffic import BlockTraffic
 
 
@@ -39,7 +39,7 @@ class Gains:
 
     def __init__(self, traffic: BlockTraffic, bins: Sequence[Sequence[int]]) -> None:
         members = traffic.members
-        self._audiences = np.split(members.indices, members.indptr[1:-1])
+        self._audiences = parts(members.indptr, members.indices)
         self._sources = traffic.sources
         # Zeros, but while gains are counted: most audiences are on few cores.
         self._count = np.zeros(len(self._sources), dtype=int)
