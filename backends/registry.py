@@ -116,6 +116,13 @@ def _native(image: ChipImage, seed: int, log: LogOptions, _: LinkOptions) -> Chi
     return NativeChip(image, seed, log)
 
 
+def _native_threads(image: ChipImage, seed: int, log: LogOptions, _: LinkOptions) -> Chip:
+    from spikeport.backends.native.chip import NativeChip  # likewise
+    from spikeport.backends.native.threads import available
+
+    return NativeChip(image, seed, log, available())
+
+
 def _board(image: ChipImage, seed: int, log: LogOptions, link: LinkOptions) -> Chip:
     from spikeport.backends.board.opening import on_board
 
@@ -138,6 +145,11 @@ BACKENDS = {
         Backend("reference", "float Nengo, no chip: what the network computes", _without_chip),
         Backend(
             "native", "the image on compiled kernels, equal to nengo-loihi's emulator", _on(_native)
+        ),
+        Backend(
+            "native-threads",
+            "native, with its cores divided among all processors: for large chips",
+            _on(_native_threads),
         ),
         Backend("nengo-loihi", "the image on nengo-loihi's emulator", _on(_nengo_loihi)),
         Backend("board", "the image on a board, or its stub, at the end of a link", _on(_board)),

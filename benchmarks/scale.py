@@ -6,6 +6,7 @@ A network of n neurons is a chain of groups of 512, each neuron of which has wei
 ones of the next group and fires by its bias. It is compiled in a process of its own, and the image
 runs in another, so that each peak of memory is of one of them alone. Rows that are in the file
 of results already stay, but for the sizes that are asked for: by default all, with ``--n 0`` none.
+The last two columns are wall time of one thread, and of a thread for each processor, in turn.
 """
 
 import argparse
@@ -15,6 +16,7 @@ import tempfile
 import time
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -27,9 +29,10 @@ from boards import board
 from growth import peak_bytes
 from matplotlib.figure import Figure
 from speed import machine
-from timing import cpu_us
+from timing import cpu_us, wall_us
 
 from spikeport.backends.native.chip import NativeChip
+from spikeport.backends.native.threads import available
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.pipeline import compile_network
 
@@ -42,7 +45,7 @@ MEMORY = ("compile_bytes", "run_bytes")
 HEADS = (
     *("neurons", "cores", "synapses", "compile, CPU s", "peak of the compile, MB (a synapse)"),
     *("peak of loading and running, MB (a synapse)", "load into kernels, CPU s"),
-    *("step, CPU ms", "million events a second"),
+    *("step, CPU ms", "million events a second", "step, wall ms", "on all processors, wall ms"),
 )
 PANELS = {
     "CPU time, s": {"compile": ("compile_s", 1), "load into kernels": ("open_s", 1)},
@@ -101,14 +104,24 @@ def run(image: Path, rounds: int) -> dict[str, float]:
     open_s = time.process_time() - begin
     nothing = np.zeros(0, dtype=np.int64)
     step_us = cpu_us({"step": lambda: chip.step(nothing, {})}, rounds)["step"]
-    activity = chip.activity()
+    activity, grown = chip.activity(), peak_bytes() - before
     return {
         "open_s": open_s,
-        "run_bytes": peak_bytes() - before,
+        "run_bytes": grown,
         "step_us": step_us,
         "events": float(activity.synaptic_operations.sum(axis=1).mean()),
         "spikes": float(activity.spikes.sum(axis=1).mean()),
+        **_divided(loaded, chip),
     }
+
+
+def _divided(image: ChipImage, chip: NativeChip) -> dict[str, float]:
+    """Return the wall time of a step by one thread, and by one for each processor."""
+    others, nothing = NativeChip(image, seed=0, threads=available()), np.zeros(0, dtype=np.int64)
+    both = {"wall_us": chip, "threads_wall_us": others}
+    found = wall_us({name: partial(one.step, nothing, {}) for name, one in both.items()}, 200)
+    others.close()
+    return {**found, "threads": available()}
 
 
 def measure(n: int, rounds: int) -> dict[str, float]:
@@ -142,6 +155,7 @@ def _row(one: dict[str, float]) -> tuple[str, ...]:
         f"{one['open_s']:,.1f}",
         f"{one['step_us'] / 1e3:,.2f}",
         f"{one['events'] / one['step_us']:,.0f}",
+        *(f"{one[key] / 1e3:,.2f}" if key in one else "" for key in ("wall_us", "threads_wall_us")),
     )
 
 

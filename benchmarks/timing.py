@@ -27,6 +27,20 @@ def cpu_us(steps: Mapping[str, Callable[[], object]], rounds: int) -> dict[str, 
     return {name: statistics.median(values) for name, values in times.items()}
 
 
+def wall_us(steps: Mapping[str, Callable[[], object]], n: int) -> dict[str, float]:
+    """Return the wall time of a step of each contestant, in us: of n steps the 20th percentile.
+
+    They run step by step in turn. Most of what else the machine does makes a step longer.
+    """
+    times: dict[str, list[float]] = {name: [] for name in steps}
+    for _ in range(n):
+        for name, step in steps.items():
+            begin = time.perf_counter()
+            step()
+            times[name].append(1e6 * (time.perf_counter() - begin))
+    return {name: float(np.percentile(values, 20)) for name, values in times.items()}
+
+
 def _steps_of_a_round(step: Callable[[], object]) -> int:
     """Return the number of steps that fill a round, after warming up."""
     _seconds(step, WARM_UP)

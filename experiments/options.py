@@ -16,7 +16,15 @@ if TYPE_CHECKING:
     from spikeport.experiments.trial import Settings, Trial
     from spikeport.robot.link.connection import RobotOptions
 
-BACKENDS = ("analytic", "reference", "native", "nengo-loihi", "board", "replay")
+BACKENDS = (
+    "analytic",
+    "reference",
+    "native",
+    "native-threads",
+    "nengo-loihi",
+    "board",
+    "replay",
+)
 """Names of backends, and of controllers without neurons, that experiments run on."""
 
 

@@ -7,8 +7,9 @@ import numpy as np
 from spikeport.backends.chip import Decoding, Joined
 from spikeport.backends.native.kernel import LEARNING, accept, deliver, exchange, step, update
 from spikeport.backends.native.learning import Learning
-from spikeport.backends.native.loaded import Host, Loaded, neurons_of, resting_state
+from spikeport.backends.native.loaded import Host, Loaded, State, neurons_of, resting_state
 from spikeport.backends.native.noise import NONE, Noise
+from spikeport.backends.native.threads import Threads
 from spikeport.backends.native.wiring import Wiring, line_up, wire
 from spikeport.backends.step_log import SUMS_ONLY, LogOptions, MessageCounts, StepLog
 from spikeport.compile.image.chip_image import ChipImage
@@ -16,6 +17,8 @@ from spikeport.compile.image.tables import part
 from spikeport.compiled import make_ready
 from spikeport.errors import BackendError
 from spikeport.hardware_models.activity import PER_STEP, Activity
+
+NO_CORES = np.zeros(0, dtype=int)
 
 
 class NativeChip:
@@ -31,17 +34,25 @@ class NativeChip:
         Seed of noise and of the rounding of learned weights.
     log : LogOptions
         See `StepLog`.
+    threads : int
+        The number of threads that its cores are divided among; an image that learns takes one.
     """
 
     link: dict[str, object] | None = None
 
-    def __init__(self, image: ChipImage, seed: int, log: LogOptions = SUMS_ONLY) -> None:
+    def __init__(
+        self, image: ChipImage, seed: int, log: LogOptions = SUMS_ONLY, threads: int = 1
+    ) -> None:
         self._image = image.checked
+        divided = min(threads, image.n_cores) > 1 and not image.learns.any()
+        # With threads, the wiring is theirs.
+        wiring = wire(image, NO_CORES if divided else None)
         # What learns keeps its weights in order.
-        self._wiring = wire(image) if image.learns.any() else line_up(wire(image))
+        self._wiring = wiring if image.learns.any() else line_up(wiring)
         self.state = resting_state(image, self._wiring)
         self._neurons = neurons_of(image)
         self._loaded = Loaded(self._wiring, self._neurons, self.state)
+        self._threads = Threads(image, self.state, self._neurons, threads) if divided else None
         rng = np.random.RandomState(seed)
         self._learning = _learning(image, self._wiring, rng)
         # Noise and learning draw from one stream, as in the emulator, so noise is drawn even where
@@ -62,7 +73,7 @@ class NativeChip:
             make_ready(accept, self._loaded, no_spikes)
             make_ready(deliver, self._loaded, 0, no_counts)
             make_ready(update, self._loaded, 0, NONE, no_counts)
-        else:
+        elif self._threads is None:
             make_ready(step, self._loaded, 0, no_spikes, NONE, no_counts)
 
     def step(self, spikes: np.ndarray, errors: Mapping[int, np.ndarray]) -> list[np.ndarray]:
@@ -74,8 +85,7 @@ class NativeChip:
         counts = np.zeros(self._counted, dtype=np.int64)
         if self._learning is None:
             _refuse_errors(errors)
-            noise = self._noise.draw()
-            n_arriving = step(self._loaded, self._n_arriving, sources, noise, counts)
+            n_arriving = self._step(sources, self._noise.draw(), counts)
         else:
             n_arriving = self._step_learning(self._learning, sources, counts, errors)
         if n_arriving < 0:
@@ -84,9 +94,14 @@ class NativeChip:
         self.log.append(counts, len(sources))
         return self._views
 
+    def _step(self, sources: np.ndarray, noise: np.ndarray, counts: np.ndarray) -> int:
+        if self._threads is not None:
+            return self._threads.step(self._n_arriving, sources, noise, counts)
+        return step(self._loaded, self._n_arriving, sources, noise, counts)
+
     def join(self, sources: np.ndarray, decoding: Decoding, inbox: np.ndarray) -> Joined | None:
         """Return a step in one call; see `spikeport.backends.chip.Joinable.join`."""
-        if self._learning is not None:
+        if self._learning is not None or self._threads is not None:
             return None
         host = Host(sources, *decoding, inbox)
         no_counts = np.zeros((0, 0), dtype=np.int64)
@@ -144,22 +159,31 @@ class NativeChip:
         return self.log.activity(int(self.state.spike_count[self._image.readouts].sum()))
 
     def _messages(self) -> MessageCounts:
-        core, _, home = self._wiring.cost.T
-        sent = np.repeat(self.state.sent[1], np.diff(self._wiring.fan_start))
         n = self._image.n_cores
         messages = np.zeros((n + 1, n), dtype=np.int64)  # the host, -1, is in the last row
-        np.add.at(messages, (home, core), sent)
+        for wiring, state in self._parts():
+            core, _, home = wiring.cost.T
+            sent = np.repeat(state.sent[1], np.diff(wiring.fan_start))
+            np.add.at(messages, (home, core), sent)
         return MessageCounts(messages[:-1], messages[-1])
+
+    def _parts(self) -> list[tuple[Wiring, State]]:
+        """Return the wiring and state of each thread, or of all."""
+        if self._threads is None:
+            return [(self._wiring, self.state)]
+        return [(shard.wiring, shard.state) for shard in self._threads.shards]
 
     @property
     def bytes_per_weight(self) -> int:
         """Bytes in which the kernels hold a weight."""
-        return self._wiring.weights.itemsize
+        return max(wiring.weights.itemsize for wiring, _ in self._parts())
 
     def close(self) -> None:
         """Free the arrays; see `spikeport.backends.chip.Chip.close`."""
         self.log.close()
         self._closed = True
+        if self._threads is not None:
+            self._threads.close()
 
 
 def _learning(image: ChipImage, wiring: Wiring, rng: np.random.RandomState) -> Learning | None:

@@ -31,7 +31,7 @@ from numba.extending import intrinsic
 
 from spikeport.backends.native.loaded import Host, Loaded, Neurons, Rule, State
 from spikeport.backends.native.wiring import LANES, Wiring
-from spikeport.compiled import compiled, inlined
+from spikeport.compiled import compiled, inlined, released
 
 Q_SIZE, U_SIZE = 22, 24
 """Bits of q, and of u."""
@@ -55,6 +55,16 @@ def step(
         return -1
     deliver(loaded, n_arriving, counts)
     return update(loaded, n_pending, noise, counts)
+
+
+@released
+def advance(loaded: Loaded, n_arriving: int, noise: np.ndarray, counts: np.ndarray) -> int:
+    """Compute a step of some cores of a chip, on a thread; return the number of their spikes.
+
+    The others send theirs, and so does the host: `spikeport.backends.native.threads`.
+    """
+    deliver(loaded, n_arriving, counts)
+    return update(loaded, 0, noise, counts)
 
 
 @compiled
@@ -287,7 +297,7 @@ def update(loaded: Loaded, n_pending: int, noise: np.ndarray, counts: np.ndarray
         _leak(v, state.u[a:b], neurons.bias[a:b], neurons.keep_v[a:b], noise[1, a:b])
         _fire(v, refractory, neurons.vth[a:b], spiked, I32(vmin), I32(vmax))
         _rest(refractory, neurons.refract[a:b], spiked)
-    _hold(neurons, state)
+    hold(neurons, state)
     n = _list_spikes(neurons, state, counts)
     # The host's spikes queue behind the chip's own: they arrive in the next step.
     for i in range(n_pending):
@@ -375,7 +385,7 @@ def _rest(refractory: np.ndarray, refract: np.ndarray, spiked: np.ndarray) -> No
 
 
 @compiled
-def _hold(neurons: Neurons, state: State) -> None:
+def hold(neurons: Neurons, state: State) -> None:
     """Copy the values that outputs read: the voltage, current or spike of each compartment."""
     for k in range(len(state.held)):
         i, key = neurons.read[k]

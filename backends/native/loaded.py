@@ -147,15 +147,16 @@ def _share(
     return result
 
 
-def neurons_of(image: ChipImage) -> Neurons:
-    """Return the constants of an image's compartments."""
+def neurons_of(image: ChipImage, cores: np.ndarray | None = None) -> Neurons:
+    """Return the constants of an image's compartments; its blocks are those of some cores alone."""
+    mine = np.isin(image.blocks.core, np.arange(image.n_cores) if cores is None else cores)
     starts, biased = image.blocks.start, image.compartments.bias != 0
     always = [biased[part(image.blocks.start, b)].all() for b in range(image.n_blocks)]
     reads = np.diff(image.outputs.start)
     keys = np.repeat([KEYS.index(o.key) for o in image.manifest.outputs], reads)
     return Neurons(
-        block=np.stack([starts[:-1], starts[1:], image.blocks.core, always], axis=1),
-        stretch=_stretches(image),
+        block=np.stack([starts[:-1], starts[1:], image.blocks.core, always], axis=1)[mine],
+        stretch=_stretches(image, mine),
         bias=image.compartments.bias,
         # nengo-loihi decays the current by one 4096th more than set, the voltage as set.
         keep_u=4095 - image.compartments.decay_u,
@@ -166,15 +167,16 @@ def neurons_of(image: ChipImage) -> Neurons:
     )
 
 
-def _stretches(image: ChipImage) -> np.ndarray:
-    """Return stretches that end where the voltage range changes, or at `STRETCH` compartments."""
+def _stretches(image: ChipImage, mine: np.ndarray) -> np.ndarray:
+    """Return stretches of some blocks, (n_blocks,) of bool, clipped alike, of up to `STRETCH`."""
     starts, n = image.blocks.start, image.n_compartments
     limits = np.stack([image.blocks.vmin, image.blocks.vmax], axis=1)
-    changes = np.append(True, (np.diff(limits, axis=0) != 0).any(axis=1))
+    changes = np.append(True, (np.diff(limits, axis=0) != 0).any(axis=1) | np.diff(mine))
     # A stretch has one vmin and vmax, which the kernel then holds in registers.
     begin = np.union1d(starts[:-1][changes], np.arange(0, n, STRETCH))
     block = np.searchsorted(starts, begin, side="right") - 1
-    return np.column_stack([begin, np.append(begin[1:], n), limits[block]])
+    stretch: np.ndarray = np.column_stack([begin, np.append(begin[1:], n), limits[block]])
+    return stretch[mine[block]]
 
 
 def resting_state(image: ChipImage, wiring: Wiring) -> State:

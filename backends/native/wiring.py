@@ -72,8 +72,8 @@ class Wiring(NamedTuple):
         return np.int16 if self.shift >= NARROW_SHIFT else np.int32
 
 
-def wire(image: ChipImage) -> Wiring:
-    """Flatten the routes, axons and rows of an image.
+def wire(image: ChipImage, cores: np.ndarray | None = None) -> Wiring:
+    """Flatten the routes, axons and rows of an image, or those into some of its cores.
 
     If anything learns, every contact is a delivery of its own and weights stay in order.
 
@@ -88,6 +88,9 @@ def wire(image: ChipImage) -> Wiring:
     runs = runs_of(rows)
     _check_proportion(image, np.diff(runs.start))
     pairs, contacts = pairs_of(image), contacts_of(image)
+    if cores is not None:
+        mine = np.isin(contacts.core, cores)[pairs.contact]
+        pairs = Pairs(pairs.source[mine], pairs.contact[mine])
     # Spikes without an axon base are counted as messages, but deliver nothing.
     used = contacts.used[pairs.contact]
     live = Pairs(pairs.source[used], pairs.contact[used])

@@ -35,8 +35,8 @@ class KeptPiece(NamedTuple):
 def can_cut(image: ChipImage) -> np.ndarray:
     """Return the blocks that can be cut, (n_blocks,): their axons are plain and do not learn."""
     whole = np.zeros(image.n_blocks, dtype=bool)
-    # `_stretches` divides rows of one atom only, and the error that a group learns from has the shape
-    # of the whole group.
+    # `_stretches` divides rows of one atom only, and the error that a group learns from has the
+    # shape of the whole group.
     odd = (image.groups.pop_type != 0) | image.learns
     group_of_row = np.repeat(np.arange(len(odd)), np.diff(image.groups.row_start))
     odd[group_of_row[image.rows.atoms != 1]] = True

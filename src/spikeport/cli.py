@@ -182,7 +182,7 @@ def compile_command(
 def simulate_command(
     model: Annotated[str, typer.Argument(metavar="MODEL", help=MODEL)],
     backend: Annotated[
-        str, typer.Option(help="native, nengo-loihi, board, replay or reference; see `backends`.")
+        str, typer.Option(help="native, nengo-loihi, reference or another; see `backends`.")
     ] = "native",
     chip: ChipOption = "loihi",
     passes: PassesOption = None,

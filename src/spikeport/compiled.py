@@ -53,6 +53,11 @@ def compiled(function: F) -> F:
     return _cached(njit(function), function)
 
 
+def released(function: F) -> F:
+    """Compile a function that lets other threads of Python run meanwhile; see `compiled`."""
+    return _cached(njit(nogil=True)(function), function)
+
+
 def inlined(function: F) -> F:
     """Compile a function into those that call it."""
     return _cached(njit(inline="always")(function), function)

@@ -49,9 +49,9 @@ class Simulator:
     chip : str or Path
         The chip it is compiled for: a name, or the path of a TOML file.
     backend : str
-        ``"native"``, ``"nengo-loihi"`` for its emulator (the same bits, slower), ``"board"`` for
-        a board or its stub, ``"replay"`` for a record of one, or ``"reference"`` for float Nengo
-        without a chip.
+        ``"native"``, ``"native-threads"`` for the same on all processors, ``"nengo-loihi"`` for
+        its emulator (the same bits, slower), ``"board"`` for a board or its stub, ``"replay"``
+        for a record of one, or ``"reference"`` for float Nengo without a chip.
     dt : float
         The time step, in seconds.
     seed : int, optional

@@ -40,10 +40,12 @@ def test_routes_come_from_blocks_and_from_the_host() -> None:
 def test_groups_and_routes_can_be_others() -> None:
     image = two_blocks()
     (group,) = groups_of(image)
-    atom, weights, indices = np.array([1]), group.rows.weights, group.rows.indices
+    rows, atom = group.rows, np.array([1])
     halves = [
         group._replace(
-            rows=SpikeRows(atom, np.array([0, end - begin]), weights[begin:end], indices[begin:end]),
+            rows=SpikeRows(
+                atom, np.array([0, end - begin]), rows.weights[begin:end], rows.indices[begin:end]
+            ),
             axon_row=np.array([0]),
             axon_base=np.array([0]),
         )

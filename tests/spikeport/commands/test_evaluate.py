@@ -50,7 +50,7 @@ def test_an_evaluation_leaves_a_table_a_picture_and_every_episode(spikeport, her
         (
             (*WALK, "--backend", "gpu"),
             "unknown backend of walk 'gpu'; choose from: analytic, board, "
-            "native, nengo-loihi, reference, replay",
+            "native, native-threads, nengo-loihi, reference, replay",
         ),
         (
             (*WALK, "--episodes", "100000", "--row", "push=1"),

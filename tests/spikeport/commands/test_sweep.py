@@ -104,7 +104,7 @@ def test_a_cluster_without_certificates_is_told_what_it_trusts(spikeport, counte
 
 
 KEYS = "appearance, box, calibrated, cb, efference_copy, m1, network_seed, preset, s1"
-BACKENDS = "analytic, board, native, nengo-loihi, reference, replay"
+BACKENDS = "analytic, board, native, native-threads, nengo-loihi, reference, replay"
 
 
 @pytest.mark.parametrize(

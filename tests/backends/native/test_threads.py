@@ -1,0 +1,70 @@
+"""A chip whose cores are divided among threads has the bits of one on a single thread."""
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from spikeport.backends.native.chip import NativeChip
+from spikeport.backends.native.threads import divided
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.errors import BackendError
+from tests.helpers.images import Block, Group, Parts, Route, images
+from tests.helpers.side_by_side import assert_equal_activity, random_spikes, snapshot
+
+
+def assert_equal_threads(image: ChipImage, seed: int, steps: list[np.ndarray], n: int) -> None:
+    one, many = NativeChip(image, seed), NativeChip(image, seed, threads=n)
+    for spikes in steps:
+        for ours, theirs in zip(one.step(spikes, {}), many.step(spikes, {}), strict=True):
+            np.testing.assert_array_equal(ours, theirs)
+        for ours, theirs in zip(snapshot(one), snapshot(many), strict=True):
+            np.testing.assert_array_equal(ours, theirs)
+    assert_equal_activity(one, many)
+    many.close()
+
+
+@settings(
+    max_examples=100,
+    derandomize=True,
+    deadline=None,
+    database=None,
+    suppress_health_check=[HealthCheck.too_slow],
+)
+@given(image=images(), seed=st.integers(0, 2**32 - 1), n=st.integers(2, 4))
+def test_any_image_has_equal_state_outputs_and_counts(image: ChipImage, seed: int, n: int) -> None:
+    assert_equal_threads(image, seed, random_spikes(image, 20, seed), n)
+
+
+def ring(n_cores: int, **options: object) -> ChipImage:
+    """Return blocks of 40, a core each, wired to the next; the host drives the first."""
+    blocks = [Block(40, core, bias=90, vth=640) for core in range(n_cores)]
+    weights = np.full((40, 40), 64)
+    groups = [Group(list(weights[:, np.newaxis]), block=core, **options) for core in range(n_cores)]
+    axons = np.arange(40)
+    routes = [Route(axons, group=core, block=core - 1) for core in range(1, n_cores)]
+    return Parts(blocks, groups, [40], [*routes, Route(axons, group=0, input=0)]).image()
+
+
+def test_a_source_on_the_host_may_spike_more_often_than_there_are_sources() -> None:
+    image = ring(4)
+    often = np.repeat(np.arange(40), 20)
+    assert_equal_threads(image, 0, [often, often, np.arange(40)] * 3, n=2)
+
+
+def test_cores_are_divided_by_their_synapses() -> None:
+    assert [mine.tolist() for mine in divided(ring(8), 2)] == [[0, 1, 2, 3], [4, 5, 6, 7]]
+    assert [mine.tolist() for mine in divided(ring(3), 8)] == [[0], [1], [2]]
+
+
+def test_spikes_of_no_source_are_refused() -> None:
+    chip = NativeChip(ring(2), 0, threads=2)
+    with pytest.raises(BackendError, match="1 spikes of sources 40 to 40 of the host"):
+        chip.step(np.array([40]), {})
+    chip.close()
+
+
+def test_what_learns_takes_one_thread() -> None:
+    learning = Group(weights=[[0, 0]], learning=(1, 4, -7, 10, 8.5, 2, 4))
+    image = Parts([Block(2, 0), Block(2, 1)], [learning]).image()
+    assert NativeChip(image, 0, threads=2)._threads is None
