@@ -1,8 +1,9 @@
 """CPU time of a chip with random wiring, with its short runs as lists of targets and as runs.
 
-    OPENBLAS_NUM_THREADS=1 python benchmarks/scattered.py [--neurons N] [--rounds N]
+    OPENBLAS_NUM_THREADS=1 python benchmarks/scattered.py [--neurons N] [--drive FACTOR] [--rounds N]
 
-Every neuron is wired to 47 random others. Both chips run in turn, in one process.
+Every neuron is wired to 47 random others, and fires by its bias, which ``--drive`` multiplies. Both
+chips run in turn, in one process.
 """
 
 import argparse
@@ -21,13 +22,13 @@ FAN_OUT, PER_CORE = 47, 1000
 NO_SPIKES = np.zeros(0, dtype=np.int64)
 
 
-def image(n: int) -> ChipImage:
+def image(n: int, drive: int = 1) -> ChipImage:
     """Return n neurons that drive themselves, a thousand a core."""
     rng = np.random.RandomState(0)
     targets = [np.sort(rng.choice(n, FAN_OUT, replace=False)) for _ in range(n)]
     blocks, groups, routes = [], [], []
     for core, first in enumerate(range(0, n, PER_CORE)):
-        bias = rng.randint(2**10, 2**13, PER_CORE)
+        bias = drive * rng.randint(2**10, 2**13, PER_CORE)
         blocks.append(Block(PER_CORE, core, bias=bias, vth=2**16, decay_v=128))
         near = [of[(of >= first) & (of < first + PER_CORE)] - first for of in targets]
         weights = [64 * rng.randint(-60, 60, (1, len(of))) for of in near]
@@ -42,9 +43,10 @@ def main() -> None:
     """Measure both, and print them."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--neurons", type=int, default=8000)
+    parser.add_argument("--drive", type=int, default=1)
     parser.add_argument("--rounds", type=int, default=15)
     arguments = parser.parse_args()
-    wired, chips = image(arguments.neurons), {}
+    wired, chips = image(arguments.neurons, arguments.drive), {}
     for name, short in (("runs", 0), ("lists", wiring.SHORT)):
         with mock.patch.object(wiring, "SHORT", short):
             chips[name] = NativeChip(wired, 0)
