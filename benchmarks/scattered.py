@@ -1,6 +1,6 @@
 """CPU time of a chip with random wiring, with its short runs as lists of targets and as runs.
 
-    OPENBLAS_NUM_THREADS=1 python benchmarks/scattered.py [--neurons N] [--drive FACTOR] [--rounds N]
+    OPENBLAS_NUM_THREADS=1 python benchmarks/scattered.py [--neurons N] [--drive X] [--rounds N]
 
 Every neuron is wired to 47 random others, and fires by its bias, which ``--drive`` multiplies. Both
 chips run in turn, in one process.
