@@ -175,8 +175,9 @@ def _stretches(image: ChipImage, mine: np.ndarray) -> np.ndarray:
     # A stretch has one vmin and vmax, which the kernel then holds in registers.
     begin = np.union1d(starts[:-1][changes], np.arange(0, n, STRETCH))
     block = np.searchsorted(starts, begin, side="right") - 1
-    stretch: np.ndarray = np.column_stack([begin, np.append(begin[1:], n), limits[block]])
-    return stretch[mine[block]]
+    stretches = np.column_stack([begin, np.append(begin[1:], n), limits[block]])
+    result: np.ndarray = stretches[mine[block]]
+    return result
 
 
 def resting_state(image: ChipImage, wiring: Wiring) -> State:

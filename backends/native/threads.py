@@ -18,8 +18,8 @@ from spikeport.compiled import make_ready
 
 
 def available() -> int:
-    """Return the number of processors that this process may use."""
-    return len(os.sched_getaffinity(0))
+    """Return the number of processors."""
+    return os.cpu_count() or 1
 
 
 def divided(image: ChipImage, n: int) -> list[np.ndarray]:
