@@ -118,7 +118,7 @@ def _native(image: ChipImage, seed: int, log: LogOptions, _: LinkOptions) -> Chi
 
 def _native_threads(image: ChipImage, seed: int, log: LogOptions, _: LinkOptions) -> Chip:
     from spikeport.backends.native.chip import NativeChip  # likewise
-    from spikeport.backends.native.threads import available
+    from spikeport.backends.native.shards import available
 
     return NativeChip(image, seed, log, available())
 

@@ -32,7 +32,7 @@ from speed import machine
 from timing import cpu_us, wall_us
 
 from spikeport.backends.native.chip import NativeChip
-from spikeport.backends.native.threads import available
+from spikeport.backends.native.shards import available
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.pipeline import compile_network
 

@@ -9,7 +9,7 @@ from spikeport.backends.native.kernel import LEARNING, accept, deliver, exchange
 from spikeport.backends.native.learning import Learning
 from spikeport.backends.native.loaded import Host, Loaded, State, neurons_of, resting_state
 from spikeport.backends.native.noise import NONE, Noise
-from spikeport.backends.native.threads import Threads
+from spikeport.backends.native.shards import Threads
 from spikeport.backends.native.wiring import Wiring, line_up, wire
 from spikeport.backends.step_log import SUMS_ONLY, LogOptions, MessageCounts, StepLog
 from spikeport.compile.image.chip_image import ChipImage

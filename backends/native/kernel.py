@@ -61,7 +61,7 @@ def step(
 def advance(loaded: Loaded, n_arriving: int, noise: np.ndarray, counts: np.ndarray) -> int:
     """Compute a step of some cores of a chip, on a thread; return the number of their spikes.
 
-    The others send theirs, and so does the host: `spikeport.backends.native.threads`.
+    The others send theirs, and so does the host: `spikeport.backends.native.shards`.
     """
     deliver(loaded, n_arriving, counts)
     return update(loaded, 0, noise, counts)

@@ -16,7 +16,6 @@ from nengo.ensemble import Neurons
 
 from spikeport.compile.ground.names import End, base
 from spikeport.compile.ground.settings import NetworkSettings
-from spikeport.compile.image.tables import ranges
 from spikeport.compile.loihi.solver import Matrix, ParameterSolver, full
 from spikeport.compile.rewriting.partition import Partition, Position
 
@@ -289,8 +288,10 @@ def _passed_on(transform: Matrix, matrix: sparse.csr_array, picked: np.ndarray) 
     """Return a transform times the picked rows of a matrix."""
     if transform.ndim == 2:
         return _entries(transform @ matrix[picked])
-    begin, sizes = matrix.indptr[picked], np.diff(matrix.indptr)[picked]
-    row, at = np.repeat(np.arange(len(picked)), sizes), ranges(begin, sizes)
+    begin, end = matrix.indptr[picked], matrix.indptr[picked + 1]
+    row = np.repeat(np.arange(len(picked)), end - begin)
+    # Where the entries of each row are, end to end.
+    at = np.arange(len(row)) + (end - np.cumsum(end - begin))[row]
     factors = np.broadcast_to(transform, len(picked))
     shape = (len(picked), int(matrix.shape[1]))
     return _Entries(shape, row, matrix.indices[at], factors[row] * matrix.data[at])

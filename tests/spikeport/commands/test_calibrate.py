@@ -59,7 +59,8 @@ def test_an_experiment_without_decoders_says_so(spikeport, monkeypatch, tmp_path
         (
             ["--backend", "analytic"],
             "unknown backend with neurons of reach 'analytic'; "
-            "choose from: board, native, nengo-loihi, reference",
+            "choose from: board, native, native-threads, nengo-loihi, "
+            "reference",
         ),
         (
             ["--seconds", "0"],

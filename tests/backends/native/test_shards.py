@@ -6,7 +6,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from spikeport.backends.native.chip import NativeChip
-from spikeport.backends.native.threads import divided
+from spikeport.backends.native.shards import divided
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.errors import BackendError
 from tests.helpers.images import Block, Group, Parts, Route, images
