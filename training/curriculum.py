@@ -159,6 +159,47 @@ _PRECISE = replace(
 """Not before speeds are right to within these widths: far from them, no change gains anything.
 Falls are rare by now; were they as cheap as before, they would become more frequent again."""
 
+_EXPLORE = replace(
+    _PRECISE,
+    commands=replace(_PRECISE.commands, standing=0.3, still=0.05),
+    randomisation=replace(
+        _PRECISE.randomisation,
+        push_m_s=0.6,
+        busy_arms=0.8,
+        terrain=Terrain(rough=0.6, box_m=0.03, slope_rad=0.12, relief_m=0.01),
+    ),
+    weights=replace(_PRECISE.weights, fall=-800.0, stand=7.0, early_touchdown=-1.5),
+    scales=replace(_PRECISE.scales, vx_sd_m_s=0.2, step_s=0.5, longest_step_s=0.7),
+)
+"""With more entropy than ever before: actions of hips, knees and ankles vary by 0.08 to 0.14 by
+then, which changes steps too little to learn what to do about a push."""
+
+_FIRM = replace(
+    _EXPLORE,
+    randomisation=replace(_EXPLORE.randomisation, push_m_s=0.65),
+    weights=replace(_EXPLORE.weights, fall=-1200.0),
+    scales=replace(_EXPLORE.scales, vx_sd_m_s=0.15),
+)
+_LAST = replace(
+    _FIRM,
+    commands=replace(_FIRM.commands, still=0.02),
+    weights=replace(_FIRM.weights, fall=-1500.0, track_velocity=6.0, track_yaw_rate=6.0),
+    scales=replace(_FIRM.scales, vx_sd_m_s=0.12, wz_sd_rad_s=0.18),
+)
+_EXACT = replace(
+    _LAST,
+    commands=replace(_LAST.commands, standing=0.25),
+    randomisation=replace(
+        _LAST.randomisation,
+        push_m_s=0.6,
+        action_noise_sd=0.05,
+        terrain=Terrain(rough=0.5, box_m=0.03, slope_rad=0.11, relief_m=0.008),
+    ),
+    weights=replace(_LAST.weights, track_velocity=8.0, track_yaw_rate=8.0, on_average=10.0),
+    scales=replace(_LAST.scales, vx_sd_m_s=0.1, wz_sd_rad_s=0.14),
+)
+"""Exploring costs speeds their exactness, which now pays more."""
+
 _HELD = tuple(name for name in JOINTS if "shoulder" in name or "elbow" in name or name == "torso")
 """Joints that are held: the effect of their actions is lost in the noise of the rewards."""
 
@@ -173,6 +214,10 @@ STAGES = (
     Stage("boxes", 12_500_000, _BOXES, 0.0005, _SPIKES, held=_HELD),
     Stage("slopes", 15_500_000, _SLOPES, 0.0003, _SPIKES, held=_HELD),
     Stage("precise", 19_000_000, _PRECISE, 0.0, _SPIKES, held=_HELD),
+    Stage("explore", 23_300_000, _EXPLORE, 0.005, _SPIKES, held=_HELD),
+    Stage("firm", 33_000_000, _FIRM, 0.002, _SPIKES, held=_HELD),
+    Stage("last", 38_000_000, _LAST, 0.0, _SPIKES, held=_HELD),
+    Stage("exact", 41_900_000, _EXACT, 0.0, _SPIKES, held=_HELD),
 )
 """In order; sources of the figures: see `spikeport.training.rewards`."""
 

@@ -400,7 +400,7 @@ def train_command(
     seed: SeedOption = 0,
     steps: Annotated[
         int, typer.Option(help="Number of control steps, over all robots.", min=1)
-    ] = 23_300_000,
+    ] = 51_500_000,
     threads: Annotated[
         int | None, typer.Option(help="Number of threads; by default all cores.", min=1)
     ] = None,
