@@ -1,8 +1,8 @@
 """The cores of a chip, divided among threads: the same bits, in less time where a chip is large.
 
 Within a step, spikes only arrive that were sent in the step before. So each thread adds up what
-arrives at its cores and updates them; the spikes of all are exchanged at the end. A step costs two
-hand-overs between threads, some 50 us, and is worth dividing from about 0.3 ms on.
+arrives at its cores and updates them; the spikes of all are exchanged at the end. The hand-over
+between threads takes 60 to 90 us, so that a step is worth dividing from about 0.3 ms on.
 """
 
 import os
