@@ -80,7 +80,7 @@ class Shard:
 
 
 class Threads:
-    """All cores of an image that does not learn, on n threads; this one is the first.
+    """The cores of an image that does not learn, on n threads, of which the caller's is one.
 
     Parameters
     ----------

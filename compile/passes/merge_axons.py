@@ -23,7 +23,7 @@ from spikeport.compile.placing.connectivity import (
 from spikeport.hardware_models.chip import ChipModel
 
 _TYPE = np.dtype(np.int32)
-"""The type of weights and targets in an image."""
+"""A type that holds all weights and all targets of an image."""
 
 
 @dataclass(frozen=True)
