@@ -8,8 +8,18 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, settings
 
 pytest.register_assert_rewrite("tests.helpers")  # a failure there shows its values, as in a test
+
+settings.register_profile(
+    "equal",  # the same examples in every run, on however slow a machine
+    derandomize=True,
+    deadline=None,
+    database=None,
+    suppress_health_check=[HealthCheck.too_slow],
+)
+settings.load_profile("equal")
 
 ROOT = Path(__file__).parents[1]
 NUMPY_1 = ("numpy==1.26.4", "scipy<1.14")

@@ -5,7 +5,7 @@ import warnings
 import nengo
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
 import spikeport
@@ -27,14 +27,7 @@ PASSES: list[tuple[NetworkPass, ...]] = [
     (CUT, Fuse(), DecodePath(default="host")),
     (CUT, Fuse(), DecodePath()),
 ]
-DRAWN = settings(
-    deadline=None,
-    derandomize=True,
-    database=None,
-    max_examples=12,
-    phases=[Phase.generate],
-    suppress_health_check=[HealthCheck.too_slow],
-)
+DRAWN = settings(max_examples=12, phases=[Phase.generate])
 
 
 @DRAWN

@@ -3,7 +3,7 @@
 from unittest import mock
 
 import pytest
-from hypothesis import HealthCheck, event, given, settings
+from hypothesis import event, given, settings
 from hypothesis import strategies as st
 
 from spikeport.backends.native import wiring
@@ -15,13 +15,7 @@ pytestmark = pytest.mark.filterwarnings("ignore:Overflow in")
 
 
 @pytest.mark.slow
-@settings(
-    max_examples=400,
-    derandomize=True,
-    deadline=None,
-    database=None,
-    suppress_health_check=[HealthCheck.too_slow],
-)
+@settings(max_examples=400)
 @given(
     image=images(),
     seed=st.integers(0, 2**32 - 1),

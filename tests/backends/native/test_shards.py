@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from spikeport.backends.native.chip import NativeChip
@@ -24,13 +24,7 @@ def assert_equal_threads(image: ChipImage, seed: int, steps: list[np.ndarray], n
     many.close()
 
 
-@settings(
-    max_examples=100,
-    derandomize=True,
-    deadline=None,
-    database=None,
-    suppress_health_check=[HealthCheck.too_slow],
-)
+@settings(max_examples=100)
 @given(image=images(), seed=st.integers(0, 2**32 - 1), n=st.integers(2, 4))
 def test_any_image_has_equal_state_outputs_and_counts(image: ChipImage, seed: int, n: int) -> None:
     assert_equal_threads(image, seed, random_spikes(image, 20, seed), n)

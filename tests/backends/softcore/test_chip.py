@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from spikeport.backends.board.board import Board, Machine
@@ -40,25 +40,13 @@ def assert_same(image: ChipImage, steps: list[np.ndarray]) -> RtlChip:
     return chip
 
 
-@settings(
-    max_examples=10,
-    derandomize=True,
-    deadline=None,
-    database=None,
-    suppress_health_check=[HealthCheck.too_slow],
-)
+@settings(max_examples=10)
 @given(image=soft_images(), seed=st.integers(0, 2**32 - 1))
 def test_any_image_has_the_native_states(image: ChipImage, seed: int) -> None:
     assert_same(image, random_spikes(image, 20, seed))
 
 
-@settings(
-    max_examples=5,
-    derandomize=True,
-    deadline=None,
-    database=None,
-    suppress_health_check=[HealthCheck.too_slow],
-)
+@settings(max_examples=5)
 @given(image=soft_images(), seed=st.integers(0, 2**32 - 1))
 def test_any_image_moves_the_messages_and_weights_of_its_spikes(
     image: ChipImage, seed: int

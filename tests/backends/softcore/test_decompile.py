@@ -16,7 +16,7 @@ def assert_same_integers(image: ChipImage) -> None:
     assert (found.weights != expected.weights).nnz == 0
 
 
-@settings(max_examples=150, derandomize=True, deadline=None, database=None)
+@settings(max_examples=150)
 @given(image=soft_images())
 def test_any_image_comes_back(image: ChipImage) -> None:
     assert_same_integers(image)

@@ -19,7 +19,7 @@ def summed(rows: list[np.ndarray], unit: int) -> np.ndarray:
     return wrapped(total, SUM_BITS)
 
 
-@settings(max_examples=200, derandomize=True, deadline=None, database=None)
+@settings(max_examples=200)
 @given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 300), size=st.integers(1, 30))
 def test_rows_add_up_to_their_weights(seed: int, n: int, size: int) -> None:
     rng = np.random.RandomState(seed)

@@ -107,7 +107,7 @@ def test_values_that_functions_close_over_count():
     assert digest(made(power=3)) != digest(made())
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(arrays(float, (1, 2), elements=st.floats(-1e3, 1e3)), st.integers(0, 1))
 def test_any_bit_of_a_weight_counts(weights, at):
     changed = weights.copy()

@@ -15,7 +15,7 @@ def by_core(image: ChipImage) -> np.ndarray:
     return np.bincount(image.group_core, soft_row_bits(image), minlength=image.n_cores)
 
 
-@settings(max_examples=100, derandomize=True, deadline=None, database=None)
+@settings(max_examples=100)
 @given(image=soft_images())
 def test_no_image_takes_more_than_is_counted(image: ChipImage) -> None:
     for counted, core in zip(by_core(image), written(image, unit=0).cores, strict=True):

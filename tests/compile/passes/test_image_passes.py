@@ -1,7 +1,7 @@
 """Every image pass leaves an image that computes the same integers."""
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from spikeport.compile.image.chip_image import ChipImage
@@ -14,13 +14,7 @@ pytestmark = pytest.mark.filterwarnings("ignore:Overflow in")
 LIMITS = ("compartments", "in_axons", "out_axons", "synapse_bits", "threshold_profiles")
 
 
-@settings(
-    max_examples=50,
-    derandomize=True,
-    deadline=None,
-    database=None,
-    suppress_health_check=[HealthCheck.too_slow],
-)
+@settings(max_examples=50)
 @given(
     image=images(),
     seed=st.integers(0, 2**32 - 1),

@@ -75,7 +75,7 @@ def test_an_axon_without_a_base_reaches_no_piece() -> None:
     assert demand.pieces_reached([0, 1, 2])[0].tolist() == [2, 0]
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(images(), st.randoms(use_true_random=False))
 def test_any_piece_takes_what_was_reckoned(image: ChipImage, random: object) -> None:
     sizes = np.diff(image.blocks.start)

@@ -90,7 +90,7 @@ def test_the_extra_is_named_where_it_is_missing(monkeypatch: pytest.MonkeyPatch)
 
 @pytest.mark.usefixtures("ortools")
 @given(problems(most_blocks=6))
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 def test_no_packing_takes_fewer(of: Problem) -> None:
     known = pack(of, effort=1)
     found = pack_exactly(of, known)

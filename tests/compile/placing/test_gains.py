@@ -25,7 +25,7 @@ def test_gains_follow_the_blocks_of_cores() -> None:
 
 
 @given(problems())
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 def test_gains_are_what_spikes_within_cores_rise_by(of: Problem) -> None:
     bins = pack(of, 0)
     gains = Gains(of.traffic, bins)

@@ -7,7 +7,7 @@ from tests.helpers.packing_problems import pairs, problems
 
 
 @given(problems(), st.lists(st.tuples(st.integers(0, 9), st.integers(0, 2)), max_size=30))
-@settings(deadline=None, max_examples=100)
+@settings(max_examples=100)
 def test_spikes_follow_blocks_from_core_to_core(of: Problem, moves: list[tuple[int, int]]) -> None:
     between, n = pairs(of), len(of.loads)
     heard = Heard(of, [[block] for block in range(n // 2)])

@@ -60,7 +60,7 @@ def test_nothing_takes_no_core() -> None:
 
 
 @given(problems(most_blocks=6))
-@settings(deadline=None, max_examples=150)
+@settings(max_examples=150)
 def test_no_packing_goes_below(of: Problem) -> None:
     assert lower_bound(of.loads, of.room)["cores"] <= fewest_cores(of)
 

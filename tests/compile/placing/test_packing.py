@@ -120,7 +120,7 @@ def test_effort_empties_cores() -> None:
 
 @pytest.mark.slow
 @given(problems())
-@settings(deadline=None, max_examples=150)
+@settings(max_examples=150)
 def test_every_packing_keeps_all_limits(of: Problem) -> None:
     for effort in (0, 1):
         bins = pack(of, effort)

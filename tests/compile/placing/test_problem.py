@@ -42,7 +42,7 @@ def test_traffic_is_of_pairs() -> None:
 
 
 @given(problems())
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 def test_the_cost_counts_spikes_of_pairs_and_of_audiences(of: Problem) -> None:
     between, bins = pairs(of), pack(of, 0)
     assert of.cost(bins)[1] == -sum(between[np.ix_(blocks, blocks)].sum() for blocks in bins)

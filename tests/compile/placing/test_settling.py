@@ -50,7 +50,7 @@ def test_settling_leaves_the_packing_it_starts_from() -> None:
 
 @pytest.mark.slow
 @given(problems())
-@settings(deadline=None, max_examples=150)
+@settings(max_examples=150)
 def test_settled_packings_keep_all_limits_and_more_spikes_within(of: Problem) -> None:
     for bins in (pack(of, 0), [[block] for block in range(len(of.loads))]):
         after = settled(of, bins)
@@ -64,7 +64,7 @@ def test_settled_packings_keep_all_limits_and_more_spikes_within(of: Problem) ->
 
 @pytest.mark.slow
 @given(problems())
-@settings(deadline=None, max_examples=150)
+@settings(max_examples=150)
 def test_settling_ends_where_trying_every_move_ends(of: Problem) -> None:
     bins = [[block] for block in range(len(of.loads))]
     for start in (bins, pack(of, 0), pack(of, 0)[::-1]):

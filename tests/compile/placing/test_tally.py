@@ -24,7 +24,7 @@ def test_a_core_without_blocks_has_room() -> None:
 
 
 @given(problems(), st.lists(st.integers(0, 2), min_size=10, max_size=10))
-@settings(deadline=None, max_examples=150)
+@settings(max_examples=150)
 def test_cores_have_room_where_joined_loads_fit(of: Problem, cores: list[int]) -> None:
     held: list[Load] = []
     tally = Tally(of.room, of.union)
@@ -41,7 +41,7 @@ def test_cores_have_room_where_joined_loads_fit(of: Problem, cores: list[int]) -
 
 
 @given(problems())
-@settings(deadline=None, max_examples=150)
+@settings(max_examples=150)
 def test_fills_and_added_profiles_are_those_of_joined_loads(of: Problem) -> None:
     tally, held = Tally(of.room, of.union), of.loads[::2]
     for core, load_ in enumerate(held):

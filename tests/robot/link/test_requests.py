@@ -3,7 +3,7 @@
 import struct
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from spikeport.robot.link.messages import REQUEST, RESPONSE
@@ -23,7 +23,6 @@ WORDS = st.text(st.characters(blacklist_categories=["Cs"], blacklist_characters=
 NUMBERS = st.integers(-(2**63), 2**63 - 1)
 
 
-@settings(deadline=None)
 @given(NUMBERS, NUMBERS, st.integers(-(2**31), 2**31 - 1), WORDS)
 def test_messages_are_what_cyclonedds_makes_of_them(
     number: int, function: int, code: int, text: str
@@ -40,7 +39,6 @@ def test_messages_are_what_cyclonedds_makes_of_them(
     assert XCDR1 + encode_response(Response(number, function, code, text)) == response.serialize()
 
 
-@settings(deadline=None)
 @given(NUMBERS, WORDS)
 def test_messages_are_read_as_they_were_written(number: int, text: str) -> None:
     request, response = Request(number, 1001, text), Response(number, 1001, 7002, text)

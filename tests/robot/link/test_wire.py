@@ -64,7 +64,7 @@ def test_a_message_is_what_cyclonedds_makes_of_it(name: str) -> None:
     struct = MESSAGES[name]
     layout = Layout(struct)
 
-    @settings(max_examples=20, deadline=None)
+    @settings(max_examples=20)
     @given(st.integers(0, 2**32 - 1))
     def holds(seed: int) -> None:
         sample, record = filled(struct, np.random.default_rng(seed))

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, event, given, settings
+from hypothesis import event, given, settings
 
 from spikeport.backends.board.nxsdk import check as module
 from spikeport.backends.board.nxsdk.check import check, quiet
@@ -17,7 +17,7 @@ from tests.helpers.two_blocks import two_blocks
 from tests.helpers.writable import writable, writable_images
 
 
-@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=25)
 @given(image=writable_images())
 def test_registers_run_as_the_image_does(image: ChipImage) -> None:
     for placement in (Placement.single(image), Placement.packed(image)):
