@@ -26,10 +26,9 @@ Interface: `spikeport.robot.walk_interface`; joints in the order of
 Random commands of the last stage for 20 s, which change no faster than stated there. Errors are
 means of the absolute difference, smoothed over 0.2 s, the first second after a change of command
 left out. "As trained" has the delays, bodies, noise and pushes of the last stage; "jumping
-commands" has them with commands that change at once, "hard pushes" with pushes of 0.4 m/s,
-"exact targets" without offsets and noise of the joint targets; "undisturbed" is the robot as it is
-described. Clearance is the mean height of a foot's highest point in a step; the last column counts
-steps while asked to stand.
+commands" has them with commands that change at once, "exact targets" without offsets and noise of
+the joint targets; "undisturbed" is the robot as it is described. Clearance is the mean height of a
+foot's highest point in a step; the last column counts steps while asked to stand.
 
 | robots | episodes | falls | vx error, m/s | wz error, rad/s | clearance, m | steps/s | standing |
 |---|---|---|---|---|---|---|---|

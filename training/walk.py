@@ -7,8 +7,7 @@ from spikeport.progress import Progress
 from spikeport.training.card import card
 from spikeport.training.environment import TrainingTask
 from spikeport.training.evaluate import Evaluation, evaluate
-from spikeport.training.randomisation import UNDISTURBED
-from spikeport.training.selection import choose, pushed_hard
+from spikeport.training.selection import choose, undisturbed
 from spikeport.training.train import TrainOptions, train
 
 NAME = "h1_walk"
@@ -20,9 +19,8 @@ def train_walk(options: TrainOptions, command: str, progress: Progress) -> dict[
     """Write ``h1_walk.npz`` and ``h1_walk.md`` into the run's folder.
 
     Returns how the policy walks: ``"as trained"`` with the delays and disturbances of the last
-    stage, ``"jumping commands"`` with commands that change at once, ``"hard pushes"`` with
-    pushes of 0.4 m/s, ``"exact targets"`` without offsets and noise of the joint targets,
-    ``"undisturbed"`` without any disturbance.
+    stage, ``"jumping commands"`` with commands that change at once, ``"exact targets"`` without
+    offsets and noise of the joint targets, ``"undisturbed"`` without any disturbance.
     """
     log = train(options, progress)
     trained = tuple(stage for stage in options.stages if stage.first_step < log[-1]["step"])
@@ -50,7 +48,6 @@ def _variants(task: TrainingTask) -> dict[str, TrainingTask]:
     return {
         "as trained": task,
         "jumping commands": replace(task, commands=jumps),
-        "hard pushes": pushed_hard(task),
         "exact targets": replace(task, randomisation=exact),
-        "undisturbed": replace(task, randomisation=UNDISTURBED),
+        "undisturbed": undisturbed(task),
     }

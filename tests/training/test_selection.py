@@ -4,26 +4,30 @@ pytest.importorskip("torch")
 pytest.importorskip("rsl_rl")
 
 from spikeport.errors import UsageError
-from spikeport.training.selection import shortlist
+from spikeport.training.selection import SHORTLIST, shortlist
 
 
 def entry(segment, fallen=0, vx=0.05, wz=0.05, stage="last"):
     errors = {"fallen": fallen, "vx_error_m_s": vx, "wz_error_rad_s": wz}
-    return {"segment": segment, "stage": stage, **errors}
+    return {"segment": segment, "stage": stage, "episodes": 100, **errors}
 
 
 def chosen(*log):
     return [e["segment"] for e in shortlist(list(log))]
 
 
-def test_falls_count_before_errors_and_errors_against_their_goals():
+def test_falls_and_errors_count_against_their_goals():
     log = [
-        entry(1, fallen=1, vx=0.01),
-        entry(2, vx=0.06, wz=0.02),  # 1.2
-        entry(3, vx=0.03, wz=0.05),  # 1.0
-        entry(4, vx=0.03, wz=0.08),  # 1.3
+        entry(1, fallen=10, vx=0.01, wz=0.01),  # 1 + 0.2 + 0.1
+        entry(2, vx=0.05, wz=0.02),  # 1.2
+        entry(3, fallen=1, vx=0.025, wz=0.05),  # 0.1 + 0.5 + 0.5
+        entry(4, fallen=2, vx=0.025, wz=0.08),  # 0.2 + 0.5 + 0.8
     ]
-    assert chosen(*log) == [3, 2, 4]
+    assert chosen(*log) == [3, 2, 1, 4]
+
+
+def test_no_more_are_walked_again_than_the_shortlist_holds():
+    assert chosen(*(entry(n, fallen=n) for n in range(SHORTLIST + 1))) == list(range(SHORTLIST))
 
 
 def test_only_evaluated_checkpoints_are_candidates():

@@ -30,7 +30,6 @@ def test_a_run_leaves_a_policy_and_its_card(tmp_path, monkeypatch):
     assert {robots: e.episodes for robots, e in evaluations.items()} == {
         "as trained": 2,
         "jumping commands": 2,
-        "hard pushes": 2,
         "exact targets": 2,
         "undisturbed": 2,
     }
