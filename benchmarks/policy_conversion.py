@@ -76,7 +76,7 @@ HEADS = ("activation", "units", "solved by", "neurons", "as solved", "read-out r
 @functools.cache
 def shipped() -> tuple[list[Layer], np.ndarray]:
     """Return the layers and recorded gait of the shipped policy."""
-    gait = record_gait(load(), SECONDS)
+    gait = record_gait(load(), seconds=SECONDS)
     recorded = gait[: len(gait) // 2]  # the mirror image of what is held out would be fitted
     return policy_layers(load()), recorded
 

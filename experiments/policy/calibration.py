@@ -135,7 +135,8 @@ class SpikingHalves:
     def __call__(self, observation: np.ndarray) -> np.ndarray:
         """Return (n_halves,) at the end of the time for which an observation is held."""
         self._held = observation
-        self._sim.run_steps(round(HOLD_S / DT_S))
+        for _ in range(round(HOLD_S / DT_S)):  # `run_steps` would watch for Ctrl-C and progress
+            self._sim.step()
         return self._output
 
     def play(self, observations: np.ndarray) -> np.ndarray:

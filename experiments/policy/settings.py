@@ -22,6 +22,9 @@ N_NEURONS = 4
 """Neurons of a unit. The paper has 20, which walk no nearer to their paths once the read-out is
 calibrated, and take 20 times as many synaptic operations (docs/walk.md)."""
 
+HARDEST_M_S = 2.0
+"""Of pushes in a gait."""
+
 AUTO = "auto"
 """A value of ``calibrated``: as the backend needs it."""
 
@@ -48,7 +51,9 @@ class PolicySettings(Perturbation):
     place; ``description`` is the environment's that comes with a foreign one. ``n_neurons`` are
     those of a hidden unit, ``tau_fwd`` and ``tau_out`` the filters between layers and of the
     action, in s, ``units`` their types, ``solve`` how their weights are found (see
-    `spikeport.networks.policy.PolicyOptions`). ``network_seed`` draws the neurons. ``calibrated``
+    `spikeport.networks.policy.PolicyOptions`). ``network_seed`` draws the neurons. ``gait_push`` is
+    that of pushes, in m/s, in the gait that the neurons are made and calibrated for: with none,
+    they do not know what a pushed robot observes. ``calibrated``
     fits read-out and trim to what the neurons do on the backend (`experiments.policy.calibration`),
     or takes them from a file that ``spikeport calibrate`` wrote; where it is false, the policy is
     as it was converted, as in the paper; ``auto`` fits it on a chip, but not in float, where that
@@ -67,6 +72,7 @@ class PolicySettings(Perturbation):
     units: str = PolicyOptions.units
     solve: str = PolicyOptions.solve
     network_seed: int = 0
+    gait_push: float = 0.0
     calibrated: bool | str = AUTO
     appearance: str = "primitive"
 
@@ -86,6 +92,11 @@ class PolicySettings(Perturbation):
                 raise UsageError(
                     f"{key}={getattr(self, key):g}: a filter must be above 0 and below 1 s"
                 )
+        if not 0 <= self.gait_push <= HARDEST_M_S:
+            raise UsageError(
+                f"gait_push={self.gait_push:g}: must be from 0 to {HARDEST_M_S:g} m/s; harder "
+                "pushes fell every robot"
+            )
         if not 0 <= self.network_seed <= LARGEST_SEED:
             raise UsageError(
                 f"network_seed={self.network_seed}: a seed must be from 0 to {LARGEST_SEED}"

@@ -75,8 +75,8 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
     def recorded(self) -> dict[str, object]:
         """Everything that the rehearsals depend on beside the policy."""
         digest = hashlib.sha256(self.schedule.model_dump_json().encode())
-        # Settings that change what the exact controllers do; sizes of neurons do not.
-        names = ("digit", "anchor")
+        # Settings that change what is recorded of the exact controllers; sizes of neurons do not.
+        names = ("digit", "anchor", "gait_push")
         chosen = {name: getattr(self.settings, name) for name in names}
         return {"experiment": self.name, "schedule": digest.hexdigest()[:12], **chosen}
 
@@ -113,7 +113,9 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
     def rehearsals(self, exact: ExactControllers) -> Rehearsals:
         """Return runs of the schedule by the exact controllers, still to be done."""
         settings = self.settings
-        return Rehearsals(exact, settings.anchor, self.goals, settings.schedule_file)
+        return Rehearsals(
+            exact, settings.anchor, self.goals, settings.schedule_file, settings.gait_push
+        )
 
     def calibrate(self) -> DecoderCalibration:
         """Fit the policy's read-out to what its neurons do where they run."""

@@ -2,10 +2,12 @@
 
 The exact policy walks random commands for 40 s. Its observations, with their mirror images,
 give the range of every observation (`encoding`), and of every hidden unit
-(`spikeport.networks.policy.record_ranges`), and a read-out is refitted on them. The drift of a
+(`spikeport.networks.policy.record_ranges`), and a read-out is refitted on them. A policy in spikes
+knows nothing else: one that is to catch a pushed robot needs a gait with pushes. The drift of a
 policy that walks straight on gives its trim (`drift_trim`).
 """
 
+import functools
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -15,6 +17,8 @@ from spikeport.experiments.walk.paths import find_path
 from spikeport.experiments.walk.port import OBSERVATION_DT_S, WalkRig
 from spikeport.networks.region import Box
 from spikeport.robot import mirror
+from spikeport.robot.perturbation import Perturbation
+from spikeport.robot.perturbed_plant import PerturbedPlant
 from spikeport.robot.plant import Plant
 from spikeport.robot.walk_interface import ACTION_SIZE, OBSERVATION_SIZE, PARTS
 
@@ -23,6 +27,8 @@ SEED = 1000
 """No evaluation uses it."""
 HELD_S = 2.5
 """For how long a command is held."""
+PUSH_EVERY_S = 1.0
+"""Mean time between pushes, if there are any: a robot is caught, or falls, within that time."""
 TAIL = 0.001
 """Share of the samples beyond the range of an observation, on each side."""
 MARGIN = 0.2
@@ -39,13 +45,15 @@ COMMANDS = ((0.0, 1.0), (-1.0, 1.0))
 """Forward speed in m/s and yaw rate in rad/s for which the policy is trained."""
 
 
-def record_gait(policy: Policy, seconds: float = SECONDS) -> np.ndarray:
+def record_gait(policy: Policy, push_m_s: float = 0.0, seconds: float = SECONDS) -> np.ndarray:
     """Record (n, 69) observations and their mirror images; a robot that falls is put up again.
 
-    A read-out that is refitted on both treats left and right as the policy does.
+    A read-out that is refitted on both treats left and right as the policy does. Pushes change the
+    velocity by ``push_m_s``.
     """
     rng = np.random.RandomState(SEED)
-    observed = _walked(policy, lambda: [rng.uniform(*reach) for reach in COMMANDS], seconds)
+    plant = _pushed(push_m_s) if push_m_s else Plant()
+    observed = _walked(policy, plant, lambda: [rng.uniform(*reach) for reach in COMMANDS], seconds)
     return np.concatenate((observed, mirror.OBSERVATION(observed)))
 
 
@@ -56,17 +64,25 @@ def drift_trim(policy: Policy) -> np.ndarray:
     moved, in mean.
     """
     trim = np.zeros(OBSERVATION_SIZE)
-    observed = _walked(policy, lambda: STRAIGHT, STRAIGHT_S)
+    observed = _walked(policy, Plant(), lambda: STRAIGHT, STRAIGHT_S)
     trim[SIDEWAYS] = observed[SETTLED:, SIDEWAYS].mean()
     return trim
 
 
-WALKS = Walks(record_gait, drift_trim)
+def walks(push_m_s: float) -> Walks:
+    """Return the walks that a policy is calibrated by: with pushes, and straight on without."""
+    return Walks(functools.partial(record_gait, push_m_s=push_m_s), drift_trim)
 
 
-def _walked(policy: Policy, command: Callable[[], Sequence[float]], seconds: float) -> np.ndarray:
+def _pushed(push_m_s: float) -> Plant:
+    return PerturbedPlant(Perturbation(push=push_m_s, push_every=PUSH_EVERY_S))
+
+
+def _walked(
+    policy: Policy, plant: Plant, command: Callable[[], Sequence[float]], seconds: float
+) -> np.ndarray:
     """Return (n, 69) observations of a robot that gets a new command every 2.5 s."""
-    rig = WalkRig(Plant(), None, OBSERVATION_DT_S, OBSERVATION_DT_S)
+    rig = WalkRig(plant, None, OBSERVATION_DT_S, OBSERVATION_DT_S)
     line, action, observed = find_path("line", 1.0, seconds), np.zeros(ACTION_SIZE), []
     rig.begin(SEED, line)
     for step in range(round(seconds / OBSERVATION_DT_S)):

@@ -13,6 +13,7 @@ from spikeport.errors import UsageError
 from spikeport.experiments.calibration import DecoderCalibration
 from spikeport.experiments.options import BACKENDS, Experiment
 from spikeport.experiments.pictures import Scenes
+from spikeport.experiments.policy.calibration import Walks
 from spikeport.experiments.policy.readout import (
     calibrated,
     check_calibrated,
@@ -28,7 +29,7 @@ from spikeport.experiments.walk.controller import (
     walk_controller,
 )
 from spikeport.experiments.walk.figure import walk_figure, walk_marks
-from spikeport.experiments.walk.gait import WALKS, encoding, record_gait
+from spikeport.experiments.walk.gait import encoding, record_gait, walks
 from spikeport.experiments.walk.metrics import metrics
 from spikeport.experiments.walk.paths import WalkPath, find_path
 from spikeport.experiments.walk.port import LEAD_S, OBSERVATION_DT_S, WalkRig
@@ -60,7 +61,7 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
     @property
     def recorded(self) -> dict[str, object]:
         """Everything that the recorded gait depends on beside the policy."""
-        return {"experiment": self.name}
+        return {"experiment": self.name, "gait_push": self.settings.gait_push}
 
     @property
     def exact_policy(self) -> bool:
@@ -93,7 +94,7 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
         weights = self.settings.walking_policy()
         gait = self._gait(weights)
         layers = policy_layers(weights)
-        return refitted(self, layers, record_ranges(layers, gait), gait, WALKS)
+        return refitted(self, layers, record_ranges(layers, gait), gait, self._walks)
 
     def close(self, plant: Plant) -> Closed[WalkRig]:
         """Build follower and policy in closed loop with the robot.
@@ -136,9 +137,13 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
 
         def record() -> Arrays:
             self.options.progress("recording the gait of the exact policy", None)
-            return {"gait": record_gait(weights)}
+            return {"gait": record_gait(weights, self.settings.gait_push)}
 
-        return self.options.cache.kept("gait", weights, record)["gait"]
+        return self.options.cache.kept("gait", (self.recorded, weights), record)["gait"]
+
+    @property
+    def _walks(self) -> Walks:
+        return walks(self.settings.gait_push)
 
     def spiking_policy(self) -> tuple[PolicyNetwork, Box]:
         """Convert the policy for what it observes as it walks, and return its encoding too.
@@ -153,7 +158,7 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
         gait, layers = self._gait(weights), policy_layers(weights)
         ranges = record_ranges(layers, gait)
         self.options.progress("building the controller", None)
-        found, seed = calibrated(self, layers, ranges, gait, WALKS), settings.network_seed
+        found, seed = calibrated(self, layers, ranges, gait, self._walks), settings.network_seed
         network = policy(layers, ranges, settings.policy_options, seed, found, gait)
         return network, encoding(gait)
 

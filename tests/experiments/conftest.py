@@ -13,7 +13,6 @@ from spikeport.cli import main
 from spikeport.experiments import driver
 from spikeport.experiments.arm.reach import ReachSettings, ReachTrial
 from spikeport.experiments.options import Options, Outcome
-from spikeport.experiments.policy.calibration import Walks
 from spikeport.experiments.sweep.folder import SweepFolder
 from spikeport.experiments.sweep.plan import Sweep
 from spikeport.experiments.sweep.table import table
@@ -78,11 +77,11 @@ def sweep_of() -> Callable[..., Sweep]:
 def short_gait(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let walks be prepared in little time: ranges and calibrations from seconds of gait."""
 
-    def short(policy):
-        return record_gait(policy, 1.0)
+    def short(policy, push_m_s=0.0):
+        return record_gait(policy, push_m_s, seconds=1.0)
 
-    monkeypatch.setattr(trial, "record_gait", short)
-    monkeypatch.setattr(trial, "WALKS", Walks(short, gait.drift_trim))
+    for module in (gait, trial):
+        monkeypatch.setattr(module, "record_gait", short)
     monkeypatch.setattr(gait, "STRAIGHT_S", 2.5)
 
 

@@ -42,7 +42,7 @@ def test_an_episode_depends_on_its_seed_and_perturbation():
 
 @pytest.mark.slow
 def test_spikes_walk_episode_after_episode_bit_for_bit(monkeypatch):
-    monkeypatch.setattr(walk_trial, "record_gait", lambda policy: record_gait(policy, 1.0))
+    monkeypatch.setattr(walk_trial, "record_gait", lambda *asked: record_gait(*asked, seconds=1.0))
     settings = WalkSettings(n_neurons=2, calibrated=False)
     trial = WalkTrial(settings, Options(1.0, backend="native", pipeline="compact"))
     walker = SpikingWalker(trial)

@@ -17,7 +17,7 @@ from spikeport.robot.walk_interface import PARTS
 @pytest.mark.slow
 @pytest.mark.parametrize(("anchor", "knows"), [(True, False), (False, True)])
 def test_a_policy_that_balances_knows_the_arm_at_work(brief, monkeypatch, anchor, knows):
-    monkeypatch.setattr(rehearsal, "record_gait", lambda policy: np.zeros((1, 69)))
+    monkeypatch.setattr(rehearsal, "record_gait", lambda *_asked: np.zeros((1, 69)))
     settings = SwitchSettings(schedule=brief, anchor=anchor)
     trial = SwitchTrial(settings, Options(6.0))
     found = trial.rehearsals(trial.exact()).record()

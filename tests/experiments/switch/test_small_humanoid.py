@@ -26,7 +26,7 @@ def small(monkeypatch, spikeport, short, tmp_path):
     monkeypatch.setitem(PRESETS, "lean", ArmSizes(m1=60, cb=40, s1=10))
     monkeypatch.setattr(rehearsal, "SEEDS", (1000,))
     monkeypatch.setattr(driver, "draw_scenes", lambda *_: ())
-    monkeypatch.setattr(rehearsal, "record_gait", lambda policy: record_gait(policy, 1.0))
+    monkeypatch.setattr(rehearsal, "record_gait", lambda *asked: record_gait(*asked, seconds=1.0))
     monkeypatch.setattr(gait, "STRAIGHT_S", 2.5)
 
     def command(name, out, *settings, backend="native"):

@@ -135,10 +135,10 @@ def test_a_controller_is_connected_to_its_parts():
 
 
 def test_a_recorded_gait_lies_in_its_encoding():
-    gait = record_gait(walking_policy.load(), 3.0)
+    gait = record_gait(walking_policy.load(), seconds=3.0)
     assert gait.shape == (1200, 69)
     assert np.array_equal(gait[600:], mirror.OBSERVATION(gait[:600]))
-    assert np.array_equal(gait[:50], record_gait(walking_policy.load(), 0.25)[:50])
+    assert np.array_equal(gait[:50], record_gait(walking_policy.load(), seconds=0.25)[:50])
     box = encoding(gait)
     assert max(clipped_shares(gait, box).values()) < 0.005
     assert box.restore(np.ones(69))[PARTS["command"]] == pytest.approx([1, 0.02, 1])
