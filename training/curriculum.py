@@ -174,27 +174,27 @@ _EXPLORE = replace(
 """Five times the entropy of any stage before: actions of hip roll, hip pitch and knees vary by 0.08
 to 0.14 by then, which changes steps too little to learn what to do about a push."""
 
+_SHOVED = replace(_EXPLORE, randomisation=replace(_EXPLORE.randomisation, push_m_s=0.8))
+"""Pushes of up to 1.1 m/s: with 0.6 along each axis few were as hard as the 0.8 m/s that a policy
+is to survive, which then fell a fifth of the robots."""
+
 _FIRM = replace(
-    _EXPLORE,
-    randomisation=replace(_EXPLORE.randomisation, push_m_s=0.65),
-    weights=replace(_EXPLORE.weights, fall=-1200.0),
-    scales=replace(_EXPLORE.scales, vx_sd_m_s=0.15),
+    _SHOVED,
+    weights=replace(_SHOVED.weights, fall=-1200.0, high_foot=-40.0, fast_joints=-0.03),
+    scales=replace(_SHOVED.scales, vx_sd_m_s=0.15),
 )
 _LAST = replace(
     _FIRM,
     commands=replace(_FIRM.commands, still=0.02),
-    weights=replace(_FIRM.weights, fall=-1500.0, track_velocity=6.0, track_yaw_rate=6.0),
+    weights=replace(
+        _FIRM.weights, fall=-1500.0, track_velocity=6.0, track_yaw_rate=6.0, fast_joints=-0.04
+    ),
     scales=replace(_FIRM.scales, vx_sd_m_s=0.12, wz_sd_rad_s=0.18),
 )
 _EXACT = replace(
     _LAST,
     commands=replace(_LAST.commands, standing=0.25),
-    randomisation=replace(
-        _LAST.randomisation,
-        push_m_s=0.6,
-        action_noise_sd=0.05,
-        terrain=Terrain(rough=0.5, box_m=0.03, slope_rad=0.11, relief_m=0.008),
-    ),
+    randomisation=replace(_LAST.randomisation, action_noise_sd=0.05),
     weights=replace(_LAST.weights, track_velocity=8.0, track_yaw_rate=8.0, on_average=10.0),
     scales=replace(_LAST.scales, vx_sd_m_s=0.1, wz_sd_rad_s=0.14),
 )
@@ -215,9 +215,10 @@ STAGES = (
     Stage("slopes", 15_500_000, _SLOPES, 0.0003, _SPIKES, held=_HELD),
     Stage("precise", 19_000_000, _PRECISE, 0.0, _SPIKES, held=_HELD),
     Stage("explore", 23_300_000, _EXPLORE, 0.005, _SPIKES, held=_HELD),
-    Stage("firm", 33_000_000, _FIRM, 0.002, _SPIKES, held=_HELD),
-    Stage("last", 38_000_000, _LAST, 0.0, _SPIKES, held=_HELD),
-    Stage("exact", 41_900_000, _EXACT, 0.0, _SPIKES, held=_HELD),
+    Stage("shoved", 27_000_000, _SHOVED, 0.004, _SPIKES, held=_HELD),
+    Stage("firm", 33_500_000, _FIRM, 0.002, _SPIKES, held=_HELD),
+    Stage("last", 38_000_000, _LAST, 0.0005, _SPIKES, held=_HELD),
+    Stage("exact", 42_500_000, _EXACT, 0.0, _SPIKES, held=_HELD),
 )
 """In order; sources of the figures: see `spikeport.training.rewards`."""
 
