@@ -17,7 +17,8 @@ A network 69 -> 128 -> 128 -> 128 -> 19 with ELU units, trained from scratch by 
 
     {command}
 
-{step:,} control steps of {robots} robots at 50 Hz; the checkpoint was chosen by evaluation.
+{step:,} control steps of {robots} robots at 50 Hz; the checkpoint was chosen by evaluation, and its
+forward command scaled so that it walks as fast as it is asked to (`spikeport.training.pace`).
 Interface: `spikeport.robot.walk_interface`; joints in the order of
 `spikeport.robot.description.JOINTS`.
 

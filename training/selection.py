@@ -19,6 +19,7 @@ from spikeport.training.checkpoint import Entry
 from spikeport.training.environment import TrainingTask
 from spikeport.training.evaluate import evaluate
 from spikeport.training.learner import Learner, LearnerOptions
+from spikeport.training.pace import at_asked_speeds
 from spikeport.training.randomisation import UNDISTURBED
 
 FALLS_GOAL, VX_GOAL_M_S, WZ_GOAL_RAD_S = 0.10, 0.05, 0.10
@@ -63,7 +64,7 @@ def choose(
     choices = []
     for place, entry in enumerate(shortlist(log)):
         progress(f"evaluating checkpoint {entry['segment']}", place / SHORTLIST)
-        policy = _policy(folder, entry["segment"], learner)
+        policy = at_asked_speeds(_policy(folder, entry["segment"], learner))
         disturbed, free = (
             evaluate(policy, one, episodes=EPISODES, seed=SEED) for one in (task, undisturbed(task))
         )

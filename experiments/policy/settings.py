@@ -1,7 +1,7 @@
 """The settings of all experiments in which a policy of neurons walks the robot."""
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import ClassVar
 
@@ -12,7 +12,7 @@ from spikeport.networks.loading.walking import load_walking
 from spikeport.networks.policy import PolicyOptions
 from spikeport.networks.walking_policy import SHIPPED, WalkingPolicy
 from spikeport.robot.description import DEFAULT_POSE, GAINS, JOINTS
-from spikeport.robot.perturbation import Perturbation
+from spikeport.robot.perturbation import NONE, Perturbation
 from spikeport.robot.walk_interface import ACTION_SCALE_RAD, CONTROL_DT_S
 
 CONVERSION = ("n_neurons", "tau_fwd", "tau_out", "units", "solve")
@@ -22,8 +22,10 @@ N_NEURONS = 4
 """Neurons of a unit. The paper has 20, which walk no nearer to their paths once the read-out is
 calibrated, and take 20 times as many synaptic operations (docs/walk.md)."""
 
-HARDEST_M_S = 2.0
-"""Of pushes in a gait."""
+_PUSHED = Perturbation(push=0.8, push_every=1.0)
+GAITS = {"calm": (NONE,), "rough": (_PUSHED, replace(_PUSHED, terrain="slope:6"))}
+"""The perturbations of the walks that neurons are made and calibrated for, by values of ``gait``. A
+robot is caught, or falls, within the second between two pushes."""
 
 AUTO = "auto"
 """A value of ``calibrated``: as the backend needs it."""
@@ -51,9 +53,9 @@ class PolicySettings(Perturbation):
     place; ``description`` is the environment's that comes with a foreign one. ``n_neurons`` are
     those of a hidden unit, ``tau_fwd`` and ``tau_out`` the filters between layers and of the
     action, in s, ``units`` their types, ``solve`` how their weights are found (see
-    `spikeport.networks.policy.PolicyOptions`). ``network_seed`` draws the neurons. ``gait_push`` is
-    that of pushes, in m/s, in the gait that the neurons are made and calibrated for: with none,
-    they do not know what a pushed robot observes. ``calibrated``
+    `spikeport.networks.policy.PolicyOptions`). ``network_seed`` draws the neurons. ``gait`` is
+    ``calm`` or ``rough`` (`GAITS`): neurons that are made and calibrated for a calm gait do not
+    know what a robot observes that is pushed or on a slope. ``calibrated``
     fits read-out and trim to what the neurons do on the backend (`experiments.policy.calibration`),
     or takes them from a file that ``spikeport calibrate`` wrote; where it is false, the policy is
     as it was converted, as in the paper; ``auto`` fits it on a chip, but not in float, where that
@@ -72,7 +74,7 @@ class PolicySettings(Perturbation):
     units: str = PolicyOptions.units
     solve: str = PolicyOptions.solve
     network_seed: int = 0
-    gait_push: float = 0.0
+    gait: str = "calm"
     calibrated: bool | str = AUTO
     appearance: str = "primitive"
 
@@ -92,11 +94,8 @@ class PolicySettings(Perturbation):
                 raise UsageError(
                     f"{key}={getattr(self, key):g}: a filter must be above 0 and below 1 s"
                 )
-        if not 0 <= self.gait_push <= HARDEST_M_S:
-            raise UsageError(
-                f"gait_push={self.gait_push:g}: must be from 0 to {HARDEST_M_S:g} m/s; harder "
-                "pushes fell every robot"
-            )
+        if self.gait not in GAITS:
+            raise unknown("gait", self.gait, GAITS)
         if not 0 <= self.network_seed <= LARGEST_SEED:
             raise UsageError(
                 f"network_seed={self.network_seed}: a seed must be from 0 to {LARGEST_SEED}"

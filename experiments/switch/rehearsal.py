@@ -23,6 +23,7 @@ from spikeport.networks.operational_space import OperationalSpaceLaw
 from spikeport.networks.path_following import FollowerGains, exact_command
 from spikeport.networks.region import ArmRegion
 from spikeport.networks.walking_policy import WalkingPolicy
+from spikeport.robot.perturbation import NONE, Perturbation
 from spikeport.robot.plant import Plant
 
 SEEDS = (1000, 1001, 1002)
@@ -82,15 +83,15 @@ class Rehearsals:
         The goals of the schedule, from a seed.
     file : Path
         The schedule, for messages.
-    gait_push_m_s : float
-        Pushes in the gait, see `experiments.walk.gait.record_gait`.
+    perturbations : sequence of Perturbation
+        Those of the gait, see `experiments.walk.gait.record_gait`.
     """
 
     exact: ExactControllers
     anchors: bool
     goals: Callable[[int], Sequence[Goal]]
     file: Path
-    gait_push_m_s: float = 0.0
+    perturbations: Sequence[Perturbation] = (NONE,)
 
     def record(self) -> Rehearsed:
         """Record the runs, and a gait.
@@ -113,7 +114,7 @@ class Rehearsals:
         whole = ArmRecording.join(arms)
         error = whole.target - whole.hand
         region = ArmRegion.from_recording(whole.q, whole.dq, whole.hand, error, seed=0)
-        gait = record_gait(self.exact.policy, self.gait_push_m_s)
+        gait = record_gait(self.exact.policy, self.perturbations)
         return Rehearsed(region, np.concatenate((gait, *observations)))
 
     @property
@@ -124,7 +125,7 @@ class Rehearsals:
     def _observations(self, policy: Policy) -> np.ndarray:
         """Return (n, 69) observations of another policy, whether the robot falls or not."""
         observed = [self._observed(rig, draws) for rig, draws in self._runs(policy)]
-        return np.concatenate((record_gait(policy, self.gait_push_m_s), *observed))
+        return np.concatenate((record_gait(policy, self.perturbations), *observed))
 
     def _observed(self, rig: HumanoidRig, draws: np.ndarray) -> np.ndarray:
         """Return the policy's observations while it is in charge."""

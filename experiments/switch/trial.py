@@ -21,6 +21,7 @@ from spikeport.experiments.policy.readout import (
     policy_layers,
     refitted,
 )
+from spikeport.experiments.policy.settings import GAITS
 from spikeport.experiments.run_folder import Result
 from spikeport.experiments.switch.controller import analytic_humanoid, spiking_humanoid
 from spikeport.experiments.switch.figure import switch_figure
@@ -76,7 +77,7 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
         """Everything that the rehearsals depend on beside the policy."""
         digest = hashlib.sha256(self.schedule.model_dump_json().encode())
         # Settings that change what is recorded of the exact controllers; sizes of neurons do not.
-        names = ("digit", "anchor", "gait_push")
+        names = ("digit", "anchor", "gait")
         chosen = {name: getattr(self.settings, name) for name in names}
         return {"experiment": self.name, "schedule": digest.hexdigest()[:12], **chosen}
 
@@ -114,7 +115,7 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
         """Return runs of the schedule by the exact controllers, still to be done."""
         settings = self.settings
         return Rehearsals(
-            exact, settings.anchor, self.goals, settings.schedule_file, settings.gait_push
+            exact, settings.anchor, self.goals, settings.schedule_file, GAITS[settings.gait]
         )
 
     def calibrate(self) -> DecoderCalibration:

@@ -17,7 +17,7 @@ from spikeport.experiments.walk.paths import find_path
 from spikeport.experiments.walk.port import OBSERVATION_DT_S, WalkRig
 from spikeport.networks.region import Box
 from spikeport.robot import mirror
-from spikeport.robot.perturbation import Perturbation
+from spikeport.robot.perturbation import NONE, Perturbation
 from spikeport.robot.perturbed_plant import PerturbedPlant
 from spikeport.robot.plant import Plant
 from spikeport.robot.walk_interface import ACTION_SIZE, OBSERVATION_SIZE, PARTS
@@ -27,8 +27,6 @@ SEED = 1000
 """No evaluation uses it."""
 HELD_S = 2.5
 """For how long a command is held."""
-PUSH_EVERY_S = 1.0
-"""Mean time between pushes, if there are any: a robot is caught, or falls, within that time."""
 TAIL = 0.001
 """Share of the samples beyond the range of an observation, on each side."""
 MARGIN = 0.2
@@ -45,15 +43,21 @@ COMMANDS = ((0.0, 1.0), (-1.0, 1.0))
 """Forward speed in m/s and yaw rate in rad/s for which the policy is trained."""
 
 
-def record_gait(policy: Policy, push_m_s: float = 0.0, seconds: float = SECONDS) -> np.ndarray:
+def record_gait(
+    policy: Policy, perturbations: Sequence[Perturbation] = (NONE,), seconds: float = SECONDS
+) -> np.ndarray:
     """Record (n, 69) observations and their mirror images; a robot that falls is put up again.
 
-    A read-out that is refitted on both treats left and right as the policy does. Pushes change the
-    velocity by ``push_m_s``.
+    A read-out that is refitted on both treats left and right as the policy does. The robot walks
+    for ``seconds`` under each of the perturbations.
     """
     rng = np.random.RandomState(SEED)
-    plant = _pushed(push_m_s) if push_m_s else Plant()
-    observed = _walked(policy, plant, lambda: [rng.uniform(*reach) for reach in COMMANDS], seconds)
+
+    def command() -> list[float]:
+        return [rng.uniform(*reach) for reach in COMMANDS]
+
+    plants = [Plant() if one == NONE else PerturbedPlant(one) for one in perturbations]
+    observed = np.concatenate([_walked(policy, plant, command, seconds) for plant in plants])
     return np.concatenate((observed, mirror.OBSERVATION(observed)))
 
 
@@ -69,13 +73,9 @@ def drift_trim(policy: Policy) -> np.ndarray:
     return trim
 
 
-def walks(push_m_s: float) -> Walks:
-    """Return the walks that a policy is calibrated by: with pushes, and straight on without."""
-    return Walks(functools.partial(record_gait, push_m_s=push_m_s), drift_trim)
-
-
-def _pushed(push_m_s: float) -> Plant:
-    return PerturbedPlant(Perturbation(push=push_m_s, push_every=PUSH_EVERY_S))
+def walks(perturbations: Sequence[Perturbation]) -> Walks:
+    """Return the walks that a policy is calibrated by: perturbed, and straight on without."""
+    return Walks(functools.partial(record_gait, perturbations=perturbations), drift_trim)
 
 
 def _walked(

@@ -20,6 +20,7 @@ from spikeport.experiments.policy.readout import (
     policy_layers,
     refitted,
 )
+from spikeport.experiments.policy.settings import GAITS
 from spikeport.experiments.run_folder import Result
 from spikeport.experiments.trial import Closed, Trial
 from spikeport.experiments.walk.approach import TURN_FIRST, TurnFirst
@@ -61,7 +62,7 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
     @property
     def recorded(self) -> dict[str, object]:
         """Everything that the recorded gait depends on beside the policy."""
-        return {"experiment": self.name, "gait_push": self.settings.gait_push}
+        return {"experiment": self.name, "gait": self.settings.gait}
 
     @property
     def exact_policy(self) -> bool:
@@ -137,13 +138,13 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
 
         def record() -> Arrays:
             self.options.progress("recording the gait of the exact policy", None)
-            return {"gait": record_gait(weights, self.settings.gait_push)}
+            return {"gait": record_gait(weights, GAITS[self.settings.gait])}
 
         return self.options.cache.kept("gait", (self.recorded, weights), record)["gait"]
 
     @property
     def _walks(self) -> Walks:
-        return walks(self.settings.gait_push)
+        return walks(GAITS[self.settings.gait])
 
     def spiking_policy(self) -> tuple[PolicyNetwork, Box]:
         """Convert the policy for what it observes as it walks, and return its encoding too.

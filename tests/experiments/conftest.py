@@ -20,6 +20,7 @@ from spikeport.experiments.walk import gait, trial
 from spikeport.experiments.walk.gait import record_gait
 from spikeport.networks.operational_space import OperationalSpaceLaw
 from spikeport.robot.arm import ArmDynamics
+from spikeport.robot.perturbation import NONE
 from tests.helpers import stages
 from tests.helpers.sweeps import VARIED, finish
 
@@ -77,8 +78,8 @@ def sweep_of() -> Callable[..., Sweep]:
 def short_gait(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let walks be prepared in little time: ranges and calibrations from seconds of gait."""
 
-    def short(policy, push_m_s=0.0):
-        return record_gait(policy, push_m_s, seconds=1.0)
+    def short(policy, perturbations=(NONE,)):
+        return record_gait(policy, perturbations, seconds=1.0)
 
     for module in (gait, trial):
         monkeypatch.setattr(module, "record_gait", short)

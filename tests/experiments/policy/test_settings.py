@@ -18,10 +18,7 @@ from spikeport.networks.policy import PolicyOptions
         ),
         ({"tau_fwd": 0.0}, "tau_fwd=0: a filter must be above 0 and below 1 s"),
         ({"tau_out": 1.0}, "tau_out=1: a filter must be above 0 and below 1 s"),
-        (
-            {"gait_push": -0.1},
-            "gait_push=-0.1: must be from 0 to 2 m/s; harder pushes fell every robot",
-        ),
+        ({"gait": "wild"}, "unknown gait 'wild'; choose from: calm, rough"),
         ({"network_seed": -1}, "network_seed=-1: a seed must be from 0 to 4294967295"),
         ({"units": "hh"}, "unknown units 'hh'; choose from: hybrid, if, lif, relu"),
     ],

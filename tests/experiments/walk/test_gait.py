@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
+from spikeport.experiments.policy.settings import GAITS
 from spikeport.experiments.walk.gait import SIDEWAYS, drift_trim, encoding, record_gait
 from spikeport.experiments.walk.settings import WalkSettings
+from spikeport.robot.walk_interface import PARTS
 
 PUSHED_M_S = 0.05
 
@@ -25,7 +27,17 @@ def test_a_trim_takes_the_drift_away():
     assert abs(left[SIDEWAYS]) < 0.1 * PUSHED_M_S
 
 
-def test_a_pushed_gait_has_sideways_velocities_that_an_undisturbed_one_has_not():
+def test_a_rough_gait_has_velocities_and_tilts_that_a_calm_one_has_not():
     exact = WalkSettings().walking_policy()
-    undisturbed, pushed = (encoding(record_gait(exact, push, 8.0)) for push in (0.0, 0.8))
-    assert pushed.half[SIDEWAYS] > 2 * undisturbed.half[SIDEWAYS]
+    calm, rough = (encoding(record_gait(exact, GAITS[name], 8.0)) for name in ("calm", "rough"))
+    for place in (SIDEWAYS, PARTS["gravity"].start):
+        assert rough.half[place] > 2 * calm.half[place]
+
+
+def test_a_gait_goes_on_under_each_perturbation():
+    exact = WalkSettings().walking_policy()
+    pushed, sloping = (record_gait(exact, (one,), 1.0)[:200] for one in GAITS["rough"])
+    both = record_gait(exact, GAITS["rough"], 1.0)
+    assert both.shape == (800, 69)
+    np.testing.assert_array_equal(both[:200], pushed)
+    assert not np.array_equal(both[200:400], sloping)  # its commands are drawn behind the others

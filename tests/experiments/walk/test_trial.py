@@ -321,7 +321,7 @@ def test_the_experiments_pipeline_is_used_where_none_is_asked_for(tmp_path, spik
 def test_a_gait_is_recorded_once_for_a_policy(monkeypatch, tmp_path):
     recorded = []
 
-    def record(policy, push_m_s):
+    def record(policy, perturbations):
         recorded.append(policy)
         return np.full((2, 69), float(len(recorded)))
 
@@ -332,5 +332,5 @@ def test_a_gait_is_recorded_once_for_a_policy(monkeypatch, tmp_path):
         assert (trial._gait(weights) == 1).all()
     other = dataclasses.replace(weights, pose_rad=weights.pose_rad + 0.01)
     assert (trial._gait(other) == 2).all()
-    pushed = WalkTrial(WalkSettings(gait_push=0.5), trial.options)
-    assert (pushed._gait(weights) == 3).all()
+    rough = WalkTrial(WalkSettings(gait="rough"), trial.options)
+    assert (rough._gait(weights) == 3).all()
