@@ -4,7 +4,7 @@
 
 v are the speeds at which robots walk that nothing disturbs, v* those that they are asked for, and
 W_vx the first layer's weights of the forward command. A policy that is trained under hard pushes
-walks slower than it is asked to, as slow robots fall less; g was 0.79 to 0.84.
+walks slower than it is asked to, perhaps since slow robots fall less; g was 0.79 to 0.84.
 """
 
 from dataclasses import replace
