@@ -23,7 +23,7 @@ def test_built_in_networks_know_the_passes_they_need():
 
 
 def test_a_built_in_network_takes_the_settings_of_its_experiment():
-    assert refusal("walk", "gait=1").startswith("unknown key of network 'walk' 'gait'; choose ")
+    assert refusal("walk", "stride=1").startswith("unknown key of network 'walk' 'stride'; choose ")
 
 
 def test_a_function_in_a_file_is_called_with_its_settings(net_py):
