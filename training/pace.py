@@ -4,7 +4,8 @@
 
 v are the speeds at which robots walk that nothing disturbs, v* those that they are asked for, and
 W_vx the first layer's weights of the forward command. A policy that is trained under hard pushes
-walks slower than it is asked to, perhaps since slow robots fall less; g was 0.79 to 0.84.
+walks slower than it is asked to, perhaps since slow robots fall less; g was 0.79 to 0.84. A policy
+that has not learned to walk, g below 0.5, is left as it is.
 """
 
 from dataclasses import replace
@@ -21,14 +22,17 @@ SPEEDS_M_S = (0.2, 0.4, 0.6, 0.8, 1.0)
 ROBOTS, SEED = 8, 40_000
 SECONDS, SETTLED_S = 10.0, 3.0
 """For how long a robot walks, and after which time its speed counts."""
+SLOWEST = 0.5
+"""The least g of a policy that walks: that of one which stands or falls may be zero or negative."""
 FORWARD = PARTS["command"].start
 
 
 def at_asked_speeds(policy: WalkingPolicy) -> WalkingPolicy:
-    """Return a policy whose forward command is divided by g."""
+    """Return a policy whose forward command is divided by g, or the same one if it hardly walks."""
     asked = np.array(SPEEDS_M_S)
     walked = np.array([mean_speed_m_s(policy, speed) for speed in SPEEDS_M_S])
-    return scaled(policy, float(asked @ asked / (asked @ walked)))
+    share = float(asked @ walked / (asked @ asked))
+    return policy if share < SLOWEST else scaled(policy, 1 / share)
 
 
 def scaled(policy: WalkingPolicy, factor: float) -> WalkingPolicy:

@@ -68,8 +68,8 @@ def choose(
         disturbed, free = (
             evaluate(policy, one, episodes=EPISODES, seed=SEED) for one in (task, undisturbed(task))
         )
-        costs = cost(disturbed.fallen / EPISODES, free.vx_error_m_s, free.wz_error_rad_s)
-        choices.append(BestCheckpoint(entry["segment"], entry["step"], policy, costs))
+        total = cost(disturbed.fallen / EPISODES, free.vx_error_m_s, free.wz_error_rad_s)
+        choices.append(BestCheckpoint(entry["segment"], entry["step"], policy, total))
     return min(choices, key=lambda choice: choice.cost)
 
 

@@ -1,7 +1,8 @@
 """Gaits by which a policy in spikes is made and calibrated.
 
-The exact policy walks random commands for 40 s. Its observations, with their mirror images,
-give the range of every observation (`encoding`), and of every hidden unit
+The exact policy walks random commands for 40 s, undisturbed, or under each of some perturbations
+(`experiments.policy.settings.GAITS`). Its observations, with their mirror images, give the range of
+every observation (`encoding`), and of every hidden unit
 (`spikeport.networks.policy.record_ranges`), and a read-out is refitted on them. A policy in spikes
 knows nothing else: one that is to catch a pushed robot needs a gait with pushes. The drift of a
 policy that walks straight on gives its trim (`drift_trim`).

@@ -26,5 +26,12 @@ def test_commands_are_scaled_by_what_robots_lack_in_speed(monkeypatch):
     np.testing.assert_array_equal(found, before)
 
 
+@pytest.mark.parametrize("speed_m_s", [-0.1, 0.0, 0.1])
+def test_a_policy_that_hardly_walks_is_left_as_it_is(monkeypatch, speed_m_s):
+    monkeypatch.setattr(pace, "mean_speed_m_s", lambda _policy, _asked_m_s: speed_m_s)
+    policy = load()
+    assert at_asked_speeds(policy) is policy
+
+
 def test_the_shipped_policy_walks_as_fast_as_it_is_asked_to():
     assert mean_speed_m_s(load(), 0.5) == pytest.approx(0.5, abs=0.03)
