@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import nengo
 from nengo.base import NengoObject
 
+from spikeport import freed_memory
 from spikeport.compile.check.advice import COMPACT, advice
 from spikeport.compile.check.hints import filter_hints, image_hints, network_hints
 from spikeport.compile.check.host_loops import host_loop_hints
@@ -146,15 +147,8 @@ def compile_network(
         settings.check_written()
     stages = Stages(progress, "compiling", _stages(pipeline))
     job = Job(network, target, dt, pipeline, observer, settings, stages)
-    if offload:
-        return _offloaded(job)
-    try:
-        return _compiled(job)
-    except RefusedError as error:
-        if not isinstance(error, NothingOnChipError):
-            rewritten = bool(pipeline.networks)
-            error.advice = advice(network, lambda: _cores_rewritten(job), rewritten)
-        raise
+    with freed_memory.kept():
+        return _offloaded(job) if offload else _advised(job)
 
 
 class Job(NamedTuple):
@@ -167,6 +161,17 @@ class Job(NamedTuple):
     observer: Observer
     settings: BuildSettings
     stages: Stages
+
+
+def _advised(job: Job) -> Compilation:
+    """Compile; a refusal says what other passes would change."""
+    try:
+        return _compiled(job)
+    except RefusedError as error:
+        if not isinstance(error, NothingOnChipError):
+            rewritten = bool(job.pipeline.networks)
+            error.advice = advice(job.network, lambda: _cores_rewritten(job), rewritten)
+        raise
 
 
 def _offloaded(job: Job) -> Compilation:
