@@ -22,6 +22,7 @@ class Search:
         self._loads = block_loads(image, chip)
         self._masks, self._cuttable = ProfileMasks(image), can_cut(image)
         self._demands: dict[int, Demand] = {}
+        self._found: dict[tuple[int, Capacity, bytes], list[int]] = {}
         self._uncut_slots = out_slots(image, chip)
         ways = deliveries(image)
         # Spikes from the host need no output axons of a core, which is all that cuts change at a
@@ -50,8 +51,17 @@ class Search:
             for block in np.flatnonzero(self._cuttable).tolist()
             if not room.holds(self._load(block, slots))
         ]
-        found = {block: _stretches(self._demand(block), room, slots) for block in large}
+        found = {block: self._stretches(block, room, slots) for block in large}
         return {block: ends for block, ends in found.items() if ends}
+
+    def _stretches(self, block: int, room: Capacity, slots: np.ndarray) -> list[int]:
+        """Return the ends of pieces that each fit; none if one compartment alone does not."""
+        # Cuts elsewhere change little: most blocks are asked for again with the same slots.
+        own = slots[part(self._image.blocks.start, block)]
+        key = block, room, own.tobytes()
+        if key not in self._found:
+            self._found[key] = _stretches(self._demand(block), room, slots)
+        return self._found[key]
 
     def _load(self, block: int, slots: np.ndarray) -> Load:
         # A cut of its targets changes nothing of a block but its output axons.
@@ -83,7 +93,6 @@ class Search:
 
 
 def _stretches(demand: Demand, room: Capacity, slots: np.ndarray) -> list[int]:
-    """Return the ends of pieces that each fit; none if one compartment alone does not."""
     ends = [0]
     while ends[-1] < demand.n:
         ends.append(demand.longest(ends[-1], slots, room))
