@@ -112,8 +112,8 @@ class HostWriter:
             "time": self._signal(model.time),
             "probes": on_host,
             "recorded": recorded,
-            "senders": [_port(one, n) for n, one in enumerate(program.senders)],
-            "errors": [_port(one, n) for n, one in enumerate(program.error_senders)],
+            "senders": [_port(one) for one in program.senders],
+            "errors": [_port(one) for one in program.error_senders],
             "receivers": [output for output, _ in program.receivers],
             "signals": self._bases,
             "dt_s": model.dt,
@@ -169,7 +169,7 @@ def edges_of(program: HostProgram) -> list[nengo.Process]:
     return [*ports, *(process for _, process in program.receivers)]
 
 
-def _port(port: HostPort, number: int) -> Tree:
+def _port(port: HostPort) -> Tree:
     return [port.size, port.target]
 
 

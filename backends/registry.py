@@ -19,7 +19,7 @@ from spikeport.cache import NOTHING, Cache
 from spikeport.compile.check.violation import NothingOnChipError
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.loihi.build_settings import AS_USUAL, BuildSettings
-from spikeport.compile.passes.parse import parse
+from spikeport.compile.passes.parse import resolved
 from spikeport.compile.passes.pipeline import Pipeline
 from spikeport.compile.pipeline import Compilation, compile_network
 from spikeport.errors import UsageError, unknown
@@ -48,8 +48,7 @@ class Source(NamedTuple):
     def compiled(self) -> Compilation:
         """Return the compile that is kept, else compile the network."""
         chip = chips.get(str(self.chip))
-        passes = chip.pipeline if self.pipeline is None else self.pipeline
-        pipeline = parse(passes) if isinstance(passes, str) else passes
+        pipeline = resolved(self.pipeline, chip)
         asked = Asked(self.network, chip, self.dt_s, pipeline, self.settings, self.offload)
         return compiled(asked, self.cache, self._compile)
 
@@ -82,7 +81,7 @@ class Backend:
 
 
 def _on(load: Callable[[ChipImage, int, LogOptions, LinkOptions], Chip]) -> Open:
-    """Compile a network, load its image with ``load``, and keep the rest on the host.
+    """Return a function that compiles a network, and loads its image; the rest is on the host.
 
     A network with nothing for the chip is all host, and that is float Nengo.
     """
@@ -104,8 +103,7 @@ def _on(load: Callable[[ChipImage, int, LogOptions, LinkOptions], Chip]) -> Open
 
 def _without_chip(source: Source, seed: int, _: Compilation | None) -> Execution:
     chip = chips.get(str(source.chip))
-    passes = chip.pipeline if source.pipeline is None else source.pipeline
-    pipeline = parse(passes) if isinstance(passes, str) else passes
+    pipeline = resolved(source.pipeline, chip)
     rewrite = fused(source.network, chip, source.dt_s, pipeline)
     return Reference(rewrite, source.dt_s, seed, LogOptions(folder=source.counts))
 
@@ -176,6 +174,6 @@ def get(name: str) -> Backend:
             "and an image holds integers only; choose 'reference' for float Nengo, or measure what "
             "rounding costs with `spikeport compile NETWORK --loss SECONDS`"
         )
-    if not isinstance(name, str) or name not in BACKENDS:
+    if name not in BACKENDS:
         raise unknown("backend", name, BACKENDS)
     return BACKENDS[name]

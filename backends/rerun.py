@@ -14,7 +14,7 @@ from spikeport.errors import BackendError
 
 TAU_S = 0.02
 """Time constant of the filter that outputs are compared through."""
-READ = ("voltage", "spiked")
+VOLTAGE, SPIKED = "voltage", "spiked"
 """States of a compartment that can be compared."""
 
 
@@ -37,6 +37,7 @@ class Rerun:
     def __init__(self, image: ChipImage, spikes: Sequence[np.ndarray]) -> None:
         _check(image)
         self._image, self._spikes = image, spikes
+        self._compared = _compared(image)
         self._chip = FloatChip(image)
 
     def floats(self, numbers: Numbers) -> np.ndarray:
@@ -72,12 +73,20 @@ class Rerun:
 
     def _decoded(self, row: list[np.ndarray]) -> np.ndarray:
         parts = []
-        for i, output in enumerate(self._image.manifest.outputs):
-            if output.key in READ:
-                weights = self._image.decoders.weight[part(self._image.outputs.weight_start, i)]
-                matrix = weights.reshape(output.shape) if output.weights == "matrix" else None
-                parts.append(row[i] if matrix is None else row[i] @ matrix)
+        for i in self._compared:
+            output = self._image.manifest.outputs[i]
+            weights = self._image.decoders.weight[part(self._image.outputs.weight_start, i)]
+            matrix = weights.reshape(output.shape) if output.weights == "matrix" else None
+            parts.append(row[i] if matrix is None else row[i] @ matrix)
         return np.concatenate(parts)
+
+
+def _compared(image: ChipImage) -> list[int]:
+    """Return the outputs that are compared: those of spikes, or else voltages."""
+    # Voltages are integers of up to 24 bits, beside which no decoded value would count.
+    keys = [output.key for output in image.manifest.outputs]
+    key = SPIKED if SPIKED in keys else VOLTAGE
+    return [i for i, one in enumerate(keys) if one == key]
 
 
 def _check(image: ChipImage) -> None:
@@ -87,7 +96,7 @@ def _check(image: ChipImage) -> None:
             "loss is not measured of a network that learns or has noise on the chip: "
             "each of its runs differs; compile it without --loss"
         )
-    if not any(output.key in READ for output in image.manifest.outputs):
+    if not _compared(image):
         raise BackendError("loss is measured at what is read out, and nothing is; add a probe")
 
 

@@ -34,7 +34,7 @@ from spikeport.compile.loihi.discretise import discretise
 from spikeport.compile.loihi.extract import extract
 from spikeport.compile.loihi.host_spikes import host_spikes
 from spikeport.compile.loihi.torn import torn
-from spikeport.compile.passes.parse import parse
+from spikeport.compile.passes.parse import parse, resolved
 from spikeport.compile.passes.pipeline import Observer, PassRun, Pipeline, observe_nothing
 from spikeport.compile.placing.load import block_loads, capacity
 from spikeport.compile.placing.lower_bound import lower_bound
@@ -141,8 +141,7 @@ def compile_network(
     """
     check_arguments(network, chip, dt, pipeline)
     target = chips.get(str(chip))
-    passes = target.pipeline if pipeline is None else pipeline
-    pipeline = parse(passes) if isinstance(passes, str) else passes
+    pipeline = resolved(pipeline, target)
     if pipeline.networks:
         settings.check_written()
     stages = Stages(progress, "compiling", _stages(pipeline))

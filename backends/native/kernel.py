@@ -1,7 +1,7 @@
 """One step of the chip, compiled. Equal to nengo-loihi's emulator in every bit of its state.
 
-The compiled code is all in this one file: if a function called others in other files, numba's cache
-on disk would not notice changes of those.
+Compiled functions that call each other are all in this one file: numba's cache on disk would not
+notice changes of functions in other files.
 
 Integers are 32 bits wide and wrap; every intermediate is cast, since numba widens int32 sums to
 int64. Loops go over stretches of at most 1,024 compartments and few arrays each: that is what LLVM

@@ -18,7 +18,7 @@ from spikeport.compile.check.loops import loops
 from spikeport.compile.check.violation import Violation
 from spikeport.compile.ground.filters import DECODE_TAU_S, time_constant_s
 from spikeport.compile.ground.names import Names, base
-from spikeport.compile.ground.scope import Scope
+from spikeport.compile.ground.scope import Scope, is_passthrough
 
 STEPS = 3
 """Steps from a node over an ensemble to a node, beyond those in float Nengo and the filter of 5 ms.
@@ -71,7 +71,7 @@ def _fastest(ways: Sequence[nengo.Connection], scope: Scope) -> tuple[float, lis
     """
     parts = list(dict.fromkeys(base(end) for c in ways for end in (c.pre_obj, c.post_obj)))
     chip = [i for i, part in enumerate(parts) if scope.on_chip(part)]
-    host = [i for i, part in enumerate(parts) if i not in set(chip) and not _is_passthrough(part)]
+    host = [i for i, part in enumerate(parts) if i not in set(chip) and not is_passthrough(part)]
     if not chip or not host:
         return 0.0, []
     graph = _lengths(ways, {part: i for i, part in enumerate(parts)})
@@ -82,10 +82,6 @@ def _fastest(ways: Sequence[nengo.Connection], scope: Scope) -> tuple[float, lis
     out = _path(after[start], chip[turn], host[start])
     home = _path(before[start], chip[turn], host[start])
     return float(whole[start, turn]), [parts[i] for i in (*out[::-1], *home[1:])]
-
-
-def _is_passthrough(part: Part) -> bool:
-    return isinstance(part, nengo.Node) and part.output is None
 
 
 def _lengths(ways: Sequence[nengo.Connection], at: dict[Part, int]) -> sparse.csr_array:

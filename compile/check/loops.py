@@ -23,7 +23,7 @@ from nengo.dists import Distribution
 from spikeport.compile.check import rules
 from spikeport.compile.check.violation import Violation
 from spikeport.compile.ground.names import Names
-from spikeport.compile.ground.scope import MATRICES, Scope
+from spikeport.compile.ground.scope import MATRICES, Scope, is_passthrough
 
 KEPT = 0.95
 """Gain of a loop from which on errors outlast twenty of its time constants."""
@@ -87,7 +87,7 @@ def _is_decoded(connection: nengo.Connection) -> bool:
 
 
 def _passes_values(obj: object) -> bool:
-    return isinstance(obj, nengo.Ensemble) or (isinstance(obj, nengo.Node) and obj.output is None)
+    return isinstance(obj, nengo.Ensemble) or is_passthrough(obj)
 
 
 def _ways(connections: Sequence[nengo.Connection]) -> list[Way]:

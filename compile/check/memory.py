@@ -58,7 +58,7 @@ def available() -> float:
     """Return the memory that a compile may take, in bytes.
 
     It is the value of `VARIABLE`, in GB, where that is set; else what the machine has left, or the
-    process's control group where that has less; without a limit where neither says.
+    container where that has less; without a limit where neither says.
     """
     if text := os.environ.get(VARIABLE):
         return _asked_for(text)
@@ -66,8 +66,16 @@ def available() -> float:
     lines = _text(Path("/proc/meminfo")).splitlines()
     free = [1024 * float(line.split()[1]) for line in lines if line.startswith("MemAvailable:")]
     most, used = (_text(CGROUP / name).strip() for name in ("memory.max", "memory.current"))
-    group = [float(most) - float(used)] if most.isdigit() and used.isdigit() else []
+    group = []
+    if most.isdigit() and used.isdigit():
+        # Pages of files that were read count as used, and are given up where others are needed.
+        group.append(float(most) - float(used) + _reclaimable())
     return min([*free, *group], default=math.inf)
+
+
+def _reclaimable() -> float:
+    lines = _text(CGROUP / "memory.stat").splitlines()
+    return sum(float(line.split()[1]) for line in lines if line.startswith("inactive_file "))
 
 
 def _asked_for(text: str) -> float:

@@ -38,6 +38,11 @@ class Rule(BaseModel):
         cure = self.cure.format(**numbers)
         return Violation(self.id, self.name, obj, used, limit or self.limit, cure)
 
+    @property
+    def cures(self) -> tuple[str, ...]:
+        """The cures, with a letter where a violation has a number."""
+        return tuple(cure.format(parts="n", gb="n") for cure in (self.cure, *self.more))
+
 
 def _read() -> dict[str, Rule]:
     rows = read_toml(FILE)["rules"]

@@ -21,6 +21,11 @@ PROBEABLE = {
 }
 
 
+def is_passthrough(obj: object) -> bool:
+    """Return whether an object is a node that puts out its input."""
+    return isinstance(obj, nengo.Node) and obj.output is None
+
+
 class Scope:
     """A network, the names of its objects, and which of them go onto the chip."""
 

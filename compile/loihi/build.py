@@ -209,14 +209,16 @@ def build(rewrite: Rewrite, dt_s: float, settings: BuildSettings = AS_USUAL) -> 
         except Exception as error:  # it refuses by errors of any kind, not only by its own
             raise refused_or_not_finite(model.building, error) from error
     floats = FloatBlocks(
-        model,
-        tuple(model.blocks),
-        tuple(_entries(model, rewrite)),
-        tuple(_input_entry(model, source) for source in model.inputs),
-        tuple(_output_name(model, probe) for probe in model.probes),
-        {number: model.events[i] for number, i in enumerate(model.inputs) if i in model.events},
-        tuple(_passages(model)),
-        {
+        model=model,
+        blocks=tuple(model.blocks),
+        entries=tuple(_entries(model, rewrite)),
+        inputs=tuple(_input_entry(model, source) for source in model.inputs),
+        outputs=tuple(_output_name(model, probe) for probe in model.probes),
+        events={
+            number: model.events[i] for number, i in enumerate(model.inputs) if i in model.events
+        },
+        passages=tuple(_passages(model)),
+        ends={
             names[obj]: names.with_ends(obj)
             for obj in model.objs
             if isinstance(obj, nengo.Connection)

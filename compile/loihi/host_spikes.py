@@ -6,6 +6,7 @@ from collections.abc import Mapping
 import nengo
 
 from spikeport.compile.ground.names import Named, base
+from spikeport.compile.ground.scope import is_passthrough
 from spikeport.compile.loihi.build import OrderedModel
 
 
@@ -35,7 +36,5 @@ def _through_nodes(ensemble: nengo.Ensemble, followers: Mapping[Named, set[Named
         obj = ahead.pop()
         if obj not in reached:
             reached.add(obj)
-            ahead += [
-                one for one in followers[obj] if isinstance(one, nengo.Node) and one.output is None
-            ]
+            ahead += filter(is_passthrough, followers[obj])
     return reached

@@ -13,9 +13,6 @@ from spikeport.compile.ground.quantisation import BlockNeurons, BlockValues, blo
 from spikeport.compile.image.tables import flat
 from spikeport.compile.loihi.blocks import IntegerBlocks
 
-ROUNDED = ("weights", "bias", "vth", "decay_u", "decay_v")
-"""Names of the arrays that the discretiser rounds."""
-
 
 @dataclass(frozen=True)
 class Numbers:

@@ -1,4 +1,4 @@
-"""Builds `spikeport.neurons.IntegrateAndFire`, and rounds it, in units that the network chose.
+"""Building and rounding of `spikeport.neurons.IntegrateAndFire`, in units that the network chose.
 
 nengo-loihi's builder would end voltages at zero, and set all currents of a block to one decay. Its
 discretiser never raises weights above 8 bits times 2^6, so that a large weight leaves little of the

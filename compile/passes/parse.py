@@ -6,6 +6,7 @@ from spikeport.compile.passes import registry
 from spikeport.compile.passes.base import AnyPass
 from spikeport.compile.passes.pipeline import Pipeline
 from spikeport.errors import UsageError, printable
+from spikeport.hardware_models.chip import ChipModel
 from spikeport.key_values import converted, parameters
 
 ONE_PASS = re.compile(r"""\s*(?P<name>\w+)\s*(?:\{(?P<options>(?:"[^"]*"|[^{}"])*)\})?\s*(?:,|$)""")
@@ -29,6 +30,12 @@ def parse(text: str) -> Pipeline:
     """
     pairs = [match.group("name", "options") for match in _matches(ONE_PASS, text)]
     return Pipeline(tuple(one for name, options in pairs for one in _passes(name, options)))
+
+
+def resolved(pipeline: Pipeline | str | None, chip: ChipModel) -> Pipeline:
+    """Return a pipeline, or the one of a text, or the chip's for None; UsageError as `parse`."""
+    passes = chip.pipeline if pipeline is None else pipeline
+    return parse(passes) if isinstance(passes, str) else passes
 
 
 def _matches(pattern: re.Pattern[str], text: str) -> list[re.Match[str]]:

@@ -9,9 +9,15 @@ import nengo
 from nengo.base import NengoObject
 
 from spikeport.compile.ground.names import base
-from spikeport.compile.ground.scope import NEURON_TYPES, REGULAR_BASES, Scope, probeable
+from spikeport.compile.ground.scope import (
+    NEURON_TYPES,
+    REGULAR_BASES,
+    Scope,
+    is_passthrough,
+    probeable,
+)
 from spikeport.compile.ground.settings import NetworkSettings
-from spikeport.compile.rewriting.passthrough import PLAIN, is_passthrough
+from spikeport.compile.rewriting.passthrough import PLAIN
 
 
 def regroupable(scope: Scope, folded: Sequence[nengo.Node]) -> list[nengo.Ensemble]:

@@ -15,14 +15,10 @@ import numpy as np
 import scipy.sparse as sparse
 
 from spikeport.compile.ground.names import End
+from spikeport.compile.ground.scope import is_passthrough
 
 PLAIN = (nengo.Dense, nengo.transforms.NoTransform)
 Connections = list[nengo.Connection]
-
-
-def is_passthrough(obj: object) -> bool:
-    """Return whether an object is a node that puts out its input."""
-    return isinstance(obj, nengo.Node) and obj.output is None
 
 
 def foldable(network: nengo.Network, on_chip: Callable[[End], bool]) -> list[nengo.Node]:

@@ -1,4 +1,4 @@
-"""Rewrite a network such that chosen groups of neurons are one ensemble each."""
+"""Networks rewritten such that chosen groups of neurons are one ensemble each."""
 
 from collections.abc import Mapping, Sequence
 

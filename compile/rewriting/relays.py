@@ -12,11 +12,11 @@ import numpy as np
 import scipy.sparse as sparse
 
 from spikeport.compile.ground.names import Names
-from spikeport.compile.ground.scope import Scope
+from spikeport.compile.ground.scope import Scope, is_passthrough
 from spikeport.compile.ground.settings import NetworkSettings
 from spikeport.compile.loihi.relay import RELAYS
 from spikeport.compile.loihi.solver import full
-from spikeport.compile.rewriting.passthrough import foldable, is_passthrough
+from spikeport.compile.rewriting.passthrough import foldable
 
 PER_VALUE: int = 2 * RELAYS["preset10"]().pairs_per_dim
 """Decode neurons for each value that a connection carries."""

@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 
 import nengo
 import numpy as np
-from nengo.connection import LearningRule
 from nengo.params import NdarrayParam
 from nengo.solvers import NoSolver, Solver, SolverParam
 
@@ -18,7 +17,7 @@ from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.ground.scope import Scope
 from spikeport.compile.ground.settings import NetworkSettings
 from spikeport.compile.loihi.solver import ParameterSolver
-from spikeport.compile.rewriting.assembly import DECODING, FlatNetwork
+from spikeport.compile.rewriting.assembly import DECODING, FlatNetwork, construction_order
 from spikeport.compile.rewriting.colouring import alike, regroupable
 from spikeport.compile.rewriting.passthrough import foldable
 
@@ -110,8 +109,7 @@ def tied(rewrite: Rewrite, chosen: Iterable[Shared], solver: ParameterSolver) ->
     flat = FlatNetwork(network, solver.seeds)
     for obj in (*network.all_ensembles, *network.all_nodes):
         flat.keep(obj)
-    # A learning rule is there to be connected to only once its own connection is.
-    for old in sorted(network.all_connections, key=lambda c: isinstance(c.post_obj, LearningRule)):
+    for old in construction_order(network):
         flat.keep(new.get(old, old))
         if old in new and (path := settings.get(old, "decode_path")) is not None:
             flat.network.config[new[old]].decode_path = path

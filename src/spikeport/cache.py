@@ -108,7 +108,7 @@ class Cache:
         return sorted(found, key=lambda entry: entry.changed_s)
 
     def clear(self) -> int:
-        """Remove all entries; returns their number."""
+        """Remove all entries; return their number."""
         found = self.entries()
         for entry in found:
             entry.path.unlink(missing_ok=True)

@@ -24,7 +24,7 @@ These are the rules that `spikeport compile` checks. Messages contain the id of 
 
 | ids | |
 |---|---|
-| SP0xx to SP2xx | the network is refused |
+| SP0xx to SP2xx | the network is refused; for SP001 alone, all of it runs on the host instead |
 | SP3xx | the network exceeds your own budget: exit code 1 |
 | SP4xx | a hint: the network compiles, but something is lost or left out |
 | SP5xx | the network is refused on this machine |
@@ -53,8 +53,7 @@ def _rule(rule: Rule) -> Iterator[str]:
     yield f"### {rule.id} {rule.name}\n\n{rule.meaning} {rule.reason} ({rule.source})\n"
     if rule.limit:
         yield f"- limit: {rule.limit}"
-    for cure in (rule.cure, *rule.more):
-        yield f"- cure: {cure.replace('{parts}', 'n')}"
+    yield from (f"- cure: {cure}" for cure in rule.cures)
 
 
 def report_schema() -> str:

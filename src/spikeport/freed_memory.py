@@ -15,7 +15,7 @@ from collections.abc import Iterator
 _TRIM_THRESHOLD, _MMAP_THRESHOLD = -1, -3
 """glibc's M_TRIM_THRESHOLD, and M_MMAP_THRESHOLD."""
 _MOST = 2**31 - 1
-"""The largest value that mallopt takes, an int."""
+"""The largest value that mallopt takes: an int. Before glibc 2.35 it takes none above `_USUAL`."""
 _USUAL = 2**25
 """The largest threshold that glibc adjusts itself to."""
 
@@ -40,5 +40,6 @@ def kept() -> Iterator[None]:
 
 
 def _set_thresholds(libc: ctypes.CDLL, mmap: int, trim: int) -> None:
-    libc.mallopt(_MMAP_THRESHOLD, mmap)
+    if not libc.mallopt(_MMAP_THRESHOLD, mmap):
+        libc.mallopt(_MMAP_THRESHOLD, _USUAL)
     libc.mallopt(_TRIM_THRESHOLD, trim)

@@ -128,16 +128,16 @@ class Simulator:
         _check_kind("offload", offload, bool, "a bool")
         _check_kind("cache", cache, Cache, "a spikeport.cache.Cache")
         source = registry.Source(
-            network,
-            chip,
-            dt,
-            pipeline,
-            _counts_folder(counts),
-            offload,
-            migration.build_settings(model, dt, remove_passthrough),
-            progress,
-            link,
-            cache,
+            network=network,
+            chip=chip,
+            dt_s=dt,
+            pipeline=pipeline,
+            counts=_counts_folder(counts),
+            offload=offload,
+            settings=migration.build_settings(model, dt, remove_passthrough),
+            progress=progress,
+            link=link,
+            cache=cache,
         )
         self._open = functools.partial(registry.get(backend).open, source)
         self._probes = network.all_probes
@@ -199,7 +199,13 @@ class Simulator:
         return self._execution.link
 
     def report(self) -> dict[str, Any]:
-        """Return the report of the compile, with energy and time where steps were run."""
+        """Return the report of the compile, with energy and time where steps were run.
+
+        Raises
+        ------
+        UsageError
+            If nothing of the network is on the chip.
+        """
         if self.compilation is None:
             raise UsageError("nothing of the network is compiled for a chip: there is no report")
         return self.compilation.report.to_dict(self.activity if self.n_steps else None)
@@ -231,6 +237,13 @@ class Simulator:
 
         Ctrl-C ends the run after the step under way, so that another run can go on from there. The
         second one ends it at once.
+
+        Raises
+        ------
+        ArgumentError
+            If an argument is not valid; nothing was run.
+        SimulatorClosed, BackendError
+            As `step`.
         """
         if not isinstance(steps, Integral) or not 0 <= steps <= LONGEST_RUN:
             raise ArgumentError("steps", steps, f"an integer from 0 to {LONGEST_RUN:,}")
@@ -248,7 +261,7 @@ class Simulator:
                 check_interrupt()
 
     def run(self, time_in_seconds: float, progress_bar: bool | ProgressBar | None = None) -> None:
-        """Advance by a time in seconds, rounded to whole steps; see `run_steps`."""
+        """Advance by a time in seconds, rounded to whole steps; raises as `run_steps`."""
         longest_s = LONGEST_RUN * self.dt
         if not isinstance(time_in_seconds, Real) or not 0 <= time_in_seconds <= longest_s:
             expected = f"a time in seconds from 0 to {longest_s:g}"
@@ -259,7 +272,13 @@ class Simulator:
         self.run_steps(steps, progress_bar)
 
     def trange(self, sample_every: float | None = None) -> np.ndarray:
-        """Return the times, in seconds, of the steps so far, or of those sampled every so often."""
+        """Return the times, (n,), in seconds, of the steps so far, or of every sample.
+
+        Raises
+        ------
+        ArgumentError
+            If ``sample_every`` is neither None nor a time in seconds above 0.
+        """
         if not (sample_every is None or _is_time(sample_every)):
             raise ArgumentError("sample_every", sample_every, "None, or a time in seconds above 0")
         return self.dt * sampled(self.n_steps, sample_every, self.dt)
@@ -281,7 +300,8 @@ class Simulator:
         SimulatorClosed
             If the simulator is closed.
         UsageError
-            If the seed is none; the simulation goes on as it was.
+            If the seed is neither None nor an integer from 0 to `LARGEST_SEED`; the simulation goes
+            on as it was.
         """
         if self.closed:
             raise SimulatorClosed("Cannot reset closed Simulator.")

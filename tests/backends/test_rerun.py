@@ -24,6 +24,13 @@ def test_outputs_of_the_image_are_filtered() -> None:
     np.testing.assert_allclose(found[:, 0], filtered[1:], rtol=1e-12)
 
 
+def test_voltages_are_compared_only_where_nothing_else_is_read() -> None:
+    reads = [Output("voltage", [0]), Output("spiked", [0])]
+    found = Rerun(Parts([Block(1, bias=5)], outputs=reads).image(), SILENT).integers()
+    assert found.shape == (3, 1)
+    assert not found.any()  # 5, 10 and 15 are below the threshold
+
+
 def test_errors_are_relative_to_the_reference() -> None:
     reference = np.array([[3.0, 0.0], [0.0, 4.0]])
     assert error(reference, reference) == 0

@@ -18,8 +18,7 @@ EVERYONE = {
         "constants",
         "fault_plan",
     ),
-    "files",
-    "function_identity",
+    *("files", "freed_memory", "function_identity"),
     *("key_values", "neurons", "node_functions", "pacing", "progress", "reading", "table"),
 }
 FOLDERS: dict[str, set[str]] = {

@@ -1,6 +1,7 @@
 """``spikeport evaluate``: a robustness table of a policy."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,6 +20,7 @@ from spikeport.errors import UsageError, unknown
 from spikeport.experiments import registry
 from spikeport.experiments.sweep.folder import SweepFolder, opened
 from spikeport.files import write_json
+from spikeport.key_values import SettingValue
 
 if TYPE_CHECKING:
     from spikeport.experiments.evaluate.plan import Evaluation
@@ -82,6 +84,7 @@ def planned(request: EvaluateRequest) -> "Evaluation":
     check_target(target)
     owner = f"experiment '{experiment.name}'"
     settings = key_values.parse(request.settings, experiment.settings, owner)
+    _refuse_others(settings)
     seconds = EPISODE_S if request.seconds is None else request.seconds
     evaluation = Evaluation(
         experiment=experiment.name,
@@ -97,6 +100,24 @@ def planned(request: EvaluateRequest) -> "Evaluation":
     )
     _check(evaluation)
     return evaluation
+
+
+def _refuse_others(settings: Mapping[str, SettingValue]) -> None:
+    """Refuse settings of the experiment that are not the policy's."""
+    from spikeport.experiments.policy.settings import PolicySettings
+    from spikeport.robot.perturbation import Perturbation
+
+    perturbations = {field.name for field in fields(Perturbation)}
+    known = {field.name for field in fields(PolicySettings)}
+    for key, value in settings.items():
+        if key in perturbations:
+            raise UsageError(
+                f"--set {key}: it would perturb the nominal row too; cure: --row {key}={value}"
+            )
+        if key not in known:
+            raise UsageError(
+                f"--set {key}: an evaluation draws commands and follows no path; cure: leave it out"
+            )
 
 
 def _check(evaluation: "Evaluation") -> None:

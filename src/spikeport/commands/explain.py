@@ -28,5 +28,4 @@ def named(rule: Rule) -> Iterator[tuple[str, str]]:
         yield "limit", rule.limit
     yield "why", rule.reason
     yield "source", rule.source
-    for cure in (rule.cure, *rule.more):
-        yield "cure", cure.replace("{parts}", "n")
+    yield from (("cure", cure) for cure in rule.cures)

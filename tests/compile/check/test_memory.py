@@ -122,7 +122,7 @@ def test_a_limit_is_a_number_of_gigabytes(text: str, monkeypatch: pytest.MonkeyP
     )
 
 
-def test_a_control_group_may_leave_less_than_the_machine(
+def test_a_container_may_leave_less_than_the_machine(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.delenv(VARIABLE, raising=False)
@@ -132,6 +132,8 @@ def test_a_control_group_may_leave_less_than_the_machine(
     (tmp_path / "memory.max").write_text("3000\n", encoding="utf-8")
     (tmp_path / "memory.current").write_text("1000\n", encoding="utf-8")
     assert available() == 2000
+    (tmp_path / "memory.stat").write_text("file 900\ninactive_file 600\n", encoding="utf-8")
+    assert available() == 2600
     (tmp_path / "memory.max").write_text("max\n", encoding="utf-8")
     assert available() == pytest.approx(machine, rel=0.5)
 

@@ -56,6 +56,11 @@ def test_numbers_fill_in_the_cure() -> None:
     )
 
 
+def test_cures_of_a_rule_itself_have_letters_for_numbers() -> None:
+    assert not any("{" in cure for rule in rules.RULES.values() for cure in rule.cures)
+    assert rules.get("SP501").cures[0].startswith("compile it on a machine with n GB to spare")
+
+
 def test_a_limit_that_is_the_same_for_every_chip_comes_with_the_rule() -> None:
     assert str(rules.get("SP003").broken("a", "WhiteNoise")) == (
         "a: SP003 ensemble noise: WhiteNoise, limit none; cure: remove the noise, or keep it on "

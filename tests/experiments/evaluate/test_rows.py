@@ -10,6 +10,7 @@ from spikeport.robot.perturbation import Perturbation
 def test_the_rows_of_the_table_are_perturbations(monkeypatch):
     monkeypatch.delenv("MENAGERIE_ROOT", raising=False)
     assert find_rows([]) == ROWS
+    assert len(ROWS) == 41  # as docs/walk.md says
     assert len({name_of(row) for row in ROWS}) == len(ROWS)
     for row in ROWS:
         Perturbation(**row)

@@ -53,6 +53,14 @@ def test_an_evaluation_leaves_a_table_a_picture_and_every_episode(spikeport, her
             "native, native-threads, nengo-loihi, reference, replay",
         ),
         (
+            (*WALK, "--set", "push=0.8"),
+            "--set push: it would perturb the nominal row too; cure: --row push=0.8",
+        ),
+        (
+            (*WALK, "--set", "silence=0.1"),
+            "--set silence: an evaluation draws commands and follows no path; cure: leave it out",
+        ),
+        (
             (*WALK, "--episodes", "100000", "--row", "push=1"),
             "an evaluation of 200,000 episodes, limit 100,000; cure: fewer --row or --episodes",
         ),
