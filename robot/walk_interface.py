@@ -38,6 +38,11 @@ rad from the default pose, rad/s, and actions; the first three are vectors in th
 COMMAND_CHANGE_PER_S = np.array([1.0, 1.0, 2.0])
 """The most by which commands change in a second: m/s^2, m/s^2 and rad/s^2."""
 
+LOWEST_PELVIS_M = 0.7
+SMALLEST_UPRIGHT = float(np.cos(np.pi / 4))
+"""A robot has fallen whose pelvis is lower than this above the ground, or whose pelvis' vertical
+axis points upwards by a smaller share: it is tilted by more than 45 degrees."""
+
 OBSERVATION_SIZE = 69
 ACTION_SIZE = len(JOINTS)
 

@@ -1,5 +1,7 @@
 """The figures of an episode: falls, tracking, margins of the joints, and gait."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from spikeport.experiments.evaluate.stage import EpisodeRecording, Stage
@@ -21,20 +23,48 @@ MOVING = 0.2
 _PLACES, _VELOCITIES, _FORCE = slice(0, 6), slice(6, 12), slice(13, 16)
 """Slices of `robot.foot_sensors`: places and velocities of heel and toe, force of the foot."""
 
+
+class Figure(NamedTuple):
+    """A figure of an episode: its heading in a table, and its definition."""
+
+    heading: str
+    definition: str
+
+
 FIGURES = {
-    "speed_error_m_s": "mean |command - speed along the heading|, both smoothed over 0.2 s",
-    "yaw_rate_error_rad_s": "mean |command - yaw rate|, the same",
-    "torque_use": "torque by limit that is not exceeded for 99 % of the time, of the worst joint",
-    "speed_use": "largest joint speed as a share of its motor's in Unitree's h1.urdf",
-    "joint_margin_rad": "least distance of a joint from its stops, negative beyond",
-    "clearance_m": "mean height of the lower of heel and toe at the top of a step",
-    "double_support": "share of the time on both feet, of the time that it is to move",
-    "steps_per_s": "touch-downs a second of that time",
-    "slip_m_s": "mean speed of the lower of heel and toe along the floor, by the foot's load",
-    "impact_bw": "mean of the largest force within 50 ms of a touch-down, in body weights",
-    "cost_of_transport": "positive work of the joints by weight and way",
+    "speed_error_m_s": Figure(
+        "speed error, m/s", "mean |command - speed along the heading|, both smoothed over 0.2 s"
+    ),
+    "yaw_rate_error_rad_s": Figure(
+        "yaw rate error, rad/s", "mean |command - yaw rate|, both smoothed over 0.2 s"
+    ),
+    "torque_use": Figure(
+        "torque, of limit", "not exceeded for 99 % of the time, of the worst joint"
+    ),
+    "speed_use": Figure(
+        "joint speed, of limit", "largest of a joint, by its motor's in Unitree's h1.urdf"
+    ),
+    "joint_margin_rad": Figure(
+        "to joint stops, rad", "least distance of a joint from its stops, negative beyond"
+    ),
+    "clearance_m": Figure(
+        "clearance, m", "mean height of the lower of heel and toe at the top of a step"
+    ),
+    "double_support": Figure(
+        "double support", "share of the time on both feet, of the time that it is to move"
+    ),
+    "steps_per_s": Figure("steps/s", "touch-downs a second of the time that it is to move"),
+    "slip_m_s": Figure(
+        "slip, m/s", "mean speed of the lower of heel and toe along the floor, by the foot's load"
+    ),
+    "impact_bw": Figure(
+        "impact, body weights", "mean of the largest force within 50 ms of a touch-down"
+    ),
+    "cost_of_transport": Figure(
+        "cost of transport", "positive work of the joints by weight and way"
+    ),
 }
-"""Every figure of an episode beside its fall, with what it is."""
+"""Every figure of an episode beside its fall."""
 
 
 def measure(stage: Stage) -> dict[str, float | int | None]:

@@ -12,21 +12,6 @@ from spikeport.experiments.evaluate.rows import Row, name_of
 from spikeport.experiments.sweep.folder import SweepFolder
 from spikeport.experiments.sweep.plan import Point
 
-HEADINGS = {
-    "speed_error_m_s": "speed error, m/s",
-    "yaw_rate_error_rad_s": "yaw rate error, rad/s",
-    "torque_use": "torque, of limit",
-    "speed_use": "joint speed, of limit",
-    "joint_margin_rad": "to joint stops, rad",
-    "clearance_m": "clearance, m",
-    "double_support": "double support",
-    "steps_per_s": "steps/s",
-    "slip_m_s": "slip, m/s",
-    "impact_bw": "impact, body weights",
-    "cost_of_transport": "cost of transport",
-}
-"""The heading of each of `FIGURES` in a table."""
-
 
 class TableRow(NamedTuple):
     """A row: its perturbation, falls with Wilson's interval, and the means of figures."""
@@ -100,15 +85,17 @@ def as_json(rows: list[TableRow]) -> list[dict[str, object]]:
 
 
 def markdown(rows: list[TableRow]) -> str:
-    """Return the table in Markdown; an interval stands behind its figure."""
+    """Return the table in Markdown, intervals behind figures, and the figures' definitions."""
+    headings = " | ".join(figure.heading for figure in FIGURES.values())
     lines = [
-        f"| perturbation | falls | fell, 95 % | {' | '.join(HEADINGS.values())} |",
-        "|---" * (3 + len(HEADINGS)) + "|",
+        f"| perturbation | falls | fell, 95 % | {headings} |",
+        "|---" * (3 + len(FIGURES)) + "|",
     ]
     for one in rows:
         percent = f"{100 * (one.fell.low or 0):.0f}-{100 * (one.fell.high or 0):.0f} %"
-        figures = " | ".join(_text(one.means[name]) for name in HEADINGS)
+        figures = " | ".join(_text(one.means[name]) for name in FIGURES)
         lines.append(f"| {one.name} | {one.falls} of {one.fell.n} | {percent} | {figures} |")
+    lines += ["", *(f"- *{one.heading}*: {one.definition}" for one in FIGURES.values())]
     return "\n".join(lines) + "\n"
 
 

@@ -14,9 +14,10 @@ from matplotlib.figure import Figure
 from spikeport.experiments.pictures import Marks, show_picture
 from spikeport.experiments.run_folder import Result
 from spikeport.experiments.walk.metrics import smoothed
-from spikeport.experiments.walk.recording import LOWEST_M, WalkRecording, WalkRun
+from spikeport.experiments.walk.recording import WalkRecording, WalkRun
 from spikeport.robot.feet import SIDES
 from spikeport.robot.render import Mark
+from spikeport.robot.walk_interface import LOWEST_PELVIS_M
 
 TRACE, REFERENCE, COMMAND, DISTANCE = "#2a9d4a", "#44474d", "#e8871e", "#1f9aa0"
 FELL = "#c62828"
@@ -92,7 +93,7 @@ def _draw_distance(axes: Axes, run: WalkRun) -> None:
 
 def _draw_height(axes: Axes, recording: WalkRecording) -> None:
     axes.plot(recording.time_s, recording.height_m, color=DISTANCE, lw=0.8)
-    axes.set(ylabel="pelvis (m)", ylim=(min(0.85, LOWEST_M), 1.1))
+    axes.set(ylabel="pelvis (m)", ylim=(min(0.85, LOWEST_PELVIS_M), 1.1))
 
 
 def _draw_feet(axes: Axes, recording: WalkRecording) -> None:

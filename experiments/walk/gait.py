@@ -95,6 +95,7 @@ def _walked(
         if rig.loop.over:
             # Another seed each time: from the same start it might fall the same way for ever.
             rig.begin(SEED + step, line)
+            action = np.zeros(ACTION_SIZE)
     return np.array(observed)
 
 

@@ -12,12 +12,9 @@ from spikeport.experiments.walk.paths import WalkPath
 from spikeport.networks.region import Box
 from spikeport.robot.description import JOINTS
 from spikeport.robot.feet import SIDES
-from spikeport.robot.walk_interface import PARTS
+from spikeport.robot.walk_interface import LOWEST_PELVIS_M, PARTS, SMALLEST_UPRIGHT
 from spikeport.simulator import Simulator
 
-LOWEST_M = 0.7
-SMALLEST_UPRIGHT = float(np.cos(np.pi / 4))
-"""The upright component of a pelvis that is tilted by 45 degrees."""
 ROUNDING = 1e-6
 """The rounding error of a time, as a share of its unit."""
 SERIES = {
@@ -37,7 +34,7 @@ def fallen(height_m: float, upright: float) -> bool:
 
     ``upright`` is the share of its vertical axis that points upwards, cos(tilt).
     """
-    return height_m < LOWEST_M or upright < SMALLEST_UPRIGHT
+    return height_m < LOWEST_PELVIS_M or upright < SMALLEST_UPRIGHT
 
 
 @dataclass(frozen=True)

@@ -129,9 +129,10 @@ def _check(evaluation: "Evaluation") -> None:
         )
     experiment, seed = registry.get(EXPERIMENT), evaluation.seeds[0]
     # A row's settings are the same in all of its episodes, so one of each is enough.
-    for point in [evaluation.point(row, seed) for row in evaluation.rows]:
+    points = [evaluation.point(row, seed) for row in evaluation.rows]
+    for point in points:
         experiment.settings(**point.settings)
-    experiment.trial(experiment.settings(**evaluation.settings), point.options).check()
+    experiment.trial(experiment.settings(**evaluation.settings), points[0].options).check()
 
 
 def _write(evaluation: "Evaluation", folder: SweepFolder) -> None:
@@ -164,9 +165,9 @@ def _write(evaluation: "Evaluation", folder: SweepFolder) -> None:
 
 
 def _show(rows: "list[TableRow]", title: str, folder: Path) -> None:
-    from spikeport.experiments.evaluate.table import HEADINGS
+    from spikeport.experiments.evaluate.measures import FIGURES
 
-    headings = [HEADINGS[name] for name in SHOWN]
+    headings = [FIGURES[name].heading for name in SHOWN]
     shown = Table("perturbation", "falls", *headings, box=SIMPLE_HEAD, title=title)
     for one in rows:
         means = (one.means[name] for name in SHOWN)

@@ -55,10 +55,11 @@ def test_rows_without_an_episode_are_left_out(rows):
 
 
 def test_an_interval_stands_behind_each_mean(rows):
-    nominal, pushed = markdown(rows).splitlines()[2:]
+    nominal, pushed, _, *definitions = markdown(rows).splitlines()[2:]
     assert nominal.startswith("| nominal | 0 of 2 | 0-66 % | - |")
     assert "| 0.110 ± 0.127 |" in nominal  # t of one degree of freedom: 12.7 times 0.01
     assert pushed.startswith("| push=0.8 | 1 of 1 | 21-100 % | - |")
+    assert definitions[-1] == "- *cost of transport*: positive work of the joints by weight and way"
 
 
 def test_json_has_the_perturbation_and_every_figure(rows):
