@@ -14,7 +14,7 @@ from spikeport.errors import BackendError
 
 TAU_S = 0.02
 """Time constant of the filter that outputs are compared through."""
-VOLTAGE, SPIKED = "voltage", "spiked"
+READ = ("voltage", "spiked")
 """States of a compartment that can be compared."""
 
 
@@ -82,11 +82,12 @@ class Rerun:
 
 
 def _compared(image: ChipImage) -> list[int]:
-    """Return the outputs that are compared: those of spikes, or else voltages."""
-    # Voltages are integers of up to 24 bits, beside which no decoded value would count.
-    keys = [output.key for output in image.manifest.outputs]
-    key = SPIKED if SPIKED in keys else VOLTAGE
-    return [i for i, one in enumerate(keys) if one == key]
+    """Return the outputs that are compared: spikes and what is decoded, or else voltages."""
+    outputs = image.manifest.outputs
+    read = [i for i, output in enumerate(outputs) if output.key in READ]
+    # Voltages as they are have up to 24 bits: beside them no decoded value would count.
+    small = [i for i in read if outputs[i].key == "spiked" or outputs[i].weights == "matrix"]
+    return small or read
 
 
 def _check(image: ChipImage) -> None:

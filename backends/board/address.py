@@ -97,13 +97,22 @@ class Address:
         return self.text
 
 
+def _refuse_tls_of_a_path(address: Address, certificates: Certificates | None) -> None:
+    """Raise UsageError for certificates of a Unix socket, which has no host to be named in them."""
+    if address.path is not None and certificates is not None:
+        raise UsageError(
+            f"{address}: TLS is for tcp://HOST:PORT; cure: leave --cert, --key and --ca out"
+        )
+
+
 def connect(address: Address, certificates: Certificates | None = None) -> socket.socket:
     """Return a socket that is connected with a board.
 
     Raises
     ------
     UsageError
-        If the board is on another machine and there are no certificates.
+        If the board is on another machine and there are no certificates, or it is a Unix socket
+        and there are some.
     BackendError
         If nobody answers there, or either side's certificate is refused.
     """
@@ -112,6 +121,7 @@ def connect(address: Address, certificates: Certificates | None = None) -> socke
             f"{address}: a board on another machine is reached over TLS alone; give --cert, --key "
             "and --ca"
         )
+    _refuse_tls_of_a_path(address, certificates)
     try:
         plain = _connected(address)
         if certificates is None:
@@ -158,14 +168,15 @@ def listening(
     Raises
     ------
     UsageError
-        If the address is in use, cannot be listened on, or is open to other machines without
-        ``allow_remote`` or without certificates.
+        If the address is in use, cannot be listened on, is open to other machines without
+        ``allow_remote`` or without certificates, or is a Unix socket's and there are some.
     """
     if not address.is_local and not (allow_remote and certificates is not None):
         raise UsageError(
             f"{address}: other machines could reach it; give --allow-remote with --cert, --key and "
             "--ca, or listen on 127.0.0.1"
         )
+    _refuse_tls_of_a_path(address, certificates)
     try:
         listener = _bound(address)
     except OSError as error:

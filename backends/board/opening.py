@@ -40,9 +40,12 @@ def on_board(image: ChipImage, seed: int, log: LogOptions, link: LinkOptions) ->
     if link.faults and link.board != STUB:
         raise UsageError("--fault is for the stub: a board has faults of its own")
     timing = RealTime(image.manifest.dt_s, link.hold) if link.real_time else SimulatedTime()
-    recorder = None if link.record is None else _recorder(link.record)
+    if link.certificates is not None and link.board == STUB:
+        raise UsageError("--cert, --key and --ca are for a board at the end of tcp://HOST:PORT")
     line = _line(link)
     try:
+        # Not before there is a board: a record of nothing would be in the way of the next try.
+        recorder = None if link.record is None else _recorder(link.record)
         return BoardChip(image, seed, line, timing, log, recorder)
     except BaseException:
         line.close()

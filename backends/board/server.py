@@ -103,9 +103,11 @@ def _host(
                     break
         except BoardLostError as error:
             say(f"board: {error}")
-    steps = 0 if board.session is None else board.session.at
+        finally:
+            # Also where an interrupt ends the board: a real chip is to be shut down.
+            steps = 0 if board.session is None else board.session.at
+            board.end()
     say(f"board: the host is gone{f' after step {steps:,}' if steps else ''}")
-    board.end()
 
 
 def _report(answer: Frame, say: Callable[[str], None]) -> None:

@@ -93,7 +93,7 @@ class SerialLine:
         while rest:
             if not self._ready(select.POLLOUT, PATIENCE_S):
                 raise BackendError(f"the board takes no bytes for {PATIENCE_S:g} s")
-            rest = rest[os.write(self._file, rest[: 1 << 12]) :]
+            rest = rest[self._write(rest[: 1 << 12]) :]
         answer = b""
         while len(answer) < n:
             if not self._ready(select.POLLIN, PATIENCE_S):
@@ -103,6 +103,12 @@ class SerialLine:
                 )
             answer += self._read(n - len(answer))
         return answer
+
+    def _write(self, octets: memoryview) -> int:
+        try:
+            return os.write(self._file, octets)
+        except OSError as error:
+            raise BackendError(f"the line to the board: {error.strerror}") from None
 
     def _read(self, most: int) -> bytes:
         try:

@@ -8,6 +8,7 @@ from typing import ClassVar
 from spikeport.constants import LARGEST_SEED
 from spikeport.errors import UsageError, unknown
 from spikeport.networks.loading.description import Description
+from spikeport.networks.loading.files import ACTIVATION
 from spikeport.networks.loading.walking import load_walking
 from spikeport.networks.policy import PolicyOptions
 from spikeport.networks.walking_policy import SHIPPED, WalkingPolicy
@@ -40,9 +41,11 @@ H1 = Description(
 """The robot that policies are loaded for."""
 
 
-def load_policy(path: Path = SHIPPED, description: Path | None = None) -> WalkingPolicy:
+def load_policy(
+    path: Path = SHIPPED, description: Path | None = None, activation: str = ACTIVATION
+) -> WalkingPolicy:
     """Load a policy for the H1; see `spikeport.networks.loading.walking.load_walking`."""
-    return load_walking(path, H1, description)
+    return load_walking(path, H1, description, activation)
 
 
 @dataclass(frozen=True, kw_only=True)

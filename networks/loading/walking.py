@@ -6,13 +6,15 @@ from pathlib import Path
 from spikeport.networks import walking_policy
 from spikeport.networks.loading import isaac
 from spikeport.networks.loading.description import Description, translated
-from spikeport.networks.loading.files import file_format, load_mlp
+from spikeport.networks.loading.files import ACTIVATION, file_format, load_mlp
 from spikeport.networks.loading.refusal import refusing
 from spikeport.networks.walking_policy import WalkingPolicy
 from spikeport.reading.mismatch import MismatchError
 
 
-def load_walking(path: Path, robot: Description, description: Path | None = None) -> WalkingPolicy:
+def load_walking(
+    path: Path, robot: Description, description: Path | None = None, activation: str = ACTIVATION
+) -> WalkingPolicy:
     """Read a walking policy, for our robot and in its order of joints.
 
     Parameters
@@ -23,6 +25,8 @@ def load_walking(path: Path, robot: Description, description: Path | None = None
         The robot that the policy is to be for.
     description : Path, optional
         The environment description of Isaac Lab that belongs to it; our own files need none.
+    activation : str
+        The activation of a checkpoint, which does not name its own.
 
     Raises
     ------
@@ -31,7 +35,7 @@ def load_walking(path: Path, robot: Description, description: Path | None = None
     MissingExtraError
         The package that reads the format is absent.
     """
-    mlp = load_mlp(path)
+    mlp = load_mlp(path, activation)
     theirs = _ours(path, robot) if file_format(path) == "npz" else _foreign(path, description)
     with refusing(path):
         return translated(mlp, theirs, robot)

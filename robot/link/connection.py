@@ -10,7 +10,7 @@ from spikeport.robot.link.client import InlineRobot, RobotClient
 from spikeport.robot.link.controlled import join_by_hand
 from spikeport.robot.link.faults import FAULTS
 from spikeport.robot.link.lock_step import LockStep
-from spikeport.robot.link.messages import ODOMETRY
+from spikeport.robot.link.messages import ODOMETRY, TRUTHS
 from spikeport.robot.link.motion import EKF, TRUTH, check_estimator, needed
 from spikeport.robot.link.odometer import OdometerErrors
 from spikeport.robot.link.over_dds import join
@@ -132,9 +132,11 @@ def connect(options: RobotOptions, settings: RobotSettings) -> RobotClient:
         faults = [FAULTS.parse(text) for text in options.faults]
         return InlineRobot(LockStep(SimulatedRobot(settings), faults))
     pace = Pace(1 / settings.rate_hz, priority=options.priority) if options.real_time else None
-    if options.robot == STUB:
-        return StubRobot(settings, pace, options.faults)
     needs = needed(options.estimates)
+    if options.robot == STUB:
+        # The stub always publishes its truth, by which a run is judged: without an odometer's
+        # values it would wait for that.
+        return StubRobot(settings, pace, options.faults, needs or TRUTHS)
     if pace is not None and options.by_hand:
         return join_by_hand(options.place, pace, needs)
     return join(options.place, pace, needs)

@@ -149,9 +149,11 @@ def serve(service: Service, say: Callable[[str], None]) -> None:
     """
     robot = SimulatedRobot(service.robot)
     place = service.place
+    # In lock-step a robot looks at nothing while it has commands to answer.
+    by_hand = service.robot.hoist and not service.lock_step
     with (
         Bus(place, keeps_all=service.lock_step) as bus,
-        closing(own_terminal() if service.robot.hoist else Terminal(None)) as terminal,
+        closing(own_terminal() if by_hand else Terminal(None)) as terminal,
     ):
         interface, attendant = Interface(bus, service), Attendant(bus, robot, terminal, say)
         deadlines = Deadlines(1 / service.robot.rate_hz, SystemClock())

@@ -1,5 +1,6 @@
 """The settings of a simulated robot."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
@@ -59,6 +60,8 @@ class RobotSettings:
             )
         if self.let_down_s is not None and not self.hoist:
             raise UsageError("--let-down is for a robot on its --hoist")
+        if self.let_down_s is not None and not 0 <= self.let_down_s < math.inf:
+            raise UsageError(f"--let-down {self.let_down_s:g}: must be 0 or more, and finite")
         mode = self.sport_mode
         if len(mode) > LONGEST_MODE or not (mode.isascii() and mode.isprintable()):
             raise UsageError(

@@ -9,6 +9,7 @@ from spikeport.child import START_S, Child
 from spikeport.errors import BackendError, RobotLostError
 from spikeport.pacing import Pace
 from spikeport.robot.link.client import Observed, RobotClient
+from spikeport.robot.link.messages import TRUTHS, Topic
 from spikeport.robot.link.odometer import OdometerErrors
 from spikeport.robot.link.over_dds import join
 from spikeport.robot.link.place import Place
@@ -30,10 +31,16 @@ class StubRobot(RobotClient):
         The pace of commands to a robot that keeps to the clock; None in lock-step.
     faults : sequence of str
         A plan of faults.
+    needs : Topic or None
+        A topic beside the state, without which no observation is whole.
     """
 
     def __init__(
-        self, settings: RobotSettings, pace: Pace | None = None, faults: Sequence[str] = ()
+        self,
+        settings: RobotSettings,
+        pace: Pace | None = None,
+        faults: Sequence[str] = (),
+        needs: Topic | None = TRUTHS,
     ) -> None:
         super().__init__()
         self._claim, place = _free_domain()
@@ -42,7 +49,7 @@ class StubRobot(RobotClient):
             self._child = Child("robot", _arguments(place, settings, pace, faults))
             try:
                 # In lock-step nothing else commands a robot of one's own, so no switcher is asked.
-                self._client = join(place, pace, switches=pace is not None)
+                self._client = join(place, pace, needs, switches=pace is not None)
             except BaseException:
                 self._child.close()
                 raise

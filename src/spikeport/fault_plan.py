@@ -52,9 +52,12 @@ class Faults(NamedTuple):
             delay_s, share = float(found["ms"] or 0) / 1000, float(found["share"] or 0)
         except ValueError:
             raise self._refused(text) from None
+        step = int(found["step"] or 0)
         if (found["kind"] in self.timed) != (found["ms"] is not None) or share > 1:
             raise self._refused(text)
-        return Fault(found["kind"], int(found["step"] or 0), share, delay_s)
+        if found["step"] is not None and step < 1:
+            raise UsageError(f"{self.option} {text!r}: steps count from 1")
+        return Fault(found["kind"], step, share, delay_s)
 
     def _refused(self, text: str) -> UsageError:
         timed = ", ".join(f"{kind}=MS@STEP" for kind in self.timed)
@@ -76,12 +79,14 @@ class FaultPlan:
     """
 
     def __init__(self, faults: Sequence[Fault], rng: random.Random) -> None:
-        self._at = {fault.step: fault for fault in faults if fault.step}
+        self._at: dict[int, list[Fault]] = {}
+        for fault in faults:
+            if fault.step:
+                self._at.setdefault(fault.step, []).append(fault)
         self._shares = [fault for fault in faults if not fault.step]
         self._rng = rng
 
     def drawn(self, step: int) -> Iterable[Fault]:
-        """Return the faults of a step, which is asked for once; one at a step comes first."""
+        """Return the faults of a step, which is asked for once; those at a step come first."""
         shares = [fault for fault in self._shares if self._rng.random() < fault.share]
-        at = self._at.pop(step, None)
-        return shares if at is None else [at, *shares]
+        return [*self._at.pop(step, ()), *shares]

@@ -49,7 +49,7 @@ def find_network(
     chip, passes : str
         Chip and passes of its compile, for which read-outs of built-in networks are calibrated.
     timeout_s : float, optional
-        Longest time that the user's code may take; by default as long as it likes.
+        Longest time that building may take; by default as long as it likes.
 
     Raises
     ------
@@ -58,15 +58,16 @@ def find_network(
     NetworkError
         If the function raises an error, exits, or takes too long.
     """
-    if spec in BUILT_IN:
-        return _built_in(spec, pairs, chip, passes)
-    if spec.endswith(".nir"):
-        return _graph(spec, pairs)
-    from spikeport.compile.loihi.numpy1 import numpy1_semantics_without_turns
+    with watched(spec, timeout_s):
+        if spec in BUILT_IN:
+            return _built_in(spec, pairs, chip, passes)
+        if spec.endswith(".nir"):
+            return _graph(spec, pairs)
+        from spikeport.compile.loihi.numpy1 import numpy1_semantics_without_turns
 
-    # A script of nengo-loihi's users ends with a run on its simulator, which fails under NumPy 2.
-    with watched(spec, timeout_s), numpy1_semantics_without_turns():
-        return _users(spec, pairs)
+        # A script of nengo-loihi's users ends with a run on its simulator: it fails under NumPy 2.
+        with numpy1_semantics_without_turns():
+            return _users(spec, pairs)
 
 
 def _graph(spec: str, pairs: list[str]) -> nengo.Network:

@@ -13,13 +13,13 @@ voltage and the rests that the metadata hold, such a run has the spikes of the c
 import json
 from collections.abc import Iterator
 from importlib import import_module
-from importlib.metadata import version
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import numpy as np
 
+from spikeport import __version__
 from spikeport.atomic import atomic_path
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.deliveries import synapses_of
@@ -43,7 +43,8 @@ def export(image: ChipImage, path: str | Path) -> None:
     Raises
     ------
     UsageError
-        The image learns or has noise, or is too large to be written as matrices.
+        The image learns, has noise, reads voltages or currents, or is too large to be written as
+        matrices.
     MissingExtraError
         The package nir is absent.
     """
@@ -70,6 +71,12 @@ def _check(image: ChipImage) -> None:
             raise UsageError(
                 f"image {image.digest[:12]} {what}, for which NIR has no form; cure: compile the "
                 "network without it"
+            )
+    for entry in image.manifest.outputs:
+        if entry.key == "current" or (entry.key == "voltage" and entry.weights != "matrix"):
+            raise UsageError(
+                f"image {image.digest[:12]}: output '{entry.name}' reads a {entry.key}, for which "
+                "NIR has no form; cure: probe spikes or values"
             )
 
 
@@ -211,7 +218,7 @@ class _Exporter:
         """Return what NIR has no field for."""
         manifest = self._image.manifest
         return {
-            "spikeport": version("spikeport"),
+            "spikeport": __version__,
             "image": self._image.digest,
             "chip": manifest.chip,
             "arithmetic": manifest.arithmetic,

@@ -34,6 +34,16 @@ def test_a_fault_happens_once_at_its_step_and_before_those_of_shares() -> None:
     assert drawn == [["slow"], ["loss", "slow"], ["slow"]]
 
 
+def test_several_faults_at_a_step_all_happen() -> None:
+    plan = FaultPlan([Fault("loss", step=3), Fault("flip", step=3)], random.Random(0))
+    assert [fault.kind for fault in plan.drawn(3)] == ["loss", "flip"]
+
+
+def test_steps_count_from_one() -> None:
+    with pytest.raises(UsageError, match="--fault 'loss@0': steps count from 1"):
+        FAULTS.parse("loss@0")
+
+
 def test_shares_are_drawn_from_the_generator() -> None:
     def drawn(seed: int) -> list[bool]:
         plan = FaultPlan([Fault("loss", share=0.3)], random.Random(seed))

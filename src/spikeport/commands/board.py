@@ -17,7 +17,7 @@ from spikeport.commands.ending import ended_in_order
 from spikeport.commands.links import certificates
 from spikeport.commands.options import BoardService, Tls
 from spikeport.compile.image.chip_image import ChipImage
-from spikeport.errors import unknown
+from spikeport.errors import UsageError, unknown
 
 
 def _native(image: ChipImage, seed: int) -> CountingChip:
@@ -83,8 +83,9 @@ def _need_nxsdk() -> None:
     require_nxsdk()
 
 
+NATIVE = "native"
 MACHINES = {
-    "native": _native,
+    NATIVE: _native,
     "nengo-loihi": _nengo_loihi,
     "snips": _snips,
     "nxsdk": _nxsdk,
@@ -96,6 +97,11 @@ NEEDS = {"snips": _need_gcc, "nxsdk": _need_nxsdk, "rtl": _need_verilator}
 
 def _machine(request: BoardService) -> Machine:
     """Return the machine that is asked for; refuse what it cannot do without."""
+    asked = request.device is not None, request.rtl, request.machine != NATIVE
+    if sum(asked) > 1:
+        raise UsageError(
+            "--device, --rtl and --machine each choose what the board is; give one of them"
+        )
     if request.device is not None:
         from spikeport.backends.softcore.line import SerialLine
 

@@ -90,7 +90,7 @@ def _read(request: ConvertRequest) -> tuple[WalkingPolicy | None, Mlp]:
         return None, load_mlp(request.file, request.activation)
     from spikeport.experiments.policy.settings import load_policy  # needs the robot
 
-    walker = load_policy(request.file, request.description)
+    walker = load_policy(request.file, request.description, request.activation)
     return walker, Mlp(tuple(map(Layer, walker.weights, walker.biases)), "elu")
 
 

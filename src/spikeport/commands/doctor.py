@@ -56,7 +56,7 @@ def _version(package: str) -> str:
 
 
 def _graphics() -> tuple[str, str]:
-    from spikeport.errors import RenderError
+    from spikeport.errors import MissingExtraError, RenderError
 
     try:
         from spikeport.robot.description import load
@@ -64,5 +64,5 @@ def _graphics() -> tuple[str, str]:
 
         with Renderer(load(), 64, 48):
             return "works", ""
-    except RenderError as error:
+    except (RenderError, MissingExtraError) as error:
         return "missing", str(error)

@@ -92,6 +92,12 @@ class PaperOverview:
     def make(self, request: FigureRequest) -> int:
         """Build the network and draw it; 0."""
         asked = request.options
+        ignored = asked.video, asked.counts, asked.seconds is not None, asked.seed
+        if any(ignored) or request.workers != Workers() or request.target != _of_chip(request):
+            raise UsageError(
+                "figure 'overview' is drawn without a run: it takes --set, --chip, --out and "
+                "--overwrite; cure: leave the others out"
+            )
         drawing = registry.imported("figure 'overview'", self.module)
         with run_folder.opened(asked.out, "overview", asked.overwrite) as folder:
             # A calibration takes a run, and nothing of it can be seen in the drawing.
@@ -101,6 +107,11 @@ class PaperOverview:
             run_folder.write_figure(folder, drawing.overview_figure(network))
         print(f"written: {folder}/ (figure.png)")
         return 0
+
+
+def _of_chip(request: FigureRequest) -> Target:
+    """Return the target of a request that asks for a chip alone."""
+    return Target(chip=request.target.chip)
 
 
 def _replaced(papers: Mapping[str, str], own: Sequence[str]) -> list[str]:

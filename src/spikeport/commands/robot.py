@@ -24,9 +24,17 @@ def serve(request: RobotService) -> None:
         raise UsageError("--fault is for --lock-step: real time has faults of its own")
     if request.priority is not None and request.lock_step:
         raise UsageError("--priority is for real time; in --lock-step nobody is late")
-    faults = [FAULTS.parse(text) for text in request.fault]
+    own_hz = LOCK_STEP_HZ if request.lock_step else REAL_TIME_HZ
+    rate_hz = own_hz if request.rate_hz is None else request.rate_hz
+    if request.lock_step and rate_hz != LOCK_STEP_HZ:
+        # A controller steps by its own clock, and would be driven in another time.
+        raise UsageError(
+            f"--rate-hz {rate_hz:g} with --lock-step: controllers step at {LOCK_STEP_HZ:g} Hz; "
+            "cure: leave it out"
+        )
+    faults = [FAULTS._replace(option="--fault").parse(text) for text in request.fault]
     settings = RobotSettings(
-        rate_hz=request.rate_hz or (LOCK_STEP_HZ if request.lock_step else REAL_TIME_HZ),
+        rate_hz=rate_hz,
         hoist=request.hoist,
         watchdog_s=request.watchdog_ms / 1000,
         seed=request.seed,

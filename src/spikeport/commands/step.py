@@ -1,7 +1,7 @@
 """``spikeport step IMAGE``: runs an image by itself, without the network it was made of."""
 
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import typer
@@ -30,9 +30,9 @@ def run(image: Path, *, spikes: Path | None, n_steps: int, out: Path, seed: int)
     loaded = ChipImage.load(image)
     _check_size(loaded, n_steps)
     sent = by_step(loaded, spikes, n_steps)
-    held, activity = stepped(loaded, sent, seed)
-    _write(out, loaded, held, activity)
-    total = activity.totals()
+    found = stepped(loaded, sent, seed)
+    _write(out, loaded, sent, found)
+    total = found.activity.totals()
     typer.echo(
         f"{n_steps:,} steps of image {loaded.digest[:12]}: {total['spikes']:,} spikes, "
         f"{total['synaptic_operations']:,} synaptic operations; written: {out}"
@@ -42,7 +42,8 @@ def run(image: Path, *, spikes: Path | None, n_steps: int, out: Path, seed: int)
 def _check_size(image: ChipImage, n_steps: int) -> None:
     """Refuse steps whose outputs and bookkeeping would fill the memory."""
     values = sum(entry.size for entry in image.manifest.outputs)
-    needed = n_steps * (STEP_BYTES + 4 * len(image.reads) + 8 * values)
+    counts = len(PER_STEP) * image.n_cores
+    needed = n_steps * (STEP_BYTES + 4 * len(image.reads) + 8 * (values + counts))
     if needed > MOST_BYTES:
         most = MOST_BYTES * n_steps // needed
         raise UsageError(
@@ -51,18 +52,30 @@ def _check_size(image: ChipImage, n_steps: int) -> None:
         )
 
 
-def stepped(
-    image: ChipImage, sent: list[np.ndarray], seed: int
-) -> tuple[list[np.ndarray], Activity]:
-    """Return what each output held, (n_steps, n) each, and the counts of the run."""
+class Stepped(NamedTuple):
+    """The values that each output held, (n_steps, n) each, and the counts.
+
+    ``counts`` (n_steps, 6, n_cores) are those of every step, in the order of `PER_STEP`; the
+    activity of a long run has its last steps alone.
+    """
+
+    held: list[np.ndarray]
+    counts: np.ndarray
+    activity: Activity
+
+
+def stepped(image: ChipImage, sent: list[np.ndarray], seed: int) -> Stepped:
+    """Run an image by the sources that spike in each step."""
     chip = NativeChip(image, seed)
+    counts = np.zeros((len(sent), len(PER_STEP), image.n_cores), dtype=np.int64)
     sizes = np.diff(image.outputs.start)
     held = [np.zeros((len(sent), size), dtype=np.int32) for size in sizes]
     for number, sources in enumerate(sent):
         # Without errors: the host's side of a learning rule is in the network, not in the image.
         for rows, output in zip(held, chip.step(sources, {}), strict=True):
             rows[number] = output
-    return held, chip.activity()
+        counts[number] = chip.log.last
+    return Stepped(held, counts, chip.activity())
 
 
 def by_step(image: ChipImage, path: Path | None, n_steps: int) -> list[np.ndarray]:
@@ -108,19 +121,22 @@ def _read(path: Path) -> tuple[np.ndarray, np.ndarray]:
     return step, source
 
 
-def _write(out: Path, image: ChipImage, held: list[np.ndarray], activity: Activity) -> None:
+def _write(out: Path, image: ChipImage, sent: list[np.ndarray], run: Stepped) -> None:
     members: dict[str, Any] = {
         "image_digest": np.array(image.digest),
         "dt_s": np.array(image.manifest.dt_s),
         "names": np.array([entry.name for entry in image.manifest.outputs], dtype=np.str_),
     }
-    for number, rows in enumerate(held):
+    for number, rows in enumerate(run.held):
         output = Output(image, number)
         values = [np.ravel(output.decode(row)) for row in rows]
         members[f"held_{number}"] = rows
         members[f"values_{number}"] = np.array(values).reshape(len(rows), output.size)
-    for name in (*PER_STEP, *PER_RUN, "host_spikes", "readout_spikes"):
-        members[f"activity_{name}"] = np.asarray(getattr(activity, name))
+    for number, name in enumerate(PER_STEP):
+        members[f"activity_{name}"] = run.counts[:, number]
+    members["activity_host_spikes"] = np.array([len(sources) for sources in sent])
+    for name in (*PER_RUN, "readout_spikes"):
+        members[f"activity_{name}"] = np.asarray(getattr(run.activity, name))
     # A file, not a name: NumPy would add .npz to a name without it.
     with atomic_path(out) as temporary, open(temporary, "wb") as file:
         np.savez_compressed(file, **members)

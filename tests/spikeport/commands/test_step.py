@@ -83,7 +83,8 @@ def test_a_file_of_another_form_is_refused(spikeport, image_file, tmp_path, arra
 
 def test_steps_that_would_fill_the_memory_are_refused(spikeport, image, image_file, tmp_path):
     done = spikeport("step", image_file, "--steps", 10**9, "--out", tmp_path / "out.npz")
-    each = 200 + 4 * len(image.reads) + 8 * sum(entry.size for entry in image.manifest.outputs)
+    values = sum(entry.size for entry in image.manifest.outputs) + 6 * image.n_cores
+    each = 200 + 4 * len(image.reads) + 8 * values
     assert (done.code, done.out) == (2, "")
     assert done.err == (
         f"error: --steps 1000000000: what the outputs hold takes {each * 10**9:,} bytes, limit "
