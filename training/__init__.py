@@ -1,1 +1,1 @@
-"""Trains the walking policy that the locomotion network is converted from (extra ``train``)."""
+"""Training of the walking policy that becomes the locomotion network (extra ``train``)."""

@@ -46,7 +46,10 @@ class BusyArms:
         self._goal[which], self._offset[which] = 0.0, 0.0
 
     def override(self, targets: np.ndarray, standing: np.ndarray) -> np.ndarray:
-        """Return the joint targets of a step, ``(n, 19)``, of the policy's and of who stands."""
+        """Return joint targets ``(n, 19)``, rad: the policy's, but for arms that are moved.
+
+        ``standing (n,)`` are the robots that are asked to stand.
+        """
         if not self._busy.any():
             return targets
         works = self._busy & standing

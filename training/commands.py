@@ -41,13 +41,14 @@ class Commands:
         The commands that robots observe: on their way to ``wanted``, from standing.
     age_s : ndarray, (n,)
         Time since the last draw.
+    moving_s : ndarray, (n,)
+        Time for which robots have been asked to move, 0 for those that are to stand.
     """
 
     def __init__(self, n: int, ranges: CommandRange, rng: np.random.Generator) -> None:
         self._ranges, self._rng = ranges, rng
         self.wanted, self.value = np.zeros((2, n, 3))
-        self.age_s = np.zeros(n)
-        self._left_s = np.zeros(n)
+        self.age_s, self.moving_s, self._left_s = np.zeros((3, n))
         self._follows_heading, self._jumps = np.zeros((2, n), bool)
         self._direction_rad = np.zeros(n)
         self.draw(np.ones(n, bool))
@@ -61,7 +62,7 @@ class Commands:
     def restart(self, which: Flags) -> None:
         """Draw new commands for some robots that stand."""
         self.draw(which)
-        self.value[which] = 0.0
+        self.value[which], self.moving_s[which] = 0.0, 0.0
 
     def draw(self, which: Flags) -> None:
         """Draw new commands for some robots, ``which (n,)`` of bool."""
@@ -92,3 +93,4 @@ class Commands:
         per_s = np.where(self._jumps[:, None], np.inf, COMMAND_CHANGE_PER_S)
         most = CONTROL_DT_S * per_s
         self.value += np.clip(self.wanted - self.value, -most, most)
+        self.moving_s = np.where(self.moving, self.moving_s + CONTROL_DT_S, 0.0)

@@ -16,7 +16,9 @@ from spikeport.robot.engine import mujoco
 from spikeport.robot.walk_interface import (
     ACTION_SIZE,
     CONTROL_DT_S,
+    LOWEST_PELVIS_M,
     POSE_RAD,
+    SMALLEST_UPRIGHT,
     targets_rad,
 )
 from spikeport.training import model as models
@@ -32,9 +34,6 @@ from spikeport.training.velocity_belief import VelocityBelief
 
 EPISODE_STEPS = 1000
 START_HEIGHT_M = 1.04
-LOWEST_PELVIS_M = 0.7
-# The cosine, as gravity in the pelvis frame is compared with it.
-LARGEST_TILT = np.cos(np.pi / 4)
 VELOCITY_SMOOTHING, YAW_RATE_SMOOTHING, DRIFT_SMOOTHING = 0.3, 0.1, 0.04
 
 
@@ -132,7 +131,7 @@ class WalkEnvironment:
         self._smooth()
         self.age += 1
         fallen = diverged | (self.pelvis_m < LOWEST_PELVIS_M)
-        fallen |= -self.motion.gravity[:, 2] < LARGEST_TILT
+        fallen |= -self.motion.gravity[:, 2] < SMALLEST_UPRIGHT
         terms = reward(self._reward_step(dq_before, feet_before, fallen), self.task.weights)
         timed_out = ~fallen & (self.age >= EPISODE_STEPS)
         self._begin_next(fallen | timed_out)
@@ -209,6 +208,7 @@ class WalkEnvironment:
             gait=self.gait,
             command=self.commands.value,
             moving=self.commands.moving,
+            moving_s=self.commands.moving_s,
             velocity=self.velocity,
             yaw_rate=self.yaw_rate,
             drift=self.drift,

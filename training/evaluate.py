@@ -1,6 +1,7 @@
-"""Says how well a policy walks: falls and errors of speed in random episodes of 20 s."""
+"""How well a policy walks: falls and errors of speed in random episodes of 20 s."""
 
 from collections.abc import Callable
+from contextlib import closing
 from dataclasses import dataclass
 
 import numpy as np
@@ -41,14 +42,11 @@ def evaluate(
     policy: BatchPolicy, task: TrainingTask, *, episodes: int = 100, seed: int = 0
 ) -> Evaluation:
     """Let a policy walk ``episodes`` robots for 20 s, as many at once."""
-    env = WalkEnvironment(episodes, task, seed)
     tally = Tally(episodes)
-    try:
+    with closing(WalkEnvironment(episodes, task, seed)) as env:
         for _ in range(EPISODE_STEPS):
             fallen = env.step(policy(env.observe())).fallen
             tally.add(env, fallen)
-    finally:
-        env.close()
     return tally.result()
 
 

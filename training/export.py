@@ -1,4 +1,4 @@
-"""The trained actor as an ordinary network, and the model card that goes with it."""
+"""The trained actor, written out as an ordinary network."""
 
 import numpy as np
 

@@ -11,6 +11,8 @@ class Gait:
 
     Attributes
     ----------
+    contact : ndarray of bool
+        True if the foot is on the floor.
     air_s, contact_s : ndarray
         Time in the air and on the floor; one of them is 0.
     since_lift_s : ndarray

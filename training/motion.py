@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from spikeport.arrays import Flags, Floats
+from spikeport.robot.estimator.leg_odometry import DEFAULT as ODOMETRY
 from spikeport.robot.walk_interface import gravity
 from spikeport.training.model import HEEL_RADIUS_M, TOE_RADIUS_M
 
@@ -15,10 +16,6 @@ CONTACT_FORCE_N = 1.0
 _RADII_M = np.array([HEEL_RADIUS_M, TOE_RADIUS_M])
 HeightOf = Callable[[Floats], Floats]
 """Heights of the ground at points ``(n, k, 2)``."""
-
-
-LOWNESS_M = 0.004
-"""A point of a foot that is this much above the lowest one counts 1/e of it in leg odometry."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +72,7 @@ class FeetMotion:
     def lowest_velocity(self) -> Floats:
         """Velocity of the lowest points, ``(n, 3)``, m/s: the error of leg odometry."""
         heights = (self.points[..., 2] - _RADII_M).reshape(-1, 4)
-        weights = np.exp((heights.min(axis=1, keepdims=True) - heights) / LOWNESS_M)
+        weights = np.exp((heights.min(axis=1, keepdims=True) - heights) / ODOMETRY.lowness_m)
         weights /= weights.sum(axis=1, keepdims=True)
         velocity = self.point_velocity.reshape(-1, 4, 3)
         return np.asarray(np.einsum("nk,nki->ni", weights, velocity))

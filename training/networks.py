@@ -45,7 +45,7 @@ class MirrorNetwork(nn.Module):
         The mirror image of the input.
     outputs : Mirror
         The mirror image of the output.
-    scale : ndarray
+    scale : Tensor, (inputs,)
         Factor of every input, folded into the first layer.
     output_gain : float
         Size of the last layer's weights, against what is usual.

@@ -1,4 +1,4 @@
-"""Makes a policy walk as fast as it is asked to: its forward command is scaled.
+"""The pace of a policy: its forward command is scaled, so that it walks as fast as it is asked to.
 
     g = v* . v / v* . v*,    W_vx <- W_vx / g
 
@@ -8,6 +8,7 @@ walks slower than it is asked to, perhaps since slow robots fall less; g was 0.7
 that has not learned to walk, g below 0.5, is left as it is.
 """
 
+from contextlib import closing
 from dataclasses import replace
 
 import numpy as np
@@ -46,12 +47,9 @@ def scaled(policy: WalkingPolicy, factor: float) -> WalkingPolicy:
 def mean_speed_m_s(policy: WalkingPolicy, asked_m_s: float) -> float:
     """Return how fast robots walk straight on, undisturbed, that are asked for a speed."""
     ahead = CommandRange(vx_m_s=(asked_m_s, asked_m_s), wz_rad_s=0.0, heading=0.0)
-    env = WalkEnvironment(ROBOTS, TrainingTask(ahead, UNDISTURBED), SEED)
     speeds = []
-    try:
+    with closing(WalkEnvironment(ROBOTS, TrainingTask(ahead, UNDISTURBED), SEED)) as env:
         for _ in range(round(SECONDS / CONTROL_DT_S)):
             env.step(policy(env.observe()))
             speeds.append(env.motion.level_velocity[:, 0].mean())
-    finally:
-        env.close()
     return float(np.mean(speeds[round(SETTLED_S / CONTROL_DT_S) :]))

@@ -2,8 +2,8 @@
 
     reward = dt sum_k weight_k term_k
 
-Terms whose weight is negative are costs. Sources: Isaac Lab's ``Isaac-Velocity-Flat-H1``; the
-terms of stepping are this project's own.
+Each term is ``(n,)`` for n robots, in SI units. Terms whose weight is negative are costs. Sources:
+Isaac Lab's ``Isaac-Velocity-Flat-H1``; the terms of stepping are this project's own.
 """
 
 from collections.abc import Callable
@@ -21,12 +21,39 @@ from spikeport.training.motion import FeetMotion, Motion
 
 @dataclass(frozen=True)
 class RewardSettings:
-    """Scales within the terms: widths, thresholds, heights."""
+    """The scales within the terms.
+
+    Attributes
+    ----------
+    vx_sd_m_s, wz_sd_rad_s : float
+        Errors of speed and yaw rate at which `track_velocity` and `track_yaw_rate` fall to 1/e.
+    drift_m_s, drift_rad_s : float
+        Drifts at which `on_average` falls to 1/e.
+    set_off_s, sideways_m_s : float
+        Time for which `set_off` counts, and the drift to a side at which it falls to 1/e.
+    step_s, longest_step_s : float
+        Time in the air up to which `air_time` pays, and `early_touchdown` costs; beyond which
+        `long_air` costs.
+    double_support_s : float
+        Time on both feet short of which `hasty_lift` costs.
+    lift_every_s : float
+        Time since a foot was lifted beyond which `late_lift` costs.
+    lift_m : float
+        Height at which `lift` pays in full.
+    clearance_m, high_m : float
+        Height of a moving foot below which `clearance`, and beyond which `high_foot` costs.
+    pelvis_m : float
+        Height of the pelvis below which `low_pelvis` costs.
+    impact_n : float
+        Force on a foot beyond which `impact` costs, N.
+    """
 
     vx_sd_m_s: float = 0.5
     wz_sd_rad_s: float = 0.5
     drift_m_s: float = 0.1
     drift_rad_s: float = 0.15
+    set_off_s: float = 2.0
+    sideways_m_s: float = 0.05
     step_s: float = 0.42
     longest_step_s: float = 0.55
     double_support_s: float = 0.08
@@ -44,7 +71,8 @@ class Step:
 
     ``pelvis_m (n,)`` is its height above the ground, ``even (n,)`` says who is on level, even
     ground, ``feet_before`` are the feet a step ago;
-    ``command (n, 3)`` is what is asked of them, ``moving (n,)`` who is asked to move;
+    ``command (n, 3)`` is what is asked of them, ``moving (n,)`` who is asked to move, and
+    ``moving_s (n,)`` for how long;
     ``velocity (n, 2)`` and ``yaw_rate (n,)`` are smoothed; ``drift (n, 3)`` is what is missing of
     the command, on average over a step and more; ``actions`` are the last three, the newest first,
     each ``(n, 19)``.
@@ -58,6 +86,7 @@ class Step:
     gait: Gait
     command: Floats
     moving: Flags
+    moving_s: Floats
     velocity: Floats
     yaw_rate: Floats
     drift: Floats
@@ -117,6 +146,16 @@ def on_average(s: Step) -> Floats:
     """Return exp(-|drift / scale|): speeds sway with every step, but are to be right on average."""
     scale = s.settings.drift_m_s, s.settings.drift_m_s, s.settings.drift_rad_s
     return np.exp(-np.sqrt(_squares(s.drift / scale)))
+
+
+def set_off(s: Step) -> Floats:
+    """Return exp(-|(vy, wz) drift / scale|) in the first ``set_off_s`` of a command to move.
+
+    Feet are closer when it walks than when it stands. A robot that begins with the foot that bears
+    it, and puts the other one next to that, has gone to a side.
+    """
+    sideways = s.drift[:, 1:] / (s.settings.sideways_m_s, s.settings.drift_rad_s)
+    return np.exp(-np.sqrt(_squares(sideways))) * (s.moving & (s.moving_s < s.settings.set_off_s))
 
 
 def alive(s: Step) -> Floats:
@@ -233,22 +272,22 @@ def bounce(s: Step) -> Floats:
 
 
 def hips(s: Step) -> Floats:
-    """Return the yaw and roll of the hips from the default pose."""
+    """Return how far the hips' yaw and roll are from the default pose."""
     return _deviation(s, _HIPS)
 
 
 def torso(s: Step) -> Floats:
-    """Turn of the torso."""
+    """Return the size of the torso's turn from the default pose."""
     return _deviation(s, _TORSO)
 
 
 def swinging_arms(s: Step) -> Floats:
-    """Return the shoulder pitch and elbow from the default pose."""
+    """Return how far shoulders' pitch and elbows are from the default pose."""
     return _deviation(s, _SWINGING)
 
 
 def spread_arms(s: Step) -> Floats:
-    """Return the shoulder roll and yaw from the default pose."""
+    """Return how far shoulders' roll and yaw are from the default pose."""
     return _deviation(s, _SHOULDERS)
 
 
@@ -274,7 +313,7 @@ def torque(s: Step) -> Floats:
 
 
 def action_rate(s: Step) -> Floats:
-    """Change of the action, squared."""
+    """Return the change of the action, squared."""
     return _squares(s.actions[0] - s.actions[1])
 
 
@@ -291,6 +330,7 @@ class Weights:
     track_velocity: float = 1.5
     track_yaw_rate: float = 1.0
     on_average: float = 0.0
+    set_off: float = 0.0
     alive: float = 0.25
     fall: float = -200.0
     air_time: float = 1.5

@@ -1,10 +1,10 @@
-"""Chooses the checkpoint to ship by how it walks, not by its reward.
+"""The choice of the checkpoint to ship, by how it walks, not by its reward.
 
 cost = share of falls / 10 % + |vx error| / 0.05 m/s + |wz error| / 0.10 rad/s
 
 The shortlist has the checkpoints of the smallest cost by training's evaluations, which disturb all
-robots. Of these, the one is chosen that costs least when falls are counted in other such episodes
-and errors in episodes without a disturbance: pushed robots err until they have caught themselves,
+robots. The one is chosen that costs least when falls are counted in other such episodes and errors
+in episodes without a disturbance: pushed robots err until they have caught themselves,
 which hides how exactly a policy walks.
 """
 
@@ -30,9 +30,8 @@ EPISODES, SEED = 200, 20_000
 
 @dataclass(frozen=True)
 class BestCheckpoint:
-    """The checkpoint that walks best: its segment and step, its policy, and its cost."""
+    """The checkpoint that walks best: its step, its policy, and its cost."""
 
-    segment: int
     step: int
     policy: WalkingPolicy
     cost: float
@@ -69,7 +68,7 @@ def choose(
             evaluate(policy, one, episodes=EPISODES, seed=SEED) for one in (task, undisturbed(task))
         )
         total = cost(disturbed.fallen / EPISODES, free.vx_error_m_s, free.wz_error_rad_s)
-        choices.append(BestCheckpoint(entry["segment"], entry["step"], policy, total))
+        choices.append(BestCheckpoint(entry["step"], policy, total))
     return min(choices, key=lambda choice: choice.cost)
 
 

@@ -7,6 +7,7 @@ not been.
 
 import json
 import time
+from contextlib import closing
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
@@ -152,10 +153,9 @@ def _learn(
     seed = int(np.random.SeedSequence(parts).generate_state(1)[0])
     torch.manual_seed(seed)
     learner.begin(stage)
-    env = WalkEnvironment(learner.robots, stage.task, seed, threads=1)
-    env.spread_ages()
     log: list[dict[str, float]] = []
-    try:
+    with closing(WalkEnvironment(learner.robots, stage.task, seed, threads=1)) as env:
+        env.spread_ages()
         for update in range(options.updates_per_segment):
             log.append({**learner.collect(env), **learner.update()})
             step = segment * options.steps_per_segment + (update + 1) * options.learner.steps
@@ -164,6 +164,4 @@ def _learn(
                 f"{log[-1]['falls']:.2f} falls /s",
                 step / options.steps,
             )
-    finally:
-        env.close()
     return mean_figures(log)

@@ -12,9 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from spikeport.arrays import Flags, Floats
+from spikeport.robot.estimator.leg_odometry import DEFAULT as ODOMETRY
 from spikeport.robot.walk_interface import CONTROL_DT_S
 
-FILTER_S, WANDER_S = 0.03, 1.0
+WANDER_S = 1.0
 
 
 @dataclass(frozen=True)
@@ -56,24 +57,24 @@ class VelocityBelief:
 
     def __init__(self, n: int, errors: EstimatorErrors, rng: np.random.Generator) -> None:
         self._errors, self._rng = errors, rng
-        self.error, self._odometry, self._wander = np.zeros((3, n, 3))
+        self.error, self._odometry_m_s, self._wander = np.zeros((3, n, 3))
         self._scale = np.zeros((n, 1))
-        self._steps = np.zeros((n, 1), bool)
+        self._has_odometry = np.zeros((n, 1), bool)
 
     def restart(self, which: Flags) -> None:
         """Draw the estimators of some robots, ``which (n,)``, which are at rest."""
         k, errors, rng = int(np.count_nonzero(which)), self._errors, self._rng
-        self._steps[which] = rng.random((k, 1)) < errors.odometry
+        self._has_odometry[which] = rng.random((k, 1)) < errors.odometry
         self._scale[which] = rng.uniform(-errors.scale, errors.scale, (k, 1))
         self._wander[which] = errors.wander_m_s * rng.standard_normal((k, 3))
-        self._odometry[which], self.error[which] = 0.0, 0.0
+        self._odometry_m_s[which], self.error[which] = 0.0, 0.0
 
     def update(self, velocity: Floats, slip: Floats) -> None:
         """Advance by one control step, with v and u in the pelvis frame, ``(n, 3)``."""
-        share = -np.expm1(-CONTROL_DT_S / FILTER_S)
-        self._odometry += share * (velocity - slip - self._odometry)
+        share = -np.expm1(-CONTROL_DT_S / ODOMETRY.filter_s)
+        self._odometry_m_s += share * (velocity - slip - self._odometry_m_s)
         kept = np.exp(-CONTROL_DT_S / WANDER_S)
         spread = self._errors.wander_m_s * np.sqrt(1 - kept**2)
         self._wander = kept * self._wander + spread * self._rng.standard_normal(velocity.shape)
         other = self._scale * velocity + self._wander
-        self.error = np.where(self._steps, self._odometry - velocity, other)
+        self.error = np.where(self._has_odometry, self._odometry_m_s - velocity, other)

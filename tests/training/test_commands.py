@@ -55,6 +55,20 @@ def test_who_is_asked_for_little_need_not_step():
     assert commands.moving.tolist() == [False, True, True]
 
 
+def test_time_since_a_robot_sets_off_is_that_of_commands_to_move():
+    commands = drawn(
+        1, vx_m_s=(1.0, 1.0), wz_rad_s=0.0, heading=0.0, still=0.09, seconds=(9.0, 9.0)
+    )
+    times = []
+    for _ in range(7):
+        commands.update(np.zeros(1))
+        times.append(commands.moving_s[0])
+    # The command grows by 0.02 m/s a step: from the fifth on it asks to move.
+    assert times == pytest.approx([0, 0, 0, 0, 0.02, 0.04, 0.06])
+    commands.restart(np.ones(1, bool))
+    assert commands.moving_s == 0
+
+
 def test_commands_change_as_fast_as_a_robot_can():
     commands = drawn(2, vx_m_s=(1.0, 1.0), wz_rad_s=1.0, heading=0.0, seconds=(9.0, 9.0))
     assert not commands.value.any()

@@ -48,6 +48,7 @@ def standing():
         gait=gait,
         command=np.array([[0.5, 0.0, 0.25]]),
         moving=np.array([True]),
+        moving_s=np.array([2.5]),
         velocity=np.zeros((1, 2)),
         yaw_rate=np.zeros(1),
         drift=np.array([[0.06, 0.08, 0.0]]),
@@ -82,6 +83,13 @@ def test_standing_still_costs_nothing_but_missed_speed(standing):
     assert costs.pop("track_yaw_rate") == pytest.approx(np.exp(-1))
     assert costs.pop("on_average") == pytest.approx(np.exp(-1))
     assert set(costs.values()) == {0}
+
+
+def test_a_robot_that_sets_off_gains_by_going_to_no_side(standing):
+    swerving = replace(standing, moving_s=np.array([1.0]), drift=np.array([[0.3, 0.05, 0.0]]))
+    assert value("set_off", swerving) == pytest.approx(np.exp(-1))
+    assert value("set_off", replace(swerving, drift=np.array([[0.3, 0.0, 0.0]]))) == 1
+    assert value("set_off", replace(swerving, moving=np.array([False]))) == 0
 
 
 def test_lift_grows_with_the_height_of_the_swinging_foot(standing):
