@@ -1,4 +1,4 @@
-"""How well a policy walks: falls and errors of speed in random episodes of 20 s."""
+"""An evaluation of a policy: falls and errors of speed in random episodes of 20 s."""
 
 from collections.abc import Callable
 from contextlib import closing

@@ -60,7 +60,7 @@ class Search:
         own = slots[part(self._image.blocks.start, block)]
         key = block, room, own.tobytes()
         if key not in self._found:
-            self._found[key] = _stretches(self._demand(block), room, slots)
+            self._found[key] = _cut_greedily(self._demand(block), room, slots)
         return self._found[key]
 
     def _load(self, block: int, slots: np.ndarray) -> Load:
@@ -92,7 +92,7 @@ class Search:
         return slots
 
 
-def _stretches(demand: Demand, room: Capacity, slots: np.ndarray) -> list[int]:
+def _cut_greedily(demand: Demand, room: Capacity, slots: np.ndarray) -> list[int]:
     ends = [0]
     while ends[-1] < demand.n:
         ends.append(demand.longest(ends[-1], slots, room))

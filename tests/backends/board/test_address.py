@@ -54,6 +54,15 @@ def test_other_machines_are_not_spoken_to_without_certificates() -> None:
         connect(Address.parse("tcp://192.0.2.1:80"))
 
 
+def test_a_path_has_no_certificates(tmp_path: Path) -> None:
+    address = Address.parse(f"unix:{tmp_path / 'board'}")
+    files = certificates(tmp_path, "board")
+    with pytest.raises(UsageError, match="TLS is for tcp://HOST:PORT; cure: leave --cert"):
+        connect(address, files)
+    with pytest.raises(UsageError, match="TLS is for tcp"), listening(address, files):
+        pass
+
+
 def test_a_socket_is_its_owners_and_goes_when_it_is_left(tmp_path: Path) -> None:
     address = Address.parse(f"unix:{tmp_path / 'board'}")
     with listening(address):

@@ -25,6 +25,12 @@ def test_a_machine_that_is_none_is_refused() -> None:
         serve(request, Tls())
 
 
+def test_a_board_is_one_thing_alone() -> None:
+    request = BoardService(listen="unix:x", machine="snips", rtl=True, fault=[])
+    with pytest.raises(UsageError, match="each choose what the board is; give one of them"):
+        serve(request, Tls())
+
+
 @pytest.mark.parametrize(
     ("machine", "reason"),
     [

@@ -5,6 +5,7 @@ import pytest
 
 from spikeport.backends.decoding import Output
 from spikeport.backends.native.chip import NativeChip
+from spikeport.backends.step_log import KEPT_STEPS
 from spikeport.hardware_models.activity import PER_STEP
 
 N_STEPS = 60
@@ -36,6 +37,15 @@ def test_step_writes_what_a_chip_computes(spikeport, image, image_file, tmp_path
         assert found["held_1"].any()
     assert f"{N_STEPS} steps of image {image.digest[:12]}: " in done.out
     assert f"written: {out}" in done.out
+
+
+def test_counts_are_those_of_every_step_of_a_long_run(spikeport, image_file, tmp_path):
+    out, n_steps = tmp_path / "out.npz", KEPT_STEPS + 1
+    done = spikeport("step", image_file, "--steps", n_steps, "--out", out)
+    assert (done.code, done.err) == (0, "")
+    with np.load(out) as found:
+        for name in (*PER_STEP, "host_spikes"):
+            assert len(found[f"activity_{name}"]) == n_steps
 
 
 def test_without_a_file_no_source_spikes(spikeport, image_file, tmp_path):
