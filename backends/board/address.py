@@ -216,14 +216,19 @@ def _remove_dead(path: Path) -> None:
             path.unlink(missing_ok=True)
 
 
-def accepted(listener: socket.socket, context: ssl.SSLContext | None) -> socket.socket | None:
-    """Return the next connection; None if its certificate was refused, or it hung up."""
+def accepted(listener: socket.socket) -> socket.socket | None:
+    """Return the next connection; None if it hung up."""
     try:
-        plain, _ = listener.accept()
+        connected, _ = listener.accept()
     except OSError:
         return None
-    if plain.family != socket.AF_UNIX:
-        plain.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    if connected.family != socket.AF_UNIX:
+        connected.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    return connected
+
+
+def secured(plain: socket.socket, context: ssl.SSLContext | None) -> socket.socket | None:
+    """Return a connection, in TLS where there is a context; None if its certificate was refused."""
     if context is None:
         return plain
     try:

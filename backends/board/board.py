@@ -6,6 +6,7 @@ It knows nothing of sockets and clocks, so that tests can step it by hand.
 import secrets
 import time
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
@@ -186,9 +187,8 @@ def pieces(kind: Kind, data: bytes, session: int) -> Iterator[Frame]:
 def _warm(chip: CountingChip) -> float:
     """Step a chip that is thrown away, and return its steps a second."""
     silence = np.zeros(0, dtype=np.int64)
-    begin = time.perf_counter()
-    for _ in range(WARM_STEPS):
-        chip.step(silence, {})
-    lasted_s = time.perf_counter() - begin
-    chip.close()
-    return WARM_STEPS / lasted_s
+    with closing(chip):
+        begin = time.perf_counter()
+        for _ in range(WARM_STEPS):
+            chip.step(silence, {})
+        return WARM_STEPS / (time.perf_counter() - begin)

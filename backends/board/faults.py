@@ -29,9 +29,6 @@ FAULTS = Faults("--fault", tuple(KINDS), timed=("slow",))
 class Outlet(Protocol):
     """The sending half of a line."""
 
-    def send(self, frame: Frame) -> None:
-        """Send a frame."""
-
     def send_bytes(self, data: bytes) -> None:
         """Send bytes as they are."""
 
@@ -65,45 +62,47 @@ class FaultyLine:
         self._rng = random.Random(seed)
         self._plan = FaultPlan(faults, self._rng)
         self._silent = False
-        self._kept: Frame | None = None
+        self._kept: list[bytes] = []
 
     def send(self, frame: Frame) -> None:
-        """Send a frame, spoilt where the plan has it so; a fault happens once a step."""
+        """Send a frame, spoilt by all faults of its step; each happens once."""
         if self._silent:
             return
         drawn = self._plan.drawn(frame.step) if frame.kind == Kind.STATE else ()
-        fault = next(iter(drawn), None)
-        if fault is None:
-            self._line.send(frame)
-        else:
-            self._spoil(frame, fault)
-        if self._kept is not None and self._kept is not frame:
-            self._line.send(self._kept)
-            self._kept = None
+        behind, self._kept = self._kept, []
+        sent = [frame.encode()]
+        for fault in drawn:
+            sent = self._spoilt(sent, fault, frame)
+        for data in (*sent, *behind):
+            self._line.send_bytes(data)
 
-    def _spoil(self, frame: Frame, fault: Fault) -> None:
+    def _spoilt(self, sent: list[bytes], fault: Fault, frame: Frame) -> list[bytes]:
+        """Return the bytes that a fault leaves of those to be sent for a frame."""
         match fault.kind:
             case "duplicate":
-                self._line.send(frame)
-                self._line.send(frame)
+                return sent * 2
             case "reorder":
-                self._kept = frame
+                self._kept = sent
             case "flip":
-                data = bytearray(frame.encode())
-                data[self._rng.randrange(len(data))] ^= 1 << self._rng.randrange(8)
-                self._line.send_bytes(bytes(data))
+                return [self._flipped(data) for data in sent]
             case "garbage":
-                self._line.send_bytes(self._rng.randbytes(len(frame.encode())))
+                return [self._rng.randbytes(len(data)) for data in sent]
             case "wrong-step":
-                self._line.send(frame._replace(step=frame.step + 3))
+                return [frame._replace(step=frame.step + 3).encode() for _ in sent]
             case "wrong-session":
-                self._line.send(frame._replace(session=frame.session ^ 5))
+                return [frame._replace(session=frame.session ^ 5).encode() for _ in sent]
             case "slow":
                 self._clock.sleep_until(self._clock.now() + fault.delay_s)
-                self._line.send(frame)
+                return sent
             case "cut":
                 raise BoardLostError("the fault plan hangs up")
             case "half-open":
                 self._silent = True
             case "restart":
                 self._restart()
+        return []
+
+    def _flipped(self, data: bytes) -> bytes:
+        spoilt = bytearray(data)
+        spoilt[self._rng.randrange(len(data))] ^= 1 << self._rng.randrange(8)
+        return bytes(spoilt)

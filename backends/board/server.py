@@ -3,12 +3,13 @@
 import select
 import socket
 import ssl
+import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 
-from spikeport.backends.board.address import Address, Certificates, accepted, listening
+from spikeport.backends.board.address import Address, Certificates, accepted, listening, secured
 from spikeport.backends.board.board import Board, Machine
 from spikeport.backends.board.faults import FaultyLine
 from spikeport.backends.board.frame import Frame, Kind
@@ -19,6 +20,8 @@ from spikeport.pacing import SystemClock
 
 LOOK_S = 0.5
 """Time between looks for other hosts, which are refused."""
+GREETING_S = 1.0
+"""Time in which a host that is refused must greet the board, to be answered."""
 BUSY = b"it is in use by another host; one at a time"
 
 
@@ -74,7 +77,8 @@ def serve(service: Service, say: Callable[[str], None]) -> None:
         say(f"board: {service.machine.name} on {service.address}")
         board = Board(service.machine)
         while select.select([listener], [], [], service.idle_s)[0]:
-            connected = accepted(listener, context)
+            plain = accepted(listener)
+            connected = None if plain is None else secured(plain, context)
             if connected is not None:
                 _host(service, board, connected, listener, context, say)
                 if service.once:
@@ -129,15 +133,19 @@ def _frames(
         if time.perf_counter() >= look_s:
             look_s = time.perf_counter() + LOOK_S
             if select.select([listener], [], [], 0)[0]:
-                _refuse(listener, context)
+                # In a thread: waiting for handshake and greeting must not hold up a step.
+                threading.Thread(
+                    target=_refuse, args=(accepted(listener), context), daemon=True
+                ).start()
 
 
-def _refuse(listener: socket.socket, context: ssl.SSLContext | None) -> None:
-    connected = accepted(listener, context)
+def _refuse(plain: socket.socket | None, context: ssl.SSLContext | None) -> None:
+    """Refuse another host, with the reason."""
+    connected = None if plain is None else secured(plain, context)
     if connected is not None:
         with closing(SocketLine(connected, "another host")) as line:
             try:
-                line.receive(1.0)  # its greeting: bytes that nobody reads reset the connection
+                line.receive(GREETING_S)  # bytes that nobody reads would reset the connection
                 line.send(Frame(Kind.REFUSAL, body=BUSY))
             except BoardLostError:
                 pass

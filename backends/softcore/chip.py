@@ -3,6 +3,7 @@
 from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack
 
 import numpy as np
 
@@ -201,7 +202,7 @@ class DeviceChip(SoftChip):
     image, seed, say
         See `SoftChip`.
     line : Line
-        The line, which is closed with the chip.
+        The line, which is closed with the chip, and where no chip comes of it.
 
     Raises
     ------
@@ -213,19 +214,26 @@ class DeviceChip(SoftChip):
         self, image: ChipImage, seed: int, line: Line, say: Callable[[str], None] = say_nothing
     ) -> None:
         self._line = line
-        super().__init__(image, seed, written(image), say)
-        outputs = outputs_of(image, self._memory.order)
-        flat = [one for ports in outputs for one in ports]
-        # The board sends values first, then spikes.
-        self._sent_order = np.argsort([one.held == Held.SPIKE for one in flat], kind="stable")
-        self._listed = [flat[i] for i in self._sent_order]
-        self._ends = np.cumsum([len(ports) for ports in outputs])[:-1]
-        self.compared = {"outputs": len(flat)}
-        line.restart(port.ASK)
+        with ExitStack() as opened:
+            opened.callback(line.close)
+            super().__init__(image, seed, written(image), say)
+            outputs = outputs_of(image, self._memory.order)
+            flat = [one for ports in outputs for one in ports]
+            # The board sends values first, then spikes.
+            self._sent_order = np.argsort([one.held == Held.SPIKE for one in flat], kind="stable")
+            self._listed = [flat[i] for i in self._sent_order]
+            self._ends = np.cumsum([len(ports) for ports in outputs])[:-1]
+            self.compared = {"outputs": len(flat)}
+            self._load()
+            opened.pop_all()
+
+    def _load(self) -> None:
+        """Load the board, and clear both banks of its sums."""
+        self._line.restart(port.ASK)
         # Its answer has the checksum of all that was loaded.
         self._exchange(port.loading(self._memory, self._listed) + port.ASK)
         nothing = np.zeros((0, 2), dtype=np.int64)
-        for _ in range(2):  # banks of sums
+        for _ in range(2):
             self._take(nothing, clear=True)
 
     def _advance(

@@ -77,7 +77,6 @@ class FakeLine:
         self._board_clock = FakeClock()
         plan = [FAULTS.parse(text) for text in faults]
         self._back = FaultyLine(self, plan, self._board_clock, board.end, seed)
-        self._outlet = False
         self._arriving: deque[tuple[float, bytes]] = deque()
         self._splitter = Splitter()
         self.hung_up = self.closed = False
@@ -88,20 +87,15 @@ class FakeLine:
         return self._splitter.bad
 
     def send(self, frame: Frame) -> None:
-        """Send a frame, of the host to the board or, while that answers, of the board's."""
-        if self._outlet:
-            self.send_bytes(frame.encode())
-            return
+        """Send a frame of the host to the board, which answers at once."""
         if self.hung_up:
             raise BoardLostError("the board: the link is gone (it hung up)")
-        self._outlet = True
         self._board_clock.sleep_until(self._clock.now() + TRIP_S)
         try:
             for answer in self._board.answer(frame):
                 self._back.send(answer)
         except BoardLostError:
             self.hung_up = True
-        self._outlet = False
 
     def send_bytes(self, data: bytes) -> None:
         """Let bytes of the board arrive."""

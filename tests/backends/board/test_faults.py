@@ -5,8 +5,35 @@ The effect of each fault on a run is in `test_chip`.
 
 import pytest
 
-from spikeport.backends.board.faults import FAULTS, KINDS
+from spikeport.backends.board.faults import FAULTS, KINDS, FaultyLine
+from spikeport.backends.board.frame import Frame, Kind, Splitter
 from spikeport.errors import UsageError
+from tests.helpers.fake_board import FakeClock
+
+
+class Outlet:
+    """What the host receives: frames, or bytes that are none."""
+
+    def __init__(self) -> None:
+        self.sent: list[bytes] = []
+
+    def send_bytes(self, data: bytes) -> None:
+        self.sent.append(data)
+
+    @property
+    def steps(self) -> list[int]:
+        splitter = Splitter()
+        splitter.feed(b"".join(self.sent))
+        return [frame.step for frame in iter(splitter.next, None)]
+
+
+def answered(*plan: str, steps: int = 4) -> tuple[Outlet, FakeClock]:
+    """Send answers to steps over a line of a plan."""
+    outlet, clock = Outlet(), FakeClock()
+    line = FaultyLine(outlet, [FAULTS.parse(text) for text in plan], clock, lambda: None)
+    for step in range(1, steps + 1):
+        line.send(Frame(Kind.STATE, 7, step, b"body"))
+    return outlet, clock
 
 
 def test_every_kind_can_be_asked_for() -> None:
@@ -17,3 +44,19 @@ def test_every_kind_can_be_asked_for() -> None:
 def test_a_kind_of_a_robot_is_none_of_a_board() -> None:
     with pytest.raises(UsageError, match="--fault 'nan@3': write KIND@STEP, slow=MS@STEP or"):
         FAULTS.parse("nan@3")
+
+
+def test_all_faults_of_a_step_happen() -> None:
+    outlet, clock = answered("slow=5@2", "duplicate@2", "flip@3", "duplicate@3")
+    assert clock.now() == pytest.approx(100.005)  # the clock begins at 100 s
+    assert outlet.steps == [1, 2, 2, 4]
+    assert outlet.sent[3] == outlet.sent[4]  # one bit flipped, then sent twice
+
+
+@pytest.mark.parametrize("plan", [("loss@2", "wrong-step@2"), ("loss@2", "duplicate@2")])
+def test_an_answer_that_is_lost_stays_lost(plan: tuple[str, str]) -> None:
+    assert answered(*plan)[0].steps == [1, 3, 4]
+
+
+def test_answers_put_off_one_after_the_other_all_arrive() -> None:
+    assert answered("reorder@1", "reorder@2")[0].steps == [1, 3, 2, 4]

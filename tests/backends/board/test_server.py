@@ -104,6 +104,21 @@ def test_a_second_host_is_refused_while_the_first_goes_on(tmp_path: Path) -> Non
         first.close()
 
 
+def test_a_stranger_that_says_nothing_holds_up_no_step(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("spikeport.backends.board.server.GREETING_S", WAIT_S)
+    address = f"unix:{tmp_path / 'board'}"
+    with served(address):
+        first = BoardChip(IMAGE, 0, line_to(address))
+        stranger = line_to(address)
+        assert stranger.receive(0.5) is None  # the board waits for its greeting
+        check_equal(first)  # a step that waited as well would be asked for again
+        assert first.figures.asked_again == 0
+        stranger.close()
+        first.close()
+
+
 def test_a_host_of_another_authority_is_not_let_in(tmp_path: Path) -> None:
     address = f"tcp://127.0.0.1:{free_port()}"
     board, host = certificates(tmp_path, "board"), certificates(tmp_path, "host")

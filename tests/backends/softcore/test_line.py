@@ -71,6 +71,19 @@ class Disturbed:
         return self._line.exchange(sent, n)
 
 
+def test_a_line_without_an_answer_is_closed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("spikeport.backends.softcore.line.PATIENCE_S", 0.05)
+    ours, theirs = os.openpty()
+    tty.setraw(ours)
+    line = SerialLine(Path(os.ttyname(theirs)), 115200)
+    with pytest.raises(BackendError, match="answered 0 of"):
+        DeviceChip(small_image(), 0, line)
+    with pytest.raises(OSError, match="Bad file descriptor"):
+        line.close()
+    os.close(ours)
+    os.close(theirs)
+
+
 @pytest.mark.slow
 @pytest.mark.skipif(shutil.which("verilator") is None, reason="no verilator: make referees")
 def test_a_bit_that_flips_on_the_line_ends_the_session_and_the_next_one_begins_anew() -> None:
