@@ -93,12 +93,10 @@ class Outcome(NamedTuple):
 
 @dataclass(frozen=True)
 class Experiment:
-    """An experiment of the paper: what it shows, its settings and the trial that does it.
+    """An experiment of the paper: its settings, and the trial that does it.
 
     Attributes
     ----------
-    summary : str
-        A line on what it shows.
     trial : type of Trial
         A run of it, made of settings and options.
     settings : type
@@ -116,7 +114,6 @@ class Experiment:
         time that is asked for; None if a run lasts as long as is asked for.
     """
 
-    summary: str
     trial: "type[Trial[Any, Any]]"
     settings: type
     backends: tuple[str, ...]

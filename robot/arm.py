@@ -64,11 +64,6 @@ class ArmDynamics:
         """Lowest and highest angle of each joint, ``(4, 2)``."""
         return np.array(self._model.jnt_range[self._joints])
 
-    @property
-    def torque_limits_nm(self) -> np.ndarray:
-        """Largest torque of each joint, ``(4,)``."""
-        return np.array([self._model.actuator(j).forcerange[1] for j in ARM_JOINTS])
-
     def at(self, q: ArrayLike) -> H1ArmTerms:
         """Return the terms at a posture ``q (4,)`` in rad; UsageError for another shape."""
         posture = _shaped(q, (4,))

@@ -3,7 +3,6 @@
 import os
 import sys
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from types import TracebackType
 from typing import NamedTuple, Protocol, Self
 
@@ -96,13 +95,6 @@ class Renderer:
         trace: TracebackType | None,
     ) -> None:
         self.close()
-
-
-def save_png(path: str | Path, frame: np.ndarray) -> None:
-    """Write a picture, uint8 ``(height, width, 3)``, as a PNG file."""
-    from PIL import Image
-
-    Image.fromarray(frame).save(path, format="PNG")
 
 
 def _check_size(model: mujoco.MjModel, width: int, height: int) -> None:

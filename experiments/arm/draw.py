@@ -122,7 +122,6 @@ class DrawTrial(ArmTrial):
 
 
 EXPERIMENT = Experiment(
-    summary="the right arm draws a digit",
     trial=DrawTrial,
     settings=DrawSettings,
     backends=BACKENDS,

@@ -89,7 +89,6 @@ class ReachTrial(ArmTrial):
 
 
 EXPERIMENT = Experiment(
-    summary="the right arm follows random targets",
     trial=ReachTrial,
     settings=ReachSettings,
     backends=BACKENDS,

@@ -243,7 +243,6 @@ def _probes(net: HumanoidNetwork) -> dict[str, nengo.Probe]:
 
 
 EXPERIMENT = Experiment(
-    summary="the robot walks, draws a digit, and walks on",
     trial=SwitchTrial,
     settings=SwitchSettings,
     backends=BACKENDS,

@@ -210,7 +210,6 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
 
 
 EXPERIMENT = Experiment(
-    summary="the robot follows a path",
     trial=WalkTrial,
     settings=WalkSettings,
     backends=BACKENDS,

@@ -74,16 +74,6 @@ def gammas(phi: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return eye + a * cross + b * twice, eye + b * cross + c * twice, eye / 2 + c * cross + d * twice
 
 
-def rotation_vector(rotation: np.ndarray) -> np.ndarray:
-    """Return the logarithm (3,) in rad of a rotation (3, 3) by less than pi."""
-    skew = np.array([rotation[2, 1], rotation[0, 2], rotation[1, 0]])
-    sine = (skew - np.array([rotation[1, 2], rotation[2, 0], rotation[0, 1]])) / 2
-    size = float(np.sqrt(sine @ sine))
-    # arctan2 is exact at small and large angles, where arcsin or arccos would lose digits.
-    theta = float(np.arctan2(size, (np.trace(rotation) - 1) / 2))
-    return np.asarray(sine if size < SMALL_RAD else sine * (theta / size))
-
-
 def exp(xi: np.ndarray) -> Pose:
     """Return the exponential of coordinates (3 + 3 n,).
 
@@ -93,36 +83,13 @@ def exp(xi: np.ndarray) -> Pose:
     return Pose(gamma_0, xi[3:].reshape(-1, 3) @ gamma_1.T)
 
 
-def log(pose: Pose) -> np.ndarray:
-    """Return the coordinates (3 + 3 n,) of an element: the inverse of `exp`."""
-    phi = rotation_vector(pose.rotation)
-    # Gamma_1 is singular at multiples of 2 pi alone.
-    rho = np.linalg.solve(gammas(phi)[1], pose.vectors.T).T
-    return np.concatenate((phi, rho.ravel()))
-
-
 def multiply(left: Pose, right: Pose) -> Pose:
     """Return the product of two elements."""
     turned = right.vectors @ left.rotation.T
     return Pose(left.rotation @ right.rotation, turned + left.vectors)
 
 
-def inverse(pose: Pose) -> Pose:
-    """Return the inverse of an element."""
-    return Pose(pose.rotation.T, -pose.vectors @ pose.rotation)
-
-
 def turning(pose: Pose) -> np.ndarray:
     """Return the columns of Ad_X for rotations, (3 + 3 n, 3): R above all hat(x_i) R."""
     below = hats(pose.vectors) @ pose.rotation
     return np.concatenate((pose.rotation, below.reshape(-1, 3)))
-
-
-def adjoint(pose: Pose) -> np.ndarray:
-    """Return Ad_X (3 + 3 n, 3 + 3 n): X exp(xi) = exp(Ad_X xi) X.
-
-    R on the diagonal, and `turning` as its first columns.
-    """
-    matrix = np.kron(np.eye(len(pose.vectors) + 1), pose.rotation)
-    matrix[:, :3] = turning(pose)
-    return matrix

@@ -5,7 +5,6 @@ the controller is there. Time is what the caller says it is.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -26,17 +25,6 @@ HOLD = MotorCommands(_POSE_RAD, _NONE, _KP, _KD, _NONE)
 """The command that holds the default pose."""
 
 
-@dataclass(frozen=True)
-class Timing:
-    """Times of a controller, s: of the ramp, and the most without a valid observation."""
-
-    ramp_s: float = RAMP_S
-    latest_s: float = LATEST_S
-
-
-DEFAULT = Timing()
-
-
 class Controller:
     """Controller that answers a robot's states by commands.
 
@@ -48,8 +36,6 @@ class Controller:
         Called with the first observation of ``RUN``, before the policy: estimators start here.
     limits : Limits
         The limits of plausible observations.
-    timing : Timing
-        Its times.
 
     Attributes
     ----------
@@ -66,10 +52,8 @@ class Controller:
         policy: Callable[[Sensors], MotorCommands],
         begin: Callable[[Sensors], object],
         limits: Limits,
-        timing: Timing = DEFAULT,
     ) -> None:
-        self._policy, self._begin = policy, begin
-        self._limits, self._timing = limits, timing
+        self._policy, self._begin, self._limits = policy, begin, limits
         self.state, self.refused, self.refusals = State.WAIT, "", 0
         self._entered, self._sent = False, ZERO_TORQUE
         self._ramp_from_rad, self._ramp_since_s = HOLD.q, 0.0
@@ -114,7 +98,7 @@ class Controller:
 
         After True, the command to send is `DAMPING`.
         """
-        age_s, most_s = now_s - self._last_s, self._timing.latest_s
+        age_s, most_s = now_s - self._last_s, LATEST_S
         if self.state not in MOVING or age_s <= most_s:
             return False
         self.refuse(too_old(age_s, most_s))
@@ -163,7 +147,7 @@ class Controller:
 
     def _ramp(self, now_s: float) -> MotorCommands:
         """Return the way to the default pose: q = q_0 + s (pose - q_0), s from 0 to 1."""
-        share = min((now_s - self._ramp_since_s) / self._timing.ramp_s, 1.0)
+        share = min((now_s - self._ramp_since_s) / RAMP_S, 1.0)
         if share == 1.0:
             self._happen(Event.RAMPED)
         begun = self._ramp_from_rad

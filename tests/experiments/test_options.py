@@ -9,7 +9,7 @@ class Trial:
     name = "stroll"
 
 
-EXPERIMENT = Experiment("strolls", Trial, dict, ("native",), 10.0, 1.0, pipeline="compact")
+EXPERIMENT = Experiment(Trial, dict, ("native",), 10.0, 1.0, pipeline="compact")
 
 
 def test_an_experiment_has_the_name_of_its_trial():

@@ -13,6 +13,7 @@ from spikeport.robot.estimator.belief import (
     Belief,
 )
 from spikeport.robot.estimator.group import Pose
+from tests.helpers.lie_group import inverse, log
 
 
 def random_belief(seed: int) -> Belief:
@@ -36,10 +37,10 @@ def moved_by(belief: Belief, delta: np.ndarray) -> Belief:
 
 def difference(belief: Belief, true: Belief) -> np.ndarray:
     """Return the errors (27,) of a belief."""
-    error = group.multiply(belief.pose, group.inverse(true.pose))
+    error = group.multiply(belief.pose, inverse(true.pose))
     return np.concatenate(
         (
-            group.log(error),
+            log(error),
             belief.gyroscope_bias - true.gyroscope_bias,
             belief.accelerometer_bias - true.accelerometer_bias,
         )

@@ -106,7 +106,6 @@ def test_an_empty_batch_has_empty_terms(arm):
 
 def test_limits(arm):
     assert arm.limits_rad.tolist() == [[-2.87, 2.87], [-3.11, 0.34], [-4.45, 1.3], [-1.25, 2.61]]
-    assert arm.torque_limits_nm.tolist() == [40, 40, 18, 18]
 
 
 def test_wrong_shapes_are_named(arm):

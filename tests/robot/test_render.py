@@ -4,12 +4,11 @@ import sys
 
 import numpy as np
 import pytest
-from PIL import Image
 
 from spikeport.errors import RenderError, UsageError
 from spikeport.robot import render
 from spikeport.robot.plant import Plant
-from spikeport.robot.render import Mark, Renderer, save_png
+from spikeport.robot.render import Mark, Renderer
 
 
 @pytest.fixture(scope="module")
@@ -86,12 +85,6 @@ def test_renderers_of_both_cameras_live_side_by_side(plant):
         with Renderer(plant.model, 160, 90, "track") as track:
             assert changed(track.frame(plant.data), first).mean() > 0.1
         assert not changed(front.frame(plant.data), first).any()
-
-
-def test_save_png_keeps_every_pixel(tmp_path):
-    frame = np.random.RandomState(0).randint(0, 256, (6, 8, 3)).astype(np.uint8)
-    save_png(tmp_path / "a.png", frame)
-    np.testing.assert_array_equal(np.asarray(Image.open(tmp_path / "a.png")), frame)
 
 
 def test_unknown_camera_lists_the_known_ones(plant):

@@ -72,10 +72,6 @@ SHUTDOWNS = Trap(
     False,
     "none needed on `board serve`, which reads answers itself; elsewhere, run again",
 )
-TRAPS = (
-    *(THRESHOLDS, NOISES, RANGES, POPULATIONS, LEARNERS, DUMMIES),
-    *(BASES, SPIKES, PHANTOMS, INDICES, SEEDS, SCATTERED, REFRACTORY, SHUTDOWNS),
-)
 
 
 class Finding(NamedTuple):

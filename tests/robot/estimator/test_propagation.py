@@ -21,6 +21,7 @@ from spikeport.robot.estimator.propagation import (
     transition,
 )
 from tests.helpers.beliefs import difference, moved_by, random_belief, slope
+from tests.helpers.lie_group import adjoint
 
 OMEGA, FORCE = np.array([0.5, -1.0, 2.0]), np.array([1.0, -2.0, 10.0])
 STANDING = np.array([True, False, True, True])
@@ -80,7 +81,7 @@ def test_growth_is_the_sensors_noise_moved_by_the_adjoint():
         sizes[errors_of(FIRST_CONTACT + contact)] = 0.5
     sizes[GYROSCOPE_BIAS], sizes[ACCELEROMETER_BIAS] = 0.3, 0.4
     moving = np.eye(N_ERRORS)
-    moving[: GYROSCOPE_BIAS.start, : GYROSCOPE_BIAS.start] = group.adjoint(belief.pose)
+    moving[: GYROSCOPE_BIAS.start, : GYROSCOPE_BIAS.start] = adjoint(belief.pose)
     expected = moving @ np.diag(sizes**2) @ moving.T
     np.testing.assert_allclose(growth(belief, STANDING, isotropic), expected, atol=1e-12)
 

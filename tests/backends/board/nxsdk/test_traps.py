@@ -1,10 +1,13 @@
 """Traps have ids in order, and findings say everything in one line."""
 
-from spikeport.backends.board.nxsdk.traps import BASES, THRESHOLDS, TRAPS, Finding
+from spikeport.backends.board.nxsdk import traps
+from spikeport.backends.board.nxsdk.traps import BASES, THRESHOLDS, Finding, Trap
 
 
 def test_ids_are_in_order() -> None:
-    assert [trap.id for trap in TRAPS] == [f"NX{i + 1:02}" for i in range(len(TRAPS))]
+    ids = [trap.id for trap in vars(traps).values() if isinstance(trap, Trap)]
+    assert ids == [f"NX{i + 1:02}" for i in range(len(ids))]
+    assert len(ids) == 14
 
 
 def test_a_finding_says_what_where_and_what_helps() -> None:
