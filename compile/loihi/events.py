@@ -17,6 +17,7 @@ import numpy as np
 from nengo_loihi.dvs import DVSFileChipProcess
 
 from spikeport.compile.ground.refusal import TURN
+from spikeport.compile.loihi.replaced import replaced
 from spikeport.errors import UsageError, printable
 from spikeport.reading.archive import read_bytes
 from spikeport.reading.mismatch import MismatchError
@@ -99,13 +100,8 @@ def read_sources(process: DVSFileChipProcess) -> tuple[np.ndarray, np.ndarray]:
 @contextlib.contextmanager
 def read_here() -> Iterator[None]:
     """Let float Nengo read the files of nengo-loihi's processes by `read_sources`."""
-    with TURN:
-        theirs = DVSFileChipProcess._read_events
-        DVSFileChipProcess._read_events = read_sources
-        try:
-            yield
-        finally:
-            DVSFileChipProcess._read_events = theirs
+    with TURN, replaced(DVSFileChipProcess, "_read_events", read_sources):
+        yield
 
 
 def _read(path: Path, kind: str | None, relative: bool | None) -> Events:

@@ -12,6 +12,7 @@ from nengo_loihi.splitter import HostChipSplit
 
 from spikeport.compile.ground.names import base
 from spikeport.compile.ground.refusal import TURN
+from spikeport.compile.loihi.replaced import replaced
 
 
 @contextlib.contextmanager
@@ -29,9 +30,5 @@ def connections_probed_on_host() -> Iterator[None]:
         others = [probe for probe in network.all_probes if probe not in of_connections]
         usual(split, SimpleNamespace(all_probes=others))
 
-    with TURN:
-        HostChipSplit._place_probes = place
-        try:
-            yield
-        finally:
-            HostChipSplit._place_probes = usual
+    with TURN, replaced(HostChipSplit, "_place_probes", place):
+        yield

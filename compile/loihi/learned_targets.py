@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from nengo_loihi.passthrough import Cluster, PassthroughSplit
 
 from spikeport.compile.ground.refusal import TURN
+from spikeport.compile.loihi.replaced import replaced
 
 
 @contextlib.contextmanager
@@ -21,9 +22,5 @@ def learned_targets_stay() -> Iterator[None]:
         if all(connection.learning_rule_type is None for connection in cluster.conns_in):
             usual(passthrough, cluster)
 
-    with TURN:
-        PassthroughSplit._split_cluster = split
-        try:
-            yield
-        finally:
-            PassthroughSplit._split_cluster = usual
+    with TURN, replaced(PassthroughSplit, "_split_cluster", split):
+        yield

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike
 
 from spikeport.compile.ground.refusal import TURN
+from spikeport.compile.loihi.replaced import replaced
 
 _discretize_compartment = nengo_loihi.builder.discretize.discretize_compartment
 _NUMPY_2 = int(np.__version__.split(".")[0]) >= 2
@@ -83,11 +84,7 @@ def numpy1_semantics_without_turns() -> Iterator[None]:
     ]
     if _NUMPY_2:
         patches += [(m, "np", _CopyIfNeeded()) for m in (nengo_loihi.block, nengo_loihi.neurons)]
-    saved = [(owner, name, getattr(owner, name)) for owner, name, _ in patches]
-    try:
-        for owner, name, value in patches:
-            setattr(owner, name, value)
+    with contextlib.ExitStack() as stack:
+        for patch in patches:
+            stack.enter_context(replaced(*patch))
         yield
-    finally:
-        for owner, name, value in saved:
-            setattr(owner, name, value)

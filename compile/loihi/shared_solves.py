@@ -16,6 +16,8 @@ import numpy as np
 from nengo.solvers import LstsqL2
 from nengo.utils.least_squares_solvers import Cholesky
 
+from spikeport.compile.loihi.replaced import replaced
+
 MOST_KEPT = 4
 """Ensembles whose last decoders are kept: connections come sorted by the name of their source, and
 the values at evaluation points take megabytes."""
@@ -76,9 +78,6 @@ def _equal(one: np.ndarray, other: np.ndarray) -> bool:
 @contextlib.contextmanager
 def shared_solves() -> Iterator[None]:
     """Let connections that are built share equal decoders."""
-    usual = connections.solve_for_decoders
-    connections.solve_for_decoders = _Solves(usual).solve
-    try:
+    solves = _Solves(connections.solve_for_decoders)
+    with replaced(connections, "solve_for_decoders", solves.solve):
         yield
-    finally:
-        connections.solve_for_decoders = usual

@@ -14,6 +14,8 @@ import nengo_loihi.builder.split_blocks as split_blocks
 import numpy as np
 from nengo_loihi.block import LoihiBlock, Synapse
 
+from spikeport.compile.loihi.replaced import replaced
+
 MOST_BASES = 256
 """A base of an axon's targets is less than this on the chip."""
 
@@ -134,9 +136,5 @@ def _part(old: Synapse, axons: list[_Axon], cuts: Mapping[bytes, _Cut]) -> Synap
 @contextlib.contextmanager
 def split_by_tables() -> Iterator[None]:
     """Let nengo-loihi's builder split groups of synapses by `split_synapse`."""
-    usual = split_blocks.split_synapse
-    split_blocks.split_synapse = split_synapse
-    try:
+    with replaced(split_blocks, "split_synapse", split_synapse):
         yield
-    finally:
-        split_blocks.split_synapse = usual
