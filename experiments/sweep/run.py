@@ -1,4 +1,4 @@
-"""Runs the points of a sweep that are not finished yet."""
+"""Runs the points of a sweep or an evaluation that are not finished yet."""
 
 import contextlib
 from collections.abc import Iterator, Sequence
@@ -7,9 +7,8 @@ from typing import NamedTuple
 from spikeport.experiments import registry
 from spikeport.experiments.sweep import workers
 from spikeport.experiments.sweep.folder import PointFiles, SweepFolder
-from spikeport.experiments.sweep.plan import Point, Sweep
-from spikeport.experiments.sweep.point import PointRun
-from spikeport.experiments.sweep.workers import PointOutcome
+from spikeport.experiments.sweep.plan import Point
+from spikeport.experiments.sweep.workers import PointOutcome, Run
 from spikeport.progress import Progress
 
 CLUSTER = "spikeport.experiments.sweep.cluster"
@@ -24,9 +23,29 @@ class Failure(NamedTuple):
 
 
 def run(
-    sweep: Sweep, folder: SweepFolder, scheduler: str | None, n_workers: int, progress: Progress
+    points: Sequence[Point],
+    run_point: Run,
+    folder: SweepFolder,
+    scheduler: str | None,
+    n_workers: int,
+    progress: Progress,
 ) -> list[Failure]:
-    """Run what is missing of a sweep; an interrupt leaves what is finished.
+    """Run the points that a folder lacks; an interrupt leaves what is finished.
+
+    Parameters
+    ----------
+    points : sequence of Point
+        All points.
+    run_point : callable
+        Runs one, in a worker.
+    folder : SweepFolder
+        Takes up what is kept of them.
+    scheduler : str or None
+        The address of a Dask cluster; None for processes on this machine.
+    n_workers : int
+        The number of those processes.
+    progress : Progress
+        Hears how many points have ended.
 
     Raises
     ------
@@ -35,30 +54,26 @@ def run(
     MissingExtraError
         A scheduler is asked for, and Dask is absent.
     """
-    points = sweep.points()
     # A sweep that was interrupted goes on with these.
     missing = [point for point in points if not folder.holds(point)]
     if not missing:
         return []
     failures: list[Failure] = []
     progress("starting the workers", None)
-    with _outcomes(scheduler, min(n_workers, len(missing)), missing) as outcomes:
-        ended = len(points) - len(missing)
-        while ended < len(points):
+    with _outcomes(missing, run_point, scheduler, min(n_workers, len(missing))) as outcomes:
+        for ended in range(len(points) - len(missing), len(points)):
             progress(f"{ended} of {len(points)} points", ended / len(points))
             point, outcome = next(outcomes)
             if isinstance(outcome, PointFiles):
                 folder.write(point, outcome)
             else:
                 failures.append(Failure(point, outcome))
-            ended += 1
     return failures
 
 
 def _outcomes(
-    scheduler: str | None, n_workers: int, points: Sequence[Point]
+    points: Sequence[Point], run_point: Run, scheduler: str | None, n_workers: int
 ) -> contextlib.AbstractContextManager[Iterator[tuple[Point, PointOutcome]]]:
-    run_point = PointRun.new()
     if scheduler is None:
         return workers.outcomes(n_workers, points, run_point)
     cluster = registry.imported("--scheduler", CLUSTER, extra="sweep")

@@ -32,7 +32,6 @@ IN_RUNS = {
     "experiments/driver.py",
     "experiments/evaluate/episode.py",
     "experiments/evaluate/figure.py",
-    "experiments/evaluate/run.py",
     "experiments/evaluate/stage.py",
     "experiments/switch/controller.py",
     "experiments/switch/figure.py",

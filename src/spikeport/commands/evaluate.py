@@ -18,6 +18,7 @@ from spikeport.commands.sweep import note_trust
 from spikeport.constants import MOST_POINTS
 from spikeport.errors import UsageError, unknown
 from spikeport.experiments import registry
+from spikeport.experiments.sweep import run as execution
 from spikeport.experiments.sweep.folder import SweepFolder, opened
 from spikeport.files import write_json
 from spikeport.key_values import SettingValue
@@ -51,13 +52,18 @@ def run(request: EvaluateRequest) -> int:
     """Run what is missing of an evaluation, and write its table; 1 if an episode failed, else 0."""
     if request.experiment != EXPERIMENT:
         raise unknown("experiment to evaluate", request.experiment, (EXPERIMENT,))
-    run_module = registry.imported("an evaluation", "spikeport.experiments.evaluate.run")
+    episode = registry.imported("an evaluation", "spikeport.experiments.evaluate.episode")
     evaluation, workers = planned(request), request.workers
     note_trust(workers.scheduler)
     with opened(request.out, evaluation) as folder:
         with progress_bar() as progress:
-            failures = run_module.run(
-                evaluation, folder, workers.scheduler, workers.n_processes, progress
+            failures = execution.run(
+                evaluation.points(),
+                episode.run_episode,
+                folder,
+                workers.scheduler,
+                workers.n_processes,
+                progress,
             )
         _write(evaluation, folder)
     for point, reason in failures:

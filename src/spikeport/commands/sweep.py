@@ -1,7 +1,7 @@
 """``spikeport sweep``: an experiment at many settings, from several seeds."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,10 +16,11 @@ from spikeport.constants import MOST_POINTS
 from spikeport.errors import UsageError, unknown
 from spikeport.experiments import registry
 from spikeport.experiments.options import Experiment
+from spikeport.experiments.sweep import run as execution
 from spikeport.experiments.sweep.folder import opened
 from spikeport.experiments.sweep.plan import BACKEND, Point, Sweep
 
-RUN, TABLE = "spikeport.experiments.sweep.run", "spikeport.experiments.sweep.table"
+POINT, TABLE = "spikeport.experiments.sweep.point", "spikeport.experiments.sweep.table"
 ALL_METRICS = "spikeport.experiments.sweep.figure"
 """The modules that need the extra `robot`; they are imported when they are asked for."""
 
@@ -43,14 +44,21 @@ class SweepRequest:
 def run(request: SweepRequest) -> int:
     """Run what is missing of a sweep, and draw it; 1 if a point failed, else 0."""
     sweep = planned(request)
-    execute, tables, drawing = (
-        registry.imported("a sweep", module) for module in (RUN, TABLE, request.figure)
+    point, tables, drawing = (
+        registry.imported("a sweep", module) for module in (POINT, TABLE, request.figure)
     )
     workers = request.workers
     note_trust(workers.scheduler)
     with opened(request.out, sweep) as folder:
         with progress_bar() as progress:
-            failures = execute.run(sweep, folder, workers.scheduler, workers.n_processes, progress)
+            failures = execution.run(
+                sweep.points(),
+                point.PointRun.new(),
+                folder,
+                workers.scheduler,
+                workers.n_processes,
+                progress,
+            )
         if any(folder.holds(point) for point in sweep.points()):
             table = tables.table(sweep, folder)
             tables.write_table(folder, table)
@@ -140,7 +148,7 @@ def _check(sweep: Sweep, experiment: Experiment) -> None:
         experiment.trial(chosen, point.options).check()
 
 
-def _show(folder: Path, n_points: int, failures: list[tuple[Point, str]]) -> None:
+def _show(folder: Path, n_points: int, failures: Sequence[tuple[Point, str]]) -> None:
     console = Console(soft_wrap=True, highlight=False)
     for point, reason in failures:
         console.print(f"failed: {point.name}: {reason}", markup=False)

@@ -24,12 +24,11 @@ def run(sweep_of, tmp_path, monkeypatch):
     (tmp_path / "marks").mkdir()
     monkeypatch.setenv(sweeps.MARKS, str(tmp_path / "marks"))
     monkeypatch.setenv("OMP_NUM_THREADS", "1")
-    monkeypatch.setattr(sweep_run.PointRun, "new", lambda: sweeps.do_as_told)
 
     def run(*speeds, scheduler, progress=silent):
         sweep = sweep_of(varied={"speed": speeds})
         folder = SweepFolder(tmp_path / "sweep")
-        failures = sweep_run.run(sweep, folder, scheduler, 1, progress)
+        failures = sweep_run.run(sweep.points(), sweeps.do_as_told, folder, scheduler, 1, progress)
         return folder, {point.place["speed"]: reason for point, reason in failures}
 
     return run

@@ -17,7 +17,6 @@ def marks(monkeypatch, tmp_path):
     folder = tmp_path / "marks"
     folder.mkdir()
     monkeypatch.setenv(sweeps.MARKS, str(folder))
-    monkeypatch.setattr(sweep_run.PointRun, "new", lambda: sweeps.do_as_told)
     return folder
 
 
@@ -28,7 +27,9 @@ def run(sweep_of, marks, tmp_path):
     def run(*speeds, n_workers=1, progress=silent):
         sweep = sweep_of(varied={"speed": speeds})
         folder = SweepFolder(tmp_path / "sweep")
-        failures = sweep_run.run(sweep, folder, None, n_workers, progress)
+        failures = sweep_run.run(
+            sweep.points(), sweeps.do_as_told, folder, None, n_workers, progress
+        )
         return folder, {point.place["speed"]: reason for point, reason in failures}
 
     return run
@@ -89,8 +90,9 @@ def test_a_point_has_one_thread(run, sweep_of):
 def test_a_cluster_without_dask_names_the_extra(sweep_of, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     monkeypatch.delitem(sys.modules, sweep_run.CLUSTER, raising=False)
+    points, folder = sweep_of().points(), SweepFolder(tmp_path)
     with pytest.raises(MissingExtraError) as error:
-        sweep_run.run(sweep_of(), SweepFolder(tmp_path), "tls://host:8786", 1, silent)
+        sweep_run.run(points, sweeps.do_as_told, folder, "tls://host:8786", 1, silent)
     assert str(error.value) == (
         "--scheduler needs the package distributed, which is absent; "
         "install it with: pip install 'spikeport[sweep]'"

@@ -4,8 +4,7 @@ import json
 
 import pytest
 
-from spikeport.experiments.evaluate import run as evaluate_run
-from spikeport.experiments.evaluate.episode import run_episode
+from spikeport.experiments.sweep import run as execution
 from spikeport.experiments.sweep.run import Failure
 
 WALK = ("evaluate", "walk", "--backend", "analytic", "--seconds", "4")
@@ -16,14 +15,14 @@ FILES = "figure.png, points, result.json, sweep.json, table.md"
 def here(monkeypatch):
     """Run episodes in this process, one after the other; those on boxes fail."""
 
-    def run(evaluation, folder, _scheduler, _n_workers, _progress):
-        missing = [point for point in evaluation.points() if not folder.holds(point)]
+    def run(points, run_episode, folder, _scheduler, _n_workers, _progress):
+        missing = [point for point in points if not folder.holds(point)]
         for point in missing:
             if "terrain" not in point.place:
                 folder.write(point, run_episode(point, ""))
         return [Failure(point, "no boxes") for point in missing if "terrain" in point.place]
 
-    monkeypatch.setattr(evaluate_run, "run", run)
+    monkeypatch.setattr(execution, "run", run)
 
 
 def test_an_evaluation_leaves_a_table_a_picture_and_every_episode(spikeport, here, tmp_path):
