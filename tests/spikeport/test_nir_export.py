@@ -153,3 +153,19 @@ def test_learning_is_refused(tmp_path):
         "without it"
     )
     assert not (tmp_path / "image.nir").exists()
+
+
+@pytest.mark.parametrize(("read", "key"), [("voltage", "voltage"), ("input", "current")])
+def test_outputs_that_read_registers_are_refused(tmp_path, read, key):
+    with nengo.Network(seed=0) as net:
+        ensemble = nengo.Ensemble(20, 1)
+        nengo.Probe(ensemble.neurons, read)
+    image = spikeport.compile_network(net).image
+    with pytest.raises(UsageError) as caught:
+        export(image, tmp_path / "image.nir")
+    (entry,) = image.manifest.outputs
+    assert str(caught.value) == (
+        f"image {image.digest[:12]}: output '{entry.name}' reads a {key}, for which NIR has no "
+        "form; cure: probe spikes or values"
+    )
+    assert not (tmp_path / "image.nir").exists()

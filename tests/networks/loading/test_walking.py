@@ -69,6 +69,17 @@ def test_a_foreign_policy_needs_its_description(path):
     )
 
 
+def test_the_activation_of_a_checkpoint_is_the_one_that_is_named(tmp_path, environment):
+    layers = nn.Sequential(nn.Linear(69, 8), nn.ELU(), nn.Linear(8, N)).state_dict()
+    state = {f"mlp.{name}": value for name, value in layers.items()}
+    state["distribution.std_param"] = torch.ones(N)
+    path = tmp_path / "model.pt"
+    torch.save({"actor_state_dict": state}, path)
+    assert load_policy(path, environment(), "elu").weights[0].shape == (8, 69)
+    with pytest.raises(UsageError, match="expected activation elu, found gelu"):
+        load_policy(path, environment(), "gelu")
+
+
 def test_a_file_of_ours_for_other_joints_is_refused(tmp_path):
     path, rng = tmp_path / "policy.npz", np.random.default_rng(0)
     weights = (rng.standard_normal((4, 18)), rng.standard_normal((2, 4)))

@@ -108,6 +108,28 @@ def test_a_sweep_has_no_video_and_overwrites_nothing(spikeport, asked, option):
     assert asked == []
 
 
+@pytest.mark.parametrize(
+    "option",
+    [
+        ("--video",),
+        ("--counts",),
+        ("--seconds", "1"),
+        ("--seed", "1"),
+        ("--workers", "2"),
+        ("--backend", "analytic"),
+        ("--passes", "compact"),
+    ],
+)
+def test_a_figure_without_a_run_takes_no_options_of_runs(spikeport, asked, option, tmp_path):
+    assert spikeport("figure", "overview", *option, "--out", tmp_path / "out") == (
+        2,
+        "",
+        "error: figure 'overview' is drawn without a run: it takes --set, --chip, --out and "
+        "--overwrite; cure: leave the others out\n",
+    )
+    assert not (tmp_path / "out").exists()
+
+
 def test_an_unknown_figure_lists_those_there_are(spikeport):
     assert spikeport("figure", "dance") == (
         2,
