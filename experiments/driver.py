@@ -10,6 +10,7 @@ from typing import Any, Generic, NamedTuple, TypeVar
 import xarray as xr
 from nengo.exceptions import SimulationError
 
+from spikeport.compile.report.report import in_result
 from spikeport.constants import DT_S
 from spikeport.errors import BoardLostError, DivergedError, RobotLostError
 from spikeport.experiments import run_folder, watching
@@ -29,8 +30,6 @@ from spikeport.simulator import Simulator
 
 K = TypeVar("K", bound=Rig)
 R = TypeVar("R")
-ON_CHIP = ("image_digest", "resources", "energy", "timing", "host_io")
-"""The parts of a report that are in ``result.json``, too."""
 DAMPED_STEPS = 150
 """Steps of the robot after its controller was lost: they, and those just before, are kept."""
 PROGRESS_STEPS = 50
@@ -193,10 +192,7 @@ def _by_unit(sim: Simulator, amounts: Amounts) -> dict[str, Any] | None:
 
 def on_chip(sim: Simulator) -> dict[str, object]:
     """Return digest, resources, energy, timing and host I/O; None for each without a chip."""
-    if sim.compilation is None:
-        return dict.fromkeys(ON_CHIP)
-    report = sim.report()
-    return {key: report[key] for key in ON_CHIP}
+    return in_result(None if sim.compilation is None else sim.report())
 
 
 def link_line(link: Mapping[str, Any]) -> str:

@@ -20,6 +20,7 @@ from dataclasses import dataclass
 import nengo
 import numpy as np
 
+from spikeport.networks.at_rest import at_rest
 from spikeport.networks.operational_space import LawTerms, OperationalSpaceLaw
 from spikeport.networks.region import ArmRegion, Box
 from spikeport.networks.solvers import PerDimension
@@ -127,10 +128,7 @@ def arm(
     )
     with net:
         net.config[nengo.Ensemble].max_rates = nengo.dists.Uniform(200, 400)
-        net.config[nengo.Ensemble].neuron_type = nengo.LIF(
-            # At rest, as nengo-loihi starts all neurons: float and chip begin alike.
-            initial_state={"voltage": nengo.dists.Choice([0])}
-        )
+        net.config[nengo.Ensemble].neuron_type = nengo.LIF(initial_state=at_rest())
         net.rasters, net.groups = {}, {}
         build.inputs()
         build.s1()

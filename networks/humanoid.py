@@ -24,6 +24,7 @@ from spikeport.networks.action_selection import (
     action_selection,
 )
 from spikeport.networks.arm import ArmNetwork
+from spikeport.networks.at_rest import at_rest
 from spikeport.networks.gating import gate
 from spikeport.networks.path_follower import FollowerNetwork
 from spikeport.networks.policy import Layer, PolicyNetwork
@@ -139,10 +140,7 @@ def _constant(values: np.ndarray, target: nengo.Node, tau: float) -> nengo.Ensem
         gain=rates,
         bias=rates,
         eval_points=point,
-        # At rest, as the chip starts all neurons: Nengo draws voltages otherwise.
-        neuron_type=nengo.SpikingRectifiedLinear(
-            initial_state={"voltage": nengo.dists.Choice([0])}
-        ),
+        neuron_type=nengo.SpikingRectifiedLinear(initial_state=at_rest()),
         label="bias of action",
     )
     nengo.Connection(

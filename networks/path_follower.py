@@ -18,6 +18,7 @@ import nengo
 import numpy as np
 
 from spikeport.networks.analytic_follower import FollowerNetwork, analytic_follower, from_inputs
+from spikeport.networks.at_rest import at_rest
 from spikeport.networks.path_following import FollowerGains
 from spikeport.networks.plane_vectors import N_POINTS, bearing_ensemble, length_ensemble
 from spikeport.networks.rotation import Squares, rotate
@@ -77,7 +78,7 @@ def path_follower(
     with net:
         net.config[nengo.Ensemble].max_rates = nengo.dists.Uniform(*options.rates)
         net.config[nengo.Ensemble].neuron_type = nengo.LIF(
-            tau_ref=options.tau_ref, initial_state={"voltage": nengo.dists.Choice([0])}
+            tau_ref=options.tau_ref, initial_state=at_rest()
         )
         net.config[nengo.Connection].solver = nengo.solvers.LstsqL2(reg=options.regularisation)
         body = _yaw_rate(errors[:4], net.command[1], gains, options)

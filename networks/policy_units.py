@@ -16,6 +16,7 @@ import nengo
 import numpy as np
 from nengo.utils.numpy import maxint
 
+from spikeport.networks.at_rest import at_rest
 from spikeport.networks.policy_values import PolicyOptions, Ranges
 from spikeport.networks.solvers import Tied
 
@@ -130,15 +131,15 @@ def _neurons(options: PolicyOptions) -> dict[int, nengo.neurons.NeuronType]:
 
 
 def _lif(options: PolicyOptions) -> nengo.LIF:
-    return nengo.LIF(tau_ref=options.tau_ref, initial_state=_at_rest())
+    return nengo.LIF(tau_ref=options.tau_ref, initial_state=at_rest())
 
 
 def _relu(_options: PolicyOptions) -> nengo.SpikingRectifiedLinear:
-    return nengo.SpikingRectifiedLinear(initial_state=_at_rest())
+    return nengo.SpikingRectifiedLinear(initial_state=at_rest())
 
 
 def _integrate_and_fire(options: PolicyOptions) -> nengo.LIF:
-    return nengo.LIF(tau_rc=IF_TAU_RC_S, tau_ref=options.tau_ref, initial_state=_at_rest())
+    return nengo.LIF(tau_rc=IF_TAU_RC_S, tau_ref=options.tau_ref, initial_state=at_rest())
 
 
 _Kind = Callable[[PolicyOptions], nengo.neurons.NeuronType]
@@ -148,8 +149,3 @@ _KINDS: dict[str, tuple[_Kind, _Kind]] = {
     "relu": (_relu, _relu),
     "if": (_integrate_and_fire, _integrate_and_fire),
 }
-
-
-def _at_rest() -> dict[str, nengo.dists.Distribution]:
-    """Return parameters that start neurons at zero, as on the chip."""
-    return {"voltage": nengo.dists.Choice([0])}

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import nengo
 import numpy as np
 
+from spikeport.networks.at_rest import at_rest
 from spikeport.networks.solvers import PerDimension, Tied
 
 N_POINTS = 100
@@ -60,10 +61,7 @@ class Rectified:
             encoders=np.repeat(np.eye(n), self.n_neurons, axis=0),
             gain=per_unit * radius,
             bias=-per_unit * self.threshold,
-            # At rest, as the chip starts all neurons: Nengo draws voltages otherwise.
-            neuron_type=nengo.SpikingRectifiedLinear(
-                initial_state={"voltage": nengo.dists.Choice([0])}
-            ),
+            neuron_type=nengo.SpikingRectifiedLinear(initial_state=at_rest()),
             label=label,
         )
 

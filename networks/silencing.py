@@ -9,6 +9,7 @@ Source: paper, sec. 4.2 and Fig. 5c.
 import nengo
 import numpy as np
 
+from spikeport.networks.at_rest import at_rest
 from spikeport.networks.gating import gate
 
 N_NEURONS = 8
@@ -35,10 +36,7 @@ def silence(
             encoders=np.ones((N_NEURONS, 1)),
             gain=np.full(N_NEURONS, RATE_HZ),
             bias=np.zeros(N_NEURONS),
-            # At rest, as the chip starts all neurons: Nengo draws voltages otherwise.
-            neuron_type=nengo.SpikingRectifiedLinear(
-                initial_state={"voltage": nengo.dists.Choice([0])}
-            ),
+            neuron_type=nengo.SpikingRectifiedLinear(initial_state=at_rest()),
             label="silence",
         )
         nengo.Connection(onset, inhibitor, synapse=None)

@@ -15,9 +15,9 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 from spikeport.atomic import write_text
 from spikeport.compile.report.drawing import SIDE, Chip, chips, estimate
 from spikeport.compile.report.report import Json
+from spikeport.constants import BITS_PER_KIB
 from spikeport.hardware_models.host_io import HostIoReport
 
-BITS_PER_KIB = 8 * 1024
 MOST_CELLS = 4000
 """The most cells in the drawing of messages; the report as data has all."""
 MOST_ROWS = 12

@@ -220,3 +220,9 @@ def costs(chip: ChipModel, activity: Activity | None) -> Json:
         "energy": {c.name: energy(activity, chip, c).to_dict() for c in chip.calibrations},
         "timing": {name: taken and taken.to_dict() for name, taken in timings.items()},
     }
+
+
+def in_result(report: Json | None) -> Json:
+    """Return the parts of a report that a run's ``result.json`` repeats; without one, None each."""
+    parts = ("image_digest", "resources", "energy", "timing", "host_io")
+    return {key: report and report[key] for key in parts}

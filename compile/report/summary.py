@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from spikeport.constants import BITS_PER_KIB
 from spikeport.hardware_models.limits import Usage
 from spikeport.hardware_models.topology import chips_used
 from spikeport.table import Table
@@ -13,7 +14,6 @@ from spikeport.table import Table
 if TYPE_CHECKING:
     from spikeport.compile.report.report import Report
 
-BITS_PER_KIB = 8 * 1024
 WIDTH = 79
 
 

@@ -11,3 +11,6 @@ MOST_POINTS = 100_000
 
 LARGEST_SEED = 2**32 - 1
 """The largest seed of NumPy's random states."""
+
+BITS_PER_KIB = 8 * 1024
+"""Bits of a KiB: memories of chips are counted in bits, and shown in KiB."""

@@ -13,10 +13,9 @@ from spikeport.compile.check.verify import verify
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.soft_rows import WORD_BITS
 from spikeport.compile.image.usage import core_uses
+from spikeport.constants import BITS_PER_KIB
 from spikeport.errors import UsageError
 from spikeport.hardware_models import chip as chips
-
-BITS_PER_KIB = 8 * 1024
 
 
 def run(path: Path, out: Path, *, chip: str) -> None:

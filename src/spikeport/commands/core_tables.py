@@ -6,7 +6,7 @@ from rich.table import Table
 
 from spikeport.commands.tables import NO_FIGURE
 from spikeport.compile.report.report import Modules, Report
-from spikeport.compile.report.summary import BITS_PER_KIB
+from spikeport.constants import BITS_PER_KIB
 from spikeport.hardware_models.activity import Activity
 from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.energy import energy

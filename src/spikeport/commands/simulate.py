@@ -20,6 +20,7 @@ from spikeport.commands.progress import progress_bar
 from spikeport.commands.run import check_counts, check_target
 from spikeport.commands.screen import print_costs, print_hints, print_offloaded
 from spikeport.commands.tables import resource_table
+from spikeport.compile.report.report import in_result
 from spikeport.compile.report.summary import verdict
 from spikeport.constants import DT_S, LONGEST_RUN
 from spikeport.errors import UsageError
@@ -31,7 +32,6 @@ from spikeport.user_code import FILES, contained
 
 FIGURE, DATASET = "spikeport.simulation.figure", "spikeport.simulation.dataset"
 """The modules that need the extra `runs`."""
-OF_REPORT = ("image_digest", "resources", "energy", "timing", "host_io")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -173,7 +173,7 @@ def _result(request: SimulateRequest, ran: Ran, network: nengo.Network) -> dict[
         },
         "activity": ran.activity.totals(),
         "link": ran.link,
-        **{key: ran.report_json and ran.report_json[key] for key in OF_REPORT},
+        **in_result(ran.report_json),
     }
 
 

@@ -1,6 +1,7 @@
 from typing import Any
 
 from spikeport.compile.pipeline import Compilation
+from spikeport.compile.report.report import in_result
 
 
 def test_stated_rates_are_in_the_report(whole: dict[str, Any]) -> None:
@@ -19,3 +20,10 @@ def test_cores_have_a_lower_bound(compiled_chain: Compilation) -> None:
     report = compiled_chain.report.to_dict()
     bound = report["resources"]["cores"]["lower_bound"]
     assert bound == report["lower_bound"]["cores"] <= report["resources"]["cores"]["used"]
+
+
+def test_a_result_repeats_parts_of_a_report(whole: dict[str, Any]) -> None:
+    parts = in_result(whole)
+    assert list(parts) == ["image_digest", "resources", "energy", "timing", "host_io"]
+    assert all(parts[key] is whole[key] for key in parts)
+    assert in_result(None) == dict.fromkeys(parts)
