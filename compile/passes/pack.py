@@ -50,11 +50,15 @@ class Pack(ImagePass):
         packing = _on_cores(image, settled(problem, bins) if self.effort or self.exact else bins)
         fewest = max(sums(problem.loads, problem.room).values())
         search = Search(image, chip)
+        tried: list[Mapping[int, list[int]]] = [{}]
         # Smaller pieces, as long as no packing is known to be the smallest.
         for parts in range(2, self.effort + 1):
             if packing.n_cores > fewest:
                 bounds = search.bounds(problem.room.shared(parts))
-                packing = self._cut_and_pack(image, chip, bounds, packing.n_cores) or packing
+                # Equal pieces take as many cores as they did.
+                if bounds not in tried:
+                    tried.append(bounds)
+                    packing = self._cut_and_pack(image, chip, bounds, packing.n_cores) or packing
         context.note("cores", {"before": image.n_cores, "after": packing.n_cores})
         context.note("blocks", {"before": image.n_blocks, "after": packing.n_blocks})
         return packing

@@ -32,6 +32,10 @@ class Emptying:
         for core, blocks in enumerate(bins):
             self._exchanges.put(core, blocks)
         self._fills = np.array(problem.fills)
+        # Attempts change few cores: which had room before, of all of them, is asked once a load.
+        self._had_room = {
+            load: self._cores.tally.with_room(load).tolist() for load in set(problem.loads)
+        }
         self._before: dict[int, tuple[list[int], Load]] = {}
         self._victim = -1
         self.left = left
@@ -94,6 +98,17 @@ class Emptying:
         others: np.ndarray = room[(room != but) & (room != self._victim)]
         return others
 
+    def _third_has_room(self, core: int, other: int) -> bool:
+        """Return whether a third core has room for a block of a core."""
+        load, room = self._problem.loads[other], self._problem.room
+        out = core, self._victim
+        return any(
+            third not in out and third not in self._before for third in self._had_room[load]
+        ) or any(
+            third not in out and room.holds(self._cores.loads[third].joined(load))
+            for third in self._before
+        )
+
     def _push(self, core: int, other: int, block: int) -> bool:
         """Put a block in the place of another, which goes to a third core; return whether it can.
 
@@ -103,7 +118,7 @@ class Emptying:
             return False
         self.left -= 1
         # Asked before the load is added up, which takes longer: most have none.
-        if not len(self._room_for(other, but=core)):
+        if not self._third_has_room(core, other):
             return False
         blocks = [*(b for b in self._cores.bins[core] if b != other), block]
         load = self._problem.load(blocks)

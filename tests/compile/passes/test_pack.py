@@ -8,6 +8,8 @@ from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.passes.pack import Pack
 from spikeport.compile.placing.load import block_loads, capacity, core_loads
 from spikeport.compile.placing.lower_bound import lower_bound
+from spikeport.compile.placing.packing import pack
+from spikeport.compile.placing.problem import Bins, Problem
 from spikeport.errors import MissingExtraError
 from spikeport.hardware_models.chip import ChipModel
 from tests.helpers.images import Block, Group, Parts, Route
@@ -87,6 +89,22 @@ def test_blocks_are_cut_where_that_saves_a_core() -> None:
     after = packed(image, chip, effort=3)
     assert after.n_cores == 2
     assert sorted(np.diff(after.blocks.start).tolist()) == [3, 3, 6, 6]
+
+
+def test_equal_pieces_are_packed_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = []
+
+    def count(problem: Problem, effort: int) -> Bins:
+        asked.append(len(problem.loads))
+        return pack(problem, effort)
+
+    monkeypatch.setattr("spikeport.compile.passes.pack.pack", count)
+    # Two on a core leave room for less than one; halves of a core hold each as it is.
+    image, chip = blocks(*[4] * 8), small_chip(compartments=11)
+    assert packed(image, chip, effort=2).n_cores == 4
+    assert asked == [8]
+    assert packed(image, chip, effort=3).n_cores == 3
+    assert asked == [8, 8, 16]
 
 
 EFFORTS = [(1, True), (2, False), (2, True)]

@@ -1,8 +1,18 @@
 import pytest
+from hypothesis import given, settings
 
-from spikeport.compile.placing.emptying import emptied
+from spikeport.compile.placing.emptying import EXCHANGES, Emptying, emptied
 from spikeport.compile.placing.load import Load
-from tests.helpers.packing_problems import load, problem
+from spikeport.compile.placing.packing import filled, first
+from spikeport.compile.placing.problem import Problem
+from tests.helpers.packing_problems import load, problem, problems
+
+
+class AskingAll(Emptying):
+    """Attempts that ask all cores for room, whatever was known of them before."""
+
+    def _third_has_room(self, core: int, other: int) -> bool:
+        return len(self._room_for(other, but=core)) > 0
 
 
 def test_a_core_is_emptied_into_the_room_of_others() -> None:
@@ -52,3 +62,13 @@ def test_loads_of_cores_are_not_counted_anew_for_each_that_is_emptied(
     bins = [[block] for block in range(50)]
     assert emptied(of, bins) == bins
     assert len(joins) == 100  # once for each core, and once for the union of all
+
+
+@settings(max_examples=300)
+@given(of=problems(most_blocks=14))
+def test_room_known_from_before_makes_no_difference(of: Problem) -> None:
+    bins = filled(of, range(len(of.loads)), first)
+    for victim in range(len(bins)):
+        attempts = [kind(of, bins, EXCHANGES) for kind in (Emptying, AskingAll)]
+        assert attempts[0].without(victim) == attempts[1].without(victim)
+        assert attempts[0].left == attempts[1].left
