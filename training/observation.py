@@ -14,21 +14,29 @@ if TYPE_CHECKING:
 
 _NOISE = observation_noise()
 
-PRIVILEGED = mirror.joined(
-    mirror.OBSERVATION,
-    mirror.VECTOR,
-    mirror.SCALAR,
-    mirror.SCALAR,
-    mirror.JOINT,
-    *[mirror.PAIR] * 6,
-    mirror.Mirror(np.arange(2), np.array([1.0, -1.0])),
-    mirror.Mirror(np.arange(1), np.array([-1.0])),
-    mirror.Mirror(np.array([3, 4, 5, 0, 1, 2]), np.tile([1.0, -1.0, 1.0], 2)),
-    mirror.SCALAR,
-    mirror.VECTOR,
-    mirror.Mirror(np.array([2, 3, 0, 1]), np.ones(4)),
-)
-"""Mirror of what `privileged` gives."""
+_MIRRORS = {
+    "exact": mirror.OBSERVATION,
+    "level velocity": mirror.VECTOR,
+    "height of the pelvis": mirror.SCALAR,
+    "action delay": mirror.SCALAR,
+    "joint offset": mirror.JOINT,
+    "contact": mirror.PAIR,
+    "force": mirror.PAIR,
+    "height of feet": mirror.PAIR,
+    "time in the air": mirror.PAIR,
+    "time on the floor": mirror.PAIR,
+    "time since lifted": mirror.PAIR,
+    "smoothed velocity": mirror.Mirror(np.arange(2), np.array([1.0, -1.0])),
+    "smoothed yaw rate": mirror.Mirror(np.arange(1), np.array([-1.0])),
+    "velocity of feet": mirror.Mirror(np.array([3, 4, 5, 0, 1, 2]), np.tile([1.0, -1.0, 1.0], 2)),
+    "observation delay": mirror.SCALAR,
+    "error of the velocity": mirror.VECTOR,
+    "ground below heels and toes": mirror.Mirror(np.array([2, 3, 0, 1]), np.ones(4)),
+}
+"""The mirror image of each part of the critic's observations, in their order."""
+
+PRIVILEGED = mirror.joined(*_MIRRORS.values())
+"""The mirror image of the critic's observations."""
 
 
 def exact_observation(env: "WalkEnvironment", motion: Motion) -> np.ndarray:
@@ -53,24 +61,25 @@ def privileged(env: "WalkEnvironment") -> np.ndarray:
     of the feet: contact, force, height, clocks and velocity, and the ground below heel and toe.
     """
     feet, gait = env.feet, env.gait
-    parts = (
-        exact_observation(env, env.motion),
-        env.motion.level_velocity,
-        # Offsets and factors bring each part to a size near one, as the learner's do the others.
-        (env.pelvis_m - 0.9)[:, None] * 5,
-        env.delay[:, None] / 4.0,
-        env.joint_offset * 10,
-        feet.contact,
-        feet.force_n / 500.0,
-        feet.height_m * 10,
-        gait.air_s,
-        gait.contact_s.clip(max=1.0),
-        gait.since_lift_s.clip(max=2.0),
-        env.velocity,
-        env.yaw_rate[:, None],
-        feet.velocity.reshape(env.n, 6),
-        env.observation_delay[:, None] / 4.0,
-        env.belief.error,
-        (feet.ground_m - env.ground_m[:, None, None]).reshape(env.n, 4) * 10,
-    )
-    return np.concatenate(parts, axis=1)
+    ground_m = feet.ground_m - env.ground_m[:, None, None]
+    # Offsets and factors bring each part to a size near one, as the learner's do the others.
+    parts = {
+        "exact": exact_observation(env, env.motion),
+        "level velocity": env.motion.level_velocity,
+        "height of the pelvis": (env.pelvis_m - 0.9)[:, None] * 5,
+        "action delay": env.delay[:, None] / 4.0,
+        "joint offset": env.joint_offset * 10,
+        "contact": feet.contact,
+        "force": feet.force_n / 500.0,
+        "height of feet": feet.height_m * 10,
+        "time in the air": gait.air_s,
+        "time on the floor": gait.contact_s.clip(max=1.0),
+        "time since lifted": gait.since_lift_s.clip(max=2.0),
+        "smoothed velocity": env.velocity,
+        "smoothed yaw rate": env.yaw_rate[:, None],
+        "velocity of feet": feet.velocity.reshape(env.n, 6),
+        "observation delay": env.observation_delay[:, None] / 4.0,
+        "error of the velocity": env.belief.error,
+        "ground below heels and toes": ground_m.reshape(env.n, 4) * 10,
+    }
+    return np.concatenate([parts[name] for name in _MIRRORS], axis=1)
