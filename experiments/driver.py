@@ -54,6 +54,8 @@ def run(trial: Trial[K, R], folder: Path) -> Outcome:
         If it asks for a video that cannot be made here.
     DivergedError
         If a number is not finite; the last states are in the folder.
+    BoardLostError, RobotLostError
+        If the board or the robot at the end of a link is gone; the last states are in the folder.
     """
     options = trial.options
     if options.video:

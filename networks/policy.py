@@ -91,7 +91,13 @@ def solved_layers(
     seed: int,
     observations: np.ndarray | None,
 ) -> list[Layer]:
-    """Return the layers as they are between the neurons, see `policy`."""
+    """Return the layers as they are between the neurons, see `policy`.
+
+    Raises
+    ------
+    UsageError
+        If layers are solved together, and there are no observations to solve them on.
+    """
     if options.solve == "unit":
         return list(layers)
     if observations is None:

@@ -168,6 +168,8 @@ class BoardChip:
         BoardLostError
             If the board hung up, refused, or was late for more steps than outputs are held. The
             state of its neurons is unknown: the session is never gone on with.
+        BackendError
+            If the chip is closed.
         """
         if self._closed:
             raise BackendError("the chip is closed: it cannot step any more")

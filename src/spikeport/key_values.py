@@ -62,6 +62,11 @@ def parameters(target: Callable[..., object], owner: str) -> dict[str, Any]:
 
     The type is the one it is annotated with, if that is bool, int, float, str, a choice of texts or
     one of several of these, with bounds or without; else the type of its default; else str.
+
+    Raises
+    ------
+    UsageError
+        If the parameters of the target cannot be known.
     """
     try:
         found = inspect.signature(target).parameters
