@@ -25,14 +25,26 @@ ROUNDING = 0.01
 
 @dataclass(frozen=True)
 class WalkPath:
-    """A path, as points (n, 2) in m at times (n,) in s; ``closed`` if it starts over at the end."""
+    """A path, as points (n, 2) in m at times (n,) in s; ``closed`` if it starts over at the end.
+
+    Its speed is reached in ``ramp_s``: it is walked as p(w(t)), dw/dt = min(1, t / ramp_s).
+    """
 
     time_s: np.ndarray
     points: np.ndarray
     closed: bool = False
+    ramp_s: float = 0.0
 
     def at(self, time_s: float) -> np.ndarray:
         """Return (4,) position in m and velocity in m/s."""
+        if time_s < self.ramp_s:
+            pace = time_s / self.ramp_s
+            x, y, vx, vy = self._at(pace * time_s / 2).tolist()
+            return np.array((x, y, pace * vx, pace * vy))
+        return self._at(time_s - self.ramp_s / 2)
+
+    def _at(self, time_s: float) -> np.ndarray:
+        """Return the same without the ramp."""
         end_s = self.time_s.item(-1)
         time_s = time_s % end_s if self.closed else min(time_s, end_s)
         # The piece from point i - 1 to i, also at the first and the last moment.
@@ -111,16 +123,21 @@ ALIASES = {"paper": "loop"}
 """Names that paths had."""
 
 
-def find_path(name: str, speed_m_s: float, seconds: float) -> WalkPath:
+def find_path(name: str, speed_m_s: float, seconds: float, ramp_s: float = 0.0) -> WalkPath:
     """Return a built-in path at a speed, long enough for a time; or that of a file.
 
     Raises
     ------
     UsageError
         If there is none of that name, the robot cannot turn so fast, or the file is not one that it
-        can follow so long.
+        can follow so long, or is to have a ramp.
     """
     if name.endswith(".csv"):
+        if ramp_s:
+            raise UsageError(
+                f"ramp={ramp_s:g}: '{name}' has times of its own; cure: leave the ramp out, and "
+                "let its times begin slowly"
+            )
         return WalkPath(*read_path(Path(name), seconds))
     name = ALIASES.get(name, name)
     if name not in SHAPES:
@@ -128,7 +145,7 @@ def find_path(name: str, speed_m_s: float, seconds: float) -> WalkPath:
     shape, closed = SHAPES[name]
     points = _from_the_robot(shape(speed_m_s * seconds))
     _check_turns(name, points, speed_m_s)
-    return WalkPath(_arc_m(points) / speed_m_s, points, closed)
+    return WalkPath(_arc_m(points) / speed_m_s, points, closed, ramp_s)
 
 
 def _check_turns(name: str, points: np.ndarray, speed_m_s: float) -> None:

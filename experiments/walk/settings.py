@@ -16,17 +16,19 @@ FOLLOWERS = ("spiking", "exact")
 class WalkSettings(PolicySettings):
     """Settings of the path and the controller; see `PolicySettings` for the others.
 
-    ``path`` is a built-in one (`experiments.walk.paths.SHAPES`), walked at ``speed`` m/s, or a CSV
-    file with columns ``t_s,x_m,y_m``. ``follower`` is ``spiking`` or ``exact``, and obeyed as
-    ``law`` says: ``turn-first``, or ``paper`` (see `experiments.walk.approach`). ``policy`` can be
-    ``mlp`` too, the shipped one without neurons. ``silence`` is the share of the policy's ensembles
-    that are inhibited from ``silence_at`` s on.
+    ``path`` is a built-in one (`experiments.walk.paths.SHAPES`), walked at ``speed`` m/s, which
+    the reference reaches in ``ramp`` s, or a CSV file with columns ``t_s,x_m,y_m``.
+    ``follower`` is ``spiking`` or ``exact``, and obeyed as ``law`` says: ``turn-first``, or
+    ``paper`` (see `experiments.walk.approach`). ``policy`` can be ``mlp`` too, the shipped one
+    without neurons. ``silence`` is the share of the policy's ensembles that are inhibited from
+    ``silence_at`` s on.
     """
 
     policies: ClassVar[tuple[str, ...]] = ("spiking", "mlp")
 
     path: str = "figure-eight"
     speed: float = 0.5
+    ramp: float = 0.0
     follower: str = "spiking"
     law: str = TURN_FIRST
     silence: float = 0.0
@@ -44,6 +46,8 @@ class WalkSettings(PolicySettings):
                 f"speed={self.speed:g}: the policy is trained for speeds above 0 and up to "
                 f"{FASTEST_M_S:g} m/s; choose one of these"
             )
+        if not 0 <= self.ramp < math.inf:
+            raise UsageError(f"ramp={self.ramp:g}: a time must be from 0 on and finite")
         if not 0 <= self.silence <= 1:
             raise UsageError(f"silence={self.silence:g}: a share must be from 0 to 1")
         if not 0 <= self.silence_at < math.inf:

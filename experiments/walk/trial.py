@@ -83,7 +83,8 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
             If there is none of that name, or the robot cannot follow it.
         """
         settings = self.settings
-        return find_path(settings.path, settings.speed, self.options.seconds + LEAD_S)
+        seconds = self.options.seconds + LEAD_S
+        return find_path(settings.path, settings.speed, seconds, settings.ramp)
 
     def check(self) -> None:
         """Refuse a path that cannot be followed, and a policy that is not for this robot."""
@@ -216,5 +217,5 @@ EXPERIMENT = Experiment(
     seconds=40.0,
     shortest_s=0.02,
     pipeline="compact",
-    of_run=("path", "speed"),
+    of_run=("path", "speed", "ramp"),
 )

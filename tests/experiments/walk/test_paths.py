@@ -52,6 +52,32 @@ def test_a_closed_path_starts_over(name):
     assert path.at(lap_s - 1e-6)[:2] == pytest.approx([0, 0], abs=1e-4)
 
 
+@pytest.mark.parametrize("name", SHAPES)
+def test_a_ramp_reaches_the_speed_in_its_time(name):
+    path, at_once = find_path(name, 0.5, 60.0, ramp_s=4.0), find_path(name, 0.5, 60.0)
+    assert path.at(0.0) == pytest.approx([0, 0, 0, 0], abs=1e-9)
+    speeds = [np.linalg.norm(path.at(t)[2:]) for t in (1.0, 2.0, 3.0)]
+    assert speeds == pytest.approx([0.125, 0.25, 0.375], rel=1e-3)
+    for t in (0.5, 3.0):  # half of the square of the time, by that of the ramp
+        assert path.at(t)[:2] == pytest.approx(at_once.at(t**2 / 8)[:2])
+    # From then on, two seconds late, lap after lap.
+    for t in (4.0, 30.0, 59.0):
+        assert path.at(t) == pytest.approx(at_once.at(t - 2.0))
+
+
+def test_a_ramp_is_continuous():
+    path, dt = find_path("s-curve", 0.5, 10.0, ramp_s=1.5), 1e-3
+    times = np.arange(0, 3, dt)
+    states = np.array([path.at(t) for t in times])
+    moved = np.diff(states[:, :2], axis=0) / dt
+    np.testing.assert_allclose(moved, (states[1:, 2:] + states[:-1, 2:]) / 2, atol=2e-2)
+
+
+def test_a_file_has_no_ramp(tmp_path):
+    with pytest.raises(UsageError, match=r"ramp=2: '.*a\.csv' has times of its own; cure: leave"):
+        find_path(str(tmp_path / "a.csv"), 0.5, 10.0, ramp_s=2.0)
+
+
 def test_distances_are_to_the_nearest_point():
     path = find_path("line", 0.5, 10.0)
     points = np.array([[1.0, 0.3], [2.0, -0.1], [-0.3, 0.4], [5.4, 0.0]])
@@ -72,6 +98,7 @@ def test_a_path_is_laid_down_from_a_robot():
     assert laid.at(0)[2:] == pytest.approx([0, 0.5], abs=1e-3)
     forward, left = find_path("s-curve", 0.5, 10.0).at(4.0)[:2]
     assert laid.at(4.0)[:2] == pytest.approx([3 - left, 2 + forward])
+    assert find_path("line", 0.5, 10.0, ramp_s=2.0).laid(np.zeros(2), 0.0).ramp_s == 2.0
 
 
 def test_the_loop_has_the_name_it_had_too():

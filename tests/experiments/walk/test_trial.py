@@ -249,6 +249,7 @@ def test_an_action_that_is_not_finite_ends_the_run(tmp_path, spikeport, monkeypa
             {"policy": "nowhere.npz"},
             "unknown policy 'nowhere.npz'; choose from: mlp, spiking, the path of a file",
         ),
+        ({"ramp": -1.0}, "ramp=-1: a time must be from 0 on and finite"),
         (
             {"speed": 1.5},
             "speed=1.5: the policy is trained for speeds above 0 and up to 1 m/s; choose one of "
