@@ -26,6 +26,9 @@ from spikeport.training.learner import Learner, LearnerOptions, mean_figures
 from spikeport.training.workers import Worker, others
 
 EVALUATION_SEED = 10_000
+RARER = 4
+"""Evaluations are so many times rarer before the stage that a run ends in, the only one that a
+checkpoint is chosen from."""
 
 
 @dataclass(frozen=True)
@@ -33,8 +36,8 @@ class TrainOptions:
     """A training run.
 
     ``steps`` is its length in control steps of all robots together, a multiple of segments being
-    done by ``workers`` processes; every ``evaluate_every`` segments and at the end the policy walks
-    ``episodes`` episodes.
+    done by ``workers`` processes; every ``evaluate_every`` segments of the stage it ends in, more
+    rarely before, and at the end the policy walks ``episodes`` episodes.
     """
 
     folder: Path
@@ -61,6 +64,15 @@ class TrainOptions:
     def segments(self) -> int:
         """Number of segments of the whole run."""
         return -(-self.steps // self.steps_per_segment)
+
+    def evaluates(self, segment: int) -> bool:
+        """Return whether the policy is evaluated after a segment, the first of which is 0."""
+        stage, last = (
+            stage_at(each * self.steps_per_segment, self.stages)
+            for each in (segment, self.segments - 1)
+        )
+        every = self.evaluate_every * (1 if stage == last else RARER)
+        return (segment + 1) % every == 0 or segment + 1 == self.segments
 
     def identity(self) -> dict[str, object]:
         """Return the settings that must be the same when a run goes on."""
@@ -134,7 +146,7 @@ def _segment(learner: Learner, options: TrainOptions, segment: int, progress: Pr
     step += options.steps_per_segment
     entry = {"segment": segment + 1, "step": step, "stage": stage.name, "seconds": seconds}
     entry |= figures
-    if (segment + 1) % options.evaluate_every == 0 or segment + 1 == options.segments:
+    if options.evaluates(segment):
         progress(f"{step / 1e6:.1f} M steps: evaluating", step / options.steps)
         entry |= asdict(
             evaluate(

@@ -130,8 +130,20 @@ def test_a_broken_checkpoint_is_refused(options):
 
 
 def test_the_policy_is_evaluated_where_it_is_due_and_at_the_end(options):
-    log = train(replace(options, evaluate_every=2), silent)
-    assert [entry.get("episodes") for entry in log] == [None, 2, 2]
+    log = train(replace(options, steps=128, evaluate_every=3), silent)
+    assert [entry.get("episodes") for entry in log] == [None, None, 2, 2]
+
+
+def test_evaluations_are_rarer_before_the_last_stage(options):
+    first, last = options.stages
+    later = replace(last, first_step=9 * options.steps_per_segment)
+    run = replace(options, steps=13 * options.steps_per_segment, evaluate_every=2)
+    run = replace(run, stages=(first, later))
+    evaluated = [segment + 1 for segment in range(run.segments) if run.evaluates(segment)]
+    assert evaluated == [8, 10, 12, 13]
+    # A run that ends before has the stage that it ends in as its last.
+    short = replace(run, steps=7 * options.steps_per_segment)
+    assert [n for n in range(short.segments) if short.evaluates(n)] == [1, 3, 5, 6]
 
 
 def test_a_learner_without_its_networks_is_refused(options):
