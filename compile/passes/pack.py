@@ -50,7 +50,7 @@ class Pack(ImagePass):
         packing = _on_cores(image, settled(problem, bins) if self.effort or self.exact else bins)
         fewest = max(sums(problem.loads, problem.room).values())
         search = Search(image, chip)
-        tried: list[Mapping[int, list[int]]] = [{}]
+        tried: list[Mapping[int, list[int]]] = [{}]  # no cuts, as above
         # Smaller pieces, as long as no packing is known to be the smallest.
         for parts in range(2, self.effort + 1):
             if packing.n_cores > fewest:
