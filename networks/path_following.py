@@ -56,12 +56,18 @@ class FollowerGains:
     def speed(self, distance: ArrayLike, velocity_error: ArrayLike) -> np.ndarray:
         """Return the forward speed in m/s from the sizes of both errors, in m and m/s."""
         wanted = self.kp_speed * np.asarray(distance) + self.kd_speed * np.asarray(velocity_error)
-        return np.clip(wanted, self.min_speed_m_s, self.max_speed_m_s)
+        return _clipped(wanted, self.min_speed_m_s, self.max_speed_m_s)
 
     def yaw_rate(self, heading_error: ArrayLike) -> np.ndarray:
         """Return the yaw rate in rad/s from the heading error in rad."""
         wanted = self.kp_heading * np.asarray(heading_error)
-        return np.clip(wanted, -self.max_yaw_rate_rad_s, self.max_yaw_rate_rad_s)
+        return _clipped(wanted, -self.max_yaw_rate_rad_s, self.max_yaw_rate_rad_s)
+
+
+def _clipped(values: np.ndarray, low: float, high: float) -> np.ndarray:
+    """Return values within limits; for single numbers, `numpy.clip` takes twice as long."""
+    clipped: np.ndarray = np.minimum(np.maximum(values, low), high)
+    return clipped
 
 
 def wrap(angle: ArrayLike) -> np.ndarray:
@@ -82,7 +88,9 @@ def exact_command(gains: FollowerGains, reference: ArrayLike, state: ArrayLike) 
         Heading (rad), planar position (m) and velocity (m/s) of the robot, in the world frame.
     """
     state = np.asarray(state, dtype=float)
-    x, y, vx, vy = np.moveaxis(np.asarray(reference, dtype=float) - state[..., 1:], -1, 0)
-    speed = gains.speed(np.hypot(x, y), np.hypot(vx, vy))
-    yaw_rate = gains.yaw_rate(wrap(np.arctan2(y, x) - state[..., 0]))
-    return np.stack(np.broadcast_arrays(speed, yaw_rate), axis=-1)
+    error = np.asarray(reference, dtype=float) - state[..., 1:]
+    x, y, vx, vy = (error[..., i] for i in range(REFERENCE_SIZE))
+    command = np.empty((*error.shape[:-1], COMMAND_SIZE))
+    command[..., 0] = gains.speed(np.hypot(x, y), np.hypot(vx, vy))
+    command[..., 1] = gains.yaw_rate(wrap(np.arctan2(y, x) - state[..., 0]))
+    return command

@@ -47,12 +47,15 @@ from spikeport.networks.policy import (
     policy,
 )
 from spikeport.networks.policy_solving import by_halves, refit
+from spikeport.node_functions import Skippable
 from spikeport.simulator import Simulator
 
 METHOD = 2
 """One more whenever this file refits otherwise: a calibration kept from before is then refused."""
 HOLD_S = 0.005
 """For how long an observation is held, as in the closed loop."""
+HOLD = round(HOLD_S / DT_S)
+"""The same in steps."""
 SETTLING = 20
 """Observations at the start that are not used."""
 LAG = 1
@@ -64,6 +67,8 @@ STRIDE = 100
 """Observations over which an error is slow, 0.5 s: two steps of a gait."""
 SLOW = 12.0
 """Slow errors count for so many times the fast ones."""
+
+NOTHING = np.zeros(0)
 
 Policy = Callable[[np.ndarray], np.ndarray]
 """An action for an observation."""
@@ -87,6 +92,30 @@ class Walks(NamedTuple):
     trim: Callable[[Policy], np.ndarray]
 
 
+class _OnceAHold(Skippable):
+    """A node's function that is needed in one step of every hold.
+
+    Parameters
+    ----------
+    function : callable
+        The function of the node's input; a node without one has an empty input.
+    step : int
+        The step, from 0 on. A backend that calls it in others loses time, and nothing else.
+    """
+
+    def __init__(self, function: Callable[[np.ndarray], np.ndarray | None], step: int) -> None:
+        self._function = function
+        # The first step is called in any case: Nengo has no value before.
+        self._left = (step - 1) % HOLD
+
+    def __call__(self, _t: float, values: np.ndarray = NOTHING) -> np.ndarray | None:
+        return self._function(values)
+
+    def skip(self) -> int:
+        left, self._left = self._left, HOLD - 1
+        return left
+
+
 class SpikingHalves:
     """A policy on its backend, whose action is the halves of its last hidden layer.
 
@@ -108,9 +137,10 @@ class SpikingHalves:
             # action's filter.
             built = build(calibrated=Calibrated(np.eye(n_halves), np.zeros(n_halves)))
             self._held = np.zeros(built.observation.size_in)
-            source = nengo.Node(lambda _t: self._held, size_out=len(self._held))
+            held = _OnceAHold(lambda _: self._held, 0)
+            source = nengo.Node(held, size_out=len(self._held))
             nengo.Connection(source, built.observation, synapse=None)
-            sink = nengo.Node(self._give, size_in=n_halves)
+            sink = nengo.Node(_OnceAHold(self._give, HOLD - 1), size_in=n_halves)
             nengo.Connection(built.action, sink, synapse=None)
         # what the other backend with a chip does, native does bit for bit, and faster
         backend = "reference" if run.backend == "reference" else "native"
@@ -128,14 +158,14 @@ class SpikingHalves:
         self._sim.close()
         del self._sim
 
-    def _give(self, _t: float, halves: np.ndarray) -> None:
+    def _give(self, halves: np.ndarray) -> None:
         # Nengo's own array, which the next step overwrites.
         self._output = halves.copy()
 
     def __call__(self, observation: np.ndarray) -> np.ndarray:
         """Return (n_halves,) at the end of the time for which an observation is held."""
         self._held = observation
-        for _ in range(round(HOLD_S / DT_S)):  # `run_steps` would watch for Ctrl-C and progress
+        for _ in range(HOLD):  # `run_steps` would watch for Ctrl-C and progress
             self._sim.step()
         return self._output
 

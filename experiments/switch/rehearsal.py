@@ -20,7 +20,7 @@ from spikeport.experiments.walk.gait import drift_trim, record_gait
 from spikeport.experiments.walk.port import OBSERVATION_DT_S
 from spikeport.networks.humanoid import ACTIONS
 from spikeport.networks.operational_space import OperationalSpaceLaw
-from spikeport.networks.path_following import FollowerGains, exact_command
+from spikeport.networks.path_following import COMMAND_SIZE, FollowerGains, exact_command
 from spikeport.networks.region import ArmRegion
 from spikeport.networks.walking_policy import WalkingPolicy
 from spikeport.robot.perturbation import NONE, Perturbation
@@ -47,7 +47,7 @@ class ExactControllers(NamedTuple):
         walks, draws = gates
         # A robot that is not held must balance while its arm works.
         action = policy(observation) * (walks if anchored else 1.0)
-        command = walks * exact_command(self.gains, reference, state)
+        command = exact_command(self.gains, reference, state) if walks else np.zeros(COMMAND_SIZE)
         torque = rig.arm.exact_torque(self.law) if draws else np.zeros(rig.arm.size_in)
         return np.concatenate((action, command, torque, gates))
 

@@ -52,8 +52,8 @@ class Skippable(ABC):
     """A node's function that returns the same value for some steps, as a plant that is slower."""
 
     @abstractmethod
-    def __call__(self, t: float, values: np.ndarray) -> np.ndarray:
-        """Return the value of a step."""
+    def __call__(self, t: float, values: np.ndarray) -> np.ndarray | None:
+        """Return the value of a step; None for a node without output."""
 
     @abstractmethod
     def skip(self) -> int:

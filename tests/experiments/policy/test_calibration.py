@@ -10,9 +10,11 @@ import nengo
 import numpy as np
 import pytest
 
+from spikeport.constants import DT_S
 from spikeport.experiments.calibration import hold
 from spikeport.experiments.options import Options
 from spikeport.experiments.policy.calibration import (
+    HOLD,
     LAG,
     SETTLING,
     SLOW,
@@ -177,6 +179,19 @@ def test_no_simulation_outlives_its_calibration(layers, ranges, compact):
     del spiking
     gc.collect()
     assert simulation() is None
+
+
+def test_halves_are_those_at_the_end_of_a_hold(layers, ranges, compact):
+    build, shown = functools.partial(policy, layers, ranges, OPTIONS), walk(12, 1)
+    with closing(SpikingHalves(build, 20, compact)) as spiking:
+        found = spiking.play(shown)
+    with nengo.Network() as network:
+        built = build(calibrated=Calibrated(np.eye(20), np.zeros(20)))
+        hold(built.observation, shown, HOLD, DT_S)
+        probe = nengo.Probe(built.action)
+    with Simulator(network, pipeline="compact") as sim:
+        sim.run_steps(len(shown) * HOLD)
+    np.testing.assert_array_equal(found, sim.data[probe][HOLD - 1 :: HOLD])
 
 
 def test_halves_are_those_of_the_activation(layers, ranges):
