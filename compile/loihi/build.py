@@ -37,6 +37,7 @@ from spikeport.compile.loihi.host_probes import connections_probed_on_host
 from spikeport.compile.loihi.lean import lean
 from spikeport.compile.loihi.learned_targets import learned_targets_stay
 from spikeport.compile.loihi.numpy1 import numpy1_semantics
+from spikeport.compile.loihi.quick_builder import quick_builder
 from spikeport.compile.loihi.relay import RELAYS, fit_range, relayed
 from spikeport.compile.loihi.shared_solves import shared_solves
 from spikeport.compile.loihi.split_synapses import split_by_tables
@@ -192,6 +193,7 @@ def build(rewrite: Rewrite, dt_s: float, settings: BuildSettings = AS_USUAL) -> 
     with (
         _shared_filters_unsaid(),
         numpy1_semantics(),
+        quick_builder(),
         connections_probed_on_host(),
         learned_targets_stay(),
         shared_solves(),

@@ -8,6 +8,7 @@ import contextlib
 from collections.abc import Iterator
 
 import nengo
+import numpy as np
 from nengo_loihi.block import Axon, LoihiBlock, Synapse
 from nengo_loihi.builder import Model
 
@@ -31,7 +32,7 @@ def lean(model: Model, connection: nengo.Connection) -> Iterator[None]:
 def _drop_zeros(synapse: Synapse) -> None:
     # Few zeros are cheaper to keep: weights without gaps need no index each.
     n_all = sum(weights.size for weights in synapse.weights)
-    if sum((weights != 0).sum() for weights in synapse.weights) > DENSE_FROM * n_all:
+    if sum(map(np.count_nonzero, synapse.weights)) > DENSE_FROM * n_all:
         return
     used = [weights[0] != 0 for weights in synapse.weights]
     synapse.indices = [i[:, some] for i, some in zip(synapse.indices, used, strict=True)]

@@ -21,23 +21,17 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike
 
 from spikeport.compile.ground.refusal import TURN
-from spikeport.compile.loihi.replaced import replaced
+from spikeport.compile.loihi.replaced import StandIn, replaced
 
 _discretize_compartment = nengo_loihi.builder.discretize.discretize_compartment
 _NUMPY_2 = int(np.__version__.split(".")[0]) >= 2
 
 
-class _CopyIfNeeded:
-    """The numpy module, whose ``array(copy=False)`` copies where it must."""
-
-    def __getattr__(self, name: str) -> object:
-        return getattr(np, name)
-
-    @staticmethod
-    def array(
-        value: ArrayLike, dtype: DTypeLike | None = None, copy: bool = True, ndmin: int = 0
-    ) -> np.ndarray:
-        return np.array(value, dtype=dtype, copy=copy or None, ndmin=ndmin)
+def _array(
+    value: ArrayLike, dtype: DTypeLike | None = None, copy: bool = True, ndmin: int = 0
+) -> np.ndarray:
+    """Return an array, which ``copy=False`` copies where it must."""
+    return np.array(value, dtype=dtype, copy=copy or None, ndmin=ndmin)
 
 
 class WideMax(np.ndarray):
@@ -83,7 +77,8 @@ def numpy1_semantics_without_turns() -> Iterator[None]:
         ),
     ]
     if _NUMPY_2:
-        patches += [(m, "np", _CopyIfNeeded()) for m in (nengo_loihi.block, nengo_loihi.neurons)]
+        numpy = StandIn(np, array=_array)
+        patches += [(m, "np", numpy) for m in (nengo_loihi.block, nengo_loihi.neurons)]
     with contextlib.ExitStack() as stack:
         for patch in patches:
             stack.enter_context(replaced(*patch))

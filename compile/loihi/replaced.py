@@ -2,6 +2,7 @@
 
 import contextlib
 from collections.abc import Iterator
+from types import ModuleType
 
 
 @contextlib.contextmanager
@@ -16,3 +17,24 @@ def replaced(owner: object, name: str, new: object) -> Iterator[None]:
         yield
     finally:
         setattr(owner, name, usual)
+
+
+class StandIn:
+    """A module, but for some of its names.
+
+    Parameters
+    ----------
+    module : module
+        The module that it stands in for.
+    **instead
+        The names that are others, and what they are.
+    """
+
+    def __init__(self, module: ModuleType, **instead: object) -> None:
+        self._module = module
+        self.__dict__.update(instead)
+
+    def __getattr__(self, name: str) -> object:
+        found = getattr(self._module, name)
+        setattr(self, name, found)  # builders ask thousands of times
+        return found

@@ -23,6 +23,7 @@ from spikeport.compile.check.finite import not_finite, refused_or_not_finite
 from spikeport.compile.ground.refusal import warnings_about
 from spikeport.compile.ground.rewrite import Rewrite, Seeds
 from spikeport.compile.loihi.numpy1 import numpy1_semantics
+from spikeport.compile.loihi.quick_builder import quick_builder, random_state
 
 DENSE_FROM = 0.5
 """Share of non-zero weights from which indices cost more than zeros."""
@@ -87,7 +88,7 @@ class ParameterSolver:
 
     def initial_state(self, ensemble: nengo.Ensemble) -> dict[str, np.ndarray]:
         """Return the state that float Nengo's neurons start in; on the chip they start at zero."""
-        rng = np.random.RandomState(self.seeds[ensemble] + 1)  # as Nengo's builder seeds it
+        rng = random_state(self.seeds[ensemble] + 1)  # as Nengo's builder seeds it
         state: dict[str, np.ndarray] = ensemble.neuron_type.make_state(ensemble.n_neurons, rng=rng)
         return state
 
@@ -148,7 +149,7 @@ class ParameterSolver:
     def _guarded(
         self, build: Callable[[AnyModel, NengoObject], Result], obj: NengoObject
     ) -> Result:
-        with numpy1_semantics(), warnings_about(self._names.known(obj)):
+        with numpy1_semantics(), quick_builder(), warnings_about(self._names.known(obj)):
             try:
                 return build(self._model, obj)
             except Exception as error:  # it refuses by errors of any kind, not only by its own
@@ -156,7 +157,7 @@ class ParameterSolver:
 
 
 def _sampled_transform(connection: nengo.Connection, seeds: Seeds) -> Matrix:
-    return sample_transform(connection, np.random.RandomState(seeds[connection]))
+    return sample_transform(connection, random_state(seeds[connection]))
 
 
 def _new_chip_model(dt_s: float, seeds: Seeds) -> Model:
@@ -171,7 +172,7 @@ def _new_chip_model(dt_s: float, seeds: Seeds) -> Model:
 
 def _build_chip_decoders(model: Model, connection: nengo.Connection) -> BuiltConnection:
     # The transform comes first, and the solver goes on with the same random numbers.
-    rng = np.random.RandomState(model.seeds[connection])
+    rng = random_state(model.seeds[connection])
     transform = sample_transform(connection, rng)
     points, decoders, info = model.build(connection.solver, connection, rng, transform)
     weights = transformed(transform, decoders)
@@ -194,7 +195,7 @@ def _build_float_decoders(
     model: nengo.builder.Model, connection: nengo.Connection
 ) -> BuiltConnection:
     # Here the solver comes first, and the transform has random numbers of its own.
-    rng = np.random.RandomState(model.seeds[connection])
+    rng = random_state(model.seeds[connection])
     points, decoders, info = model.build(connection.solver, connection, rng)
     transform = _sampled_transform(connection, model.seeds)
     weights = transformed(transform, decoders)

@@ -66,7 +66,8 @@ class PathCost(NamedTuple):
         return all(a <= b for a, b in pairs) and any(a < b for a, b in pairs)
 
 
-class Link(NamedTuple):
+@dataclass(frozen=True)
+class Link:
     """A decoded connection as matrices.
 
     Attributes
@@ -82,6 +83,12 @@ class Link(NamedTuple):
     decoders: sparse.csr_array
     encoders: sparse.csr_array
     jumps: np.ndarray
+
+    @functools.cached_property
+    def axons(self) -> sparse.csr_array:
+        """The decoders (d, n) of each axon: neurons whose decoders are equal share one."""
+        columns = np.unique(self.decoders.toarray(), axis=1)
+        return sparse.csr_array(columns[:, np.any(columns, axis=0)])
 
 
 def link(connection: nengo.Connection, solver: ParameterSolver) -> Link:
@@ -128,10 +135,9 @@ def pareto(costs: list[PathCost]) -> list[PathCost]:
 
 
 def _direct(link: Link, limits: Limits, rate_hz: float) -> PathCost:
-    axons = _distinct(link.decoders)  # neurons whose decoders are equal share an axon
-    full = sparse.csr_array(link.encoders @ axons)
+    full = sparse.csr_array(link.encoders @ link.axons)
     ops = rate_hz * sparse.csr_array(link.encoders @ link.decoders).nnz
-    cores = _cores(limits, in_axons=axons.shape[1], synapse_bits=WEIGHT_BITS * full.nnz)
+    cores = _cores(limits, in_axons=link.axons.shape[1], synapse_bits=WEIGHT_BITS * full.nnz)
     return PathCost(
         "direct", cores, ops, 0.0, 0.0, float(np.hypot(rounding(full), _coarseness(link, full)))
     )
@@ -150,7 +156,7 @@ def _coarseness(link: Link, weights: sparse.csr_array) -> float:
 def _relay(path: str, link: Link, limits: Limits, dt_s: float, rate_hz: float) -> PathCost:
     neurons = RELAYS[path](dt=dt_s)
     pairs = neurons.pairs_per_dim  # of decode neurons: one for positive, one for negative values
-    axons, d = _distinct(link.decoders), link.decoders.shape[0]
+    axons, d = link.axons, link.decoders.shape[0]
     # Twice, since every pair has a neuron for positive values and one for negative ones.
     bits = 2 * (pairs * axons.nnz + link.encoders.nnz) * WEIGHT_BITS
     ops = 2 * pairs * rate_hz * link.decoders.nnz + _relay_rate(path, dt_s) * link.encoders.nnz
@@ -187,12 +193,6 @@ def _host(link: Link, limits: Limits, dt_s: float, rate_hz: float) -> PathCost:
 
 def _cores(limits: Limits, **used: float) -> float:
     return max(amount / limits.most(resource) for resource, amount in used.items())
-
-
-def _distinct(decoders: sparse.csr_array) -> sparse.csr_array:
-    """Return the distinct columns that are not zero."""
-    columns = np.unique(decoders.toarray(), axis=1)
-    return sparse.csr_array(columns[:, np.any(columns, axis=0)])
 
 
 def rounding(weights: sparse.csr_array) -> float:

@@ -59,13 +59,13 @@ def _connect_directly(
     connection: nengo.Connection, flat: FlatNetwork, solver: ParameterSolver
 ) -> None:
     """Connect neuron to neuron: W = E T D."""
-    decoders, encoders, _ = link(connection, solver)
+    of = link(connection, solver)
     pre = connection.pre_obj
     with flat.network:
         wired = nengo.Connection(
             pre.neurons if isinstance(pre, nengo.Ensemble) else pre,
             connection.post_obj.neurons,
-            transform=nengo_transform(sparse.csr_array(encoders @ decoders)),
+            transform=nengo_transform(sparse.csr_array(of.encoders @ of.decoders)),
             synapse=connection.synapse,
         )
     flat.network.config[wired].decode_path = "direct"

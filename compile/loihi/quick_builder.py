@@ -1,0 +1,124 @@
+r"""Parts of nengo-loihi's builder that give the same bits in less time: seeds, and LIF rates.
+
+A builder has several generators of random numbers for each ensemble and connection, and NumPy
+collects entropy for each before it is seeded.
+
+Decoders are solved for the rates of neurons at thousands of values,
+
+.. math::
+
+    r = \frac{1}{n\,dt}, \quad
+    n = \left\lceil \frac{\tau_{ref} + \tau_{rc} \log(1 + 1 / j)}{dt} \right\rceil, \quad
+    j = g x + b - 1 > 0
+
+Since ``n`` is a whole number, a logarithm of single precision, which takes a fifth of the time,
+settles it wherever the period is not close to a whole step.
+
+Source: nengo-loihi's ``loihi_lif_rates``.
+"""
+
+import contextlib
+from collections.abc import Iterator
+from typing import Any
+
+import nengo_loihi.neurons
+import numpy as np
+from nengo import LIF
+from nengo_loihi.builder import connection, ensemble
+from nengo_loihi.neurons import discretize_tau_rc, discretize_tau_ref
+from numpy.random.bit_generator import ISeedSequence
+from numpy.typing import DTypeLike
+
+from spikeport.arrays import Floats
+from spikeport.compile.loihi.replaced import StandIn, replaced
+
+STRETCH = 2**15
+"""Values that are reckoned together, so that all that is between stays in a core's cache."""
+LEAST = 1e-20
+"""A j below all that are above 0: these are the differences of a current and 1."""
+CLOSE = 1e-5
+"""A period this close to a whole step, as a share of itself and the membrane's time constant, is
+reckoned in double precision: over a hundred roundings of single precision."""
+
+
+class _NoEntropy(ISeedSequence):
+    """The seed of a generator that is seeded anew at once."""
+
+    def generate_state(self, n_words: int, _dtype: DTypeLike = np.uint32) -> Any:
+        # No array: words are read one by one, which takes eight times as long from one.
+        return [0] * n_words
+
+
+_NO_ENTROPY: Any = _NoEntropy()  # of a kind that NumPy takes, and its annotations leave out
+
+
+def random_state(seed: int) -> np.random.RandomState:
+    """Return ``numpy.random.RandomState(seed)``, in a twentieth of its time."""
+    state = np.random.RandomState(np.random.MT19937(_NO_ENTROPY))
+    state.seed(seed)
+    return state
+
+
+def lif_rates(
+    neuron_type: LIF,
+    x: Floats,
+    gain: Floats,
+    bias: Floats,
+    dt: float,
+    amplitude: float | None = None,
+) -> Floats:
+    """Return the rates (n_points, n) in Hz of LIF neurons on the chip at values (n_points, n).
+
+    Parameters
+    ----------
+    neuron_type : nengo.LIF
+        The type of the neurons.
+    x : (n_points, n) array
+        The value along each neuron's encoder, in units of the radius.
+    gain, bias : (n,) array
+        The neurons' gains and biases.
+    dt : float
+        The time step, in seconds.
+    amplitude : float, optional
+        The height of a spike, by default the type's.
+    """
+    tau_ref_s = discretize_tau_ref(neuron_type.tau_ref, dt)
+    tau_rc_s = discretize_tau_rc(neuron_type.tau_rc, dt)
+    amplitude = neuron_type.amplitude if amplitude is None else amplitude
+    rates = np.empty(x.shape)
+    height = max(1, STRETCH // x.shape[1])
+    for first in range(0, len(x), height):
+        part = slice(first, first + height)
+        j = neuron_type.current(x[part], gain, bias) - 1
+        # Reckoned for neurons at rest, too: masks that pick values take longer than they spare.
+        steps = _steps(np.fmax(j, LEAST), tau_ref_s, tau_rc_s, dt)
+        np.multiply((amplitude / dt) / steps, j > 0, out=rates[part])
+    return rates
+
+
+def _steps(j: Floats, tau_ref_s: float, tau_rc_s: float, dt: float) -> Floats:
+    """Return the whole steps from spike to spike for j of any shape, above 0."""
+    inverse = 1.0 / j
+    with np.errstate(invalid="ignore"):  # the discretised time constant may be infinite
+        rough = np.log(np.float32(1) + inverse.astype(np.float32))
+        rough = np.float32(tau_ref_s / dt) + np.float32(tau_rc_s / dt) * rough
+        close = CLOSE * (rough + np.float32(tau_rc_s / dt))
+        unsure = ~(np.abs(rough - np.rint(rough)) > close)
+    steps: Floats = np.ceil(rough).astype(float)
+    steps[unsure] = np.ceil((tau_ref_s + tau_rc_s * np.log1p(inverse[unsure])) / dt)
+    return steps
+
+
+_NUMPY = StandIn(np, random=StandIn(np.random, RandomState=random_state))
+_RATES = {**nengo_loihi.neurons.loihi_rate_functions, LIF: lif_rates}
+
+
+@contextlib.contextmanager
+def quick_builder() -> Iterator[None]:
+    """Let nengo-loihi's builder use these parts; the context holds `refusal.TURN`."""
+    with (
+        replaced(ensemble, "np", _NUMPY),
+        replaced(connection, "np", _NUMPY),
+        replaced(nengo_loihi.neurons, "loihi_rate_functions", _RATES),
+    ):
+        yield

@@ -1,0 +1,79 @@
+"""Parts of the builder are other ones, and what they give is the same, bit for bit."""
+
+from typing import Any
+
+import nengo
+import numpy as np
+import pytest
+from nengo_loihi.builder import connection, ensemble
+from nengo_loihi.neurons import discretize_tau_rc, discretize_tau_ref, loihi_lif_rates
+
+from spikeport.compile.loihi.quick_builder import lif_rates, quick_builder, random_state
+
+DT_S = 1e-3
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2**32 - 1])
+def test_a_generator_draws_what_numpys_draws(seed: int) -> None:
+    ours, numpys = random_state(seed), np.random.RandomState(seed)
+    # the second normal number is kept from the first draw
+    for draw in ("randn", "uniform", "randn", "permutation"):
+        args = (700,) if draw == "permutation" else ()
+        np.testing.assert_array_equal(getattr(ours, draw)(*args), getattr(numpys, draw)(*args))
+
+
+class Given(nengo.LIF):
+    """Neurons whose values are j itself."""
+
+    def current(self, x: np.ndarray, gain: Any, bias: Any) -> Any:
+        class Current:
+            def __sub__(self, _one: float) -> np.ndarray:
+                return x
+
+        return Current()
+
+
+@pytest.mark.parametrize(
+    ("tau_rc", "tau_ref", "dt"),
+    [
+        (0.02, 0.002, 1e-3),
+        (0.05, 0.001, 1e-3),
+        (0.002, 0.0, 1e-3),
+        (0.02, 0.003, 1e-4),
+        (10.0, 0.002, 1e-3),  # its decay is 0 on the chip: an infinite time constant
+        (1e-4, 0.002, 1e-3),  # its time constant is 0 on the chip
+    ],
+)
+def test_rates_are_nengo_loihis_also_where_periods_are_whole_steps(
+    tau_rc: float, tau_ref: float, dt: float
+) -> None:
+    kind, rng = Given(tau_rc=tau_rc, tau_ref=tau_ref), np.random.RandomState(0)
+    whole_s = np.arange(1000) * dt - discretize_tau_ref(tau_ref, dt)
+    with np.errstate(all="ignore"):
+        j = 1 / np.expm1(whole_s / discretize_tau_rc(tau_rc, dt))
+    j = j[np.isfinite(j) & (j > 1e-16)]
+    near = [j + shift * np.spacing(j) for shift in range(-4, 5)]
+    drawn = 10 ** rng.uniform(-16, 3, 50_000)
+    values = np.concatenate((*near, drawn, -drawn, [0.0, np.inf, -np.inf, np.nan]))[:, np.newaxis]
+    with np.errstate(all="ignore"):
+        usual = loihi_lif_rates(kind, values, None, None, dt)
+        found = lif_rates(kind, values, None, None, dt)
+    np.testing.assert_array_equal(found, usual)
+    assert (usual == 0).any()
+
+
+def test_rates_of_many_neurons_are_nengo_loihis() -> None:
+    rng = np.random.RandomState(0)
+    x, gain, bias = rng.uniform(-1, 1, (999, 77)), rng.uniform(1, 20, 77), rng.uniform(-9, 9, 77)
+    usual = loihi_lif_rates(nengo.LIF(), x, gain, bias, DT_S)
+    np.testing.assert_array_equal(lif_rates(nengo.LIF(), x, gain, bias, DT_S), usual)
+    doubled = lif_rates(nengo.LIF(), x, gain, bias, DT_S, amplitude=2)
+    np.testing.assert_array_equal(doubled, 2 * usual)
+
+
+def test_the_builder_has_its_own_parts_back_in_the_end() -> None:
+    modules = (ensemble, connection)
+    with quick_builder():
+        assert all(module.np.random.RandomState is random_state for module in modules)
+        assert all(module.np.zeros is np.zeros for module in modules)
+    assert all(module.np is np for module in modules)
