@@ -102,6 +102,8 @@ class _Identity:
         return self._value(function), size
 
     def _value(self, value: object) -> object:
+        if type(value) in BUILT_IN:  # as most are
+            return value
         return FunctionIdentity(self._plain).of(value)
 
     def _plain(self, value: object) -> object:

@@ -179,13 +179,14 @@ def _atom_starts(image: ChipImage) -> np.ndarray:
     return result
 
 
-def list_bits(sizes: np.ndarray, form: ListFormat, layout: SynapseLayout) -> int:
-    """Return the bits of rows of these sizes: lists of at most so many synapses, in whole words."""
+def list_bits(sizes: np.ndarray, form: ListFormat, layout: SynapseLayout) -> np.ndarray:
+    """Return the bits of each row: lists of at most so many synapses, in whole words."""
     full, rest = np.divmod(sizes, form.per_list)
     # Every list begins a word of its own and repeats the header, so both are rounded per list.
     words = full * _words(np.asarray(form.per_list * form.width_bits), layout)
     words += np.where(rest > 0, _words(rest * form.width_bits, layout), 0)
-    return int(words.sum()) * layout.word_bits
+    bits: np.ndarray = words * layout.word_bits
+    return bits
 
 
 def _words(payload_bits: np.ndarray, layout: SynapseLayout) -> np.ndarray:
@@ -198,7 +199,7 @@ def _group_bits(image: ChipImage, chip: ChipModel) -> list[int]:
         return list(map(int, soft_row_bits(image)))
     sizes, rows = np.diff(image.rows.start), itertools.pairwise(image.groups.row_start)
     return [
-        list_bits(sizes[first:end], form, layout(chip))
+        int(list_bits(sizes[first:end], form, layout(chip)).sum())
         for (first, end), form in zip(rows, list_formats(image), strict=True)
     ]
 

@@ -84,7 +84,8 @@ def _largest_weights(block: LoihiBlock) -> np.ndarray:
             flat([one.ravel() for one in of_axons])
             for of_axons in (synapse.weights, synapse.indices)
         )
-        np.maximum.at(largest, indices, np.abs(weights))
+        # NumPy would cast weights one by one.
+        np.maximum.at(largest, indices, np.abs(weights).astype(largest.dtype))
     return largest
 
 

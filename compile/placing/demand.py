@@ -8,7 +8,7 @@ import numpy as np
 
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.tables import flat, part
-from spikeport.compile.image.usage import ListFormat, layout, list_bits
+from spikeport.compile.image.usage import layout, list_bits
 from spikeport.compile.placing.load import Capacity, Load, ProfileMasks
 from spikeport.hardware_models.chip import ChipModel
 
@@ -16,15 +16,17 @@ from spikeport.hardware_models.chip import ChipModel
 class _Synapses(NamedTuple):
     """The synapses of a group by list, which is a row and the base it is read from.
 
-    ``key`` holds list * n + target, ascending, for n compartments; ``of_axon`` the list each axon
-    reads; ``readers`` how many axons read each list.
+    ``key`` holds list * n + target, ascending, for n compartments, and ``begin`` the least key that
+    a list can have; ``of_axon`` the list each axon reads; ``readers`` how many axons read each
+    list; ``bits`` what a list of 0, 1, 2 ... targets takes.
     """
 
     number: int
     key: np.ndarray
+    begin: np.ndarray
     of_axon: np.ndarray
     readers: np.ndarray
-    form: ListFormat
+    bits: np.ndarray
 
 
 class Demand:
@@ -45,9 +47,11 @@ class Demand:
     def __init__(self, image: ChipImage, chip: ChipModel, block: int, masks: ProfileMasks) -> None:
         start, end = image.blocks.start[block : block + 2]
         self.start, self.n = int(start), int(end - start)
-        self._block, self._masks, self._layout = block, masks, layout(chip)
+        self._block, self._masks = block, masks
+        sizes = np.arange(1 + np.diff(image.rows.start).max(initial=0))
         self._synapses = [
-            _synapses(image, int(g), self.n, masks.forms[g]) for g in masks.groups[block]
+            _synapses(image, int(g), self.n, list_bits(sizes, masks.forms[g], layout(chip)))
+            for g in masks.groups[block]
         ]
 
     def load(self, first: int, end: int, slots: np.ndarray) -> Load:
@@ -61,7 +65,7 @@ class Demand:
             sizes = self._sizes(synapses, first, end)
             if axons := int(synapses.readers[sizes > 0].sum()):
                 in_axons += axons
-                bits += list_bits(sizes, synapses.form, self._layout)
+                bits += int(synapses.bits[sizes].sum())
                 reached.append(synapses.number)
         out = int(slots[self.start + first : self.start + end].sum())
         masks = self._masks.of(self._block, first, end, np.array(reached, dtype=int))
@@ -84,16 +88,15 @@ class Demand:
             for synapses in self._synapses
         }
 
-    def _sizes(self, synapses: _Synapses, first: int, end: int) -> np.ndarray:
+    @staticmethod
+    def _sizes(synapses: _Synapses, first: int, end: int) -> np.ndarray:
         """Return the number of targets of each list in a stretch."""
         # Keys ascend across all lists, so that two searches count the targets of every list.
-        begin = np.arange(len(synapses.readers)) * self.n
-        return np.searchsorted(synapses.key, begin + end) - np.searchsorted(
-            synapses.key, begin + first
-        )
+        find, begin = synapses.key.searchsorted, synapses.begin
+        return find(begin + end) - find(begin + first)
 
 
-def _synapses(image: ChipImage, group: int, n: int, form: ListFormat) -> _Synapses:
+def _synapses(image: ChipImage, group: int, n: int, bits: np.ndarray) -> _Synapses:
     axons = part(image.groups.axon_start, group)
     # `cut` lets axons that read a row from the same base share a row: its bits count only once.
     reads = np.stack([image.in_axons.row[axons], image.in_axons.base[axons]], axis=1)
@@ -105,4 +108,5 @@ def _synapses(image: ChipImage, group: int, n: int, form: ListFormat) -> _Synaps
         for i, (row, base) in enumerate(lists)
         if base >= 0
     ]
-    return _Synapses(group, np.sort(flat(keys)), of_axon.reshape(-1), readers, form)
+    begin = np.arange(len(lists)) * n
+    return _Synapses(group, np.sort(flat(keys)), begin, of_axon.reshape(-1), readers, bits)

@@ -11,12 +11,13 @@ import platform
 import stat
 import sys
 import warnings
+import zipfile
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import fields, is_dataclass
 from functools import cache
 from importlib import metadata
 from pathlib import Path, PurePath
-from typing import Any, NamedTuple, TypeAlias
+from typing import IO, Any, NamedTuple, TypeAlias
 
 import numpy as np
 from pydantic import BaseModel
@@ -131,7 +132,7 @@ class Cache:
             self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
             self._check_private()
             with atomic_path(path) as temporary, open(temporary, "wb") as file:
-                np.savez_compressed(file, **sealed)
+                _save(file, sealed)
             self._trim()
         except (OSError, UsageError) as error:
             _warn(str(error))
@@ -153,6 +154,14 @@ class Cache:
                 return
             entry.path.unlink(missing_ok=True)
             size -= entry.size
+
+
+def _save(file: IO[bytes], arrays: Mapping[str, np.ndarray]) -> None:
+    """Write arrays as `numpy.savez_compressed` does, a quarter larger, in a fifth of the time."""
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
+        for name, array in arrays.items():
+            with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
+                np.lib.format.write_array(member, np.asanyarray(array), allow_pickle=False)
 
 
 class Nothing(Cache):

@@ -204,7 +204,7 @@ def test_a_disk_that_is_full_ends_no_run(kept, make, monkeypatch):
     def full(*_args, **_options):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(np, "savez_compressed", full)
+    monkeypatch.setattr(np.lib.format, "write_array", full)
     with pytest.warns(UserWarning, match="No space left on device"):
         assert same(kept.kept("policy", 1, make))
     assert list(kept.folder.iterdir()) == []
