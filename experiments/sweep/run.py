@@ -29,6 +29,7 @@ def run(
     scheduler: str | None,
     n_workers: int,
     progress: Progress,
+    counted: str = "points",
 ) -> list[Failure]:
     """Run the points that a folder lacks; an interrupt leaves what is finished.
 
@@ -46,6 +47,8 @@ def run(
         The number of those processes.
     progress : Progress
         Hears how many points have ended.
+    counted : str
+        The word for points in what it hears.
 
     Raises
     ------
@@ -62,7 +65,7 @@ def run(
     progress("starting the workers", None)
     with _outcomes(missing, run_point, scheduler, min(n_workers, len(missing))) as outcomes:
         for ended in range(len(points) - len(missing), len(points)):
-            progress(f"{ended} of {len(points)} points", ended / len(points))
+            progress(f"{ended} of {len(points)} {counted}", ended / len(points))
             point, outcome = next(outcomes)
             if isinstance(outcome, PointFiles):
                 folder.write(point, outcome)

@@ -64,6 +64,7 @@ def run(request: EvaluateRequest) -> int:
                 workers.scheduler,
                 workers.n_processes,
                 progress,
+                counted="episodes",
             )
         _write(evaluation, folder)
     for point, reason in failures:

@@ -24,11 +24,11 @@ def marks(monkeypatch, tmp_path):
 def run(sweep_of, marks, tmp_path):
     """Run a sweep over what its points do: its folder, and what failed."""
 
-    def run(*speeds, n_workers=1, progress=silent):
+    def run(*speeds, n_workers=1, progress=silent, **options):
         sweep = sweep_of(varied={"speed": speeds})
         folder = SweepFolder(tmp_path / "sweep")
         failures = sweep_run.run(
-            sweep.points(), sweeps.do_as_told, folder, None, n_workers, progress
+            sweep.points(), sweeps.do_as_told, folder, None, n_workers, progress, **options
         )
         return folder, {point.place["speed"]: reason for point, reason in failures}
 
@@ -66,11 +66,11 @@ def test_a_point_that_leaves_python_is_told_from_one_that_ends_its_process(run):
 @pytest.mark.slow
 def test_what_is_finished_is_not_run_again(run, begun):
     def interrupt(what, _share):
-        if what == "1 of 2 points":
+        if what == "1 of 2 walks":
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        run("runs", "walks", progress=interrupt)
+        run("runs", "walks", progress=interrupt, counted="walks")
     shown = []
     _, failures = run("runs", "walks", progress=lambda what, share: shown.append((what, share)))
     assert failures == {}

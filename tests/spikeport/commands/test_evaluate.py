@@ -15,7 +15,8 @@ FILES = "figure.png, points, result.json, sweep.json, table.md"
 def here(monkeypatch):
     """Run episodes in this process, one after the other; those on boxes fail."""
 
-    def run(points, run_episode, folder, _scheduler, _n_workers, _progress):
+    def run(points, run_episode, folder, _scheduler, _n_workers, _progress, counted):
+        assert counted == "episodes"
         missing = [point for point in points if not folder.holds(point)]
         for point in missing:
             if "terrain" not in point.place:
