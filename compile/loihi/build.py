@@ -182,8 +182,33 @@ def build(rewrite: Rewrite, dt_s: float, settings: BuildSettings = AS_USUAL) -> 
     RefusedError
         If nengo-loihi's builder refuses the network for a reason `lint` does not know.
     """
-    network, names = rewrite.network, rewrite.names
-    model = OrderedModel(dt_s, names)
+    model, names = _built(rewrite, dt_s, settings), rewrite.names
+    floats = FloatBlocks(
+        model=model,
+        blocks=tuple(model.blocks),
+        entries=tuple(_entries(model, rewrite)),
+        inputs=tuple(_input_entry(model, source) for source in model.inputs),
+        outputs=tuple(_output_name(model, probe) for probe in model.probes),
+        events={
+            number: model.events[i] for number, i in enumerate(model.inputs) if i in model.events
+        },
+        passages=tuple(_passages(model)),
+        ends={
+            names[obj]: names.with_ends(obj)
+            for obj in model.objs
+            if isinstance(obj, nengo.Connection)
+        },
+    )
+    _check_probed_nodes(rewrite.network, model, names)
+    _check_order_of_reads(model, names)
+    _check_population_axons(floats)
+    return floats
+
+
+def _built(rewrite: Rewrite, dt_s: float, settings: BuildSettings) -> OrderedModel:
+    """Return nengo-loihi's model of a network, in floating point."""
+    network = rewrite.network
+    model = OrderedModel(dt_s, rewrite.names)
     # Objects of the network that a pass replaced hand on their seeds: their parts draw as they did.
     model.seeds.update({network: network.seed or 0, **rewrite.seeds})
     model.seeded[network] = True
@@ -210,26 +235,7 @@ def build(rewrite: Rewrite, dt_s: float, settings: BuildSettings = AS_USUAL) -> 
             raise
         except Exception as error:  # it refuses by errors of any kind, not only by its own
             raise refused_or_not_finite(model.building, error) from error
-    floats = FloatBlocks(
-        model=model,
-        blocks=tuple(model.blocks),
-        entries=tuple(_entries(model, rewrite)),
-        inputs=tuple(_input_entry(model, source) for source in model.inputs),
-        outputs=tuple(_output_name(model, probe) for probe in model.probes),
-        events={
-            number: model.events[i] for number, i in enumerate(model.inputs) if i in model.events
-        },
-        passages=tuple(_passages(model)),
-        ends={
-            names[obj]: names.with_ends(obj)
-            for obj in model.objs
-            if isinstance(obj, nengo.Connection)
-        },
-    )
-    _check_probed_nodes(network, model, names)
-    _check_order_of_reads(model, names)
-    _check_population_axons(floats)
-    return floats
+    return model
 
 
 @contextlib.contextmanager

@@ -56,12 +56,7 @@ class CompileRequest:
 
 def run(request: CompileRequest) -> None:
     """Compile, write what was asked for, print the report, and hold it against the budget."""
-    stated = rates.parse(request.rates)
-    if stated is not None and request.loss_s is not None:
-        raise UsageError("--rate-hz and --loss: the run of --loss has rates of its own; give one")
-    _check_run(request.loss_s)
-    nir.check_loss(request.network, request.loss_s)
-    request.budget.check_basis(stated is not None or request.loss_s is not None)
+    stated = _checked_rates(request)
     request.to.check()
     settings = nir.with_dt(request.network, request.settings, request.dt_s, request.spikes)
     chip = chips.get(request.chip)
@@ -102,8 +97,9 @@ def run(request: CompileRequest) -> None:
             # not into the folder, where an image of an earlier compile may lie
             replace(request.to, out=None).write_report(report.to_dict(), request.network)
             raise
-        findings = _reckoned(compilation, stated)
-        if request.loss_s is not None:
+        if request.loss_s is None:
+            findings = _reckoned(compilation, stated)
+        else:
             findings = _measured(network, compilation, request.loss_s, progress)
         # On one core a pipeline cannot take more cores than another, but it may lose more.
         if request.loss_s is not None or compilation.image.n_cores > 1:
@@ -125,6 +121,17 @@ def _write_nothing(chip: ChipModel, nothing: NothingOnChipError, request: Compil
     request.to.write_report(report.to_dict(), request.network)
     show_nothing(report, nothing.verdict)
     request.to.note()
+
+
+def _checked_rates(request: CompileRequest) -> Rates | None:
+    """Return the rates that costs are stated at; raises UsageError for costs of another kind."""
+    stated = rates.parse(request.rates)
+    if stated is not None and request.loss_s is not None:
+        raise UsageError("--rate-hz and --loss: the run of --loss has rates of its own; give one")
+    _check_run(request.loss_s)
+    nir.check_loss(request.network, request.loss_s)
+    request.budget.check_basis(stated is not None or request.loss_s is not None)
+    return stated
 
 
 def _check_run(seconds: float | None) -> None:
