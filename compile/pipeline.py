@@ -169,7 +169,7 @@ def _advised(job: Job) -> Compilation:
     except RefusedError as error:
         if not isinstance(error, NothingOnChipError):
             rewritten = bool(job.pipeline.networks)
-            error.advice = advice(job.network, lambda: _cores_rewritten(job), rewritten)
+            error.advice = advice(job.network, error, lambda: _cores_rewritten(job), rewritten)
         raise
 
 
@@ -222,7 +222,7 @@ def _compiled(job: Job) -> Compilation:
             *network_hints(network, names),
             *loop_hints(network, names),
             *host_loop_hints(network, names, dt),
-            *filter_hints(floats.passages, dt),
+            *filter_hints(floats.passages, dt, bool(job.pipeline.networks)),
             *image_hints(unplaced, blocks.errors, blocks.rounded_away),
         ),
         host=host_traffic(image),

@@ -4,20 +4,27 @@ from collections.abc import Callable
 
 import nengo
 
+from spikeport.compile.check.finite import NotFiniteError
 from spikeport.compile.check.lint import lint
-from spikeport.compile.check.offload import NOT_FINITE
+from spikeport.compile.check.offload import problems
 from spikeport.compile.ground.names import Names
 from spikeport.compile.ground.refusal import RefusedError
 from spikeport.compile.ground.scope import Scope
 
 COMPACT = "compact"
 """The passes that rewrite a network to take fewer cores."""
+OFFLOAD = "more: try --offload, which moves what breaks a rule to the host"
+ON_ONE_CORE = "SP012"
+"""The rule on weights that learn, which is checked once they are built, and no pass mends."""
 MOST_NEURONS, MOST_CONNECTIONS = 2000, 200
 """The largest network that is rewritten to see what comes of it: a matter of seconds."""
 
 
 def advice(
-    network: nengo.Network, cores_rewritten: Callable[[], int], rewritten: bool = False
+    network: nengo.Network,
+    error: RefusedError,
+    cores_rewritten: Callable[[], int],
+    rewritten: bool = False,
 ) -> str:
     """Return what rewriting makes of a network, or the way out where no pass over it can help.
 
@@ -25,17 +32,20 @@ def advice(
     ----------
     network : nengo.Network
         The network.
+    error : RefusedError
+        Its refusal.
     cores_rewritten : callable
         Compiles it with the passes `COMPACT`, and returns the number of cores, or raises
         `RefusedError`.
     rewritten : bool
         True if passes rewrote the network that was refused.
     """
-    names = Names(network)
+    if isinstance(error, NotFiniteError):
+        return ""
+    names, found = Names(network), problems(error)
     # Rules that no pass mends come first: rewriting would not help.
-    if broken := lint(network, names, rewritten=False):
-        movable = any(violation.id != NOT_FINITE for violation in broken)
-        return "more: try --offload, which moves what breaks a rule to the host" * movable
+    if lint(network, names, rewritten=False) or any(one.id == ON_ONE_CORE for one in found):
+        return OFFLOAD * bool(found)
     if rewritten:
         return ""
     n_neurons = sum(ensemble.n_neurons for ensemble in Scope(network, names).ensembles)

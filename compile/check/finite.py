@@ -8,9 +8,13 @@ NOT_FINITE = "array must not contain infs or NaNs"
 """Message of numpy.asarray_chkfinite, by which decoders' solvers check the values of functions."""
 
 
-def not_finite(name: str, where: str) -> RefusedError:
+class NotFiniteError(RefusedError):
+    """The error of NaN or infinite numbers, which are no better rewritten, or on the host."""
+
+
+def not_finite(name: str, where: str) -> NotFiniteError:
     """Return the error for an object of which some numbers are NaN or infinite."""
-    return RefusedError(str(rules.get("SP011").broken(name, f"NaN or infinity in {where}")))
+    return NotFiniteError(str(rules.get("SP011").broken(name, f"NaN or infinity in {where}")))
 
 
 def refused_or_not_finite(about: tuple[str, ...], error: Exception) -> RefusedError:

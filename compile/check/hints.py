@@ -53,7 +53,9 @@ def _nodes_of_arrays(network: nengo.Network) -> Iterator[nengo.Node]:
             yield from array.nodes
 
 
-def filter_hints(passages: Sequence[Passage], dt_s: float) -> Iterator[Violation]:
+def filter_hints(
+    passages: Sequence[Passage], dt_s: float, rewritten: bool = False
+) -> Iterator[Violation]:
     """Yield a hint on each ensemble that one of several filters slows down, and each slower loop.
 
     Parameters
@@ -62,6 +64,8 @@ def filter_hints(passages: Sequence[Passage], dt_s: float) -> Iterator[Violation
         The filters of all connections that end on the chip.
     dt_s : float
         The time step, in seconds.
+    rewritten : bool
+        True if passes rewrote the network: what is slow then stays so with others.
     """
     asked: dict[str, set[float]] = defaultdict(set)
     for one in passages:
@@ -76,7 +80,9 @@ def filter_hints(passages: Sequence[Passage], dt_s: float) -> Iterator[Violation
         whole_s = before_s + one.target_s  # what a shared filter adds is another hint
         if one.source and loop[one.source] == loop[one.target] and whole_s > (1 + LATE) * one.own_s:
             delays = f"{1000 * one.own_s:g} ms became {1000 * whole_s:g} ms"
-            yield rules.get("SP410").broken(one.connection, delays)
+            rule = rules.get("SP410")
+            slower = rule.broken(one.connection, delays)
+            yield slower._replace(cure=rule.more[0]) if rewritten else slower
 
 
 def image_hints(

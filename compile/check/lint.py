@@ -137,9 +137,18 @@ def probe(scope: Scope) -> Iterator[Violation]:
         if not scope.on_chip(obj.pre_obj if isinstance(obj, nengo.Connection) else obj):
             continue
         allowed = probeable(recorded.obj)
-        if recorded.attr not in allowed:
-            limit = " or ".join(allowed) or "none"
-            yield rules.get("SP010").broken(scope.names[recorded], recorded.attr, limit)
+        if recorded.attr in allowed:
+            continue
+        used = f"{recorded.attr} of {scope.names[obj]}"
+        limit, instead, kept = " or ".join(allowed), "one of these", "it"
+        if isinstance(obj, nengo.Connection):
+            limit, instead = "no attribute of a connection", "an end of the connection"
+            kept = scope.names[base(obj.pre_obj)]
+        elif not allowed:
+            limit, instead = "no attribute of a node on the chip", "what the node feeds"
+        yield rules.get("SP010").broken(
+            scope.names[recorded], used, limit, instead=instead, kept=kept
+        )
 
 
 def finite(scope: Scope) -> Iterator[Violation]:

@@ -40,8 +40,9 @@ class Rule(BaseModel):
 
     @property
     def cures(self) -> tuple[str, ...]:
-        """The cures, with a letter where a violation has a number."""
-        return tuple(cure.format(parts="n", gb="n") for cure in (self.cure, *self.more))
+        """The cures, with a letter where a violation has a number, and a pronoun for a name."""
+        words = {"parts": "n", "gb": "n", "instead": "one of these", "kept": "it"}
+        return tuple(cure.format(**words) for cure in (self.cure, *self.more))
 
 
 def _read() -> dict[str, Rule]:

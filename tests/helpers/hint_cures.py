@@ -7,6 +7,7 @@ import nengo
 import nengo_loihi
 import numpy as np
 
+import spikeport
 from spikeport.backends.loss import measure, network_error
 from spikeport.commands.against_written import as_written, more_cores, more_loss
 from spikeport.compile.pipeline import compile_network
@@ -108,6 +109,16 @@ def loop(synapse_s: float, gain: float = 1.0) -> None:
     nengo.Connection(a, a, synapse=synapse_s, transform=gain)
 
 
+def wired_loop(path: str, synapse_s: float = 0.005) -> None:
+    """A loop of 5 ms, and a setting of how it is wired."""
+    a = nengo.Ensemble(20, 1)
+    nengo.Connection(nengo.Node([1]), a)
+    back = nengo.Connection(a, a, synapse=synapse_s)
+    network = nengo.Network.context[-1]
+    spikeport.add_params(network)
+    network.config[back].decode_path = path
+
+
 def over_host(on_chip: bool = True) -> None:
     """The same loop by a node, beside an ensemble that stays on the chip."""
     a, node = nengo.Ensemble(20, 1), nengo.Node(lambda t, x: 0.5 * x, size_in=1)
@@ -172,6 +183,15 @@ CASES = [
             hinted(partial(loop, 0.1), "compact"),
             hinted(partial(loop, 0.005), "compact"),
             hinted(partial(loop, 0.011), "decode_path{default=onoff}"),
+        ),
+    ),
+    Case(
+        "SP410",
+        "wire it neuron to neuron",
+        hinted(partial(wired_loop, "onoff"), "compact"),
+        (
+            hinted(partial(wired_loop, "direct"), "compact"),
+            hinted(partial(wired_loop, "onoff", 0.011), "compact"),
         ),
     ),
     Case(

@@ -207,7 +207,7 @@ CASES = [
     ),
     Case(
         "SP010",
-        "probe one of these, an end in place of a connection, or keep it on the host",
+        "probe {instead}, leave the probe out, or keep {kept} on the host",
         linted(partial(probed, "scaled_encoders")),
         (
             linted(partial(probed, "decoded_output")),

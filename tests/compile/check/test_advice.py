@@ -3,6 +3,7 @@
 import nengo
 import numpy as np
 import pytest
+from nengo.solvers import NoSolver
 
 from spikeport.compile.check.advice import MOST_CONNECTIONS, advice
 from spikeport.compile.ground.refusal import RefusedError
@@ -42,11 +43,33 @@ def test_what_does_not_is_said_too_and_only_where_it_was_refused_as_written() ->
 def test_what_no_pass_mends_is_not_tried() -> None:
     with sparse() as network:
         nengo.Ensemble(5, 1, neuron_type=nengo.Tanh())
-    assert advice(network, pytest.fail) == advice(network, pytest.fail, rewritten=True) == OFFLOAD
-    assert refusal(network).advice == refusal(network, "compact").advice == OFFLOAD
+    error = refusal(network)
+    for rewritten in (False, True):
+        assert advice(network, error, pytest.fail, rewritten) == OFFLOAD
+    assert error.advice == refusal(network, "compact").advice == OFFLOAD
     with nengo.Network(seed=1) as network:
         nengo.Ensemble(5, 1, gain=np.full(5, np.nan), bias=np.ones(5))
     assert refusal(network).advice == ""
+
+
+def test_numbers_that_are_not_finite_as_the_network_is_built_have_no_way_out() -> None:
+    with nengo.Network(seed=1) as network:
+        nengo.Connection(nengo.Ensemble(20, 1), nengo.Ensemble(20, 1), function=np.log)
+    error = refusal(network)
+    assert "SP011" in str(error)
+    assert error.advice == ""
+
+
+def test_what_learns_on_several_cores_is_no_better_rewritten() -> None:
+    with nengo.Network(seed=1) as network:
+        pre, post = nengo.Ensemble(4100, 1, n_eval_points=500), nengo.Node(size_in=1)
+        learned = nengo.Connection(
+            pre, post, learning_rule_type=nengo.PES(), solver=NoSolver(np.zeros((4100, 1)))
+        )
+        nengo.Connection(post, learned.learning_rule)
+    error = refusal(network)
+    assert "SP012" in str(error)
+    assert error.advice == advice(network, error, pytest.fail, rewritten=True) == OFFLOAD
 
 
 def test_a_large_network_is_refused_before_it_is_built_and_not_tried() -> None:

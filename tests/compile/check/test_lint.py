@@ -168,18 +168,18 @@ CASES: list[tuple[Callable[[], None], str]] = [
     (events_to_the_host, BOARD.format("events -> out", "to the host")),
     (
         probed_events,
-        f"p: SP010 probed attribute: output, limit none; cure: probe one of these, an end in "
-        f"place of a connection, {HOST}",
+        "p: SP010 probed attribute: output of events, limit no attribute of a node on the chip; "
+        f"cure: probe what the node feeds, leave the probe out, {HOST}",
     ),
     (
         foreign_probe,
-        "p: SP010 probed attribute: scaled_encoders, limit decoded_output; cure: probe one of "
-        f"these, an end in place of a connection, {HOST}",
+        "p: SP010 probed attribute: scaled_encoders of a, limit decoded_output; cure: probe one of "
+        f"these, leave the probe out, {HOST}",
     ),
     (
         probed_connection,
-        f"p: SP010 probed attribute: output, limit none; cure: probe one of these, an end in "
-        f"place of a connection, {HOST}",
+        "p: SP010 probed attribute: output of a -> a, limit no attribute of a connection; cure: "
+        f"probe an end of the connection, leave the probe out, {HOST.replace('it', 'a', 1)}",
     ),
     (infinite_gain, FINITE.format("a", "gain")),
     (undefined_encoders, FINITE.format("a", "encoders")),
@@ -234,9 +234,9 @@ def test_the_error_lists_all_breaches_row_by_row() -> None:
         "the network does not fit chip 'loihi':\n"
         "  a: SP003 ensemble noise: WhiteNoise, limit none; cure: remove the noise, or keep it on "
         "the host with net.config[ensemble].on_chip = False\n"
-        "  p: SP010 probed attribute: output, limit none; cure: probe one of these, an end "
-        "in place of a connection, or keep it on the host with net.config[ensemble].on_chip = "
-        "False\n"
+        "  p: SP010 probed attribute: output of a#2 -> a#2, limit no attribute of a connection; "
+        "cure: probe an end of the connection, leave the probe out, or keep a#2 on the host with "
+        "net.config[ensemble].on_chip = False\n"
         "more: spikeport compile --explain SP003\n"
         "more: try --offload, which moves what breaks a rule to the host"
     )
