@@ -8,8 +8,7 @@ from typing import ClassVar
 from spikeport.constants import LARGEST_SEED
 from spikeport.errors import UsageError, unknown
 from spikeport.networks.loading.description import Description
-from spikeport.networks.loading.files import ACTIVATION
-from spikeport.networks.loading.walking import load_walking
+from spikeport.networks.loading.walking import DESCRIBE, load_walking
 from spikeport.networks.policy import PolicyOptions
 from spikeport.networks.walking_policy import SHIPPED, WalkingPolicy
 from spikeport.robot.description import DEFAULT_POSE, GAINS, JOINTS
@@ -42,10 +41,13 @@ H1 = Description(
 
 
 def load_policy(
-    path: Path = SHIPPED, description: Path | None = None, activation: str = ACTIVATION
+    path: Path = SHIPPED,
+    description: Path | None = None,
+    activation: str | None = None,
+    describe: str = DESCRIBE,
 ) -> WalkingPolicy:
     """Load a policy for the H1; see `spikeport.networks.loading.walking.load_walking`."""
-    return load_walking(path, H1, description, activation)
+    return load_walking(path, H1, description, activation, describe)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -131,4 +133,5 @@ class PolicySettings(Perturbation):
         if self.policy in self.policies:
             return load_policy()
         description = None if self.description is None else Path(self.description)
-        return load_policy(Path(self.policy), description)
+        describe = "--set description=env.yaml"
+        return load_policy(Path(self.policy), description, describe=describe)

@@ -60,15 +60,14 @@ def translated(mlp: Mlp, theirs: Description, ours: Description) -> WalkingPolic
     mlp : Mlp
         Observations and actions in their order of joints.
     theirs, ours : Description
-        Their robot, and ours, which has one action scale for all joints.
+        Their robot, which `check_robot` passed, and ours, which has one action scale for all
+        joints.
 
     Raises
     ------
     MismatchError
-        It is of another shape or activation, or the robots differ in what no weight makes up for:
-        joints, gains, time between actions.
+        It is of another shape or activation.
     """
-    _check_robot(theirs, ours)
     _check_shape(mlp, len(ours.joints))
     (p, s), (p_ours, s_ours) = (_pose_and_scale(one, ours.joints) for one in (theirs, ours))
     order = [theirs.joints.index(joint) for joint in ours.joints]
@@ -111,7 +110,14 @@ def _check_shape(mlp: Mlp, n_joints: int) -> None:
         raise MismatchError(*in_words)
 
 
-def _check_robot(theirs: Description, ours: Description) -> None:
+def check_robot(theirs: Description, ours: Description) -> None:
+    """Refuse a robot that differs from ours in what no weights make up for.
+
+    Raises
+    ------
+    MismatchError
+        Joints, gains or the time between actions differ, or a pose or scale is no finite number.
+    """
     if sorted(theirs.joints) != sorted(ours.joints):
         foreign = [joint for joint in theirs.joints if joint not in ours.joints]
         found = f"{len(theirs.joints)} joints, foreign: {', '.join(foreign) or 'none'}"
@@ -120,10 +126,14 @@ def _check_robot(theirs: Description, ours: Description) -> None:
         raise MismatchError(
             f"an action every {ours.control_dt_s:g} s", f"{theirs.control_dt_s:g} s"
         )
+    if not np.isfinite(theirs.observation_scale).all():
+        raise MismatchError("finite scales of the observation", "NaN or infinity")
     for joint, gains in ours.gains.items():
-        if not theirs.action_scale_rad[joint] > 0:
-            scale = f"{theirs.action_scale_rad[joint]:g}"
-            raise MismatchError(f"an action scale above 0 of {joint}", scale)
+        pose, scale = theirs.pose_rad[joint], theirs.action_scale_rad[joint]
+        if not np.isfinite(pose):
+            raise MismatchError(f"a finite default pose of {joint}", f"{pose:g}")
+        if not 0 < scale < np.inf:
+            raise MismatchError(f"a finite action scale above 0 of {joint}", f"{scale:g}")
         if not np.allclose(theirs.gains[joint], gains):
             wanted, found = ("kp {:g}, kd {:g}".format(*g) for g in (gains, theirs.gains[joint]))
             raise MismatchError(f"gains {wanted} of {joint}", found)

@@ -13,29 +13,30 @@ from pathlib import Path
 
 from spikeport.networks import walking_policy
 from spikeport.networks.loading import checkpoint, onnx_file, torchscript
-from spikeport.networks.loading.mlp import Mlp
+from spikeport.networks.loading.mlp import Mlp, check_activation
 from spikeport.networks.loading.refusal import refusing
 from spikeport.networks.policy_values import Layer
 from spikeport.reading.archive import Archive, read_bytes
 from spikeport.reading.mismatch import MismatchError
 
 ACTIVATION = "elu"
-"""The activation of checkpoints, which do not name theirs."""
+"""The activation of checkpoints, which do not name theirs, where none is given."""
 
 ZIP = b"PK"
 ZIPS = {".npy": "npz", "constants.pkl": "TorchScript", "data.pkl": "checkpoint"}
 """Formats of archives by their members; a TorchScript file has a data.pkl too."""
 
 
-def load_mlp(path: Path, activation: str = ACTIVATION) -> Mlp:
+def load_mlp(path: Path, activation: str | None = None) -> Mlp:
     """Read the layers of a policy, with all normalisation folded into them.
 
     Parameters
     ----------
     path : Path
         A file of any of the formats.
-    activation : str
-        The function of a checkpoint's actor; other files have it in them.
+    activation : str, optional
+        The function of a checkpoint's actor, `ACTIVATION` if none is given. Other files have it in
+        them: if one is given, it must be that of the file.
 
     Raises
     ------
@@ -45,7 +46,16 @@ def load_mlp(path: Path, activation: str = ACTIVATION) -> Mlp:
         The package that reads the format is absent.
     """
     with refusing(path):
-        return READERS[file_format(path)](path, activation)
+        if activation is not None:
+            check_activation(activation)
+        mlp = READERS[file_format(path)](path, activation or ACTIVATION)
+        if activation not in (None, mlp.activation):
+            raise MismatchError(
+                f"activation {activation}, as --activation says",
+                mlp.activation,
+                cure="leave out --activation: this file says its own",
+            )
+        return mlp
 
 
 def file_format(path: Path) -> str:

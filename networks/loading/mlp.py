@@ -30,6 +30,12 @@ class Mlp:
         return (self.layers[0].weights.shape[1], *(len(layer.bias) for layer in self.layers))
 
 
+def check_activation(name: str) -> None:
+    """Refuse the name of an activation that is not known; raises MismatchError."""
+    if name not in ACTIVATIONS:
+        raise MismatchError(f"activation {' or '.join(ACTIVATIONS)}", name)
+
+
 def checked(layers: tuple[Layer, ...], activations: tuple[str, ...]) -> Mlp:
     """Return the perceptron of these layers.
 
@@ -42,8 +48,7 @@ def checked(layers: tuple[Layer, ...], activations: tuple[str, ...]) -> Mlp:
         raise MismatchError("at least one hidden layer", "none")
     if len(set(activations)) > 1:
         raise MismatchError("one activation for all hidden layers", ", ".join(activations))
-    if activations[0] not in ACTIVATIONS:
-        raise MismatchError(f"activation {' or '.join(ACTIVATIONS)}", activations[0])
+    check_activation(activations[0])
     size = layers[0].weights.shape[1]
     for number, (weights, bias) in enumerate((layer.weights, layer.bias) for layer in layers):
         if weights.shape != (len(bias), size):

@@ -1,4 +1,4 @@
-"""The refusal of a policy file: what was expected, what was found, and what helps."""
+"""The refusal of a policy's file or its description: expected, found, and what helps."""
 
 import contextlib
 from collections.abc import Iterator
@@ -10,18 +10,18 @@ from spikeport.errors import UsageError
 from spikeport.extras import missing
 from spikeport.reading.mismatch import MismatchError
 
-CURE = "what can be read: spikeport convert --help"
+CURE = "see docs/convert.md, 'What it refuses'"
 
 EXPORT = "export the policy to ONNX, and convert that"
 
 
 @contextlib.contextmanager
-def refusing(path: Path, cure: str = CURE) -> Iterator[None]:
-    """Refuse the file at ``path`` for what does not match while it is read."""
+def refusing(path: Path, cure: str = CURE, kind: str = "policy file") -> Iterator[None]:
+    """Refuse the file at ``path``, of this kind, for what does not match while it is read."""
     try:
         yield
     except MismatchError as error:
-        raise UsageError(f"policy file '{path}': {error}; {error.cure or cure}") from error
+        raise UsageError(f"{kind} '{path}': {error}; {error.cure or cure}") from error
 
 
 def extra(module: str) -> ModuleType:

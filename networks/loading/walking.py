@@ -5,15 +5,22 @@ from pathlib import Path
 
 from spikeport.networks import walking_policy
 from spikeport.networks.loading import isaac
-from spikeport.networks.loading.description import Description, translated
-from spikeport.networks.loading.files import ACTIVATION, file_format, load_mlp
+from spikeport.networks.loading.description import Description, check_robot, translated
+from spikeport.networks.loading.files import file_format, load_mlp
 from spikeport.networks.loading.refusal import refusing
 from spikeport.networks.walking_policy import WalkingPolicy
 from spikeport.reading.mismatch import MismatchError
 
+DESCRIBE = "--description env.yaml"
+"""The option of ``spikeport convert`` that gives a description."""
+
 
 def load_walking(
-    path: Path, robot: Description, description: Path | None = None, activation: str = ACTIVATION
+    path: Path,
+    robot: Description,
+    description: Path | None = None,
+    activation: str | None = None,
+    describe: str = DESCRIBE,
 ) -> WalkingPolicy:
     """Read a walking policy, for our robot and in its order of joints.
 
@@ -25,8 +32,10 @@ def load_walking(
         The robot that the policy is to be for.
     description : Path, optional
         The environment description of Isaac Lab that belongs to it; our own files need none.
-    activation : str
-        The activation of a checkpoint, which does not name its own.
+    activation : str, optional
+        The activation, as `load_mlp` takes it.
+    describe : str
+        The option that whoever asks gives a description with.
 
     Raises
     ------
@@ -36,7 +45,13 @@ def load_walking(
         The package that reads the format is absent.
     """
     mlp = load_mlp(path, activation)
-    theirs = _ours(path, robot) if file_format(path) == "npz" else _foreign(path, description)
+    if file_format(path) == "npz":
+        theirs = _ours(path, robot)
+    elif description is None:
+        with refusing(path, cure=f"give it with {describe}"):
+            raise MismatchError("Isaac Lab's environment description with it", "none")
+    else:
+        theirs = _foreign(description, robot)
     with refusing(path):
         return translated(mlp, theirs, robot)
 
@@ -44,17 +59,20 @@ def load_walking(
 def _ours(path: Path, robot: Description) -> Description:
     """Read one of our files: joints, pose and action scale are in it; the rest is the robot's."""
     policy = walking_policy.load(path)
-    return replace(
+    theirs = replace(
         robot,
         joints=policy.joints,
         pose_rad=dict(zip(policy.joints, policy.pose_rad, strict=True)),
         action_scale_rad=dict.fromkeys(policy.joints, policy.action_scale_rad),
     )
+    with refusing(path):
+        check_robot(theirs, robot)
+    return theirs
 
 
-def _foreign(path: Path, description: Path | None) -> Description:
-    if description is None:
-        with refusing(path, cure="give it with --description env.yaml"):
-            raise MismatchError("Isaac Lab's environment description with it", "none")
-    with refusing(description):
-        return isaac.described(description)
+def _foreign(path: Path, robot: Description) -> Description:
+    """Read a description of Isaac Lab, and compare it with our robot."""
+    with refusing(path, kind="description"):
+        theirs = isaac.described(path)
+        check_robot(theirs, robot)
+    return theirs

@@ -22,7 +22,7 @@ from spikeport.experiments.policy.observations import (
 )
 from spikeport.files import write_json
 from spikeport.hardware_models import chip as chips
-from spikeport.networks.loading.files import file_format, load_mlp
+from spikeport.networks.loading.files import ACTIVATION, file_format, load_mlp
 from spikeport.networks.loading.mlp import Mlp
 from spikeport.networks.policy import Layer, PolicyOptions
 from spikeport.networks.walking_policy import WalkingPolicy
@@ -78,7 +78,7 @@ def _check(request: ConvertRequest) -> None:
             "even number from 2 on"
         )
     if not 0 < request.tau_fwd < 1:
-        raise UsageError(f"--tau-fwd {request.tau_fwd:g}: a filter must be from 0 to 1 s")
+        raise UsageError(f"--tau-fwd {request.tau_fwd:g}: a filter must be above 0 and below 1 s")
     request.to.check()
     chips.get(request.chip)
     parse(request.passes)
@@ -86,11 +86,13 @@ def _check(request: ConvertRequest) -> None:
 
 def _read(request: ConvertRequest) -> tuple[WalkingPolicy | None, Mlp]:
     """Return a walking policy where the file says so, and the layers."""
+    # The option's default cannot be told from the same name, given: neither has to be the file's.
+    activation = None if request.activation == ACTIVATION else request.activation
     if request.description is None and file_format(request.file) != "npz":
-        return None, load_mlp(request.file, request.activation)
+        return None, load_mlp(request.file, activation)
     from spikeport.experiments.policy.settings import load_policy  # needs the robot
 
-    walker = load_policy(request.file, request.description, request.activation)
+    walker = load_policy(request.file, request.description, activation)
     return walker, Mlp(tuple(map(Layer, walker.weights, walker.biases)), "elu")
 
 

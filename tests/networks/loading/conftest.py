@@ -25,7 +25,7 @@ from tests.helpers.foreign import ENVIRONMENT, Policy, members
 from tests.helpers.watch import harm_of
 
 SIZES = (5, 7, 6, 3)
-CURE = "; what can be read: spikeport convert --help"
+CURE = "; see docs/convert.md, 'What it refuses'"
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ from spikeport.errors import UsageError
 from spikeport.experiments.policy.settings import load_policy
 from tests.helpers.foreign import described
 
-WITH = "; what can be read: spikeport convert --help"
+WITH = "; see docs/convert.md, 'What it refuses'"
 
 
 def laughing(levels: int, merged: bool) -> str:
@@ -96,7 +96,7 @@ def complaint_of(path, description=None):
 def test_another_text_is_no_description(path, tmp_path, text, complaint):
     description = tmp_path / "env.yaml"
     description.write_text(text)
-    assert complaint_of(path, description) == f"policy file '{description}': {complaint}{WITH}"
+    assert complaint_of(path, description) == f"description '{description}': {complaint}{WITH}"
 
 
 def test_tags_of_a_description_make_no_objects(path, environment, tmp_path):

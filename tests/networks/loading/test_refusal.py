@@ -14,13 +14,13 @@ def test_what_does_not_match_is_refused_with_the_files_name() -> None:
         raise MismatchError("a horse", "a cow")
     assert str(caught.value) == (
         "policy file 'a/b.pt': expected a horse, found a cow; "
-        "what can be read: spikeport convert --help"
+        "see docs/convert.md, 'What it refuses'"
     )
 
 
-def test_a_cure_can_be_another_and_other_errors_pass() -> None:
-    with pytest.raises(UsageError, match=r"found a cow; buy a horse$"):  # noqa: SIM117
-        with refusing(Path("x"), "buy a horse"):
+def test_cure_and_kind_can_be_others_and_other_errors_pass() -> None:
+    with pytest.raises(UsageError, match=r"^stable 'x': .* found a cow; buy a horse$"):  # noqa: SIM117
+        with refusing(Path("x"), "buy a horse", "stable"):
             raise MismatchError("a horse", "a cow")
     with pytest.raises(ZeroDivisionError), refusing(Path("x")):
         raise ZeroDivisionError

@@ -14,7 +14,7 @@ from spikeport.hardware_models import chip as chips
 from spikeport.networks import walking_policy
 
 pytestmark = pytest.mark.filterwarnings("ignore:.torch.jit:DeprecationWarning")
-MADE = "; what can be read: spikeport convert --help"
+MADE = "; see docs/convert.md, 'What it refuses'"
 
 
 @pytest.fixture
@@ -64,7 +64,7 @@ def test_inputs_that_nobody_recorded_are_named(spikeport, tiny):
             ["-n", "5"],
             "--neurons 5: a unit has as many neurons for each sign; give an even number from 2 on",
         ),
-        (["--tau-fwd", "0"], "--tau-fwd 0: a filter must be from 0 to 1 s"),
+        (["--tau-fwd", "0"], "--tau-fwd 0: a filter must be above 0 and below 1 s"),
         (
             ["--chip", "loihi9"],
             f"unknown chip 'loihi9'; choose from: {', '.join(sorted(chips.names()))}",
@@ -100,6 +100,27 @@ def test_observations_of_another_size_are_refused(spikeport, tiny, tmp_path):
     done = spikeport("convert", tiny, "--observations", seen)
     assert done.code == 2
     assert "expected an array (m, 3), found shape (4, 5)" in done.err
+
+
+@pytest.mark.parametrize(
+    ("named", "complaint"),
+    [
+        ("swish", f"expected activation elu or relu or tanh or silu or gelu, found swish{MADE}"),
+        (
+            "relu",
+            "expected activation relu, as --activation says, found tanh; leave out --activation: "
+            "this file says its own",
+        ),
+    ],
+)
+def test_an_activation_that_is_not_the_files_is_refused(spikeport, tiny, named, complaint):
+    done = spikeport("convert", tiny, "--activation", named)
+    assert done == (2, "", f"error: policy file '{tiny}': {complaint}\n")
+
+
+def test_the_activation_of_a_file_can_be_named_too(spikeport, tiny):
+    done = spikeport("convert", tiny, "--activation", "tanh", "-n", "2")
+    assert (done.code, done.out.splitlines()[0]) == (0, "policy: 3-4-4-2, tanh")
 
 
 def test_the_activation_of_a_checkpoint_has_to_be_known(spikeport, tmp_path):
