@@ -15,6 +15,9 @@ from spikeport.robot.perturbation import MENAGERIE, URDF, Perturbation
 
 URDF_PATH = Path(__file__).with_name("h1_urdf.toml")
 TORSO = "torso_link"
+WEAKEST = 1e-9
+"""The smallest scale of torque limits: MuJoCo takes a limit of 0 for none, and 1e-9 moves nothing.
+"""
 _MIRRORED_COM = np.array([1, -1, 1])
 _MIRRORED_INERTIA = np.array([1, 1, 1, -1, 1, -1])
 _FEET = {"foot1": "heel", "foot2": "sole", "foot3": "toe"}
@@ -35,7 +38,7 @@ def alter(spec: mujoco.MjSpec, perturbation: Perturbation) -> None:
         _take_menagerie_feet(spec)
     _weigh(spec, perturbation)
     for actuator in spec.actuators:
-        actuator.forcerange *= perturbation.strength
+        actuator.forcerange *= max(perturbation.strength, WEAKEST)
     for geom in spec.geoms:
         if geom.contype:  # what robots stand on; contacts take the friction of higher priority
             geom.friction[0], geom.priority = perturbation.friction, 1

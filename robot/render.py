@@ -11,7 +11,8 @@ import numpy as np
 from spikeport.errors import RenderError, UsageError, unknown
 from spikeport.robot.engine import mujoco
 
-_MAX_SHAPES = 2000
+_ADDED_SHAPES = 2000
+"""Shapes of a scene beside those of its model: marks, and what MuJoCo adds, such as sites."""
 
 
 class Mark(NamedTuple):
@@ -58,7 +59,7 @@ class Renderer:
         _check_size(model, width, height)
         self._model = model
         self._gl, self._context = _open(model, width, height)
-        self._scene = mujoco.MjvScene(model, _MAX_SHAPES)
+        self._scene = mujoco.MjvScene(model, model.ngeom + _ADDED_SHAPES)
         self._option = mujoco.MjvOption()
         self._rectangle = mujoco.MjrRect(0, 0, width, height)
         self._camera = mujoco.MjvCamera()
@@ -66,12 +67,19 @@ class Renderer:
         self._camera.fixedcamid = cameras.index(camera)
 
     def frame(self, data: mujoco.MjData, marks: Sequence[Mark] = ()) -> np.ndarray:
-        """Return the picture of ``data``, uint8 ``(height, width, 3)``, with marks."""
+        """Return the picture of ``data``, uint8 ``(height, width, 3)``, with marks.
+
+        Raises
+        ------
+        UsageError
+            If there are more marks than fit into the scene.
+        """
         self._gl.make_current()
         everything = mujoco.mjtCatBit.mjCAT_ALL
         mujoco.mjv_updateScene(
             self._model, data, self._option, None, self._camera, everything, self._scene
         )
+        _check_room(self._scene, len(marks))
         for mark in marks:
             _draw(self._scene, mark)
         pixels = np.empty((self._rectangle.height, self._rectangle.width, 3), np.uint8)
@@ -135,9 +143,16 @@ def _open(model: mujoco.MjModel, width: int, height: int) -> tuple[_GLContext, m
     return gl, context
 
 
+def _check_room(scene: mujoco.MjvScene, n_marks: int) -> None:
+    room = scene.maxgeom - scene.ngeom
+    if n_marks > room:
+        raise UsageError(
+            f"a picture with {n_marks:,} marks cannot be drawn: the scene has room for {room:,} "
+            "beside the robot and its floor; cure: fewer marks"
+        )
+
+
 def _draw(scene: mujoco.MjvScene, mark: Mark) -> None:
-    if scene.ngeom == scene.maxgeom:
-        raise UsageError(f"too many marks: the scene is full at {scene.maxgeom} shapes")
     mujoco.mjv_initGeom(
         scene.geoms[scene.ngeom],
         mujoco.mjtGeom.mjGEOM_SPHERE,

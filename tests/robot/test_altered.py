@@ -7,6 +7,7 @@ from spikeport.robot.altered import alter
 from spikeport.robot.description import MODEL_PATH
 from spikeport.robot.engine import mujoco
 from spikeport.robot.perturbation import Perturbation
+from spikeport.robot.perturbed_plant import PerturbedPlant
 
 
 def built(**perturbed):
@@ -45,6 +46,15 @@ def test_torque_limits_and_friction(own):
     floor = weak.geom("floor")
     assert floor.friction[0] == 0.3
     assert floor.priority[0] == 1
+
+
+def test_a_robot_of_strength_0_has_no_torque_and_falls():
+    weak, nominal = PerturbedPlant(Perturbation(strength=0.0)), PerturbedPlant(Perturbation())
+    for _ in range(100):
+        weak.step()
+        nominal.step()
+        assert np.abs(weak.data.actuator_force).max() < 1e-6
+    assert weak.height_m < 0.7 < nominal.height_m
 
 
 def test_unitrees_urdf_is_heavier_and_the_same_on_both_sides(own):

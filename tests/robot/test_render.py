@@ -7,6 +7,8 @@ import pytest
 
 from spikeport.errors import RenderError, UsageError
 from spikeport.robot import render
+from spikeport.robot.perturbation import Perturbation
+from spikeport.robot.perturbed_plant import PerturbedPlant
 from spikeport.robot.plant import Plant
 from spikeport.robot.render import Mark, Renderer
 
@@ -74,8 +76,25 @@ def test_up_is_up_and_left_is_left(plant, renderer):
 
 def test_too_many_marks_are_refused(plant, renderer):
     with pytest.raises(UsageError) as error:
-        renderer.frame(plant.data, [Mark((0, 0, 0))] * 2000)
-    assert str(error.value) == "too many marks: the scene is full at 2000 shapes"
+        renderer.frame(plant.data, [Mark((0, 0, 0))] * 3000)
+    used, room = 3000, renderer._scene.maxgeom - renderer._scene.ngeom
+    assert 2000 <= room < used
+    assert str(error.value) == (
+        f"a picture with 3,000 marks cannot be drawn: the scene has room for {room:,} beside the "
+        "robot and its floor; cure: fewer marks"
+    )
+    renderer.frame(plant.data, [Mark((0, 0, 0))] * room)
+
+
+@pytest.mark.usefixtures("renderer")
+def test_marks_are_drawn_above_a_floor_of_thousands_of_boxes():
+    plant = PerturbedPlant(Perturbation(terrain="boxes:0.01"))
+    assert plant.model.ngeom > 3600
+    with Renderer(plant.model, 320, 180) as renderer:
+        without = renderer.frame(plant.data)
+        frame = renderer.frame(plant.data, [Mark((0.4, -0.4, 1.3), 0.05, (1, 0, 0, 1))] * 200)
+    assert not red(without).any()
+    assert red(frame).sum() > 50
 
 
 @pytest.mark.usefixtures("renderer")
