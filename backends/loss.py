@@ -26,7 +26,7 @@ from spikeport.compile.loihi.extract import extract
 from spikeport.compile.loihi.numbers import Numbers, restored, wanted
 from spikeport.compile.pipeline import Compilation
 from spikeport.compile.report.loss import Loss, LossPart
-from spikeport.errors import BackendError
+from spikeport.errors import BackendError, in_words
 from spikeport.hardware_models.activity import Activity
 from spikeport.progress import Progress
 
@@ -137,7 +137,7 @@ def _run(
         try:
             loop.step()
         except Exception as raised:  # whatever the functions of the network's nodes raise
-            reason = f"{type(raised).__name__}: {raised}"
+            reason = in_words(raised)
             raise BackendError(f"step {step + 1}: the network raised {reason}") from raised
     activity = loop.activity()
     found = error_against_float(network, loop, n_steps, seed)

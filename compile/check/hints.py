@@ -7,7 +7,6 @@ from collections.abc import Iterator, Sequence
 
 import nengo
 import numpy as np
-from nengo.ensemble import Neurons
 
 from spikeport.compile.check import rules
 from spikeport.compile.check.drive import duplicated, silenced
@@ -20,7 +19,6 @@ from spikeport.compile.ground.scope import Scope
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.tables import part
 
-STATE = ("voltage", "input")
 """Attributes of neurons that a probe records as the chip has them."""
 LATE = 0.05
 """Share of a loop's time constant that filters of the chip add to it, worth a hint."""
@@ -43,7 +41,7 @@ def network_hints(network: nengo.Network, names: Names) -> Iterator[Violation]:
             yield rules.get("SP401").broken(names[node], "leads nowhere and is not probed")
     scope = Scope(network, names)
     for probe in network.all_probes:
-        if probe.attr in STATE and isinstance(probe.obj, Neurons) and scope.on_chip(probe.obj):
+        if scope.in_chip_units(probe):
             yield rules.get("SP414").broken(names[probe], probe.attr)
 
 

@@ -20,6 +20,9 @@ PROBEABLE = {
     Neurons: ("output", "spikes", "voltage", "input"),
 }
 
+STATE = ("voltage", "input")
+"""The attributes of neurons that are integers on the chip."""
+
 
 def is_passthrough(obj: object) -> bool:
     """Return whether an object is a node that puts out its input."""
@@ -53,6 +56,10 @@ class Scope:
         if self._switchable and self.network.config[ensemble].on_chip is False:
             return "with on_chip = False"
         return ""
+
+    def in_chip_units(self, probe: nengo.Probe) -> bool:
+        """Return whether a probe records integers of the chip, which float Nengo has not."""
+        return probe.attr in STATE and isinstance(probe.obj, Neurons) and self.on_chip(probe.obj)
 
     def reaches_part(self, connection: nengo.Connection) -> bool:
         """Return whether a connection ends in a part of an ensemble on the chip.

@@ -27,7 +27,10 @@ Every error can be imported from here. `RefusedError` and those below it are Nen
 are imported when they are first asked for: Nengo takes a second, which an error need not wait for.
 """
 
+import sysconfig
+import traceback
 from collections.abc import Iterable
+from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
 if TYPE_CHECKING:
@@ -58,6 +61,15 @@ __all__ = [
     "SpikeportError",
     "UsageError",
 ]
+
+LONGEST = 2000
+"""Letters of an error of a user's code that are printed."""
+INSTALLED = (
+    "<",
+    *(sysconfig.get_path(name) for name in ("stdlib", "purelib", "platlib")),
+    str(Path(__file__).parent),
+)
+"""Beginnings of the names of files that are no user's."""
 
 _HOMES = {
     "ArgumentError": "spikeport.compile.ground.refusal",
@@ -169,3 +181,24 @@ def unknown(kind: str, name: str, known: Iterable[str]) -> UsageError:
     """
     choices = ", ".join(sorted(known))
     return UsageError(f"unknown {kind} '{printable(name)}'; choose from: {choices}")
+
+
+def in_words(error: BaseException) -> str:
+    """Return type, text and place of an error of a user's code, which may fail to make the text."""
+    try:
+        text = str(error)
+    except BaseException:
+        return f"{type(error).__name__}, which has no text{_place(error)}"
+    more = "..." if len(text) > LONGEST else ""
+    return f"{type(error).__name__}: {text[:LONGEST]}{more}{_place(error)}"
+
+
+def _place(error: BaseException) -> str:
+    """Return, in brackets, the last line of a user's code on the way to an error."""
+    for frame in reversed(traceback.extract_tb(error.__traceback__)):
+        if not frame.filename.startswith(INSTALLED):
+            path = Path(frame.filename)
+            here = path.is_relative_to(Path.cwd())
+            name = path.relative_to(Path.cwd()) if here else path
+            return printable(f" ({name}, line {frame.lineno})")
+    return ""

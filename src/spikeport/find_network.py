@@ -11,7 +11,7 @@ import nengo
 from spikeport import cache, key_values, user_code
 from spikeport.build_timer import OutOfTime, watched
 from spikeport.candidates import makers_in, networks_in
-from spikeport.errors import NetworkError, SpikeportError, UsageError, unknown
+from spikeport.errors import NetworkError, SpikeportError, UsageError, in_words, unknown
 from spikeport.experiments import registry
 from spikeport.experiments.options import Experiment, Options
 
@@ -138,7 +138,7 @@ def _made(make: Callable[..., object], spec: str, pairs: list[str]) -> nengo.Net
     except (SpikeportError, KeyboardInterrupt, OutOfTime):
         raise
     except BaseException as error:  # a user's code may exit, too, which must not look like success
-        raise NetworkError(f"{spec}: raised {user_code.in_words(error)}") from error
+        raise NetworkError(f"{spec}: raised {in_words(error)}") from error
     if not isinstance(network, nengo.Network):
         raise UsageError(f"{spec}: returned {type(network).__name__}, expected nengo.Network")
     return network

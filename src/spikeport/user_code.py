@@ -12,15 +12,13 @@ from pathlib import Path
 from types import ModuleType
 
 from spikeport.build_timer import OutOfTime
-from spikeport.errors import NetworkError, SpikeportError, UsageError, printable
+from spikeport.errors import NetworkError, SpikeportError, UsageError, in_words, printable
 from spikeport.reading.archive import open_file
 from spikeport.reading.mismatch import MismatchError
 from spikeport.reading.notebook import Cell, read_notebook
 
 FILES = (".py", ".ipynb")
 """The endings of files that hold code."""
-LONGEST = 2000
-"""Letters of an error of a user's code that are printed."""
 
 
 def imported(where: str) -> ModuleType:
@@ -118,13 +116,3 @@ def contained(spec: str) -> Iterator[None]:
         raise
     except BaseException as error:
         raise NetworkError(f"{spec}: its code raised {in_words(error)}") from error
-
-
-def in_words(error: BaseException) -> str:
-    """Return type and text of an error of a user's code, which may fail to make the text."""
-    try:
-        text = str(error)
-    except BaseException:
-        return f"{type(error).__name__}, which has no text"
-    more = "..." if len(text) > LONGEST else ""
-    return f"{type(error).__name__}: {text[:LONGEST]}{more}"

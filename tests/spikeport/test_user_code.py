@@ -41,9 +41,9 @@ def notebook(folder, *sources, **more):
 def test_a_file_that_raises_says_what(tmp_path, text, reason):
     path = tmp_path / "broken.py"
     path.write_text(text, encoding="utf-8")
-    assert refusal(path) == f"{path}: cannot be imported: {reason}"
+    assert refusal(path) == f"{path}: cannot be imported: {reason} ({path}, line 1)"
     path = notebook(tmp_path, "x = 1", text)
-    assert refusal(path) == f"{path}: cell 2 cannot be run: {reason}"
+    assert refusal(path) == f"{path}: cell 2 cannot be run: {reason} ({path}, cell 2, line 1)"
 
 
 def test_a_file_that_is_not_python_says_where(tmp_path):

@@ -1,5 +1,6 @@
 """The probes of a network by name; where it has none, probes of its outputs."""
 
+import re
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
@@ -14,6 +15,8 @@ from spikeport.compile.ground.refusal import RefusedError
 from spikeport.errors import UsageError, printable
 
 Result = TypeVar("Result")
+NUMBER = re.compile(r"#\d+$")
+"""The end of a name of which there are several."""
 TAU_S = 0.01
 """The filter of probes of ensembles that nobody probed: long enough to see values in spikes."""
 DECODED, SPIKES = ("decoded_output", "output"), ("output", "spikes")
@@ -25,10 +28,20 @@ def probes_by_name(network: nengo.Network) -> dict[str, nengo.Probe]:
     names, taken = Names(network), Counter[str]()
     found: dict[str, nengo.Probe] = {}
     for probe in network.all_probes:
-        name = names[probe] if probe.label else _described(probe, names)
+        name = _labelled(probe, names) if probe.label else _described(probe, names)
         taken[name] += 1
         found[name if taken[name] == 1 else f"{name}#{taken[name]}"] = probe
     return found
+
+
+def _labelled(probe: nengo.Probe, names: Names) -> str:
+    """Return the label of a probe, with those of its networks; other objects may have it, too."""
+    number = NUMBER.search(names[probe])
+    return (
+        names[probe]
+        if number is None or NUMBER.search(probe.label)
+        else names[probe][: number.start()]
+    )
 
 
 def _described(probe: nengo.Probe, names: Names) -> str:

@@ -18,8 +18,8 @@ MOST_VALUES = 10**7
 class Recorded:
     """The recording of a probe: times (n,) in s, and values (n, size) on the backend and in float.
 
-    ``values_float`` is None where there was no run in float Nengo; ``spikes`` says that the values
-    are spikes, as they are.
+    ``values_float`` is None where there was no run in float Nengo, or its values have other units
+    than the chip's; ``spikes`` says that the values are spikes, as they are.
     """
 
     times_s: np.ndarray

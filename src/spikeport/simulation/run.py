@@ -10,9 +10,11 @@ import nengo
 
 from spikeport.backends import registry
 from spikeport.backends.board.link import OWN_STUB, LinkOptions
+from spikeport.compile.ground.names import Names
+from spikeport.compile.ground.scope import Scope
 from spikeport.compile.passes.pipeline import Pipeline
 from spikeport.compile.report.report import Report
-from spikeport.errors import BackendError, SpikeportError
+from spikeport.errors import BackendError, SpikeportError, in_words
 from spikeport.hardware_models.activity import Activity
 from spikeport.progress import Progress, silent
 from spikeport.simulation.probes import probes_by_name, records_spikes
@@ -118,8 +120,10 @@ def run(
     if beside is not None:
         with _opened(beside, options, FLOAT, progress) as sim:
             _advance(sim, options.steps, "simulating in float Nengo", progress)
+            scope = Scope(beside, Names(beside))
             for name, probe in probes_by_name(beside).items():
-                recorded[name] = replace(recorded[name], values_float=sim.data[probe])
+                if not scope.in_chip_units(probe):
+                    recorded[name] = replace(recorded[name], values_float=sim.data[probe])
     report = None if compilation is None else compilation.report
     return Ran(backend, recorded, activity, report, report_json, wall_s, link)
 
@@ -167,5 +171,5 @@ def _advance(sim: Simulator, steps: int, what: str, progress: Progress) -> None:
         except SpikeportError:
             raise
         except Exception as error:  # whatever the functions of the network's nodes raise
-            reason = f"{type(error).__name__}: {error}"
+            reason = in_words(error)
             raise BackendError(f"{what}: step {i + 1}: the network raised {reason}") from error

@@ -47,6 +47,18 @@ def test_probes_are_called_by_label_or_by_what_they_record(network):
     assert [records_spikes(probe) for probe in probes] == [name == "a spikes" for name in names]
 
 
+def test_a_probe_keeps_its_label_whatever_else_has_it(network):
+    with network:
+        nengo.Ensemble(5, 1, label="taken")
+        probes = [nengo.Probe(network.a, label=label) for label in ("taken", "taken", "other#2")]
+        with nengo.Network(label="sub"):
+            nengo.Ensemble(5, 1, label="taken")
+            probes.append(nengo.Probe(network.a, label="taken"))
+    assert probes_by_name(network) == dict(
+        zip(["taken", "taken#2", "other#2", "sub.taken"], probes, strict=True)
+    )
+
+
 def test_outputs_are_what_nothing_else_reads(network):
     assert list(outputs(network)) == [network.b, network.out]
 

@@ -1,7 +1,9 @@
 """Runs beside float Nengo, and their errors."""
 
+import re
 import threading
 
+import nengo
 import numpy as np
 import pytest
 
@@ -31,13 +33,26 @@ def test_a_run_without_a_chip_has_no_report_and_nothing_beside(network):
     assert {one.error() for one in alone.recorded.values()} == {None}
 
 
+def test_values_of_other_units_are_not_compared(network):
+    net = network()
+    with net:
+        (ensemble, *_) = net.all_ensembles
+        nengo.Probe(ensemble.neurons, "voltage", label="voltage")
+        nengo.Probe(ensemble, label="value")
+    recorded = run(net, RunOptions(steps=20)).recorded
+    assert recorded["voltage"].values_float is None
+    assert recorded["value"].values_float is not None
+
+
 def test_a_step_that_raises_is_named(network):
     net = network(lambda t: 1 / (t < 0.0035))
     with pytest.raises(BackendError) as caught:
         run(net, RunOptions(steps=10))
-    assert str(caught.value) == (
+    step, _, place = str(caught.value).partition(" (")
+    assert step == (
         "simulating on native: step 4: the network raised ZeroDivisionError: division by zero"
     )
+    assert re.fullmatch(r".*test_run\.py, line \d+\)", place)
     with pytest.raises(UsageError, match=r"^unknown backend 'chip'"):
         run(network(), RunOptions(steps=1, backend="chip"))
 
