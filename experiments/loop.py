@@ -9,6 +9,7 @@ on its seeds alone. Any robot can be put in a loop, see ``docs/own-robot.md``.
 """
 
 import dataclasses
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -18,8 +19,9 @@ import nengo
 import numpy as np
 
 from spikeport.constants import DT_S
-from spikeport.errors import UsageError
+from spikeport.errors import DivergedError, UsageError
 from spikeport.node_functions import Skippable
+from spikeport.reading.mismatch import shown
 
 ROUNDING = 1e-6
 """The rounding error that a ratio of time steps may have."""
@@ -93,7 +95,7 @@ class Loop(Generic[P]):
     ports : sequence of Port
         Its ports. Their values lie one after the other, in this order.
     dt_s : float
-        Time step of the controller, of which the plant's is a multiple.
+        Time step of the controller and of its simulator, of which the plant's is a multiple.
     gate : Port, optional
         A port that opens and closes others. It is served before them, so that it holds from the
         same step on; its values lie behind theirs.
@@ -119,7 +121,9 @@ class Loop(Generic[P]):
         self._ports = (*ports, *gates)
         self._served = (*gates, *ports)
         self._ticks = _ratio(plant.dt_s, dt_s)
+        self._dt_s = dt_s
         self._tick = 0
+        self._pace: _Pace | None = _Pace(dt_s)
         self.size_in = sum(port.size_in for port in self._ports)
         self.size_out = sum(port.size_out for port in self._ports)
         ends = np.cumsum([port.size_in for port in self._ports]).tolist()
@@ -134,17 +138,15 @@ class Loop(Generic[P]):
         Raises
         ------
         UsageError
-            If a port's observation has another size than the port says.
+            If a port's observation has another shape than the port says.
+        DivergedError
+            If a value of it is not finite.
         """
         self._tick = 0
+        self._pace = _Pace(self._dt_s)
         for port in self._served:
             port.begin()
         self._observe()
-        if len(self._observation) != self.size_out:
-            raise UsageError(
-                f"the ports observe {len(self._observation)} values, their size_out sum up to "
-                f"{self.size_out}; cure: make size_out the length of what observe() returns"
-            )
 
     def step(self, values: np.ndarray) -> np.ndarray:
         """Advance by a step of the controller.
@@ -160,12 +162,31 @@ class Loop(Generic[P]):
         -------
         ndarray, (size_out,)
             The last observation, port by port.
+
+        Raises
+        ------
+        UsageError, DivergedError
+            As `begin`.
         """
         self._tick += 1
         if self._tick % self._ticks == 0:
             # Copied: the array is Nengo's, and ports keep parts of it.
             self._advance(values.copy())
         return self._observation
+
+    def step_at(self, time_s: float, values: np.ndarray) -> np.ndarray:
+        """Advance as `step`, by a step that a simulator makes at a time of its own.
+
+        Raises
+        ------
+        UsageError
+            If the simulator's time step is another than ``dt_s``, or as `step`.
+        DivergedError
+            As `step`.
+        """
+        if self._pace is not None and self._pace.is_kept(time_s, self._tick):
+            self._pace = None
+        return self.step(values)
 
     def skip(self) -> int:
         """Pass over the steps of the controller before the plant's next; return their number."""
@@ -182,7 +203,14 @@ class Loop(Generic[P]):
     def _observe(self) -> None:
         # Served in one order, laid out in another: the gate comes first, its values last.
         found = {port: port.observe() for port in self._served}
-        self._observation = np.concatenate([found[port] for port in self._ports])
+        observed = [found[port] for port in self._ports]
+        observation = _joined(observed, self.size_out)
+        if observation is None:
+            for port, value in zip(self._ports, observed, strict=True):
+                _check_observed(port, value, self.plant.time_s)
+            # Nothing is wrong: squares of very large numbers overflowed.
+            observation = np.concatenate(observed)
+        self._observation = observation
         self.over = any(port.over for port in self._ports)
 
     def connect(self, inputs: Sequence[nengo.Node], outputs: Sequence[nengo.Node]) -> nengo.Node:
@@ -227,11 +255,82 @@ class _Stepped(Skippable):
     def __init__(self, loop: Loop[Any]) -> None:
         self._loop = loop
 
-    def __call__(self, _t: float, values: np.ndarray) -> np.ndarray:
-        return self._loop.step(values)
+    def __call__(self, t: float, values: np.ndarray) -> np.ndarray:
+        return self._loop.step_at(t, values)
 
     def skip(self) -> int:
         return self._loop.skip()
+
+
+class _Pace:
+    """Comparison of a simulator's time step with a loop's, by the first two calls of a run.
+
+    Two, since a run may begin at any time of the simulator. Skipped steps may lie between them.
+    """
+
+    def __init__(self, dt_s: float) -> None:
+        self._dt_s = dt_s
+        self._first: tuple[float, int] | None = None
+
+    def is_kept(self, time_s: float, tick: int) -> bool:
+        """Return whether steps take ``dt_s``, False as long as that cannot be told.
+
+        Raises
+        ------
+        UsageError
+            If they do not.
+        """
+        if self._first is None or time_s <= self._first[0]:  # the latter after a reset
+            self._first = time_s, tick
+            return False
+        found_s = (time_s - self._first[0]) / (tick - self._first[1])
+        if abs(found_s - self._dt_s) > ROUNDING * self._dt_s:
+            raise UsageError(
+                f"the loop is made for time steps of {1000 * self._dt_s:g} ms, the simulator's are "
+                f"{1000 * found_s:g} ms, so the plant would run at another speed; cure: "
+                f"Loop(..., dt_s={found_s:g}), or a simulator with dt={self._dt_s:g}"
+            )
+        return True
+
+
+def _joined(observed: Sequence[np.ndarray], size: int) -> np.ndarray | None:
+    """Return observations one after the other; None if one seems to be wrong."""
+    try:
+        joined = np.concatenate(observed)
+        # NaN and infinity stay in a sum of squares, which takes a third of np.isfinite's time.
+        sound = joined.shape == (size,) and math.isfinite(joined.dot(joined))
+    except (TypeError, ValueError):
+        return None
+    return joined if sound else None
+
+
+def _check_observed(port: Port, value: object, time_s: float) -> None:
+    """Refuse what is no array (size_out,) of finite numbers."""
+    returned, size = f"{type(port).__name__}.observe() returned", port.size_out
+    numbers = _numbers(value)
+    if numbers is None or numbers.shape != (size,):
+        what = shown(value) if numbers is None else f"an array of shape {numbers.shape}"
+        raise UsageError(
+            f"{returned} {what} at {time_s:g} s, expected an array of shape ({size},), as its "
+            "size_out says; cure: return a flat array of so many numbers, or change size_out"
+        )
+    finite = np.isfinite(numbers)
+    if not finite.all():
+        worst = int(np.argmin(finite))
+        raise DivergedError(
+            f"{returned} {numbers[worst]} as value {worst} of 0 to {size - 1} at {time_s:g} s, "
+            "limit finite numbers; cure: return a finite one, or look at the plant's state"
+        )
+
+
+def _numbers(value: object) -> np.ndarray | None:
+    """Return a value as an array of numbers; None if it is none."""
+    if value is None:  # which NumPy takes for NaN
+        return None
+    try:
+        return np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        return None
 
 
 def _ratio(plant_s: float, controller_s: float) -> int:

@@ -4,7 +4,8 @@ import nengo
 import numpy as np
 import pytest
 
-from spikeport.errors import UsageError
+from spikeport import Simulator
+from spikeport.errors import DivergedError, UsageError
 from spikeport.experiments.loop import Loop, Port, Recording
 
 
@@ -144,9 +145,131 @@ def test_a_port_that_observes_more_than_it_says_is_refused():
 
     loop = Loop(Counter(), [Wide("wide", Counter(), [])])
     assert refusal(loop.begin) == (
-        "the ports observe 1 values, their size_out sum up to 4; cure: make size_out the length "
-        "of what observe() returns"
+        "Wide.observe() returned an array of shape (1,) at 0 s, expected an array of shape (4,), "
+        "as its size_out says; cure: return a flat array of so many numbers, or change size_out"
     )
+
+
+class Odd(Pusher):
+    """A port of two values that observes something else from the plant's second step on."""
+
+    size_out, found = 2, None
+
+    def observe(self):
+        return np.ones(2) if self.plant.time_s < 0.006 else self.found
+
+
+@pytest.fixture
+def odd():
+    plant = Counter()
+    loop = Loop(plant, [Odd("odd", plant, []), Pusher("other", plant, [])], dt_s=0.004)
+    loop.begin()
+    loop.step(np.zeros(4))
+    return loop
+
+
+@pytest.mark.parametrize(
+    ("found", "named"),
+    [
+        (None, "None"),
+        (np.ones((2, 1)), "an array of shape (2, 1)"),
+        (np.ones(3), "an array of shape (3,)"),
+        (1.0, "an array of shape ()"),
+        (["a", "b"], "['a', 'b']"),
+    ],
+)
+@pytest.mark.parametrize("ports", [1, 2])
+def test_an_observation_that_fits_no_longer_is_refused_by_the_ports_name(
+    odd, monkeypatch, found, named, ports
+):
+    monkeypatch.setattr(Odd, "found", found)
+    if ports == 1:  # nothing to be joined with: other shapes than with two ports are joined
+        odd = Loop(odd.plant, [Odd("odd", odd.plant, [])], dt_s=0.004)
+    assert refusal(odd.step, np.zeros(odd.size_in)) == (
+        f"Odd.observe() returned {named} at 0.008 s, expected an array of shape (2,), as its "
+        "size_out says; cure: return a flat array of so many numbers, or change size_out"
+    )
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+def test_an_observation_that_is_not_finite_is_refused_by_the_ports_name(odd, monkeypatch, value):
+    monkeypatch.setattr(Odd, "found", np.array([1.0, value]))
+    with pytest.raises(DivergedError) as caught:
+        odd.step(np.zeros(4))
+    assert str(caught.value) == (
+        f"Odd.observe() returned {value} as value 1 of 0 to 1 at 0.008 s, limit finite numbers; "
+        "cure: return a finite one, or look at the plant's state"
+    )
+
+
+def test_numbers_whose_squares_overflow_are_observed(odd, monkeypatch):
+    monkeypatch.setattr(Odd, "found", np.array([1e200, -1e300]))
+    assert odd.step(np.zeros(4)).tolist() == [1e200, -1e300, 0]
+
+
+@pytest.mark.parametrize("backend", ["native", "reference"])
+def test_a_port_that_observes_nan_is_named_by_a_simulator(odd, monkeypatch, backend):
+    monkeypatch.setattr(Odd, "found", np.full(2, np.nan))
+    with Simulator(connected(odd), backend=backend, dt=0.004) as sim:
+        odd.plant.time_s = 0.0
+        odd.begin()
+        with pytest.raises(DivergedError, match=r"^Odd\.observe\(\) returned nan as value 0 of"):
+            sim.run_steps(4)
+
+
+def connected(loop):
+    """Return a network with neurons that is connected with a loop."""
+    with nengo.Network(seed=0) as network:
+        inputs, outputs = nengo.Node(size_in=loop.size_out), nengo.Node(size_in=loop.size_in)
+        at_rest = nengo.LIF(initial_state={"voltage": nengo.dists.Choice([0])})
+        neurons = nengo.Ensemble(10, 1, neuron_type=at_rest)
+        nengo.Connection(inputs[0], neurons)
+        nengo.Connection(neurons, outputs[0])
+        loop.connect([inputs], [outputs])
+    return network
+
+
+def counting(dt_s, plant_s=0.004):
+    """Return a loop around a plant that counts its steps, of ``plant_s``."""
+    plant = Counter()
+    plant.dt_s = plant_s
+    return Loop(plant, [Pusher("one", plant, [])], dt_s)
+
+
+BACKENDS = pytest.mark.parametrize("backend", ["native", "reference"])
+
+
+@BACKENDS
+@pytest.mark.parametrize("plant_s", [0.001, 0.004])
+def test_a_simulator_with_another_time_step_is_refused_before_a_second_step(backend, plant_s):
+    loop = counting(0.001, plant_s)
+    with Simulator(connected(loop), backend=backend, dt=0.002) as sim:
+        loop.begin()
+        with pytest.raises(UsageError) as caught:
+            sim.run_steps(10)
+    assert loop.plant.time_s <= 0.001
+    assert str(caught.value) == (
+        "the loop is made for time steps of 1 ms, the simulator's are 2 ms, so the plant would run "
+        "at another speed; cure: Loop(..., dt_s=0.002), or a simulator with dt=0.001"
+    )
+
+
+@BACKENDS
+@pytest.mark.parametrize(("dt_s", "plant_s"), [(0.001, 0.004), (0.002, 0.004), (0.002, 0.002)])
+def test_runs_begin_at_any_time_of_a_simulator_and_after_its_reset(backend, dt_s, plant_s):
+    loop = counting(dt_s, plant_s)
+    with Simulator(connected(loop), backend=backend, dt=dt_s) as sim:
+        for steps in (1, 8, 25, 40):
+            loop.begin()
+            sim.run_steps(steps)
+        for steps in (1, 2, 41):  # the loop goes on where it was
+            sim.reset()
+            sim.run_steps(steps)
+        sim.reset()
+        loop.begin()
+        loop.plant.time_s = 0.0
+        sim.run_steps(40)
+        assert loop.plant.time_s == pytest.approx(sim.time)
 
 
 @pytest.mark.parametrize("dt_s", [0.003, 0.01])
