@@ -29,8 +29,10 @@ if TYPE_CHECKING:
 
 EXPERIMENT = "walk"
 EPISODE_S = 20.0
-SHOWN = ("speed_error_m_s", "yaw_rate_error_rad_s", "speed_use", "clearance_m", "impact_bw")
-"""Figures on the screen; all of them are in the folder."""
+SPIKING, MLP = "spiking", "mlp"
+"""Values of the setting ``policy`` that are no file: the shipped one in neurons, and exact."""
+SHOWN = ("speed_error_m_s", "yaw_rate_error_rad_s", "speed_use", "impact_bw")
+"""Figures on the screen, as many as 80 columns have place for; all of them are in the folder."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -150,14 +152,10 @@ def _write(evaluation: "Evaluation", folder: SweepFolder) -> None:
     rows = table(evaluation, folder)
     if not rows:
         return
-    policy = evaluation.settings.get("policy", "spiking")
-    title = (
-        f"policy {policy} on {evaluation.backend}, {len(evaluation.seeds)} episodes of "
-        f"{evaluation.seconds:g} s a row, intervals of 95 %"
-    )
+    title = _title(evaluation)
     write_text(folder.path / "table.md", markdown(rows))
     with atomic_path(folder.path / "figure.png") as temporary:
-        figure(rows, title).savefig(temporary, dpi=110, format="png")
+        figure(rows, f"{title}, intervals of 95 %").savefig(temporary, dpi=110, format="png")
     write_json(
         folder.path / "result.json",
         {
@@ -171,16 +169,40 @@ def _write(evaluation: "Evaluation", folder: SweepFolder) -> None:
     _show(rows, title, folder.path)
 
 
+def _title(evaluation: "Evaluation") -> str:
+    """Return whose episodes the table is of, where, and how many."""
+    policy, n = evaluation.settings.get("policy", SPIKING), len(evaluation.seeds)
+    file = "" if policy in (SPIKING, MLP) else f" of {policy}"
+    # The analytic backend has no neurons, whatever the policy.
+    if evaluation.backend == "analytic" or policy == MLP:
+        whose = f"the exact policy{file}"
+    else:
+        whose = f"the spiking policy{file} on {evaluation.backend}"
+    return f"{whose}, {n} episode{'s' * (n != 1)} of {evaluation.seconds:g} s a row"
+
+
 def _show(rows: "list[TableRow]", title: str, folder: Path) -> None:
+    console = Console(soft_wrap=True, highlight=False)
+    console.print(title, markup=False)
+    console.print(screen_table(rows))
+    console.print("intervals of 95 %, and all figures: table.md", markup=False)
+    names = ", ".join(sorted(p.name for p in folder.iterdir() if not p.name.startswith(".")))
+    console.print(f"written: {folder}/ ({names})", markup=False)
+
+
+def screen_table(rows: "list[TableRow]") -> Table:
+    """Return the table of falls and of the means that are `SHOWN`, for a screen of 80 columns."""
     from spikeport.experiments.evaluate.measures import FIGURES
 
-    headings = [FIGURES[name].heading for name in SHOWN]
-    shown = Table("perturbation", "falls", *headings, box=SIMPLE_HEAD, title=title)
+    shown = Table(box=SIMPLE_HEAD)
+    # Rows differ in the ends of their names, too: a name goes on in the next line.
+    shown.add_column("perturbation", overflow="fold")
+    shown.add_column("falls", no_wrap=True)
+    for name in SHOWN:
+        # A word a line: headings are wider than their numbers.
+        shown.add_column(FIGURES[name].heading.replace(" ", "\n"), justify="right", no_wrap=True)
     for one in rows:
         means = (one.means[name] for name in SHOWN)
         cells = ("-" if mean is None else f"{mean.estimate:.3f}" for mean in means)
         shown.add_row(one.name, f"{one.falls} of {one.fell.n}", *cells)
-    console = Console(soft_wrap=True, highlight=False)
-    console.print(shown)
-    names = ", ".join(sorted(p.name for p in folder.iterdir() if not p.name.startswith(".")))
-    console.print(f"written: {folder}/ ({names})", markup=False)
+    return shown

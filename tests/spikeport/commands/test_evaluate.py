@@ -1,9 +1,17 @@
 """``spikeport evaluate``: its table, its picture, and what it refuses."""
 
 import json
+from types import SimpleNamespace
 
 import pytest
+from rich.console import Console
 
+from spikeport.commands.evaluate import screen_table
+from spikeport.experiments.evaluate import episode
+from spikeport.experiments.evaluate.interval import of_mean, of_share
+from spikeport.experiments.evaluate.measures import FIGURES
+from spikeport.experiments.evaluate.rows import ROWS
+from spikeport.experiments.evaluate.table import TableRow
 from spikeport.experiments.sweep import run as execution
 from spikeport.experiments.sweep.run import Failure
 
@@ -31,7 +39,11 @@ def test_an_evaluation_leaves_a_table_a_picture_and_every_episode(spikeport, her
     done = spikeport(*WALK, *rows, "--episodes", 2, "--out", tmp_path)
     assert done.code == 1
     assert "failed: terrain=boxes%3A0.01,seed=0: no boxes\n" in done.out
-    assert f"written: {tmp_path}/ ({FILES})\n" in done.out
+    assert done.out.splitlines()[0] == "the exact policy, 2 episodes of 4 s a row"
+    assert (
+        f"intervals of 95 %, and all figures: table.md\nwritten: {tmp_path}/ ({FILES})\n"
+        in done.out
+    )
     result = json.loads((tmp_path / "result.json").read_text())
     nominal, weak = result["rows"]
     assert (nominal["row"], nominal["falls"], nominal["fell"]["n"]) == ("nominal", 0, 2)
@@ -40,6 +52,47 @@ def test_an_evaluation_leaves_a_table_a_picture_and_every_episode(spikeport, her
     table = (tmp_path / "table.md").read_text().splitlines()
     assert table[2].startswith("| nominal | 0 of 2 | 0-66 % | 0.0")
     assert table[3] == "| strength=0.2 | 2 of 2 | 34-100 % |" + " - |" * 11
+
+
+def test_the_screen_has_whole_names_headings_and_means_in_80_columns():
+    means = dict.fromkeys(FIGURES, of_mean([0.25, 0.25]))
+    rows = [TableRow(row, 100, of_share(100, 200), means) for row in ROWS]
+    console = Console(width=80)
+    with console.capture() as captured:
+        console.print(screen_table(rows))
+    words = captured.get().split()
+    assert "…" not in "".join(words)
+    assert {"perturbation", "falls", "yaw", "error,", "weights"} <= set(words)
+    # No setting of a row is cut, or goes on in the next line.
+    assert {part for one in rows for part in one.name.split()} <= set(words)
+    assert words.count("0.250") == len(ROWS) * 4
+
+
+@pytest.mark.parametrize(
+    ("asked", "title"),
+    [
+        (("--episodes", 1), "the exact policy, 1 episode of 4 s a row"),
+        (
+            ("--episodes", 1, "--set", "policy=networks/policies/h1_walk.npz"),
+            "the exact policy of networks/policies/h1_walk.npz, 1 episode of 4 s a row",
+        ),
+        (
+            ("--episodes", 1, "--backend", "native"),
+            "the spiking policy on native, 1 episode of 4 s a row",
+        ),
+        (
+            ("--episodes", 1, "--backend", "native", "--set", "policy=mlp"),
+            "the exact policy, 1 episode of 4 s a row",
+        ),
+    ],
+)
+def test_a_table_says_whose_it_is(spikeport, here, monkeypatch, tmp_path, asked, title):
+    walker = SimpleNamespace(walk=lambda *_: None)
+    monkeypatch.setattr(episode, "find_walker", lambda *_: walker)
+    monkeypatch.setattr(episode, "measure", lambda _: {"falls": 1, **dict.fromkeys(FIGURES)})
+    done = spikeport(*WALK, *asked, "--row", "push=1", "--out", tmp_path / "out")
+    assert (done.code, done.err) == (0, "")
+    assert done.out.splitlines()[0] == title
 
 
 @pytest.mark.parametrize(
