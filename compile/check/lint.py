@@ -92,7 +92,22 @@ def synapse(scope: Scope) -> Iterator[Violation]:
         )
         kind = type(connection.synapse)
         if filtered_on_chip and kind not in (nengo.Lowpass, type(None)):
-            yield rules.get("SP005").broken(scope.names[connection], kind.__name__)
+            tau_s = _group_delay_s(connection.synapse)
+            yield rules.get("SP005").broken(scope.names[connection], kind.__name__, tau_s=tau_s)
+
+
+def _group_delay_s(synapse: nengo.synapses.Synapse) -> str:
+    """Return the group delay of slow signals behind a linear filter, in s; "tau" of other synapses.
+
+    H(s) = n(s) / d(s),    delay = d'(0) / d(0) - n'(0) / n(0)
+    """
+    if not isinstance(synapse, nengo.synapses.LinearFilter) or not synapse.analog:
+        return "tau"
+    numerator, denominator = np.poly1d(synapse.num), np.poly1d(synapse.den)
+    if not (numerator(0) and denominator(0)):
+        return "tau"
+    delay_s = denominator.deriv()(0) / denominator(0) - numerator.deriv()(0) / numerator(0)
+    return f"{delay_s:g}" if delay_s > 0 else "tau"
 
 
 def post_slice(scope: Scope) -> Iterator[Violation]:

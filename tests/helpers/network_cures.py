@@ -165,7 +165,7 @@ CASES = [
     ),
     Case(
         "SP005",
-        "use nengo.Lowpass(tau)",
+        "use nengo.Lowpass({tau_s})",
         linted(partial(loop, ALPHA)),
         (linted(partial(loop, nengo.Lowpass(0.02))),),
     ),

@@ -152,7 +152,7 @@ CASES: list[tuple[Callable[[], None], str]] = [
     (bias_without_gain, GAIN.format("bias")),
     (
         second_order_synapse,
-        "a -> a: SP005 synapse: Alpha, limit Lowpass or None; cure: use nengo.Lowpass(tau) with "
+        "a -> a: SP005 synapse: Alpha, limit Lowpass or None; cure: use nengo.Lowpass(0.02) with "
         "the same group delay",
     ),
     (convolution_into_a_part, PART.format(4)),
@@ -187,6 +187,24 @@ CASES: list[tuple[Callable[[], None], str]] = [
     (undefined_transform, FINITE.format("a -> b", "transform")),
     (infinite_targets, FINITE.format("a -> b", "function")),
 ]
+
+
+@pytest.mark.parametrize(
+    ("synapse", "tau_s"),
+    [
+        (nengo.Alpha(0.02), "0.04"),
+        (nengo.LinearFilter([-0.01, 1], [0.02, 1]), "0.03"),
+        (nengo.LinearFilter([1, 0], [0.02, 1]), "tau"),  # it lets nothing slow through
+        (nengo.LinearFilter([1], [1, 0]), "tau"),  # an integrator
+        (nengo.Triangle(0.01), "tau"),
+    ],
+)
+def test_a_synapse_is_replaced_by_one_of_its_group_delay(synapse: Any, tau_s: str) -> None:
+    def make() -> None:
+        nengo.Connection(nengo.Ensemble(5, 1), nengo.Ensemble(5, 1), synapse=synapse)
+
+    (violation,) = violations(make)
+    assert violation.cure == f"use nengo.Lowpass({tau_s}) with the same group delay"
 
 
 def violations(make: Callable[[], Any]) -> list[Violation]:

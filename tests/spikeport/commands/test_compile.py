@@ -78,7 +78,7 @@ def test_every_violation_is_printed_and_no_image_written(spikeport, net_py, tmp_
         "  wrong neurons: SP002 neuron type: Tanh, limit LIF, SpikingRectifiedLinear or "
         "RegularSpiking of LIFRate or RectifiedLinear; cure: choose one of these, or keep it on "
         "the host with net.config[ensemble].on_chip = False\n"
-        "  a -> b: SP005 synapse: Alpha, limit Lowpass or None; cure: use nengo.Lowpass(tau) with "
+        "  a -> b: SP005 synapse: Alpha, limit Lowpass or None; cure: use nengo.Lowpass(0.02) with "
         "the same group delay\n"
         "more: spikeport compile --explain SP002\n"
         "more: try --offload, which moves what breaks a rule to the host\n"
