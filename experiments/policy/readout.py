@@ -8,6 +8,7 @@ from typing import Protocol
 import numpy as np
 
 from spikeport.cache import Arrays
+from spikeport.errors import UsageError
 from spikeport.experiments.calibration import DecoderCalibration, Refitted, load
 from spikeport.experiments.options import Options
 from spikeport.experiments.policy.calibration import METHOD, Walks, calibrated_policy
@@ -36,6 +37,16 @@ class PolicyTrial(Protocol):
 def policy_layers(weights: WalkingPolicy) -> list[Layer]:
     """Return the layers of a policy."""
     return [Layer(W, b) for W, b in zip(weights.weights, weights.biases, strict=True)]
+
+
+def check_neurons(trial: PolicyTrial) -> None:
+    """Refuse a file to calibrate a trial's policy by where that has no neurons."""
+    wanted = _asked(trial)
+    if isinstance(wanted, str) and trial.options.backend == "analytic":
+        raise UsageError(
+            f"calibrated={wanted}: backend 'analytic' has no neurons to calibrate; leave it out, "
+            "or give --backend native"
+        )
 
 
 def check_calibrated(trial: PolicyTrial, weights: WalkingPolicy) -> None:

@@ -18,6 +18,7 @@ from spikeport.experiments.pictures import Scenes
 from spikeport.experiments.policy.readout import (
     calibrated,
     check_calibrated,
+    check_neurons,
     policy_layers,
     refitted,
 )
@@ -101,6 +102,7 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
                 "filter, and nengo_spa's GPi and GPe need two (AMPA 2 ms, GABA 8 ms); leave it "
                 "out, or give --backend reference"
             )
+        check_neurons(self)
         self.goals(self.options.seed)
         self.settings.walking_policy()
 

@@ -17,6 +17,7 @@ from spikeport.experiments.policy.calibration import Walks
 from spikeport.experiments.policy.readout import (
     calibrated,
     check_calibrated,
+    check_neurons,
     policy_layers,
     refitted,
 )
@@ -89,6 +90,7 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
     def check(self) -> None:
         """Refuse a path that cannot be followed, and a policy that is not for this robot."""
         self.path()
+        check_neurons(self)
         self.settings.walking_policy()
 
     def calibrate(self) -> DecoderCalibration:

@@ -297,8 +297,9 @@ def convert_command(
         Path | None, typer.Option(help="npz file with typical observations, an array (n, inputs).")
     ] = None,
     activation: Annotated[
-        str, typer.Option(help="Activation of a checkpoint, which does not contain it.")
-    ] = "elu",
+        str | None,
+        typer.Option(help="Activation of a checkpoint, which does not contain it; by default elu."),
+    ] = None,
     neurons: Annotated[
         int, typer.Option("--neurons", "-n", help="Number of neurons for each unit.")
     ] = 20,

@@ -22,7 +22,7 @@ from spikeport.experiments.policy.observations import (
 )
 from spikeport.files import write_json
 from spikeport.hardware_models import chip as chips
-from spikeport.networks.loading.files import ACTIVATION, file_format, load_mlp
+from spikeport.networks.loading.files import file_format, load_mlp
 from spikeport.networks.loading.mlp import Mlp
 from spikeport.networks.policy import Layer, PolicyOptions
 from spikeport.networks.walking_policy import WalkingPolicy
@@ -35,7 +35,7 @@ class ConvertRequest:
     file: Path
     description: Path | None
     observations: Path | None
-    activation: str
+    activation: str | None
     n_neurons: int
     tau_fwd: float
     chip: str
@@ -86,13 +86,11 @@ def _check(request: ConvertRequest) -> None:
 
 def _read(request: ConvertRequest) -> tuple[WalkingPolicy | None, Mlp]:
     """Return a walking policy where the file says so, and the layers."""
-    # The option's default cannot be told from the same name, given: neither has to be the file's.
-    activation = None if request.activation == ACTIVATION else request.activation
     if request.description is None and file_format(request.file) != "npz":
-        return None, load_mlp(request.file, activation)
+        return None, load_mlp(request.file, request.activation)
     from spikeport.experiments.policy.settings import load_policy  # needs the robot
 
-    walker = load_policy(request.file, request.description, activation)
+    walker = load_policy(request.file, request.description, request.activation)
     return walker, Mlp(tuple(map(Layer, walker.weights, walker.biases)), "elu")
 
 

@@ -10,7 +10,7 @@ from spikeport.errors import UsageError
 from spikeport.experiments.calibration import Refitted
 from spikeport.experiments.policy import readout as module
 from spikeport.experiments.policy.calibration import METHOD, Walks
-from spikeport.experiments.policy.readout import calibrated, refitted
+from spikeport.experiments.policy.readout import calibrated, check_neurons, refitted
 from spikeport.networks.policy import Layer
 
 LAYERS = [Layer(np.ones((2, 69)), np.zeros(2))]
@@ -48,6 +48,17 @@ def asked(given, backend="native"):
 )
 def test_auto_calibrates_on_a_chip_alone(backend, given, fits):
     assert (asked(given, backend) is not None) is fits
+
+
+def test_a_file_is_refused_where_there_are_no_neurons_to_calibrate():
+    for given, backend in (("c.npz", "native"), ("auto", "analytic"), (True, "analytic")):
+        check_neurons(trial(given, backend))
+    with pytest.raises(UsageError) as caught:
+        check_neurons(trial("c.npz", "analytic"))
+    assert str(caught.value) == (
+        "calibrated=c.npz: backend 'analytic' has no neurons to calibrate; leave it out, or give "
+        "--backend native"
+    )
 
 
 def test_a_file_gives_what_was_found_unless_by_another_method(tmp_path, monkeypatch, found):

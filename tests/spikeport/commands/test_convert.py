@@ -118,6 +118,12 @@ def test_an_activation_that_is_not_the_files_is_refused(spikeport, tiny, named, 
     assert done == (2, "", f"error: policy file '{tiny}': {complaint}\n")
 
 
+def test_the_default_of_a_checkpoint_is_refused_too_where_it_is_named(spikeport, tiny):
+    done = spikeport("convert", tiny, "--activation", "elu")
+    assert (done.code, done.out) == (2, "")
+    assert "expected activation elu, as --activation says, found tanh; leave out" in done.err
+
+
 def test_the_activation_of_a_file_can_be_named_too(spikeport, tiny):
     done = spikeport("convert", tiny, "--activation", "tanh", "-n", "2")
     assert (done.code, done.out.splitlines()[0]) == (0, "policy: 3-4-4-2, tanh")
