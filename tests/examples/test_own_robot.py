@@ -7,8 +7,9 @@ import nengo
 import numpy as np
 import pytest
 
-from spikeport import compile_network
+from spikeport import Simulator, compile_network
 from spikeport.experiments.loop import Loop
+from spikeport.networks.policy import Layer, PolicyOptions, policy, record_ranges
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "own_robot.py"
 
@@ -49,3 +50,26 @@ def test_the_neurons_are_on_the_chip(own_robot):
         balancer = own_robot.Balancer()
         Loop(plant, [own_robot.BalancePort(plant)]).connect([balancer.state], [balancer.force])
     assert compile_network(network).image.n_compartments >= 400
+
+
+def test_a_perceptron_in_place_of_the_controller_balances_the_pole(own_robot):
+    """The section of docs/own-robot.md on a policy of one's own, with layers in place of a file."""
+    rng = np.random.RandomState(0)
+    gains = own_robot.GAINS[np.newaxis]
+    mixed = rng.uniform(0.5, 1.5, (8, 1)) * np.repeat([[1], [-1]], 4, axis=0)
+    readout = np.linalg.pinv(mixed)[0] * 2  # of units of one sign, half are silent at a time
+    layers = [Layer(mixed @ gains, np.zeros(8)), Layer(readout[np.newaxis], np.zeros(1))]
+    observations = rng.uniform(-1, 1, (500, 4)) * own_robot.RADII
+    ranges = record_ranges(layers, observations, activation_name="relu")
+    options = PolicyOptions(n_neurons=20, activation="relu")
+    plant = own_robot.CartPole()
+    loop = Loop(plant, [own_robot.BalancePort(plant)])
+    with nengo.Network(seed=0) as network:
+        net = policy(layers, ranges, options, observations=observations)
+        loop.connect([net.observation], [net.action])
+    with Simulator(network, pipeline="compact") as sim:
+        plant.reset(tilt_rad=own_robot.TILT_RAD)
+        loop.begin()
+        tilts = [plant.data.joint("hinge").qpos[0] for _ in range(4000) if sim.step() is None]
+    assert np.abs(tilts).max() < 1.1 * own_robot.TILT_RAD
+    assert np.abs(tilts[-1000:]).max() < 0.5 * own_robot.TILT_RAD
