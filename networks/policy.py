@@ -24,7 +24,7 @@ from spikeport.networks.policy_values import (
     exact,
     record_ranges,
 )
-from spikeport.node_functions import Affine
+from spikeport.node_functions import Affine, Held
 
 __all__ = [
     "Calibrated",
@@ -38,6 +38,10 @@ __all__ = [
     "record_ranges",
     "solved_layers",
 ]
+
+OFF_CENTRE = 0.5
+"""Share of a unit's range above which biases of the first layer are added on the host. It sends
+values within the range alone: sums without their bias would be cut off."""
 
 
 class PolicyNetwork(nengo.Network):
@@ -124,11 +128,32 @@ def _network(
             # A read-out that weighs the two signs apart needs their values apart, not their sum.
             halves = isinstance(layers[number + 1], Readout)
             hidden = hidden_layer(f"layer {number + 1}", reach, options, halves, rng)
-            _dense(values, hidden.input, layer, synapse)
+            if number == 0 and _is_off_centre(layer, reach):
+                _on_host(values, hidden.input, layer)
+            else:
+                _dense(values, hidden.input, layer, synapse)
             net.layers.append(hidden)
             values, synapse = hidden.output, options.tau_fwd
         _dense(values, net.action, layers[-1], options.tau_out)
     return net
+
+
+def _is_off_centre(layer: Layer, reach: Ranges) -> bool:
+    """Return whether a bias is large beside the range of its unit on the other side of zero."""
+    room = np.where(layer.bias < 0, reach.above, reach.below)
+    return bool((np.abs(layer.bias) > OFF_CENTRE * room).any())
+
+
+def _on_host(pre: nengo.Node, post: nengo.Node, layer: Layer) -> None:
+    """Connect as `_dense`, with sums that reach the chip as they are, bias and all."""
+    sums = nengo.Node(
+        Held(lambda x: layer.weights @ x + layer.bias),
+        size_in=pre.size_out,
+        size_out=post.size_in,
+        label=f"sums of {post.label}",
+    )
+    nengo.Connection(pre, sums, synapse=None)
+    nengo.Connection(sums, post, synapse=None)
 
 
 def _dense(pre: nengo.Node, post: nengo.Node, layer: Layer, synapse: float | None) -> None:

@@ -37,10 +37,16 @@ def gait_like(n: int, n_samples: int, seed: int = 0) -> np.ndarray:
     return size * np.sin(3 * np.pi * t + phase) + 0.3 * rng.randn(n) + 0.1 * rng.randn(n_samples, n)
 
 
-def driven(sizes: tuple[int, ...], n_samples: int) -> tuple[nengo.Network, np.ndarray]:
-    """Return a policy in a network that shows it observations; the exact actions for these."""
-    layers = random_layers(sizes)
-    observations = gait_like(sizes[0], 1000)
+def driven(
+    sizes: tuple[int, ...], n_samples: int, centre: float = 0.0
+) -> tuple[nengo.Network, np.ndarray]:
+    """Return a policy in a network that shows it observations; the exact actions for these.
+
+    The same actions, and the same values of its units, belong to observations around any centre.
+    """
+    first, *others = random_layers(sizes)
+    layers = [Layer(first.weights, first.bias - first.weights.sum(axis=1) * centre), *others]
+    observations = gait_like(sizes[0], 1000) + centre
     with nengo.Network(label="driven", seed=1) as network:
         net = policy(layers, record_ranges(layers, observations))
         held = nengo.Node(lambda t: observations[int((t - 5e-4) / (HOLD_STEPS * 1e-3))])
@@ -56,6 +62,13 @@ def relative_error(network: nengo.Network, wanted: np.ndarray, passes: str) -> f
         loop.step()
     found = loop.data(network.probe)[HOLD_STEPS - 1 :: HOLD_STEPS]
     return float(np.std((found - wanted)[5:]) / np.std(wanted[5:]))
+
+
+def test_observations_far_from_zero_cost_nothing() -> None:
+    near, far = (
+        relative_error(*driven((8, 12, 8, 4), 60, centre), PASSES) for centre in (0.0, 5.0)
+    )
+    assert far < 1.2 * near
 
 
 def of_both_sides(n: int, m: int, rng: np.random.RandomState) -> Layer:
