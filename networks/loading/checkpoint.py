@@ -13,6 +13,7 @@ from typing import NamedTuple
 from spikeport.arrays import Floats
 from spikeport.networks.loading.chain import BoundedEvaluation, Chain, Operations, only
 from spikeport.networks.loading.mlp import Mlp
+from spikeport.networks.loading.refusal import SAVE
 from spikeport.networks.loading.tensors import Tensor
 from spikeport.networks.loading.torch_file import folder_of, pickled, pickled_in_a_row
 from spikeport.reading.archive import Archive, read_bytes
@@ -98,7 +99,7 @@ def _content(written: bytes) -> Mapping[str, object]:
         archive = Archive(written)
         content = pickled(archive, folder_of(archive, "a checkpoint of rsl-rl"), "data")
     if not isinstance(content, dict):
-        raise MismatchError("a checkpoint of rsl-rl", type(content).__name__)
+        raise MismatchError("a checkpoint of rsl-rl", type(content).__name__, cure=SAVE)
     return {str(name): value for name, value in content.items()}
 
 
@@ -107,7 +108,8 @@ def _layout(content: Mapping[str, object]) -> CheckpointLayout:
         if layout.state in content:
             return layout
     states = " or ".join(layout.state for layout in LAYOUTS)
-    raise MismatchError(f"a checkpoint of rsl-rl with {states}", ", ".join(map(str, content)))
+    found = ", ".join(map(str, content))
+    raise MismatchError(f"a checkpoint of rsl-rl with {states}", found, cure=SAVE)
 
 
 def _tensors(name: str, state: object) -> dict[str, Tensor]:

@@ -14,6 +14,8 @@ CURE = "see docs/convert.md, 'What it refuses'"
 
 EXPORT = "export the policy to ONNX, and convert that"
 
+SAVE = "save the policy by torch.jit.trace(policy, observations).save(FILE), or export it to ONNX"
+
 
 @contextlib.contextmanager
 def refusing(path: Path, cure: str = CURE, kind: str = "policy file") -> Iterator[None]:

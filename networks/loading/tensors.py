@@ -13,6 +13,7 @@ from numpy.lib.stride_tricks import as_strided
 
 from spikeport.arrays import Floats
 from spikeport.networks.loading.pickles import PLAIN, Known
+from spikeport.networks.loading.refusal import SAVE
 from spikeport.reading.archive import NUMBERS
 from spikeport.reading.mismatch import MismatchError
 from spikeport.reading.npz import MAX_AXES
@@ -168,5 +169,5 @@ def plain_name(name: str) -> object:
     if kind in TYPES:
         return StorageType(kind)
     if name not in KNOWN:
-        raise MismatchError(PLAIN, f"{name}, which may run code")
+        raise MismatchError(PLAIN, f"{name}, which may run code", cure=SAVE)
     return KNOWN[name]

@@ -7,6 +7,7 @@ from rsl_rl.storage import RolloutStorage
 from tensordict import TensorDict
 from torch import nn
 
+from spikeport.errors import UsageError
 from spikeport.networks.loading.files import load_mlp
 from tests.helpers.foreign import state
 
@@ -131,6 +132,16 @@ class Unsafe:
 
     def __getstate__(self):
         return {"a": 1}
+
+
+@pytest.mark.parametrize("what", ["a module", "its state"])
+def test_files_that_torch_saves_by_default_are_refused_with_the_way_to_save_them(path, what):
+    module = torch.nn.Sequential(torch.nn.Linear(2, 3), torch.nn.ELU(), torch.nn.Linear(3, 1))
+    torch.save(module if what == "a module" else module.state_dict(), path)
+    with pytest.raises(UsageError, match=r"; save the policy by torch\.jit\.trace\("):
+        load_mlp(path)
+    torch.jit.trace(module, torch.ones(1, 2)).save(path)
+    assert load_mlp(path).sizes == (2, 3, 1)
 
 
 STATES = "with actor_state_dict or model_state_dict"
