@@ -1,6 +1,7 @@
 """The plan of an evaluation: rows of perturbations, each in episodes of several seeds."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from spikeport.experiments.evaluate.rows import NOMINAL, Row
 from spikeport.experiments.sweep.plan import SEED, Point, Sweep
@@ -10,6 +11,7 @@ from spikeport.experiments.sweep.plan import SEED, Point, Sweep
 class Evaluation(Sweep):
     """A sweep whose points are rows of perturbations, not products of values."""
 
+    kind: ClassVar[str] = "evaluation"
     rows: tuple[Row, ...] = (NOMINAL,)
 
     def points(self) -> list[Point]:

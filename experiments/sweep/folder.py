@@ -126,7 +126,9 @@ def _as_json(value: dict[str, Any]) -> dict[str, Any]:
 
 @contextlib.contextmanager
 def opened(out: Path | None, sweep: Sweep) -> Iterator[SweepFolder]:
-    """Make the folder of a sweep, or go on with what is there; ``runs/sweep-...`` by default.
+    """Make the folder of a sweep or an evaluation, or go on with what is there.
+
+    By default it is ``runs/sweep-...`` or ``runs/evaluation-...``.
 
     It is locked until the block ends: two sweeps in it would mix their points.
 
@@ -136,7 +138,7 @@ def opened(out: Path | None, sweep: Sweep) -> Iterator[SweepFolder]:
         If the folder cannot be made or locked, or holds another sweep or anything else.
     """
     stamp = datetime.now().strftime("%Y%m%d-%H%M%S")
-    folder = SweepFolder(out or Path("runs") / f"sweep-{sweep.experiment}-{stamp}")
+    folder = SweepFolder(out or Path("runs") / f"{sweep.kind}-{sweep.experiment}-{stamp}")
     try:
         folder.path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -145,7 +147,10 @@ def opened(out: Path | None, sweep: Sweep) -> Iterator[SweepFolder]:
         raise UsageError(f"{folder.path}: cannot be written to; choose another --out")
     others = [path for path in folder.path.iterdir() if not is_leftover(path)]
     if others and not folder.plan.is_file():
-        raise UsageError(f"{folder.path}: holds something else than a sweep; choose another --out")
+        raise UsageError(
+            f"{folder.path}: holds something else than a sweep or an evaluation; choose another "
+            "--out"
+        )
     with locked(folder.path):
         if folder.plan.is_file():
             _check_same(folder, sweep)
@@ -166,7 +171,7 @@ def _check_same(folder: SweepFolder, sweep: Sweep) -> None:
     if differing:
         there, here = (_pairs(plan, differing) for plan in (held, asked))
         raise UsageError(
-            f"{folder.path}: holds a sweep with {there}, but this one has {here}; "
+            f"{folder.path}: was begun with {there}, but this {sweep.kind} has {here}; "
             "ask for the same, or choose another --out"
         )
 

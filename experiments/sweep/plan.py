@@ -3,7 +3,7 @@
 import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 from urllib.parse import quote
 
 from spikeport.cache import digest_of
@@ -33,6 +33,9 @@ class Sweep:
     probes : bool
         True if the time series of each point are kept, too.
     """
+
+    kind: ClassVar[str] = "sweep"
+    """The word for such a plan, in messages and in the name of its folder."""
 
     experiment: str
     backend: str

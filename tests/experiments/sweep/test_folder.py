@@ -42,8 +42,8 @@ def test_a_folder_of_another_sweep_is_refused_and_all_that_differs_is_named(
     if finished:
         finish(folder, sweep_of().points()[0], falls=0)
     assert refused(tmp_path, sweep_of(seconds=3.0, varied={"n_neurons": (2, 10)})) == (
-        f'{tmp_path}: holds a sweep with seconds=2.0, varied={{"n_neurons": [2, 20]}}, but this '
-        'one has seconds=3.0, varied={"n_neurons": [2, 10]}; '
+        f'{tmp_path}: was begun with seconds=2.0, varied={{"n_neurons": [2, 20]}}, but this '
+        'sweep has seconds=3.0, varied={"n_neurons": [2, 10]}; '
         "ask for the same, or choose another --out"
     )
     assert json.loads(folder.plan.read_text())["seconds"] == 2.0
@@ -53,7 +53,7 @@ def test_a_plan_with_more_in_it_is_another(sweep_of, tmp_path):
     folder = begin(tmp_path, sweep_of())
     plan = json.loads(folder.plan.read_text())
     folder.plan.write_text(json.dumps({**plan, "more": 1}))
-    assert "holds a sweep with more=1, but this one has more=null" in refused(tmp_path, sweep_of())
+    assert "was begun with more=1, but this sweep has more=null" in refused(tmp_path, sweep_of())
 
 
 @pytest.mark.parametrize("content", ["[]", "5", "null", "{", "", "\xff"])
@@ -76,7 +76,7 @@ def test_a_folder_in_which_a_sweep_runs_is_refused(sweep_of, tmp_path):
 def test_a_folder_with_anything_else_is_refused_and_left_as_it_is(sweep_of, tmp_path):
     (tmp_path / "thesis.tex").touch()
     assert refused(tmp_path, sweep_of()) == (
-        f"{tmp_path}: holds something else than a sweep; choose another --out"
+        f"{tmp_path}: holds something else than a sweep or an evaluation; choose another --out"
     )
     assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
 
