@@ -128,7 +128,7 @@ def _network(
             # A read-out that weighs the two signs apart needs their values apart, not their sum.
             halves = isinstance(layers[number + 1], Readout)
             hidden = hidden_layer(f"layer {number + 1}", reach, options, halves, rng)
-            if number == 0 and _is_off_centre(layer, reach):
+            if number == 0 and options.observes_host and _is_off_centre(layer, reach):
                 _on_host(values, hidden.input, layer)
             else:
                 _dense(values, hidden.input, layer, synapse)

@@ -78,6 +78,9 @@ class PolicyOptions:
     solve : str
         ``unit``: every unit decodes the activation, and the weights stay as they are; ``layer``:
         the weights between two layers are solved for jointly (`spikeport.networks.policy_solving`).
+    observes_host : bool
+        True if observations come from the host, which then adds large biases of the first layer;
+        False if neurons on the chip give them: sums stay there.
     """
 
     n_neurons: int = 20
@@ -88,6 +91,7 @@ class PolicyOptions:
     activation: str = "elu"
     units: str = "hybrid"
     solve: str = "unit"
+    observes_host: bool = True
 
     def __post_init__(self) -> None:
         """Check the values; UsageError says what is wrong."""

@@ -4,7 +4,7 @@ import pytest
 
 from spikeport.networks.path_follower import analytic_follower, path_follower
 from spikeport.networks.path_following import FollowerGains, exact_command
-from spikeport.networks.policy import Layer, Ranges, policy
+from spikeport.networks.policy import Layer, PolicyOptions, Ranges, policy
 from spikeport.simulator import Simulator
 
 GAINS = FollowerGains()
@@ -142,7 +142,8 @@ def test_its_command_can_enter_a_policy_on_the_same_chip():
     layers = [Layer(np.eye(4)[[1, 3]], np.full(2, 1.5)), Layer(np.eye(2), np.full(2, -1.5))]
     with nengo.Network(seed=1) as network:
         follower = path_follower(GAINS)
-        walker = policy(layers, [Ranges(np.full(2, 2.8), np.ones(2))])
+        options = PolicyOptions(observes_host=False)
+        walker = policy(layers, [Ranges(np.full(2, 2.8), np.ones(2))], options)
         command = shown(follower, references, states)
         nengo.Connection(follower.command, walker.observation[[1, 3]], synapse=None)
         action = nengo.Probe(walker.action)
