@@ -41,7 +41,7 @@ __all__ = [
 
 OFF_CENTRE = 0.5
 """Share of a unit's range above which biases of the first layer are added on the host. It sends
-values within the range alone: sums without their bias would be cut off."""
+values within the range alone. Of sums without a bias of half the range, half would be cut off."""
 
 
 class PolicyNetwork(nengo.Network):
@@ -139,7 +139,7 @@ def _network(
 
 
 def _is_off_centre(layer: Layer, reach: Ranges) -> bool:
-    """Return whether a bias is large beside the range of its unit on the other side of zero."""
+    """Return whether a bias is large beside its unit's range: that above zero for a negative one."""
     room = np.where(layer.bias < 0, reach.above, reach.below)
     return bool((np.abs(layer.bias) > OFF_CENTRE * room).any())
 

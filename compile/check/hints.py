@@ -19,7 +19,6 @@ from spikeport.compile.ground.scope import Scope
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.tables import part
 
-"""Attributes of neurons that a probe records as the chip has them."""
 LATE = 0.05
 """Share of a loop's time constant that filters of the chip add to it, worth a hint."""
 LOST = 0.1

@@ -92,12 +92,14 @@ def synapse(scope: Scope) -> Iterator[Violation]:
         )
         kind = type(connection.synapse)
         if filtered_on_chip and kind not in (nengo.Lowpass, type(None)):
-            tau_s = _group_delay_s(connection.synapse)
+            tau_s = _tau_s(connection.synapse)
             yield rules.get("SP005").broken(scope.names[connection], kind.__name__, tau_s=tau_s)
 
 
-def _group_delay_s(synapse: nengo.synapses.Synapse) -> str:
-    """Return the group delay of slow signals behind a linear filter, in s; "tau" of other synapses.
+def _tau_s(synapse: nengo.synapses.Synapse) -> str:
+    """Return the time constant of a low-pass filter with a synapse's group delay, in s, as a text.
+
+    It is "tau" where the delay of slow signals is not known, or not above 0.
 
     H(s) = n(s) / d(s),    delay = d'(0) / d(0) - n'(0) / n(0)
     """

@@ -66,8 +66,8 @@ LONGEST = 2000
 """Letters of an error of a user's code that are printed."""
 INSTALLED = (
     "<",
-    *(sysconfig.get_path(name) for name in ("stdlib", "purelib", "platlib")),
-    str(Path(__file__).parent),
+    *(f"{sysconfig.get_path(name)}/" for name in ("stdlib", "purelib", "platlib")),
+    f"{Path(__file__).parent}/",
 )
 """Beginnings of the names of files that are no user's."""
 

@@ -68,7 +68,7 @@ def test_observations_far_from_zero_cost_nothing() -> None:
     near, far = (
         relative_error(*driven((8, 12, 8, 4), 60, centre), PASSES) for centre in (0.0, 5.0)
     )
-    assert far < 1.2 * near
+    assert far == pytest.approx(near, rel=0.05)  # bits of the sums differ, and few spikes with them
 
 
 def of_both_sides(n: int, m: int, rng: np.random.RandomState) -> Layer:
