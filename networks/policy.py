@@ -139,7 +139,7 @@ def _network(
 
 
 def _is_off_centre(layer: Layer, reach: Ranges) -> bool:
-    """Return whether a bias is large beside its unit's range: that above zero for a negative one."""
+    """Return whether a bias is large beside its unit's range, above zero for a negative one."""
     room = np.where(layer.bias < 0, reach.above, reach.below)
     return bool((np.abs(layer.bias) > OFF_CENTRE * room).any())
 
