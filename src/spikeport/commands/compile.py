@@ -18,6 +18,7 @@ from spikeport.compile.check.violation import (
 )
 from spikeport.compile.image.expected import Rates, expected_activity
 from spikeport.compile.image.modules import by_module, modules
+from spikeport.compile.passes.pipeline import Observer
 from spikeport.compile.pipeline import Compilation, compile_network
 from spikeport.compile.report.budget import Budget
 from spikeport.compile.report.report import Modules, Report
@@ -59,36 +60,16 @@ def run(request: CompileRequest) -> None:
     stated = _checked_rates(request)
     request.to.check()
     settings = nir.with_dt(request.network, request.settings, request.dt_s, request.spikes)
-    chip = chips.get(request.chip)
-    passes = request.passes if request.passes is not None else needed_passes(request.network)
-    passes = chip.pipeline if passes is None else passes
+    chip, passes = chips.get(request.chip), _passes(request)
     observer = printer(request.print_after, passes)
     with contained(request.network), progress_bar() as progress:
         progress("building the network", None)
         network = find_network(
-            request.network,
-            settings,
-            request.chip,
-            request.passes,
-            request.build_timeout_s,
+            request.network, settings, request.chip, request.passes, request.build_timeout_s
         )
-        # A loss is measured at what is read out.
-        to_probe = request.loss_s is not None and not network.all_probes and any(outputs(network))
         played = nir.read_spikes(network, request.spikes)
-
-        def work() -> Compilation:
-            return compile_network(
-                network,
-                request.chip,
-                DT_S,
-                passes,
-                observer,
-                request.offload,
-                progress=progress,
-            )
-
         try:
-            compilation = probing_outputs(network, work) if to_probe else work()
+            compilation = _compilation(network, request, passes, observer, progress)
         except NothingOnChipError as nothing:
             _write_nothing(chip, nothing, request)
             return
@@ -113,6 +94,32 @@ def run(request: CompileRequest) -> None:
     request.to.note()
     if exceeded := request.budget.exceeded(findings.report, findings.activity):
         raise OverBudgetError(exceeded)
+
+
+def _passes(request: CompileRequest) -> str:
+    """Return the passes: those asked for, else those the network needs, else the chip's."""
+    passes = request.passes if request.passes is not None else needed_passes(request.network)
+    return chips.get(request.chip).pipeline if passes is None else passes
+
+
+def _compilation(
+    network: nengo.Network,
+    request: CompileRequest,
+    passes: str,
+    observer: Observer,
+    progress: Progress,
+) -> Compilation:
+    """Compile the network; where a loss is to be measured and nothing is probed, with probes."""
+
+    def work() -> Compilation:
+        return compile_network(
+            network, request.chip, DT_S, passes, observer, request.offload, progress=progress
+        )
+
+    # A loss is measured at what is read out.
+    if request.loss_s is not None and not network.all_probes and any(outputs(network)):
+        return probing_outputs(network, work)
+    return work()
 
 
 def _write_nothing(chip: ChipModel, nothing: NothingOnChipError, request: CompileRequest) -> None:
