@@ -67,14 +67,16 @@ def lif_rates(
     dt: float,
     amplitude: float | None = None,
 ) -> Floats:
-    """Return the rates (n_points, n) in Hz of LIF neurons on the chip at values (n_points, n).
+    """Replace values (n_points, n) by the rates in Hz of LIF neurons on the chip; return them.
+
+    The builder needs the values no more, and new memory takes longer to get than rates to reckon.
 
     Parameters
     ----------
     neuron_type : nengo.LIF
         The type of the neurons.
     x : (n_points, n) array
-        The value along each neuron's encoder, in units of the radius.
+        The value along each neuron's encoder, in units of the radius; overwritten.
     gain, bias : (n,) array
         The neurons' gains and biases.
     dt : float
@@ -85,15 +87,14 @@ def lif_rates(
     tau_ref_s = discretize_tau_ref(neuron_type.tau_ref, dt)
     tau_rc_s = discretize_tau_rc(neuron_type.tau_rc, dt)
     amplitude = neuron_type.amplitude if amplitude is None else amplitude
-    rates = np.empty(x.shape)
     height = max(1, STRETCH // x.shape[1])
     for first in range(0, len(x), height):
         part = slice(first, first + height)
         j = neuron_type.current(x[part], gain, bias) - 1
         # Reckoned for neurons at rest, too: masks that pick values take longer than they spare.
         steps = _steps(np.fmax(j, LEAST), tau_ref_s, tau_rc_s, dt)
-        np.multiply((amplitude / dt) / steps, j > 0, out=rates[part])
-    return rates
+        np.multiply((amplitude / dt) / steps, j > 0, out=x[part])
+    return x
 
 
 def _steps(j: Floats, tau_ref_s: float, tau_rc_s: float, dt: float) -> Floats:

@@ -57,7 +57,7 @@ def test_rates_are_nengo_loihis_also_where_periods_are_whole_steps(
     values = np.concatenate((*near, drawn, -drawn, [0.0, np.inf, -np.inf, np.nan]))[:, np.newaxis]
     with np.errstate(all="ignore"):
         usual = loihi_lif_rates(kind, values, None, None, dt)
-        found = lif_rates(kind, values, None, None, dt)
+        found = lif_rates(kind, values.copy(), None, None, dt)
     np.testing.assert_array_equal(found, usual)
     assert (usual == 0).any()
 
@@ -66,7 +66,7 @@ def test_rates_of_many_neurons_are_nengo_loihis() -> None:
     rng = np.random.RandomState(0)
     x, gain, bias = rng.uniform(-1, 1, (999, 77)), rng.uniform(1, 20, 77), rng.uniform(-9, 9, 77)
     usual = loihi_lif_rates(nengo.LIF(), x, gain, bias, DT_S)
-    np.testing.assert_array_equal(lif_rates(nengo.LIF(), x, gain, bias, DT_S), usual)
+    np.testing.assert_array_equal(lif_rates(nengo.LIF(), x.copy(), gain, bias, DT_S), usual)
     doubled = lif_rates(nengo.LIF(), x, gain, bias, DT_S, amplitude=2)
     np.testing.assert_array_equal(doubled, 2 * usual)
 
