@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from spikeport.errors import UsageError
+from spikeport.networks.loading.mlp import Mlp
 from spikeport.reading import npz
 from spikeport.reading.mismatch import MismatchError
 
@@ -40,12 +41,15 @@ def read_observations(path: Path, n_inputs: int) -> Observations:
     return Observations(values.astype(float), f"{len(values):,} of {path}")
 
 
-def normal_observations(n_inputs: int) -> Observations:
-    """Return standard normal values, where nothing better is known."""
-    values = np.random.RandomState(0).standard_normal((N_NORMAL, n_inputs))
-    return Observations(
-        values, f"{N_NORMAL:,} standard normal ones, without a file of observations"
-    )
+def normal_observations(mlp: Mlp) -> Observations:
+    """Return normal values: of the moments the policy was trained on, or else standard ones."""
+    values = np.random.RandomState(0).standard_normal((N_NORMAL, mlp.sizes[0]))
+    if mlp.trained_on is None:
+        kind = "standard normal ones, without a file of observations"
+    else:
+        values = mlp.trained_on.mean + mlp.trained_on.std * values
+        kind = "normal ones, of mean and standard deviation of the policy's normalisation"
+    return Observations(values, f"{N_NORMAL:,} {kind}")
 
 
 def _arrays(path: Path) -> dict[str, np.ndarray]:

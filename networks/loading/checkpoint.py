@@ -7,12 +7,15 @@ A checkpoint does not say which activation its actor has.
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+
 from spikeport.arrays import Floats
 from spikeport.networks.loading.chain import BoundedEvaluation, Chain, Operations, only
-from spikeport.networks.loading.mlp import Mlp
+from spikeport.networks.loading.mlp import Mlp, Moments
 from spikeport.networks.loading.refusal import SAVE
 from spikeport.networks.loading.tensors import Tensor
 from spikeport.networks.loading.torch_file import folder_of, pickled, pickled_in_a_row
@@ -74,22 +77,37 @@ def read(path: Path, activation: str) -> Mlp:
     normalizer = _tensors(NORMALIZER_APART, content.get(NORMALIZER_APART, {}))
     # rsl-rl 2 kept the normalisation beside the model, later versions in it: here it goes there.
     state |= {layout.normalizer + name: value for name, value in normalizer.items()}
-    return _chain(layout, state, activation).mlp()
+    names = [layout.normalizer + name for name in ("_mean", "_std")]
+    moments = [state[name] for name in names] if state.keys() >= set(names) else []
+    mlp = _chain(layout, state, moments, activation).mlp()
+    return replace(mlp, trained_on=_moments(moments, mlp.sizes[0])) if moments else mlp
 
 
-def _chain(layout: CheckpointLayout, state: Mapping[str, Tensor], activation: str) -> Chain:
+def _chain(
+    layout: CheckpointLayout,
+    state: Mapping[str, Tensor],
+    moments: Sequence[Tensor],
+    activation: str,
+) -> Chain:
     evaluation = BoundedEvaluation(OPERATIONS)
 
-    def applied(kind: str, chain: Chain, names: Sequence[str]) -> Chain:
-        arrays = [evaluation.keep(state[name].array()) for name in names]
+    def applied(kind: str, chain: Chain, tensors: Sequence[Tensor]) -> Chain:
+        arrays = [evaluation.keep(tensor.array()) for tensor in tensors]
         return only([evaluation.apply(kind, chain, *arrays)])
 
-    chain, normalizer = Chain(), [f"{layout.normalizer}{name}" for name in ("_mean", "_std")]
-    if state.keys() >= set(normalizer):
-        chain = applied("normalisation", chain, normalizer)
+    chain = applied("normalisation", Chain(), moments) if moments else Chain()
     for number, names in enumerate(_dense(layout, state)):
-        chain = applied("dense", chain.activated(activation) if number else chain, names)
+        chain = chain.activated(activation) if number else chain
+        chain = applied("dense", chain, [state[name] for name in names])
     return chain
+
+
+def _moments(tensors: Sequence[Tensor], n_inputs: int) -> Moments:
+    """Return the moments of the inputs; raises MismatchError if they are those of none."""
+    mean, std = (np.broadcast_to(one.array().ravel().astype(float), n_inputs) for one in tensors)
+    if not (np.isfinite(std).all() and (std >= 0).all()):
+        raise MismatchError("finite standard deviations from 0 on in the normalisation", "others")
+    return Moments(mean, std)
 
 
 def _content(written: bytes) -> Mapping[str, object]:

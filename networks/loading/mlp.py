@@ -1,12 +1,21 @@
 """A multilayer perceptron: what every file of a policy comes down to."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
+from spikeport.arrays import Floats
 from spikeport.networks.activations import ACTIVATIONS
 from spikeport.networks.policy_values import Layer
 from spikeport.reading.mismatch import MismatchError
+
+
+class Moments(NamedTuple):
+    """Mean and standard deviation of each input, ``(n,)``."""
+
+    mean: Floats
+    std: Floats
 
 
 @dataclass(frozen=True)
@@ -19,10 +28,13 @@ class Mlp:
         Hidden layers, and the linear last one.
     activation : str
         The function of the hidden layers, one of `spikeport.networks.activations.ACTIVATIONS`.
+    trained_on : Moments, optional
+        The moments of the inputs that it was trained on, where its file has them.
     """
 
     layers: tuple[Layer, ...]
     activation: str
+    trained_on: Moments | None = None
 
     @property
     def sizes(self) -> tuple[int, ...]:

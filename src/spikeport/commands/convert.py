@@ -98,7 +98,7 @@ def _observations(request: ConvertRequest, walker: WalkingPolicy | None, mlp: Ml
     if request.observations is not None:
         return read_observations(request.observations, mlp.sizes[0])
     if walker is None:
-        return normal_observations(mlp.sizes[0])
+        return normal_observations(mlp)
     from spikeport.experiments.walk.gait import record_gait
 
     gait = record_gait(walker)

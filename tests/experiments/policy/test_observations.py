@@ -3,6 +3,8 @@ import pytest
 
 from spikeport.errors import UsageError
 from spikeport.experiments.policy.observations import normal_observations, read_observations
+from spikeport.networks.loading.mlp import Mlp, Moments
+from spikeport.networks.policy_values import Layer
 
 CURE = "; write it with: numpy.savez(file, observations=array)"
 
@@ -52,8 +54,23 @@ def test_a_text_is_refused(path):
     assert str(error.value) == f"observations '{path}': {complaint}{CURE}"
 
 
+def perceptron(trained_on=None):
+    layers = Layer(np.ones((2, 4)), np.zeros(2)), Layer(np.ones((1, 2)), np.zeros(1))
+    return Mlp(layers, "elu", trained_on)
+
+
 def test_normal_values_are_the_same_every_time():
-    found = normal_observations(4)
+    found = normal_observations(perceptron())
     assert found.origin == "1,000 standard normal ones, without a file of observations"
-    np.testing.assert_array_equal(found.values, normal_observations(4).values)
+    np.testing.assert_array_equal(found.values, normal_observations(perceptron()).values)
     assert found.values.std() == pytest.approx(1, abs=0.05)
+
+
+def test_normal_values_have_the_moments_a_policy_was_trained_on():
+    moments = Moments(np.array([0.0, 5.0, -3.0, 100.0]), np.array([1.0, 0.0, 10.0, 0.1]))
+    found = normal_observations(perceptron(moments))
+    assert found.origin == (
+        "1,000 normal ones, of mean and standard deviation of the policy's normalisation"
+    )
+    np.testing.assert_allclose(found.values.mean(axis=0), moments.mean, atol=1)
+    np.testing.assert_allclose(found.values.std(axis=0), moments.std, rtol=0.1)

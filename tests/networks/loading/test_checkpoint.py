@@ -52,6 +52,14 @@ def test_the_actor_of_a_checkpoint_is_read(path, checkpoint, actor, agrees, vers
     mlp = load_mlp(path)
     assert (mlp.sizes, mlp.activation) == ((5, 7, 6, 3), "elu")
     agrees(mlp, actor.as_jit())
+    normalizer = actor.obs_normalizer
+    np.testing.assert_array_equal(mlp.trained_on.mean, normalizer._mean.numpy()[0])
+    np.testing.assert_array_equal(mlp.trained_on.std, normalizer._std.numpy()[0])
+
+
+def test_without_a_normalisation_it_is_not_known_what_it_was_trained_on(path):
+    torch.save({"actor_state_dict": state()}, path)
+    assert load_mlp(path).trained_on is None
 
 
 def test_a_file_from_before_zip_archives_is_read(path, checkpoint, actor, agrees):
@@ -108,6 +116,15 @@ def test_a_normalisation_that_is_no_vector_is_refused(path, checkpoint, refusal)
     checkpoint["actor_state_dict"]["obs_normalizer._mean"] = torch.ones(5, 5)
     torch.save(checkpoint, path)
     assert refusal(path) == "expected a vector, found an array of shape (5, 5)"
+
+
+@pytest.mark.parametrize("std", [np.inf, -1.0])
+def test_a_standard_deviation_that_is_none_is_refused(path, checkpoint, refusal, std):
+    checkpoint["actor_state_dict"]["obs_normalizer._std"][0, 1] = std
+    torch.save(checkpoint, path)
+    assert refusal(path) == (
+        "expected finite standard deviations from 0 on in the normalisation, found others"
+    )
 
 
 def test_a_missing_bias_is_refused(path, checkpoint, refusal):
