@@ -48,7 +48,7 @@ def normal_observations(mlp: Mlp) -> Observations:
         kind = "standard normal ones, without a file of observations"
     else:
         values = mlp.trained_on.mean + mlp.trained_on.std * values
-        kind = "normal ones, of mean and standard deviation of the policy's normalisation"
+        kind = "normal ones, with mean and deviation of its normalisation"
     return Observations(values, f"{N_NORMAL:,} {kind}")
 
 
