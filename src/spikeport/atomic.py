@@ -18,6 +18,23 @@ def is_leftover(path: Path) -> bool:
     return path.name.startswith(".") and PART in path.suffixes
 
 
+def check_output(option: str, path: Path, *reads: Path) -> None:
+    """Refuse an output path that is no file, or one that the command reads.
+
+    Raises
+    ------
+    UsageError
+        Naming option and path.
+    """
+    if path.exists() and not path.is_file():
+        raise UsageError(f"{option} {path}: is not a file that can be replaced; choose another")
+    for one in reads:
+        if path.exists() and one.exists() and path.samefile(one):
+            raise UsageError(
+                f"{option} {path}: would replace what the command reads; choose another"
+            )
+
+
 @contextlib.contextmanager
 def atomic_path(path: Path) -> Iterator[Path]:
     """Yield a temporary path beside ``path`` that takes its place when the block ends well.

@@ -6,10 +6,11 @@ from pathlib import Path
 from rich.console import Console
 
 from spikeport import key_values
+from spikeport.atomic import check_output
 from spikeport.commands.options import Target
 from spikeport.commands.progress import progress_bar
 from spikeport.commands.run import check_target, seconds_of
-from spikeport.errors import UsageError, unknown
+from spikeport.errors import unknown
 from spikeport.experiments import registry
 from spikeport.experiments.options import Experiment, Options
 
@@ -56,6 +57,5 @@ def _check(request: CalibrateRequest, experiment: Experiment) -> None:
     backend = request.target.backend
     if backend not in backends:
         raise unknown(f"backend with neurons of {experiment.name}", backend, backends)
-    if request.out.is_dir():
-        raise UsageError(f"--out {request.out}: this is a folder; give the file to write, *.npz")
+    check_output("--out", request.out)
     check_target(request.target)

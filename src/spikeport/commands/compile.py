@@ -1,6 +1,7 @@
 """``spikeport compile``."""
 
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import nengo
 
@@ -58,7 +59,7 @@ class CompileRequest:
 def run(request: CompileRequest) -> None:
     """Compile, write what was asked for, print the report, and hold it against the budget."""
     stated = _checked_rates(request)
-    request.to.check()
+    request.to.check(Path(request.network), Path(request.network.rpartition(":")[0]))
     settings = nir.with_dt(request.network, request.settings, request.dt_s, request.spikes)
     chip, passes = chips.get(request.chip), _passes(request)
     observer = printer(request.print_after, passes)

@@ -8,6 +8,7 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
+from spikeport.atomic import check_output
 from spikeport.commands.destinations import Destinations
 from spikeport.commands.progress import progress_bar
 from spikeport.commands.screen import Findings, show_findings
@@ -26,6 +27,9 @@ from spikeport.networks.loading.files import file_format, load_mlp
 from spikeport.networks.loading.mlp import Mlp
 from spikeport.networks.policy import Layer, PolicyOptions
 from spikeport.networks.walking_policy import WalkingPolicy
+
+POLICY = "policy.npz"
+"""The file of a walking policy, in the folder of its conversion."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,7 +64,7 @@ def run(request: ConvertRequest) -> None:
     if (out := request.to.out) is not None:
         write_json(out / "conversion.json", asdict(converted.lint))
         if walker is not None:
-            walker.save(out / "policy.npz")
+            walker.save(out / POLICY)
     console = Console(highlight=False)
     console.print(f"policy: {'-'.join(map(str, mlp.sizes))}, {mlp.activation}", markup=False)
     console.print(f"observations: {observations.origin}", markup=False)
@@ -79,7 +83,10 @@ def _check(request: ConvertRequest) -> None:
         )
     if not 0 < request.tau_fwd < 1:
         raise UsageError(f"--tau-fwd {request.tau_fwd:g}: a filter must be above 0 and below 1 s")
-    request.to.check()
+    reads = [one for one in (request.file, request.observations, request.description) if one]
+    request.to.check(*reads)
+    if request.to.out is not None:
+        check_output("--out", request.to.out / POLICY, *reads)
     chips.get(request.chip)
     parse(request.passes)
 

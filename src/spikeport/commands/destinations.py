@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+from spikeport.atomic import check_output
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.report.report import Json
 from spikeport.errors import UsageError
@@ -25,15 +26,13 @@ class Destinations:
     json: Path | None
     html: Path | None = None
 
-    def check(self) -> None:
-        """Say what cannot be written before the work, not after it."""
+    def check(self, *reads: Path) -> None:
+        """Say what cannot be written, or is read, before the work, not after it."""
         if self.out is not None and self.out.exists() and not self.out.is_dir():
             raise UsageError(f"--out {self.out}: is a file; choose a folder")
         for name, path in (("json", self.json), ("html", self.html)):
-            if path is not None and path.exists() and not path.is_file():
-                raise UsageError(
-                    f"--{name} {path}: is not a file that can be replaced; choose another"
-                )
+            if path is not None:
+                check_output(f"--{name}", path, *reads)
 
     def write_image(self, image: ChipImage) -> None:
         """Write an image to the folder, where there is one."""

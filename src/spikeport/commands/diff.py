@@ -9,7 +9,8 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from spikeport.commands.report_file import check_whole, read
+from spikeport.atomic import check_output
+from spikeport.commands.report_file import check_whole, read, report_file
 from spikeport.compile.report.report import Json
 from spikeport.errors import printable
 
@@ -32,6 +33,8 @@ class Change(NamedTuple):
 
 def run(a: Path, b: Path, html: Path | None = None) -> int:
     """Print what differs, and write it as a page; 1 if anything does, else 0, as ``diff`` does."""
+    if html is not None:
+        check_output("--html", html, *map(report_file, (a, b)))
     reports = {str(a): read(a), str(b): read(b)}
     found = changes(reports[str(a)], reports[str(b)])
     if html is not None:

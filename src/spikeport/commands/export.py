@@ -4,15 +4,14 @@ from pathlib import Path
 
 import typer
 
+from spikeport.atomic import check_output
 from spikeport.compile.image.chip_image import ChipImage
-from spikeport.errors import UsageError
 from spikeport.nir_export import export
 
 
 def run(image: Path, nir: Path) -> None:
     """Write a chip image as a NIR graph, and say what is in it."""
-    if nir.is_dir():
-        raise UsageError(f"--nir {nir}: is a folder; give the path of a file")
+    check_output("--nir", nir, image)
     loaded = ChipImage.load(image)
     export(loaded, nir)
     typer.echo(

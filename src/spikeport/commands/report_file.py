@@ -29,7 +29,7 @@ def read(path: Path) -> Json:
     UsageError
         There is none, or it is of another schema.
     """
-    file = _file(path)
+    file = report_file(path)
     report: Json = read_json(file)
     _check(file, report)
     return report
@@ -54,7 +54,8 @@ def check_whole(name: str, report: Json) -> None:
         ) from None
 
 
-def _file(path: Path) -> Path:
+def report_file(path: Path) -> Path:
+    """Return the report's file: the path, or that in the folder; raises UsageError if none is."""
     try:
         path.stat()
     except FileNotFoundError:

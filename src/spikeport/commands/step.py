@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import typer
 
-from spikeport.atomic import atomic_path
+from spikeport.atomic import atomic_path, check_output
 from spikeport.backends.decoding import Output
 from spikeport.backends.native.chip import NativeChip
 from spikeport.compile.image.chip_image import ChipImage
@@ -27,6 +27,7 @@ FORMAT = (
 
 def run(image: Path, *, spikes: Path | None, n_steps: int, out: Path, seed: int) -> None:
     """Step an image, and write its outputs and activity."""
+    check_output("--out", out, image, *([spikes] if spikes else []))
     loaded = ChipImage.load(image)
     _check_size(loaded, n_steps)
     sent = by_step(loaded, spikes, n_steps)
@@ -93,7 +94,9 @@ def by_step(image: ChipImage, path: Path | None, n_steps: int) -> list[np.ndarra
     ):
         wrong = np.flatnonzero((numbers < 0) | (numbers >= end))
         if wrong.size:
-            raise UsageError(f"{path}: {name}[{wrong[0]}] is {numbers[wrong[0]]}, but {kind}")
+            raise UsageError(
+                f"{path}: {name}[{wrong[0]}] is {numbers[wrong[0]]}, but {kind}, and the first is 0"
+            )
     # Sorted, so that a spike that is there twice lies beside itself.
     order = np.lexsort((source, step))
     step, source = step[order], source[order]

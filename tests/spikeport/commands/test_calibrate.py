@@ -80,7 +80,7 @@ def test_mistakes_are_told_before_anything_is_measured(
 
 
 def test_a_folder_is_no_file(spikeport, asked, tmp_path):
-    message = f"error: --out {tmp_path}: this is a folder; give the file to write, *.npz\n"
+    message = f"error: --out {tmp_path}: is not a file that can be replaced; choose another\n"
     assert spikeport("calibrate", "reach", "--out", str(tmp_path)) == (2, "", message)
 
 

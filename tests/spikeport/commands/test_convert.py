@@ -148,3 +148,13 @@ def test_a_walking_policy_without_the_robot_names_its_extra(spikeport, monkeypat
     done = spikeport("convert", walking_policy.SHIPPED)
     assert done.code == 2
     assert done.err.endswith("install it with: pip install 'spikeport[robot]'\n")
+
+
+def test_the_policy_is_not_replaced_by_its_copy(spikeport, tmp_path):
+    policy = tmp_path / "policy.npz"
+    policy.write_text("")
+    done = spikeport("convert", policy, "--out", tmp_path)
+    assert done.code == 2
+    assert done.err == (
+        f"error: --out {policy}: would replace what the command reads; choose another\n"
+    )

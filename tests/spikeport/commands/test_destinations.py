@@ -21,6 +21,27 @@ def test_a_file_is_no_folder_to_write_into(tmp_path):
         Destinations(out=tmp_path / "out", json=None).check()
 
 
+@pytest.mark.parametrize("name", ["", ":make"])
+def test_the_network_is_not_replaced_by_its_report(spikeport, net_py, name):
+    done = spikeport("compile", f"{net_py}{name}", "--json", net_py)
+    assert done == (
+        2,
+        "",
+        f"error: --json {net_py}: would replace what the command reads; choose another\n",
+    )
+
+
+def test_reports_are_not_replaced_by_their_difference(spikeport, net_py, tmp_path):
+    spikeport("compile", f"{net_py}:make", "--out", tmp_path)
+    report = tmp_path / "report.json"
+    done = spikeport("diff", tmp_path, tmp_path, "--html", report)
+    assert done == (
+        2,
+        "",
+        f"error: --html {report}: would replace what the command reads; choose another\n",
+    )
+
+
 def test_a_network_that_does_not_fit_has_a_report_and_a_page(spikeport, net_py, tmp_path):
     paths = {name: tmp_path / f"report.{name}" for name in ("json", "html")}
     options = [text for name, path in paths.items() for text in (f"--{name}", path)]

@@ -15,7 +15,20 @@ def test_export_writes_a_graph_and_says_what_is_in_it(spikeport, image, image_fi
     )
 
 
+def test_the_image_is_not_replaced(spikeport, image_file):
+    before = image_file.read_bytes()
+    done = spikeport("export", image_file, "--nir", image_file)
+    assert done == (
+        2,
+        "",
+        f"error: --nir {image_file}: would replace what the command reads; choose another\n",
+    )
+    assert image_file.read_bytes() == before
+
+
 def test_a_folder_is_no_file(spikeport, image_file, tmp_path):
     done = spikeport("export", image_file, "--nir", tmp_path)
     assert done.code == 2
-    assert done.err == f"error: --nir {tmp_path}: is a folder; give the path of a file\n"
+    assert (
+        done.err == f"error: --nir {tmp_path}: is not a file that can be replaced; choose another\n"
+    )

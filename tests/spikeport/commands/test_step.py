@@ -59,9 +59,12 @@ def test_without_a_file_no_source_spikes(spikeport, image_file, tmp_path):
 @pytest.mark.parametrize(
     ("arrays", "message"),
     [
-        ({"steps": [3], "sources": [4]}, "sources[0] is 4, but the image has 4 sources"),
-        ({"steps": [9], "sources": [0]}, "steps[0] is 9, but --steps 9"),
-        ({"steps": [-1], "sources": [0]}, "steps[0] is -1, but --steps 9"),
+        (
+            {"steps": [3], "sources": [4]},
+            "sources[0] is 4, but the image has 4 sources, and the first is 0",
+        ),
+        ({"steps": [9], "sources": [0]}, "steps[0] is 9, but --steps 9, and the first is 0"),
+        ({"steps": [-1], "sources": [0]}, "steps[0] is -1, but --steps 9, and the first is 0"),
         (
             {"steps": [2, 1, 2], "sources": [3, 3, 3]},
             "source 3 spikes twice in step 2; a source spikes once in a step",
@@ -74,6 +77,20 @@ def test_spikes_that_cannot_be_are_refused(spikeport, image_file, tmp_path, arra
     done = spikeport("step", image_file, "--spikes", spikes, "--steps", 9, "--out", out)
     assert done == (2, "", f"error: {spikes}: {message}\n")
     assert not out.exists()
+
+
+def test_step_does_not_replace_what_it_reads(spikeport, image_file, tmp_path):
+    spikes = tmp_path / "in.npz"
+    np.savez(spikes, steps=np.array([0]), sources=np.array([0]))
+    for out in (spikes, image_file):
+        before = out.read_bytes()
+        done = spikeport("step", image_file, "--spikes", spikes, "--steps", 9, "--out", out)
+        assert done == (
+            2,
+            "",
+            f"error: --out {out}: would replace what the command reads; choose another\n",
+        )
+        assert out.read_bytes() == before
 
 
 @pytest.mark.parametrize(
