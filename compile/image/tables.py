@@ -117,10 +117,10 @@ class Compartments(Table):
     NAME = "compartments"
     bias: np.ndarray = column("bias", "<i4", "bias current")
     decay_u: np.ndarray = column(
-        "decay_u", "<i4", "decay of the current, in 1/4096", low=0, high=4095
+        "decay_u", "<i4", "a step keeps (4095 - decay_u) / 4096 of u", low=0, high=4095
     )
     decay_v: np.ndarray = column(
-        "decay_v", "<i4", "decay of the voltage, in 1/4096", low=0, high=4096
+        "decay_v", "<i4", "a step keeps (4096 - decay_v) / 4096 of v", low=0, high=4096
     )
     vth: np.ndarray = column("vth", "<i4", "threshold")
     refract_delay: np.ndarray = column("refract_delay", "<i4", "refractory delay, in steps", low=0)
