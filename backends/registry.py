@@ -127,10 +127,10 @@ def _board(image: ChipImage, seed: int, log: LogOptions, link: LinkOptions) -> C
     return on_board(image, seed, log, link)
 
 
-def _replay(image: ChipImage, _: int, log: LogOptions, link: LinkOptions) -> Chip:
+def _replay(image: ChipImage, seed: int, log: LogOptions, link: LinkOptions) -> Chip:
     from spikeport.backends.replay import ReplayChip
 
-    return ReplayChip(image, record_of(link), log)
+    return ReplayChip(image, seed, record_of(link), log)
 
 
 def _nengo_loihi(image: ChipImage, seed: int, log: LogOptions, _: LinkOptions) -> Chip:

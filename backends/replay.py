@@ -20,6 +20,8 @@ class ReplayChip:
     ----------
     image : ChipImage
         The image that was recorded.
+    seed : int
+        The seed of the run, which must be the record's.
     path : Path
         The record, see `spikeport.backends.board.record`.
     log : LogOptions
@@ -28,10 +30,12 @@ class ReplayChip:
     Raises
     ------
     BackendError
-        If the file is no record, or is one of another image.
+        If the file is no record, or is one of another image or seed.
     """
 
-    def __init__(self, image: ChipImage, path: Path, log: LogOptions = SUMS_ONLY) -> None:
+    def __init__(
+        self, image: ChipImage, seed: int, path: Path, log: LogOptions = SUMS_ONLY
+    ) -> None:
         self._path, self._codec = path, Codec(image)
         self._record = Record(path)
         self.link: dict[str, object] | None = {
@@ -42,6 +46,10 @@ class ReplayChip:
             raise BackendError(
                 f"{path}: a record of image {self._record.session.digest[:12]}, but the network is "
                 f"image {image.digest[:12]}; play it back with the network it was made with"
+            )
+        if (then := self._record.session.seed) != seed:
+            raise BackendError(
+                f"{path}: a record of seed {then}, but the run has seed {seed}; cure: --seed {then}"
             )
         self._steps = self._record.steps()
         self._next = next(self._steps, None)

@@ -5,16 +5,19 @@ import ipaddress
 import os
 import socket
 import ssl
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from spikeport.backends.board.line import reason_of
 from spikeport.errors import BackendError, UsageError
 
 FORMS = "unix:PATH or tcp://HOST:PORT"
 TLS_HANDSHAKE_S = 5.0
 """Time that the other side has for the handshake of TLS, before it is hung up on."""
 CONNECT_S = 10.0
+MOST_PATH = 107
+"""Bytes in the longest path of a Unix socket on Linux."""
 
 
 @dataclass(frozen=True)
@@ -39,17 +42,21 @@ class Certificates:
         Raises
         ------
         UsageError
-            If a file is missing or no certificate or key.
+            If a file is missing or no certificate or key; names it.
         """
+        for path in (self.certificate, self.key, self.authority):
+            if not os.access(path, os.R_OK):  # ssl does not say which file it cannot read
+                raise UsageError(f"TLS: {path}: no such file, or it cannot be read")
         context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER if server else ssl.PROTOCOL_TLS_CLIENT)
         context.minimum_version = ssl.TLSVersion.TLSv1_3
         context.verify_mode = ssl.CERT_REQUIRED
         try:
+            files = f"{self.certificate}, {self.key}: no certificate in PEM with its private key"
             context.load_cert_chain(self.certificate, self.key)
+            files = f"{self.authority}: no certificate in PEM"
             context.load_verify_locations(self.authority)
-        except (OSError, ssl.SSLError) as error:
-            files = f"{self.certificate}, {self.key}, {self.authority}"
-            raise UsageError(f"TLS: {error}; the files are {files}") from None
+        except OSError as error:  # ssl.SSLError is one
+            raise UsageError(f"TLS: {files} ({reason_of(error)})") from None
         return context
 
 
@@ -76,7 +83,7 @@ class Address:
     def parse(cls, text: str) -> "Address":
         """Return the address that a text names; UsageError if it names none."""
         if text.startswith("unix:") and len(text) > len("unix:"):
-            return cls(text, path=Path(text.removeprefix("unix:")))
+            return cls(text, path=_socket_path(text.removeprefix("unix:")))
         host, _, port = text.removeprefix("tcp://").rpartition(":")
         if text.startswith("tcp://") and host and port.isdecimal() and int(port) < 2**16:
             # An IPv6 address stands in brackets.
@@ -97,12 +104,47 @@ class Address:
         return self.text
 
 
-def _refuse_tls_of_a_path(address: Address, certificates: Certificates | None) -> None:
-    """Raise UsageError for certificates of a Unix socket, which has no host to be named in them."""
+def _socket_path(text: str) -> Path:
+    """Return the path of a Unix socket; UsageError if it is too long, or of something else."""
+    if (size := len(os.fsencode(text))) > MOST_PATH:
+        raise UsageError(
+            f"unix:{text}: the path has {size} bytes, limit {MOST_PATH}; choose a shorter one"
+        )
+    path = Path(text)
+    if path.exists() and not path.is_socket():
+        kind = "folder" if path.is_dir() else "file"
+        raise UsageError(f"unix:{text}: there is a {kind}, not a socket; choose another path")
+    return path
+
+
+def client_context(
+    address: Address, certificates: Certificates | None = None
+) -> ssl.SSLContext | None:
+    """Return the context of a host's TLS; None without certificates.
+
+    Raises
+    ------
+    UsageError
+        If the board is on another machine and there are no certificates, it is a Unix socket and
+        there are some, or a file is wrong.
+    """
+    if not address.is_local and certificates is None:
+        raise UsageError(
+            f"{address}: a board on another machine is reached over TLS alone; give --cert, --key "
+            "and --ca"
+        )
+    return _context(address, certificates, server=False)
+
+
+def _context(
+    address: Address, certificates: Certificates | None, server: bool
+) -> ssl.SSLContext | None:
+    # The path of a Unix socket has no host to be named in a certificate.
     if address.path is not None and certificates is not None:
         raise UsageError(
             f"{address}: TLS is for tcp://HOST:PORT; cure: leave --cert, --key and --ca out"
         )
+    return None if certificates is None else certificates.context(server)
 
 
 def connect(address: Address, certificates: Certificates | None = None) -> socket.socket:
@@ -111,30 +153,32 @@ def connect(address: Address, certificates: Certificates | None = None) -> socke
     Raises
     ------
     UsageError
-        If the board is on another machine and there are no certificates, or it is a Unix socket
-        and there are some.
+        See `client_context`.
     BackendError
-        If nobody answers there, or either side's certificate is refused.
+        If nobody answers there, without TLS, or with a certificate that is refused.
     """
-    if not address.is_local and certificates is None:
-        raise UsageError(
-            f"{address}: a board on another machine is reached over TLS alone; give --cert, --key "
-            "and --ca"
-        )
-    _refuse_tls_of_a_path(address, certificates)
+    context = client_context(address, certificates)
     try:
         plain = _connected(address)
-        if certificates is None:
-            return plain
-        with _closed_on_error(plain):
-            return certificates.context(server=False).wrap_socket(
-                plain, server_hostname=address.host
-            )
-    except OSError as error:  # ssl.SSLError is one
-        reason = error.strerror or str(error)
+    except OSError as error:
         raise BackendError(
-            f"board {address}: no connection ({reason}); is `spikeport board serve --listen "
-            f"{address}` running?"
+            f"board {address}: no connection ({reason_of(error)}); is `spikeport board serve "
+            f"--listen {address}` running?"
+        ) from None
+    if context is None or certificates is None:
+        return plain
+    try:
+        with _closed_on_error(plain):
+            return context.wrap_socket(plain, server_hostname=address.host)
+    except ssl.SSLCertVerificationError as error:
+        raise BackendError(
+            f"board {address}: its certificate is refused ({error.verify_message}); it must be "
+            f"signed by --ca {certificates.authority}, name {address.host} and not have expired"
+        ) from None
+    except OSError as error:  # ssl.SSLError is one
+        raise BackendError(
+            f"board {address}: no TLS ({reason_of(error)}); does it serve with --cert, --key and "
+            "--ca?"
         ) from None
 
 
@@ -162,27 +206,38 @@ def _closed_on_error(opened: socket.socket) -> Iterator[None]:
 @contextlib.contextmanager
 def listening(
     address: Address, certificates: Certificates | None = None, allow_remote: bool = False
-) -> Iterator[socket.socket]:
-    """Yield a socket that listens; a Unix socket's file, for its owner only, is taken away after.
+) -> Iterator[tuple[socket.socket, ssl.SSLContext | None]]:
+    """Yield a socket that listens, and the context of its TLS, None without certificates.
+
+    The file of a Unix socket, for its owner only, is taken away after.
 
     Raises
     ------
     UsageError
         If the address is in use, cannot be listened on, is open to other machines without
-        ``allow_remote`` or without certificates, or is a Unix socket's and there are some.
+        ``allow_remote`` or without certificates, is a Unix socket's with one of them, or a file is
+        wrong.
     """
-    if not address.is_local and not (allow_remote and certificates is not None):
+    given = {"--allow-remote": allow_remote, "--cert, --key and --ca": certificates is not None}
+    missing = " with ".join(option for option, is_given in given.items() if not is_given)
+    if missing and not address.is_local:
         raise UsageError(
-            f"{address}: other machines could reach it; give --allow-remote with --cert, --key and "
-            "--ca, or listen on 127.0.0.1"
+            f"{address}: other machines could reach it; give {missing}, or listen on 127.0.0.1"
         )
-    _refuse_tls_of_a_path(address, certificates)
+    if allow_remote and address.path is not None:
+        raise UsageError(
+            f"{address}: no other machine reaches a Unix socket; leave --allow-remote out, or "
+            "listen on tcp://HOST:PORT"
+        )
+    context = _context(address, certificates, server=True)
     try:
         listener = _bound(address)
     except OSError as error:
-        raise UsageError(f"{address}: cannot be listened on ({error.strerror or error})") from None
+        raise UsageError(
+            f"{address}: cannot be listened on ({reason_of(error)}); choose another"
+        ) from None
     try:
-        yield listener
+        yield listener, context
     finally:
         listener.close()
         if address.path is not None:
@@ -216,6 +271,13 @@ def _remove_dead(path: Path) -> None:
             path.unlink(missing_ok=True)
 
 
+def bound_text(address: Address, listener: socket.socket) -> str:
+    """Return an address as text, with the port that the system chose in place of 0."""
+    if address.path is not None:
+        return str(address)
+    return f"{address.text.rpartition(':')[0]}:{listener.getsockname()[1]}"
+
+
 def accepted(listener: socket.socket) -> socket.socket | None:
     """Return the next connection; None if it hung up."""
     try:
@@ -227,13 +289,16 @@ def accepted(listener: socket.socket) -> socket.socket | None:
     return connected
 
 
-def secured(plain: socket.socket, context: ssl.SSLContext | None) -> socket.socket | None:
-    """Return a connection, in TLS where there is a context; None if its certificate was refused."""
+def secured(
+    plain: socket.socket, context: ssl.SSLContext | None, say: Callable[[str], None]
+) -> socket.socket | None:
+    """Return a connection, in TLS where there is a context; None, and say why, if there is none."""
     if context is None:
         return plain
     try:
         with _closed_on_error(plain):
             plain.settimeout(TLS_HANDSHAKE_S)
             return context.wrap_socket(plain, server_side=True)
-    except OSError:
+    except OSError as error:
+        say(f"board: a host is not let in: no TLS ({reason_of(error)})")
         return None

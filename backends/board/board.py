@@ -53,6 +53,10 @@ class Session:
     last: Frame | None = None
 
 
+def say_nothing(_line: str) -> None:
+    """Say nothing."""
+
+
 class Board:
     """A board without its link.
 
@@ -60,6 +64,8 @@ class Board:
     ----------
     machine : Machine
         The chip that it runs.
+    say : callable
+        Is called with a line before a chip is warmed up.
 
     Attributes
     ----------
@@ -67,8 +73,8 @@ class Board:
         The session under way.
     """
 
-    def __init__(self, machine: Machine) -> None:
-        self._machine = machine
+    def __init__(self, machine: Machine, say: Callable[[str], None] = say_nothing) -> None:
+        self._machine, self._say = machine, say
         self._images: dict[str, ChipImage] = {}
         self.session: Session | None = None
         self._hello: Hello | None = None
@@ -97,7 +103,8 @@ class Board:
                 return list(pieces(Kind.TOTALS, self._totals(frame), frame.session))
             case Kind.STOP:
                 self.end()
-        return []
+                return []
+        raise BodyError(f"kind {frame.kind} of a frame is none that a host sends")
 
     def end(self) -> None:
         """End the session: the state of its neurons is gone."""
@@ -134,7 +141,9 @@ class Board:
     def _open(self, image: ChipImage, hello: Hello) -> Frame:
         """Begin a session, with the chip at rest; it answers when the first step can come."""
         self._upload.clear()
-        # Warmed on a chip of its own: the session's chip has to begin at rest.
+        # Warmed on a chip of its own: the session's chip has to begin at rest. What that chip says
+        # of its steps is none of the session's.
+        self._say(f"board: warm-up and check of the machine: {WARM_STEPS} steps without spikes")
         steps_per_s = _warm(self._machine.load(image, hello.seed))
         # Not guessable, and never 0, which stands for no session.
         number = secrets.randbelow(2**32 - 1) + 1
@@ -162,10 +171,15 @@ class Board:
 
     def _session_of(self, frame: Frame) -> Session:
         """Return the session of a frame: one from before a restart is never gone on with."""
+        if frame.session == 0:
+            raise BodyError(
+                "the head has session 0; begin with HELLO, and send the number that the head of "
+                "WELCOME has"
+            )
         if self.session is None or frame.session != self.session.number:
             raise BodyError(
-                f"session {frame.session:08x} is not known: the board was started anew, and the "
-                "state of its neurons is gone"
+                f"session {frame.session:08x} is not known: it is over, or the board was started "
+                "anew, and the state of its neurons is gone; begin with HELLO"
             )
         return self.session
 

@@ -129,7 +129,7 @@ class BoardChip:
         try:
             welcome = Welcome.unpack(answer.body)
         except BodyError as error:
-            raise BackendError(f"the board's welcome is none: {error}") from None
+            raise BackendError(f"the board sent a wrong {error}") from None
         if welcome.digest != image.digest:
             raise BackendError(
                 f"the board runs image {welcome.digest[:12]}, not {image.digest[:12]}"
@@ -184,9 +184,11 @@ class BoardChip:
         body, flags = self._codec.pack_step(spikes, errors)
         try:
             answer = self._exchanged(end, spikes, body, flags)
-        except BoardLostError:
+        except BoardLostError as error:
             self._lost = True
-            raise
+            raise BoardLostError(
+                f"step {self._at + 1}: {error}; the session is over, start the run again"
+            ) from None
         if self._recorder is not None:
             self._recorder.step(self._at, flags, body, answer)
         return self._held
@@ -242,10 +244,7 @@ class BoardChip:
         """Hold the last outputs for this step, or give the board up."""
         self._late += 1
         if self._late > self._timing.hold:
-            raise BoardLostError(
-                f"step {self._at + 1}: the board did not answer within {self._timing.limit}; its "
-                "session is over, start the run again"
-            )
+            raise BoardLostError(f"the board did not answer within {self._timing.limit}")
         self.figures.held += 1
 
     def _messages(self) -> MessageCounts:

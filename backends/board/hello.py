@@ -2,12 +2,13 @@
 
 import json
 from dataclasses import asdict, dataclass
-from typing import Self
+from typing import Annotated, ClassVar, Self
 
-from pydantic import ConfigDict, TypeAdapter, ValidationError
+from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
 
 from spikeport.backends.board.messages import BodyError
 from spikeport.constants import LARGEST_SEED
+from spikeport.reading.mismatch import shown
 
 MOST = 4096
 """Bytes in the largest of them."""
@@ -15,8 +16,9 @@ MOST = 4096
 
 @dataclass(frozen=True)
 class Greeting:
-    """A body in JSON, whose fields are checked when it is read."""
+    """A body in JSON, whose fields are checked when it is read; ``keys`` are these in words."""
 
+    keys: ClassVar[str]
     __pydantic_config__ = ConfigDict(extra="forbid", strict=True)
 
     def pack(self) -> bytes:
@@ -29,9 +31,12 @@ class Greeting:
         try:
             return TypeAdapter(cls).validate_json(body[:MOST])
         except ValidationError as error:
-            first = error.errors()[0]
-            where = ".".join(map(str, first["loc"]))
-            raise BodyError(f"{cls.__name__} {where}: {first['msg']}") from None
+            wrong = "no JSON object"
+            if key := ".".join(map(str, error.errors()[0]["loc"])):
+                wrong = f"key '{shown(key)}' is missing, unknown or has a wrong value"
+            raise BodyError(
+                f"{cls.__name__.upper()}: {wrong}; it has exactly the keys {cls.keys}"
+            ) from None
 
 
 @dataclass(frozen=True)
@@ -39,12 +44,8 @@ class Hello(Greeting):
     """The host's greeting: the digest of the image that it wants to run, and the chip's seed."""
 
     digest: str
-    seed: int
-
-    def __post_init__(self) -> None:
-        """Raise BodyError for a seed that NumPy does not take."""
-        if not 0 <= self.seed <= LARGEST_SEED:
-            raise BodyError(f"seed {self.seed}, at most {LARGEST_SEED}")
+    seed: Annotated[int, Field(ge=0, le=LARGEST_SEED)]
+    keys = f"digest (a text) and seed (an integer from 0 to {LARGEST_SEED})"
 
 
 @dataclass(frozen=True)
@@ -64,3 +65,4 @@ class Welcome(Greeting):
     digest: str
     runs: str
     steps_per_s: float
+    keys = "digest, runs (texts) and steps_per_s (a number)"

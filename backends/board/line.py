@@ -1,5 +1,6 @@
 """A line: frames over a socket, within a time."""
 
+import re
 import select
 import socket
 import ssl
@@ -17,6 +18,11 @@ SYSTEM_WAITS_S = 0.2
 SYSTEM_WAITS = struct.pack("ll", 0, int(1e6 * SYSTEM_WAITS_S))
 SEND_S = 5.0
 """Time in which the other side must take a frame; buffers of the system hold hundreds of them."""
+
+
+def reason_of(error: OSError) -> str:
+    """Return the reason of an error, without the places in its source that Python's ssl adds."""
+    return re.sub(r"^\[[^]]*\] |^_ssl\.c:\d+: | \(_ssl\.c:\d+\)$", "", error.strerror or str(error))
 
 
 class Line(Protocol):
@@ -51,10 +57,16 @@ class SocketLine:
         A stream socket, with or without TLS.
     name : str
         The other side, for messages.
+
+    Attributes
+    ----------
+    is_gone : bool
+        True once the other side hung up.
     """
 
     def __init__(self, connected: socket.socket, name: str) -> None:
         self._socket, self._name = connected, name
+        self.is_gone = False
         self._tls = connected if isinstance(connected, ssl.SSLSocket) else None
         connected.setblocking(self._tls is None)
         for timeout in (socket.SO_RCVTIMEO, socket.SO_SNDTIMEO):
@@ -81,7 +93,7 @@ class SocketLine:
                 if not select.select([], [self._socket], [], SEND_S)[1]:
                     raise self._lost("it does not read") from None
             except OSError as error:
-                raise self._lost(error.strerror or str(error)) from None
+                raise self._lost(reason_of(error)) from None
 
     def receive(self, within_s: float) -> Frame | None:
         """Return the next frame, or None if none came in time; see `Line.receive`."""
@@ -110,12 +122,13 @@ class SocketLine:
         except NOT_YET:
             return
         except OSError as error:
-            raise self._lost(error.strerror or str(error)) from None
+            raise self._lost(reason_of(error)) from None
         if n == 0:
             raise self._lost("it hung up")
         self._splitter.feed(self._chunk[:n])
 
     def _lost(self, reason: str) -> BoardLostError:
+        self.is_gone = True
         return BoardLostError(f"{self._name}: the link is gone ({reason})")
 
     def close(self) -> None:

@@ -135,8 +135,12 @@ class Codec:
                 errors[group] = np.frombuffer(body, F64, n, at + ERRORS.size)
                 at += ERRORS.size + 8 * n
             spikes = self._sources(body[SPIKES.size : SPIKES.size + size], flags)
-        except (struct.error, ValueError) as error:
-            raise BodyError(f"the step's body is cut or damaged: {error}") from None
+        except BodyError:
+            raise
+        except (struct.error, ValueError):  # their texts are Python's own
+            raise BodyError(
+                f"the step's body is cut: {len(body)} bytes, fewer than its counts ask for"
+            ) from None
         if at != len(body):
             raise BodyError(f"the step's body has {len(body)} bytes, its content {at}")
         return spikes, errors
@@ -145,11 +149,13 @@ class Codec:
         if flags & BITMAP:
             sources = np.unpackbits(np.frombuffer(sent, np.uint8)).nonzero()[0]
             if len(sent) != self._bitmap_bytes or (sources.size and sources[-1] >= self._n_inputs):
-                raise ValueError(f"a bitmap of {len(sent)} bytes for {self._n_inputs} sources")
+                raise BodyError(f"a bitmap of {len(sent)} bytes for {self._n_inputs} sources")
             return sources
+        if len(sent) % U32.itemsize:
+            raise BodyError(f"{len(sent)} bytes of spikes, which are 4 each")
         spikes = np.frombuffer(sent, U32).astype(np.int64)
         if spikes.size and (spikes[-1] >= self._n_inputs or (spikes[1:] < spikes[:-1]).any()):
-            raise ValueError(f"sources must ascend from 0 to {self._n_inputs - 1}")
+            raise BodyError(f"sources must ascend from 0 to {self._n_inputs - 1}")
         return spikes
 
     def pack_state(self, held: Iterable[np.ndarray], counts: np.ndarray) -> bytes:
@@ -192,8 +198,10 @@ class Codec:
             readout_spikes, n_pairs = TOTALS.unpack_from(data)
             from_host = np.frombuffer(data, "<u8", n, TOTALS.size).astype(np.int64)
             pairs = np.frombuffer(data, PAIR, n_pairs, TOTALS.size + 8 * n)
-        except (struct.error, ValueError) as error:
-            raise BodyError(f"the totals are cut or damaged: {error}") from None
+        except (struct.error, ValueError):
+            raise BodyError(
+                f"the totals are cut: {len(data)} bytes, fewer than their counts ask for"
+            ) from None
         if pairs["source"].max(initial=0) >= n or pairs["target"].max(initial=0) >= n:
             raise BodyError(f"the totals name a core above {n - 1}")
         between = np.zeros((n, n), dtype=np.int64)

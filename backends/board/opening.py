@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from spikeport.backends.board.address import Address, connect
+from spikeport.backends.board.address import Address, client_context, connect
 from spikeport.backends.board.chip import BoardChip
 from spikeport.backends.board.line import SocketLine
 from spikeport.backends.board.link import STUB, LinkOptions
@@ -11,7 +11,7 @@ from spikeport.backends.board.stub import Stub
 from spikeport.backends.board.timing import RealTime, SimulatedTime
 from spikeport.backends.step_log import LogOptions
 from spikeport.compile.image.chip_image import ChipImage
-from spikeport.errors import UsageError
+from spikeport.errors import BoardLostError, UsageError
 
 
 class _StubLine(SocketLine):
@@ -27,6 +27,22 @@ class _StubLine(SocketLine):
         self._stub.close()
 
 
+def check(link: LinkOptions) -> None:
+    """Check a link's options before there is a board, or an image for it.
+
+    Raises
+    ------
+    UsageError
+        If they do not go together, or one is wrong.
+    """
+    if link.board != STUB:
+        if link.faults:
+            raise UsageError("--fault is for the stub: a board has faults of its own")
+        client_context(Address.parse(link.board), link.certificates)
+    elif link.certificates is not None:
+        raise UsageError("--cert, --key and --ca are for a board at the end of tcp://HOST:PORT")
+
+
 def on_board(image: ChipImage, seed: int, log: LogOptions, link: LinkOptions) -> BoardChip:
     """Return an image on a board.
 
@@ -37,26 +53,36 @@ def on_board(image: ChipImage, seed: int, log: LogOptions, link: LinkOptions) ->
     BackendError
         If the board cannot be reached, or refuses.
     """
-    if link.faults and link.board != STUB:
-        raise UsageError("--fault is for the stub: a board has faults of its own")
+    check(link)
     timing = RealTime(image.manifest.dt_s, link.hold) if link.real_time else SimulatedTime()
-    if link.certificates is not None and link.board == STUB:
-        raise UsageError("--cert, --key and --ca are for a board at the end of tcp://HOST:PORT")
     line = _line(link)
     try:
         # Not before there is a board: a record of nothing would be in the way of the next try.
-        recorder = None if link.record is None else _recorder(link.record)
+        recorder = None if link.record is None else recorder_at(link.record)
         return BoardChip(image, seed, line, timing, log, recorder)
+    except BoardLostError as error:
+        line.close()
+        if not line.is_gone:
+            raise
+        # A board hangs up on a host whose TLS it refuses: with TLS 1.3, after the host's handshake.
+        cure = (
+            "if it serves with --cert, --key and --ca, give them here, too"
+            if link.certificates is None
+            else f"its --ca must be the authority that signed {link.certificates.certificate}"
+        )
+        raise BoardLostError(f"{error} before a session began; {cure}") from None
     except BaseException:
         line.close()
         raise
 
 
-def _recorder(path: Path) -> SessionRecorder:
+def recorder_at(path: Path) -> SessionRecorder:
+    """Return the recorder of a file, in a folder that is made; UsageError if it cannot be."""
     try:
+        path.parent.mkdir(parents=True, exist_ok=True)
         return SessionRecorder(path)
     except OSError as error:
-        raise UsageError(f"--record {path}: {error.strerror}") from None
+        raise UsageError(f"--record {path}: {error.strerror}; choose another file") from None
 
 
 def _line(link: LinkOptions) -> SocketLine:

@@ -9,7 +9,14 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 
-from spikeport.backends.board.address import Address, Certificates, accepted, listening, secured
+from spikeport.backends.board.address import (
+    Address,
+    Certificates,
+    accepted,
+    bound_text,
+    listening,
+    secured,
+)
 from spikeport.backends.board.board import Board, Machine
 from spikeport.backends.board.faults import FaultyLine
 from spikeport.backends.board.frame import Frame, Kind
@@ -71,14 +78,13 @@ def serve(service: Service, say: Callable[[str], None]) -> None:
     UsageError
         If the address cannot be listened on, or a certificate's file is wrong.
     """
-    certificates = service.certificates
-    context = None if certificates is None else certificates.context(server=True)
-    with listening(service.address, certificates, service.allow_remote) as listener:
-        say(f"board: {service.machine.name} on {service.address}")
-        board = Board(service.machine)
+    asked = service.address, service.certificates, service.allow_remote
+    with listening(*asked) as (listener, context):
+        say(f"board: {service.machine.name} on {bound_text(service.address, listener)}")
+        board = Board(service.machine, say)
         while select.select([listener], [], [], service.idle_s)[0]:
             plain = accepted(listener)
-            connected = None if plain is None else secured(plain, context)
+            connected = None if plain is None else secured(plain, context, say)
             if connected is not None:
                 _host(service, board, connected, listener, context, say)
                 if service.once:
@@ -98,7 +104,7 @@ def _host(
         faulty = FaultyLine(line, service.faults, SystemClock(), board.end)
         send = faulty.send if service.faults else line.send
         try:
-            for frame in _frames(line, listener, context):
+            for frame in _frames(line, listener, context, say):
                 for answer in board.answer(frame):
                     send(answer)
                     if answer.kind != Kind.STATE:
@@ -122,26 +128,43 @@ def _report(answer: Frame, say: Callable[[str], None]) -> None:
 
 
 def _frames(
-    line: SocketLine, listener: socket.socket, context: ssl.SSLContext | None
+    line: SocketLine,
+    listener: socket.socket,
+    context: ssl.SSLContext | None,
+    say: Callable[[str], None],
 ) -> Iterator[Frame]:
-    """Yield the host's frames; every `LOOK_S`, refuse other hosts."""
-    look_s = 0.0
+    """Yield the host's frames; every `LOOK_S`, refuse other hosts.
+
+    Raises
+    ------
+    BoardLostError
+        If the host hung up, or does not begin with a frame.
+    """
+    look_s, is_met = 0.0, False
     while True:
         frame = line.receive(LOOK_S)
         if frame is not None:
+            is_met = True
             yield frame
+        elif line.bad and not is_met:  # it would wait long for an answer
+            raise BoardLostError(
+                "the host's first bytes are no frame; one with --cert, --key and --ca needs a "
+                "board with them"
+            )
         if time.perf_counter() >= look_s:
             look_s = time.perf_counter() + LOOK_S
             if select.select([listener], [], [], 0)[0]:
                 # In a thread: waiting for handshake and greeting must not hold up a step.
                 threading.Thread(
-                    target=_refuse, args=(accepted(listener), context), daemon=True
+                    target=_refuse, args=(accepted(listener), context, say), daemon=True
                 ).start()
 
 
-def _refuse(plain: socket.socket | None, context: ssl.SSLContext | None) -> None:
+def _refuse(
+    plain: socket.socket | None, context: ssl.SSLContext | None, say: Callable[[str], None]
+) -> None:
     """Refuse another host, with the reason."""
-    connected = None if plain is None else secured(plain, context)
+    connected = None if plain is None else secured(plain, context, say)
     if connected is not None:
         with closing(SocketLine(connected, "another host")) as line:
             try:

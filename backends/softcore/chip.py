@@ -7,6 +7,7 @@ from contextlib import ExitStack
 
 import numpy as np
 
+from spikeport.backends.board.board import say_nothing
 from spikeport.backends.native.chip import NativeChip
 from spikeport.backends.softcore import port
 from spikeport.backends.softcore.line import Line
@@ -27,10 +28,6 @@ HELD = {"current": Held.U, "voltage": Held.V, "spiked": Held.SPIKE}
 """The register of each kind of output."""
 PLACES = {Held.U: 0, Held.V: 1, Held.SPIKE: 2}
 """The places of registers in what `Simulation.read` returns."""
-
-
-def say_nothing(_line: str) -> None:
-    """Say nothing."""
 
 
 class SoftChip(ABC):
@@ -68,7 +65,10 @@ class SoftChip(ABC):
         self, image: ChipImage, seed: int, memory: MemoryImage, say: Callable[[str], None]
     ) -> None:
         self._memory, self._say = memory, say
-        self._model = chips.get(MODEL)
+        # Cycles are compared with those of the chip that the image was compiled for.
+        name = image.manifest.chip
+        soft = name in chips.names() and chips.get(name).soft_memory is not None
+        self._model = chips.get(name if soft else MODEL)
         self._twin = NativeChip(image, seed, LogOptions(chip=self._model))
         self.differing: Counter[str] = Counter()
         self.n_steps = self.total_cycles = self.worst_cycles = 0
@@ -138,8 +138,8 @@ class SoftChip(ABC):
         )
         yield (
             f"cycles a step: {self.total_cycles / self.n_steps:,.0f} in the mean, "
-            f"{self.worst_cycles:,} in the longest; expected of {MODEL}: {mean:,.0f} and "
-            f"{worst:,.0f}"
+            f"{self.worst_cycles:,} in the longest; expected of {self._model.name}: "
+            f"{mean:,.0f} and {worst:,.0f}"
         )
 
 

@@ -60,7 +60,7 @@ def board_write_command(
 
 @board_app.command("inspect")
 def board_inspect_command(
-    record: Annotated[Path, typer.Argument(help="A file that `run --record` wrote.")],
+    record: Annotated[Path, typer.Argument(help="A file that `--record` of a run wrote.")],
 ) -> None:
     """Print the content of a recorded session."""
     from spikeport.commands.board import inspect

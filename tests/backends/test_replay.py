@@ -30,7 +30,7 @@ def path(tmp_path: Path) -> Path:
 
 
 def test_a_host_that_differs_is_refused_at_that_step(path: Path) -> None:
-    chip = ReplayChip(small_image(), path)
+    chip = ReplayChip(small_image(), 0, path)
     trains = spike_train(STEPS)
     for spikes in trains[:5]:
         chip.step(spikes, {})
@@ -42,13 +42,13 @@ def test_a_host_that_differs_is_refused_at_that_step(path: Path) -> None:
 
 
 def test_other_learning_errors_are_refused(path: Path) -> None:
-    chip = ReplayChip(small_image(), path)
+    chip = ReplayChip(small_image(), 0, path)
     with pytest.raises(BackendError, match=r"step 1: .* learning errors to synapse groups \[3\]"):
         chip.step(spike_train(1)[0], {3: np.ones(2)})
 
 
 def test_the_end_of_a_record_is_said(path: Path) -> None:
-    chip = ReplayChip(small_image(), path)
+    chip = ReplayChip(small_image(), 0, path)
     for spikes in spike_train(STEPS):
         chip.step(spikes, {})
     with pytest.raises(BackendError, match="the record ends after step 20"):
@@ -57,7 +57,7 @@ def test_the_end_of_a_record_is_said(path: Path) -> None:
 
 def test_a_cut_record_plays_up_to_the_cut(path: Path) -> None:
     path.write_bytes(path.read_bytes()[:-190])
-    chip = ReplayChip(small_image(), path)
+    chip = ReplayChip(small_image(), 0, path)
     for spikes in spike_train(STEPS)[:-2]:
         chip.step(spikes, {})
     with pytest.raises(BackendError, match="the record is cut or damaged after step 18"):
@@ -65,7 +65,7 @@ def test_a_cut_record_plays_up_to_the_cut(path: Path) -> None:
 
 
 def test_counts_are_those_of_all_of_it(path: Path) -> None:
-    chip = ReplayChip(small_image(), path)
+    chip = ReplayChip(small_image(), 0, path)
     chip.step(spike_train(1)[0], {})
     with pytest.raises(BackendError, match="no counts after step 1: run as long as was recorded"):
         chip.activity()
@@ -73,4 +73,9 @@ def test_counts_are_those_of_all_of_it(path: Path) -> None:
 
 def test_a_record_of_another_image_is_refused(path: Path) -> None:
     with pytest.raises(BackendError, match=r"a record of image .*, but the network is image"):
-        ReplayChip(Parts(inputs=[5]).image(), path)
+        ReplayChip(Parts(inputs=[5]).image(), 0, path)
+
+
+def test_a_record_of_another_seed_is_refused(path: Path) -> None:
+    with pytest.raises(BackendError, match="of seed 0, but the run has seed 3; cure: --seed 0"):
+        ReplayChip(small_image(), 3, path)

@@ -253,7 +253,7 @@ def _record(folder: Path) -> None:
 
 
 def _replay(path: Path) -> None:
-    chip = ReplayChip(small_image(), path)
+    chip = ReplayChip(small_image(), 0, path)
     for spikes in spike_train(20):
         chip.step(spikes, {})
     chip.activity()

@@ -3,11 +3,12 @@
 import contextlib
 import multiprocessing
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from multiprocessing.connection import Connection
 
 import numpy as np
 
+from spikeport.backends.board.board import say_nothing
 from spikeport.backends.board.nxsdk.half import Half, real_half, recording_half
 from spikeport.backends.board.nxsdk.traps import SPIKE_VOLTAGE
 from spikeport.backends.native.chip import NativeChip
@@ -18,8 +19,6 @@ from spikeport.errors import BackendError, SpikeportError
 from spikeport.hardware_models.activity import Activity
 
 SPAWN = multiprocessing.get_context("spawn")
-NEVER = 2**31 - 1
-"""A voltage that no compartment has."""
 END_S = 10.0
 """The time the board's process has to end, before it is killed."""
 
@@ -33,10 +32,6 @@ def snips_half() -> Half:
     half = recording_half(modules(Live))
     half.allow_thresholds(BANKS["vthProfileCfg"])
     return half
-
-
-def say_nothing(_line: str) -> None:
-    """Say nothing."""
 
 
 class NxsdkChip:
@@ -63,6 +58,8 @@ class NxsdkChip:
         Values read from the board.
     n_phantoms : int
         Spikes among them that the native chip does not have, and whose voltage looks like one.
+    n_counting : int
+        Voltages among them that differ while the compartment is refractory: the chip counts down.
     n_differing : int
         Others that the native chip holds otherwise.
 
@@ -84,8 +81,12 @@ class NxsdkChip:
         say: Callable[[str], None] = say_nothing,
     ) -> None:
         self._twin, self._say = NativeChip(image, seed), say
-        self._looks = list(_look_fired(image))
-        self.n_values = self.n_phantoms = self.n_differing = 0
+        self._refract = image.compartments.refract_delay
+        self._reads = [
+            (output.key, image.reads.compartment[part(image.outputs.start, number)])
+            for number, output in enumerate(image.manifest.outputs)
+        ]
+        self.n_values = self.n_phantoms = self.n_counting = self.n_differing = 0
         self._pipe, theirs = SPAWN.Pipe()
         self._process = SPAWN.Process(
             target=_serve, args=(theirs, image.to_bytes(), seed, half), daemon=True
@@ -99,12 +100,18 @@ class NxsdkChip:
         self._pipe.send((np.asarray(spikes), dict(errors)))
         expected = self._twin.step(spikes, errors)
         held = self._answer()
-        for native, read, (compartments, voltage) in zip(expected, held, self._looks, strict=True):
+        state, n = self._twin.state, len(self._refract)
+        left = np.where(state.spiked[:n] == 1, self._refract, state.refractory[:n])
+        for native, read, (key, mine) in zip(expected, held, self._reads, strict=True):
             differs = native != read
-            explained = differs & (self._twin.state.v[compartments] == voltage)
+            looks_fired = state.v[mine] == SPIKE_VOLTAGE * self._refract[mine]
+            counts = (left[mine] > 0) & (read == SPIKE_VOLTAGE * left[mine])
+            phantom = differs & looks_fired & (key == "spiked")
+            counting = differs & counts & (key == "voltage")
             self.n_values += len(read)
-            self.n_phantoms += int(explained.sum())
-            self.n_differing += int((differs & ~explained).sum())
+            self.n_phantoms += int(phantom.sum())
+            self.n_counting += int(counting.sum())
+            self.n_differing += int((differs & ~phantom & ~counting).sum())
         return held
 
     def _answer(self) -> list[np.ndarray]:
@@ -133,7 +140,8 @@ class NxsdkChip:
         """Shut the board down, end its process, and say what differed."""
         self._say(
             f"{self.n_values:,} values read; other than the native chip's: {self.n_phantoms:,} "
-            f"phantom spikes, {self.n_differing:,} more"
+            f"phantom spikes, {self.n_counting:,} voltages of refractory neurons, "
+            f"{self.n_differing:,} more"
         )
         with contextlib.suppress(OSError):  # it is gone already
             self._pipe.send(None)
@@ -142,14 +150,6 @@ class NxsdkChip:
         self._process.join()
         self._pipe.close()
         self._twin.close()
-
-
-def _look_fired(image: ChipImage) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Yield the compartments of each output, and the voltages that are read as their spikes."""
-    for number, output in enumerate(image.manifest.outputs):
-        read = image.reads.compartment[part(image.outputs.start, number)]
-        voltage = SPIKE_VOLTAGE * image.compartments.refract_delay[read]
-        yield read, voltage if output.key == "spiked" else np.full(len(read), NEVER)
 
 
 def _serve(pipe: Connection, content: bytes, seed: int, half: Callable[[], Half]) -> None:

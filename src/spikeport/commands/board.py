@@ -97,7 +97,7 @@ NEEDS = {"snips": _need_gcc, "nxsdk": _need_nxsdk, "rtl": _need_verilator}
 
 def _machine(request: BoardService) -> Machine:
     """Return the machine that is asked for; refuse what it cannot do without."""
-    asked = request.device is not None, request.rtl, request.machine != NATIVE
+    asked = request.device is not None, request.rtl, request.machine is not None
     if sum(asked) > 1:
         raise UsageError(
             "--device, --rtl and --machine each choose what the board is; give one of them"
@@ -107,7 +107,7 @@ def _machine(request: BoardService) -> Machine:
 
         SerialLine(request.device, request.baud).close()
         return Machine("softcore", functools.partial(_on_device, request.device, request.baud))
-    name = "rtl" if request.rtl else request.machine
+    name = "rtl" if request.rtl else request.machine or NATIVE
     if name not in MACHINES:
         raise unknown("machine", name, MACHINES)
     if name in NEEDS:
@@ -130,7 +130,7 @@ def serve(request: BoardService, tls: Tls) -> None:
         once=request.once,
         idle_s=request.idle,
     )
-    with ended_in_order(0):
+    with ended_in_order(serves=True):
         serve_board(service, _say)
 
 

@@ -9,6 +9,7 @@ from spikeport.backends.softcore import port
 from spikeport.backends.softcore.chip import outputs_of
 from spikeport.backends.softcore.design import parameters
 from spikeport.backends.softcore.writer import refuse, written
+from spikeport.commands.destinations import Destinations
 from spikeport.compile.check.verify import verify
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.soft_rows import WORD_BITS
@@ -20,6 +21,7 @@ from spikeport.hardware_models import chip as chips
 
 def run(path: Path, out: Path, *, chip: str) -> None:
     """Write the parameters of the Verilog and the bytes that load it; print sizes and digest."""
+    Destinations(out=out, json=None).check()
     model = chips.get(chip)
     pool = model.soft_memory
     if pool is None:

@@ -10,28 +10,32 @@ from typing import NoReturn
 
 SIGNALS = (signal.SIGTERM, signal.SIGHUP)
 """A request to end, and the end of the terminal."""
+OF_SERVERS = (*SIGNALS, signal.SIGINT)
+"""The signals that end a server: Ctrl-C leaves nothing of it incomplete."""
 
 
 @contextlib.contextmanager
-def ended_in_order(code: int | None = None) -> Iterator[None]:
+def ended_in_order(serves: bool = False) -> Iterator[None]:
     """Let signals end the command as an exit does, so that what is open is closed.
 
     Else nothing would be done before the end: a robot would not be damped, a stub not waited for.
 
     Parameters
     ----------
-    code : int, optional
-        The exit code; by default 128 and the number of the signal, as of shells.
+    serves : bool
+        True for a server: it is ended by Ctrl-C, too, and with exit code 0. Else the code is 128
+        and the number of the signal, as of shells.
     """
 
     def end(number: int, _frame: FrameType | None) -> NoReturn:
         # A second signal does not interrupt the closing.
         signal.signal(number, signal.SIG_IGN)
-        sys.exit(128 + number if code is None else code)
+        sys.exit(0 if serves else 128 + number)
 
     # Python lets the main thread alone handle signals.
     ours = threading.current_thread() is threading.main_thread()
-    before = {one: signal.signal(one, end) for one in SIGNALS} if ours else {}
+    ending = OF_SERVERS if serves else SIGNALS
+    before = {one: signal.signal(one, end) for one in ending} if ours else {}
     try:
         yield
     finally:

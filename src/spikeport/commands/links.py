@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 from spikeport.backends.board.address import Certificates
 from spikeport.backends.board.faults import FAULTS
 from spikeport.backends.board.link import LinkOptions, record_of
+from spikeport.backends.board.opening import check, recorder_at
 from spikeport.backends.board.record import Record
 from spikeport.commands.options import Link, RobotLink, Tls
 from spikeport.errors import UsageError
@@ -15,13 +16,13 @@ if TYPE_CHECKING:
 
 
 def link_options(link: Link, tls: Tls, backend: str) -> LinkOptions:
-    """Return the link of a run.
+    """Return the link of a run, after all checks that need no board: a compile may take long.
 
     Raises
     ------
     UsageError
-        If an option is for another backend, a fault is none, the record's file is there already, or
-        none is named to be played back.
+        If an option is for another backend or wrong, the record's file is there already or cannot
+        be made, or none is named to be played back.
     BackendError
         If what is to be played back is no record.
     """
@@ -37,10 +38,15 @@ def link_options(link: Link, tls: Tls, backend: str) -> LinkOptions:
     _check_backend(asked, backend)
     for text in asked.faults:
         FAULTS.parse(text)
-    if asked.record is not None and asked.record.exists():
-        raise UsageError(f"--record {asked.record}: is there already; choose another file")
+    if backend == "board":
+        check(asked)
+    if asked.record is not None:
+        if asked.record.exists():
+            raise UsageError(f"--record {asked.record}: is there already; choose another file")
+        recorder_at(asked.record).close()
+        asked.record.unlink()  # a record of nothing would be in the way of the next try
     if backend == "replay":
-        Record(record_of(asked)).close()  # before a compile, which may take long
+        Record(record_of(asked)).close()
     return asked
 
 

@@ -234,11 +234,12 @@ class BoardService:
 
     listen: Annotated[str, typer.Option(metavar="ADDRESS", help="unix:PATH or tcp://HOST:PORT.")]
     machine: Annotated[
-        str,
+        str | None,
         typer.Option(
-            "--machine", help="The board's program: native, nengo-loihi, snips, nxsdk or rtl."
+            "--machine",
+            help="The board's program: native (the default), nengo-loihi, snips, nxsdk or rtl.",
         ),
-    ] = "native"
+    ] = None
     rtl: Annotated[
         bool, typer.Option("--rtl", help="Short for --machine rtl, the soft core in Verilator.")
     ] = False

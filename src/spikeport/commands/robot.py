@@ -55,7 +55,7 @@ def serve(request: RobotService) -> None:
         idle_s=request.idle,
         priority=request.priority,
     )
-    with ended_in_order(0):
+    with ended_in_order(serves=True):
         server.serve(service, lambda line: print(line, flush=True))
 
 

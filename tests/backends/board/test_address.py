@@ -20,6 +20,16 @@ def test_texts_that_are_no_address_are_refused(text: str) -> None:
         Address.parse(text)
 
 
+def test_a_path_of_no_socket_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("precious")
+    for path, kind in ((tmp_path, "folder"), (tmp_path / "file", "file")):
+        with pytest.raises(UsageError, match=f"there is a {kind}, not a socket; choose another"):
+            Address.parse(f"unix:{path}")
+    Address.parse(f"unix:{'x' * 107}")
+    with pytest.raises(UsageError, match="the path has 108 bytes, limit 107; choose a shorter"):
+        Address.parse(f"unix:{'x' * 108}")
+
+
 @pytest.mark.parametrize(
     ("text", "is_local"),
     [
@@ -41,11 +51,12 @@ def test_other_machines_are_listened_for_with_permission_and_certificates_alone(
 ) -> None:
     address = Address.parse("tcp://0.0.0.0:1")
     files = certificates(tmp_path, "board")
-    for given in ((None, False), (None, True), (files, False)):
-        with (
-            pytest.raises(UsageError, match="--allow-remote with --cert, --key and --ca"),
-            listening(address, *given),
-        ):
+    for given, missing in (
+        ((None, False), "give --allow-remote with --cert, --key and --ca, or"),
+        ((None, True), "give --cert, --key and --ca, or"),
+        ((files, False), "give --allow-remote, or"),
+    ):
+        with pytest.raises(UsageError, match=missing), listening(address, *given):
             pass
 
 
@@ -60,6 +71,11 @@ def test_a_path_has_no_certificates(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="TLS is for tcp://HOST:PORT; cure: leave --cert"):
         connect(address, files)
     with pytest.raises(UsageError, match="TLS is for tcp"), listening(address, files):
+        pass
+    with (
+        pytest.raises(UsageError, match="leave --allow-remote out"),
+        listening(address, None, True),
+    ):
         pass
 
 
@@ -84,17 +100,19 @@ def test_the_socket_of_a_killed_server_is_replaced(tmp_path: Path) -> None:
 
 
 def test_a_file_that_is_no_socket_stays(tmp_path: Path) -> None:
-    (tmp_path / "board").write_text("precious")
-    with (
-        pytest.raises(UsageError, match="cannot be listened on"),
-        listening(Address.parse(f"unix:{tmp_path / 'board'}")),
-    ):
+    address = Address.parse(f"unix:{tmp_path / 'board'}")
+    (tmp_path / "board").write_text("precious")  # since the address was read
+    with pytest.raises(UsageError, match="cannot be listened on"), listening(address):
         pass
     assert (tmp_path / "board").read_text() == "precious"
 
 
-def test_certificates_that_are_missing_are_named(tmp_path: Path) -> None:
+def test_the_file_of_tls_that_is_wrong_is_named(tmp_path: Path) -> None:
     files = certificates(tmp_path, "board")
-    files.key.write_text("no key")
-    with pytest.raises(UsageError, match=f"TLS: .*{files.key}"):
+    for path, role in ((files.authority, ""), (files.key, " with its private key")):
+        path.write_text("nothing")
+        with pytest.raises(UsageError, match=rf"{path}: no certificate in PEM{role} \(\w"):
+            files.context(server=True)
+    files.key.unlink()
+    with pytest.raises(UsageError, match=f"TLS: {files.key}: no such file"):
         files.context(server=True)

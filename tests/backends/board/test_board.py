@@ -54,6 +54,23 @@ def test_a_missing_step_ends_the_session(board: Board, number: int) -> None:
     assert board.session is None
 
 
+@pytest.mark.parametrize(
+    ("frame", "reason"),
+    [
+        (Frame(Kind.STEP, 0, 1, BODY, FLAGS), "the head has session 0; begin with HELLO"),
+        (Frame(Kind.STEP, 7, 1, BODY, FLAGS), "session 00000007 is not known: it is over, or"),
+        (Frame(Kind.STATE), "kind 6 of a frame is none that a host sends"),
+        (Frame(99), "kind 99 of a frame is none that a host sends"),
+    ],
+)
+def test_a_frame_that_a_board_does_not_answer_ends_the_session(
+    board: Board, frame: Frame, reason: str
+) -> None:
+    (answer,) = answers(board, frame)
+    assert refusal(answer).startswith(reason)
+    assert board.session is None
+
+
 def test_a_new_greeting_begins_at_rest(board: Board) -> None:
     before = [step(board, number).body for number in (1, 2, 3)]
     (welcome,) = answers(board, Frame(Kind.HELLO, body=Hello(IMAGE.digest, 0).pack()))

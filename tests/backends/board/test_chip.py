@@ -123,7 +123,12 @@ def test_simulated_time_waits_for_a_slow_board() -> None:
 @pytest.mark.parametrize(
     ("fault", "step", "reason"),
     [
-        ("cut@100", 100, r"the board: the link is gone \(it hung up\)"),
+        (
+            "cut@100",
+            100,
+            r"^step 100: the board: the link is gone \(it hung up\); "
+            "the session is over, start the run again$",
+        ),
         ("half-open@100", 105, "step 100: the board did not answer within 6 steps of 1 ms"),
         ("slow=900@100", 105, "step 100: the board did not answer within 6 steps of 1 ms"),
         ("restart@100", 100, "the board refuses: session .* the state of its neurons is gone"),
@@ -197,7 +202,7 @@ def test_a_record_plays_back_what_the_host_got(tmp_path: Path, faults: Sequence[
     trains = spike_train(60)
     got = [[array.copy() for array in chip.step(spikes, {})] for spikes in trains]
     chip.close()
-    replay = ReplayChip(IMAGE, path)
+    replay = ReplayChip(IMAGE, 0, path)
     for spikes, wanted in zip(trains, got, strict=True):
         for one, other in zip(replay.step(spikes, {}), wanted, strict=True):
             np.testing.assert_array_equal(one, other)
@@ -214,7 +219,7 @@ def test_a_record_longer_than_the_log_keeps_its_counts(tmp_path: Path) -> None:
     for spikes in trains:
         chip.step(spikes, {})
     chip.close()
-    replay = ReplayChip(IMAGE, path)
+    replay = ReplayChip(IMAGE, 0, path)
     for spikes in trains:
         replay.step(spikes, {})
     assert replay.activity().totals() == chip.activity().totals()

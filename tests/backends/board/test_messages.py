@@ -54,12 +54,13 @@ def test_a_source_that_spikes_twice_goes_as_a_list() -> None:
 @pytest.mark.parametrize(
     ("body", "flags", "reason"),
     [
-        (b"", 0, "cut or damaged"),
+        (b"", 0, "the step's body is cut: 0 bytes, fewer than its counts ask for"),
         (b"\4\0\0\0\0\0\5\0\0\0", 0, "sources must ascend from 0 to 4"),
         (b"\x08\0\0\0\0\0\2\0\0\0\1\0\0\0", 0, "sources must ascend from 0 to 4"),
         (b"\1\0\0\0\0\0\x04", BITMAP, "a bitmap of 1 bytes for 5 sources"),
         (b"\2\0\0\0\0\0\0\0", BITMAP, "a bitmap of 2 bytes for 5 sources"),
-        (b"\0\0\0\0\1\0\0\0\0\0\3\0", 0, "cut or damaged"),
+        (b"\0\0\0\0\1\0\0\0\0\0\3\0", 0, "cut: 12 bytes"),
+        (b"\3\0\0\0\0\0\1\0\0", 0, "3 bytes of spikes, which are 4 each"),
         (b"\0\0\0\0\0\0\0", 0, "has 7 bytes, its content 6"),
         (b"\xff\xff\xff\xff\0\0", 0, "has 6 bytes, its content 4294967301"),
     ],
@@ -96,7 +97,7 @@ def test_totals_come_back() -> None:
 
 def test_totals_that_are_none_are_refused() -> None:
     body = CODEC.pack_totals(Totals(MessageCounts(np.eye(2, dtype=int), np.zeros(2, int)), 0))
-    with pytest.raises(BodyError, match="cut or damaged"):
+    with pytest.raises(BodyError, match=f"cut: {len(body) - 1} bytes"):
         CODEC.unpack_totals(body[:-1])
     with pytest.raises(BodyError, match="name a core above 1"):
         CODEC.unpack_totals(body[:-16] + b"\2" + body[-15:])

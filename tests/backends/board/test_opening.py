@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 
 from spikeport import Simulator
+from spikeport.backends.board.address import Certificates
 from spikeport.backends.board.link import LinkOptions
 from spikeport.errors import BackendError, BoardLostError, UsageError
 
 SECONDS = 0.05
+FILES = Certificates(Path("c"), Path("k"), Path("a"))
 
 
 @pytest.fixture(scope="module")
@@ -64,7 +66,8 @@ def test_a_stub_that_is_cut_ends_the_run(
         ("board", {"board": "x"}, UsageError, "write unix:PATH or tcp://HOST:PORT"),
         ("board", {"board": "unix:/nowhere/x"}, BackendError, "no connection"),
         ("board", {"board": "unix:/x", "faults": ("cut@1",)}, UsageError, "is for the stub"),
-        ("board", {"record": Path("/nowhere/x")}, UsageError, "--record /nowhere/x: No such file"),
+        ("board", {"certificates": FILES}, UsageError, "are for a board at the end of tcp"),
+        ("board", {"record": Path("/dev/null/x")}, UsageError, "--record /dev/null/x: File exists"),
         ("replay", {}, UsageError, "name it, --replay FILE"),
         ("replay", {"replay": Path("/nowhere/x")}, BackendError, "/nowhere/x: no such file"),
     ],

@@ -11,12 +11,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from spikeport.backends.board.address import Address, Certificates, connect
+from spikeport.backends.board.address import TLS_HANDSHAKE_S, Address, Certificates, connect
 from spikeport.backends.board.chip import BoardChip
 from spikeport.backends.board.frame import Frame, Kind
 from spikeport.backends.board.line import SocketLine
+from spikeport.backends.board.link import LinkOptions
+from spikeport.backends.board.opening import on_board
 from spikeport.backends.board.server import Service, serve
 from spikeport.backends.native.chip import NativeChip
+from spikeport.backends.step_log import SUMS_ONLY
 from spikeport.errors import BackendError, BoardLostError
 from tests.helpers.certificates import certificates
 from tests.helpers.fake_board import MACHINE, small_image, spike_train
@@ -119,16 +122,34 @@ def test_a_stranger_that_says_nothing_holds_up_no_step(
         first.close()
 
 
-def test_a_host_of_another_authority_is_not_let_in(tmp_path: Path) -> None:
+def test_what_is_wrong_with_tls_is_said_at_both_ends(tmp_path: Path) -> None:
     address = f"tcp://127.0.0.1:{free_port()}"
     board, host = certificates(tmp_path, "board"), certificates(tmp_path, "host")
+    cases = (
+        (
+            None,
+            "the link is gone .*; if it serves with --cert, --key and --ca, give them here, too",
+        ),
+        (replace(host, authority=board.authority), f"its --ca .* that signed {host.certificate}"),
+        (host, f"its certificate is refused .*; it must be signed by --ca {host.authority}, name"),
+    )
     with served(address, board) as printed:
-        stranger = replace(host, authority=board.authority)
-        with pytest.raises((BackendError, BoardLostError)):
-            BoardChip(IMAGE, 0, line_to(address, stranger))
-        with pytest.raises(BackendError, match="no connection"):
-            line_to(address, host)  # who does not believe the board either
-    assert not any("session" in line for line in printed)
+        for files, reason in cases:
+            with pytest.raises(BackendError, match=reason):
+                on_board(IMAGE, 0, SUMS_ONLY, LinkOptions(board=address, certificates=files))
+    assert len(printed) == 4
+    assert all("board: a host is not let in: no TLS (" in line for line in printed[1:])
+    with served(address) as printed:
+        start_s = time.perf_counter()
+        with pytest.raises(BackendError, match=r"no TLS \(.*\); does it serve with --cert, --key"):
+            line_to(address, host)
+        assert time.perf_counter() - start_s < TLS_HANDSHAKE_S
+    assert "board: the host's first bytes are no frame; one with --cert" in "".join(printed)
+
+
+def test_the_port_that_the_system_chose_is_said() -> None:
+    with served("tcp://127.0.0.1:0") as printed:
+        BoardChip(IMAGE, 0, line_to(printed[0].removeprefix("board: native on "))).close()
 
 
 def test_a_host_without_a_greeting_gets_no_step(tmp_path: Path) -> None:

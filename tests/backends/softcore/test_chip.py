@@ -2,6 +2,7 @@
 
 import shutil
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
@@ -104,14 +105,17 @@ class Wrong(SoftChip):
         pass
 
 
-def test_the_first_step_that_differs_is_named_at_once() -> None:
+def test_the_first_step_that_differs_is_named_at_once_and_the_chip_at_the_end() -> None:
     printed: list[str] = []
-    chip = Wrong(small_image(), 0, written(small_image()), printed.append)
+    image = small_image()
+    image = replace(image, manifest=replace(image.manifest, chip="softcore-up5k"))
+    chip = Wrong(image, 0, written(image), printed.append)
     for _ in range(4):
         chip.step(np.array([0]), {})
     assert printed == ["step 3 is the first that differs: 6 outputs"]
     chip.close()
     assert printed[1] == "24 states compared in 4 steps; differing: outputs 12"
+    assert "expected of softcore-up5k: " in printed[2]
 
 
 @pytest.fixture

@@ -25,8 +25,9 @@ def test_a_machine_that_is_none_is_refused() -> None:
         serve(request, Tls())
 
 
-def test_a_board_is_one_thing_alone() -> None:
-    request = BoardService(listen="unix:x", machine="snips", rtl=True, fault=[])
+@pytest.mark.parametrize("machine", ["snips", "native"])
+def test_a_board_is_one_thing_alone(machine: str) -> None:
+    request = BoardService(listen="unix:x", machine=machine, rtl=True, fault=[])
     with pytest.raises(UsageError, match="each choose what the board is; give one of them"):
         serve(request, Tls())
 
@@ -104,13 +105,16 @@ def test_a_cut_record_says_where(tmp_path: Path, capsys: pytest.CaptureFixture[s
 
 
 @pytest.mark.slow
-def test_a_server_that_is_ended_leaves_no_socket(tmp_path: Path) -> None:
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_server_that_is_ended_leaves_no_socket(number: signal.Signals, tmp_path: Path) -> None:
     path = tmp_path / "socket"
     command = [sys.executable, "-m", "spikeport", "board", "serve", "--listen", f"unix:{path}"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True) as process:
         assert process.stdout is not None
         assert process.stdout.readline() == f"board: native on unix:{path}\n"
         assert path.is_socket()
-        process.send_signal(signal.SIGTERM)
-        assert process.wait(20) == 0
+        process.send_signal(number)
+        assert process.communicate(timeout=20) == ("", "")
+        assert process.returncode == 0
     assert not path.exists()

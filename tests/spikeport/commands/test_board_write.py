@@ -52,6 +52,12 @@ def test_what_a_chip_cannot_hold_is_refused(
     assert not (tmp_path / "out").exists()
 
 
+def test_a_file_in_place_of_the_folder_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "out").touch()
+    with pytest.raises(UsageError, match="is a file; choose a folder"):
+        run(tmp_path / "image.npz", tmp_path / "out", chip=CHIP)
+
+
 def test_a_chip_without_soft_cores_is_refused(tmp_path: Path) -> None:
     soft = [name for name in chips.names() if chips.get(name).soft_memory]
     with pytest.raises(UsageError, match=f"chip 'loihi' has no soft cores; .*: {', '.join(soft)}"):

@@ -5,16 +5,18 @@ import signal
 
 import pytest
 
-from spikeport.commands.ending import SIGNALS, ended_in_order
+from spikeport.commands.ending import OF_SERVERS, SIGNALS, ended_in_order
 
 
-@pytest.mark.parametrize("number", SIGNALS)
-@pytest.mark.parametrize("code", [None, 0])
-def test_a_signal_is_an_exit(number: signal.Signals, code: int | None) -> None:
+@pytest.mark.parametrize(
+    ("number", "serves"),
+    [*((number, False) for number in SIGNALS), *((number, True) for number in OF_SERVERS)],
+)
+def test_a_signal_is_an_exit(number: signal.Signals, serves: bool) -> None:
     closed = []
 
     def interrupted() -> None:
-        with ended_in_order(code):
+        with ended_in_order(serves):
             try:
                 os.kill(os.getpid(), number)
             finally:
@@ -24,7 +26,7 @@ def test_a_signal_is_an_exit(number: signal.Signals, code: int | None) -> None:
     with pytest.raises(SystemExit) as exits:
         interrupted()
     assert closed == [True]
-    assert exits.value.code == (128 + number if code is None else code)
+    assert exits.value.code == (0 if serves else 128 + number)
 
 
 def test_handlers_are_as_before_once_it_is_over() -> None:

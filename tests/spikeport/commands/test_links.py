@@ -9,6 +9,7 @@ from spikeport.backends.board.link import LinkOptions
 from spikeport.commands.links import certificates, link_options
 from spikeport.commands.options import Link, Tls
 from spikeport.errors import BackendError, UsageError
+from tests.helpers.certificates import certificates as made_certificates
 
 
 def link(**options: Any) -> Link:
@@ -19,13 +20,35 @@ def test_options_of_a_run_without_a_board_are_the_defaults() -> None:
     assert link_options(link(), Tls(), "native") == LinkOptions()
 
 
-def test_options_reach_the_board() -> None:
-    asked = link(board="unix:x", real_time=True, hold=3, record=Path("r"))
-    files = Tls(cert=Path("c"), key=Path("k"), ca=Path("a"))
-    made = link_options(asked, files, "board")
-    assert (made.board, made.real_time, made.hold) == ("unix:x", True, 3)
-    assert made.certificates is not None
-    assert made.certificates.authority == Path("a")
+def test_options_reach_the_board(tmp_path: Path) -> None:
+    record, board = tmp_path / "folder" / "record", "tcp://127.0.0.1:80"
+    asked = link(board=board, real_time=True, hold=3, record=record)
+    files = made_certificates(tmp_path, "host")
+    tls = Tls(cert=files.certificate, key=files.key, ca=files.authority)
+    made = link_options(asked, tls, "board")
+    assert (made.board, made.real_time, made.hold) == (board, True, 3)
+    assert made.certificates == files
+    assert list(record.parent.iterdir()) == []  # a try left nothing
+
+
+@pytest.mark.parametrize(
+    ("asked", "tls", "reason"),
+    [
+        (link(board="x"), Tls(), "write unix:PATH or tcp://HOST:PORT"),
+        (link(board="tcp://192.0.2.1:80"), Tls(), "reached over TLS alone"),
+        (
+            link(board="tcp://127.0.0.1:80"),
+            Tls(cert=Path("/c"), key=Path("/k"), ca=Path("/a")),
+            "TLS: /c: no such file",
+        ),
+        (link(record=Path("/dev/null/x")), Tls(), "--record /dev/null/x: File exists; choose"),
+    ],
+)
+def test_what_is_wrong_with_a_link_is_said_before_a_compile(
+    asked: Link, tls: Tls, reason: str
+) -> None:
+    with pytest.raises(UsageError, match=reason):
+        link_options(asked, tls, "board")
 
 
 @pytest.mark.parametrize(

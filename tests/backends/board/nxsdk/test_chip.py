@@ -14,7 +14,7 @@ from tests.helpers.images import Block, Output, Parts
 RAMP = Parts(
     [Block(2, bias=[64, 0], vth=1280, refract_delay=2)],
     inputs=[],
-    outputs=[Output("spiked", [0, 1]), Output("voltage", [1])],
+    outputs=[Output("spiked", [0, 1]), Output("voltage", [0, 1])],
 ).image()
 """A voltage that is 256, as in a spike, once on its way to each spike."""
 
@@ -31,7 +31,10 @@ def test_phantom_spikes_are_told_from_other_differences() -> None:
     spikes = [chip.step(np.zeros(0, dtype=int), {})[0].tolist() for _ in range(60)]
     n_spikes = chip.activity().totals()["spikes"]
     chip.close()
-    assert lines == ["180 values read; other than the native chip's: 3 phantom spikes, 0 more"]
+    assert lines == [
+        "240 values read; other than the native chip's: 3 phantom spikes, "
+        "2 voltages of refractory neurons, 0 more"
+    ]
     assert sum(first for first, _ in spikes) == n_spikes + 3
     assert n_spikes == 2
 
