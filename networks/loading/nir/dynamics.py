@@ -141,8 +141,10 @@ class _Parameters:
         reset = self.get("v_reset", 0)
         threshold = self.get(name) - reset
         if threshold.min() <= 0:
+            i = threshold.argmin()
             raise MismatchError(
-                f"thresholds above what node {self._node.name} is reset to", f"{threshold.min():g}"
+                f"thresholds above what node {self._node.name} is reset to",
+                f"{self.get(name)[i]:g}, reset to {reset[i]:g}",
             )
         return threshold, reset
 

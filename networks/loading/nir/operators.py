@@ -88,11 +88,14 @@ def _scale(node: Node, shape: Shape, dt_s: float) -> Operator:
 
 def _delay(node: Node, shape: Shape, dt_s: float) -> Operator:
     delay = np.ravel(node.numbers("delay"))
-    if not (np.isclose(delay, dt_s, rtol=1e-6) | (delay == 0)).all():
+    wrong = delay[~(np.isclose(delay, dt_s, rtol=1e-6) | (delay == 0))]
+    if wrong.size:
         raise MismatchError(
-            f"node {node.name} to delay by {dt_s:g} s, the step that every path takes on the chip",
-            f"{delay.min():g} to {delay.max():g} s",
-            cure="give a --dt that equals the delay, or leave the node out",
+            f"node {node.name} to delay by 0 or {dt_s:g} s, the step that every path takes on the "
+            "chip",
+            f"{wrong[0]:g} s",
+            cure="leave the node out, or, where neurons may be as coarse, give a --dt that equals "
+            "the delay",
         )
     return _same(node, shape, dt_s)
 

@@ -115,7 +115,10 @@ def _rows(found: Mapping[str, np.ndarray], name: str, size: int) -> np.ndarray:
         raise MismatchError(f"numbers {name}", "none")
     values = found[name]
     if values.ndim < 1 or not len(values) or values.size != len(values) * size:
-        raise MismatchError(f"{name} of shape (n_steps, {size})", f"{values.shape}")
-    if values.size > NUMBERS or not np.isin(values, (0, 1)).all():
-        raise MismatchError(f"at most {NUMBERS:,} values of 0 and 1 in {name}", "others")
+        wanted = f"{name} of shape (n_steps, {size}), from one step on"
+        raise MismatchError(wanted, f"{values.shape}")
+    if values.size > NUMBERS:
+        raise MismatchError(f"at most {NUMBERS:,} values in {name}", f"{values.size:,}")
+    if (other := values[~np.isin(values, (0, 1))]).size:
+        raise MismatchError(f"values of 0 and 1 in {name}", f"{other[0]:g}")
     return values.reshape(len(values), size).astype(float)

@@ -45,7 +45,10 @@ def test_others_have_what_they_are():
 @pytest.mark.parametrize(
     ("made", "message"),
     [
-        (node("Threshold", threshold=[0.0]), "expected thresholds above what node n is reset to"),
+        (
+            node("Threshold", threshold=[0.0]),
+            "expected thresholds above what node n is reset to, found 0, reset to 0",
+        ),
         (node("IF", r=[1], v_threshold=[1], v_reset=[1]), "expected thresholds above what node n"),
         (node("LIF", tau=[1e-4], r=[1], v_leak=[0], v_threshold=[1]),
          "expected tau of at least 0.001 s, a step of --dt, in node n, found 0.0001 s"),
