@@ -62,7 +62,7 @@ def on_board(image: ChipImage, seed: int, log: LogOptions, link: LinkOptions) ->
         return BoardChip(image, seed, line, timing, log, recorder)
     except BoardLostError as error:
         line.close()
-        if not line.is_gone:
+        if not (line.is_gone and link.board.startswith("tcp:")):
             raise
         # A board hangs up on a host whose TLS it refuses: with TLS 1.3, after the host's handshake.
         cure = (
