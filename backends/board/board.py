@@ -179,7 +179,7 @@ class Board:
         if self.session is None or frame.session != self.session.number:
             raise BodyError(
                 f"session {frame.session:08x} is not known: it is over, or the board was started "
-                "anew, and the state of its neurons is gone; begin with HELLO"
+                "anew, and the state of its neurons is gone"
             )
         return self.session
 
