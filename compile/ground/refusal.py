@@ -70,7 +70,8 @@ def refused(about: tuple[str, ...], error: Exception, cure: str) -> RefusedError
     """
     message = (
         f"{about[0]}: nengo-loihi refuses it: {reason_of(error)}; cure: {cure}, or keep its "
-        "ensembles on the host with net.config[ensemble].on_chip = False"
+        "ensembles on the host with net.config[ensemble].on_chip = False, after "
+        "spikeport.add_params(net)"
     )
     if isinstance(error, ValidationError):
         return concerning(about, InvalidError(message, error.attr, error.obj))

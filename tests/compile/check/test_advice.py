@@ -29,7 +29,7 @@ def sparse() -> nengo.Network:
 def test_what_compiles_rewritten_is_said_with_its_cores() -> None:
     error = refusal(sparse())
     assert error.advice == "more: -p compact compiles it, on 1 core"
-    assert str(error).endswith("on_chip = False\nmore: -p compact compiles it, on 1 core")
+    assert str(error).endswith("add_params(net)\nmore: -p compact compiles it, on 1 core")
     assert compile_network(sparse(), pipeline="compact").image.n_cores == 1
 
 

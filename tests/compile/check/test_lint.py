@@ -12,7 +12,10 @@ from spikeport.compile.ground.names import Names
 from spikeport.compile.ground.scope import Scope
 from spikeport.compile.pipeline import compile_network
 
-HOST = "or keep it on the host with net.config[ensemble].on_chip = False"
+HOST = (
+    "or keep it on the host with net.config[ensemble].on_chip = False, after "
+    "spikeport.add_params(net)"
+)
 NEURONS = (
     "a: SP002 neuron type: {}, limit LIF, SpikingRectifiedLinear or RegularSpiking of LIFRate or "
     f"RectifiedLinear; cure: choose one of these, {HOST}"
@@ -159,7 +162,8 @@ CASES: list[tuple[Callable[[], None], str]] = [
     (
         foreign_learning_rule,
         "a -> out: SP007 learning rule: RLS, limit PES; cure: learn with PES, or keep what it "
-        "learns from on the host with net.config[ensemble].on_chip = False",
+        "learns from on the host with net.config[ensemble].on_chip = False, after "
+        "spikeport.add_params(net)",
     ),
     (
         process_on_the_board,
@@ -251,10 +255,10 @@ def test_the_error_lists_all_breaches_row_by_row() -> None:
     assert str(raised.value) == (
         "the network does not fit chip 'loihi':\n"
         "  a: SP003 ensemble noise: WhiteNoise, limit none; cure: remove the noise, or keep it on "
-        "the host with net.config[ensemble].on_chip = False\n"
+        "the host with net.config[ensemble].on_chip = False, after spikeport.add_params(net)\n"
         "  p: SP010 probed attribute: output of a#2 -> a#2, limit no attribute of a connection; "
         "cure: probe an end of the connection, leave the probe out, or keep a#2 on the host with "
-        "net.config[ensemble].on_chip = False\n"
+        "net.config[ensemble].on_chip = False, after spikeport.add_params(net)\n"
         "more: spikeport compile --explain SP003\n"
         "more: try --offload, which moves what breaks a rule to the host"
     )

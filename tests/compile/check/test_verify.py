@@ -155,5 +155,5 @@ def test_a_chip_without_learning_refuses_what_learns() -> None:
     assert verify_learning(learning, chips.get("loihi")) == []
     assert [str(one) for one in verify_learning(learning, chips.get("softcore-ecp5-85f"))] == [
         "block 0: SP109 learning synapses: 1 groups, limit none; cure: keep what learns on the "
-        "host with net.config[ensemble].on_chip = False"
+        "host with net.config[ensemble].on_chip = False, after spikeport.add_params(net)"
     ]

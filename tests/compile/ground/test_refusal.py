@@ -16,7 +16,10 @@ from spikeport.compile.ground.refusal import (
 from spikeport.compile.pipeline import compile_network
 from spikeport.errors import CompileError
 
-HOST = "or keep its ensembles on the host with net.config[ensemble].on_chip = False"
+HOST = (
+    "or keep its ensembles on the host with net.config[ensemble].on_chip = False, after "
+    "spikeport.add_params(net)"
+)
 
 
 def test_nengos_code_catches_every_refusal() -> None:

@@ -46,7 +46,10 @@ def test_a_transform_that_is_not_finite_is_refused() -> None:
     )
 
 
-HOST = "or keep its ensembles on the host with net.config[ensemble].on_chip = False"
+HOST = (
+    "or keep its ensembles on the host with net.config[ensemble].on_chip = False, after "
+    "spikeport.add_params(net)"
+)
 
 
 def test_a_refusal_by_bare_assertion_names_the_object() -> None:

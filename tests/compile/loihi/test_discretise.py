@@ -152,7 +152,10 @@ def test_weights_that_no_exponent_holds_are_zero_and_thresholds_stay() -> None:
     assert np.allclose(found.bias, wanted.bias, rtol=0.05, atol=1e-3)
 
 
-HOST = "or keep its ensembles on the host with net.config[ensemble].on_chip = False"
+HOST = (
+    "or keep its ensembles on the host with net.config[ensemble].on_chip = False, after "
+    "spikeport.add_params(net)"
+)
 
 
 def test_a_scale_that_does_not_exist_names_the_block() -> None:

@@ -77,7 +77,7 @@ def test_every_violation_is_printed_and_no_image_written(spikeport, net_py, tmp_
         "error: the network does not fit chip 'loihi':\n"
         "  wrong neurons: SP002 neuron type: Tanh, limit LIF, SpikingRectifiedLinear or "
         "RegularSpiking of LIFRate or RectifiedLinear; cure: choose one of these, or keep it on "
-        "the host with net.config[ensemble].on_chip = False\n"
+        "the host with net.config[ensemble].on_chip = False, after spikeport.add_params(net)\n"
         "  a -> b: SP005 synapse: Alpha, limit Lowpass or None; cure: use nengo.Lowpass(0.02) with "
         "the same group delay\n"
         "more: spikeport compile --explain SP002\n"
