@@ -9,6 +9,7 @@ they are less than the chip's least, so that they are 0.
 
 import contextlib
 import copy
+import warnings
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -22,7 +23,7 @@ from spikeport.compile.check.cures import cure_of
 from spikeport.compile.check.finite import not_finite
 from spikeport.compile.ground.quantisation import block_error, block_values
 from spikeport.compile.ground.refusal import refused, warnings_about
-from spikeport.compile.image.tables import offsets, parts
+from spikeport.compile.image.tables import flat, offsets, parts
 from spikeport.compile.loihi.blocks import FloatBlocks, IntegerBlocks, copied, copied_probe
 from spikeport.compile.loihi.numpy1 import numpy1_semantics
 from spikeport.compile.loihi.own_neurons import discretise_own, own_blocks
@@ -117,6 +118,41 @@ def _rounded(compartment: Compartment, largest: float) -> Compartment:
         else:
             return rounded
     raise refusals[0]
+
+
+def weight_exponent(block: LoihiBlock, k: np.ndarray) -> float:
+    """Return the exponent of the largest weights, if compartments are scaled by 2^-k.
+
+    It is 0, or less where a threshold or a bias leaves weights fewer of their 8 bits, and minus
+    infinity where no scale serves all numbers.
+    """
+    factor = np.exp2(-k).astype(np.float32)
+    compartment = copy.copy(block.compartment)
+    compartment.vth, compartment.bias = compartment.vth * factor, compartment.bias * factor
+    largest = (largest_weights(block) * factor).max(initial=0.0)
+    try:
+        with numpy1_semantics(), warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            info = _rounded(compartment, largest).discretize_info
+    except (BuildError, AssertionError):
+        return -np.inf
+    # A largest weight that was taken for a larger one has lost bits, too.
+    exponent: float = info["w_exp"] - np.log2(info["w_max"] / largest) if largest else 0.0
+    return exponent
+
+
+def largest_weights(block: LoihiBlock) -> np.ndarray:
+    """Return the largest absolute weight into each compartment, (n_compartments,)."""
+    largest = np.zeros(block.n_neurons)
+    for synapse in block.synapses:
+        # Axon by axon it would take five times as long.
+        weights, indices = (
+            flat([one.ravel() for one in of_axons])
+            for of_axons in (synapse.weights, synapse.indices)
+        )
+        # NumPy would cast weights one by one.
+        np.maximum.at(largest, indices, np.abs(weights).astype(largest.dtype))
+    return largest
 
 
 def _scale(synapse: Synapse, info: Mapping[str, Any]) -> tuple[float, np.ndarray, int]:

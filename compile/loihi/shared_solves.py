@@ -79,7 +79,7 @@ def _digest(*arrays: np.ndarray) -> bytes:
     for array in arrays:
         # Products of matrices in another order may differ in their last bits.
         found.update(repr((array.dtype.str, array.shape, array.strides)).encode())
-        found.update(np.ascontiguousarray(array))
+        found.update(np.ascontiguousarray(array).data)
     return found.digest()
 
 

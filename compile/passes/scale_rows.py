@@ -7,8 +7,8 @@ import numpy as np
 from nengo_loihi.block import LoihiBlock, Synapse
 from pydantic import Field
 
-from spikeport.compile.image.tables import flat
 from spikeport.compile.loihi.blocks import FloatBlocks, copied
+from spikeport.compile.loihi.discretise import largest_weights, weight_exponent
 from spikeport.compile.passes.base import BlockPass, Context
 
 LEAST = 2.0**-12
@@ -45,7 +45,7 @@ class ScaleRows(BlockPass):
             for block in floats.blocks
             if block not in read
             and _can_scale(block)
-            and (exponents := _exponents(_largest_weights(block), most)).any()
+            and (exponents := _exponents(block, most)).any()
         }
         context.note("blocks", {"scaled": len(changed), "of": len(floats.blocks)})
         return floats.with_blocks(
@@ -75,33 +75,42 @@ def _shifted(synapse: Synapse) -> bool:
     return bases is not None and bool(np.any(np.asarray(bases) > 0))
 
 
-def _largest_weights(block: LoihiBlock) -> np.ndarray:
-    """Return the largest absolute weight into each compartment, (n_compartments,)."""
-    largest = np.zeros(block.n_neurons)
-    for synapse in block.synapses:
-        # Axon by axon it would take five times as long.
-        weights, indices = (
-            flat([one.ravel() for one in of_axons])
-            for of_axons in (synapse.weights, synapse.indices)
-        )
-        # NumPy would cast weights one by one.
-        np.maximum.at(largest, indices, np.abs(weights).astype(largest.dtype))
-    return largest
-
-
-def _exponents(largest: np.ndarray, profiles: int) -> np.ndarray:
+def _exponents(block: LoihiBlock, profiles: int) -> np.ndarray:
     """Return the k of each compartment, (n,), with at most ``profiles`` different values.
 
-    The median becomes the size that others are brought to, so that outliers cost no profiles.
+    Compartments of k = 0 keep their threshold. Where it is large beside the weights, it sets their
+    scale, and others would lose bits that nobody gains: then k is smaller, or 0.
+    """
+    wanted = _wanted(largest_weights(block))
+    if not wanted.any():
+        return wanted
+    unscaled = weight_exponent(block, np.zeros_like(wanted))
+    for most in range(wanted.max(), 0, -1):
+        k = _thinned(wanted.clip(max=most), profiles)
+        if weight_exponent(block, k) >= unscaled:
+            return k
+    return np.zeros_like(wanted)
+
+
+def _wanted(largest: np.ndarray) -> np.ndarray:
+    """Return the k that bring all weights to one size, (n,), of the largest into each compartment.
+
+    The smallest tenth becomes the size that others are brought to, so that outliers cost no
+    profiles.
     """
     used = largest[largest > LEAST * largest.max(initial=0)]
     if used.size == 0:
         return np.zeros(len(largest), dtype=int)
     with np.errstate(divide="ignore"):
-        above = np.floor(np.log2(largest / np.quantile(used, 0.1))).clip(min=0).astype(int)
-    # Thinned out, since a core has few threshold profiles.
-    step = -(-(above.max() + 1) // profiles)
-    result: np.ndarray = above // step * step
+        k = np.floor(np.log2(largest / np.quantile(used, 0.1))).clip(min=0)
+    result: np.ndarray = k.astype(int)
+    return result
+
+
+def _thinned(k: np.ndarray, profiles: int) -> np.ndarray:
+    """Return smaller k with fewer values, since a core has few threshold profiles."""
+    step = -(-(k.max() + 1) // profiles)
+    result: np.ndarray = k // step * step
     return result
 
 

@@ -1,5 +1,6 @@
 import nengo
 import numpy as np
+import pytest
 from nengo_loihi.block import LoihiBlock
 
 from spikeport.compile.ground.names import Names
@@ -13,13 +14,15 @@ from tests.helpers.same_run import context
 N = 32
 
 
-def wide(probe: str = "output") -> nengo.Network:
+def wide(probe: str = "output", weight: float = 1e-3) -> nengo.Network:
     """Return neurons whose gains span a factor of a thousand."""
     with nengo.Network(seed=6, label="wide") as network:
         gains = np.geomspace(0.01, 10, N)
         pre = nengo.Ensemble(20, 1, label="pre")
         post = nengo.Ensemble(N, 1, gain=gains, bias=0.9 * np.ones(N), label="post")
-        nengo.Connection(pre.neurons, post.neurons, transform=np.full((N, 20), 1e-3), synapse=0.005)
+        nengo.Connection(
+            pre.neurons, post.neurons, transform=np.full((N, 20), weight), synapse=0.005
+        )
         nengo.Probe(post.neurons, probe)
     return network
 
@@ -63,6 +66,22 @@ def test_small_gains_survive_rounding() -> None:
     lost = [np.mean(np.vstack(b.synapses[0].weights) == 0) for b in (plain, scaled)]
     assert lost[0] > 0.2
     assert lost[1] == 0
+
+
+@pytest.mark.parametrize("weight", [1e-3, 1e-4, 1e-5])
+def test_no_weight_loses_bits_where_the_threshold_sets_their_scale(weight: float) -> None:
+    network = wide(weight=weight)
+    _, values = floats_of(network, None)
+    exact = values["weights"][0] / values["weights"].max()
+    errors = []
+    for scale in (None, ScaleRows(profiles=8)):
+        block, _ = floats_of(network, scale)
+        # In units of the threshold, beside the largest, which has 8 bits if any weight has.
+        found = block.synapses[0].weights[0][0] / block.compartment.vth
+        errors.append(np.abs(found / found[-1] - exact) / exact)
+    before, after = errors
+    assert (after <= before + 1 / 128).all()
+    assert (after.mean() < before.mean() / 2) == (weight > 1e-5)
 
 
 def test_no_more_thresholds_than_asked() -> None:
