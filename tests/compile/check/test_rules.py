@@ -64,5 +64,5 @@ def test_cures_of_a_rule_itself_have_letters_for_numbers() -> None:
 def test_a_limit_that_is_the_same_for_every_chip_comes_with_the_rule() -> None:
     assert str(rules.get("SP003").broken("a", "WhiteNoise")) == (
         "a: SP003 ensemble noise: WhiteNoise, limit none; cure: remove the noise, or keep it on "
-        "the host with net.config[ensemble].on_chip = False"
+        "the host with net.config[ensemble].on_chip = False, after spikeport.add_params(net)"
     )
