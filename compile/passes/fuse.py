@@ -20,8 +20,8 @@ class Fuse(NetworkPass):
     """Make few large ensembles of many small ones that are wired alike.
 
     Passthrough nodes between ensembles are multiplied out, what the host sends to an ensemble is
-    summed there first, and all that the host reads of one is read at once. Constant input without a
-    synapse becomes bias.
+    summed there first (and the sum is cut off at the radius, in place of each term), and all that
+    the host reads of one is read at once. Constant input without a synapse becomes bias.
 
     Attributes
     ----------
