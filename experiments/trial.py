@@ -17,10 +17,11 @@ from spikeport.experiments.loop import Loop, Port
 from spikeport.experiments.options import Options
 from spikeport.experiments.pictures import Film, Scenes
 from spikeport.experiments.run_folder import Result
+from spikeport.robot import menagerie
 from spikeport.robot.link.connection import connect
 from spikeport.robot.link.motion import EstimatedMotion
 from spikeport.robot.link.plant import LinkedPlant
-from spikeport.robot.perturbation import NONE, Perturbation
+from spikeport.robot.perturbation import MENAGERIE, NONE, Perturbation
 from spikeport.robot.perturbed_plant import PerturbedPlant
 from spikeport.robot.plant import Plant
 from spikeport.simulator import Simulator
@@ -111,7 +112,9 @@ class Trial(ABC, Generic[K, R]):
         self.options = options
 
     def check(self) -> None:
-        """Refuse what a run would refuse, without one; raises UsageError."""
+        """Refuse what a run would refuse, without one; raises UsageError, MissingExtraError."""
+        if MENAGERIE in (self.perturbation.robot_model, self.settings.appearance):
+            menagerie.model_file()
 
     def calibrate(self) -> DecoderCalibration:
         """Refit decoders to what the neurons do where they run; raises UsageError if it cannot."""

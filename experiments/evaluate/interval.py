@@ -18,8 +18,10 @@ class Interval(NamedTuple):
     n: int
 
 
-def of_share(hits: int, n: int) -> Interval:
-    """Return the share of hits with Wilson's score interval."""
+def of_share(hits: int, n: int) -> Interval | None:
+    """Return the share of hits with Wilson's score interval; None for none of none."""
+    if n == 0:
+        return None
     test = stats.binomtest(hits, n)
     low, high = test.proportion_ci(CONFIDENCE, method="wilson")
     return Interval(hits / n, float(low), float(high), n)

@@ -73,5 +73,9 @@ def find_rows(asked: Sequence[str]) -> tuple[Row, ...]:
 def _parsed(text: str) -> Row:
     row = key_values.parse(text.split(","), Perturbation, "a perturbation", option="--row")
     Perturbation(**row)  # type: ignore[arg-type]
-    order = [one.name for one in fields(Perturbation)]
-    return {key: row[key] for key in sorted(row, key=order.index)}
+    # In the order of fields, without what perturbs nothing: equal rows have equal names.
+    return {
+        one.name: row[one.name]
+        for one in fields(Perturbation)
+        if row.get(one.name, one.default) != one.default
+    }

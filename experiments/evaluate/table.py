@@ -18,7 +18,7 @@ class TableRow(NamedTuple):
 
     row: Row
     falls: int
-    fell: Interval
+    fell: Interval | None
     means: Mapping[str, Interval | None]
 
     @property
@@ -26,17 +26,22 @@ class TableRow(NamedTuple):
         """The row's name."""
         return name_of(self.row)
 
+    @property
+    def fallen(self) -> str:
+        """How many of its episodes ended by a fall, in words."""
+        return f"{self.falls} of {self.fell.n if self.fell else 0}"
+
 
 def table(evaluation: Evaluation, folder: SweepFolder) -> list[TableRow]:
-    """Return the rows of which at least one episode is finished.
+    """Return the rows, those without a finished episode too; none if nothing is finished.
 
     Raises
     ------
     UsageError
         An episode's file was altered.
     """
-    found = ((row, _metrics(evaluation, folder, row)) for row in evaluation.rows)
-    return [_row(row, metrics) for row, metrics in found if metrics]
+    found = [_metrics(evaluation, folder, row) for row in evaluation.rows]
+    return list(map(_row, evaluation.rows, found)) if any(found) else []
 
 
 def _metrics(evaluation: Evaluation, folder: SweepFolder, row: Row) -> list[dict[str, Any]]:
@@ -77,7 +82,7 @@ def as_json(rows: list[TableRow]) -> list[dict[str, object]]:
             "row": one.name,
             "perturbation": dict(one.row),
             "falls": one.falls,
-            "fell": one.fell._asdict(),
+            "fell": one.fell and one.fell._asdict(),
             **{name: mean and mean._asdict() for name, mean in one.means.items()},
         }
         for one in rows
@@ -92,11 +97,15 @@ def markdown(rows: list[TableRow]) -> str:
         "|---" * (3 + len(FIGURES)) + "|",
     ]
     for one in rows:
-        percent = f"{100 * (one.fell.low or 0):.0f}-{100 * (one.fell.high or 0):.0f} %"
         figures = " | ".join(_text(one.means[name]) for name in FIGURES)
-        lines.append(f"| {one.name} | {one.falls} of {one.fell.n} | {percent} | {figures} |")
+        lines.append(f"| {one.name} | {one.fallen} | {_percent(one.fell)} | {figures} |")
     lines += ["", *(f"- *{one.heading}*: {one.definition}" for one in FIGURES.values())]
     return "\n".join(lines) + "\n"
+
+
+def _percent(share: Interval | None) -> str:
+    """Return the interval of a share; a dash where no episode is finished."""
+    return f"{100 * (share.low or 0):.0f}-{100 * (share.high or 0):.0f} %" if share else "-"
 
 
 def _text(mean: Interval | None) -> str:

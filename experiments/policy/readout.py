@@ -40,11 +40,12 @@ def policy_layers(weights: WalkingPolicy) -> list[Layer]:
 
 
 def check_neurons(trial: PolicyTrial) -> None:
-    """Refuse a file to calibrate a trial's policy by where that has no neurons."""
-    wanted = _asked(trial)
-    if isinstance(wanted, str) and trial.options.backend == "analytic":
+    """Refuse to calibrate a trial's policy where that has no neurons."""
+    wanted = trial.settings.calibrated
+    if wanted not in (False, AUTO) and trial.options.backend == "analytic":
+        asked = "true" if wanted is True else wanted
         raise UsageError(
-            f"calibrated={wanted}: backend 'analytic' has no neurons to calibrate; leave it out, "
+            f"calibrated={asked}: backend 'analytic' has no neurons to calibrate; leave it out, "
             "or give --backend native"
         )
 

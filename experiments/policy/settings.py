@@ -1,6 +1,7 @@
 """The settings of all experiments in which a policy of neurons walks the robot."""
 
 import os
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import ClassVar
@@ -50,6 +51,16 @@ def load_policy(
     return load_walking(path, H1, description, activation, describe)
 
 
+def check_name_or_file(key: str, text: str, names: Collection[str]) -> None:
+    """Refuse the value of a setting that is neither a name nor the path of a file."""
+    # os.path's, which is false, too, of a name that is too long for a file
+    if text in names or os.path.exists(text):
+        return
+    if Path(text).suffix or os.sep in text:
+        raise UsageError(f"{key}={text}: no such file")
+    raise unknown(key, text, (*names, "the path of a file"))
+
+
 @dataclass(frozen=True, kw_only=True)
 class PolicySettings(Perturbation):
     """Settings of the policy, how the robot looks, and what it is perturbed by.
@@ -86,9 +97,12 @@ class PolicySettings(Perturbation):
     def __post_init__(self) -> None:
         """Check the values; UsageError says what is wrong."""
         super().__post_init__()
-        # os.path's, which is false, too, of a name that is too long for a file
-        if self.policy not in self.policies and not os.path.isfile(self.policy):
-            raise unknown("policy", self.policy, (*self.policies, "the path of a file"))
+        check_name_or_file("policy", self.policy, self.policies)
+        if self.description is not None and self.policy in self.policies:
+            raise UsageError(
+                f"description={self.description}: describes the file of a policy; give --set "
+                "policy=FILE, or leave it out"
+            )
         if self.policy_options.n_neurons % 2:
             raise UsageError(
                 f"n_neurons={self.n_neurons}: a unit has as many neurons for each sign; give an "

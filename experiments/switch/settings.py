@@ -1,12 +1,11 @@
 """The settings of the switching experiment."""
 
-import os
 from dataclasses import dataclass
 from pathlib import Path
 
 from spikeport.errors import unknown
 from spikeport.experiments.arm.strokes import DIGITS
-from spikeport.experiments.policy.settings import PolicySettings
+from spikeport.experiments.policy.settings import PolicySettings, check_name_or_file
 from spikeport.experiments.switch.schedule import SHIPPED, Schedule, load
 from spikeport.networks.arm import PRESETS
 
@@ -33,8 +32,7 @@ class SwitchSettings(PolicySettings):
     def __post_init__(self) -> None:
         """Check the values; UsageError says what is wrong."""
         super().__post_init__()
-        if not os.path.exists(self.schedule_file):
-            raise unknown("schedule", self.schedule, (*SHIPPED, "the path of a file"))
+        check_name_or_file("schedule", self.schedule, SHIPPED)
         if self.preset not in PRESETS:
             raise unknown("preset", self.preset, PRESETS)
         if self.selection not in SELECTIONS:

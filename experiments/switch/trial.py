@@ -91,6 +91,7 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
 
     def check(self) -> None:
         """Refuse a schedule that cannot be followed, and a policy that is not for this robot."""
+        super().check()
         if self.options.robot is not None and self.settings.anchor:
             raise UsageError(
                 "anchor=true: holds the walking robot by its pelvis to draw, which a robot's "

@@ -89,6 +89,7 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
 
     def check(self) -> None:
         """Refuse a path that cannot be followed, and a policy that is not for this robot."""
+        super().check()
         self.path()
         check_neurons(self)
         self.settings.walking_policy()

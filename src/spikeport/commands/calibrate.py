@@ -10,11 +10,12 @@ from spikeport.atomic import check_output
 from spikeport.commands.options import Target
 from spikeport.commands.progress import progress_bar
 from spikeport.commands.run import check_target, seconds_of
-from spikeport.errors import unknown
+from spikeport.errors import UsageError, unknown
 from spikeport.experiments import registry
 from spikeport.experiments.options import Experiment, Options
 
 WITHOUT_NEURONS = "analytic"
+CALIBRATED = "calibrated"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,7 +34,13 @@ def run(request: CalibrateRequest) -> None:
     experiment, target = registry.get(request.experiment), request.target
     _check(request, experiment)
     owner = f"experiment '{experiment.name}'"
-    chosen = experiment.settings(**key_values.parse(request.settings, experiment.settings, owner))
+    settings = key_values.parse(request.settings, experiment.settings, owner)
+    if settings.get(CALIBRATED, True) is not True:
+        raise UsageError(
+            f"--set {CALIBRATED}={str(settings[CALIBRATED]).lower()}: the command finds a "
+            "calibration of its own; leave it out"
+        )
+    chosen = experiment.settings(**settings)
     with progress_bar() as progress:
         options = Options(
             seconds=seconds_of(request.seconds, experiment),

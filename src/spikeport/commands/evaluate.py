@@ -84,6 +84,7 @@ def planned(request: EvaluateRequest) -> "Evaluation":
     UsageError
         If a setting, row or backend is not one of the experiment's.
     """
+    from spikeport.experiments.evaluate.measures import SHORTEST_S
     from spikeport.experiments.evaluate.plan import Evaluation
     from spikeport.experiments.evaluate.rows import find_rows
 
@@ -95,6 +96,11 @@ def planned(request: EvaluateRequest) -> "Evaluation":
     settings = key_values.parse(request.settings, experiment.settings, owner)
     _refuse_others(settings)
     seconds = EPISODE_S if request.seconds is None else request.seconds
+    if seconds <= SHORTEST_S:
+        raise UsageError(
+            f"--seconds {seconds:g}: what is measured takes episodes of more than {SHORTEST_S:g} "
+            f"s; cure: leave it out, for {EPISODE_S:g} s"
+        )
     evaluation = Evaluation(
         experiment=experiment.name,
         backend=target.backend,
@@ -125,7 +131,8 @@ def _refuse_others(settings: Mapping[str, SettingValue]) -> None:
             )
         if key not in known:
             raise UsageError(
-                f"--set {key}: an evaluation draws commands and follows no path; cure: leave it out"
+                f"--set {key}: an evaluation draws commands, follows no path and silences no neurons; "
+                "cure: leave it out"
             )
 
 
@@ -138,10 +145,8 @@ def _check(evaluation: "Evaluation") -> None:
         )
     experiment, seed = registry.get(EXPERIMENT), evaluation.seeds[0]
     # A row's settings are the same in all of its episodes, so one of each is enough.
-    points = [evaluation.point(row, seed) for row in evaluation.rows]
-    for point in points:
-        experiment.settings(**point.settings)
-    experiment.trial(experiment.settings(**evaluation.settings), points[0].options).check()
+    for point in (evaluation.point(row, seed) for row in evaluation.rows):
+        experiment.trial(experiment.settings(**point.settings), point.options).check()
 
 
 def _write(evaluation: "Evaluation", folder: SweepFolder) -> None:
@@ -204,5 +209,5 @@ def screen_table(rows: "list[TableRow]") -> Table:
     for one in rows:
         means = (one.means[name] for name in SHOWN)
         cells = ("-" if mean is None else f"{mean.estimate:.3f}" for mean in means)
-        shown.add_row(one.name, f"{one.falls} of {one.fell.n}", *cells)
+        shown.add_row(one.name, one.fallen, *cells)
     return shown

@@ -49,13 +49,16 @@ def rows():
     return table(Asked(), Kept(kept))
 
 
-def test_rows_without_an_episode_are_left_out(rows):
-    assert [row.name for row in rows] == ["nominal", "push=0.8"]
-    assert [row.fell.n for row in rows] == [2, 1]
+def test_rows_without_an_episode_are_not_left_out(rows):
+    assert [row.name for row in rows] == ["nominal", "push=0.8", "friction=0.2"]
+    assert [row.fallen for row in rows] == ["0 of 2", "1 of 1", "0 of 0"]
+    assert as_json(rows)[2]["fell"] is None
+    assert "| friction=0.2 | 0 of 0 | - | - |" in markdown(rows)
+    assert table(Asked(), Kept({})) == []
 
 
 def test_an_interval_stands_behind_each_mean(rows):
-    nominal, pushed, _, *definitions = markdown(rows).splitlines()[2:]
+    nominal, pushed, _, _, *definitions = markdown(rows).splitlines()[2:]
     assert nominal.startswith("| nominal | 0 of 2 | 0-66 % | - |")
     assert "| 0.110 ± 0.127 |" in nominal  # t of one degree of freedom: 12.7 times 0.01
     assert pushed.startswith("| push=0.8 | 1 of 1 | 21-100 % | - |")
@@ -63,7 +66,7 @@ def test_an_interval_stands_behind_each_mean(rows):
 
 
 def test_json_has_the_perturbation_and_every_figure(rows):
-    nominal, pushed = as_json(rows)
+    nominal, pushed, _ = as_json(rows)
     assert nominal["clearance_m"]["estimate"] == pytest.approx(0.11)
     assert pushed["perturbation"] == {"push": 0.8}
     assert pushed["falls"] == 1

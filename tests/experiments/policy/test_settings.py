@@ -12,6 +12,12 @@ from spikeport.networks.policy import PolicyOptions
     ("wrong", "message"),
     [
         ({"policy": "mlp"}, "unknown policy 'mlp'; choose from: spiking, the path of a file"),
+        ({"policy": "no.npz"}, "policy=no.npz: no such file"),
+        (
+            {"description": "env.yaml"},
+            "description=env.yaml: describes the file of a policy; give --set policy=FILE, or "
+            "leave it out",
+        ),
         (
             {"n_neurons": 7},
             "n_neurons=7: a unit has as many neurons for each sign; give an even number from 2 on",

@@ -171,4 +171,5 @@ def test_a_phase_longer_than_the_run(refused, file, text):
 def test_a_schedule_that_is_not_there(refused, tmp_path):
     known = "choose from: free-standing, switch, the path of a file"
     assert refused("", schedule="none") == f"unknown schedule 'none'; {known}"
+    assert refused("", schedule="none.toml") == "schedule=none.toml: no such file"
     assert refused("", schedule=tmp_path) == f"{tmp_path}: cannot be read: Is a directory"

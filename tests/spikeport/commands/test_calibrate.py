@@ -68,6 +68,10 @@ def test_an_experiment_without_decoders_says_so(spikeport, monkeypatch, tmp_path
             "0.001 s",
         ),
         (["--set", "m1=0"], "m1=0: the number of neurons must be at least 1"),
+        (
+            ["--set", "calibrated=false"],
+            "--set calibrated=false: the command finds a calibration of its own; leave it out",
+        ),
     ],
 )
 def test_mistakes_are_told_before_anything_is_measured(

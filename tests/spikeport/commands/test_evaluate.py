@@ -45,10 +45,11 @@ def test_an_evaluation_leaves_a_table_a_picture_and_every_episode(spikeport, her
         in done.out
     )
     result = json.loads((tmp_path / "result.json").read_text())
-    nominal, weak = result["rows"]
+    nominal, weak, boxes = result["rows"]
     assert (nominal["row"], nominal["falls"], nominal["fell"]["n"]) == ("nominal", 0, 2)
     assert nominal["speed_error_m_s"]["n"] == 2
     assert (weak["row"], weak["falls"], weak["speed_error_m_s"]) == ("strength=0.2", 2, None)
+    assert (boxes["row"], boxes["falls"], boxes["fell"]) == ("terrain=boxes:0.01", 0, None)
     table = (tmp_path / "table.md").read_text().splitlines()
     assert table[2].startswith("| nominal | 0 of 2 | 0-66 % | 0.0")
     assert table[3] == "| strength=0.2 | 2 of 2 | 34-100 % |" + " - |" * 11
@@ -111,7 +112,18 @@ def test_a_table_says_whose_it_is(spikeport, here, monkeypatch, tmp_path, asked,
         ),
         (
             (*WALK, "--set", "silence=0.1"),
-            "--set silence: an evaluation draws commands and follows no path; cure: leave it out",
+            "--set silence: an evaluation draws commands, follows no path and silences no "
+            "neurons; cure: leave it out",
+        ),
+        (
+            (*WALK[:-1], "3"),
+            "--seconds 3: what is measured takes episodes of more than 3 s; cure: leave it out, "
+            "for 20 s",
+        ),
+        (
+            (*WALK, "--row", "robot_model=menagerie"),
+            "Menagerie's unitree_h1 is not in {root}/unitree_h1, and spikeport downloads nothing; "
+            "set MENAGERIE_ROOT to a checkout of github.com/google-deepmind/mujoco_menagerie",
         ),
         (
             (*WALK, "--episodes", "100000", "--row", "push=1"),
@@ -119,15 +131,18 @@ def test_a_table_says_whose_it_is(spikeport, here, monkeypatch, tmp_path, asked,
         ),
     ],
 )
-def test_what_cannot_be_evaluated_is_refused(spikeport, here, tmp_path, arguments, message):
+def test_what_cannot_be_evaluated_is_refused(
+    spikeport, here, monkeypatch, tmp_path, arguments, message
+):
+    monkeypatch.setenv("MENAGERIE_ROOT", str(tmp_path))
     done = spikeport(*arguments, "--out", tmp_path / "out")
-    assert done == (2, "", f"error: {message}\n")
+    assert done == (2, "", f"error: {message.format(root=tmp_path)}\n")
     assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.slow
 def test_workers_walk_the_episodes_and_one_that_is_there_goes_on(spikeport, tmp_path):
-    asked = (*WALK[:-1], "0.5", "--episodes", 1, "--row", "push=0.5", "--workers", 1)
+    asked = (*WALK, "--episodes", 1, "--row", "push=0.5", "--workers", 1)
     assert spikeport(*asked, "--out", tmp_path).code == 0
     written = {path: path.stat().st_mtime_ns for path in (tmp_path / "points").iterdir()}
     assert len(written) == 2
