@@ -5,6 +5,10 @@ previous one; its on/off neurons' spikes go to the chip, arriving there one step
 steps; what its outputs hold is decoded and waits for the host's next step.
 """
 
+import functools
+from collections.abc import Mapping
+from typing import Any
+
 import nengo
 import numpy as np
 from nengo.base import NengoObject
@@ -14,8 +18,10 @@ from spikeport.backends.decoding import Decoder, OutputRecording
 from spikeport.backends.host_program import HostProgram
 from spikeport.backends.kept import program_of
 from spikeport.backends.tape import Flattener, PooledSignals
-from spikeport.compile.ground.rewrite import Built
+from spikeport.compile.ground.names import Names, base
+from spikeport.compile.ground.rewrite import Built, Rewrite, Seeds
 from spikeport.compile.image.tables import offsets, part
+from spikeport.compile.loihi.solver import CHIP, FLOAT, AnyModel, Builder, ParameterSolver
 from spikeport.compile.pipeline import Compilation
 from spikeport.hardware_models.activity import Activity
 
@@ -141,8 +147,31 @@ class HostLoop:
         """Return the built parameters; see `spikeport.backends.execution.Execution.built`."""
         if obj in self.compilation.built:
             return self.compilation.built[obj]
+        if isinstance(obj, nengo.Connection):
+            model = self.compilation.model
+            if obj in model.toplevel.all_connections and obj not in model.host.params:
+                return self._solvers[model.split.on_chip(base(obj.pre_obj))].built(obj)
         params = self._params
         return params[obj] if obj in params else self._host.model.params[obj]
+
+    @functools.cached_property
+    def _solvers(self) -> dict[bool, ParameterSolver]:
+        """Solvers of connections from the host, and from the chip, in Nengo's units.
+
+        nengo-loihi keeps connections in units of its own, and not all of them.
+        """
+        model = self.compilation.model
+        rewrite = Rewrite(model.toplevel, Names(model.toplevel), seeds=model.seeds)
+
+        def solver(params: Mapping[object, Any], builder: Builder) -> ParameterSolver:
+            def new_model(dt_s: float, seeds: Seeds) -> AnyModel:
+                new = builder.new_model(dt_s, seeds)
+                new.params.update({e: params[e] for e in params if isinstance(e, nengo.Ensemble)})
+                return new
+
+            return ParameterSolver(rewrite, model.dt, builder._replace(new_model=new_model))
+
+        return {True: solver(model.params, CHIP), False: solver(model.host.params, FLOAT)}
 
     def clear_probes(self) -> None:
         """Forget the values that probes recorded so far."""

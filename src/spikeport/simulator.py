@@ -26,7 +26,7 @@ from spikeport.backends.execution import Execution
 from spikeport.backends.sampling import sampled
 from spikeport.backends.step_log import counts_files
 from spikeport.cache import NOTHING, Cache
-from spikeport.compile.ground.refusal import ArgumentError
+from spikeport.compile.ground.refusal import ArgumentError, without_addresses
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.passes.pipeline import Pipeline
 from spikeport.compile.pipeline import Compilation, check_arguments
@@ -55,7 +55,8 @@ class Simulator:
     dt : float
         The time step, in seconds.
     seed : int, optional
-        Seed of noise and processes; by default the network's seed + 1.
+        Seed of noise and processes; by default the network's seed + 1. A network without a seed
+        counts as one with seed 0, where Nengo draws one: all of its runs are equal.
     progress_bar : bool or nengo.utils.progress.ProgressBar
         The progress bar of runs; by default none.
     pipeline : Pipeline or str, optional
@@ -81,11 +82,15 @@ class Simulator:
 
     Attributes
     ----------
+    network : nengo.Network
+        The network, as it was given.
     compilation : Compilation or None
         Image, report and host side; None on the reference backend, and where no ensemble is on the
         chip, so that all of the network runs on the host.
     data : mapping of nengo.Probe to (n_steps, size) array
-        Recordings of the probes; ``data[ensemble]`` and ``data[connection]`` hold what Nengo built.
+        Recordings of the probes, read-only; ``data[ensemble]`` and ``data[connection]`` hold what
+        was built, in Nengo's units. The weights of a connection are the product of transform and
+        decoders, which are solved anew when they are first asked for.
 
     Raises
     ------
@@ -140,17 +145,16 @@ class Simulator:
             cache=cache,
         )
         self._open = functools.partial(registry.get(backend).open, source)
-        self._probes = network.all_probes
-        # Nengo's rule; a network without a seed counts as one with seed 0, where Nengo would draw
-        # one.
+        self.network, self._probes = network, network.all_probes
+        # Nengo's rule, with 0 for a seed that is not there.
         self.seed = (network.seed or 0) + 1 if seed is None else seed
-        self.dt = dt
+        self._dt = dt
         self.progress_bar = progress_bar
         self._start(compilation=None)
         self.closed = False
 
     def _start(self, compilation: Compilation | None) -> None:
-        self.n_steps = 0
+        self._n_steps = 0
         # Nobody waits for this lock: it marks a step that is under way, or was broken off.
         self._stepping = threading.Lock()
         self._execution = self._open(self.seed, compilation)
@@ -182,6 +186,16 @@ class Simulator:
     def image(self) -> ChipImage | None:
         """The chip image; None where nothing is compiled for a chip."""
         return None if self.compilation is None else self.compilation.image
+
+    @property
+    def dt(self) -> float:
+        """The time step, in seconds."""
+        return self._dt
+
+    @property
+    def n_steps(self) -> int:
+        """The number of steps so far."""
+        return self._n_steps
 
     @property
     def time(self) -> float:
@@ -229,7 +243,7 @@ class Simulator:
                 "and chip are not at the same step; reset() the simulator, or keep to one thread"
             )
         self._execution.step()
-        self.n_steps += 1
+        self._n_steps += 1
         self._stepping.release()  # not after an error: a step that was broken off is not repeated
 
     def run_steps(self, steps: int, progress_bar: bool | ProgressBar | None = None) -> None:
@@ -383,9 +397,17 @@ class _Data(Mapping[NengoObject, Any]):
         self._frozen: dict[nengo.Probe, np.ndarray] = {}
 
     def __getitem__(self, key: NengoObject) -> Any:
-        if key not in self._probes:
+        if key in self._probes:
+            found = (self._frozen[key] if self._frozen else self._execution.data(key)).view()
+            found.setflags(write=False)  # it may be a copy, in which a change would be lost
+            return found
+        try:
             return self._execution.built(key)
-        return self._frozen[key] if self._frozen else self._execution.data(key)
+        except KeyError:
+            raise KeyError(
+                f"{without_addresses(str(key))}: no probe, ensemble or connection of the network, "
+                "or one that passes replaced; for those, use pipeline='as_written'"
+            ) from None
 
     def __iter__(self) -> Iterator[nengo.Probe]:
         return iter(self._probes)

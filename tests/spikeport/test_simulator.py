@@ -12,6 +12,7 @@ import pytest
 from nengo.exceptions import SimulatorClosed, ValidationError
 from nengo.utils.progress import ProgressBar
 
+import spikeport
 from spikeport import Simulator, compile_network
 from spikeport.backends.registry import BACKENDS
 from spikeport.compile.check.violation import DoesNotFitError
@@ -476,8 +477,48 @@ def test_data_holds_what_nengo_built(backend):
         if backend == "reference":
             assert np.array_equal(sim.data[connection].weights, theirs.data[connection].weights)
     assert sim.data[ensemble].gain.shape == (30,)
-    with pytest.raises(KeyError):
+    with pytest.raises(KeyError, match="<Node .*>: no probe, ensemble or connection of "):
         sim.data[nengo.Node(0.0, add_to_container=False)]
+
+
+def test_weights_have_nengos_units_for_all_connections_and_passes():
+    with nengo.Network(seed=1) as net:
+        spikeport.add_params(net)
+        node, array = nengo.Node(0.5), nengo.networks.EnsembleArray(20, 2)
+        chip, host = nengo.Ensemble(20, 1), nengo.Ensemble(20, 1)
+        net.config[host].on_chip = False
+        kept = nengo.Connection(host, chip)
+        nengo.Connection(node, chip)
+        nengo.Connection(node, array.input, transform=np.ones((2, 1)))
+        nengo.Connection(array.output, host, transform=np.ones((1, 2)))
+        nengo.Connection(chip, host)
+        nengo.Connection(chip, array.ensembles[0], function=np.square)
+        nengo.Connection(chip.neurons, array.ensembles[1].neurons, transform=np.eye(20) / 1e4)
+    written, compact = (Simulator(net, pipeline=passes) for passes in ("as_written", "compact"))
+    with written, compact, nengo.Simulator(net, progress_bar=False) as theirs:
+        for connection in net.all_connections:
+            weights, nengos = written.data[connection].weights, theirs.data[connection].weights
+            if nengos is not None:  # without a transform, Nengo has no weights for values of nodes
+                # Decoders are solved for the rates of the chip's neurons, which differ a little.
+                np.testing.assert_allclose(weights, nengos, atol=1e-3)
+                assert weights.shape == nengos.shape
+            if connection is not kept:  # passes replace what the host sends
+                assert np.array_equal(compact.data[connection].weights, weights)
+        assert np.array_equal(written.data[kept].weights, theirs.data[kept].weights)
+        with pytest.raises(KeyError, match="use pipeline='as_written'"):
+            compact.data[kept]
+
+
+def test_what_a_run_has_made_is_not_to_be_changed(sim):
+    sim.run_steps(3)
+    sim.close()
+    for name, value in (("dt", 0.002), ("n_steps", 0), ("time", 0.0)):
+        with pytest.raises(AttributeError, match="no setter"):
+            setattr(sim, name, value)
+    for probe in sim.data:
+        with pytest.raises(ValueError, match="read-only"):
+            sim.data[probe][:] = 7
+    assert list(sim.data) == sim.network.all_probes
 
 
 def test_a_fork_goes_on_with_a_copy(backend):
