@@ -77,6 +77,8 @@ def run(trial: Trial[K, R], folder: Path) -> Outcome:
                 f"{error}; the robot went into damping, its last states are in {path}"
             ) from None
         except RobotLostError as error:
+            if not len(rig.plant.history()["time_s"]):  # no robot was ever there
+                raise
             path = run_folder.write_last_states(folder, rig.plant.history())
             raise RobotLostError(f"{error}; its last states are in {path}") from None
     found = outcome(trial, ready, done)

@@ -32,9 +32,10 @@ Result = dict[str, Any]
 RESULT_SCHEMA = 1
 REQUEST, SO_FAR = "live.request", "live.nc"
 """A viewer's request and the run's answer, see `spikeport.experiments.watching`."""
+LAST_STATES = "last_states.npz"
 FILES = (
     *("result.json", "probes.nc", "figure.png", "report.json", "report.html"),
-    *("video.mp4", "last_states.npz", "view.html", REQUEST, SO_FAR),
+    *("video.mp4", LAST_STATES, "view.html", REQUEST, SO_FAR),
 )
 COUNTS = "counts"
 """The folder in a run's for the counts of every step, see `spikeport.backends.step_log.StepLog`."""
@@ -78,7 +79,8 @@ def _check_free(folder: Path, overwrite: bool) -> None:
     held = {path.name for path in folder.iterdir() if not is_leftover(path)}
     if held - {*FILES, COUNTS}:
         raise UsageError(f"{folder}: holds more than a run; choose another --out")
-    if held and not overwrite:
+    # Last states alone are of a run that did not end.
+    if held - {LAST_STATES} and not overwrite:
         raise UsageError(f"{folder}: holds a run; choose another --out, or give --overwrite")
 
 
@@ -161,7 +163,7 @@ def write_last_states(folder: Path, history: Mapping[str, np.ndarray]) -> Path:
 
 def add_last_states(folder: Path, history: Mapping[str, np.ndarray]) -> Path:
     """Save the last states beside what else a run leaves."""
-    path = folder / "last_states.npz"
+    path = folder / LAST_STATES
     with atomic_path(path) as temporary, open(temporary, "wb") as file:
         np.savez_compressed(file, **history)  # type: ignore[arg-type]
     return path

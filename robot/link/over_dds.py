@@ -274,6 +274,9 @@ class RealTimeRobot(DdsRobot):
     def _read(self, arrival: "Arrival") -> Observed | None:
         """Return the observation of a state; None if it is refused, as what no H1 observes is."""
         found = super()._read(arrival)
+        if found is not None and not self._runs and turn_of(arrival.message).asks == found.tick:
+            # It would step by each answer, and not by the clock.
+            raise RobotLostError("this robot waits in lock-step; cure: give --robot-lock-step")
         reason = None if found is None else beyond(found.sensors, self._limits)
         if reason is None:
             return found

@@ -67,6 +67,8 @@ class LinkedPlant(Plant):
             If there is none.
         """
         super().reset(seed, posture_rad=posture_rad, perturbation_rad=perturbation_rad)
+        # Of the model's own posture, in which nobody saw a robot.
+        self._history.clear()
         if self._connect is None:
             return
         self.close()
@@ -82,7 +84,6 @@ class LinkedPlant(Plant):
         self._observed = self._robot.first()
         self._begun_tick = self._observed.asks
         self._show()
-        self._history.clear()
         self._history.record(self.data)
 
     def step(self) -> None:

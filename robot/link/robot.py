@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from spikeport.errors import UsageError
 from spikeport.robot.engine import mujoco
 from spikeport.robot.link.codec import (
     TICK_S,
@@ -93,6 +94,12 @@ class SimulatedRobot:
     def __init__(self, settings: RobotSettings) -> None:
         self._settings = settings
         self._plant = Plant(anchored=settings.hoist)
+        for joint, rad in settings.posture_rad.items():
+            low, high = self._plant.model.joint(joint).range
+            if not low <= rad <= high:
+                raise UsageError(
+                    f"{joint}={rad:g}: must be between the joint's stops, {low:g} and {high:g} rad"
+                )
         # The plant, too, reads its step from the model.
         self._plant.model.opt.timestep = 1 / settings.rate_hz
         self.step_ticks = round(1 / (TICK_S * settings.rate_hz))

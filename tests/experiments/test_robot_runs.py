@@ -16,6 +16,7 @@ from spikeport.errors import RobotLostError, UsageError
 from spikeport.experiments import registry
 from spikeport.experiments.driver import robot_line
 from spikeport.experiments.options import Options
+from spikeport.robot.link.client import InlineRobot
 from spikeport.robot.link.connection import RobotOptions
 from tests.helpers.namespace import in_namespace
 
@@ -114,6 +115,16 @@ def test_a_robot_that_is_lost_leaves_its_last_states(
         run("walk", "analytic", "inline", 1.0, str(tmp_path), (fault,))
     with np.load(tmp_path / "last_states.npz") as states:
         assert states["time_s"][-1] == pytest.approx(0.145)
+
+
+def test_a_robot_that_never_came_leaves_no_states(monkeypatch, tmp_path: Path) -> None:
+    def first(_robot: InlineRobot) -> None:
+        raise RobotLostError("no robot to begin with")
+
+    monkeypatch.setattr(InlineRobot, "first", first)
+    with pytest.raises(RobotLostError, match="^no robot to begin with$"):
+        run("walk", "analytic", "inline", 1.0, str(tmp_path))
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_figures_say_how_the_robot_was() -> None:

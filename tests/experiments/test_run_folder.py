@@ -140,6 +140,14 @@ def test_the_last_states_replace_an_earlier_run(tmp_path):
         assert {name: file[name].shape for name in file.files} == {"time_s": (3,), "qpos": (3, 26)}
 
 
+def test_last_states_alone_are_no_run(tmp_path):
+    run_folder.add_last_states(tmp_path, {})
+    with run_folder.opened(tmp_path, "reach"):
+        run_folder.write_result(tmp_path, {})
+    with pytest.raises(UsageError, match="holds a run"), run_folder.opened(tmp_path, "reach"):
+        pass
+
+
 FULL = """
 import resource, sys
 import numpy as np, xarray as xr

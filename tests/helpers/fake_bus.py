@@ -4,6 +4,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import NamedTuple
 
+from spikeport.robot.link.codec import decode_state, encode_state
 from spikeport.robot.link.lock_step import LockStep
 from spikeport.robot.link.messages import COMMANDS, ODOMETRY, STATES, TRUTHS, Topic
 from spikeport.robot.link.robot import SimulatedRobot
@@ -56,10 +57,11 @@ class FakeBus:
     """A robot on its hoist that obeys what is written, and publishes when somebody waits.
 
     ``loses`` says how many of the next commands are lost; ``publishes`` is False for a robot that
-    fell silent.
+    fell silent; ``clocked`` is True for one whose states ask for no answer.
     """
 
-    def __init__(self, settings: RobotSettings = HANGS) -> None:
+    def __init__(self, settings: RobotSettings = HANGS, clocked: bool = False) -> None:
+        self.clocked = clocked
         self.robot = LockStep(SimulatedRobot(settings))
         self.readers = {topic: FakeReader(self.publish) for topic in (STATES, TRUTHS, ODOMETRY)}
         if settings.odometer is None:
@@ -85,6 +87,8 @@ class FakeBus:
     def publish(self) -> None:
         if self.publishes:
             state, truth, odometry = self.robot.published()
+            if self.clocked:
+                state = encode_state(*decode_state(state))
             self.readers[STATES].queue.append(state)
             if truth is not None:
                 self.readers[TRUTHS].queue.append(truth)

@@ -131,8 +131,8 @@ def _refuse_others(settings: Mapping[str, SettingValue]) -> None:
             )
         if key not in known:
             raise UsageError(
-                f"--set {key}: an evaluation draws commands, follows no path and silences no neurons; "
-                "cure: leave it out"
+                f"--set {key}: an evaluation draws commands, follows no path and silences no "
+                "neurons; cure: leave it out"
             )
 
 

@@ -1,5 +1,6 @@
 """The links that a command's options ask for."""
 
+from dataclasses import replace
 from importlib import import_module
 from typing import TYPE_CHECKING
 
@@ -8,7 +9,7 @@ from spikeport.backends.board.faults import FAULTS
 from spikeport.backends.board.link import LinkOptions, record_of
 from spikeport.backends.board.opening import check, recorder_at
 from spikeport.backends.board.record import Record
-from spikeport.commands.options import Link, RobotLink, Tls
+from spikeport.commands.options import Link, RobotLink, Tls, given
 from spikeport.errors import UsageError
 
 if TYPE_CHECKING:
@@ -35,7 +36,7 @@ def link_options(link: Link, tls: Tls, backend: str) -> LinkOptions:
         replay=link.replay,
         certificates=certificates(tls),
     )
-    _check_backend(asked, backend)
+    _check_backend(link, tls, backend)
     for text in asked.faults:
         FAULTS.parse(text)
     if backend == "board":
@@ -50,16 +51,13 @@ def link_options(link: Link, tls: Tls, backend: str) -> LinkOptions:
     return asked
 
 
-def _check_backend(asked: LinkOptions, backend: str) -> None:
+def _check_backend(link: Link, tls: Tls, backend: str) -> None:
     """Refuse options that would do nothing."""
-    if backend != "replay" and asked.replay is not None:
+    if backend != "replay" and link.replay is not None:
         raise UsageError(f"--replay is for --backend replay, not {backend}")
-    without_replay = LinkOptions(replay=asked.replay)
-    if backend != "board" and asked != without_replay:
-        raise UsageError(
-            "--board, --real-time, --hold, --fault, --record, --cert, --key and --ca are for "
-            f"--backend board, not {backend}"
-        )
+    idle = given(replace(link, replay=None), tls)
+    if backend != "board" and idle:
+        raise UsageError(f"{idle}: for --backend board, not {backend}; cure: leave it out")
 
 
 def certificates(tls: Tls) -> Certificates | None:
@@ -82,12 +80,13 @@ def robot_options(link: RobotLink) -> "RobotOptions | None":
         If the robot is at the end of DDS, and cyclonedds is absent.
     """
     if link.robot is None:
-        # Any option is another than without `--robot`.
-        if link != RobotLink(robot_fault=[]):
-            raise UsageError(
-                "--robot-real-time, --robot-lock-step, --robot-states, --robot-priority, "
-                "--robot-fault, --estimator and --may-move-a-real-robot are for a run with --robot"
-            )
+        if idle := given(link):
+            from spikeport.robot.perturbation import ESTIMATORS  # needs mujoco
+
+            cure = "leave it out"
+            if link.estimator in ESTIMATORS:
+                cure += f", or give --set estimator={link.estimator}, which walk and switch have"
+            raise UsageError(f"{idle}: for a run with --robot; cure: {cure}")
         return None
     from spikeport.robot.link.connection import INLINE, RobotOptions  # needs mujoco
 
@@ -100,7 +99,7 @@ def robot_options(link: RobotLink) -> "RobotOptions | None":
         robot=link.robot,
         real_time=link.robot_real_time or (over_dds and not link.robot_lock_step),
         faults=tuple(link.robot_fault),
-        may_move_a_robot=link.may_move,
+        may_move_a_robot=link.may_move_a_real_robot,
         estimator=link.estimator,
         states=link.robot_states,
         priority=link.robot_priority,

@@ -119,8 +119,8 @@ class Workers:
 
     @property
     def n_processes(self) -> int:
-        """The number of processes: as many as asked for, or one for each core."""
-        return self.n or os.cpu_count() or 1
+        """The number of processes: as many as asked for, or one for each core we may use."""
+        return self.n or len(os.sched_getaffinity(0))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -197,7 +197,7 @@ class RobotLink:
             "default), leg-odometry, ekf (for dds:... by default), odometer or ekf+odometer.",
         ),
     ] = None
-    may_move: MayMoveOption = False
+    may_move_a_real_robot: MayMoveOption = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -273,7 +273,7 @@ class RobotService:
 
     interface: InterfaceOption = "lo"
     domain: DomainOption = 1
-    may_move: MayMoveOption = False
+    may_move_a_real_robot: MayMoveOption = False
     lock_step: Annotated[
         bool, typer.Option("--lock-step", help="Wait for the answer to each state.")
     ] = False
@@ -335,6 +335,16 @@ class RobotService:
         float | None,
         typer.Option(metavar="SECONDS", help="End after this time without a controller.", min=0.1),
     ] = None
+
+
+def given(*groups: Any) -> str:
+    """Return the names of the options of groups that have another value than by default."""
+    return ", ".join(
+        "--" + one.name.replace("_", "-")
+        for group in groups
+        for one in fields(group)
+        if getattr(group, one.name) not in (one.default, [])  # a repeatable one has no default
+    )
 
 
 def with_options(command: Callable[..., Result]) -> Callable[..., Result]:

@@ -19,7 +19,7 @@ REAL_TIME_HZ = 500.0
 def serve(request: RobotService) -> None:
     """Be a robot until the process is ended, or its controller is gone."""
     place = Place(request.interface, request.domain)
-    place.check(request.may_move)
+    place.check(request.may_move_a_real_robot)
     if request.fault and not request.lock_step:
         raise UsageError("--fault is for --lock-step: real time has faults of its own")
     if request.priority is not None and request.lock_step:

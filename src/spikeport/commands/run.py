@@ -149,7 +149,7 @@ def unit_table(found: Mapping[str, Mapping[str, Any]]) -> Table:
 
 
 def _text(value: object) -> str:
-    if value is None:
+    if value in (None, {}, []):
         return "-"
     if isinstance(value, bool):
         return "yes" if value else "no"

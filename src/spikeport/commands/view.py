@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from spikeport.errors import UsageError
-from spikeport.experiments import watching
+from spikeport.experiments import run_folder, watching
 from spikeport.experiments.registry import imported
 from spikeport.files import read_json
 from spikeport.reading.hdf5 import read_dataset
@@ -29,14 +29,20 @@ def run(folder: Path, out: Path | None, live: bool = False) -> None:
     """
     if live:
         _watch(folder)
-    result = read_json(folder / "result.json")
+    path = folder / "result.json"
+    result = read_json(path) if path.is_file() else None
     if not isinstance(result, dict) or not (folder / "probes.nc").is_file():
-        raise UsageError(f"{folder}: no finished run; cure: name a folder that `run` has written")
-    path = out or folder / PAGE
+        states = folder / run_folder.LAST_STATES
+        left = f"; the last states of one that did not end are in {states}"
+        raise UsageError(
+            f"{folder}: no finished run{left if states.is_file() else ''}; cure: name a folder "
+            "that `run` has written"
+        )
+    page = out or folder / PAGE
     # A run of `simulate` has a model in place of an experiment.
     what = result.get("experiment") or result.get("model", "run")
-    write(folder / "probes.nc", path, f"{what}: {folder}")
-    print(f"written: {path} ({path.stat().st_size / 1e6:.1f} MB); open it in a browser")
+    write(folder / "probes.nc", page, f"{what}: {folder}")
+    print(f"written: {page} ({page.stat().st_size / 1e6:.1f} MB); open it in a browser")
 
 
 def _watch(folder: Path) -> None:

@@ -43,7 +43,7 @@ class LiveBus(FakeBus):
     """A robot that publishes after every command, with the remote's keys at ticks."""
 
     def __init__(self, settings: RobotSettings = HANGS) -> None:
-        super().__init__(settings)
+        super().__init__(settings, clocked=True)
         self.pressed: dict[int, tuple[str, ...]] = {}
 
     def obey(self, message: bytes) -> None:

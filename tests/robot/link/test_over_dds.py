@@ -37,7 +37,7 @@ def lock_step() -> tuple[FakeBus, LockStepRobot, Observed]:
 
 
 def real_time() -> tuple[FakeBus, RealTimeRobot, Observed, FakeClock]:
-    bus, clock = FakeBus(), FakeClock()
+    bus, clock = FakeBus(clocked=True), FakeClock()
     robot = RealTimeRobot(bus, TRUTHS, Pace(0.005, clock))
     return bus, robot, robot.first(), clock
 
@@ -64,7 +64,7 @@ def test_a_command_that_was_lost_is_sent_again() -> None:
 
 @pytest.mark.parametrize("clocked", [False, True])
 def test_without_a_publisher_of_the_truth_states_alone_are_observations(clocked: bool) -> None:
-    bus = FakeBus()
+    bus = FakeBus(clocked=clocked)
     bus.robot = LockStep(SimulatedRobot(RobotSettings(hoist=True)), tells_truth=False)
     pace = Pace(0.005, FakeClock())
     robot = RealTimeRobot(bus, None, pace) if clocked else LockStepRobot(bus, None)
@@ -184,6 +184,13 @@ def test_a_robot_that_reads_no_commands_is_none_to_begin_with() -> None:
         LockStepRobot(bus, TRUTHS).first()
 
 
+def test_in_real_time_a_robot_that_waits_for_answers_is_not_driven() -> None:
+    bus = FakeBus()
+    with pytest.raises(RobotLostError, match="waits in lock-step; cure: give --robot-lock-step"):
+        RealTimeRobot(bus, TRUTHS, Pace(0.005, FakeClock())).first()
+    assert bus.commands.sent == []
+
+
 def test_in_real_time_what_no_h1_observes_damps() -> None:
     bus, robot, seen, _ = real_time()
     turned = READINGS._replace(q=np.full(19, 4.0))
@@ -221,7 +228,7 @@ def test_in_real_time_nothing_new_is_held_and_then_given_up() -> None:
 
 
 def test_odometry_comes_with_the_states_and_its_silence_damps() -> None:
-    bus, clock = FakeBus(WITH_ODOMETER), FakeClock()
+    bus, clock = FakeBus(WITH_ODOMETER, clocked=True), FakeClock()
     robot = RealTimeRobot(bus, ODOMETRY, Pace(0.005, clock))
     seen = robot.first()
     assert seen.odometry is not None
@@ -264,7 +271,7 @@ class Stuck:
 
 
 def test_a_robot_that_keeps_its_sport_mode_gets_no_command() -> None:
-    bus = FakeBus()
+    bus = FakeBus(clocked=True)
     robot = RealTimeRobot(bus, TRUTHS, Pace(0.005, FakeClock()), Stuck())
     with pytest.raises(BackendError, match="still in mode 'ai'"):
         robot.first()

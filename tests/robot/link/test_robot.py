@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from spikeport.errors import UsageError
 from spikeport.robot.description import JOINTS
 from spikeport.robot.link.codec import Command, decode_base, decode_state, encode_command
 from spikeport.robot.link.h1 import DAMPING, SPEED_LIMITS_RAD_S, TORQUE_LIMITS_NM
@@ -38,6 +39,14 @@ def test_time_is_in_ticks_and_begins_after_zero() -> None:
         one.step()
         assert (one.tick, one.steps) == (2 * ticks, 1)
         assert decode_state(one.state())[0] == decode_base(one.truth()).tick == 2 * ticks
+
+
+def test_a_posture_beyond_a_joints_stops_is_refused() -> None:
+    with pytest.raises(UsageError) as caught:
+        robot(posture_rad={"left_knee": 9.0})
+    assert str(caught.value) == (
+        "left_knee=9: must be between the joint's stops, -0.26 and 2.05 rad"
+    )
 
 
 def test_joints_go_where_they_are_driven() -> None:

@@ -54,8 +54,12 @@ def test_what_is_wrong_with_a_link_is_said_before_a_compile(
 @pytest.mark.parametrize(
     ("options", "backend", "reason"),
     [
-        ({"real_time": True}, "native", "are for --backend board, not native"),
-        ({"fault": ["cut@1"]}, "replay", "are for --backend board, not replay"),
+        (
+            {"real_time": True, "hold": 3},
+            "native",
+            "^--real-time, --hold: for --backend board, not native; cure: leave it out$",
+        ),
+        ({"fault": ["cut@1"]}, "replay", "^--fault: for --backend board, not replay"),
         ({"replay": Path("x")}, "board", "--replay is for --backend replay, not board"),
         ({"fault": ["nonsense"]}, "board", "write KIND@STEP"),
         ({}, "replay", "name it, --replay FILE"),

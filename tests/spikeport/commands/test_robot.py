@@ -64,7 +64,7 @@ def test_stubs_are_in_lock_step_and_robots_over_dds_in_real_time_unless_asked() 
     assert robot_options(link(robot="stub")).estimates == "truth"
     assert robot_options(link(robot="dds:lo:1")).estimates == "ekf"
     assert robot_options(link(robot="stub", estimator="leg-odometry")).estimates == "leg-odometry"
-    moved = robot_options(link(robot="dds:lo:0", may_move=True))
+    moved = robot_options(link(robot="dds:lo:0", may_move_a_real_robot=True))
     assert moved.by_hand
     assert not robot_options(link(robot="dds:lo:1")).by_hand
     assert robot_options(link(robot="dds:lo:1", robot_states=True)).by_hand
@@ -74,9 +74,12 @@ def test_stubs_are_in_lock_step_and_robots_over_dds_in_real_time_unless_asked() 
 @pytest.mark.parametrize(
     ("asked", "words"),
     [
-        ({"robot_fault": ["loss@1"]}, "are for a run with --robot"),
-        ({"may_move": True}, "are for a run with --robot"),
-        ({"estimator": "ekf"}, "are for a run with --robot"),
+        (
+            {"robot_fault": ["loss@1"], "may_move_a_real_robot": True},
+            "^--robot-fault, --may-move-a-real-robot: for a run with --robot; cure: leave it out$",
+        ),
+        ({"estimator": "ekf"}, "^--estimator: for a run .* or give --set estimator=ekf, which"),
+        ({"estimator": "odometer"}, "--estimator: for a run with --robot; cure: leave it out$"),
         ({"robot": "stub", "robot_states": True}, "is for --robot dds:... in real time"),
         (
             {"robot": "dds:lo:1", "robot_lock_step": True, "robot_states": True},
@@ -87,13 +90,12 @@ def test_stubs_are_in_lock_step_and_robots_over_dds_in_real_time_unless_asked() 
         ({"robot": "dds:lo:1", "robot_real_time": True}, "is for --robot stub"),
         ({"robot": "dds:lo:0"}, "would move"),
         (
-            {"robot": "dds:lo:0", "may_move": True, "estimator": "truth"},
+            {"robot": "dds:lo:0", "may_move_a_real_robot": True, "estimator": "truth"},
             "only a simulation knows the truth",
         ),
         ({"robot": "stub", "robot_priority": 5}, "--robot-priority is for real time"),
-        ({"robot_priority": 5}, "are for a run with --robot"),
         (
-            {"robot": "dds:lo:0", "robot_lock_step": True, "may_move": True},
+            {"robot": "dds:lo:0", "robot_lock_step": True, "may_move_a_real_robot": True},
             "waits for no answer",
         ),
         ({"robot": "inline", "robot_fault": ["lost@1"]}, "write KIND@STEP"),
