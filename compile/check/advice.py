@@ -4,7 +4,6 @@ from collections.abc import Callable
 
 import nengo
 
-from spikeport.compile.check.finite import NotFiniteError
 from spikeport.compile.check.lint import lint
 from spikeport.compile.check.offload import problems
 from spikeport.compile.ground.names import Names
@@ -40,7 +39,7 @@ def advice(
     rewritten : bool
         True if passes rewrote the network that was refused.
     """
-    if isinstance(error, NotFiniteError):
+    if error.everywhere:
         return ""
     names, found = Names(network), problems(error)
     # Rules that no pass mends come first: rewriting would not help.

@@ -35,7 +35,9 @@ CURES = {
         "lower its ensemble's intercepts, so that its neurons fire at the evaluation points"
     ),
     "is not probeable": "probe the ensemble or node at its end",
-    "NaNs detected in encoders": "give every encoder a length, or set normalize_encoders=False",
+    "negative or non-finite gain": "raise its max_rates, or lower its intercepts below 1",
+    "Max rates must be below the inverse": "lower its max_rates, or shorten its tau_ref",
+    "NaNs detected in": "give every encoder a length, or set normalize_encoders=False",
     "Amplitude is not supported on RegularSpiking base types": (
         "set the amplitude of RegularSpiking itself, not that of its base type"
     ),

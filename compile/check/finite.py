@@ -11,6 +11,8 @@ NOT_FINITE = "array must not contain infs or NaNs"
 class NotFiniteError(RefusedError):
     """The error of NaN or infinite numbers, which are no better rewritten, or on the host."""
 
+    everywhere = True
+
 
 def not_finite(name: str, where: str) -> NotFiniteError:
     """Return the error for an object of which some numbers are NaN or infinite."""

@@ -15,8 +15,8 @@ from spikeport.compile.ground.settings import add_params
 Result = TypeVar("Result")
 OF_NETWORK = "SP0"
 """First letters of the ids of rules that one ensemble breaks, whatever the others do."""
-NOT_FINITE = "SP011"
-"""The rule on NaN and infinity, which are no better on the host."""
+OF_HOST_TOO = ("SP004", "SP011")
+"""The rules on gain and bias, NaN and infinity, which are no better on the host."""
 
 
 class Problem(NamedTuple):
@@ -140,12 +140,12 @@ def _n_neurons(moves: tuple[Move, ...]) -> int:
 def problems(error: RefusedError) -> list[Problem]:
     """Return what an error is about that the host may be better at, problem by problem."""
     if not isinstance(error, DoesNotFitError):
-        about = error.about
+        about = () if error.everywhere else error.about
         return [Problem("", "refusal by nengo-loihi", about[0], about)] if about else []
     return [
         Problem(one.id, one.rule, one.object, error.owners.get(one.object, (one.object,)))
         for one in error.violations
-        if one.id != NOT_FINITE
+        if one.id not in OF_HOST_TOO
     ]
 
 

@@ -40,10 +40,13 @@ class RefusedError(CompileError, BuildError):
         The names of the objects that are refused, and of the ends of those that are connections.
     advice : str
         A last line of the message, on what else may help.
+    everywhere : bool
+        True if it would be refused on the host and rewritten, too.
     """
 
     about: tuple[str, ...] = ()
     advice: str = ""
+    everywhere: bool = False
 
     def __str__(self) -> str:
         """Return message and advice; of a parameter, the message names object and attribute."""
@@ -64,18 +67,41 @@ class ArgumentError(UsageError, ValidationError):
 
 
 def refused(about: tuple[str, ...], error: Exception, cure: str) -> RefusedError:
-    """Return the error for a refusal by nengo-loihi, often an assertion without text.
+    """Return the error for a refusal by a builder, often an assertion without text.
 
     ``about`` holds the name of the object that is refused, then those of its ends.
     """
+    everywhere = _is_nengos(error)
     message = (
-        f"{about[0]}: nengo-loihi refuses it: {reason_of(error)}; cure: {cure}, or keep its "
-        "ensembles on the host with net.config[ensemble].on_chip = False, after "
-        "spikeport.add_params(net)"
+        f"{about[0]}: {'Nengo' if everywhere else 'nengo-loihi'} refuses it: {reason_of(error)}; "
+        f"cure: {cure}"
     )
+    if not everywhere:
+        message += (
+            ", or keep its ensembles on the host with net.config[ensemble].on_chip = False, after "
+            "spikeport.add_params(net)"
+        )
+    found = RefusedError(message)
     if isinstance(error, ValidationError):
-        return concerning(about, InvalidError(message, error.attr, error.obj))
-    return concerning(about, RefusedError(message))
+        found = InvalidError(message, error.attr, error.obj)
+    found.everywhere = everywhere
+    return concerning(about, found)
+
+
+def _is_nengos(error: Exception) -> bool:
+    """Return whether code raised an error that is the same for the host: Nengo's, or a user's.
+
+    nengo-loihi has copies of Nengo's builder of ensembles, with the same checks.
+    """
+    frames = [frame for frame, _ in traceback.walk_tb(error.__traceback__)]
+    names = [(one.f_globals.get("__name__", ""), one.f_code.co_name) for one in frames]
+    module, function = next(
+        (name for name in reversed(names) if name[0].startswith(("nengo.", "nengo_loihi."))),
+        ("", ""),
+    )
+    # These say what a builder lacks, nengo-loihi's as well.
+    lacks = module in ("nengo.builder.builder", "nengo.builder.probe")
+    return (module.startswith("nengo.") and not lacks) or function in ("get_gain_bias", "build_ensemble")
 
 
 @contextlib.contextmanager

@@ -1,5 +1,7 @@
 """Advice on rewriting a network that is refused: what was tried, and only that."""
 
+import re
+
 import nengo
 import numpy as np
 import pytest
@@ -7,6 +9,7 @@ from nengo.solvers import NoSolver
 
 from spikeport.compile.check.advice import MOST_CONNECTIONS, advice
 from spikeport.compile.ground.refusal import RefusedError
+from spikeport.compile.ground.settings import add_params
 from spikeport.compile.pipeline import compile_network
 
 OFFLOAD = "more: try --offload, which moves what breaks a rule to the host"
@@ -35,7 +38,8 @@ def test_what_compiles_rewritten_is_said_with_its_cores() -> None:
 
 def test_what_does_not_is_said_too_and_only_where_it_was_refused_as_written() -> None:
     with nengo.Network(seed=1) as network:
-        nengo.Ensemble(2, 1, encoders=[[0.0], [1.0]])
+        a = nengo.Ensemble(20, 1, neuron_type=nengo.LIF(tau_rc=8.3))
+        nengo.Connection(a, a)
     assert refusal(network).advice == "more: -p compact does not compile it either; try --offload"
     assert refusal(network, "compact").advice == ""
 
@@ -50,6 +54,23 @@ def test_what_no_pass_mends_is_not_tried() -> None:
     with nengo.Network(seed=1) as network:
         nengo.Ensemble(5, 1, gain=np.full(5, np.nan), bias=np.ones(5))
     assert refusal(network).advice == ""
+
+
+@pytest.mark.parametrize("on_chip", [None, False])
+@pytest.mark.parametrize(
+    "ensemble", [{"encoders": [[0.0], [1.0]]}, {"gain": [1, 1]}, {"max_rates": [1000, 1000]}]
+)
+def test_what_the_host_refuses_as_well_is_not_sent_there(
+    ensemble: dict[str, list[int]], on_chip: bool | None
+) -> None:
+    with nengo.Network(seed=1) as network:
+        add_params(network)
+        nengo.Ensemble(2, 1)
+        network.config[nengo.Ensemble(2, 1, **ensemble)].on_chip = on_chip
+    for offload in (False, True):
+        with pytest.raises(RefusedError) as raised:
+            compile_network(network, offload=offload)
+        assert not re.search("host|offload|compact", str(raised.value))
 
 
 def test_numbers_that_are_not_finite_as_the_network_is_built_have_no_way_out() -> None:

@@ -126,7 +126,7 @@ def test_what_the_builder_refuses_is_named() -> None:
     network = make()
     network.a.label = "odd"
     network.a.gain = np.ones(30)
-    with pytest.raises(RefusedError, match=r"^odd: nengo-loihi refuses it"):
+    with pytest.raises(RefusedError, match=r"^odd: Nengo refuses it: gain or bias"):
         solver_of(network).ensemble(network.a)
 
 
