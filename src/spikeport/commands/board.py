@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import typer
 
+from spikeport.atomic import check_output
 from spikeport.backends.board.address import Address
 from spikeport.backends.board.board import CountingChip, Machine
 from spikeport.backends.board.faults import FAULTS
@@ -17,7 +18,7 @@ from spikeport.commands.ending import ended_in_order
 from spikeport.commands.links import certificates
 from spikeport.commands.options import BoardService, Tls
 from spikeport.compile.image.chip_image import ChipImage
-from spikeport.errors import UsageError, unknown
+from spikeport.errors import ImageError, UsageError, unknown
 
 
 def _native(image: ChipImage, seed: int) -> CountingChip:
@@ -63,6 +64,16 @@ def _on_device(path: Path, baud: int, image: ChipImage, seed: int) -> CountingCh
 def _kept(path: Path, machine: Machine, image: ChipImage, seed: int) -> CountingChip:
     image.save(path)
     return machine.load(image, seed)
+
+
+def _check_keep(path: Path) -> None:
+    """Refuse to replace anything but the image of an earlier session."""
+    check_output("--keep", path)
+    try:
+        if path.exists():
+            ChipImage.load(path)
+    except ImageError:
+        raise UsageError(f"--keep {path}: is there, and no chip image; choose another") from None
 
 
 def _need_gcc() -> None:
@@ -119,6 +130,7 @@ def serve(request: BoardService, tls: Tls) -> None:
     """Be a board until the process is ended; its socket goes with it."""
     machine = _machine(request)
     if request.keep is not None:
+        _check_keep(request.keep)
         request.keep.parent.mkdir(parents=True, exist_ok=True)
         machine = Machine(machine.name, functools.partial(_kept, request.keep, machine))
     service = Service(

@@ -77,6 +77,14 @@ def test_the_image_that_a_host_sends_is_kept(
     assert ChipImage.load(kept).digest == small_image().digest
 
 
+def test_an_image_is_not_kept_in_place_of_another_file(tmp_path: Path) -> None:
+    model = tmp_path / "model.py"
+    model.write_text("import nengo")
+    with pytest.raises(UsageError, match="is there, and no chip image; choose another"):
+        serve(BoardService(listen=f"unix:{tmp_path / 's'}", keep=model, fault=[]), Tls())
+    assert model.read_text() == "import nengo"
+
+
 def recorded(path: Path, faults: tuple[str, ...] = ()) -> None:
     clock = FakeClock()
     line = FakeLine(Board(MACHINE), clock, faults)
