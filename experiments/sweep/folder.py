@@ -9,7 +9,7 @@ import dataclasses
 import json
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from datetime import datetime
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -85,6 +85,24 @@ class SweepFolder:
                     f"{json.dumps(asked)}; {cure}"
                 )
         return result
+
+    def read_finished(self, points: Iterable[Point]) -> list[tuple[Point, dict[str, Any]]]:
+        """Read the results of all points that are finished.
+
+        Raises
+        ------
+        UsageError
+            As `read`, with a line for each file.
+        """
+        found, wrong = [], []
+        for point in filter(self.holds, points):
+            try:
+                found.append((point, self.read(point)))
+            except UsageError as error:
+                wrong.append(str(error))
+        if wrong:
+            raise UsageError("\n".join(wrong))
+        return found
 
 
 def _is_metrics(value: object) -> bool:

@@ -13,9 +13,8 @@ from spikeport.experiments.sweep.plan import Sweep
 def table(sweep: Sweep, folder: SweepFolder) -> xr.Dataset:
     """Return metrics with the sweep's axes as dimensions; NaN where a point is not finished."""
     rows = [
-        {**_labels(point.place), **_numbers(folder.read(point)["metrics"])}
-        for point in sweep.points()
-        if folder.holds(point)
+        {**_labels(point.place), **_numbers(result["metrics"])}
+        for point, result in folder.read_finished(sweep.points())
     ]
     dataset = pd.DataFrame(rows).set_index(list(sweep.axes)).astype(float).to_xarray()
     asked = {key: [_label(value) for value in values] for key, values in sweep.axes.items()}

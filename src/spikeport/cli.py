@@ -46,8 +46,9 @@ class CommandGroup(typer.core.TyperGroup):
         """Run a command."""
         try:
             return super().invoke(ctx)
-        except KeyboardInterrupt:
-            fail("interrupted; nothing that was under way is complete", 130)
+        except KeyboardInterrupt as interrupt:
+            left = str(interrupt) or "nothing that was under way is complete"
+            fail(f"interrupted; {left}", 130)
 
 
 app = typer.Typer(
@@ -400,7 +401,11 @@ def train_command(
     ),
     seed: SeedOption = 0,
     steps: Annotated[
-        int, typer.Option(help="Number of control steps, over all robots.", min=1)
+        int,
+        typer.Option(
+            help="Number of control steps over all robots, rounded up to segments of 307,200.",
+            min=1,
+        ),
     ] = 51_500_000,
     threads: Annotated[
         int | None, typer.Option(help="Number of threads; by default all cores.", min=1)

@@ -122,7 +122,7 @@ def test_a_robot_that_never_came_leaves_no_states(monkeypatch, tmp_path: Path) -
         raise RobotLostError("no robot to begin with")
 
     monkeypatch.setattr(InlineRobot, "first", first)
-    with pytest.raises(RobotLostError, match="^no robot to begin with$"):
+    with pytest.raises(RobotLostError, match=r"^no robot to begin with$"):
         run("walk", "analytic", "inline", 1.0, str(tmp_path))
     assert list(tmp_path.iterdir()) == []
 

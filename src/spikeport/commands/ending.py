@@ -4,7 +4,8 @@ import contextlib
 import signal
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
 from types import FrameType
 from typing import NoReturn
 
@@ -32,12 +33,33 @@ def ended_in_order(serves: bool = False) -> Iterator[None]:
         signal.signal(number, signal.SIG_IGN)
         sys.exit(0 if serves else 128 + number)
 
+    with _handled(OF_SERVERS if serves else SIGNALS, end):
+        yield
+
+
+@contextlib.contextmanager
+def resumable(folder: Path, parts: str) -> Iterator[None]:
+    """Let an interrupt, or a request to end, say which parts are kept and how to go on."""
+    # Not the end of the terminal: under `nohup`, what takes hours ignores it.
+    with _handled((signal.SIGTERM,), signal.default_int_handler):
+        try:
+            yield
+        except KeyboardInterrupt:
+            raise KeyboardInterrupt(
+                f"finished {parts} are kept in {folder}; to go on, give the same command with "
+                f"--out {folder}"
+            ) from None
+
+
+@contextlib.contextmanager
+def _handled(
+    signals: Iterable[signal.Signals], handler: Callable[[int, FrameType | None], object]
+) -> Iterator[None]:
     # Python lets the main thread alone handle signals.
     ours = threading.current_thread() is threading.main_thread()
-    ending = OF_SERVERS if serves else SIGNALS
-    before = {one: signal.signal(one, end) for one in ending} if ours else {}
+    before = {one: signal.signal(one, handler) for one in signals} if ours else {}
     try:
         yield
     finally:
-        for one, handler in before.items():
-            signal.signal(one, handler)
+        for one, earlier in before.items():
+            signal.signal(one, earlier)

@@ -11,6 +11,7 @@ from rich.table import Table
 
 from spikeport import key_values
 from spikeport.atomic import atomic_path, write_text
+from spikeport.commands.ending import resumable
 from spikeport.commands.options import Target, Workers
 from spikeport.commands.progress import progress_bar
 from spikeport.commands.run import check_target, seconds_of
@@ -58,7 +59,7 @@ def run(request: EvaluateRequest) -> int:
     evaluation, workers = planned(request), request.workers
     note_trust(workers.scheduler)
     with opened(request.out, evaluation) as folder:
-        with progress_bar() as progress:
+        with resumable(folder.path, "episodes"), progress_bar() as progress:
             failures = execution.run(
                 evaluation.points(),
                 episode.run_episode,

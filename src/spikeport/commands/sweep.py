@@ -9,6 +9,7 @@ from rich.console import Console
 
 from spikeport import key_values
 from spikeport.atomic import atomic_path
+from spikeport.commands.ending import resumable
 from spikeport.commands.options import Target, Workers
 from spikeport.commands.progress import progress_bar
 from spikeport.commands.run import check_target, seconds_of
@@ -50,7 +51,7 @@ def run(request: SweepRequest) -> int:
     workers = request.workers
     note_trust(workers.scheduler)
     with opened(request.out, sweep) as folder:
-        with progress_bar() as progress:
+        with resumable(folder.path, "points"), progress_bar() as progress:
             failures = execution.run(
                 sweep.points(),
                 point.PointRun.new(),
@@ -136,6 +137,8 @@ def _check(sweep: Sweep, experiment: Experiment) -> None:
     for backend in sweep.varied.get(BACKEND, (sweep.backend,)):
         if backend not in experiment.backends:
             raise unknown(f"backend of {experiment.name}", backend, experiment.backends)
+    if BACKEND in sweep.varied and sweep.backend != Target.backend:
+        raise UsageError(f"--vary {BACKEND}: also given with --{BACKEND}; choose one")
     # Counted before points are made: there may be too many to hold.
     n_points = math.prod(map(len, sweep.axes.values()))
     if n_points > MOST_POINTS:

@@ -1,6 +1,5 @@
 """``spikeport train``."""
 
-import os
 from dataclasses import asdict
 from pathlib import Path
 
@@ -8,6 +7,9 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
+from spikeport.atomic import locked
+from spikeport.commands.ending import resumable
+from spikeport.commands.options import Workers
 from spikeport.commands.progress import progress_bar
 from spikeport.errors import UsageError, unknown
 from spikeport.extras import missing
@@ -23,6 +25,8 @@ def run(
         raise unknown("policy", policy, POLICIES)
     if out.is_file():
         raise UsageError(f"--out {out}: this is a file; give the folder of the training run")
+    if (out / "result.json").is_file() or (out / "sweep.json").is_file():
+        raise UsageError(f"--out {out}: holds a run or a sweep; choose another --out")
     try:
         from spikeport.training.curriculum import STAGES, without_hidden_noise
         from spikeport.training.train import TrainOptions
@@ -30,10 +34,11 @@ def run(
     except ModuleNotFoundError as error:
         raise missing("training", error.name, "train") from error
     stages = STAGES if hidden_noise else without_hidden_noise()
-    options = TrainOptions(out, seed, steps, stages=stages, workers=threads or os.cpu_count() or 1)
+    options = TrainOptions(out, seed, steps, stages=stages, workers=Workers(n=threads).n_processes)
     command = f"spikeport train {policy} --seed {seed} --steps {steps} --threads {options.workers}"
     command += "" if hidden_noise else " --no-hidden-noise"
-    with progress_bar() as progress:
+    out.mkdir(parents=True, exist_ok=True)
+    with locked(out), resumable(out, "segments"), progress_bar() as progress:
         evaluations = train_walk(options, command, progress)
     table = Table("walking", *evaluations, box=SIMPLE_HEAD)
     rows = zip(*(asdict(e).items() for e in evaluations.values()), strict=True)

@@ -10,15 +10,19 @@ from spikeport.experiments.sweep.table import table, write_table
 from tests.helpers.sweeps import finish
 
 
-def test_a_damaged_result_is_named(sweep_of, tmp_path):
+def test_damaged_results_are_named_all_at_once(sweep_of, tmp_path):
     sweep = sweep_of()
     folder = SweepFolder(tmp_path)
-    finish(folder, sweep.points()[0], falls=0)
-    path = folder.result_path(sweep.points()[0])
-    path.write_text("{")
+    damaged = [folder.result_path(point) for point in sweep.points()[:2]]
+    for point in sweep.points():
+        finish(folder, point, falls=0)
+    for path in damaged:
+        path.write_text("{")
     with pytest.raises(UsageError) as caught:
         table(sweep, folder)
-    assert str(caught.value) == f"{path}: holds no result; remove it to run its point again"
+    assert str(caught.value).splitlines() == [
+        f"{path}: holds no result; remove it to run its point again" for path in damaged
+    ]
 
 
 def test_the_table_has_every_number_where_it_belongs(finished):

@@ -2,10 +2,11 @@
 
 import os
 import signal
+from pathlib import Path
 
 import pytest
 
-from spikeport.commands.ending import OF_SERVERS, SIGNALS, ended_in_order
+from spikeport.commands.ending import OF_SERVERS, SIGNALS, ended_in_order, resumable
 
 
 @pytest.mark.parametrize(
@@ -27,6 +28,15 @@ def test_a_signal_is_an_exit(number: signal.Signals, serves: bool) -> None:
         interrupted()
     assert closed == [True]
     assert exits.value.code == (0 if serves else 128 + number)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_what_can_be_resumed_says_how(number: signal.Signals) -> None:
+    with pytest.raises(KeyboardInterrupt) as interrupt, resumable(Path("out"), "points"):
+        os.kill(os.getpid(), number)
+    assert str(interrupt.value) == (
+        "finished points are kept in out; to go on, give the same command with --out out"
+    )
 
 
 def test_handlers_are_as_before_once_it_is_over() -> None:

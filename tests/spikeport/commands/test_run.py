@@ -187,7 +187,8 @@ def test_metrics_of_parts_are_named_line_by_line(tmp_path, capsys):
     show_outcome(Outcome(result, report=None, activity=None), tmp_path)
     printed = [line.strip() for line in capsys.readouterr().out.splitlines()]
     first = next(i for i, line in enumerate(printed) if line.startswith("phases"))
-    assert printed[first].split(maxsplit=1)[1] == "walk: success yes, behind_m 0.1, spikes_by_nucleus -"
+    walk = "walk: success yes, behind_m 0.1, spikes_by_nucleus -"
+    assert printed[first].split(maxsplit=1)[1] == walk
     assert printed[first + 1] == "draw: success no"
 
 

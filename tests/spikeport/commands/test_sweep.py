@@ -122,6 +122,10 @@ BACKENDS = "analytic, board, native, native-threads, nengo-loihi, reference, rep
             f"unknown backend of reach 'brd'; choose from: {BACKENDS}",
         ),
         (("--backend", "brd"), f"unknown backend of reach 'brd'; choose from: {BACKENDS}"),
+        (
+            ("--vary", "backend=native,analytic"),
+            "--vary backend: also given with --backend; choose one",
+        ),
         (("--set", "m1=x"), "--set m1=x: expected a whole number"),
         (
             ("--seconds", "0"),
@@ -159,7 +163,10 @@ def test_an_interrupted_sweep_goes_on_with_what_is_missing(
     os.killpg(interrupted.pid, signal.SIGINT)  # as a terminal does
     out, err = interrupted.communicate(timeout=START_S)
     assert (interrupted.returncode, out) == (130, "")
-    assert without_stages(err) == "error: interrupted; nothing that was under way is complete\n"
+    assert without_stages(err) == (
+        f"error: interrupted; finished points are kept in {tmp_path}; to go on, give the same "
+        f"command with --out {tmp_path}\n"
+    )
     written = first.stat().st_mtime_ns
     assert spikeport(*command).code == 0
     assert first.stat().st_mtime_ns == written

@@ -1,8 +1,11 @@
 """``spikeport train`` as a user types it; what a run computes is tested in tests/training."""
 
 import sys
+from pathlib import Path
 
 import pytest
+
+from spikeport.atomic import locked
 
 
 def test_help_names_every_option(spikeport):
@@ -21,6 +24,25 @@ def test_a_file_is_no_folder_of_a_run(spikeport, tmp_path):
     path.touch()
     message = f"error: --out {path}: this is a file; give the folder of the training run\n"
     assert spikeport("train", "walk", "--out", str(path)) == (2, "", message)
+
+
+def test_a_folder_of_something_else_or_in_use_is_refused(spikeport, tmp_path):
+    pytest.importorskip("rsl_rl")
+    with locked(tmp_path):
+        done = spikeport("train", "walk", "--out", str(tmp_path))
+    assert (done.code, done.out) == (2, "")
+    assert done.err.startswith(f"error: {tmp_path}: another process writes into it")
+    (tmp_path / "sweep.json").touch()
+    message = f"error: --out {tmp_path}: holds a run or a sweep; choose another --out\n"
+    assert spikeport("train", "walk", "--out", str(tmp_path)) == (2, "", message)
+
+
+def test_help_names_the_steps_of_a_segment(spikeport):
+    pytest.importorskip("rsl_rl")
+    from spikeport.training.train import TrainOptions
+
+    steps = TrainOptions(Path()).steps_per_segment
+    assert f"{steps:,}" in spikeport("train", "--help").out
 
 
 def test_without_torch_the_extra_is_named(spikeport, tmp_path, monkeypatch):
