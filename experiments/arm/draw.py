@@ -87,10 +87,9 @@ class DrawTrial(ArmTrial):
         ]
 
     @property
-    def network_settings(self) -> dict[str, object]:
-        """The settings that the controller depends on, with the sheet and a digit's time."""
-        sheet = dataclasses.asdict(self.settings.sheet)
-        return {**super().network_settings, **sheet, "seconds": self.options.seconds}
+    def rehearsed_settings(self) -> dict[str, object]:
+        """The sheet and a digit's time."""
+        return {**dataclasses.asdict(self.settings.sheet), "seconds": self.options.seconds}
 
     @property
     def goal(self) -> str:

@@ -56,9 +56,9 @@ class ReachTrial(ArmTrial):
         return reach_task.rehearsals(self.settings.target_box)
 
     @property
-    def network_settings(self) -> dict[str, object]:
-        """The settings that the controller depends on, the box among them."""
-        return {**super().network_settings, "box": self.settings.box}
+    def rehearsed_settings(self) -> dict[str, object]:
+        """The box."""
+        return {"box": self.settings.box}
 
     @property
     def goal(self) -> str:

@@ -51,6 +51,11 @@ class ArmTrial(Trial[ArmRig, ArmRun]):
 
     @property
     @abstractmethod
+    def rehearsed_settings(self) -> dict[str, object]:
+        """The settings that the rehearsals depend on."""
+
+    @property
+    @abstractmethod
     def goal(self) -> str:
         """The goal in words, for messages."""
 
@@ -66,7 +71,7 @@ class ArmTrial(Trial[ArmRig, ArmRun]):
     def network_settings(self) -> dict[str, object]:
         """The settings that the controller depends on."""
         sizes = dataclasses.asdict(self.settings.sizes)
-        return {**sizes, "network_seed": self.settings.network_seed}
+        return {**sizes, "network_seed": self.settings.network_seed, **self.rehearsed_settings}
 
     @cached_property
     def dynamics(self) -> ArmDynamics:
@@ -103,8 +108,12 @@ class ArmTrial(Trial[ArmRig, ArmRun]):
         return self._calibrated(self._rehearsed())
 
     def _rehearsed(self) -> ArmRegion:
-        self.options.progress("rehearsing with the exact law", None)
-        region = record_region(self.law, self.rehearsals())
+        def rehearse() -> Arrays:
+            self.options.progress("rehearsing with the exact law", None)
+            return record_region(self.law, self.rehearsals()).arrays()
+
+        inputs = {"experiment": self.name, **self.rehearsed_settings}
+        region = ArmRegion.of(self.options.cache.kept("rehearsal", inputs, rehearse))
         check_sampled(self.goal, self.goal_points(), region)
         return region
 

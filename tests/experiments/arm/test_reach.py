@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from spikeport.cache import Cache
 from spikeport.compile.pipeline import compile_network
 from spikeport.errors import DivergedError, UsageError
 from spikeport.experiments import driver
@@ -27,6 +28,16 @@ def reached(folder, seconds, **options):
 
 def names(folder):
     return sorted(path.name for path in folder.iterdir())
+
+
+@pytest.mark.slow
+def test_a_rehearsal_is_kept_for_controllers_of_other_neurons(tmp_path, monkeypatch):
+    options = Options(1.0, cache=Cache(tmp_path))
+    region = ReachTrial(ReachSettings(), options)._rehearsed()
+    monkeypatch.setattr(trial, "record_region", None)
+    again = ReachTrial(ReachSettings(network_seed=1, m1=40), options)._rehearsed()
+    for name, array in region.arrays().items():
+        np.testing.assert_array_equal(again.arrays()[name], array)
 
 
 # how well it reaches
