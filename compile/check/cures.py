@@ -31,6 +31,9 @@ CURES = {
     "nengo-loihi only supports 2D convolution": (
         "convolve in two dimensions, one of them of size 1"
     ),
+    "kernel_cols, n_channels, n_filters)": (
+        "convolve with groups=1, and a kernel that is zero between the groups"
+    ),
     "'activities' matrix is all zero": (
         "lower its ensemble's intercepts, so that its neurons fire at the evaluation points"
     ),

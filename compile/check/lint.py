@@ -92,8 +92,11 @@ def synapse(scope: Scope) -> Iterator[Violation]:
         )
         kind = type(connection.synapse)
         if filtered_on_chip and kind not in (nengo.Lowpass, type(None)):
-            tau_s = _tau_s(connection.synapse)
-            yield rules.get("SP005").broken(scope.names[connection], kind.__name__, tau_s=tau_s)
+            rule, tau_s = rules.get("SP005"), _tau_s(connection.synapse)
+            broken = rule.broken(scope.names[connection], kind.__name__, tau_s=tau_s)
+            ends = (connection.pre_obj, connection.post_obj)
+            decoded = all(isinstance(end, nengo.Ensemble) for end in ends)
+            yield broken._replace(cure=f"{broken.cure}, or {rule.more[1]}") if decoded else broken
 
 
 def _tau_s(synapse: nengo.synapses.Synapse) -> str:
@@ -103,6 +106,8 @@ def _tau_s(synapse: nengo.synapses.Synapse) -> str:
 
     H(s) = n(s) / d(s),    delay = d'(0) / d(0) - n'(0) / n(0)
     """
+    if isinstance(synapse, nengo.Triangle):
+        return f"{synapse.t / 3:g}"  # the centre of a response that falls to 0 at t
     if not isinstance(synapse, nengo.synapses.LinearFilter) or not synapse.analog:
         return "tau"
     numerator, denominator = np.poly1d(synapse.num), np.poly1d(synapse.den)
@@ -125,15 +130,19 @@ def post_slice(scope: Scope) -> Iterator[Violation]:
 
 
 def learning_rule(scope: Scope) -> Iterator[Violation]:
-    """Refuse learning rules other than PES on connections from an ensemble on the chip."""
+    """Refuse all but one PES on connections from an ensemble on the chip: nengo-loihi knows no list
+    of rules.
+    """
     for connection in scope.network.all_connections:
         rule = connection.learning_rule_type
         if rule is None or not scope.on_chip(connection.pre_obj):
             continue
-        kinds = rule.values() if isinstance(rule, dict) else rule
-        for kind in kinds if isinstance(rule, list | dict) else [rule]:
-            if type(kind) is not nengo.PES:
-                yield rules.get("SP007").broken(scope.names[connection], type(kind).__name__)
+        if type(rule) is not nengo.PES:
+            kinds = rule.values() if isinstance(rule, dict) else rule
+            several = isinstance(rule, list | dict)
+            inside = " of " + ", ".join(type(one).__name__ for one in kinds) if several else ""
+            used = type(rule).__name__ + inside
+            yield rules.get("SP007").broken(scope.names[connection], used)
 
 
 def chip_process(scope: Scope) -> Iterator[Violation]:
@@ -177,6 +186,16 @@ def finite(scope: Scope) -> Iterator[Violation]:
             yield rules.get("SP011").broken(scope.names[obj], f"NaN or infinity in {odd[0]}")
 
 
+def given_decoders(scope: Scope) -> Iterator[Violation]:
+    """Refuse decoders of another shape than (neurons, values of the function)."""
+    for connection in scope.network.all_connections:
+        given, pre = getattr(connection.solver, "values", None), connection.pre_obj
+        limit = (pre.n_neurons, connection.size_mid) if isinstance(pre, nengo.Ensemble) else None
+        if given is not None and limit not in (None, given.shape):
+            name = scope.names[connection]
+            yield rules.get("SP013").broken(name, str(given.shape), str(limit))
+
+
 def _arrays(obj: nengo.Ensemble | nengo.Connection) -> Iterator[tuple[str, np.ndarray]]:
     """Yield the arrays of an ensemble or connection, by name."""
     if isinstance(obj, nengo.Connection):
@@ -204,6 +223,7 @@ RULES: tuple[Callable[[Scope], Iterator[Violation]], ...] = (
     chip_process,
     probe,
     finite,
+    given_decoders,
 )
 MENDED = (synapse,)
 """Rules that a pass over a network can mend."""

@@ -15,8 +15,8 @@ from spikeport.compile.ground.settings import add_params
 Result = TypeVar("Result")
 OF_NETWORK = "SP0"
 """First letters of the ids of rules that one ensemble breaks, whatever the others do."""
-OF_HOST_TOO = ("SP004", "SP011")
-"""The rules on gain and bias, NaN and infinity, which are no better on the host."""
+OF_HOST_TOO = ("SP004", "SP011", "SP013")
+"""The rules on gain and bias, NaN and given decoders, which are no better on the host."""
 
 
 class Problem(NamedTuple):

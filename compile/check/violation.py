@@ -70,6 +70,10 @@ class NothingOnChipError(DoesNotFitError):
             "float Nengo"
         )
 
+    def __str__(self) -> str:
+        """Return where the network runs, and what was moved there."""
+        return "\n".join([f"{self.verdict}; there is no image", *map(str, self.offloaded)])
+
 
 class Offloaded(NamedTuple):
     """An ensemble that was moved to the host, and the violation that it was moved for.

@@ -93,6 +93,16 @@ def learned(
         on_host(a)
 
 
+def in_list() -> None:
+    rules = [nengo.PES()]
+    nengo.Connection(nengo.Ensemble(20, 1), nengo.Node(size_in=1), learning_rule_type=rules)
+
+
+def given_decoders(rows: int) -> None:
+    solver = nengo.solvers.NoSolver(np.zeros((rows, 1)), weights=True)
+    nengo.Connection(nengo.Ensemble(20, 1), nengo.Ensemble(10, 1), solver=solver)
+
+
 def events(output: object) -> None:
     ensemble = nengo.Ensemble(4, 1)
     nengo.Connection(nengo.Node(output, size_out=4), ensemble.neurons, transform=0.1)
@@ -195,8 +205,8 @@ CASES = [
     ),
     Case(
         "SP007",
-        "learn with PES, or keep what it learns from on the host",
-        linted(partial(learned, nengo.RLS())),
+        "learn with PES, given by itself",
+        lambda: linted(partial(learned, nengo.RLS()))() & linted(in_list)(),
         (linted(partial(learned, nengo.PES())), linted(partial(learned, nengo.RLS(), host=True))),
     ),
     Case(
@@ -207,7 +217,7 @@ CASES = [
     ),
     Case(
         "SP010",
-        "probe {instead}, leave the probe out, or keep {kept} on the host",
+        "probe {instead}, leave the probe out, so that what it probes stays on the chip, or keep",
         linted(partial(probed, "scaled_encoders")),
         (
             linted(partial(probed, "decoded_output")),
@@ -231,5 +241,11 @@ CASES = [
             compiled(partial(learned, nengo.PES(), n=600, values=20)),
             compiled(partial(learned, nengo.PES(), n=600, values=110, host=True)),
         ),
+    ),
+    Case(
+        "SP013",
+        "give nengo.solvers.NoSolver a row for each neuron",
+        compiled(partial(given_decoders, 19)),
+        (compiled(partial(given_decoders, 20)),),
     ),
 ]

@@ -6,6 +6,7 @@ import nengo_loihi
 import numpy as np
 import pytest
 
+from spikeport.compile.check import rules
 from spikeport.compile.check.lint import RULES, lint
 from spikeport.compile.check.violation import DoesNotFitError, Violation
 from spikeport.compile.ground.names import Names
@@ -16,6 +17,7 @@ HOST = (
     "or keep it on the host with net.config[ensemble].on_chip = False, after "
     "spikeport.add_params(net)"
 )
+OVER_HOST = f"or {rules.get('SP005').more[1]}"
 NEURONS = (
     "a: SP002 neuron type: {}, limit LIF, SpikingRectifiedLinear or RegularSpiking of LIFRate or "
     f"RectifiedLinear; cure: choose one of these, {HOST}"
@@ -28,6 +30,12 @@ PART = (
     "a -> b: SP006 slice of an on-chip target: {} of 8 neurons, limit all; cure: give these "
     "neurons an ensemble of their own"
 )
+RULE = (
+    "a -> out: SP007 learning rule: {}, limit one PES; cure: learn with PES, given by itself as in "
+    "learning_rule_type=nengo.PES(), or keep what it learns from on the host with "
+    "net.config[ensemble].on_chip = False, after spikeport.add_params(net)"
+)
+LEAVE = "leave the probe out, so that what it probes stays on the chip"
 BOARD = (
     "{}: SP009 node on the chip: {}, limit events of a file, to ensembles on the chip; cure: feed "
     "the events from a node on the host"
@@ -36,6 +44,9 @@ FINITE = (
     "{}: SP011 finite numbers: NaN or infinity in {}, limit finite numbers; cure: look for a "
     "division by zero, a root or logarithm out of range, or an overflow there"
 )
+
+
+RLS = nengo.RLS()
 
 
 class Eavesdropper(nengo.LIF):
@@ -81,9 +92,22 @@ def convolution_into_a_part(part: slice = slice(4, None)) -> None:
     nengo.Connection(a.neurons, b.neurons[part], transform=transform)
 
 
-def foreign_learning_rule() -> None:
+def foreign_learning_rule(rule: Any = RLS) -> None:
     a, out = nengo.Ensemble(4, 1, label="a"), nengo.Node(size_in=1, label="out")
-    nengo.Connection(a, out, learning_rule_type={"rule": nengo.RLS()})
+    nengo.Connection(a, out, learning_rule_type=rule)
+
+
+def list_of_rules() -> None:
+    foreign_learning_rule([nengo.PES()])
+
+
+def dict_of_rules() -> None:
+    foreign_learning_rule({"a": nengo.PES(), "b": nengo.RLS()})
+
+
+def decoders_of_another_shape() -> None:
+    a, b = nengo.Ensemble(4, 1, label="a"), nengo.Ensemble(8, 1, label="b")
+    nengo.Connection(a, b, solver=nengo.solvers.NoSolver(np.zeros((4, 8)), weights=True))
 
 
 class LiveCamera(nengo_loihi.dvs.DVSFileChipProcess):
@@ -156,15 +180,18 @@ CASES: list[tuple[Callable[[], None], str]] = [
     (
         second_order_synapse,
         "a -> a: SP005 synapse: Alpha, limit Lowpass or None; cure: use nengo.Lowpass(0.02) with "
-        "the same group delay",
+        f"the same group delay, {OVER_HOST}",
     ),
     (convolution_into_a_part, PART.format(4)),
     (
-        foreign_learning_rule,
-        "a -> out: SP007 learning rule: RLS, limit PES; cure: learn with PES, or keep what it "
-        "learns from on the host with net.config[ensemble].on_chip = False, after "
-        "spikeport.add_params(net)",
+        decoders_of_another_shape,
+        "a -> b: SP013 shape of given decoders: (4, 8), limit (4, 1); cure: give "
+        "nengo.solvers.NoSolver a row for each neuron, and a column for each value of the "
+        "connection's function, also with weights=True",
     ),
+    (foreign_learning_rule, RULE.format("RLS")),
+    (list_of_rules, RULE.format("list of PES")),
+    (dict_of_rules, RULE.format("dict of PES, RLS")),
     (
         process_on_the_board,
         BOARD.format("events", "LiveCamera"),
@@ -173,17 +200,17 @@ CASES: list[tuple[Callable[[], None], str]] = [
     (
         probed_events,
         "p: SP010 probed attribute: output of events, limit no attribute of a node on the chip; "
-        f"cure: probe what the node feeds, leave the probe out, {HOST}",
+        f"cure: probe what the node feeds, {LEAVE}, {HOST}",
     ),
     (
         foreign_probe,
         "p: SP010 probed attribute: scaled_encoders of a, limit decoded_output; cure: probe one of "
-        f"these, leave the probe out, {HOST}",
+        f"these, {LEAVE}, {HOST}",
     ),
     (
         probed_connection,
         "p: SP010 probed attribute: output of a -> a, limit no attribute of a connection; cure: "
-        f"probe an end of the connection, leave the probe out, {HOST.replace('it', 'a', 1)}",
+        f"probe an end of the connection, {LEAVE}, {HOST.replace('it', 'a', 1)}",
     ),
     (infinite_gain, FINITE.format("a", "gain")),
     (undefined_encoders, FINITE.format("a", "encoders")),
@@ -200,7 +227,7 @@ CASES: list[tuple[Callable[[], None], str]] = [
         (nengo.LinearFilter([-0.01, 1], [0.02, 1]), "0.03"),
         (nengo.LinearFilter([1, 0], [0.02, 1]), "tau"),  # it lets nothing slow through
         (nengo.LinearFilter([1], [1, 0]), "tau"),  # an integrator
-        (nengo.Triangle(0.01), "tau"),
+        (nengo.Triangle(0.03), "0.01"),
     ],
 )
 def test_a_synapse_is_replaced_by_one_of_its_group_delay(synapse: Any, tau_s: str) -> None:
@@ -208,7 +235,16 @@ def test_a_synapse_is_replaced_by_one_of_its_group_delay(synapse: Any, tau_s: st
         nengo.Connection(nengo.Ensemble(5, 1), nengo.Ensemble(5, 1), synapse=synapse)
 
     (violation,) = violations(make)
-    assert violation.cure == f"use nengo.Lowpass({tau_s}) with the same group delay"
+    assert violation.cure == f"use nengo.Lowpass({tau_s}) with the same group delay, {OVER_HOST}"
+
+
+def test_spikes_are_not_sent_over_the_host() -> None:
+    def make() -> None:
+        ends = (nengo.Ensemble(5, 1).neurons, nengo.Ensemble(5, 1).neurons)
+        nengo.Connection(*ends, synapse=nengo.Triangle(0.03))
+
+    (violation,) = violations(make)
+    assert violation.cure == "use nengo.Lowpass(0.01) with the same group delay"
 
 
 def violations(make: Callable[[], Any]) -> list[Violation]:
@@ -257,7 +293,7 @@ def test_the_error_lists_all_breaches_row_by_row() -> None:
         "  a: SP003 ensemble noise: WhiteNoise, limit none; cure: remove the noise, or keep it on "
         "the host with net.config[ensemble].on_chip = False, after spikeport.add_params(net)\n"
         "  p: SP010 probed attribute: output of a#2 -> a#2, limit no attribute of a connection; "
-        "cure: probe an end of the connection, leave the probe out, or keep a#2 on the host with "
+        f"cure: probe an end of the connection, {LEAVE}, or keep a#2 on the host with "
         "net.config[ensemble].on_chip = False, after spikeport.add_params(net)\n"
         "more: spikeport compile --explain SP003\n"
         "more: try --offload, which moves what breaks a rule to the host"
