@@ -1,5 +1,7 @@
 """Runs a user's code: a file, a notebook or a module, as Python and Jupyter would."""
 
+import ast
+import asyncio
 import contextlib
 import importlib
 import importlib.util
@@ -19,6 +21,8 @@ from spikeport.reading.notebook import Cell, read_notebook
 
 FILES = (".py", ".ipynb")
 """The endings of files that hold code."""
+FOR_JUPYTER = '; cure: mend it, or put what is for Jupyter alone under `if __name__ == "__main__":`'
+"""What to do about a cell: a notebook's name is another here, as that of a module."""
 
 
 def imported(where: str) -> ModuleType:
@@ -65,8 +69,12 @@ def _notebook(path: Path) -> ModuleType:
         for line in cell.skipped:
             note = f"note: {path}: cell {cell.number}: skipped, for it is IPython's: {line}"
             print(printable(note), file=sys.stderr)
-        with _named(f"{path}: cell {cell.number} cannot be run"):
-            exec(compile(cell.code, _source(path, cell), "exec", dont_inherit=True), vars(module))
+        with _named(f"{path}: cell {cell.number} cannot be run", cure=FOR_JUPYTER):
+            code = compile(
+                cell.code, _source(path, cell), "exec", ast.PyCF_ALLOW_TOP_LEVEL_AWAIT, True
+            )
+            if (awaits := eval(code, vars(module))) is not None:
+                asyncio.run(awaits)
     return module
 
 
@@ -85,15 +93,15 @@ def _neighbour(module: ModuleType, path: Path) -> ModuleType:
 
 
 @contextlib.contextmanager
-def _named(what: str) -> Iterator[None]:
-    """Name the code whose error a block raises."""
+def _named(what: str, cure: str = "") -> Iterator[None]:
+    """Name the code whose error a block raises, and a cure."""
     try:
         yield
     except (SpikeportError, KeyboardInterrupt, OutOfTime):
         raise
     except BaseException as error:
         # SystemExit as well: scripts may end themselves when they are run.
-        raise UsageError(f"{what}: {in_words(error)}") from error
+        raise UsageError(f"{what}: {in_words(error)}{cure}") from error
 
 
 @contextlib.contextmanager

@@ -477,7 +477,7 @@ def test_data_holds_what_nengo_built(backend):
         if backend == "reference":
             assert np.array_equal(sim.data[connection].weights, theirs.data[connection].weights)
     assert sim.data[ensemble].gain.shape == (30,)
-    with pytest.raises(KeyError, match="<Node .*>: no probe, ensemble or connection of "):
+    with pytest.raises(KeyError, match=r"<Node .*>: no probe, ensemble or connection of "):
         sim.data[nengo.Node(0.0, add_to_container=False)]
 
 

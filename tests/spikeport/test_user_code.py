@@ -43,7 +43,11 @@ def test_a_file_that_raises_says_what(tmp_path, text, reason):
     path.write_text(text, encoding="utf-8")
     assert refusal(path) == f"{path}: cannot be imported: {reason} ({path}, line 1)"
     path = notebook(tmp_path, "x = 1", text)
-    assert refusal(path) == f"{path}: cell 2 cannot be run: {reason} ({path}, cell 2, line 1)"
+    assert refusal(path) == (
+        f"{path}: cell 2 cannot be run: {reason} ({path}, cell 2, line 1); cure: mend it, or put "
+        'what is for Jupyter alone under `if __name__ == "__main__":`'
+    )
+    assert imported(str(notebook(tmp_path, f'if __name__ == "__main__":\n    {text}')))
 
 
 def test_a_file_that_is_not_python_says_where(tmp_path):
@@ -81,6 +85,11 @@ def test_cells_of_a_notebook_run_one_after_the_other(tmp_path, capsys):
         f"note: {path}: cell 1: skipped, for it is IPython's: %matplotlib inline\n"
         f"note: {path}: cell 3: skipped, for it is IPython's: %%time\n"
     )
+
+
+def test_cells_may_wait_as_in_jupyter(tmp_path):
+    path = notebook(tmp_path, "import asyncio\nmade = await asyncio.sleep(0, 4)")
+    assert imported(str(path)).made == 4
 
 
 def test_plots_open_no_window(tmp_path, monkeypatch):

@@ -79,7 +79,9 @@ def test_every_violation_is_printed_and_no_image_written(spikeport, net_py, tmp_
         "RegularSpiking of LIFRate or RectifiedLinear; cure: choose one of these, or keep it on "
         "the host with net.config[ensemble].on_chip = False, after spikeport.add_params(net)\n"
         "  a -> b: SP005 synapse: Alpha, limit Lowpass or None; cure: use nengo.Lowpass(0.02) with "
-        "the same group delay\n"
+        "the same group delay, or send decoded values over the host: "
+        '`network.config[connection].decode_path = "host"`, after '
+        "`spikeport.add_params(network)` and with `-p compact`\n"
         "more: spikeport compile --explain SP002\n"
         "more: try --offload, which moves what breaks a rule to the host\n"
     )
