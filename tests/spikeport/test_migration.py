@@ -209,6 +209,45 @@ def options_are_the_same():
     spikeport.add_params(net)
     assert {"on_chip", "block_shape"} <= set(net.config[nengo.Ensemble]._extra_params)
     assert {"pop_type", "decode_path"} <= set(net.config[nengo.Connection]._extra_params)
+    before = nengo.Network()
+    nengo_loihi.add_params(before)
+    assert "decode_path" not in before.config[nengo.Connection]._extra_params
+    spikeport.add_params(before)
+    assert "decode_path" in before.config[nengo.Connection]._extra_params
+
+
+def shapes_are_nengo_loihis():
+    net = network()
+    spikeport.add_params(net)
+    net.config[net.ensembles[0]].block_shape = nengo_loihi.BlockShape((10,), (20,))
+    assert (
+        compile_network(net, pipeline="").image.n_cores
+        == 1 + compile_network(network(), pipeline="").image.n_cores
+    )
+
+
+def a_seed_that_is_not_there_is_0():
+    unseeded, other, seeded = network(), network(), network()
+    unseeded.seed, other.seed, seeded.seed = None, None, 0
+    assert_same(ours(unseeded), ours(other))
+    assert_same(ours(unseeded), ours(seeded))
+    assert not np.array_equal(ours(network())[0], ours(seeded)[0])
+
+
+def processes_take_nengos_seeds():
+    def signals(seed=None):
+        with nengo.Network(seed=1) as net:
+            probe = nengo.Probe(nengo.Node(nengo.processes.WhiteSignal(1, high=5, seed=seed)))
+            nengo.Ensemble(20, 1)
+        with nengo.Simulator(net, progress_bar=False) as sim:
+            sim.run_steps(STEPS)
+        return [sim.data[probe], ours(net)[0], theirs(net)[0], theirs(net)[0]]
+
+    nengos, mine, first, again = signals()
+    assert np.array_equal(nengos, mine)
+    assert not np.array_equal(mine, first)
+    assert not np.array_equal(first, again)
+    assert len({one.tobytes() for one in signals(seed=2)}) == 1
 
 
 def numbers_have_the_same_type():
@@ -220,6 +259,34 @@ def numbers_have_the_same_type():
     with Simulator(net) as sim:
         sim.run_steps(STEPS)
     assert np.any(sim.data[filtered] % 1)
+
+
+def weights_have_nengos_units():
+    net = network()
+    connection = net.connections[1]
+    with Simulator(net) as sim, numpy1_semantics(), nengo_loihi.Simulator(net) as other:
+        mine, large = sim.data[connection].weights, other.data[connection].weights
+    np.testing.assert_allclose(mine / sim.dt, large)
+
+
+def recordings_are_read_only():
+    with Simulator(network()) as sim, pytest.raises(ValueError, match="read-only"):
+        sim.data[sim.network.probes[0]][:] = 0
+
+
+def times_go_by_nengos_name():
+    with Simulator(network()) as sim:
+        sim.run_steps(20)
+        assert np.array_equal(sim.trange(0.01), [0.01, 0.02])
+        with pytest.raises(TypeError):
+            sim.trange(dt=0.01)
+
+
+def some_attributes_are_not_there():
+    net = network()
+    with Simulator(net) as sim:
+        assert not any(hasattr(sim, name) for name in ("target", "precompute", "timers", "sims"))
+        assert sim.network is net
 
 
 def the_model_is_that_of_the_compilation():
@@ -266,7 +333,14 @@ ROWS = {
     "Simulator(net, progress_bar=True)": a_bar_is_shown,
     "nengo_loihi.set_defaults()": defaults_are_the_same,
     "nengo_loihi.add_params(net)": options_are_the_same,
+    "nengo_loihi.BlockShape(...)": shapes_are_nengo_loihis,
+    "nengo.Network()": a_seed_that_is_not_there_is_0,
+    "WhiteSignal(1, high=5)": processes_take_nengos_seeds,
     "sim.data[probe]": numbers_have_the_same_type,
+    "sim.data[connection].weights": weights_have_nengos_units,
+    "sim.data[probe][:] = 0": recordings_are_read_only,
+    "sim.trange(dt=0.01)": times_go_by_nengos_name,
+    "sim.target": some_attributes_are_not_there,
     "sim.model": the_model_is_that_of_the_compilation,
     "sim.model.utilization_summary()": the_report_is_printed,
     "sim.reset()": a_simulator_starts_over,
