@@ -3,17 +3,18 @@ image.
 """
 
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import nengo
 import numpy as np
+from nengo.connection import LearningRule
 
 from spikeport.compile.check import rules
 from spikeport.compile.check.drive import duplicated, silenced
 from spikeport.compile.check.loops import loops
 from spikeport.compile.check.violation import Violation
 from spikeport.compile.ground.filters import Passage
-from spikeport.compile.ground.names import Names
+from spikeport.compile.ground.names import Names, base
 from spikeport.compile.ground.quantisation import BlockError
 from spikeport.compile.ground.scope import Scope
 from spikeport.compile.image.chip_image import ChipImage
@@ -42,6 +43,20 @@ def network_hints(network: nengo.Network, names: Names) -> Iterator[Violation]:
     for probe in network.all_probes:
         if scope.in_chip_units(probe):
             yield rules.get("SP414").broken(names[probe], probe.attr)
+    for connection in _in_cycles(scope):
+        yield rules.get("SP416").broken(names[connection], "none around it")
+
+
+def _in_cycles(scope: Scope) -> Iterable[nengo.Connection]:
+    """Return a connection of each loop on the chip that no synapse is in."""
+    direct = [
+        c
+        for c in scope.network.all_connections
+        if c.synapse is None and not isinstance(c.post_obj, LearningRule)
+    ]
+    loop = loops((base(c.pre_obj), base(c.post_obj)) for c in direct)
+    within = (c for c in direct if loop[base(c.pre_obj)] == loop[base(c.post_obj)])
+    return {loop[base(c.post_obj)]: c for c in within if scope.on_chip(c.post_obj)}.values()
 
 
 def _nodes_of_arrays(network: nengo.Network) -> Iterator[nengo.Node]:

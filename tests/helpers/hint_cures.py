@@ -68,6 +68,11 @@ def idle(n: int = 10, gain: float = 0.3, bias: float = 0.5) -> None:
     nengo.Connection(nengo.Node(0.5), a)
 
 
+def looped(synapse: nengo.synapses.Synapse | None) -> None:
+    a = nengo.Ensemble(20, 1)
+    nengo.Connection(a.neurons, a.neurons, transform=-0.001 * np.eye(20), synapse=synapse)
+
+
 def measured(make: Callable[[], object], dt_s: float = 0.001) -> Check:
     """Return a check of the hints of a run."""
 
@@ -281,5 +286,11 @@ CASES = [
         "probe spikes or decoded values",
         lambda: hinted(partial(probed, "voltage"))() & hinted(partial(probed, "input"))(),
         (hinted(partial(probed, "output")), hinted(partial(probed, None))),
+    ),
+    Case(
+        "SP416",
+        "give a connection of the loop a synapse",
+        hinted(partial(looped, None)),
+        (hinted(partial(looped, nengo.Lowpass(0.001))),),
     ),
 ]

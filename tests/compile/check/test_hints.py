@@ -1,6 +1,9 @@
+import contextlib
+
 import nengo
 import numpy as np
 import pytest
+from nengo.exceptions import BuildError
 
 from spikeport.compile.check.hints import filter_hints, image_hints, network_hints
 from spikeport.compile.ground.filters import Passage
@@ -55,6 +58,21 @@ def test_a_connection_of_which_nothing_is_left_beside_another_is_found() -> None
     (found,) = (hint for hint in compile_network(network).report.hints if hint.id == "SP402")
     assert found.object == "a -> b"
     assert found.used == "all of its weights are rounded to 0"
+
+
+@pytest.mark.parametrize("synapse", [None, 0.005])
+def test_a_loop_without_a_synapse_is_one_that_nengo_refuses(synapse: float | None) -> None:
+    with nengo.Network(seed=1) as network:
+        a, b = nengo.Ensemble(4, 1, label="a"), nengo.Ensemble(4, 1, label="b")
+        through = nengo.Node(size_in=1)
+        nengo.Connection(a.neurons, b.neurons, transform=np.eye(4) / 1000, synapse=None)
+        nengo.Connection(b, through, synapse=None)
+        nengo.Connection(through, a, synapse=synapse)
+        nengo.Connection(a, nengo.Node(size_in=1), synapse=None)
+    found = [one for one in compile_network(network).report.hints if one.id == "SP416"]
+    assert [one.object for one in found] == ["nodes[0] -> a"] * (synapse is None)
+    with contextlib.nullcontext() if synapse else pytest.raises(BuildError, match="cycles"):
+        nengo.Simulator(network, progress_bar=False).close()
 
 
 def test_a_dead_end_is_found() -> None:
