@@ -81,14 +81,14 @@ class Settling:
 
     def _swapped(self, block: int, core: int) -> bool:
         """Swap a block with one of a core if both fit and more spikes are within cores then."""
-        gains = self._gains.of(block, self._core[block], core)
         # Images have many equal blocks: where one does not fit, equal ones do not.
-        fitting: dict[int, bool] = {}
+        of_kind = {self._kinds[other]: other for other in self.bins[core]}
+        fitting = {kind for kind, other in of_kind.items() if self._fit_swapped(block, other)}
+        if not fitting:  # as on most cores: their gains need not be counted
+            return False
+        gains = self._gains.of(block, self._core[block], core)
         for other in (self.bins[core][i] for i in np.flatnonzero(gains > 0)):
-            kind = self._kinds[other]
-            if kind not in fitting:
-                fitting[kind] = self._fit_swapped(block, other)
-            if fitting[kind]:
+            if self._kinds[other] in fitting:
                 self._swap(block, other)
                 return True
         return False
