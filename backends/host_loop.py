@@ -149,6 +149,11 @@ class HostLoop:
             return self.compilation.built[obj]
         if isinstance(obj, nengo.Connection):
             model = self.compilation.model
+            if obj.solver.weights and obj in model.params:
+                # As in Nengo, these have the encoders, too, but nengo-loihi's units of a spike.
+                spike = getattr(obj.pre_obj.neuron_type, "amplitude", 1) / model.dt
+                full = model.params[obj]
+                return full._replace(weights=full.weights / spike)
             if obj in model.toplevel.all_connections and obj not in model.host.params:
                 return self._solvers[model.split.on_chip(base(obj.pre_obj))].built(obj)
         params = self._params

@@ -90,7 +90,8 @@ class Simulator:
     data : mapping of nengo.Probe to (n_steps, size) array
         Recordings of the probes, read-only; ``data[ensemble]`` and ``data[connection]`` hold what
         was built, in Nengo's units. The weights of a connection are the product of transform and
-        decoders, which are solved anew when they are first asked for.
+        decoders, which are solved anew when they are first asked for; those of a solver with
+        ``weights=True`` have the encoders as well, unless passes rewrote the network.
 
     Raises
     ------
