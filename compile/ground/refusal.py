@@ -101,7 +101,10 @@ def _is_nengos(error: Exception) -> bool:
     )
     # These say what a builder lacks, nengo-loihi's as well.
     lacks = module in ("nengo.builder.builder", "nengo.builder.probe")
-    return (module.startswith("nengo.") and not lacks) or function in ("get_gain_bias", "build_ensemble")
+    return (module.startswith("nengo.") and not lacks) or function in (
+        "get_gain_bias",
+        "build_ensemble",
+    )
 
 
 @contextlib.contextmanager
