@@ -30,6 +30,7 @@ SPIKEPORT = "nengo_simulator = spikeport.Simulator"
 NENGO_LOIHI = "nengo_simloader = seeded.nengo_loihi_simulator"
 COMPACT = "nengo_simulator = compact.Compact"
 NOT_COMPACT = {
+    "nengo/tests/test_connection.py::test_dist_transform",  # full weights are taken apart
     "nengo/tests/test_simulator.py::test_entry_point",  # Compact is no entry point
     "nengo/tests/test_transforms.py::test_sparse_nef[True-True]",  # what it refuses, compact builds
 }
@@ -109,7 +110,7 @@ def of(outcomes: dict[str, str], how: str) -> set[str]:
 def test_every_test_passes_or_fails_as_listed(ours: dict[str, str]) -> None:
     """A listed test that passes counts as failed: the list is strict."""
     assert of(ours, "failed") == set()
-    assert Counter(ours.values()) == {"passed": 251, "failed as listed": 159, "skipped": 6}
+    assert Counter(ours.values()) == {"passed": 256, "failed as listed": 154, "skipped": 6}
 
 
 def test_every_pattern_of_the_list_is_of_some_test(
