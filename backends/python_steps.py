@@ -10,7 +10,9 @@ from collections.abc import Callable
 import numpy as np
 from nengo.builder.operator import SimPyFunc
 from nengo.builder.signal import SignalDict
+from nengo.exceptions import SimulationError
 
+from spikeport.compile.ground.refusal import without_addresses
 from spikeport.node_functions import Skippable
 
 
@@ -81,6 +83,11 @@ def _nengo_keeps(op: SimPyFunc, signals: SignalDict) -> Callable[[object], None]
     def keep(value: object) -> None:
         stand_in = SimPyFunc(op.output, lambda: value, None, None)
         stand_in.fn.__name__ = getattr(op.fn, "__name__", type(op.fn).__name__)
-        stand_in.make_step(signals, 0.0, None)()
+        try:
+            stand_in.make_step(signals, 0.0, None)()
+        except SimulationError as error:
+            # Nengo's text names the function, and many nodes have one called <lambda>.
+            error.add_note("in " + without_addresses(op.output.name.removesuffix(".out")))
+            raise
 
     return keep

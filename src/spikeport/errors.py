@@ -184,9 +184,12 @@ def unknown(kind: str, name: str, known: Iterable[str]) -> UsageError:
 
 
 def in_words(error: BaseException) -> str:
-    """Return type, text and place of an error of a user's code, which may fail to make the text."""
+    """Return type, text, notes and place of an error of a user's code.
+
+    That code may fail to make the text.
+    """
     try:
-        text = str(error)
+        text = "; ".join([str(error), *getattr(error, "__notes__", [])])
     except BaseException:
         return f"{type(error).__name__}, which has no text{_place(error)}"
     more = "..." if len(text) > LONGEST else ""

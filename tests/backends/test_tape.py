@@ -128,6 +128,7 @@ def test_an_affine_value_that_is_not_finite_is_refused_in_nengos_words() -> None
         with pytest.raises(SimulationError) as raised:
             step()
     assert str(raised.value) == str(expected.value)
+    assert raised.value.__notes__ == ["in <Node 'gates'>"]
 
 
 def test_the_tape_stops_for_what_is_not_simple_alone() -> None:

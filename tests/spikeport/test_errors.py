@@ -90,3 +90,9 @@ def test_nengo_is_imported_only_for_errors_that_are_nengos_too():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_the_notes_of_a_users_error_are_in_its_words():
+    error = ValueError("too large")
+    error.add_note("in <Node 'stim'>")
+    assert errors.in_words(error) == "ValueError: too large; in <Node 'stim'>"
