@@ -130,8 +130,9 @@ def post_slice(scope: Scope) -> Iterator[Violation]:
 
 
 def learning_rule(scope: Scope) -> Iterator[Violation]:
-    """Refuse all but one PES on connections from an ensemble on the chip: nengo-loihi knows no list
-    of rules.
+    """Refuse all but one PES on connections from an ensemble on the chip.
+
+    nengo-loihi takes no list or dict of rules, even of PES alone.
     """
     for connection in scope.network.all_connections:
         rule = connection.learning_rule_type

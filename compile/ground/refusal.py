@@ -89,9 +89,10 @@ def refused(about: tuple[str, ...], error: Exception, cure: str) -> RefusedError
 
 
 def _is_nengos(error: Exception) -> bool:
-    """Return whether code raised an error that is the same for the host: Nengo's, or a user's.
+    """Return whether Nengo's own code, or a user's that it called, raised an error.
 
-    nengo-loihi has copies of Nengo's builder of ensembles, with the same checks.
+    The host would refuse the same, whatever is on the chip. nengo-loihi has copies of Nengo's
+    builder of ensembles, with the same checks.
     """
     frames = [frame for frame, _ in traceback.walk_tb(error.__traceback__)]
     names = [(one.f_globals.get("__name__", ""), one.f_code.co_name) for one in frames]

@@ -28,7 +28,7 @@ class TableRow(NamedTuple):
 
     @property
     def fallen(self) -> str:
-        """How many of its episodes ended by a fall, in words."""
+        """The falls among the finished episodes, as in "2 of 20"."""
         return f"{self.falls} of {self.fell.n if self.fell else 0}"
 
 

@@ -502,9 +502,9 @@ def test_weights_have_nengos_units_for_all_connections_and_passes():
         for connection in net.all_connections:
             weights, nengos = written.data[connection].weights, theirs.data[connection].weights
             if nengos is not None:  # without a transform, Nengo has no weights for values of nodes
-                # Decoders are solved for the rates of the chip's neurons, which differ a little.
-                np.testing.assert_allclose(weights, nengos, atol=np.abs(nengos).max() / 2)
                 assert weights.shape == nengos.shape
+                # Decoders are solved for the rates of the chip's neurons: a fifth is another.
+                assert np.linalg.norm(weights - nengos) < 0.25 * np.linalg.norm(nengos)
             # Passes replace what the host sends, and take full weights apart.
             if connection not in (kept, full):
                 assert np.array_equal(compact.data[connection].weights, weights)

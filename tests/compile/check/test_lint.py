@@ -6,7 +6,6 @@ import nengo_loihi
 import numpy as np
 import pytest
 
-from spikeport.compile.check import rules
 from spikeport.compile.check.lint import RULES, lint
 from spikeport.compile.check.violation import DoesNotFitError, Violation
 from spikeport.compile.ground.names import Names
@@ -17,7 +16,10 @@ HOST = (
     "or keep it on the host with net.config[ensemble].on_chip = False, after "
     "spikeport.add_params(net)"
 )
-OVER_HOST = f"or {rules.get('SP005').more[1]}"
+OVER_HOST = (
+    'or send decoded values over the host: `network.config[connection].decode_path = "host"`, '
+    "after `spikeport.add_params(network)` and with `-p compact`"
+)
 NEURONS = (
     "a: SP002 neuron type: {}, limit LIF, SpikingRectifiedLinear or RegularSpiking of LIFRate or "
     f"RectifiedLinear; cure: choose one of these, {HOST}"
