@@ -12,6 +12,7 @@ from typing import Any
 import nengo
 import numpy as np
 from nengo.base import NengoObject
+from nengo.builder.ensemble import BuiltEnsemble
 
 from spikeport.backends.chip import Chip, Joinable, Joined
 from spikeport.backends.decoding import Decoder, OutputRecording
@@ -19,9 +20,9 @@ from spikeport.backends.host_program import HostProgram
 from spikeport.backends.kept import program_of
 from spikeport.backends.tape import Flattener, PooledSignals
 from spikeport.compile.ground.names import Names, base
-from spikeport.compile.ground.rewrite import Built, Rewrite, Seeds
+from spikeport.compile.ground.rewrite import Built, Rewrite
 from spikeport.compile.image.tables import offsets, part
-from spikeport.compile.loihi.solver import CHIP, FLOAT, AnyModel, Builder, ParameterSolver
+from spikeport.compile.loihi.solver import CHIP, FLOAT, ParameterSolver
 from spikeport.compile.pipeline import Compilation
 from spikeport.hardware_models.activity import Activity
 
@@ -167,16 +168,11 @@ class HostLoop:
         """
         model = self.compilation.model
         rewrite = Rewrite(model.toplevel, Names(model.toplevel), seeds=model.seeds)
-
-        def solver(params: Mapping[object, Any], builder: Builder) -> ParameterSolver:
-            def new_model(dt_s: float, seeds: Seeds) -> AnyModel:
-                new = builder.new_model(dt_s, seeds)
-                new.params.update({e: params[e] for e in params if isinstance(e, nengo.Ensemble)})
-                return new
-
-            return ParameterSolver(rewrite, model.dt, builder._replace(new_model=new_model))
-
-        return {True: solver(model.params, CHIP), False: solver(model.host.params, FLOAT)}
+        sides = {True: (CHIP, model.params), False: (FLOAT, model.host.params)}
+        return {
+            on_chip: ParameterSolver(rewrite, model.dt, builder, _ensembles(params))
+            for on_chip, (builder, params) in sides.items()
+        }
 
     def clear_probes(self) -> None:
         """Forget the values that probes recorded so far."""
@@ -192,3 +188,7 @@ class HostLoop:
         """Free host and chip."""
         self._host.close()
         self._chip.close()
+
+
+def _ensembles(params: Mapping[object, Any]) -> dict[nengo.Ensemble, BuiltEnsemble]:
+    return {one: params[one] for one in params if isinstance(one, nengo.Ensemble)}

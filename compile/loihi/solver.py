@@ -5,7 +5,7 @@ rewrite a network with explicit matrices take these from here, from its very bui
 """
 
 import collections
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import NamedTuple, TypeAlias, TypeVar
 
 import nengo
@@ -61,6 +61,8 @@ class ParameterSolver:
         The time step, in seconds.
     builder : Builder, optional
         By default `CHIP`, nengo-loihi's.
+    built : mapping of nengo.Ensemble to BuiltEnsemble, optional
+        Ensembles that are built already.
 
     Attributes
     ----------
@@ -68,11 +70,18 @@ class ParameterSolver:
         The seeds; an object that is not part of the network needs an entry before it is built.
     """
 
-    def __init__(self, rewrite: Rewrite, dt_s: float, builder: Builder | None = None) -> None:
+    def __init__(
+        self,
+        rewrite: Rewrite,
+        dt_s: float,
+        builder: Builder | None = None,
+        built: Mapping[nengo.Ensemble, BuiltEnsemble] | None = None,
+    ) -> None:
         self._names = rewrite.names
         self._builder = builder or CHIP
         self.seeds = rewrite.all_seeds()
         self._model = self._builder.new_model(dt_s, self.seeds)
+        self._model.params.update(built or {})
 
     def ensemble(self, ensemble: nengo.Ensemble) -> BuiltEnsemble:
         """Return gain, bias and encoders; the radius is not part of the encoders.
