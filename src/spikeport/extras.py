@@ -5,7 +5,6 @@ import shlex
 from importlib import metadata
 from pathlib import Path
 from urllib.parse import urlsplit
-from urllib.request import url2pathname
 
 from spikeport.errors import MissingExtraError
 
@@ -44,6 +43,8 @@ def origin() -> tuple[list[str], str]:
         vcs = origin.get("vcs_info")
         url = f"{vcs['vcs']}+{origin['url']}@{vcs['commit_id']}" if vcs else origin["url"]
         return [], f"spikeport @ {url}"
+    from urllib.request import url2pathname  # it loads ssl, which every compile would wait for
+
     path = Path(url2pathname(address.path))
     if not path.exists():
         return [], "spikeport"
