@@ -14,6 +14,7 @@ Source: MuJoCo documentation, "Actuation model".
 
 import functools
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,6 +23,8 @@ from spikeport.errors import UsageError, unknown
 from spikeport.robot.description import JOINTS
 from spikeport.robot.engine import mujoco
 
+_LAW = 3
+"""Numbers of an actuator's bias that a mode sets."""
 _INDEX = {joint: index for index, joint in enumerate(JOINTS)}
 
 
@@ -62,7 +65,7 @@ def values(what: str, numbers: ArrayLike, joints: Sequence[str]) -> np.ndarray:
 def set_torque_mode(model: mujoco.MjModel, index: np.ndarray) -> None:
     """Make ``ctrl`` of these actuators a torque in N m."""
     model.actuator_gainprm[index, 0] = 1.0
-    model.actuator_biasprm[index, :3] = 0.0
+    model.actuator_biasprm[index, :_LAW] = 0.0
 
 
 def set_position_mode(
@@ -73,3 +76,23 @@ def set_position_mode(
     model.actuator_biasprm[index, 0] = 0.0
     model.actuator_biasprm[index, 1] = -kp
     model.actuator_biasprm[index, 2] = -kd
+
+
+class ActuatorCommand(NamedTuple):
+    """A command of all actuators, with the modes that it is meant for."""
+
+    ctrl: np.ndarray
+    gain: np.ndarray
+    bias: np.ndarray
+
+    @classmethod
+    def of(cls, model: mujoco.MjModel, data: mujoco.MjData) -> "ActuatorCommand":
+        """Return a copy of what is set now."""
+        bias = model.actuator_biasprm[:, :_LAW]
+        return cls(data.ctrl.copy(), model.actuator_gainprm[:, 0].copy(), bias.copy())
+
+    def set_on(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        """Set it."""
+        data.ctrl[:] = self.ctrl
+        model.actuator_gainprm[:, 0] = self.gain
+        model.actuator_biasprm[:, :_LAW] = self.bias

@@ -6,6 +6,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from spikeport.robot.actuators import ActuatorCommand
 from spikeport.robot.altered import alter
 from spikeport.robot.description import specified
 from spikeport.robot.engine import mujoco
@@ -68,15 +69,15 @@ class PerturbedPlant(Plant):
         self._terrain = self._terrain.begin(self.model, rng)
         super().reset(seed, posture_rad=posture_rad, perturbation_rad=perturbation_rad)
         self._pushes = Pushes(asked.push, asked.push_every, rng)
-        self._commands = deque([self.data.ctrl.copy()] * self._steps(asked.action_delay))
+        self._commands = deque([self._command()] * self._steps(asked.action_delay))
         self._senses = Senses(self, asked, self._steps(asked.observation_delay), rng)
 
     def step(self) -> None:
         """Advance the physics by ``dt_s`` under the commands of some time ago; see `Plant.step`."""
-        wanted = self.data.ctrl.copy()
+        wanted = self._command()
         # Appended, then taken: a delay of no steps gives back the same command.
         self._commands.append(wanted)
-        self.data.ctrl[:] = self._commands.popleft()
+        self._commands.popleft().set_on(self.model, self.data)
         push = self._pushes.due(self.time_s)
         if push is not None:
             self.data.qvel[:2] += push
@@ -84,7 +85,7 @@ class PerturbedPlant(Plant):
             mujoco.mj_step1(self.model, self.data)
         super().step()
         # Ports read the command as it was set, not the one that acts now.
-        self.data.ctrl[:] = wanted
+        wanted.set_on(self.model, self.data)
         self._senses.look()
 
     @property
@@ -103,6 +104,9 @@ class PerturbedPlant(Plant):
 
     def _floor_m(self, place: np.ndarray) -> float:
         return float(self._terrain.height_m(place[:1], place[1:2])[0])
+
+    def _command(self) -> ActuatorCommand:
+        return ActuatorCommand.of(self.model, self.data)
 
     def _steps(self, delay_s: float) -> int:
         return round(delay_s / self.dt_s)

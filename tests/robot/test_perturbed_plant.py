@@ -65,6 +65,28 @@ def test_a_command_is_late():
     assert plant.data.qpos[-5] != now.data.qpos[-5]
 
 
+def test_torques_are_late_as_torques_and_angles_as_angles():
+    plant = PerturbedPlant(Perturbation(action_delay=0.02), anchored=True)
+    joints, torques_nm = ["right_shoulder_pitch", "right_elbow"], [8.0, 3.0]
+    places = [JOINTS.index(joint) for joint in joints]
+
+    def forces(steps):
+        found = []
+        for _ in range(steps):
+            plant.step()
+            found.append(plant.data.actuator_force[places].copy())
+        return found
+
+    plant.reset(3)
+    plant.torque(joints, torques_nm)
+    forces(4)  # 20 ms
+    np.testing.assert_allclose(forces(1), [torques_nm])
+    plant.hold(joints, plant.state.q[places])
+    np.testing.assert_allclose(forces(4), [torques_nm] * 4)
+    # As angles they would be torques of 8 rad x 40 N m/rad, cut off at 40 and 18 N m.
+    assert np.abs(forces(1)).max() < 10
+
+
 def test_a_push_changes_the_horizontal_velocity():
     plant = PerturbedPlant(Perturbation(push=0.5, push_every=0.1))
     plant.reset(0)
