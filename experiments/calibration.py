@@ -73,6 +73,14 @@ class DecoderCalibration:
             np.savez_compressed(file, **arrays)
 
 
+def no_neurons(calibrated: bool | str, what: str, cure: str) -> UsageError:
+    """Return the error of a calibration that is asked for where ``what`` has no neurons."""
+    asked = "true" if calibrated is True else calibrated
+    return UsageError(
+        f"calibrated={asked}: {what} has no neurons to calibrate; leave it out, or {cure}"
+    )
+
+
 def load(path: Path, wanted: Mapping[str, object]) -> DecoderCalibration:
     """Read a calibration that `DecoderCalibration.save` wrote.
 

@@ -6,6 +6,7 @@ solved by bounded least squares from the nearest of a grid of postures. A networ
 the region of states it was made for.
 """
 
+import functools
 from collections.abc import Iterable, Iterator
 from itertools import product
 
@@ -34,6 +35,13 @@ def check_reachable(what: str, points: np.ndarray) -> None:
 
     The message names ``what`` they belong to and the first of them.
     """
+    _check_reachable(what, np.ascontiguousarray(points, dtype=float).tobytes())
+
+
+# Runs of a sweep have the same points.
+@functools.lru_cache(maxsize=64)
+def _check_reachable(what: str, content: bytes) -> None:
+    points = np.frombuffer(content).reshape(-1, 3)
     _check("reach of the right arm", what, points, nearest_reachable(points))
 
 

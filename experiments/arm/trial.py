@@ -18,7 +18,7 @@ from spikeport.experiments.arm.reachability import check_reachable, check_sample
 from spikeport.experiments.arm.recording import ArmRecording, ArmRun, ArmTask, dataset
 from spikeport.experiments.arm.region import Rehearsal, record_region
 from spikeport.experiments.arm.settings import ArmSettings
-from spikeport.experiments.calibration import DecoderCalibration, Refitted, load
+from spikeport.experiments.calibration import DecoderCalibration, Refitted, load, no_neurons
 from spikeport.experiments.pictures import Marks, Scenes
 from spikeport.experiments.trial import Closed, Trial
 from spikeport.hardware_models import chip as chips
@@ -83,7 +83,22 @@ class ArmTrial(Trial[ArmRig, ArmRun]):
         """The exact law."""
         return OperationalSpaceLaw(self.dynamics)
 
+    def check(self) -> None:
+        """Refuse a goal out of reach, and a calibration that is not for the controller."""
+        super().check()
+        check_reachable(self.goal, self.goal_points())
+        asked = self.settings.calibrated
+        if asked and self._exact:
+            raise no_neurons(asked, f"backend '{self.options.backend}'", "give --backend native")
+        if isinstance(asked, str):
+            load(Path(asked), self._made_for)
+
     # the controller
+
+    @property
+    def _exact(self) -> bool:
+        """True if the law is computed without neurons."""
+        return self.options.backend == "analytic"
 
     def spiking_controller(self) -> ArmNetwork:
         """Rehearse the task, and build the controller for the states it needs.
@@ -158,9 +173,8 @@ class ArmTrial(Trial[ArmRig, ArmRun]):
             If a point of the goal is out of the arm's reach, or as `spiking_controller`.
         """
         # Before the controller is built for a goal that cannot be reached.
-        check_reachable(self.goal, self.goal_points())
-        analytic = self.options.backend == "analytic"
-        built = analytic_arm(self.law) if analytic else self.spiking_controller()
+        self.check()
+        built = analytic_arm(self.law) if self._exact else self.spiking_controller()
         rig = ArmRig(plant, self.law, DT_S)
         with nengo.Network(label=self.name, seed=self.settings.network_seed) as network:
             network.add(built)

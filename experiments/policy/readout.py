@@ -8,11 +8,10 @@ from typing import Protocol
 import numpy as np
 
 from spikeport.cache import Arrays
-from spikeport.errors import UsageError
-from spikeport.experiments.calibration import DecoderCalibration, Refitted, load
+from spikeport.experiments.calibration import DecoderCalibration, Refitted, load, no_neurons
 from spikeport.experiments.options import Options
 from spikeport.experiments.policy.calibration import METHOD, Walks, calibrated_policy
-from spikeport.experiments.policy.settings import AUTO, PolicySettings
+from spikeport.experiments.policy.settings import AUTO, EXACT, PolicySettings
 from spikeport.hardware_models import chip as chips
 from spikeport.networks.policy import Calibrated, Layer, Ranges
 from spikeport.networks.walking_policy import WalkingPolicy
@@ -42,12 +41,12 @@ def policy_layers(weights: WalkingPolicy) -> list[Layer]:
 def check_neurons(trial: PolicyTrial) -> None:
     """Refuse to calibrate a trial's policy where that has no neurons."""
     wanted = trial.settings.calibrated
-    if wanted not in (False, AUTO) and trial.options.backend == "analytic":
-        asked = "true" if wanted is True else wanted
-        raise UsageError(
-            f"calibrated={asked}: backend 'analytic' has no neurons to calibrate; leave it out, "
-            "or give --backend native"
-        )
+    if wanted in (False, AUTO):
+        return
+    if trial.options.backend == "analytic":
+        raise no_neurons(wanted, "backend 'analytic'", "give --backend native")
+    if trial.settings.policy == EXACT:
+        raise no_neurons(wanted, f"policy={EXACT}", "give --set policy=spiking")
 
 
 def check_calibrated(trial: PolicyTrial, weights: WalkingPolicy) -> None:

@@ -28,6 +28,9 @@ GAITS = {"calm": (NONE,), "rough": (_PUSHED, replace(_PUSHED, terrain="slope:6")
 """The perturbations of the walks that neurons are made and calibrated for, by values of ``gait``. A
 robot is caught, or falls, within the second between two pushes."""
 
+EXACT = "mlp"
+"""A value of ``policy``, where an experiment has it: the shipped one, computed without neurons."""
+
 AUTO = "auto"
 """A value of ``calibrated``: as the backend needs it."""
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from spikeport.errors import UsageError, unknown
-from spikeport.experiments.policy.settings import PolicySettings
+from spikeport.experiments.policy.settings import EXACT, PolicySettings
 from spikeport.experiments.walk.approach import LAWS, TURN_FIRST
 from spikeport.experiments.walk.path_file import FASTEST_M_S
 
@@ -24,7 +24,7 @@ class WalkSettings(PolicySettings):
     ``silence_at`` s on.
     """
 
-    policies: ClassVar[tuple[str, ...]] = ("spiking", "mlp")
+    policies: ClassVar[tuple[str, ...]] = ("spiking", EXACT)
 
     path: str = "figure-eight"
     speed: float = 0.5

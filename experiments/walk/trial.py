@@ -21,7 +21,7 @@ from spikeport.experiments.policy.readout import (
     policy_layers,
     refitted,
 )
-from spikeport.experiments.policy.settings import GAITS
+from spikeport.experiments.policy.settings import EXACT, GAITS
 from spikeport.experiments.run_folder import Result
 from spikeport.experiments.trial import Closed, Trial
 from spikeport.experiments.walk.approach import TURN_FIRST, TurnFirst
@@ -68,7 +68,7 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
     @property
     def exact_policy(self) -> bool:
         """True if the policy is computed without neurons."""
-        return self.options.backend == "analytic" or self.settings.policy == "mlp"
+        return self.options.backend == "analytic" or self.settings.policy == EXACT
 
     @property
     def exact_follower(self) -> bool:

@@ -40,6 +40,19 @@ def test_a_rehearsal_is_kept_for_controllers_of_other_neurons(tmp_path, monkeypa
         np.testing.assert_array_equal(again.arrays()[name], array)
 
 
+@pytest.mark.parametrize(
+    ("settings", "options", "why"),
+    [
+        ({"box": "0:3,0:3,0:3"}, {}, "is out of reach of the right arm"),
+        ({"calibrated": "absent.npz"}, {}, "absent.npz"),
+        ({"calibrated": True}, {"backend": "analytic"}, "'analytic' has no neurons to calibrate"),
+    ],
+)
+def test_what_a_run_would_refuse_is_refused_without_one(settings, options, why):
+    with pytest.raises(UsageError, match=why):
+        ReachTrial(ReachSettings(**settings), Options(1.0, **options)).check()
+
+
 # how well it reaches
 
 

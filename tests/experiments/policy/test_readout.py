@@ -26,8 +26,10 @@ def found(monkeypatch):
     return decoders
 
 
-def trial(given, backend="native", cache=NOTHING):
-    settings = SimpleNamespace(calibrated=given, conversion={}, network_seed=0, policy_options=None)
+def trial(given, backend="native", cache=NOTHING, policy="spiking"):
+    settings = SimpleNamespace(
+        calibrated=given, conversion={}, network_seed=0, policy_options=None, policy=policy
+    )
     options = SimpleNamespace(backend=backend, substrate={}, chip="loihi", cache=cache)
     return SimpleNamespace(settings=settings, options=options, recorded={})
 
@@ -59,6 +61,16 @@ def test_a_calibration_is_refused_where_there_are_no_neurons(given, text):
     assert str(caught.value) == (
         f"calibrated={text}: backend 'analytic' has no neurons to calibrate; leave it out, or give "
         "--backend native"
+    )
+
+
+def test_the_exact_policy_is_not_calibrated():
+    check_neurons(trial("auto", policy="mlp"))
+    with pytest.raises(UsageError) as caught:
+        check_neurons(trial(True, policy="mlp"))
+    assert str(caught.value) == (
+        "calibrated=true: policy=mlp has no neurons to calibrate; leave it out, or give "
+        "--set policy=spiking"
     )
 
 
