@@ -17,8 +17,29 @@ import numpy as np
 from nengo.base import ObjView
 from nengo_spa.modules.thalamus import Thalamus
 
+from spikeport.networks.at_rest import at_rest
+
 FULL_RATE_HZ = 1000.0
 """The rate of a closed gate: its neurons fire in every step."""
+FULL_RATE_NEURONS = 8
+DRIVEN_HZ = 1020.0
+"""Beyond the chip's one spike a step: neurons driven so fire in every step, without noise."""
+
+
+def full_rate_ensemble(label: str, always: bool = False) -> nengo.Ensemble:
+    """Return neurons that fire in every step while their input (1) is 1, or always, without one."""
+    n, rates = FULL_RATE_NEURONS, np.full(FULL_RATE_NEURONS, DRIVEN_HZ)
+    return nengo.Ensemble(
+        n,
+        1,
+        encoders=np.ones((n, 1)),
+        gain=rates,
+        bias=rates if always else np.zeros(n),
+        # Neurons without input have their decoders solved at one point.
+        eval_points=np.zeros((1, 1)) if always else nengo.Default,
+        neuron_type=nengo.SpikingRectifiedLinear(initial_state=at_rest()),
+        label=label,
+    )
 
 
 def gate(

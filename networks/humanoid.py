@@ -24,18 +24,13 @@ from spikeport.networks.action_selection import (
     action_selection,
 )
 from spikeport.networks.arm import ArmNetwork
-from spikeport.networks.at_rest import at_rest
-from spikeport.networks.gating import gate
+from spikeport.networks.gating import full_rate_ensemble, gate
 from spikeport.networks.path_follower import FollowerNetwork
 from spikeport.networks.policy import Layer, PolicyNetwork
 from spikeport.networks.solvers import Tied
 from spikeport.networks.spa_selection import spa_action_selection
 
 ACTIONS = ("walk", "draw")
-BIAS_NEURONS = 8
-BIAS_RATE_HZ = 1020.0
-"""On the chip they fire in every step, without noise."""
-
 OF_TWO = SelectionOptions(thalamus_s=0.002)
 """Between two actions a fast thalamus decides sooner: at utilities of 0.8 and 0.7 within 39 ms; the
 default takes up to 47 ms. Among more it hesitates."""
@@ -130,24 +125,12 @@ def humanoid(
 
 def _constant(values: np.ndarray, target: nengo.Node, tau: float) -> nengo.Ensemble:
     """Return neurons that add constant values to a node for as long as nothing silences them."""
-    rates = np.full(BIAS_NEURONS, BIAS_RATE_HZ)
-    # They take no input, so that decoders are solved at one point.
-    point = np.zeros((1, 1))
-    always = nengo.Ensemble(
-        BIAS_NEURONS,
-        1,
-        encoders=np.ones((BIAS_NEURONS, 1)),
-        gain=rates,
-        bias=rates,
-        eval_points=point,
-        neuron_type=nengo.SpikingRectifiedLinear(initial_state=at_rest()),
-        label="bias of action",
-    )
+    always = full_rate_ensemble("bias of action", always=True)
     nengo.Connection(
         always,
         target,
         function=np.ones((1, 1)),
-        eval_points=point,
+        eval_points=always.eval_points,
         solver=Tied(),
         transform=values[:, np.newaxis],
         synapse=tau,

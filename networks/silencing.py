@@ -9,12 +9,7 @@ Source: paper, sec. 4.2 and Fig. 5c.
 import nengo
 import numpy as np
 
-from spikeport.networks.at_rest import at_rest
-from spikeport.networks.gating import gate
-
-N_NEURONS = 8
-RATE_HZ = 1020.0
-"""Beyond the chip's one spike a step, so that the neurons fire in every step, without noise."""
+from spikeport.networks.gating import full_rate_ensemble, gate
 
 
 def silence(
@@ -30,15 +25,7 @@ def silence(
     chosen = [ensembles[i] for i in sorted(drawn)]
     with net:
         onset = nengo.Node(lambda t: float(t > at_s), label="onset of silence")
-        inhibitor = nengo.Ensemble(
-            N_NEURONS,
-            1,
-            encoders=np.ones((N_NEURONS, 1)),
-            gain=np.full(N_NEURONS, RATE_HZ),
-            bias=np.zeros(N_NEURONS),
-            neuron_type=nengo.SpikingRectifiedLinear(initial_state=at_rest()),
-            label="silence",
-        )
+        inhibitor = full_rate_ensemble("silence")
         nengo.Connection(onset, inhibitor, synapse=None)
         gate(inhibitor.neurons, chosen, synapse=synapse)
     return chosen
