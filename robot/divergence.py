@@ -9,7 +9,7 @@ from spikeport.errors import DivergedError
 from spikeport.robot.description import JOINTS
 from spikeport.robot.engine import mujoco
 
-RANGE_MARGIN_RAD = 0.5
+STOP_MARGIN_RAD = 0.5
 """The margin of a joint beyond its range: MuJoCo's stops are springs, and the knee's give way by
 0.44 rad when it runs into them under full torque."""
 
@@ -25,7 +25,7 @@ class Watch:
     """Bounds on every element of a plant's state.
 
     Base position 1 km, base velocity 50 m/s and 50 rad/s, joint angle: its range and
-    `RANGE_MARGIN_RAD` to either side, joint velocity 150 rad/s. Falling, walking and joints run
+    `STOP_MARGIN_RAD` to either side, joint velocity 150 rad/s. Falling, walking and joints run
     against their stops at full torque stay far inside.
     """
 
@@ -35,7 +35,7 @@ class Watch:
             *(_Bound(f"base position {a}", -1e3, 1e3, "m") for a in "xyz"),
             *(_Bound(f"base quaternion {a}", -1.1, 1.1, "") for a in "wxyz"),
             *(
-                _Bound(f"angle of {j}", low - RANGE_MARGIN_RAD, high + RANGE_MARGIN_RAD, "rad")
+                _Bound(f"angle of {j}", low - STOP_MARGIN_RAD, high + STOP_MARGIN_RAD, "rad")
                 for j, (low, high) in zip(JOINTS, ranges_rad, strict=True)
             ),
             *(_Bound(f"base velocity {a}", -50.0, 50.0, "m/s") for a in "xyz"),

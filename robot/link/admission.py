@@ -6,13 +6,14 @@ from typing import NamedTuple
 import numpy as np
 
 from spikeport.robot.description import JOINTS, load
+from spikeport.robot.link.h1 import SPEED_LIMITS_RAD_S, TORQUE_LIMITS_NM
 from spikeport.robot.link.signals import Sensors
 
 LATEST_S = 0.04
 """Age of the last valid observation after which a moving robot is damped. Source: the exact policy
 walks with delays up to 40 ms, and falls with 50 ms."""
 
-RANGE_MARGIN_RAD = 0.1
+PLAUSIBLE_MARGIN_RAD = 0.1
 """The margin of an angle beyond a joint's range: stops give way."""
 
 MARGIN = 2.0
@@ -64,11 +65,17 @@ class Arrival(NamedTuple):
     remote: bytes = b""
 
 
-def h1_limits(speed_rad_s: np.ndarray, torque_nm: np.ndarray) -> Limits:
-    """Return the limits of an H1: ranges of h1.xml, and its motors' speeds and torques (19,)."""
+def h1_limits() -> Limits:
+    """Return the limits of an H1: ranges of h1.xml, and its motors' speeds and torques.
+
+    No constant, since the model of the robot is compiled for them.
+    """
     low, high = load().jnt_range[1:].T
     return Limits(
-        low - RANGE_MARGIN_RAD, high + RANGE_MARGIN_RAD, MARGIN * speed_rad_s, MARGIN * torque_nm
+        low - PLAUSIBLE_MARGIN_RAD,
+        high + PLAUSIBLE_MARGIN_RAD,
+        MARGIN * SPEED_LIMITS_RAD_S,
+        MARGIN * TORQUE_LIMITS_NM,
     )
 
 

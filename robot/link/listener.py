@@ -12,7 +12,7 @@ from spikeport.robot.description import JOINTS
 from spikeport.robot.estimator.torso import rotation
 from spikeport.robot.link.admission import beyond, h1_limits
 from spikeport.robot.link.codec import decode_state
-from spikeport.robot.link.h1 import SLOTS, SPEED_LIMITS_RAD_S, TORQUE_LIMITS_NM
+from spikeport.robot.link.h1 import SLOTS
 from spikeport.robot.link.messages import STATES
 from spikeport.robot.link.place import Place
 from spikeport.robot.link.signals import Sensors
@@ -45,7 +45,7 @@ class Heard:
         self.writers: set[int] = set()
         self.sensors: Sensors | None = None
         self._ticks: set[int] = set()
-        self._limits = h1_limits(SPEED_LIMITS_RAD_S, TORQUE_LIMITS_NM)
+        self._limits = h1_limits()
 
     def take(self, arrival: "Arrival") -> None:
         """Take a message."""

@@ -11,7 +11,7 @@ from spikeport.robot.link.admission import LATEST_S, beyond, h1_limits, too_old
 from spikeport.robot.link.client import CommandedRobot, Observed, check_order, observed
 from spikeport.robot.link.codec import STATE, Command, encode_command, remote_of, turn_of
 from spikeport.robot.link.companion import Companion
-from spikeport.robot.link.h1 import DAMPING, SPEED_LIMITS_RAD_S, TORQUE_LIMITS_NM
+from spikeport.robot.link.h1 import DAMPING
 from spikeport.robot.link.lock_step import Published
 from spikeport.robot.link.messages import COMMANDS, ODOMETRY, STATES, TRUTHS, Topic
 from spikeport.robot.link.motion_switcher import MotionSwitcher
@@ -241,7 +241,7 @@ class RealTimeRobot(DdsRobot):
         super().__init__(bus, needs, waits=False, switcher=switcher)
         self._deadlines = Deadlines(pace.period_s, pace.clock)
         self._clock, self._priority = pace.clock, pace.priority
-        self._limits = h1_limits(SPEED_LIMITS_RAD_S, TORQUE_LIMITS_NM)
+        self._limits = h1_limits()
         self._seen_s = self._beside_s = 0.0
         self._came = 0
         self._rest = ExitStack()

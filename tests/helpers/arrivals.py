@@ -11,7 +11,8 @@ from spikeport.robot.link.signals import Sensors
 
 N = len(JOINTS)
 POSE_RAD = np.array([DEFAULT_POSE[joint] for joint in JOINTS])
-LIMITS = h1_limits(np.full(N, 10.0), np.full(N, 100.0))
+LIMITS = h1_limits()._replace(speed_rad_s=np.full(N, 20.0), torque_nm=np.full(N, 200.0))
+"""Limits that are alike for all joints, but for the ranges of angles."""
 STANDING = Sensors(
     time_s=0.0,
     quaternion=np.array([1.0, 0.0, 0.0, 0.0]),

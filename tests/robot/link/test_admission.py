@@ -2,8 +2,9 @@ import numpy as np
 import pytest
 
 from spikeport.robot.description import JOINTS, load
-from spikeport.robot.link.admission import MARGIN, RANGE_MARGIN_RAD, h1_limits, refusal
-from tests.helpers.arrivals import LIMITS, N, arrival, spoilt
+from spikeport.robot.link.admission import MARGIN, PLAUSIBLE_MARGIN_RAD, h1_limits, refusal
+from spikeport.robot.link.h1 import SPEED_LIMITS_RAD_S, TORQUE_LIMITS_NM
+from tests.helpers.arrivals import LIMITS, arrival, spoilt
 
 
 def test_a_standing_robot_is_trusted():
@@ -59,8 +60,8 @@ def test_a_robot_that_began_anew_is_refused():
 
 def test_limits_are_those_of_the_model_and_of_the_motors():
     ranges = load().jnt_range[1:]
-    limits = h1_limits(np.arange(N) + 1.0, np.arange(N) + 2.0)
-    np.testing.assert_allclose(limits.low_rad, ranges[:, 0] - RANGE_MARGIN_RAD)
-    np.testing.assert_allclose(limits.high_rad, ranges[:, 1] + RANGE_MARGIN_RAD)
-    np.testing.assert_allclose(limits.speed_rad_s, MARGIN * (np.arange(N) + 1.0))
-    np.testing.assert_allclose(limits.torque_nm, MARGIN * (np.arange(N) + 2.0))
+    limits = h1_limits()
+    np.testing.assert_allclose(limits.low_rad, ranges[:, 0] - PLAUSIBLE_MARGIN_RAD)
+    np.testing.assert_allclose(limits.high_rad, ranges[:, 1] + PLAUSIBLE_MARGIN_RAD)
+    np.testing.assert_allclose(limits.speed_rad_s, MARGIN * SPEED_LIMITS_RAD_S)
+    np.testing.assert_allclose(limits.torque_nm, MARGIN * TORQUE_LIMITS_NM)
