@@ -25,8 +25,9 @@ from spikeport.robot.estimator.belief import (
 )
 from spikeport.robot.estimator.group import Pose, hat
 
-GRAVITY = np.array([0.0, 0.0, -9.81])
-_GRAVITY_HAT = hat(GRAVITY)
+FREE_FALL_M_S2 = np.array([0.0, 0.0, -9.81])
+"""Acceleration of free fall, the g of the equations; an accelerometer at rest has the opposite."""
+_FREE_FALL_HAT = hat(FREE_FALL_M_S2)
 _EYE = np.eye(3)
 
 
@@ -59,7 +60,7 @@ def transition(belief: Belief, dt_s: float) -> np.ndarray:
     biases, as these are measured in the IMU's frame.
     """
     a = np.zeros((N_ERRORS, N_ERRORS))
-    a[errors_of(VELOCITY), ROTATION] = _GRAVITY_HAT
+    a[errors_of(VELOCITY), ROTATION] = _FREE_FALL_HAT
     a[errors_of(PLACE), errors_of(VELOCITY)] = _EYE
     a[: GYROSCOPE_BIAS.start, GYROSCOPE_BIAS] = -group.turning(belief.pose)
     a[errors_of(VELOCITY), ACCELEROMETER_BIAS] = -belief.pose.rotation
@@ -98,8 +99,8 @@ def moved(pose: Pose, omega: np.ndarray, force: np.ndarray, dt_s: float) -> Pose
     gamma_0, gamma_1, gamma_2 = group.gammas(omega * dt_s)
     velocity = pose.vectors[VELOCITY]
     # The place first: it takes the velocity from before the step.
-    vectors[PLACE] += velocity * dt_s + (rotation @ gamma_2 @ force + GRAVITY / 2) * dt_s**2
-    vectors[VELOCITY] += (rotation @ gamma_1 @ force + GRAVITY) * dt_s
+    vectors[PLACE] += velocity * dt_s + (rotation @ gamma_2 @ force + FREE_FALL_M_S2 / 2) * dt_s**2
+    vectors[VELOCITY] += (rotation @ gamma_1 @ force + FREE_FALL_M_S2) * dt_s
     return Pose(rotation @ gamma_0, vectors)
 
 

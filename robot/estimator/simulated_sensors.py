@@ -10,7 +10,8 @@ from spikeport.robot.estimator.torso import IMU_OFFSET_M
 from spikeport.robot.link.signals import Sensors
 from spikeport.robot.plant import Plant
 
-GRAVITY = np.array([0.0, 0.0, 9.81])
+AT_REST_M_S2 = np.array([0.0, 0.0, 9.81])
+"""Specific force at rest, upward, in the world frame: the opposite of free fall."""
 _N = len(JOINTS)
 
 
@@ -104,8 +105,8 @@ class SimulatedSensors:
     def _specific_force(self, time_s: float, velocity: np.ndarray) -> np.ndarray:
         last, self._last = self._last, (time_s, velocity)
         if last is None or time_s <= last[0]:
-            return GRAVITY
-        return np.asarray((velocity - last[1]) / (time_s - last[0]) + GRAVITY)
+            return AT_REST_M_S2
+        return np.asarray((velocity - last[1]) / (time_s - last[0]) + AT_REST_M_S2)
 
     def _noise(self, deviation: float, size: int) -> np.ndarray:
         return deviation * self._rng.standard_normal(size)

@@ -23,7 +23,7 @@ from spikeport.robot.estimator.belief import (
 )
 from spikeport.robot.estimator.footholds import Points
 from spikeport.robot.estimator.group import Pose
-from spikeport.robot.estimator.propagation import GRAVITY, ImuNoise, moved, propagated
+from spikeport.robot.estimator.propagation import FREE_FALL_M_S2, ImuNoise, moved, propagated
 from tests.helpers.beliefs import difference, moved_by
 
 RUNS, STEPS, DT_S = 60, 120, 0.005
@@ -75,7 +75,7 @@ class World:
         true, time_s = self.true, step * DT_S
         omega = np.array([np.sin(6 * time_s), np.cos(5 * time_s), 0.5])
         push = np.array([np.cos(7 * time_s), np.sin(8 * time_s), np.cos(9 * time_s)])
-        force = true.pose.rotation.T @ (push - GRAVITY)
+        force = true.pose.rotation.T @ (push - FREE_FALL_M_S2)
         gyroscope = omega + true.gyroscope_bias + self._white(NOISE.gyroscope)
         accelerometer = force + true.accelerometer_bias + self._white(NOISE.accelerometer)
         vectors = moved(true.pose, omega, force, DT_S)

@@ -13,7 +13,7 @@ from spikeport.robot.estimator.belief import (
     errors_of,
 )
 from spikeport.robot.estimator.propagation import (
-    GRAVITY,
+    FREE_FALL_M_S2,
     ImuNoise,
     growth,
     moved,
@@ -35,7 +35,7 @@ def test_a_pose_moves_as_many_small_steps_would():
     turn = group.gammas(OMEGA * 0.1 / n)[0]
     for _ in range(n):
         place = place + velocity * 0.1 / n
-        velocity = velocity + (rotation @ FORCE + GRAVITY) * 0.1 / n
+        velocity = velocity + (rotation @ FORCE + FREE_FALL_M_S2) * 0.1 / n
         rotation = rotation @ turn
     np.testing.assert_allclose(whole.rotation, rotation, atol=1e-9)
     np.testing.assert_allclose(whole.vectors[VELOCITY], velocity, atol=1e-4)
@@ -46,7 +46,7 @@ def test_a_pose_moves_as_many_small_steps_would():
 def test_an_imu_at_rest_stays():
     pose = random_belief(1).pose
     pose.vectors[VELOCITY] = 0.0
-    after = moved(pose, np.zeros(3), -pose.rotation.T @ GRAVITY, 0.1)
+    after = moved(pose, np.zeros(3), -pose.rotation.T @ FREE_FALL_M_S2, 0.1)
     np.testing.assert_allclose(after.vectors, pose.vectors, atol=1e-12)
 
 

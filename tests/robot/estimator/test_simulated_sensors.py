@@ -4,8 +4,8 @@ import pytest
 from spikeport.robot.description import JOINTS
 from spikeport.robot.engine import mujoco
 from spikeport.robot.estimator.simulated_sensors import (
+    AT_REST_M_S2,
     EXACT,
-    GRAVITY,
     ROUGH,
     SensorErrors,
     SimulatedSensors,
@@ -36,7 +36,7 @@ def test_a_robot_that_hangs_still_feels_its_weight():
     for _ in range(400):
         plant.step()
         found = sensors.read()
-    np.testing.assert_allclose(found.accelerometer, GRAVITY, atol=0.02)
+    np.testing.assert_allclose(found.accelerometer, AT_REST_M_S2, atol=0.02)
     np.testing.assert_allclose(found.gyroscope, 0.0, atol=2e-3)
     np.testing.assert_array_equal(found.q, plant.data.qpos[7:])
     np.testing.assert_array_equal(found.dq, plant.data.qvel[6:])
@@ -68,7 +68,8 @@ def test_forces_add_up_to_how_the_imu_moves():
     for _ in range(60):
         plant.step()
         found = sensors.read()
-        velocity = velocity + (rotation(found.quaternion) @ found.accelerometer - GRAVITY) * dt_s
+        force = rotation(found.quaternion) @ found.accelerometer
+        velocity = velocity + (force - AT_REST_M_S2) * dt_s
         places.append(place())
     np.testing.assert_allclose((places[-1] - places[-3]) / (2 * dt_s), velocity, atol=0.02)
 
