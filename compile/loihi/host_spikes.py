@@ -23,7 +23,9 @@ def host_spikes(model: OrderedModel) -> Counter[nengo.Ensemble]:
     for ensemble in ensembles:
         senders = _through_nodes(ensemble, followers)
         for source in model.inputs:
-            if base(model.crossings[source].pre_obj) in senders:
+            crossing = model.crossings[source]
+            # The spikes of a camera enter by its node, which no ensemble drives.
+            if isinstance(crossing, nengo.Connection) and base(crossing.pre_obj) in senders:
                 counts[ensemble] += int(source.n_neurons)
     return counts
 

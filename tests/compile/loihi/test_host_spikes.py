@@ -1,5 +1,7 @@
 """The most spikes that ensembles on the host can send to the chip in a step."""
 
+from pathlib import Path
+
 import nengo
 import nengo_loihi
 import numpy as np
@@ -8,6 +10,7 @@ from spikeport.compile.ground.names import Names
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.loihi.build import build
 from spikeport.compile.loihi.host_spikes import host_spikes
+from tests.helpers.event_files import camera_network, process_of, random_events, write_events
 
 
 def test_values_take_two_spikes_and_neurons_one_each() -> None:
@@ -34,5 +37,17 @@ def test_values_on_their_way_through_nodes_are_counted_where_they_enter() -> Non
         nengo.Connection(first, computed)
         for node in (second, computed):
             nengo.Connection(node, nengo.Ensemble(5, node.size_out))
+    counts = host_spikes(build(Rewrite(network, Names(network)), 0.001).model)
+    assert counts == {host: 2}
+
+
+def test_spikes_of_a_camera_are_no_ensembles(tmp_path: Path) -> None:
+    path = write_events(tmp_path / "few.events", **random_events(20, 5000))
+    network = camera_network(process_of(path))
+    with network:
+        nengo_loihi.add_params(network)
+        host = nengo.Ensemble(9, 1)
+        network.config[host].on_chip = False
+        nengo.Connection(host, nengo.Ensemble(5, 1))
     counts = host_spikes(build(Rewrite(network, Names(network)), 0.001).model)
     assert counts == {host: 2}
