@@ -130,8 +130,12 @@ def _context_class() -> Callable[[int, int], _GLContext]:
 def _open(model: mujoco.MjModel, width: int, height: int) -> tuple[_GLContext, mujoco.MjrContext]:
     try:
         gl = _context_class()(width, height)
-        gl.make_current()
-        context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100.value)
+        try:
+            gl.make_current()
+            context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100.value)
+        except BaseException:
+            gl.free()
+            raise
     except Exception as error:  # each backend and driver raises errors of its own
         setting = os.environ.get("MUJOCO_GL") or "(unset)"
         raise RenderError(

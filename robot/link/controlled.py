@@ -131,8 +131,10 @@ class ControlledRobot(RealTimeRobot):
 
     def close(self) -> None:
         """Command damping, and leave the robot and the terminal."""
-        self._terminal.close()
-        super().close()
+        try:
+            self._terminal.close()
+        finally:
+            super().close()
 
     def summary(self) -> dict[str, object]:
         """Return the figures, with those of the controller."""

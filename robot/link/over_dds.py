@@ -303,11 +303,12 @@ class RealTimeRobot(DdsRobot):
 
     def close(self) -> None:
         """Command damping, if the robot was ever commanded, and leave."""
-        # Several, since in real time a message may be lost, and nobody is left to repeat it.
-        for _ in range(DAMPINGS if self._commanded else 0):
-            self._send(0, DAMPING)
-        super().close()
-        self._rest.close()
+        with ExitStack() as left:  # whatever happens: a bus that cannot be written to is left, too
+            left.callback(self._rest.close)
+            left.callback(super().close)
+            # Several, since in real time a message may be lost, and nobody is left to repeat it.
+            for _ in range(DAMPINGS if self._commanded else 0):
+                self._send(0, DAMPING)
 
 
 def join(

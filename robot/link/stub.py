@@ -4,6 +4,7 @@ import dataclasses
 import json
 import socket
 from collections.abc import Sequence
+from contextlib import ExitStack
 
 from spikeport.child import START_S, Child
 from spikeport.errors import BackendError, RobotLostError
@@ -79,9 +80,14 @@ class StubRobot(RobotClient):
 
     def close(self) -> None:
         """Leave the robot, and wait for the end of its process."""
-        self._client.close()
+        with ExitStack() as left:  # whatever happens: a client that cannot leave leaves no process
+            left.callback(self._claim.close)
+            left.callback(self._end)
+            self._client.close()
+
+    def _end(self) -> None:
+        """Wait for the end of the robot's process, and keep its last words."""
         self._words = self._words or self._child.close()
-        self._claim.close()
 
     def summary(self) -> dict[str, object]:
         """Return the figures, with what the robot says of itself once it has ended."""

@@ -135,6 +135,28 @@ def test_no_context_says_what_to_install(plant, monkeypatch):
     )
 
 
+class BrokenContext:
+    """A context that is there and cannot be drawn in."""
+
+    freed = 0
+
+    def __init__(self, width, height):
+        pass
+
+    def make_current(self):
+        raise RuntimeError("no surface")
+
+    def free(self):
+        BrokenContext.freed += 1
+
+
+def test_a_context_that_cannot_be_drawn_in_is_given_back(plant, monkeypatch):
+    monkeypatch.setattr(render, "_context_class", lambda: BrokenContext)
+    with pytest.raises(RenderError, match="no surface"):
+        Renderer(plant.model)
+    assert BrokenContext.freed == 1
+
+
 def last_line(code, **environment):
     """Return the last line a fresh interpreter writes to stderr."""
     run = subprocess.run(

@@ -39,6 +39,13 @@ class Keys:
         self.closed = True
 
 
+class LostTerminal(Keys):
+    """A terminal that is gone when it is closed."""
+
+    def close(self) -> None:
+        raise OSError("no terminal")
+
+
 class LiveBus(FakeBus):
     """A robot that publishes after every command, with the remote's keys at ticks."""
 
@@ -94,6 +101,16 @@ def test_the_run_begins_by_hand_after_the_ramp() -> None:
     assert keys.closed
     assert bus.closed
     assert all((one.kd == DAMPING.kd).all() and not one.kp.any() for one in sent(bus)[-3:])
+
+
+def test_a_terminal_that_is_gone_does_not_keep_the_robot_from_damping() -> None:
+    bus, keys = LiveBus(), LostTerminal(BY_TERMINAL)
+    robot = ControlledRobot(bus, TRUTHS, Pace(DT_S, FakeClock()), keys, lambda _: None)
+    robot.first()
+    with pytest.raises(OSError, match="no terminal"):
+        robot.close()
+    assert bus.closed
+    assert (sent(bus)[-1].kd == DAMPING.kd).all()
 
 
 def test_the_remote_starts_and_stops_it() -> None:

@@ -1,5 +1,7 @@
 """The controller's end: what it waits for, asks again for, skips, and gives up."""
 
+import gc
+
 import numpy as np
 import pytest
 
@@ -261,6 +263,23 @@ def test_in_real_time_leaving_damps() -> None:
     sent = [decode_command(message).motors for message in bus.commands.sent]
     assert len(sent) == 4
     assert all((motors.kd == 8).all() and not motors.kp.any() for motors in sent[1:])
+
+
+def test_a_robot_that_cannot_be_damped_is_left_all_the_same(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    bus, robot, seen, _ = real_time()
+    robot.exchange(seen, HOLD)
+    assert gc.get_freeze_count() > 0  # the rest of the process is kept away
+
+    def fail(message: bytes) -> None:
+        raise BackendError("DDS cannot write (code -1)")
+
+    monkeypatch.setattr(bus.commands, "write", fail)
+    with pytest.raises(BackendError, match="cannot write"):
+        robot.close()
+    assert bus.closed
+    assert gc.get_freeze_count() == 0
 
 
 class Stuck:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from spikeport.errors import BackendError
 from spikeport.robot.link import stub
 from spikeport.robot.link.h1 import DAMPING
 from spikeport.robot.link.settings import RobotSettings
@@ -40,6 +41,35 @@ def test_a_stub_ends_with_its_controller_and_leaves_nothing() -> None:
         "alive": False,
         "children": [],
         "sockets": [],
+    }
+
+
+def a_stub_that_cannot_leave() -> dict[str, object]:
+    """Close a stub whose client fails, and return what is left of it."""
+    robot = StubRobot(HOIST)
+    leave, process, claim = robot._client.close, robot.process_id, robot._claim
+
+    def fail() -> None:
+        leave()
+        raise BackendError("DDS cannot write (code -1)")
+
+    robot._client.close = fail  # type: ignore[method-assign]
+    try:
+        robot.close()
+    except BackendError as error:
+        return {
+            "error": str(error),
+            "alive": Path(f"/proc/{process}").exists(),
+            "claims": claim.fileno() != -1,
+        }
+    return {}
+
+
+def test_a_stub_ends_even_if_its_controller_cannot_leave() -> None:
+    assert in_namespace(a_stub_that_cannot_leave) == {
+        "error": "DDS cannot write (code -1)",
+        "alive": False,
+        "claims": False,
     }
 
 
