@@ -6,8 +6,8 @@ from typing import NamedTuple, Protocol
 import numpy as np
 import xarray as xr
 
-from spikeport.constants import DT_S
 from spikeport.experiments.loop import Recording
+from spikeport.experiments.spikes import ragged
 from spikeport.networks.arm import AXES
 from spikeport.networks.operational_space import OperationalSpaceLaw
 from spikeport.robot.description import ARM_JOINTS
@@ -113,20 +113,5 @@ def dataset(run: ArmRun) -> xr.Dataset:
         "joint": list(ARM_JOINTS),
         "axis": list(AXES),
     }
-    return xr.Dataset({**data, **_ragged_spikes(run.rasters)}, coordinates)
-
-
-def _ragged_spikes(rasters: dict[str, np.ndarray]) -> dict[str, object]:
-    """Return an entry for every spike instead of a table of mostly zeros."""
-    found = [np.nonzero(spikes) for spikes in rasters.values()]
-    axes = [np.full(len(step), i) for i, (step, _) in enumerate(found)]
-    step, neuron, axis = (
-        np.concatenate([np.zeros(0, int), *parts])
-        for parts in ([f[0] for f in found], [f[1] for f in found], axes)
-    )
-    return {
-        # A step's spikes are at its end.
-        "spike_time": ("spike", (step + 1) * DT_S, {"units": "s", "long_name": "M1 spike"}),
-        "spike_axis": ("spike", axis, {"long_name": "number of the M1 axis"}),
-        "spike_neuron": ("spike", neuron, {"long_name": "number of the neuron in its axis"}),
-    }
+    spikes = ragged({f"M1_{axis}": raster for axis, raster in run.rasters.items()})
+    return xr.Dataset({**data, **spikes}, coordinates)

@@ -8,6 +8,7 @@ import xarray as xr
 
 from spikeport.constants import DT_S
 from spikeport.experiments.arm.recording import ArmRecording
+from spikeport.experiments.spikes import ragged
 from spikeport.experiments.switch.goals import Goal
 from spikeport.experiments.walk.paths import WalkPath
 from spikeport.experiments.walk.recording import MOVING, WalkRecording
@@ -85,15 +86,4 @@ def dataset(run: SwitchRun) -> xr.Dataset:
         "selectable": list(ACTIONS),
     }
     gates = ("step", "selectable"), run.gates, {"long_name": "1 for the action that is selected"}
-    return xr.Dataset({**data, "gates": gates, **_ragged(run.spikes)}, coordinates)
-
-
-def _ragged(spikes: dict[str, np.ndarray]) -> dict[str, object]:
-    """Return an entry for every spike of each nucleus, instead of a table of mostly zeros."""
-    found: dict[str, object] = {}
-    for name, raster in spikes.items():
-        step, neuron = np.nonzero(raster)
-        along = f"{name}_spike"
-        found[f"{name}_time"] = along, (step + 1) * DT_S, {"units": "s"}
-        found[f"{name}_neuron"] = along, neuron, {"long_name": "number, action by action"}
-    return found
+    return xr.Dataset({**data, "gates": gates, **ragged(run.spikes)}, coordinates)

@@ -110,7 +110,7 @@ def _spikes(probes: xr.Dataset) -> Iterator[Row]:
         neurons = f"{name.removesuffix('_time')}_neuron"
         if not name.endswith("_time") or neurons not in probes:
             continue
-        title = name.removesuffix("_time").removesuffix("_spike")
+        title = name.removesuffix("_time")
         yield _thinned_spikes(title, probes[name].values, probes[neurons].values)
 
 

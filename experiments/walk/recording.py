@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from spikeport.constants import DT_S
 from spikeport.experiments.loop import Recording
+from spikeport.experiments.spikes import ragged
 from spikeport.experiments.walk.paths import WalkPath
 from spikeport.networks.region import Box
 from spikeport.robot.description import JOINTS
@@ -145,15 +145,5 @@ def dataset(run: WalkRun) -> xr.Dataset:
         "commanded": ["speed", "yaw rate"],
         "foot": list(SIDES),
     }
-    return xr.Dataset({**data, "height": height, **_ragged(run.spikes)}, coordinates)
-
-
-def _ragged(spikes: np.ndarray | None) -> dict[str, object]:
-    """Return an entry for every spike instead of a table of mostly zeros."""
-    if spikes is None:
-        return {}
-    step, neuron = np.nonzero(spikes)
-    return {
-        "spike_time": ("spike", (step + 1) * DT_S, {"units": "s", "long_name": "spike"}),
-        "spike_neuron": ("spike", neuron, {"long_name": "number of the policy's neuron"}),
-    }
+    spikes = {} if run.spikes is None else ragged({"policy": run.spikes})
+    return xr.Dataset({**data, "height": height, **spikes}, coordinates)

@@ -61,8 +61,8 @@ def test_a_spike_has_its_time_and_neuron():
     spikes = np.zeros((5, 4), dtype=bool)
     spikes[0, 2] = spikes[3, 1] = True
     made = dataset(WalkRun(None, 1.0, recorded(), None, None, None, 1.0, spikes))
-    assert made.spike_time.values == pytest.approx([0.001, 0.004])
-    assert made.spike_neuron.values.tolist() == [2, 1]
+    assert made.policy_time.values == pytest.approx([0.001, 0.004])
+    assert made.policy_neuron.values.tolist() == [2, 1]
     silent = dataset(WalkRun(None, 1.0, recorded(), None, None, None, 1.0))
-    assert "spike_time" not in silent
+    assert "policy_time" not in silent
     assert silent.sizes["observed"] == 69

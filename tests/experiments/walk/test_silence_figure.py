@@ -47,7 +47,7 @@ def test_silence_ends_the_gait(tmp_path, short_gait):
     assert (tmp_path / "figure.png").stat().st_size > 10_000
     assert json.loads((tmp_path / "result.json").read_text())["settings"]["silence"] == 1.0
     with xr.open_dataset(tmp_path / "probes.nc", engine="h5netcdf") as probes:
-        times = probes.spike_time.values
+        times = probes.policy_time.values
         late = probes.time.values > 0.4
         action = probes.action.values[late]
     assert len(times) > 1000
