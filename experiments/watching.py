@@ -32,7 +32,10 @@ def answer(folder: Path, series: Callable[[], "xr.Dataset"]) -> None:
 def ask(folder: Path, wait_s: float) -> bool:
     """Ask a run for its time series so far, and return whether it has answered."""
     request = folder / REQUEST
-    request.touch()
+    try:
+        request.touch()
+    except FileNotFoundError:  # it was interrupted, and took its folder away
+        return False
     deadline = time.monotonic() + wait_s
     while request.exists():
         if time.monotonic() > deadline:
@@ -48,3 +51,5 @@ def goes_on(folder: Path) -> bool:
             return False
     except UsageError:
         return True
+    except FileNotFoundError:  # it was interrupted, and took its folder away
+        return False

@@ -105,8 +105,10 @@ def _send(
     request.send_header("Content-Type", f"{kind}; charset=utf-8")
     if state is not None:
         request.send_header("X-Run", state)
-    request.end_headers()
-    request.wfile.write(body)
+    # A browser that reloads, or leaves, does not wait for the rest.
+    with suppress(ConnectionError):
+        request.end_headers()
+        request.wfile.write(body)
 
 
 def watch(folder: Path, title: str, announce: Callable[[str], None]) -> None:

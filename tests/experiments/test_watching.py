@@ -39,6 +39,11 @@ def test_a_viewer_gets_the_series_so_far_while_a_run_goes_on(tmp_path):
     assert [path.name for path in folder.iterdir()] == ["result.json"]
 
 
+def test_a_run_that_took_its_folder_away_is_over(tmp_path):
+    assert not watching.ask(tmp_path / "run", wait_s=60)
+    assert not watching.goes_on(tmp_path / "run")
+
+
 @pytest.mark.parametrize(("link", "answers"), [(OWN_STUB, 1), (LinkOptions(real_time=True), 0)])
 def test_a_trial_answers_unless_it_keeps_to_a_clock(run, tmp_path, monkeypatch, link, answers):
     ends_s = []

@@ -2,6 +2,8 @@
 
 import contextlib
 import json
+import socket
+import struct
 import threading
 import urllib.error
 import urllib.request
@@ -81,6 +83,21 @@ def test_a_page_has_what_the_run_has_so_far_and_at_last_all_of_it(watched):
         assert until(watched.url, "on")["end_s"] == pytest.approx(0.095)
         watched.end()
         assert until(watched.url, "over")["end_s"] == pytest.approx(0.995)
+
+
+def test_a_browser_that_leaves_is_no_error(watched, capsys):
+    with watched.begun():
+        until(watched.url, "on")
+        address, path = watched.url.removeprefix("http://").split("/", 1)
+        host, port = address.split(":")
+        for _ in range(20):
+            with socket.create_connection((host, int(port))) as leaving:
+                # Closed with a reset, while the page, which is larger than buffers, is on its way.
+                leaving.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+                leaving.sendall(f"GET /{path} HTTP/1.0\r\n\r\n".encode())
+                leaving.recv(1)
+        assert fetched(watched.url)[0] == 200
+    assert "Traceback" not in capsys.readouterr().err
 
 
 def test_who_does_not_know_the_address_gets_nothing(watched):
