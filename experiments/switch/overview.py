@@ -34,11 +34,11 @@ Arrow = tuple[str, str]
 
 
 def populations(part: nengo.Network) -> Populations:
-    """Return the neurons of a part's ensembles; those whose names differ in numbers are one."""
+    """Return the neurons of a part's ensembles; those of numbered names are one."""
     found: dict[str, int] = {}
     for ensemble in part.all_ensembles:
-        # Numbered ensembles, such as the units of a layer, are one population.
-        name = re.sub(r"\s*\d+", "", str(ensemble.label))
+        # Numbered ensembles, such as the units of a layer, are one population; strD1 is a name.
+        name = re.sub(r"\s+\d+", "", str(ensemble.label))
         found[name] = found.get(name, 0) + ensemble.n_neurons
     return found
 

@@ -4,6 +4,7 @@ import nengo
 import pytest
 
 from spikeport.experiments.switch import overview
+from spikeport.networks.action_selection import action_selection
 from spikeport.networks.humanoid import HumanoidNetwork
 
 PARTS = ("selection", "arm", "follower", "policy")
@@ -28,6 +29,15 @@ def network() -> HumanoidNetwork:
 
 def test_populations_whose_names_differ_in_numbers_are_one(network):
     assert overview.populations(network.policy) == {"unit+": 8, "speed": 3}
+
+
+def test_names_that_end_in_a_digit_stay_apart():
+    nuclei = overview.populations(action_selection(2))
+    assert {"strD1", "strD2"} <= set(nuclei)
+    with nengo.Network() as arm:
+        for axis in "xy":
+            nengo.Ensemble(5, 1, label=f"M1 {axis}")
+    assert overview.populations(arm) == {"M1 x": 5, "M1 y": 5}
 
 
 def test_arrows_are_the_connections_between_parts(network):
