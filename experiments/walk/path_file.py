@@ -59,11 +59,14 @@ def _read_table(file: Path) -> np.ndarray:
     header, *rows = text.splitlines() or [""]
     if header.replace(" ", "") != COLUMNS:
         raise _no_table(file, f"columns '{header}'")
-    cells = [row.split(",") for row in rows]
-    if len(rows) < 2 or any(len(row) != 3 for row in cells):
-        raise _no_table(file, f"{len(rows)} rows, or one that has not three cells")
+    cells = {line: row.split(",") for line, row in enumerate(rows, 2) if row.strip()}
+    if len(cells) < 2:
+        raise _no_table(file, f"{len(cells)} of them")
+    for line, row in cells.items():
+        if len(row) != 3:
+            raise _no_table(file, f"{len(row)} cells in line {line}")
     try:
-        return np.array([[float(cell) for cell in row] for row in cells])
+        return np.array([[float(cell) for cell in row] for row in cells.values()])
     except ValueError as error:
         raise _no_table(file, f"a cell that is no number ({error})") from None
 

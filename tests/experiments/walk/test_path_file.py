@@ -37,10 +37,10 @@ NUMBERS = "times that do not rise, or numbers that are not finite or above 1e+10
 @pytest.mark.parametrize(
     ("rows", "message"),
     [
-        (["0,0,0"], TABLE + "1 rows, or one that has not three cells; cure: write such a table"),
+        (["0,0,0", ""], TABLE + "1 of them; cure: write such a table"),
         (
             ["0,0,0", "20,1"],
-            TABLE + "2 rows, or one that has not three cells; cure: write such a table",
+            TABLE + "2 cells in line 3; cure: write such a table",
         ),
         (
             ["0,0,0", "20,one,0"],
