@@ -44,7 +44,7 @@ class Limits(NamedTuple):
     torque_nm: np.ndarray
 
 
-class Arrival(NamedTuple):
+class StateMessage(NamedTuple):
     """A message of the robot's state, decoded.
 
     Attributes
@@ -79,26 +79,26 @@ def h1_limits() -> Limits:
     )
 
 
-def refusal(arrival: Arrival, last: Arrival | None, limits: Limits) -> str | None:
+def refusal(message: StateMessage, last: StateMessage | None, limits: Limits) -> str | None:
     """Return why an observation is not trusted, or None.
 
     Parameters
     ----------
-    arrival : Arrival
+    message : StateMessage
         The message.
-    last : Arrival or None
+    last : StateMessage or None
         The last one that was trusted.
     limits : Limits
         The limits of plausible observations.
     """
-    if not arrival.intact:
+    if not message.intact:
         return "its CRC is wrong"
-    if last is not None and arrival.writer != last.writer:
-        return f"written by {arrival.writer}, those before by {last.writer}"
+    if last is not None and message.writer != last.writer:
+        return f"written by {message.writer}, those before by {last.writer}"
     return (
-        _not_a_number(arrival.sensors)
-        or _restarted(arrival, last)
-        or beyond(arrival.sensors, limits)
+        _not_a_number(message.sensors)
+        or _restarted(message, last)
+        or beyond(message.sensors, limits)
     )
 
 
@@ -115,9 +115,9 @@ def _not_a_number(sensors: Sensors) -> str | None:
     return None if sensors.quaternion.any() else "quaternion is 0"
 
 
-def _restarted(arrival: Arrival, last: Arrival | None) -> str | None:
+def _restarted(message: StateMessage, last: StateMessage | None) -> str | None:
     """Return by how much the robot's time went back if it began anew, or None."""
-    back_s = 0.0 if last is None else last.sensors.time_s - arrival.sensors.time_s
+    back_s = 0.0 if last is None else last.sensors.time_s - message.sensors.time_s
     return f"the robot's time went back by {back_s:.3f} s" if back_s > RESTART_S else None
 
 

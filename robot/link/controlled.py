@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from spikeport.errors import RobotLostError
 from spikeport.pacing import Pace
-from spikeport.robot.link.admission import Arrival, too_old
+from spikeport.robot.link.admission import StateMessage, too_old
 from spikeport.robot.link.client import Observed
 from spikeport.robot.link.controller import HOLD, Controller
 from spikeport.robot.link.controller_states import State
@@ -111,7 +111,8 @@ class ControlledRobot(RealTimeRobot):
         held, self._answered_tick = last.tick == self._answered_tick, last.tick
         # A new state is judged by the time it came, a held one by the time that is now.
         now_s = self._clock.now() if held else self._seen_s
-        return self._controller.answer(Arrival(last.sensors, True, last.writer, last.remote), now_s)
+        message = StateMessage(last.sensors, True, last.writer, last.remote)
+        return self._controller.answer(message, now_s)
 
     def _reason(self) -> str:
         damped = self._controller.state is State.DAMPING

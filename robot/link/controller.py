@@ -1,6 +1,6 @@
 """A robot's controller as a state machine, without a bus and without a clock of its own.
 
-Every arrival is answered by one command, whatever the state: the robot's watchdog never trips while
+Every message is answered by one command, whatever the state: the robot's watchdog never trips while
 the controller is there. Time is what the caller says it is.
 """
 
@@ -9,7 +9,7 @@ from collections.abc import Callable
 import numpy as np
 
 from spikeport.robot.description import DEFAULT_POSE, GAINS, JOINTS
-from spikeport.robot.link.admission import LATEST_S, Arrival, Limits, refusal, too_old
+from spikeport.robot.link.admission import LATEST_S, Limits, StateMessage, refusal, too_old
 from spikeport.robot.link.controller_states import MOVING, Event, State, after
 from spikeport.robot.link.h1 import DAMPING, ZERO_TORQUE
 from spikeport.robot.link.remote import Remote, decode, pressed
@@ -61,7 +61,7 @@ class Controller:
 
     def _forget(self) -> None:
         """Trust whoever comes next."""
-        self._last: Arrival | None = None
+        self._last: StateMessage | None = None
         self._last_s = 0.0
         self._remote: Remote | None = None
 
@@ -69,28 +69,28 @@ class Controller:
         """Take an event of a user."""
         self._happen(event)
 
-    def answer(self, arrival: Arrival, now_s: float) -> MotorCommands:
-        """Return the command that answers an arrival.
+    def answer(self, message: StateMessage, now_s: float) -> MotorCommands:
+        """Return the command that answers a message.
 
         One that is refused is answered as the state that follows has it; one that is no newer than
         the last is answered as that was.
 
         Parameters
         ----------
-        arrival : Arrival
+        message : StateMessage
             The robot's state.
         now_s : float
             Time, of any origin.
         """
         self.watch(now_s)
-        reason = refusal(arrival, self._last, self._limits)
+        reason = refusal(message, self._last, self._limits)
         if reason is not None:
             self.refuse(reason)
-        elif self._last is None or arrival.sensors.time_s > self._last.sensors.time_s:
-            self._last, self._last_s = arrival, now_s
+        elif self._last is None or message.sensors.time_s > self._last.sensors.time_s:
+            self._last, self._last_s = message, now_s
             self._happen(Event.OBSERVED)
-            self._take_remote(arrival.remote)
-            self._sent = self._command(arrival.sensors, now_s)
+            self._take_remote(message.remote)
+            self._sent = self._command(message.sensors, now_s)
         return self._sent
 
     def watch(self, now_s: float) -> bool:

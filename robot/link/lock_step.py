@@ -25,7 +25,7 @@ class Published(NamedTuple):
     odometry: bytes | None = None
 
 
-class Observed(NamedTuple):
+class Outgoing(NamedTuple):
     """An observation of one tick on its way, with the messages of the truth and odometry."""
 
     tick: int
@@ -68,7 +68,7 @@ class LockStep:
         self._states = FaultyWay(ticks, _spoilt_state, of_states(faults), seed=1)
         self._commands = 0
         self.silent = False
-        self._newest = self._observed()
+        self._newest = self._outgoing()
 
     def restart(self) -> None:
         """Begin anew, with the plan of faults, for another controller."""
@@ -81,14 +81,14 @@ class LockStep:
         state = encode_state(newest.tick, newest.sensors, turn)
         return Published(state, newest.truth, newest.odometry)
 
-    def _observed(self) -> Observed:
+    def _outgoing(self) -> Outgoing:
         """Return what the robot observes now; the first of these befalls no fault."""
         robot = self.robot
         time_s, *arrays = robot.sensors()
         # Copied, as the arrays are the simulation's, and an observation may be delayed by a fault.
         sensors = Sensors(time_s, *(array.copy() for array in arrays))
         truth = robot.truth() if self._tells_truth else None
-        return Observed(robot.tick, sensors, truth, robot.odometry())
+        return Outgoing(robot.tick, sensors, truth, robot.odometry())
 
     def answered(self, message: bytes, writer: int) -> bool:
         """Step if a message answers the present state; others leave everything as it is.
@@ -107,13 +107,13 @@ class LockStep:
         self.silent = "stop" in self._way.kinds
         if "restart" in self._way.kinds:
             robot.restart()
-            self._newest = self._observed()
+            self._newest = self._outgoing()
             return True
         for one in self._way.arrived(robot.tick):
             robot.obey(one)
         robot.step()
         # One more than commands: the first state came before the first command.
-        self._states.send(self._commands + 1, robot.tick, self._observed())
+        self._states.send(self._commands + 1, robot.tick, self._outgoing())
         self._newest = (self._newest, *self._states.arrived(robot.tick))[-1]
         return True
 
@@ -129,6 +129,6 @@ def _spoilt_command(command: Command) -> Command:
     return command._replace(motors=motors._replace(q=_with_nan(motors.q)))
 
 
-def _spoilt_state(observed: Observed) -> Observed:
-    sensors = observed.sensors
-    return observed._replace(sensors=sensors._replace(q=_with_nan(sensors.q)))
+def _spoilt_state(outgoing: Outgoing) -> Outgoing:
+    sensors = outgoing.sensors
+    return outgoing._replace(sensors=sensors._replace(q=_with_nan(sensors.q)))

@@ -30,7 +30,7 @@ ESTIMATORS = (TRUTH, *BY_SENSORS)
 _BY_ODOMETRY = (ODOMETER, EKF_ODOMETER)
 
 
-class Motion(Protocol):
+class MotionSource(Protocol):
     """Motion of a robot, estimated observation by observation.
 
     Attributes

@@ -14,7 +14,7 @@ from spikeport.robot.engine import mujoco
 from spikeport.robot.estimator.base import Fix
 from spikeport.robot.link.client import RobotClient
 from spikeport.robot.link.codec import TICK_S
-from spikeport.robot.link.motion import Motion
+from spikeport.robot.link.motion import MotionSource
 from spikeport.robot.link.settings import RobotSettings
 from spikeport.robot.link.signals import MotorCommands
 from spikeport.robot.plant import Plant
@@ -39,7 +39,7 @@ class LinkedPlant(Plant):
     def __init__(
         self,
         connect: Callable[[RobotSettings], RobotClient],
-        estimator: Callable[[Fix | None], Motion],
+        estimator: Callable[[Fix | None], MotionSource],
         *,
         anchored: bool = False,
         appearance: str = "primitive",

@@ -84,11 +84,11 @@ from spikeport.robot.link.wire import MessageError
 from spikeport.robot.plant import Plant
 from spikeport.training import checkpoint as training
 from tests.helpers import nir_graphs
-from tests.helpers.arrivals import remote
 from tests.helpers.event_files import process_of, random_events, write_events
 from tests.helpers.fake_board import MACHINE, FakeClock, FakeLine, small_image, spike_train
 from tests.helpers.foreign import ENVIRONMENT, Policy, described, state
 from tests.helpers.forging import good
+from tests.helpers.standing_robot import remote
 
 SCHEDULE = Path(schedule.__file__).with_name("switch.toml")
 

@@ -15,7 +15,7 @@ from spikeport.robot.estimator.belief import (
 from spikeport.robot.estimator.contact_aided_ekf import ContactAidedEkf, EkfNoise
 from spikeport.robot.estimator.legs import LEG_JOINTS, Legs
 from spikeport.robot.state import RobotState
-from tests.helpers.arrivals import STANDING
+from tests.helpers.standing_robot import STANDING
 
 DT_S = 0.005
 

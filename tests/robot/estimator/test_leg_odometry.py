@@ -8,7 +8,7 @@ from spikeport.robot.estimator.leg_odometry import LegOdometry, OdometryOptions
 from spikeport.robot.estimator.legs import LEG_JOINTS, Legs
 from spikeport.robot.link.signals import Sensors
 from spikeport.robot.plant import Plant
-from tests.helpers.arrivals import STANDING
+from tests.helpers.standing_robot import STANDING
 
 DT_S = 0.005
 FAST = OdometryOptions(filter_s=1e-9)

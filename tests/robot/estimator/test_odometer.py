@@ -5,7 +5,7 @@ import numpy as np
 from spikeport.robot.estimator.base import Fix
 from spikeport.robot.estimator.odometer import Odometer
 from spikeport.robot.estimator.torso import heading_rad, rotation
-from tests.helpers.arrivals import STANDING
+from tests.helpers.standing_robot import STANDING
 
 PLACE = np.array([1.0, 2.0, 0.9])
 

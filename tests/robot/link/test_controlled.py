@@ -18,9 +18,9 @@ from spikeport.robot.link.motion import EKF, EstimatedMotion
 from spikeport.robot.link.settings import RobotSettings
 from spikeport.robot.link.signals import MotorCommands
 from spikeport.robot.walk_interface import observation, targets_rad
-from tests.helpers.arrivals import remote
 from tests.helpers.fake_board import FakeClock
 from tests.helpers.fake_bus import HANGS, FakeBus
+from tests.helpers.standing_robot import remote
 
 DT_S = 0.005
 

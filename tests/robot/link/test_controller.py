@@ -7,7 +7,7 @@ from spikeport.robot.link.controller import RAMP_S, Controller
 from spikeport.robot.link.controller_states import MOVING, Event, State
 from spikeport.robot.link.h1 import DAMPING, ZERO_TORQUE
 from spikeport.robot.link.signals import MotorCommands, Sensors
-from tests.helpers.arrivals import LIMITS, POSE_RAD, N, arrival, spoilt
+from tests.helpers.standing_robot import LIMITS, POSE_RAD, N, spoilt, state_message
 
 DT_S = 0.005
 KP = np.array([GAINS[joint].kp for joint in JOINTS])
@@ -29,7 +29,7 @@ class Robot:
 
     def send(self, *keys: str, **about: object) -> MotorCommands:
         self.time_s += DT_S
-        return self.controller.answer(arrival(self.time_s, *keys, **about), self.time_s)
+        return self.controller.answer(state_message(self.time_s, *keys, **about), self.time_s)
 
     def to(self, state: State) -> "Robot":
         """Bring the controller into a state, by the remote."""
@@ -64,7 +64,7 @@ def test_the_ramp_leads_from_the_first_angles_to_the_default_pose_in_two_seconds
     robot.to(State.ZERO_TORQUE)
     bent = POSE_RAD + 0.05
     robot.time_s += DT_S
-    first = arrival(robot.time_s, "start")
+    first = state_message(robot.time_s, "start")
     first = first._replace(sensors=first.sensors._replace(q=bent))
     commands = [robot.controller.answer(first, robot.time_s)]
     while robot.controller.state is State.RAMP:
@@ -103,12 +103,12 @@ def test_keys_that_are_down_from_the_start_do_nothing_but_stop(robot):
 
 
 SPOILERS = {
-    "CRC": lambda time_s: arrival(time_s, intact=False),
-    "written by": lambda time_s: arrival(time_s, writer="another"),
-    "finite": lambda time_s: spoilt(arrival(time_s), "q", np.nan),
-    "q of": lambda time_s: spoilt(arrival(time_s), "q", 3.0),
-    "dq of": lambda time_s: spoilt(arrival(time_s), "dq", 30.0),
-    "went back": lambda time_s: arrival(time_s - 2.0),
+    "CRC": lambda time_s: state_message(time_s, intact=False),
+    "written by": lambda time_s: state_message(time_s, writer="another"),
+    "finite": lambda time_s: spoilt(state_message(time_s), "q", np.nan),
+    "q of": lambda time_s: spoilt(state_message(time_s), "q", 3.0),
+    "dq of": lambda time_s: spoilt(state_message(time_s), "dq", 30.0),
+    "went back": lambda time_s: state_message(time_s - 2.0),
 }
 
 
@@ -148,7 +148,7 @@ def test_a_state_that_comes_too_late_is_answered_by_damping(robot):
 
 def test_a_stream_of_old_states_is_a_silent_robot(robot):
     robot.to(State.RUN)
-    old = arrival(robot.time_s)
+    old = state_message(robot.time_s)
     n_asked, now_s = len(robot.asked), robot.time_s
     answers = [robot.controller.answer(old, now_s + i * DT_S) for i in range(10)]
     assert len(robot.asked) == n_asked
@@ -174,7 +174,7 @@ def test_a_command_of_the_policy_that_is_not_finite_damps(robot, value):
 
 def test_the_stop_key_of_a_terminal_counts_even_if_no_newer_state_comes(robot):
     robot.to(State.RUN)
-    last = arrival(robot.time_s)
+    last = state_message(robot.time_s)
     robot.controller.press(Event.STOP)
     assert same(robot.controller.answer(last, robot.time_s), DAMPING)
 
@@ -199,7 +199,7 @@ def test_every_arrival_is_answered(robot):
     for _ in range(5000):
         robot.time_s += DT_S * rng.choice([0, 1, 1, 1, 1, 1, 20], p=[0.1, *5 * (0.179,), 0.005])
         spoil = list(SPOILERS.values())[rng.randint(len(SPOILERS))]
-        good = arrival(robot.time_s, *rng.choice(keys, rng.randint(3), replace=False))
+        good = state_message(robot.time_s, *rng.choice(keys, rng.randint(3), replace=False))
         sent = spoil(robot.time_s) if rng.rand() < 0.002 else good
         found = robot.controller.answer(sent, robot.time_s)
         assert all(v.shape == (N,) and np.isfinite(v).all() for v in found)

@@ -7,13 +7,13 @@ from spikeport.networks.walking_policy import load
 from spikeport.robot.description import GAINS, JOINTS
 from spikeport.robot.estimator.contact_aided_ekf import ContactAidedEkf
 from spikeport.robot.estimator.simulated_sensors import ROUGH, SimulatedSensors
-from spikeport.robot.link.admission import Arrival
+from spikeport.robot.link.admission import StateMessage
 from spikeport.robot.link.controller import Controller
 from spikeport.robot.link.controller_states import State
 from spikeport.robot.link.signals import MotorCommands, Sensors
 from spikeport.robot.plant import Plant
 from spikeport.robot.walk_interface import observation, targets_rad
-from tests.helpers.arrivals import LIMITS, POSE_RAD, N, remote
+from tests.helpers.standing_robot import LIMITS, POSE_RAD, N, remote
 
 AHEAD = (0.5, 0.0, 0.0)
 STEPS = 4
@@ -43,8 +43,8 @@ class Day:
         """Go on for a time; keys are pressed at its beginning."""
         for step in range(round(seconds / self.plant.dt_s)):
             time_s = self.plant.time_s
-            arrival = Arrival(self.sensors.read(), True, "robot", remote(*keys * (step == 0)))
-            motors = self.controller.answer(arrival, time_s)
+            message = StateMessage(self.sensors.read(), True, "robot", remote(*keys * (step == 0)))
+            motors = self.controller.answer(message, time_s)
             self.plant.hold(JOINTS, motors.q, motors.kp, motors.kd)
             self.plant.step()
 

@@ -10,9 +10,9 @@ from spikeport.errors import RobotLostError
 from spikeport.robot.description import JOINTS
 from spikeport.robot.link.codec import encode_state
 from spikeport.robot.link.listener import Heard
-from tests.helpers.arrivals import STANDING
 from tests.helpers.fake_bus import Arrival
 from tests.helpers.namespace import in_namespace
+from tests.helpers.standing_robot import STANDING
 
 
 def heard(*messages: bytes, writers: tuple[int, ...] = (1,)) -> Heard:

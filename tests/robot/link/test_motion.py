@@ -22,7 +22,7 @@ from spikeport.robot.link.odometer import OdometerErrors
 from spikeport.robot.link.robot import SimulatedRobot
 from spikeport.robot.link.settings import RobotSettings
 from spikeport.robot.link.signals import MotorCommands
-from tests.helpers.arrivals import POSE_RAD, N
+from tests.helpers.standing_robot import POSE_RAD, N
 
 NONE = np.zeros(N)
 STAND = MotorCommands(POSE_RAD, NONE, np.full(N, 150.0), np.full(N, 5.0), NONE)

@@ -9,7 +9,7 @@ from spikeport.robot.link.codec import Base, decode_base
 from spikeport.robot.link.odometer import OdometerErrors, OdometryFixes, SimulatedOdometer
 from spikeport.robot.link.robot import SimulatedRobot
 from spikeport.robot.link.settings import RobotSettings
-from tests.helpers.arrivals import STANDING
+from tests.helpers.standing_robot import STANDING
 
 STEP_S = 0.005
 EXACT = OdometerErrors(0, 0, 0, 0)

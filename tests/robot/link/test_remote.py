@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from spikeport.errors import UsageError
 from spikeport.robot.link.controller_states import Event
 from spikeport.robot.link.remote import KEYS, SIZE, TERMINAL, decode, pressed
-from tests.helpers.arrivals import remote
+from tests.helpers.standing_robot import remote
 
 NO_KEYS = decode(remote())
 

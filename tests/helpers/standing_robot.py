@@ -5,7 +5,7 @@ import struct
 import numpy as np
 
 from spikeport.robot.description import DEFAULT_POSE, JOINTS
-from spikeport.robot.link.admission import Arrival, h1_limits
+from spikeport.robot.link.admission import StateMessage, h1_limits
 from spikeport.robot.link.remote import KEYS
 from spikeport.robot.link.signals import Sensors
 
@@ -31,12 +31,14 @@ def remote(*keys: str, sticks: tuple[float, float, float, float] = (0.0, 0.0, 0.
     return struct.pack("<2xH3f4xf16x", bits, left_x, right_x, right_y, left_y)
 
 
-def arrival(time_s: float, *keys: str, writer: str = "robot", intact: bool = True) -> Arrival:
+def state_message(
+    time_s: float, *keys: str, writer: str = "robot", intact: bool = True
+) -> StateMessage:
     """Return a message of a standing robot."""
-    return Arrival(STANDING._replace(time_s=time_s), intact, writer, remote(*keys))
+    return StateMessage(STANDING._replace(time_s=time_s), intact, writer, remote(*keys))
 
 
-def spoilt(good: Arrival, name: str, value: object) -> Arrival:
+def spoilt(good: StateMessage, name: str, value: object) -> StateMessage:
     """Return a message with a value of its sensors replaced, or the first of several."""
     old = getattr(good.sensors, name)
     new = value if np.isscalar(old) else np.concatenate(([value], np.ravel(old)[1:]))
