@@ -40,13 +40,13 @@ BELOW_M = 0.001
 SEED = 0
 
 
-class Terrain(Protocol):
+class Floor(Protocol):
     """A floor."""
 
     def lay(self, spec: mujoco.MjSpec) -> None:
         """Lay it into the model of a robot on a flat floor."""
 
-    def begin(self, model: mujoco.MjModel, rng: np.random.RandomState) -> "Terrain":
+    def begin(self, model: mujoco.MjModel, rng: np.random.RandomState) -> "Floor":
         """Begin a run on it, and return it as it lies then."""
 
     def height_m(self, x: Floats, y: Floats) -> Floats:
@@ -167,7 +167,7 @@ def _drawn(smooth: bool) -> Floats:
     return drawn
 
 
-def find_terrain(text: str) -> Terrain:
+def find_terrain(text: str) -> Floor:
     """Return the floor that a text names.
 
     Raises

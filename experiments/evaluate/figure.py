@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from spikeport.experiments.evaluate.interval import Interval
-from spikeport.experiments.evaluate.measures import FIGURES
+from spikeport.experiments.evaluate.measures import MEASURES
 from spikeport.experiments.evaluate.table import TableRow
 
 DRAWN = ("speed_error_m_s", "yaw_rate_error_rad_s", "speed_use", "clearance_m", "impact_bw")
@@ -23,7 +23,7 @@ def figure(rows: Sequence[TableRow], title: str) -> Figure:
     _draw(axes[0], [one.fell for one in rows], "fell", FELL)
     axes[0].set_xlim(-0.03, 1.03)
     for axis, name in zip(axes[1:], DRAWN, strict=True):
-        _draw(axis, [one.means[name] for one in rows], FIGURES[name].heading, COLOR)
+        _draw(axis, [one.means[name] for one in rows], MEASURES[name].heading, COLOR)
     axes[0].set_yticks(range(len(rows)), [one.name for one in rows], fontsize=8)
     # The first row on top, as in the table.
     axes[0].invert_yaxis()

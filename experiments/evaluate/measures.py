@@ -24,43 +24,43 @@ _PLACES, _VELOCITIES, _FORCE = slice(0, 6), slice(6, 12), slice(13, 16)
 """Slices of `robot.foot_sensors`: places and velocities of heel and toe, force of the foot."""
 
 
-class Figure(NamedTuple):
+class Measure(NamedTuple):
     """A figure of an episode: its heading in a table, and its definition."""
 
     heading: str
     definition: str
 
 
-FIGURES = {
-    "speed_error_m_s": Figure(
+MEASURES = {
+    "speed_error_m_s": Measure(
         "speed error, m/s", "mean |command - speed along the heading|, both smoothed over 0.2 s"
     ),
-    "yaw_rate_error_rad_s": Figure(
+    "yaw_rate_error_rad_s": Measure(
         "yaw rate error, rad/s", "mean |command - yaw rate|, both smoothed over 0.2 s"
     ),
-    "torque_use": Figure(
+    "torque_use": Measure(
         "torque, of limit", "not exceeded for 99 % of the time, of the worst joint"
     ),
-    "speed_use": Figure(
+    "speed_use": Measure(
         "joint speed, of limit", "largest of a joint, by its motor's in Unitree's h1.urdf"
     ),
-    "joint_margin_rad": Figure(
+    "joint_margin_rad": Measure(
         "to joint stops, rad", "least distance of a joint from its stops, negative beyond"
     ),
-    "clearance_m": Figure(
+    "clearance_m": Measure(
         "clearance, m", "mean height of the lower of heel and toe at the top of a step"
     ),
-    "double_support": Figure(
+    "double_support": Measure(
         "double support", "share of the time on both feet, of the time that it is to move"
     ),
-    "steps_per_s": Figure("steps/s", "touch-downs a second of the time that it is to move"),
-    "slip_m_s": Figure(
+    "steps_per_s": Measure("steps/s", "touch-downs a second of the time that it is to move"),
+    "slip_m_s": Measure(
         "slip, m/s", "mean speed of the lower of heel and toe along the floor, by the foot's load"
     ),
-    "impact_bw": Figure(
+    "impact_bw": Measure(
         "impact, body weights", "mean of the largest force within 50 ms of a touch-down"
     ),
-    "cost_of_transport": Figure(
+    "cost_of_transport": Measure(
         "cost of transport", "positive work of the joints by weight and way"
     ),
 }
@@ -74,7 +74,7 @@ def measure(stage: Stage) -> dict[str, float | int | None]:
     figures: dict[str, float | int | None] = {
         "falls": int(fallen_at_s is not None),
         "fallen_at_s": fallen_at_s,
-        **dict.fromkeys(FIGURES),
+        **dict.fromkeys(MEASURES),
     }
     # A robot that falls swings its joints and feet as no walk does.
     end_s = np.inf if fallen_at_s is None else fallen_at_s - BEFORE_FALL_S

@@ -8,7 +8,7 @@ from spikeport.experiments.sweep.plan import SEED, Point, Sweep
 
 
 @dataclass(frozen=True)
-class Evaluation(Sweep):
+class EvaluationSweep(Sweep):
     """A sweep whose points are rows of perturbations, not products of values."""
 
     kind: ClassVar[str] = "evaluation"

@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 
 from spikeport.errors import UsageError
 from spikeport.experiments.evaluate.interval import Interval, of_mean, of_share
-from spikeport.experiments.evaluate.measures import FIGURES
-from spikeport.experiments.evaluate.plan import Evaluation
+from spikeport.experiments.evaluate.measures import MEASURES
+from spikeport.experiments.evaluate.plan import EvaluationSweep
 from spikeport.experiments.evaluate.rows import Row, name_of
 from spikeport.experiments.sweep.folder import SweepFolder
 from spikeport.experiments.sweep.plan import Point
@@ -32,7 +32,7 @@ class TableRow(NamedTuple):
         return f"{self.falls} of {self.fell.n if self.fell else 0}"
 
 
-def table(evaluation: Evaluation, folder: SweepFolder) -> list[TableRow]:
+def table(evaluation: EvaluationSweep, folder: SweepFolder) -> list[TableRow]:
     """Return the rows, those without a finished episode too; none if nothing is finished.
 
     Raises
@@ -44,14 +44,14 @@ def table(evaluation: Evaluation, folder: SweepFolder) -> list[TableRow]:
     return list(map(_row, evaluation.rows, found)) if any(found) else []
 
 
-def _metrics(evaluation: Evaluation, folder: SweepFolder, row: Row) -> list[dict[str, Any]]:
+def _metrics(evaluation: EvaluationSweep, folder: SweepFolder, row: Row) -> list[dict[str, Any]]:
     points = [evaluation.point(row, seed) for seed in evaluation.seeds]
     return [_episode(folder, point) for point in points if folder.holds(point)]
 
 
 def _episode(folder: SweepFolder, point: Point) -> dict[str, Any]:
     metrics: dict[str, Any] = folder.read(point)["metrics"]
-    figures = [metrics.get(name, "absent") for name in FIGURES]
+    figures = [metrics.get(name, "absent") for name in MEASURES]
     # A robot that falls early leaves no figures.
     if metrics.get("falls") not in (0, 1) or not all(_is_figure(one) for one in figures):
         raise UsageError(
@@ -70,7 +70,7 @@ def _row(row: Row, metrics: list[dict[str, Any]]) -> TableRow:
     means = {
         # Early falls have no figures: means are of the episodes that have.
         name: of_mean([one[name] for one in metrics if one[name] is not None])
-        for name in FIGURES
+        for name in MEASURES
     }
     return TableRow(row, falls, of_share(falls, len(metrics)), means)
 
@@ -91,15 +91,15 @@ def as_json(rows: list[TableRow]) -> list[dict[str, object]]:
 
 def markdown(rows: list[TableRow]) -> str:
     """Return the table in Markdown, intervals behind figures, and the figures' definitions."""
-    headings = " | ".join(figure.heading for figure in FIGURES.values())
+    headings = " | ".join(one.heading for one in MEASURES.values())
     lines = [
         f"| perturbation | falls | fell, 95 % | {headings} |",
-        "|---" * (3 + len(FIGURES)) + "|",
+        "|---" * (3 + len(MEASURES)) + "|",
     ]
     for one in rows:
-        figures = " | ".join(_text(one.means[name]) for name in FIGURES)
+        figures = " | ".join(_text(one.means[name]) for name in MEASURES)
         lines.append(f"| {one.name} | {one.fallen} | {_percent(one.fell)} | {figures} |")
-    lines += ["", *(f"- *{one.heading}*: {one.definition}" for one in FIGURES.values())]
+    lines += ["", *(f"- *{one.heading}*: {one.definition}" for one in MEASURES.values())]
     return "\n".join(lines) + "\n"
 
 

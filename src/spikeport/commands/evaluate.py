@@ -25,7 +25,7 @@ from spikeport.files import write_json
 from spikeport.key_values import SettingValue
 
 if TYPE_CHECKING:
-    from spikeport.experiments.evaluate.plan import Evaluation
+    from spikeport.experiments.evaluate.plan import EvaluationSweep
     from spikeport.experiments.evaluate.table import TableRow
 
 EXPERIMENT = "walk"
@@ -77,7 +77,7 @@ def run(request: EvaluateRequest) -> int:
     return int(bool(failures))
 
 
-def planned(request: EvaluateRequest) -> "Evaluation":
+def planned(request: EvaluateRequest) -> "EvaluationSweep":
     """Return the evaluation, with every setting checked.
 
     Raises
@@ -86,7 +86,7 @@ def planned(request: EvaluateRequest) -> "Evaluation":
         If a setting, row or backend is not one of the experiment's.
     """
     from spikeport.experiments.evaluate.measures import SHORTEST_S
-    from spikeport.experiments.evaluate.plan import Evaluation
+    from spikeport.experiments.evaluate.plan import EvaluationSweep
     from spikeport.experiments.evaluate.rows import find_rows
 
     experiment, target = registry.get(EXPERIMENT), request.target
@@ -102,7 +102,7 @@ def planned(request: EvaluateRequest) -> "Evaluation":
             f"--seconds {seconds:g}: what is measured takes episodes of more than {SHORTEST_S:g} "
             f"s; cure: leave it out, for {EPISODE_S:g} s"
         )
-    evaluation = Evaluation(
+    evaluation = EvaluationSweep(
         experiment=experiment.name,
         backend=target.backend,
         chip=target.chip,
@@ -137,7 +137,7 @@ def _refuse_others(settings: Mapping[str, SettingValue]) -> None:
             )
 
 
-def _check(evaluation: "Evaluation") -> None:
+def _check(evaluation: "EvaluationSweep") -> None:
     n_points = len(evaluation.rows) * len(evaluation.seeds)
     if n_points > MOST_POINTS:
         raise UsageError(
@@ -150,7 +150,7 @@ def _check(evaluation: "Evaluation") -> None:
         experiment.trial(experiment.settings(**point.settings), point.options).check()
 
 
-def _write(evaluation: "Evaluation", folder: SweepFolder) -> None:
+def _write(evaluation: "EvaluationSweep", folder: SweepFolder) -> None:
     """Write table and picture of what is finished, and print them."""
     from spikeport.experiments.evaluate.figure import figure
     from spikeport.experiments.evaluate.table import as_json, markdown, table
@@ -175,7 +175,7 @@ def _write(evaluation: "Evaluation", folder: SweepFolder) -> None:
     _show(rows, title, folder.path)
 
 
-def _title(evaluation: "Evaluation") -> str:
+def _title(evaluation: "EvaluationSweep") -> str:
     """Return whose episodes the table is of, where, and how many."""
     policy, n = evaluation.settings.get("policy", SPIKING), len(evaluation.seeds)
     file = "" if policy in (SPIKING, MLP) else f" of {policy}"
@@ -198,7 +198,7 @@ def _show(rows: "list[TableRow]", title: str, folder: Path) -> None:
 
 def screen_table(rows: "list[TableRow]") -> Table:
     """Return the table of falls and of the means that are `SHOWN`, for a screen of 80 columns."""
-    from spikeport.experiments.evaluate.measures import FIGURES
+    from spikeport.experiments.evaluate.measures import MEASURES
 
     shown = Table(box=SIMPLE_HEAD)
     # Rows differ in the ends of their names, too: a name goes on in the next line.
@@ -206,7 +206,7 @@ def screen_table(rows: "list[TableRow]") -> Table:
     shown.add_column("falls", no_wrap=True)
     for name in SHOWN:
         # A word a line: headings are wider than their numbers.
-        shown.add_column(FIGURES[name].heading.replace(" ", "\n"), justify="right", no_wrap=True)
+        shown.add_column(MEASURES[name].heading.replace(" ", "\n"), justify="right", no_wrap=True)
     for one in rows:
         means = (one.means[name] for name in SHOWN)
         cells = ("-" if mean is None else f"{mean.estimate:.3f}" for mean in means)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from spikeport.experiments.evaluate.measures import FIGURES, measure
+from spikeport.experiments.evaluate.measures import MEASURES, measure
 from spikeport.experiments.evaluate.stage import EpisodeRecording, Stage
 from spikeport.experiments.evaluate.walker import ExactWalker
 from spikeport.experiments.policy.settings import load_policy
@@ -22,7 +22,7 @@ def walker():
 def test_the_exact_policy_walks_as_it_was_measured(walker):
     figures = measure(walker.walk(NONE, 6.0, 4))
     assert (figures["falls"], figures["fallen_at_s"]) == (0, None)
-    assert set(FIGURES) < set(figures)
+    assert set(MEASURES) < set(figures)
     assert figures["speed_error_m_s"] < 0.06
     assert figures["yaw_rate_error_rad_s"] < 0.1
     assert 0.05 < figures["clearance_m"] < 0.2
@@ -34,7 +34,7 @@ def test_nothing_but_the_fall_is_counted_of_an_early_one(walker):
     figures = measure(walker.walk(Perturbation(strength=0.2), 6.0, 4))
     assert figures["falls"] == 1
     assert figures["fallen_at_s"] < 4
-    assert [figures[name] for name in FIGURES] == [None] * len(FIGURES)
+    assert [figures[name] for name in MEASURES] == [None] * len(MEASURES)
 
 
 class MadeUp:

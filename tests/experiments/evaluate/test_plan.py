@@ -1,10 +1,10 @@
 """The order of an evaluation's episodes."""
 
-from spikeport.experiments.evaluate.plan import Evaluation
+from spikeport.experiments.evaluate.plan import EvaluationSweep
 
 
 def test_all_rows_have_a_seed_before_any_has_the_next(monkeypatch):
-    evaluation = object.__new__(Evaluation)
+    evaluation = object.__new__(EvaluationSweep)
     object.__setattr__(evaluation, "rows", ({}, {"push": 0.8}))
     object.__setattr__(evaluation, "seeds", (5, 6))
     places = [point.place for point in evaluation.points()]

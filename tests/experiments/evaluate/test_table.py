@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from spikeport.errors import UsageError
-from spikeport.experiments.evaluate.measures import FIGURES
+from spikeport.experiments.evaluate.measures import MEASURES
 from spikeport.experiments.evaluate.table import as_json, markdown, table
 
 
@@ -36,7 +36,7 @@ class Asked:
 
 
 def walked(falls, **figures):
-    return {"falls": falls, **dict.fromkeys(FIGURES), **figures}
+    return {"falls": falls, **dict.fromkeys(MEASURES), **figures}
 
 
 @pytest.fixture
@@ -70,7 +70,7 @@ def test_json_has_the_perturbation_and_every_figure(rows):
     assert nominal["clearance_m"]["estimate"] == pytest.approx(0.11)
     assert pushed["perturbation"] == {"push": 0.8}
     assert pushed["falls"] == 1
-    assert set(FIGURES) <= set(pushed)
+    assert set(MEASURES) <= set(pushed)
 
 
 ALTERED = [

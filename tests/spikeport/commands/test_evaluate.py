@@ -9,7 +9,7 @@ from rich.console import Console
 from spikeport.commands.evaluate import screen_table
 from spikeport.experiments.evaluate import episode
 from spikeport.experiments.evaluate.interval import of_mean, of_share
-from spikeport.experiments.evaluate.measures import FIGURES
+from spikeport.experiments.evaluate.measures import MEASURES
 from spikeport.experiments.evaluate.rows import ROWS
 from spikeport.experiments.evaluate.table import TableRow
 from spikeport.experiments.sweep import run as execution
@@ -56,7 +56,7 @@ def test_an_evaluation_leaves_a_table_a_picture_and_every_episode(spikeport, her
 
 
 def test_the_screen_has_whole_names_headings_and_means_in_80_columns():
-    means = dict.fromkeys(FIGURES, of_mean([0.25, 0.25]))
+    means = dict.fromkeys(MEASURES, of_mean([0.25, 0.25]))
     rows = [TableRow(row, 100, of_share(100, 200), means) for row in ROWS]
     console = Console(width=80)
     with console.capture() as captured:
@@ -90,7 +90,7 @@ def test_the_screen_has_whole_names_headings_and_means_in_80_columns():
 def test_a_table_says_whose_it_is(spikeport, here, monkeypatch, tmp_path, asked, title):
     walker = SimpleNamespace(walk=lambda *_: None)
     monkeypatch.setattr(episode, "find_walker", lambda *_: walker)
-    monkeypatch.setattr(episode, "measure", lambda _: {"falls": 1, **dict.fromkeys(FIGURES)})
+    monkeypatch.setattr(episode, "measure", lambda _: {"falls": 1, **dict.fromkeys(MEASURES)})
     done = spikeport(*WALK, *asked, "--row", "push=1", "--out", tmp_path / "out")
     assert (done.code, done.err) == (0, "")
     assert done.out.splitlines()[0] == title
