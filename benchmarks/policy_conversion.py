@@ -57,10 +57,12 @@ class Case:
     backend: str = "native"
 
     def options(self) -> PolicyOptions:
+        """Return what the policy is made with."""
         return PolicyOptions(units=self.units, solve=self.solve, activation=self.activation)
 
     @property
     def name(self) -> str:
+        """Name of its files."""
         return "-".join(asdict(self).values())
 
 

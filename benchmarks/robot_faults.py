@@ -59,6 +59,7 @@ class FaultyWalk(WalkTrial):
     estimator = TRUTH
 
     def plant(self) -> Plant:
+        """Make the robot that the plan's faults befall."""
         return LinkedPlant(
             lambda settings: connect(
                 RobotOptions("inline", faults=self.plan, estimator=self.estimator), settings
@@ -86,6 +87,7 @@ class Walked(NamedTuple):
 
 
 def walks(trial: FaultyWalk, ready: Ready, seeds: int) -> Iterator[Walked]:
+    """Yield the outcome of each seed's walk, by the trial's plan and estimator."""
     for seed in range(seeds):
         trial.options = dataclasses.replace(trial.options, seed=seed)
         try:
@@ -121,6 +123,7 @@ def described(walked: list[Walked]) -> str:
 
 
 def main() -> None:
+    """Walk by every plan and estimator that is asked for, and print a line for each."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("backend", choices=("analytic", "native"))
     parser.add_argument("--seconds", type=float, default=10.0)
@@ -136,11 +139,12 @@ def main() -> None:
     ready = prepare(trial)
     named = {" ".join(plan) or "none": plan for plan in PLANS}
     with ready.sim:
-        for trial.estimator in asked.estimator or [TRUTH]:
+        for estimator in asked.estimator or [TRUTH]:
+            trial.estimator = estimator
             for name in (one for one in named if one.startswith(asked.only or "")):
                 trial.plan = named[name]
                 line = described(list(walks(trial, ready, asked.seeds)))
-                print(f"{trial.estimator:12} {name:24} {line}", flush=True)
+                print(f"{estimator:12} {name:24} {line}", flush=True)
 
 
 if __name__ == "__main__":

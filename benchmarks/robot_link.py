@@ -167,6 +167,7 @@ def paced(hz: int) -> Callable[[Bus], int]:
 
 
 def main() -> None:
+    """Print the times of messages, of a lock-step and of three rates."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--priority", type=int)
     asked = parser.parse_args()
