@@ -49,7 +49,7 @@ class ArmSizes:
 
     @property
     def total(self) -> int:
-        """Return all neurons of the controller."""
+        """The number of neurons in the whole controller."""
         return 3 * self.m1 + 5 * self.cb + STATE_SIZE * self.s1
 
 

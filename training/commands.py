@@ -55,7 +55,7 @@ class Commands:
 
     @property
     def moving(self) -> Flags:
-        """Return the robots that are asked to move by now, ``(n,)``."""
+        """The robots that are asked to move by now, ``(n,)``."""
         moving: Flags = np.abs(self.value).max(axis=1) > self._ranges.still
         return moving
 

@@ -98,7 +98,7 @@ class Step:
 
     @property
     def single_support(self) -> Flags:
-        """Return the robots that are asked to move and have one foot on the floor, ``(n,)``."""
+        """The robots that are asked to move and have one foot on the floor, ``(n,)``."""
         on_one: Flags = self.feet.contact.sum(axis=1) == 1
         return self.moving & on_one
 
@@ -192,7 +192,7 @@ def long_air(s: Step) -> Floats:
 
 
 def early_touchdown(s: Step) -> Floats:
-    """Return the time that a foot which comes down was up too short of ``step_s``, a second."""
+    """Return the time missing of ``step_s`` in the air as a foot comes down, per second."""
     early = np.clip(s.settings.step_s - s.gait.last_air_s, 0.0, None) * s.gait.touched_down
     # An event lasts one control step: by its length, weights are figures per second as of all
     # terms.

@@ -40,22 +40,22 @@ class Traffic(NamedTuple):
 
     @property
     def n(self) -> int:
-        """Return the number of neurons."""
+        """Number of neurons."""
         return len(self.bias)
 
     @property
     def fan_out(self) -> np.ndarray:
-        """Return the number of weights of each neuron, (n,)."""
+        """Number of weights of each neuron, (n,)."""
         return np.diff(self.start)
 
     @property
     def source(self) -> np.ndarray:
-        """Return the neuron that each weight is of, (m,)."""
+        """The neuron that each weight is of, (m,)."""
         return np.repeat(np.arange(self.n), self.fan_out)
 
     @property
     def is_dense(self) -> bool:
-        """Return whether a matrix of all weights has few zeros, so that it pays to store them."""
+        """True if a matrix of all weights has few zeros, so that it pays to store them."""
         return 4 * len(self.weight) > self.n**2
 
 

@@ -57,7 +57,7 @@ class Goal:
 
     @property
     def stroke(self) -> np.ndarray:
-        """(n, 3) the template of a drawing phase."""
+        """The template of a drawing phase, (n, 3)."""
         return Sheet().stroke(self.digit)
 
 

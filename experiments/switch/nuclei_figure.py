@@ -30,8 +30,18 @@ HALO = [Stroke(linewidth=6, foreground="white"), Normal()]
 
 
 class Window(NamedTuple):
-    """The time of a picture: from ``begin_s`` to ``end_s``, in a unit of ``unit_s``, as from
-    ``zero_s``; in bins of ``bin_s``.
+    """The time that a picture shows, its axis and its bins.
+
+    Attributes
+    ----------
+    begin_s, end_s : float
+        First and last moment, in the run's time.
+    zero_s : float
+        The moment that is 0 on the axis.
+    unit_s : float
+        Unit of the axis.
+    bin_s : float
+        The time that rates are averaged over.
     """
 
     begin_s: float

@@ -131,7 +131,7 @@ class Schedule(_Strictly):
 
     @property
     def end_s(self) -> float:
-        """Return the time at which the last phase ends."""
+        """The time at which the last phase ends."""
         return self.phases[-1].end_s
 
 

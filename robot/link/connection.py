@@ -99,7 +99,7 @@ class RobotOptions:
 
     @property
     def place(self) -> Place:
-        """Return where the robot is; UsageError if the text names no place."""
+        """The place of the robot; raises UsageError if the text names none."""
         found = re.fullmatch(r"dds:(?P<interface>[^:]+):(?P<domain>[0-9]{1,3})", self.robot)
         if found is None:
             raise UsageError(f"--robot {self.robot!r}: write {FORMS}")

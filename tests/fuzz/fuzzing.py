@@ -26,7 +26,7 @@ class Tally:
 
     @property
     def tried(self) -> int:
-        """Return the number of all files."""
+        """The number of all files."""
         return self.loaded + self.refused + len(self.failures)
 
 

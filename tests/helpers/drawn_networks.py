@@ -31,7 +31,7 @@ class Plan(NamedTuple):
 
     @property
     def sends_spikes(self) -> bool:
-        """Return True if spikes go to neurons as they are, by filters that values do not have."""
+        """True if spikes go to neurons as they are, by filters that values do not have."""
         return any(one.kind in ("inhibition", "weights") and one.tau != 0.005 for one in self.links)
 
 
