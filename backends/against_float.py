@@ -8,13 +8,13 @@ it holds the cost of passes, of nengo-loihi's filters and relays, and of roundin
 
 import nengo
 import numpy as np
-from nengo.builder import Model
 from nengo.ensemble import Neurons
 
+from spikeport.backends.attempt import attempt
+from spikeport.backends.float_simulator import float_simulator
 from spikeport.backends.host_loop import HostLoop
 from spikeport.backends.rerun import error, low_pass
 from spikeport.compile.ground.names import Names
-from spikeport.compile.ground.refusal import refused_in_float
 from spikeport.compile.ground.rewrite import Rewrite
 
 NOISE = (nengo.processes.WhiteNoise, nengo.processes.FilteredNoise, nengo.processes.WhiteSignal)
@@ -39,6 +39,11 @@ def error_against_float(
     -------
     error : float or None
         None where no value is probed, or input is random and differs from run to run.
+
+    Raises
+    ------
+    BackendError
+        If a function of the network fails.
     """
     probes = [probe for probe in network.all_probes if _is_value(probe)]
     if not probes or any(_is_random(node) for node in network.all_nodes):
@@ -63,13 +68,12 @@ def _is_random(node: nengo.Node) -> bool:
 def _float_run(
     network: nengo.Network, n_steps: int, dt_s: float, seed: int
 ) -> dict[nengo.Probe, np.ndarray]:
-    model = Model(dt=dt_s)
-    # The seeds of the compile: gains, encoders and decoded functions are the same.
-    model.seeds.update(Rewrite(network, Names(network)).all_seeds())
-    with refused_in_float():
-        simulator = nengo.Simulator(network, model=model, seed=seed, progress_bar=False)
+    # With the seeds of the compile: gains, encoders and decoded functions are the same.
+    rewrite = Rewrite(network, Names(network))
+    simulator = attempt("float Nengo", lambda: float_simulator(rewrite, dt_s, seed, optimize=True))
     with simulator:
-        simulator.run_steps(n_steps, progress_bar=False)
+        for step in range(n_steps):
+            attempt(f"float Nengo: step {step + 1}", simulator.step)
         return {probe: np.asarray(simulator.data[probe]) for probe in network.all_probes}
 
 

@@ -5,6 +5,7 @@ again to the blocks in floating point: with all numbers as wanted, and with one 
 at a time.
 """
 
+import contextlib
 import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -14,10 +15,11 @@ import nengo
 import numpy as np
 
 from spikeport.backends.against_float import error_against_float
+from spikeport.backends.attempt import attempt
 from spikeport.backends.host_loop import HostLoop
 from spikeport.backends.native.chip import NativeChip
 from spikeport.backends.recorder import Recorder
-from spikeport.backends.rerun import TAU_S, Rerun, error
+from spikeport.backends.rerun import TAU_S, Rerun, check, error
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.modules import by_module
 from spikeport.compile.image.tables import offsets, part
@@ -26,7 +28,6 @@ from spikeport.compile.loihi.extract import extract
 from spikeport.compile.loihi.numbers import Numbers, restored, wanted
 from spikeport.compile.pipeline import Compilation
 from spikeport.compile.report.loss import Loss, LossPart
-from spikeport.errors import BackendError, in_words
 from spikeport.hardware_models.activity import Activity
 from spikeport.progress import Progress
 
@@ -93,6 +94,7 @@ def measure(
     """
     blocks = compilation.blocks
     image = extract(blocks, compilation.image.manifest.chip)
+    check(image)  # before a run that may take minutes
     progress("running the network", None)
     spikes, activity, against_float = _run(network, compilation, seconds, seed)
     rerun, exact = Rerun(image, spikes), wanted(blocks)
@@ -132,17 +134,12 @@ def _run(
     """Run on the image; return the host's spikes, the counts, and the error against float Nengo."""
     n_steps = max(1, round(seconds / compilation.image.manifest.dt_s))
     recorder = Recorder(NativeChip(compilation.image, seed))
-    loop = HostLoop(compilation, recorder, seed)
-    for step in range(n_steps):
-        try:
-            loop.step()
-        except Exception as raised:  # whatever the functions of the network's nodes raise
-            reason = in_words(raised)
-            raise BackendError(f"step {step + 1}: the network raised {reason}") from raised
-    activity = loop.activity()
-    found = error_against_float(network, loop, n_steps, seed)
-    loop.close()
-    return recorder.spikes, activity, found
+    loop = attempt("before step 1", lambda: HostLoop(compilation, recorder, seed))
+    with contextlib.closing(loop):
+        for step in range(n_steps):
+            attempt(f"step {step + 1}", loop.step)
+        found = error_against_float(network, loop, n_steps, seed)
+        return recorder.spikes, loop.activity(), found
 
 
 def causes(image: ChipImage) -> Iterator[Cause]:

@@ -15,12 +15,11 @@ from nengo.base import NengoObject
 from nengo.ensemble import Neurons
 
 from spikeport.backends.counter import Counter
+from spikeport.backends.float_simulator import float_simulator
 from spikeport.backends.step_log import SUMS_ONLY, LogOptions
 from spikeport.compile.ground.names import Names, base
-from spikeport.compile.ground.refusal import refused_in_float
 from spikeport.compile.ground.rewrite import Built, Rewrite
 from spikeport.compile.image.fanout import Fanout
-from spikeport.compile.loihi.events import read_here
 from spikeport.compile.loihi.solver import FLOAT
 from spikeport.compile.passes.base import Context
 from spikeport.compile.passes.fuse import Fuse
@@ -54,15 +53,7 @@ class Reference:
         self, rewrite: Rewrite, dt_s: float, seed: int, log: LogOptions = SUMS_ONLY
     ) -> None:
         self._rewrite, network = rewrite, rewrite.network
-        model = nengo.builder.Model(dt=dt_s)
-        model.seeds.update(rewrite.all_seeds())
-        model.seeded[network] = True
-        # Nengo's optimiser merges operators in an order that differs from run to run, and with it
-        # the rounding of sums: without it a run depends on its seeds alone.
-        with read_here(), refused_in_float():
-            self._sim = nengo.Simulator(
-                network, dt=dt_s, seed=seed, model=model, progress_bar=False, optimize=False
-            )
+        self._sim = float_simulator(rewrite, dt_s, seed, optimize=False)
         ensembles = [
             e for e in network.all_ensembles if not isinstance(e.neuron_type, nengo.Direct)
         ]

@@ -35,7 +35,7 @@ class Rerun:
     """
 
     def __init__(self, image: ChipImage, spikes: Sequence[np.ndarray]) -> None:
-        _check(image)
+        check(image)
         self._image, self._spikes = image, spikes
         self._compared = _compared(image)
         self._chip = FloatChip(image)
@@ -90,8 +90,14 @@ def _compared(image: ChipImage) -> list[int]:
     return small or read
 
 
-def _check(image: ChipImage) -> None:
-    """Refuse images that cannot be run again, or compared."""
+def check(image: ChipImage) -> None:
+    """Refuse an image that cannot be run again, or has nothing to compare.
+
+    Raises
+    ------
+    BackendError
+        If blocks learn or have noise, or nothing is read out.
+    """
     if image.learns.any() or image.compartments.enable_noise.any():
         raise BackendError(
             "loss is not measured of a network that learns or has noise on the chip: "

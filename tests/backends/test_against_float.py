@@ -1,5 +1,7 @@
 """Probes on the chip against those of the network as it was written."""
 
+from pathlib import Path
+
 import nengo
 import numpy as np
 import pytest
@@ -8,6 +10,7 @@ from spikeport.backends.against_float import error_against_float
 from spikeport.backends.host_loop import HostLoop
 from spikeport.backends.native.chip import NativeChip
 from spikeport.compile.pipeline import compile_network
+from tests.helpers.event_files import camera_network, process_of, random_events, write_events
 
 N_STEPS = 200
 
@@ -57,3 +60,8 @@ def test_spikes_are_no_values() -> None:
     with network:
         nengo.Probe(network.ensembles[0].neurons)
     assert found(network) is None
+
+
+def test_a_camera_is_read_in_both_runs(tmp_path: Path) -> None:
+    path = write_events(tmp_path / "few.events", **random_events(200, 50_000))
+    assert 0.001 < found(camera_network(process_of(path))) < 0.8

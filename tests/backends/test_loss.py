@@ -1,5 +1,6 @@
 """Float blocks against nengo-loihi's own, and what rounding is found to cost."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import nengo
@@ -10,6 +11,7 @@ from nengo_loihi.emulator import EmulatorInterface
 
 from spikeport.backends.float_chip import FloatChip
 from spikeport.backends.loss import MeasuredLoss, causes, measure
+from spikeport.backends.recorder import Recorder
 from spikeport.compile.ground.names import Names
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.loihi.blocks import IntegerBlocks
@@ -164,13 +166,17 @@ def test_the_loss_is_the_same_every_time(measured: MeasuredLoss) -> None:
     assert again.network_error == pytest.approx(measured.loss.network_error)  # float Nengo's
 
 
-def refusal(network: nengo.Network) -> str:
+def refusal(network: nengo.Network, *stages: str) -> str:
+    """Return the words of a refusal, which comes after some stages of work."""
+    reported: list[str] = []
+    compilation = compile_network(network)
     with pytest.raises(BackendError) as raised:
-        measured_of(network, 0.01)
+        measure(network, compilation, 0.01, 0, lambda what, _share: reported.append(what))
+    assert reported == list(stages)
     return str(raised.value)
 
 
-def test_what_cannot_be_compared_is_refused() -> None:
+def test_what_cannot_be_compared_is_refused_before_it_runs() -> None:
     with nengo.Network(seed=1) as silent:
         nengo.Ensemble(5, 1)
     assert refusal(silent) == "loss is measured at what is read out, and nothing is; add a probe"
@@ -184,12 +190,55 @@ def test_what_cannot_be_compared_is_refused() -> None:
     )
 
 
-def test_an_error_of_a_node_is_told_with_its_step() -> None:
+def network_with(node: object) -> nengo.Network:
     with nengo.Network(seed=1) as network:
-        stimulus = nengo.Node(lambda t: 1 / (t < 0.0045))
         ensemble = nengo.Ensemble(5, 1)
-        nengo.Connection(stimulus, ensemble)
+        nengo.Connection(nengo.Node(node, size_out=1), ensemble)
         nengo.Probe(ensemble)
-    raised, _, place = refusal(network).partition(" (")
+    return network
+
+
+def test_an_error_of_a_node_is_told_with_its_step() -> None:
+    network = network_with(lambda t: 1 / (t < 0.0045))
+    raised, _, place = refusal(network, "running the network").partition(" (")
     assert raised == "step 5: the network raised ZeroDivisionError: division by zero"
     assert "test_loss.py, line " in place
+
+
+def test_the_chip_is_freed_after_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    freed: list[Recorder] = []
+    monkeypatch.setattr(Recorder, "close", lambda self: freed.append(self))
+    refusal(network_with(lambda t: 1 / (t < 0.0045)), "running the network")
+    assert len(freed) == 1
+
+
+def test_an_error_in_the_float_run_alone_is_told_with_its_step() -> None:
+    """The first run takes ten steps, and the node answers no more than twelve times."""
+    answers = iter(np.zeros(12))
+    network = network_with(lambda _t: next(answers))
+    raised = refusal(network, "running the network")
+    assert raised.startswith("float Nengo: step 3: the network raised StopIteration: ")
+
+
+class Once(nengo.Process):
+    """A process that cannot be made anew once it has stepped."""
+
+    def __init__(self, *steps: float) -> None:
+        super().__init__(default_size_in=0, default_size_out=1)
+        self.steps = list(steps)
+
+    def make_step(self, *_args: object) -> Callable[[float], float]:
+        if self.steps:
+            raise RuntimeError("no step")
+
+        def step(t: float) -> float:
+            self.steps.append(t)
+            return 0.0
+
+        return step
+
+
+def test_an_error_of_a_process_is_told_with_its_run() -> None:
+    for process, where in ((Once(0.0), "before step 1"), (Once(), "float Nengo")):
+        words = refusal(network_with(process), "running the network")
+        assert words.startswith(f"{where}: the network raised RuntimeError: no step (")

@@ -9,12 +9,12 @@ from typing import Any, NamedTuple
 import nengo
 
 from spikeport.backends import registry
+from spikeport.backends.attempt import attempt
 from spikeport.backends.board.link import OWN_STUB, LinkOptions
 from spikeport.compile.ground.names import Names
 from spikeport.compile.ground.scope import Scope
 from spikeport.compile.passes.pipeline import Pipeline
 from spikeport.compile.report.report import Report
-from spikeport.errors import BackendError, SpikeportError, in_words
 from spikeport.hardware_models.activity import Activity
 from spikeport.progress import Progress, silent
 from spikeport.simulation.probes import probes_by_name, records_spikes
@@ -166,10 +166,4 @@ def _advance(sim: Simulator, steps: int, what: str, progress: Progress) -> None:
     for i in range(steps):
         if i % PROGRESS_STEPS == 0:
             progress(what, i / steps)
-        try:
-            sim.step()
-        except SpikeportError:
-            raise
-        except Exception as error:  # whatever the functions of the network's nodes raise
-            reason = in_words(error)
-            raise BackendError(f"{what}: step {i + 1}: the network raised {reason}") from error
+        attempt(f"{what}: step {i + 1}", sim.step)

@@ -1,0 +1,38 @@
+"""A network on Nengo's own simulator, for `Reference` and for the loss against float."""
+
+import nengo
+
+from spikeport.compile.ground.refusal import refused_in_float
+from spikeport.compile.ground.rewrite import Rewrite
+from spikeport.compile.loihi.events import read_here
+
+
+def float_simulator(rewrite: Rewrite, dt_s: float, seed: int, optimize: bool) -> nengo.Simulator:
+    """Return the simulator of a network, with the gains, encoders and decoders of its compile.
+
+    Parameters
+    ----------
+    rewrite : Rewrite
+        The network, with the seeds of its objects.
+    dt_s : float
+        The time step, in seconds.
+    seed : int
+        Seed of processes and noise.
+    optimize : bool
+        Merge operators, for steps in a fraction of the time. The order differs from run to run, and
+        with it the rounding of sums: without it a run depends on its seeds alone.
+
+    Raises
+    ------
+    RefusedError
+        If Nengo refuses the network.
+    """
+    network = rewrite.network
+    model = nengo.builder.Model(dt=dt_s)
+    model.seeds.update(rewrite.all_seeds())
+    model.seeded[network] = True
+    # Nengo-loihi's own reader of event files fails with NumPy 2.
+    with read_here(), refused_in_float():
+        return nengo.Simulator(
+            network, dt=dt_s, seed=seed, model=model, progress_bar=False, optimize=optimize
+        )

@@ -1,0 +1,30 @@
+"""The errors of a network's functions, named where a run calls them."""
+
+import pytest
+
+from spikeport.backends.attempt import attempt
+from spikeport.errors import BackendError, UsageError
+
+
+def test_what_a_call_returns_is_returned() -> None:
+    assert attempt("step 1", lambda: 3) == 3
+
+
+@pytest.mark.parametrize("raised", [ValueError("no"), StopIteration("no"), RuntimeError("no")])
+def test_an_error_is_named_with_its_place(raised: Exception) -> None:
+    def call() -> None:
+        raise raised
+
+    with pytest.raises(BackendError) as caught:
+        attempt("step 1", call)
+    words = f"step 1: the network raised {type(raised).__name__}: no (tests/backends/test_attempt"
+    assert words in str(caught.value)
+    assert caught.value.__cause__ is raised
+
+
+def test_errors_of_ours_are_in_words_already() -> None:
+    def call() -> None:
+        raise UsageError("a cure")
+
+    with pytest.raises(UsageError, match=r"^a cure$"):
+        attempt("step 1", call)
