@@ -1,29 +1,43 @@
 """The identity of functions: all that decides what they return, in a form that lasts.
 
 A function has one if its code, and whatever it reaches, can be read: values it closes over, its
-defaults, and names of its module, as deep as they go. Code of Python itself, of spikeport and of
-the packages that `spikeport.cache.surroundings` covers is named, and not read.
+defaults, and names of its module, as deep as they go. Code of spikeport, of the packages that
+`spikeport.cache.surroundings` covers and of modules of Python that only compute is named, and not
+read. A function that may read a file, a clock or random numbers has no identity.
 """
 
 import builtins
+import dis
 import functools
-import sys
 from collections.abc import Callable, Mapping
-from types import BuiltinFunctionType, CodeType, FunctionType, MethodType, ModuleType
+from types import BuiltinFunctionType, CellType, CodeType, FunctionType, MethodType, ModuleType
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from spikeport.cache import COMPUTING
 
-COVERED = {name.replace("-", "_") for name in COMPUTING} | {"spikeport", *sys.stdlib_module_names}
+COVERED = {name.replace("-", "_") for name in COMPUTING} | {"spikeport"}
 """Packages whose code does not change while the surroundings of a result stay the same."""
+
+PURE = {
+    *("builtins", "math", "cmath", "operator", "_operator", "itertools", "functools", "_functools"),
+    *("statistics", "fractions", "decimal", "numbers", "collections", "bisect", "_bisect", "copy"),
+    *("heapq", "_heapq", "string", "re", "enum", "typing", "dataclasses", "abc", "types"),
+}
+"""Modules of Python with nothing that is another in each process, but for `UNSTABLE`."""
+
+OUTSIDE = ("numpy.random", "scipy.io", "scipy.datasets")
+"""Parts of covered packages that read files, or draw numbers."""
 
 UNSTABLE = {
     *("open", "input", "exec", "eval", "globals", "environ", "getenv", "time"),
-    *("random", "rand", "randn", "randint", "uniform", "normal"),
+    *("__import__", "compile", "getattr", "hash", "id", "locals", "vars"),
+    *("load", "loadtxt", "genfromtxt", "fromfile", "fromregex", "memmap", "open_memmap"),
+    *("from_xml_path", "from_binary_path"),
+    *("random", "rand", "randn", "randint", "uniform", "normal", "default_rng", "rvs", "sample"),
 }
-"""Names of what is another in each process, whatever the code that asks for it."""
+"""Names of what is another in each process, or depends on files, whatever the code that asks."""
 
 DISPATCHER = type(np.linalg.norm)
 """The type of NumPy's functions that other arrays may answer for."""
@@ -34,8 +48,9 @@ ValueIdentity: TypeAlias = Callable[[object], object]
 
 def is_covered(module: str | None) -> bool:
     """Return whether the surroundings of a result say what a module does."""
-    root = (module or "").partition(".")[0]
-    return root in COVERED and root != "__main__"
+    module = module or ""
+    covered = module.partition(".")[0] in COVERED and not module.startswith(OUTSIDE)
+    return covered or module in PURE
 
 
 class FunctionIdentity:
@@ -91,7 +106,7 @@ class FunctionIdentity:
         return "ufunc", name
 
     def _named(self, kind: str, module: str | None, name: str) -> object:
-        if not is_covered(module):
+        if not is_covered(module) or name in UNSTABLE:
             raise TypeError(f"{kind} {module or ''}.{name} has no identity that lasts".strip())
         return kind, module, name
 
@@ -117,15 +132,24 @@ class FunctionIdentity:
     def _function(self, value: FunctionType) -> object:
         if (first := self._again(value)) is not None:
             return first
-        cells = [self.of(cell.cell_contents) for cell in value.__closure__ or ()]
+        cells = [self._cell(cell) for cell in value.__closure__ or ()]
         rest = self.of(value.__defaults__), self.of(value.__kwdefaults__), self.of(vars(value))
         code = value.__code__
         if is_covered(value.__module__):
-            return "function", value.__module__, value.__qualname__, _code(code), cells, *rest
+            named = self._named("function", value.__module__, value.__qualname__)
+            return named, _code(code), cells, *rest
         if unstable := sorted(UNSTABLE & _names(code)):
             raise TypeError(f"a function that uses {unstable[0]} has no identity that lasts")
+        for module in _imported(code):
+            self._named("module", module, "")
         used = {name: self._global(value, name) for name in sorted(_names(code))}
         return "function", _code(code), cells, *rest, used
+
+    def _cell(self, cell: CellType) -> object:
+        try:
+            return self.of(cell.cell_contents)
+        except ValueError:  # nothing is in it yet, or no longer
+            return "empty"
 
     def _global(self, function: FunctionType, name: str) -> object:
         if name in function.__globals__:
@@ -137,6 +161,13 @@ def _names(code: CodeType) -> set[str]:
     """Return the names that code looks up, in functions within it too."""
     inner = [_names(one) for one in code.co_consts if isinstance(one, CodeType)]
     return set(code.co_names).union(*inner)
+
+
+def _imported(code: CodeType) -> set[str]:
+    """Return the modules that code imports, in functions within it too; "" is its own package."""
+    inner = [_imported(one) for one in code.co_consts if isinstance(one, CodeType)]
+    own = {i.argval for i in dis.get_instructions(code) if i.opname == "IMPORT_NAME"}
+    return own.union(*inner)
 
 
 def _code(code: CodeType) -> object:

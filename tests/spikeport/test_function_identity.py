@@ -1,8 +1,11 @@
 """Functions have the same identity where they do the same, and none where that is not known."""
 
+import datetime
 import functools
 import math
 import random
+from pathlib import Path
+from time import perf_counter
 
 import numpy as np
 import pytest
@@ -11,6 +14,7 @@ from hypothesis import strategies as st
 
 from spikeport.cache import digest_of
 from spikeport.function_identity import FunctionIdentity
+from spikeport.networks import walking_policy
 from spikeport.networks.policy_values import exact
 
 SCALE = 2.0
@@ -57,6 +61,18 @@ def test_any_bit_of_a_matrix_that_is_closed_over_counts(weights, data):
     assert digest(closing_over(changed)) != digest(closing_over(np.array(weights)))
 
 
+def test_a_name_that_is_set_later_counts_when_it_is():
+    def uses(x):
+        return later * x
+
+    empty = digest(uses)
+    later = 2.0
+    assert digest(uses) != empty
+    first = digest(uses)
+    later = 3.0
+    assert digest(uses) != first
+
+
 def test_code_counts():
     assert digest(lambda x: x + 1) == digest(lambda x: x + 1)
     ones = [lambda x: x + 1, lambda x: x + 2, lambda x: x - 1, lambda x: math.sin(x)]
@@ -80,6 +96,18 @@ def test_what_is_known_by_name_is_named():
     assert len({digest(one) for one in known}) == len(known)
 
 
+def imports_a_clock(x):
+    import uuid
+
+    return uuid.uuid4().int * x
+
+
+def imports_a_neighbour(x):
+    from tests.spikeport import test_cache
+
+    return len(test_cache.__name__) * x
+
+
 class Mine:
     def method(self, x):
         return x
@@ -96,6 +124,17 @@ class Mine:
         lambda x: random.random(),
         lambda x: len(open("file").name),  # noqa: SIM115
         lambda x: Mine().method(x),
+        lambda x: np.load("w.npy") * x,
+        functools.partial(np.load, "w.npy"),
+        lambda x: np.fromfile("w.bin") * x,
+        lambda x: np.random.default_rng().standard_normal() * x,
+        lambda x: float(Path("w.txt").read_text()) * x,
+        lambda x: datetime.datetime.now().hour * x,
+        lambda x: perf_counter() * x,
+        lambda x: __import__("os").getpid() * x,
+        walking_policy.load,
+        imports_a_clock,
+        imports_a_neighbour,
         closing_over(object()),
     ],
 )
