@@ -8,6 +8,7 @@ since all of them decide the bits. So an entry is never out of date: a change ma
 import hashlib
 import os
 import platform
+import re
 import stat
 import sys
 import warnings
@@ -40,6 +41,10 @@ COMPUTING = ("numpy", "scipy", "nengo", "nengo-loihi", "numba", "mujoco")
 BLAS = ("internal_api", "version", "num_threads", "architecture", "threading_layer")
 OURS = (".py", ".toml", ".xml", ".npz")
 """Files of spikeport that decide results: code, chips and settings, robots, policies."""
+
+_DIGITS = 32
+_NAME = re.compile(rf"[a-z-]+-[0-9a-f]{{{_DIGITS}}}\.npz")
+"""The name of an entry: its kind, and so many digits of its key."""
 
 Arrays: TypeAlias = Mapping[str, np.ndarray]
 
@@ -89,7 +94,7 @@ class Cache:
         """
         key = digest_of((kind, inputs, surroundings()))
         # Half of the key names the file; the seal within is made of all of it.
-        path = self.folder / f"{kind}-{key[:32]}.npz"
+        path = self.folder / f"{kind}-{key[:_DIGITS]}.npz"
         found = self._read(path, key)
         if found is None:
             found = dict(make())
@@ -99,7 +104,9 @@ class Cache:
     def entries(self) -> list[Entry]:
         """Return what is kept, the oldest first."""
         found = []
-        for path in self.folder.glob("*-*.npz"):
+        for path in self.folder.glob("*.npz"):
+            if not _NAME.fullmatch(path.name):
+                continue  # a user's, who gave their own folder
             try:
                 status = path.stat()
             except OSError:
@@ -284,7 +291,9 @@ def _parts(value: object) -> Iterator[bytes]:
             yield f"{array.dtype.str} {array.shape}".encode()
             yield array.tobytes()
         case Mapping():
-            yield from _parts([[str(name), value[name]] for name in sorted(value)])
+            if not all(isinstance(name, str) for name in value):
+                raise TypeError("a mapping with other keys than texts has no identity that lasts")
+            yield from _parts([[name, value[name]] for name in sorted(value)])
         case list() | tuple():
             yield str(len(value)).encode()
             for part in value:

@@ -163,7 +163,7 @@ def test_a_model_counts_with_its_values():
     assert digest_of(Model(n=1)) == digest_of(Model(n=1)) != digest_of(Model(n=2))
 
 
-@pytest.mark.parametrize("value", [lambda: None, object(), {"f": print}, np.array([print])])
+@pytest.mark.parametrize("value", [lambda: None, object(), {"f": print}, {1: 2}, np.array([print])])
 def test_what_has_no_lasting_identity_is_refused(value):
     with pytest.raises(TypeError, match="has no identity that lasts"):
         digest_of(value)
@@ -230,9 +230,11 @@ def test_the_oldest_go_above_the_limit(kept, make, monkeypatch):
 
 def test_clearing_removes_entries_and_nothing_else(kept, make):
     kept.kept("policy", 1, make)
-    (kept.folder / "notes.txt").write_text("mine")
-    assert kept.clear() == 1
-    assert [path.name for path in kept.folder.iterdir()] == ["notes.txt"]
+    mine = {"notes.txt", "policy-final.npz"}
+    for name in mine:
+        (kept.folder / name).write_text("mine")
+    assert len(kept.entries()) == kept.clear() == 1
+    assert {path.name for path in kept.folder.iterdir()} == mine
 
 
 def test_the_users_cache_is_where_the_environment_says(monkeypatch, tmp_path, make):
