@@ -234,6 +234,7 @@ def full(transform: Matrix, size: int) -> np.ndarray:
 
 def nengo_transform(matrix: sparse.csr_array) -> np.ndarray | nengo.Sparse:
     """Return a matrix as a Nengo transform: without its zeros, where indices cost less."""
-    if matrix.nnz > DENSE_FROM * np.prod(matrix.shape):
+    # nengo-loihi has no bits for the indices of a matrix without entries.
+    if not matrix.nnz or matrix.nnz > DENSE_FROM * np.prod(matrix.shape):
         return matrix.toarray()
     return nengo.Sparse(matrix.shape, init=sparse.csr_matrix(matrix))

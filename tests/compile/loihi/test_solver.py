@@ -157,8 +157,10 @@ def test_transforms_as_matrices() -> None:
     np.testing.assert_array_equal(full(sparse.csr_array(MATRIX), 3), MATRIX)
 
 
-@pytest.mark.parametrize(("n_zeros", "is_sparse"), [(4, False), (5, True), (6, True)])
-def test_matrices_are_sparse_from_half_of_zeros(n_zeros: int, is_sparse: bool) -> None:
+@pytest.mark.parametrize(("n_zeros", "is_sparse"), [(4, False), (5, True), (6, True), (10, False)])
+def test_matrices_are_sparse_from_half_of_zeros_unless_they_have_nothing_else(
+    n_zeros: int, is_sparse: bool
+) -> None:
     matrix = np.ones(10)
     matrix[:n_zeros] = 0
     found = nengo_transform(sparse.csr_array(matrix.reshape(2, 5)))

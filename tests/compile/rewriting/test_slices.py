@@ -177,3 +177,11 @@ def test_a_learning_connection_may_end_in_a_part() -> None:
         nengo.Connection(nengo.Node(0.5), pre[[0]])
     for pipeline in ("as_written", "compact"):
         assert compile_network(net, pipeline=pipeline).image.learns.sum() == 1
+
+
+def test_weights_of_zero_into_a_part_are_built() -> None:
+    with nengo.Network(seed=0) as net:
+        a, b = (nengo.Ensemble(10, 1, label=label) for label in "ab")
+        nengo.Connection(a.neurons, b.neurons[:5], transform=np.zeros((5, 10)))
+        nengo.Probe(b)
+    assert "SP402" in {hint.id for hint in compile_network(net).report.hints}
