@@ -17,7 +17,8 @@ import numpy as np
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.deliveries import deliveries
 from spikeport.compile.image.fanout import fanout
-from spikeport.compile.image.host_traffic import host_traffic
+from spikeport.compile.image.host_traffic import mean_rate_hz
+from spikeport.compile.image.manifest import Encoding
 from spikeport.compile.image.modules import module_of_blocks
 from spikeport.errors import UsageError, unknown
 from spikeport.hardware_models.activity import Activity
@@ -30,7 +31,8 @@ class Rates:
     """Mean firing rates, in Hz: ``all_hz`` of everything that ``by_name_hz`` does not name.
 
     Names are those of ensembles (or of connections, for the neurons that relay them), and ``host``
-    for the spikes that come in from the host. Read-outs do not spike.
+    for the spikes that come in from the host. If that is not named, sources that encode values
+    spike as often as `mean_rate_hz` says. Read-outs do not spike.
     """
 
     all_hz: float = 0.0
@@ -64,16 +66,8 @@ def expected_activity(image: ChipImage, rates: Rates) -> Activity:
         learning_updates=np.zeros((1, image.n_cores)),
         messages=messages,
         messages_host=delivered[n:].sum(axis=0),
-        host_spikes=np.array([_host_spikes(image, rates)]),
+        host_spikes=np.array([spikes[n:].sum()]),
     )
-
-
-def _host_spikes(image: ChipImage, rates: Rates) -> float:
-    """Return the host's spikes in a step: at its stated rate, else as its encodings have them."""
-    dt_s, traffic = image.manifest.dt_s, host_traffic(image)
-    if HOST in rates.by_name_hz:
-        return traffic.sources * rates.by_name_hz[HOST] * dt_s
-    return traffic.spikes + traffic.unknown_sources * rates.all_hz * dt_s
 
 
 def source_rates(image: ChipImage, rates: Rates) -> np.ndarray:
@@ -81,11 +75,20 @@ def source_rates(image: ChipImage, rates: Rates) -> np.ndarray:
     _check(image, rates)
     sizes = np.diff(image.blocks.start)
     named = [rates.by_name_hz.get(name, rates.all_hz) for name in module_of_blocks(image)]
-    inputs = np.full(image.n_inputs, rates.by_name_hz.get(HOST, rates.all_hz))
-    of_sources = np.concatenate([np.repeat(named, sizes), inputs])
+    inputs = [np.full(e.size, _host_hz(e.encoding, image, rates)) for e in image.manifest.inputs]
+    of_sources = np.concatenate([np.repeat(named, sizes), *inputs])
     # They hold values, and do not spike, whatever the rate of their module.
     of_sources[image.readouts] = 0
     return of_sources
+
+
+def _host_hz(encoding: Encoding, image: ChipImage, rates: Rates) -> float:
+    """Return the rate of the host's sources of one encoding."""
+    if HOST in rates.by_name_hz:
+        return rates.by_name_hz[HOST]
+    if encoding.kind == "spikes":
+        return rates.all_hz  # nothing says how often they come
+    return mean_rate_hz(encoding, image.manifest.dt_s)
 
 
 def _check(image: ChipImage, rates: Rates) -> None:

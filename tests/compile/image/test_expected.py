@@ -4,6 +4,7 @@ import nengo
 import numpy as np
 import pytest
 
+from spikeport import Simulator
 from spikeport.backends.native.chip import NativeChip
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.expected import HOST, Rates, expected_activity
@@ -47,6 +48,23 @@ def test_the_hosts_spikes_are_messages_from_the_host(image: ChipImage) -> None:
     inputs = per_spike.messages[image.n_compartments :].sum(axis=0)
     assert activity.messages_host == pytest.approx(0.2 * inputs)
     assert activity.messages.sum() == 0
+
+
+def test_sources_that_encode_values_spike_as_in_a_run_unless_their_rate_is_stated() -> None:
+    with nengo.Network(seed=0) as network:
+        ensemble = nengo.Ensemble(200, 8)
+        nengo.Connection(nengo.Node([0.3] * 8), ensemble)
+        nengo.Probe(ensemble)
+    with Simulator(network) as sim:
+        sim.run_steps(500)
+        run, image = sim.activity, sim.image
+    expected = expected_activity(image, Rates(100))
+    for name in ("host_spikes", "messages_host"):
+        # What is encoded does not change the sum over pairs that count up and down.
+        in_a_step = getattr(run, name).sum() / run.n_steps
+        assert getattr(expected, name).sum() == pytest.approx(in_a_step, rel=0.01)
+    half = expected_activity(image, Rates(100, {HOST: 500}))
+    assert half.host_spikes.sum() == pytest.approx(0.5 * image.n_inputs)
 
 
 def test_readouts_do_not_spike(image: ChipImage) -> None:
