@@ -1,9 +1,20 @@
-"""The networks whose speed is measured."""
+"""The networks whose speed is measured, and those that several benchmarks build."""
 
 import itertools
 
 import nengo
 import numpy as np
+
+
+def chain(n: int, n_neurons: int, seed: int | None = None) -> nengo.Network:
+    """Return n ensembles, each decoded into the next; with one seed for all, they are equal."""
+    with nengo.Network(seed=0) as network:
+        stimulus = nengo.Node(lambda t: np.sin(t))
+        ensembles = [nengo.Ensemble(n_neurons, 1, seed=seed) for _ in range(n)]
+        for pre, post in zip([stimulus, *ensembles], ensembles, strict=False):
+            nengo.Connection(pre, post, seed=seed)
+        nengo.Probe(ensembles[-1], synapse=0.01)
+    return network
 
 
 def arm_like() -> nengo.Network:

@@ -14,7 +14,6 @@ import contextlib
 import itertools
 import json
 import os
-import resource
 import statistics
 import subprocess
 import sys
@@ -25,6 +24,7 @@ from pathlib import Path
 from typing import Any
 
 import markdown_table
+from peak_memory import peak_bytes
 
 HEADS = ("network", "before, CPU s", "now, CPU s", "times", "before, MB", "now, MB")
 HERE = Path(__file__).parents[1] / "src"
@@ -62,15 +62,9 @@ def policy() -> Any:
 
 def chain() -> Any:
     """Return 256 ensembles of 500 neurons, each decoded into the next."""
-    import nengo
-    import numpy as np
+    import cases
 
-    with nengo.Network(seed=0) as network:
-        ensembles = [nengo.Ensemble(500, 1) for _ in range(256)]
-        for pre, post in zip([nengo.Node(np.sin), *ensembles], ensembles, strict=False):
-            nengo.Connection(pre, post)
-        nengo.Probe(ensembles[-1], synapse=0.01)
-    return network
+    return cases.chain(256, 500)
 
 
 def decoded() -> Any:
@@ -111,7 +105,7 @@ def measure(name: str) -> dict[str, float]:
     make, pipeline = NETWORKS[name]
     with tempfile.TemporaryDirectory() as folder:
         chip, network = board(Path(folder)), make()
-        before, begin = _peak_mb(), time.process_time()
+        before, begin = peak_bytes(), time.process_time()
         compile_network(network, chip, pipeline=pipeline)
     return _found(begin, before)
 
@@ -130,7 +124,7 @@ def _of_a_run(experiment: str) -> dict[str, float]:
         """The simulator is there."""
 
     def timed(self: Simulator, *arguments: Any, **options: Any) -> None:
-        before, begin = _peak_mb(), time.process_time()
+        before, begin = peak_bytes(), time.process_time()
         make(self, *arguments, **options)
         if self.compilation is not None:
             found.update(_found(begin, before))
@@ -146,12 +140,8 @@ def _of_a_run(experiment: str) -> dict[str, float]:
     return found
 
 
-def _found(begin: float, before_mb: float) -> dict[str, float]:
-    return {"cpu_s": time.process_time() - begin, "mb": _peak_mb() - before_mb}
-
-
-def _peak_mb() -> float:
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1000
+def _found(begin: float, before: float) -> dict[str, float]:
+    return {"cpu_s": time.process_time() - begin, "mb": (peak_bytes() - before) / 1e6}
 
 
 def compare(name: str, old_site: str, repeats: int) -> tuple[str, ...]:

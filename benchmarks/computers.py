@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 
 import markdown_table
 import numpy as np
+from saved_runs import CALIBRATION
 from timing import cpu_us
 
 from spikeport.hardware_models.computers import BreakEven, OnChip, all_of_them, break_even
@@ -29,7 +30,6 @@ from spikeport.robot.walk_interface import CONTROL_DT_S
 RAPL = Path("/sys/class/powercap/intel-rapl:0/energy_uj")
 ASSUMED_W = 10.0
 """Power of a core at work, where none is measured: an assumption, not a figure of this machine."""
-CALIBRATION = "nahuku-fit"
 ROUNDS = 7
 LAW_DT_S = 0.005
 """Period of the arm's law, that of the physics."""

@@ -11,7 +11,6 @@ time of each part of the compile, with its own exponent.
 
 import argparse
 import math
-import resource
 import tempfile
 import time
 from collections.abc import Callable, Iterator
@@ -24,12 +23,15 @@ import markdown_table
 import nengo
 import numpy as np
 from boards import board
+from cases import chain
+from peak_memory import peak_bytes
 
 from spikeport.compile.check.memory import estimate
 from spikeport.compile.passes.parse import parse
 from spikeport.compile.pipeline import compile_network
 
 NEURONS = 5
+"""Neurons of an ensemble in the chains of small parts."""
 MB = 1e6
 Cells = tuple[str, ...]
 HEADS = ("network", "n", "pipeline", "CPU s", "cores", "peak MB", "estimate MB", "exponent")
@@ -45,30 +47,19 @@ class Row(NamedTuple):
     parts: dict[str, float]
 
 
-def chain(n: int, seed: int | None, n_neurons: int = NEURONS) -> nengo.Network:
-    """Return ensembles, each decoded into the next; one seed, or one for each."""
-    with nengo.Network(seed=0) as network:
-        stimulus = nengo.Node(lambda t: np.sin(t))
-        ensembles = [nengo.Ensemble(n_neurons, 1, seed=seed) for _ in range(n)]
-        for pre, post in zip([stimulus, *ensembles], ensembles, strict=False):
-            nengo.Connection(pre, post, seed=seed)
-        nengo.Probe(ensembles[-1], synapse=0.01)
-    return network
-
-
 def equal(n: int) -> nengo.Network:
     """Return a chain of n equal ensembles."""
-    return chain(n, seed=1)
+    return chain(n, NEURONS, seed=1)
 
 
 def distinct(n: int) -> nengo.Network:
     """Return a chain of n ensembles, no two of which are equal."""
-    return chain(n, seed=None)
+    return chain(n, NEURONS)
 
 
 def large(n: int) -> nengo.Network:
     """Return a chain of n ensembles of 500 neurons."""
-    return chain(n, seed=None, n_neurons=500)
+    return chain(n, 500)
 
 
 def decoded(n: int) -> nengo.Network:
@@ -125,11 +116,6 @@ def measure(name: str, n: int, pipeline: str, chip: Path) -> Row:
     ends = [*(time_s for _, time_s in stages[1:]), end]
     parts = {name: to - since for (name, since), to in zip(stages, ends, strict=True)}
     return Row(end - begin, image.n_cores, peak_bytes() - before, estimated, parts)
-
-
-def peak_bytes() -> float:
-    """Return the most memory that this process has had."""
-    return 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 
 
 def exponent(growth: float, times: float) -> str:

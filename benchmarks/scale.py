@@ -26,8 +26,8 @@ import nengo
 import numpy as np
 import scipy.sparse
 from boards import board
-from growth import peak_bytes
 from matplotlib.figure import Figure
+from peak_memory import peak_bytes
 from speed import machine
 from timing import cpu_us, wall_us
 

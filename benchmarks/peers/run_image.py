@@ -16,8 +16,11 @@ from spikeport.compile.image.chip_image import ChipImage
 NOTHING = np.zeros(0, dtype=np.int64)
 
 
-class Emulator(NengoLoihiChip):
-    """nengo-loihi's emulator as its users run it; only spikes are counted."""
+class SpikeCounter(NengoLoihiChip):
+    """nengo-loihi's emulator as its users run it; only spikes are counted.
+
+    `speed.Emulator`, which counts nothing, is in a folder that scripts of this one do not see.
+    """
 
     def _count(self, _spikes):
         self.spike_count += self._emulator.compartment.spiked
@@ -31,7 +34,7 @@ def native(image):
 
 def emulator(image):
     """Return nengo-loihi's emulator, and what counts its spikes."""
-    chip = Emulator(image, seed=0)
+    chip = SpikeCounter(image, seed=0)
     chip.spike_count = np.zeros(image.n_compartments, dtype=int)
     return chip, lambda: chip.spike_count
 
