@@ -3,11 +3,17 @@
 from dataclasses import dataclass, fields
 
 from nengo_loihi.builder import Model
-from nengo_loihi.decode_neurons import DecodeNeurons, OnOffDecodeNeurons
+from nengo_loihi.decode_neurons import DecodeNeurons, OnOffDecodeNeurons, Preset10DecodeNeurons
 
 from spikeport.compile.ground.refusal import ArgumentError
 
-BY_PASSES = ("remove_passthrough", "intercept_limit", "vth_nonspiking")
+BY_PASSES = (
+    "remove_passthrough",
+    "intercept_limit",
+    "vth_nonspiking",
+    "decode_tau",
+    "decode_neurons",
+)
 """Settings whose defaults the passes that rewrite networks reckon with."""
 
 
@@ -70,7 +76,11 @@ class BuildSettings:
     def check_written(self) -> None:
         """Raise `ArgumentError` for a setting that passes which rewrite networks do not heed."""
         for name in BY_PASSES:
-            if (value := getattr(self, name)) != getattr(BuildSettings, name):
+            value = getattr(self, name)
+            # What nengo-loihi's model has unless it is replaced.
+            if type(value) is Preset10DecodeNeurons:
+                continue
+            if value != getattr(BuildSettings, name):
                 expected = (
                     f"{getattr(BuildSettings, name)!r}, with which the passes that rewrite "
                     "networks reckon; or choose a pipeline without them: as_written"

@@ -49,20 +49,21 @@ class Pass(ABC, Generic[Value]):
 
 @dataclass(frozen=True)
 class NetworkPass(Pass[Rewrite]):
-    """Rewrites a network such that its float behaviour is equal, to rounding.
+    """A pass that rewrites a network such that its float behaviour is equal, to rounding.
 
-    `spikeport.compile.passes.tie.Tie` alone changes it, and notes by how much.
+    `Tie` changes it, and notes by how much; `ConstantInputs` changes the first steps, and `Fuse`
+    cuts off sums beyond the radius.
     """
 
 
 @dataclass(frozen=True)
 class BlockPass(Pass[FloatBlocks]):
-    """Turns float blocks into others that behave alike and lose less when they are rounded."""
+    """A pass that turns float blocks into others that behave alike and lose less by rounding."""
 
 
 @dataclass(frozen=True)
 class ImagePass(Pass[ChipImage]):
-    """Turns an image into one that computes the same integers, placed or wired differently."""
+    """A pass that places or wires an image differently, such that it computes the same integers."""
 
 
 AnyPass: TypeAlias = Pass[Rewrite] | Pass[FloatBlocks] | Pass[ChipImage]

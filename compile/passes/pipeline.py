@@ -5,6 +5,7 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import TypeAlias
 
+from spikeport.compile.ground.refusal import ArgumentError
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.loihi.blocks import FloatBlocks
@@ -33,12 +34,18 @@ class Pipeline:
     ------
     UsageError
         If passes are not in that order, one would undo another, or one is there twice.
+    ArgumentError
+        If one is no pass.
     """
 
     passes: tuple[AnyPass, ...]
 
     def __post_init__(self) -> None:
-        """Check the order."""
+        """Check the passes, and their order."""
+        for one in self.passes:
+            if not isinstance(one, Pass):
+                expected = "a pass; a text goes to `compile_network` as it is: pipeline='fuse,pack'"
+                raise ArgumentError("passes", one, expected)
         for before, after in itertools.combinations(self.passes, 2):
             _check_order(before, after)
 

@@ -18,6 +18,7 @@ from spikeport.compile.loihi.extract import extract
 from spikeport.compile.loihi.solver import ParameterSolver
 from spikeport.compile.passes.base import Context, NetworkPass
 from spikeport.compile.passes.pipeline import PassRun, Pipeline, observe_nothing
+from spikeport.compile.rewriting.slices import whole_targets
 from spikeport.compile.rewriting.tying import Shared, pooled, shareable, tied
 from spikeport.errors import CompileError
 from spikeport.hardware_models.chip import ChipModel
@@ -153,7 +154,8 @@ class _Trials:
 def _image(rewrite: Rewrite, context: Context) -> ChipImage:
     """Compile a network with the passes that follow."""
     run = PassRun(Pipeline(context.following), context.chip, context.dt_s, observe_nothing)
-    floats = run.blocks(build(run.networks(rewrite), context.dt_s))
+    written = whole_targets(run.networks(rewrite), context.dt_s)
+    floats = run.blocks(build(written, context.dt_s))
     return run.images(extract(discretise(floats), context.chip.name))
 
 

@@ -43,6 +43,12 @@ class Second(Noting, ImagePass):
     name: ClassVar[str] = "second"
 
 
+@pytest.mark.parametrize("passes", [("fuse",), ("fuse", "pack"), (Network(), None)])
+def test_what_is_no_pass_is_refused(passes: Any) -> None:
+    with pytest.raises(UsageError, match=r"^passes=.*: expected a pass; a text goes to"):
+        Pipeline(passes)
+
+
 def test_each_stage_has_its_passes_in_order() -> None:
     pipeline = Pipeline((Network(), Block(), First(), Second()))
     assert pipeline.networks == (Network(),)

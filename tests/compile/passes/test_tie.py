@@ -70,6 +70,20 @@ def compiled(passes: str, chip: str | Path, **options: Any) -> Compilation:
     return compile_network(layers(**options), chip, pipeline=passes)
 
 
+def test_a_network_with_a_connection_to_a_slice_can_be_tried(small: Path) -> None:
+    network = layers()
+    with network:
+        a, b = (nengo.Ensemble(20, 1, label=label) for label in "ab")
+        nengo.Connection(nengo.Node([0.5]), b)
+        nengo.Connection(b.neurons, a.neurons[:10], transform=1e-3 * np.eye(10, 20))
+        for pre in (a, b):
+            # An ensemble that learns is not taken apart, so that the slice stays.
+            learned = nengo.Connection(pre, nengo.Node(size_in=1), learning_rule_type=nengo.PES())
+            nengo.Connection(nengo.Node([0.1]), learned.learning_rule)
+    (tied, *_) = compile_network(network, small, pipeline=f"tie,{FOLLOWING}").report.passes
+    assert tied["notes"]["cores"]["before"] is not None
+
+
 @pytest.fixture(scope="module")
 def untied(small: Path) -> Compilation:
     return compiled(FOLLOWING, small)
