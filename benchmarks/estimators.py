@@ -4,7 +4,8 @@
 
 In an open loop the controllers observe the truth, and the estimator looks on; in a closed loop they
 observe the estimate alone, the path follower too. Errors are rms over all seeds up to a fall,
-without the first second; drift is at the end, in the worst of the seeds.
+without the first second; the distance from the path is that of the whole walk. Drift is at the end,
+in the worst of the seeds.
 """
 
 import argparse
@@ -35,7 +36,7 @@ from spikeport.robot.estimator.simulated_sensors import (
 )
 from spikeport.robot.estimator.truth import Truth
 from spikeport.robot.plant import Plant
-from spikeport.robot.state import RobotState
+from spikeport.robot.state import RobotState, in_plane
 from spikeport.robot.walk_interface import CONTROL_DT_S, targets_rad
 
 SETTLING_S = 1.0
@@ -63,6 +64,7 @@ class Case:
 
     @property
     def name(self) -> str:
+        """Its cell in the table: all but the estimator."""
         parts = ["closed" if self.closed else "open"]
         parts += ["rough sensors"] * (self.sensors == ROUGH)
         parts += [f"friction {self.friction:g}"] * (self.friction != 1)
@@ -107,16 +109,11 @@ class Controllers:
     def targets_rad(self, state: RobotState, time_s: float) -> np.ndarray:
         """Return the joint targets; the policy acts every 20 ms."""
         if self._step % self._steps == 0:
-            command = self._command(state, time_s)
+            reference = self._path.at(time_s + LEAD_S)
+            command = exact_command(self._gains, reference, in_plane(state))
             self._action = self._policy(self._view.look(state, command, self._action))
         self._step += 1
         return targets_rad(self._action)
-
-    def _command(self, state: RobotState, time_s: float) -> np.ndarray:
-        rotation = torso.rotation(state.base_quaternion)
-        velocity = rotation @ state.base_linear_velocity
-        planar = torso.heading_rad(rotation), *state.base_position[:2], *velocity[:2]
-        return exact_command(self._gains, self._path.at(time_s + LEAD_S), planar)
 
 
 def walk(case: Case, seed: int, seconds: float) -> Walk:
@@ -159,8 +156,12 @@ def _fix(state: RobotState, noise: np.random.RandomState) -> Fix:
 
 
 def errors(done: Walk, dt_s: float) -> dict[str, np.ndarray]:
-    """Return the errors of a walk at every physics step but the first."""
-    pairs = list(zip(done.true, done.estimated, strict=True))[round(SETTLING_S / dt_s) :]
+    """Return the errors of a walk at every physics step after the first second.
+
+    A walk that fell before has its last step alone. Distances from the path are of all steps.
+    """
+    begin = min(round(SETTLING_S / dt_s), len(done.true) - 1)
+    pairs = list(zip(done.true, done.estimated, strict=True))[begin:]
     turns = [[torso.rotation(s.base_quaternion) for s in pair] for pair in pairs]
     return {
         "velocity": np.array([e.base_linear_velocity - t.base_linear_velocity for t, e in pairs]),

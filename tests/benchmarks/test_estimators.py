@@ -1,10 +1,13 @@
 """The exact policy walks the figure-eight on what an estimator says: the goals of the errors."""
 
+import estimators
 import numpy as np
 import pytest
-from estimators import CASES, EKF, HEADS, LEGS, TRUTH, Case, errors, row, walk
+from estimators import CASES, EKF, HEADS, LEGS, TRUTH, Case, Walk, errors, row, walk
 
+from spikeport.experiments.walk.paths import find_path
 from spikeport.robot.estimator.simulated_sensors import ROUGH
+from spikeport.robot.state import RobotState
 
 GOAL_M_S = np.array([0.15, 0.05, 0.10])
 SECONDS = 6.0
@@ -55,3 +58,20 @@ def test_motion_capture_keeps_the_robot_on_its_path():
 def test_a_row_has_a_cell_for_every_head():
     assert len(row(Case(EKF, closed=False), 1, 1.5)) == len(HEADS)
     assert len(set(CASES)) == len(CASES)
+
+
+def test_a_fall_in_the_first_second_leaves_the_last_step(monkeypatch):
+    upright, resting = np.array([1.0, 0, 0, 0]), (np.zeros(3), np.zeros(3), *np.zeros((2, 19)))
+    true = [RobotState(np.zeros(3), upright, *resting)] * 20
+    off = [RobotState(np.array([0.0, 0.0, 0.1 * i]), upright, *resting) for i in range(20)]
+    fallen = Walk(find_path("line", 0.5, 10.0), true, off, 1e-4, True)
+    found = errors(fallen, 0.005)
+    assert {key: len(values) for key, values in found.items()} == {
+        **dict.fromkeys(("velocity", "tilt", "yaw", "place"), 1),
+        "track": 20,
+    }
+    np.testing.assert_allclose(found["place"], [[0, 0, 1.9]])
+    monkeypatch.setattr(estimators, "walk", lambda *_: fallen)
+    cells = row(Case(EKF, closed=False), 2, 40.0)
+    assert cells[5] == "1.90"
+    assert cells[7] == "2 of 2"
