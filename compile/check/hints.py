@@ -36,8 +36,9 @@ def network_hints(network: nengo.Network, names: Names) -> Iterator[Violation]:
     """
     read = {c.pre_obj for c in network.all_connections} | {p.obj for p in network.all_probes}
     fed = {c.post_obj for c in network.all_connections}
+    unread = fed - read - set(_nodes_of_arrays(network))
     for node in network.all_nodes:
-        if node.output is None and node in fed - read - set(_nodes_of_arrays(network)):
+        if node.output is None and node in unread:
             yield rules.get("SP401").broken(names[node], "leads nowhere and is not probed")
     scope = Scope(network, names)
     for probe in network.all_probes:
@@ -134,12 +135,15 @@ def _ways_into(image: ChipImage, group: int) -> list[str]:
     entries, routes = image.manifest, image.routes
     target = entries.blocks[image.groups.block[group]].label
     mine = np.flatnonzero(routes.group == group)
-    names = [
-        (entries.inputs[source].name if from_input else entries.blocks[source].label)
-        for source, from_input in zip(routes.source[mine], routes.from_input[mine], strict=True)
-    ]
-    # A relay, and an input from the host, bear the name of their connection.
-    ways = [name if " -> " in name else f"{name} -> {target}" for name in names]
+    ways = []
+    for source, from_input in zip(routes.source[mine], routes.from_input[mine], strict=True):
+        if from_input:
+            name = entries.inputs[source].name
+            is_connection = " -> " in name  # else a node's, whose events come from a file
+        else:
+            name = entries.blocks[source].label
+            is_connection = entries.blocks[source].kind == "relay"
+        ways.append(name if is_connection else f"{name} -> {target}")
     return list(dict.fromkeys(ways))
 
 

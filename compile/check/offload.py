@@ -164,6 +164,8 @@ def _ensembles_of(obj: Named | End) -> Iterator[nengo.Ensemble]:
 @contextlib.contextmanager
 def on_host(network: nengo.Network, ensembles: Sequence[nengo.Ensemble]) -> Iterator[None]:
     """Keep ensembles on the host for a while; the network's settings are then as before."""
+    classes = network.config.params
+    options = {kind: dict(of._extra_params) for kind, of in classes.items()}
     add_params(network)
     before = {ensemble: network.config[ensemble].on_chip for ensemble in ensembles}
     try:
@@ -173,3 +175,6 @@ def on_host(network: nengo.Network, ensembles: Sequence[nengo.Ensemble]) -> Iter
     finally:
         for ensemble, on_chip in before.items():
             network.config[ensemble].on_chip = on_chip
+        # Options that were added would be part of what a compile is kept under.
+        for kind, of in classes.items():
+            of._extra_params = options.get(kind, {})

@@ -50,13 +50,14 @@ def test_lost_weights_are_worth_a_hint_above_a_tenth() -> None:
     assert hints(image, few, many)[0].startswith("many: SP403 weights lost: 25 % of them; cure: ")
 
 
-def test_a_connection_of_which_nothing_is_left_beside_another_is_found() -> None:
+@pytest.mark.parametrize("label", ["a", "left -> right"])
+def test_a_connection_of_which_nothing_is_left_beside_another_is_found(label: str) -> None:
     with nengo.Network(seed=1) as network:
-        a, b = nengo.Ensemble(20, 1, label="a"), nengo.Ensemble(20, 1, label="b")
+        a, b = nengo.Ensemble(20, 1, label=label), nengo.Ensemble(20, 1, label="b")
         for weight in (1e-2, 1e-9):
             nengo.Connection(a.neurons, b.neurons, transform=np.full((20, 20), weight))
     (found,) = (hint for hint in compile_network(network).report.hints if hint.id == "SP402")
-    assert found.object == "a -> b"
+    assert found.object == f"{label} -> b"
     assert found.used == "all of its weights are rounded to 0"
 
 

@@ -8,6 +8,7 @@ import pytest
 from spikeport import Simulator
 from spikeport.compile.check.offload import Offload, on_host, problems
 from spikeport.compile.check.violation import DoesNotFitError, NothingOnChipError, Violation
+from spikeport.compile.ground.identity import identity
 from spikeport.compile.ground.refusal import RefusedError, concerning
 from spikeport.compile.pipeline import compile_network
 
@@ -175,6 +176,15 @@ def test_settings_are_put_back_also_after_an_error() -> None:
     with pytest.raises(KeyError):
         fail()
     assert (network.config[a].on_chip, network.config[b].on_chip) == (True, None)
+
+
+def test_a_network_without_such_settings_has_none_afterwards() -> None:
+    with nengo.Network(seed=1) as network:
+        a = nengo.Ensemble(5, 1)
+    before = identity(network)
+    with on_host(network, [a]):
+        assert network.config[a].on_chip is False
+    assert identity(network) == before
 
 
 def test_a_refusal_without_a_rule_is_one_problem() -> None:
