@@ -164,8 +164,8 @@ def _ensembles_of(obj: Named | End) -> Iterator[nengo.Ensemble]:
 @contextlib.contextmanager
 def on_host(network: nengo.Network, ensembles: Sequence[nengo.Ensemble]) -> Iterator[None]:
     """Keep ensembles on the host for a while; the network's settings are then as before."""
-    classes = network.config.params
-    options = {kind: dict(of._extra_params) for kind, of in classes.items()}
+    classes = [of for kind, of in network.config.params.items() if isinstance(kind, type)]
+    options = [dict(of._extra_params) for of in classes]
     add_params(network)
     before = {ensemble: network.config[ensemble].on_chip for ensemble in ensembles}
     try:
@@ -176,5 +176,5 @@ def on_host(network: nengo.Network, ensembles: Sequence[nengo.Ensemble]) -> Iter
         for ensemble, on_chip in before.items():
             network.config[ensemble].on_chip = on_chip
         # Options that were added would be part of what a compile is kept under.
-        for kind, of in classes.items():
-            of._extra_params = options.get(kind, {})
+        for of, own in zip(classes, options, strict=True):
+            of._extra_params = own
