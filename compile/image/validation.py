@@ -21,8 +21,6 @@ MOST_ATOMS = 512
 """Atoms of a row: nengo-loihi has 9 bits for them."""
 MOST_INPUTS = 1 << 20
 """Sources on the host: each costs memory, and a file need not hold anything of them."""
-MOST_UNREAD = 1 << 20
-"""Values that outputs decode from no compartments: a file need not hold anything of them."""
 FORMAT = (
     *("weight_limit_mant", "weight_limit_exp", "weight_exp", "disc_max_weight", "learning_cfg"),
     *("tag_bits", "delay_bits", "weight_bits", "reuse_synapse_data", "n_synapses", "idx_offset"),
@@ -57,6 +55,7 @@ def check(image: "ChipImage") -> None:
             _check_values(image, table, name, column)
     # In this order: later checks follow numbers that earlier ones have bounded.
     _check_manifest(image)
+    _check_blocks(image)
     _check_cores(image)
     _check_rows(image)
     _check_axons(image)
@@ -136,6 +135,14 @@ def _check_manifest(image: "ChipImage") -> None:
             raise _refuse(f"manifest.{name}", found, f"not {wanted}")
 
 
+def _check_blocks(image: "ChipImage") -> None:
+    """Refuse images without a block, and blocks without a compartment: no compile makes them."""
+    if image.n_blocks == 0:
+        raise _refuse("the number of blocks", 0, "at least 1")
+    sizes = np.diff(image.blocks.start)
+    _require(sizes >= 1, "the size of blocks", sizes, "at least 1")
+
+
 def _check_cores(image: "ChipImage") -> None:
     """Refuse numbers of cores other than 0 and on without a gap: there are no more than blocks."""
     core, n = image.blocks.core, image.n_blocks
@@ -210,27 +217,18 @@ def _check_inputs(image: "ChipImage") -> None:
 
 def _check_outputs(image: "ChipImage") -> None:
     reads, weights = np.diff(image.outputs.start), np.diff(image.outputs.weight_start)
-    _check_unread([entry.size for entry in image.manifest.outputs], reads)
     for i, entry in enumerate(image.manifest.outputs):
         place = f"manifest.outputs[{i}]"
         shapes = {"matrix": entry.shape[1:] and (int(reads[i]), entry.shape[1]), "scale": (1,)}
         shape = shapes.get(entry.weights, (0,))
         if entry.shape != shape or math.prod(shape) != weights[i]:
             raise _refuse(f"{place}.shape", entry.shape, f"of {weights[i]} weights, not {shape}")
-        if min(entry.segments, default=0) < 0 or sum(entry.segments) != reads[i]:
-            raise _refuse(f"{place}.segments", entry.segments, f"not {reads[i]} in sum")
+        # Without a segment there would be no sum to decode, and no block to read.
+        if min(entry.segments, default=0) < 1 or sum(entry.segments) != reads[i]:
+            bound = f"not {reads[i]} in sum, of one or more that are at least 1"
+            raise _refuse(f"{place}.segments", entry.segments, bound)
         if entry.order is not None and sorted(entry.order) != list(range(entry.size)):
             raise _refuse(f"{place}.order", entry.order, f"no order of {entry.size} values")
-
-
-def _check_unread(sizes: list[int], reads: np.ndarray) -> None:
-    """Refuse outputs of too many values that are decoded from nothing, which always are 0."""
-    unread = [size for size, n in zip(sizes, reads, strict=True) if n == 0]
-    if min(unread, default=0) < 0 or sum(unread) > MOST_UNREAD:
-        worst = max(unread, key=abs)
-        raise _refuse(
-            "the size of an output without compartments", worst, f"not from 0 to {MOST_UNREAD}"
-        )
 
 
 def _check_formats(image: "ChipImage") -> None:

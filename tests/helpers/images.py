@@ -288,4 +288,4 @@ def _route(
 
 
 def _output(rng: np.random.RandomState, key: str, n: int) -> Output:
-    return Output(key, rng.randint(n, size=rng.randint(0, 2 * n)), decoded=bool(rng.randint(2)))
+    return Output(key, rng.randint(n, size=rng.randint(1, 2 * n)), decoded=bool(rng.randint(2)))

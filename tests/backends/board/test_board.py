@@ -115,3 +115,12 @@ def test_an_image_that_is_none_is_refused(board: Board) -> None:
     answers(board, Frame(Kind.HELLO, body=Hello("0" * 64, 0).pack()))
     (answer,) = answers(board, Frame(Kind.IMAGE, body=b"no image"))
     assert refusal(answer) == "not a chip image, or truncated or altered"
+
+
+def test_an_image_without_compartments_is_refused_and_the_board_goes_on(board: Board) -> None:
+    empty = Parts(blocks=[]).image()
+    answers(board, Frame(Kind.HELLO, body=Hello(empty.digest, 0).pack()))
+    (answer,) = answers(board, *pieces(Kind.IMAGE, empty.to_bytes(), 0))
+    assert refusal(answer) == "the number of blocks is 0, at least 1; compile it again"
+    (welcome,) = answers(board, Frame(Kind.HELLO, body=Hello(IMAGE.digest, 0).pack()))
+    assert welcome.kind == Kind.WELCOME

@@ -17,7 +17,7 @@ from spikeport.compile.image.tables import LAYOUT
 from spikeport.compile.image.validation import FORMAT, INDEX_BITS, LEARNING, WEIGHT_BITS
 from spikeport.errors import ImageError
 from tests.helpers.forging import attack, good, learning, run
-from tests.helpers.images import Output, Parts
+from tests.helpers.images import Block, Output, Parts
 
 N_CHECKED = 1500
 """Forged images that run with numba's own checks of every index."""
@@ -155,14 +155,27 @@ def test_rows_that_do_not_meet_the_errors_they_learn_from_are_refused() -> None:
     )
 
 
-@pytest.mark.parametrize("size", [-5, 2**20 + 1, 10**18])
-def test_values_that_no_file_holds_are_refused(size: int) -> None:
-    image = Parts(inputs=[], outputs=[Output("voltage", [], decoded=True)]).image()
-    entry = replace(image.manifest.outputs[0], shape=(0, size), order=())
+@pytest.mark.parametrize(
+    ("blocks", "message"),
+    [
+        ([], "the number of blocks is 0, at least 1"),
+        ([Block(0)], "the size of blocks[0] is 0, at least 1"),
+        ([Block(2), Block(0, core=1)], "the size of blocks[1] is 0, at least 1"),
+    ],
+)
+def test_what_has_no_compartments_is_refused(blocks: list[Block], message: str) -> None:
+    assert refusal(Parts(blocks).image()) == f"{message}; compile it again"
+
+
+@pytest.mark.parametrize("segments", [(), (0,), (-1, 1)])
+@pytest.mark.parametrize("size", [-5, 3, 10**18])
+def test_outputs_of_no_compartments_are_refused(segments: tuple[int, ...], size: int) -> None:
+    image = Parts(outputs=[Output("voltage", [], decoded=True)]).image()
+    entry = replace(image.manifest.outputs[0], shape=(0, size), segments=segments)
     odd = replace(image, manifest=replace(image.manifest, outputs=(entry,)))
     assert refusal(odd) == (
-        f"the size of an output without compartments is {size}, not from 0 to 1048576; compile it "
-        "again"
+        f"manifest.outputs[0].segments is {segments}, not 0 in sum, of one or more that are at "
+        "least 1; compile it again"
     )
 
 
@@ -170,7 +183,11 @@ def test_an_output_that_does_not_fit_is_refused() -> None:
     image = good()
     for change, message in (
         ({"shape": (3, 1)}, "manifest.outputs[0].shape is (3, 1), of 2 weights, not (2, 1)"),
-        ({"segments": (3,)}, "manifest.outputs[0].segments is (3,), not 2 in sum"),
+        (
+            {"segments": (3,)},
+            "manifest.outputs[0].segments is (3,), not 2 in sum, of one or more that are at "
+            "least 1",
+        ),
         ({"order": (1,)}, "manifest.outputs[0].order is (1,), no order of 1 values"),
     ):
         first, *others = image.manifest.outputs
