@@ -140,6 +140,11 @@ def compile_network(
         If an argument is not valid, chip or passes are not known, or the chip's file is wrong.
     """
     check_arguments(network, chip, dt, pipeline)
+    if not isinstance(offload, bool):
+        raise ArgumentError("offload", offload, "a bool")
+    if not isinstance(settings, BuildSettings):
+        raise ArgumentError("settings", settings, "a BuildSettings")
+    dt = float(dt)
     target = chips.get(str(chip))
     pipeline = resolved(pipeline, target)
     if pipeline.networks:
@@ -247,7 +252,7 @@ def check_arguments(network: object, chip: object, dt: object, pipeline: object)
         expected = "the name of a chip, or the path of its TOML file"
         cure = "; give a time step by its name, dt=..." if isinstance(chip, float) else ""
         raise ArgumentError("chip", chip, expected + cure)
-    if not isinstance(dt, Real) or not 0 < _as_float(dt) < math.inf:
+    if isinstance(dt, bool) or not isinstance(dt, Real) or not 0 < _as_float(dt) < math.inf:
         raise ArgumentError("dt", dt, "a time step in seconds, above 0 and finite")
     if pipeline is not None and not isinstance(pipeline, str | Pipeline):
         raise ArgumentError("pipeline", pipeline, "a Pipeline, its text, or None for the chip's")

@@ -1,11 +1,14 @@
 """Settings of a whole build, which nengo-loihi keeps as attributes of its `Model`."""
 
 from dataclasses import dataclass, fields
+from typing import Annotated
 
 from nengo_loihi.builder import Model
 from nengo_loihi.decode_neurons import DecodeNeurons, OnOffDecodeNeurons, Preset10DecodeNeurons
+from pydantic import Field
 
 from spikeport.compile.ground.refusal import ArgumentError
+from spikeport.key_values import check_fields
 
 BY_PASSES = (
     "remove_passthrough",
@@ -43,16 +46,17 @@ class BuildSettings:
     """
 
     remove_passthrough: bool = True
-    pes_error_scale: float = 100.0
+    pes_error_scale: Annotated[float, Field(gt=0, allow_inf_nan=False)] = 100.0
     pes_wgt_exp: int = 4
-    decode_tau: float = 0.005
-    intercept_limit: float = 0.95
-    vth_nonspiking: float = 10
+    decode_tau: Annotated[float, Field(ge=0, allow_inf_nan=False)] = 0.005
+    intercept_limit: Annotated[float, Field(lt=1, allow_inf_nan=False)] = 0.95
+    vth_nonspiking: Annotated[float, Field(gt=0, allow_inf_nan=False)] = 10
     decode_neurons: DecodeNeurons | None = None
     node_neurons: DecodeNeurons | None = None
 
     def __post_init__(self) -> None:
-        """Refuse what an image has no place for."""
+        """Refuse numbers out of their bounds, and what an image has no place for."""
+        check_fields(self, "")
         # nengo-loihi takes other kinds, and fails while it builds them, or sends other spikes.
         pairs = getattr(self.node_neurons, "pairs_per_dim", 1)
         if self.node_neurons is not None and (

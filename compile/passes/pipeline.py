@@ -20,6 +20,7 @@ from spikeport.compile.passes.base import (
 )
 from spikeport.errors import UsageError
 from spikeport.hardware_models.chip import ChipModel
+from spikeport.key_values import check_fields
 
 STAGES = (NetworkPass, BlockPass, ImagePass)
 Observer: TypeAlias = Callable[[AnyPass, Rewrite | FloatBlocks | ChipImage], None]
@@ -33,7 +34,8 @@ class Pipeline:
     Raises
     ------
     UsageError
-        If passes are not in that order, one would undo another, or one is there twice.
+        If passes are not in that order, one would undo another, one is there twice, or an option is
+        out of its bounds.
     ArgumentError
         If one is no pass.
     """
@@ -46,6 +48,7 @@ class Pipeline:
             if not isinstance(one, Pass):
                 expected = "a pass; a text goes to `compile_network` as it is: pipeline='fuse,pack'"
                 raise ArgumentError("passes", one, expected)
+            check_fields(one, f"pass {one.name}: ")
         for before, after in itertools.combinations(self.passes, 2):
             _check_order(before, after)
 

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import is_dataclass
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
+import numpy as np
 from pydantic import Field, TypeAdapter, ValidationError
 
 from spikeport.errors import UsageError, unknown
@@ -110,16 +111,34 @@ def converted(
     return values
 
 
+def check_fields(value: object, owner: str) -> None:
+    """Hold the plain fields of a dataclass against the types and bounds they are annotated with.
+
+    Raises
+    ------
+    UsageError
+        That names the owner, the field and its value.
+    """
+    for name, kind in _hints(type(value)).items():
+        # Numbers of NumPy's are as good, and no int to pydantic.
+        if _is_known(kind) and not isinstance(getattr(value, name), np.generic):
+            _valid(getattr(value, name), TypeAdapter(kind), f"{owner}{name}", strict=True)
+
+
 def _convert(text: str, kind: Any, what: str) -> SettingValue:
+    return _valid(text, TypeAdapter(_in_order(kind)), what)
+
+
+def _valid(value: Any, kind: TypeAdapter[Any], what: str, strict: bool = False) -> SettingValue:
     try:
-        value: SettingValue = TypeAdapter(_in_order(kind)).validate_python(text)
+        found: SettingValue = kind.validate_python(value, strict=strict)
     except ValidationError as error:
         (*_, last) = error.errors()  # of several types, the last one takes most
         reason = last["msg"][0].lower() + last["msg"][1:]
         if last["type"] in EXPECTED:
             reason = "expected " + EXPECTED[last["type"]].format(**last.get("ctx", {}))
-        raise UsageError(f"{what}={text}: {reason}") from None
-    return value
+        raise UsageError(f"{what}={value}: {reason}") from None
+    return found
 
 
 def _in_order(kind: Any) -> Any:

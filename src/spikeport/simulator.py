@@ -9,7 +9,7 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping
 from numbers import Integral, Real
 from pathlib import Path
-from types import FrameType
+from types import FrameType, NoneType
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import nengo
@@ -126,13 +126,19 @@ class Simulator:
     ) -> None:
         # Whatever can be refused is, before a build that may take minutes.
         check_arguments(network, chip, dt, pipeline)
+        dt = float(dt)
         migration.check_target(target, backend)
         migration.check_precompute(precompute)
         migration.check_hardware_options(hardware_options)
         _check_seed(seed)
+        if seed is None and network.seed == LARGEST_SEED:
+            # Nengo adds 1 to the network's for that of the simulator.
+            raise ArgumentError("network.seed", network.seed, "a smaller one, or Simulator(seed=)")
         _check_progress_bar(progress_bar)
         _check_kind("offload", offload, bool, "a bool")
         _check_kind("cache", cache, Cache, "a spikeport.cache.Cache")
+        _check_kind("link", link, LinkOptions, "a spikeport.backends.board.link.LinkOptions")
+        _check_kind("counts", counts, (str, Path, NoneType), "None, or the path of a folder")
         source = registry.Source(
             network=network,
             chip=chip,

@@ -4,6 +4,7 @@ import os
 import pickle
 import threading
 import warnings
+from fractions import Fraction
 from importlib import metadata
 
 import nengo
@@ -138,6 +139,12 @@ BAR = "a bool, or a ProgressBar of Nengo's"
         ({"dt": -0.001}, f"dt=-0.001: expected {DT}"),
         ({"dt": float("nan")}, f"dt=nan: expected {DT}"),
         ({"dt": "0.001"}, f"dt='0.001': expected {DT}"),
+        ({"dt": True}, f"dt=True: expected {DT}"),
+        (
+            {"link": "unix:/x"},
+            "link='unix:/x': expected a spikeport.backends.board.link.LinkOptions",
+        ),
+        ({"counts": 5}, "counts=5: expected None, or the path of a folder"),
         ({"dt": 10**400}, f"dt={10**400}: expected {DT}"),
         ({"pipeline": 5}, "pipeline=5: expected a Pipeline, its text, or None for the chip's"),
         ({"seed": -1}, f"seed=-1: expected {SEED}"),
@@ -154,6 +161,20 @@ def test_an_argument_that_is_not_valid_is_refused(backend, arguments, message):
         Simulator(**{"network": network(), "backend": backend, **arguments})
     assert str(caught.value) == message
     assert isinstance(caught.value, ValidationError)
+
+
+def test_a_network_seed_that_leaves_none_for_the_simulator_is_refused():
+    with nengo.Network(seed=2**32 - 1) as net:
+        nengo.Ensemble(5, 1)
+    with pytest.raises(UsageError, match=r"^network.seed=4294967295: expected a smaller one"):
+        Simulator(net)
+    Simulator(net, seed=3).close()
+
+
+def test_a_time_step_may_be_a_fraction():
+    with Simulator(network(), dt=Fraction(1, 1000)) as sim:
+        sim.run_steps(3)
+        assert sim.dt == 0.001
 
 
 def test_a_run_with_what_is_no_progress_bar_is_refused_before_its_first_step(sim):

@@ -1,6 +1,7 @@
 """Neurons that are copies of others, and neurons that cannot fire."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from types import SimpleNamespace
 
 import nengo
@@ -13,6 +14,7 @@ from spikeport.compile.check.drive import duplicated, silenced
 from spikeport.compile.check.hints import image_hints
 from spikeport.compile.ground.quantisation import BlockError
 from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.manifest import Encoding
 from spikeport.compile.pipeline import compile_network
 from tests.helpers.chip_networks import neurons, wired
 from tests.helpers.images import Block, Group, Parts, Route
@@ -54,6 +56,21 @@ def test_neurons_that_cannot_reach_threshold_are_silenced() -> None:
         "post: SP405 silenced neurons: 2 of 4; cure: lower their intercepts or raise their gain, "
         "or use fewer neurons"
     ]
+
+
+def test_neurons_that_events_of_a_file_excite_are_not_silenced() -> None:
+    """Several events of a pixel in a step add up, unlike spikes of values in a step."""
+    group = Group([[64, -64, 0]], [[[0, 1, 2]]])
+    image = Parts([Block(3, vth=6400, decay_v=4095)], [group], [1], [Route([0], input=0)]).image()
+    chip = NativeChip(image, seed=0)
+    chip.step(np.zeros(200, dtype=int), {})
+    chip.step(np.array([], dtype=int), {})
+    assert chip.state.spiked.tolist() == [1, 0, 0]
+    assert silenced(image).tolist() == [False, True, True]
+    (entry,) = image.manifest.inputs
+    values = replace(entry, encoding=Encoding("on_off", 500.0, 500.0))
+    of_values = replace(image, manifest=replace(image.manifest, inputs=(values,)))
+    assert silenced(of_values).all()
 
 
 def test_routes_are_not_each_counted_for_all_neurons(monkeypatch: pytest.MonkeyPatch) -> None:

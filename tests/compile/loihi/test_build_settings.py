@@ -40,3 +40,16 @@ def test_settings_that_passes_do_not_heed_are_refused_with_them(changed):
     ((name, _),) = changed.items()
     with pytest.raises(UsageError, match=f"^{name}=.*: expected .* as_written$"):
         BuildSettings(**changed).check_written()
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"decode_tau": float("nan")}, "decode_tau=nan: input should be a finite number"),
+        ({"pes_error_scale": "x"}, "pes_error_scale=x: input should be a valid number"),
+        ({"vth_nonspiking": 0}, "vth_nonspiking=0: input should be greater than 0"),
+    ],
+)
+def test_numbers_out_of_their_bounds_are_refused(given, message):
+    with pytest.raises(UsageError, match=f"^{message}"):
+        BuildSettings(**given)

@@ -1,11 +1,14 @@
 """A pipeline applies its passes in order, and notes what they found."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import pytest
 
-from spikeport.compile.passes.base import BlockPass, Context, ImagePass, NetworkPass
+from spikeport.compile.passes.base import AnyPass, BlockPass, Context, ImagePass, NetworkPass
+from spikeport.compile.passes.fuse import Fuse
+from spikeport.compile.passes.pack import Pack
 from spikeport.compile.passes.pipeline import PassRun, Pipeline, kind, observe_nothing
 from spikeport.errors import UsageError
 from spikeport.hardware_models import chip as chips
@@ -47,6 +50,21 @@ class Second(Noting, ImagePass):
 def test_what_is_no_pass_is_refused(passes: Any) -> None:
     with pytest.raises(UsageError, match=r"^passes=.*: expected a pass; a text goes to"):
         Pipeline(passes)
+
+
+@pytest.mark.parametrize(
+    ("one", "message"),
+    [
+        (lambda: Pack(effort="high"), "pass pack: effort=high: input should be a valid integer"),
+        (lambda: Pack(effort=17), "pass pack: effort=17: input should be less than or equal to 16"),
+        (lambda: Fuse(max_neurons=-3), "pass fuse: max_neurons=-3: input should be greater than"),
+    ],
+)
+def test_options_are_held_to_their_bounds_in_python_too(
+    one: Callable[[], AnyPass], message: str
+) -> None:
+    with pytest.raises(UsageError, match=f"^{message}"):
+        Pipeline((one(),))
 
 
 def test_each_stage_has_its_passes_in_order() -> None:
