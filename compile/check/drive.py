@@ -42,19 +42,32 @@ def silenced(image: ChipImage) -> np.ndarray:
         u_max = 4096 q_max / (decay_u + 1),   v_max = 4096 (u_max + bias) / decay_v
 
     where q_max is the sum of a neuron's positive weights: every excitatory source spikes in every
-    step, and no other. Read-outs and neurons with noise or learning are not silenced.
+    step, and no other. Neurons that events of a file excite, read-outs, and neurons with noise or
+    learning are not silenced.
     """
     most = np.zeros(image.n_compartments)
+    unbounded = _unbounded(image)
     for synapses in synapses_of(image):
         # A route reaches few of all compartments. NumPy adds numbers of the sum's own type alone
         # without a cast of each.
         positive = np.maximum(image.synapses.weight[synapses.number], 0).astype(most.dtype)
+        positive[(positive > 0) & unbounded[synapses.source]] = np.inf
         np.add.at(most, synapses.target, positive)
     current = most * ONE / (image.compartments.decay_u + 1.0) + image.compartments.bias
     with np.errstate(divide="ignore", invalid="ignore"):
         voltage = np.where(current > 0, current * ONE / image.compartments.decay_v, 0)
     result: np.ndarray = (voltage <= image.compartments.vth) & _ordinary(image)
     return result
+
+
+def _unbounded(image: ChipImage) -> np.ndarray:
+    """Return the sources that may spike several times in a step, (n_sources,) of bool.
+
+    The encoding of a file's events is that of an ensemble's spikes too.
+    """
+    spikes = [entry.encoding.kind == "spikes" for entry in image.manifest.inputs]
+    of_inputs = np.repeat(np.array(spikes, dtype=bool), image.inputs.size)
+    return np.concatenate([np.zeros(image.n_compartments, dtype=bool), of_inputs])
 
 
 def _ordinary(image: ChipImage) -> np.ndarray:
