@@ -96,7 +96,12 @@ def _on(load: Callable[[ChipImage, int, LogOptions, LinkOptions], Chip]) -> Open
         source.progress(LOADING, None)
         from spikeport.backends.host_loop import HostLoop  # loads numba: not before use
 
-        return HostLoop(found, load(found.image, seed, log, source.link), seed)
+        chip = load(found.image, seed, log, source.link)
+        try:
+            return HostLoop(found, chip, seed)
+        except BaseException:
+            chip.close()  # a board would wait for its host
+            raise
 
     return open_source
 

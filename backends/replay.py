@@ -139,5 +139,7 @@ class ReplayChip:
 
     def close(self) -> None:
         """Close the record; see `spikeport.backends.chip.Chip.close`."""
-        self._log.close()
-        self._record.close()
+        try:
+            self._log.close()  # raises where the record has no counts for so few steps
+        finally:
+            self._record.close()

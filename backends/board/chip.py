@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Iterator, Mapping
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from dataclasses import asdict, dataclass
 
 import numpy as np
@@ -292,12 +292,14 @@ class BoardChip:
         if self._closed:
             return
         self._closed = True
-        if not self._lost:
-            with suppress(BackendError):  # it may be lost by now
-                self._totals = self._asked_totals()
-                self._line.send(Frame(Kind.STOP, self._session, self._at))
-        if self._recorder is not None:
-            self._recorder.close()
-        with suppress(BoardLostError):  # a board that is gone says no more of its messages
-            self._log.close()
-        self._line.close()
+        with ExitStack() as stack:
+            # Even if the board sends wrong totals, which the log asks for as well.
+            stack.callback(self._line.close)
+            if self._recorder is not None:
+                stack.callback(self._recorder.close)
+            if not self._lost:
+                with suppress(BackendError):  # it may be lost by now
+                    self._totals = self._asked_totals()
+                    self._line.send(Frame(Kind.STOP, self._session, self._at))
+            with suppress(BoardLostError):  # a board that is gone says no more of its messages
+                self._log.close()

@@ -1,5 +1,6 @@
 """A link, opened: the chip at the other end of it."""
 
+from contextlib import ExitStack
 from pathlib import Path
 
 from spikeport.backends.board.address import Address, client_context, connect
@@ -55,25 +56,33 @@ def on_board(image: ChipImage, seed: int, log: LogOptions, link: LinkOptions) ->
     """
     check(link)
     timing = RealTime(image.manifest.dt_s, link.hold) if link.real_time else SimulatedTime()
-    line = _line(link)
-    try:
-        # Not before there is a board: a record of nothing would be in the way of the next try.
-        recorder = None if link.record is None else recorder_at(link.record)
-        return BoardChip(image, seed, line, timing, log, recorder)
-    except BoardLostError as error:
-        line.close()
-        if not (line.is_gone and link.board.startswith("tcp:")):
-            raise
-        # A board hangs up on a host whose TLS it refuses: with TLS 1.3, after the host's handshake.
-        cure = (
-            "if it serves with --cert, --key and --ca, give them here, too"
-            if link.certificates is None
-            else f"its --ca must be the authority that signed {link.certificates.certificate}"
-        )
-        raise BoardLostError(f"{error} before a session began; {cure}") from None
-    except BaseException:
-        line.close()
-        raise
+    with ExitStack() as undo:
+        line = _line(link)
+        undo.callback(line.close)
+        recorder = None
+        if link.record is not None:
+            recorder = recorder_at(link.record)
+            # A record of nothing would be in the way of the next try.
+            undo.callback(recorder.discard)
+        try:
+            chip = BoardChip(image, seed, line, timing, log, recorder)
+        except BoardLostError as error:
+            if not (line.is_gone and link.board.startswith("tcp:")):
+                raise
+            raise _hung_up(error, link) from None
+        undo.pop_all()
+        return chip
+
+
+def _hung_up(error: BoardLostError, link: LinkOptions) -> BoardLostError:
+    """Return the error of a board that hung up before a session began, with a cure."""
+    # A board hangs up on a host whose TLS it refuses: with TLS 1.3, after the host's handshake.
+    cure = (
+        "if it serves with --cert, --key and --ca, give them here, too"
+        if link.certificates is None
+        else f"its --ca must be the authority that signed {link.certificates.certificate}"
+    )
+    return BoardLostError(f"{error} before a session began; {cure}")
 
 
 def recorder_at(path: Path) -> SessionRecorder:

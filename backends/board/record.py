@@ -70,6 +70,7 @@ class SessionRecorder:
     """
 
     def __init__(self, path: Path) -> None:
+        self._path = path
         self._file: BinaryIO = open(path, "wb", buffering=1 << 16)  # noqa: SIM115
         self._file.write(MAGIC)
         self._steps = 0
@@ -99,6 +100,11 @@ class SessionRecorder:
     def close(self) -> None:
         """Close the file."""
         self._file.close()
+
+    def discard(self) -> None:
+        """Close the file and delete it."""
+        self.close()
+        self._path.unlink(missing_ok=True)
 
 
 class RecordedSession(NamedTuple):

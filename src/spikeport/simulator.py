@@ -335,8 +335,10 @@ class Simulator:
         """Free what the simulation holds; recorded data stays readable."""
         if not self.closed:
             self.data.freeze()
-            self._execution.close()
-            self.closed = True
+            try:
+                self._execution.close()
+            finally:
+                self.closed = True
 
 
 @contextlib.contextmanager

@@ -7,8 +7,9 @@ import pytest
 
 from spikeport.backends.board.board import Board
 from spikeport.backends.board.chip import BoardChip
-from spikeport.backends.board.record import SessionRecorder
+from spikeport.backends.board.record import Record, SessionRecorder
 from spikeport.backends.replay import ReplayChip
+from spikeport.backends.step_log import LogOptions
 from spikeport.errors import BackendError
 from tests.helpers.fake_board import MACHINE, FakeClock, FakeLine, small_image, spike_train
 from tests.helpers.images import Parts
@@ -69,6 +70,18 @@ def test_counts_are_those_of_all_of_it(path: Path) -> None:
     chip.step(spike_train(1)[0], {})
     with pytest.raises(BackendError, match="no counts after step 1: run as long as was recorded"):
         chip.activity()
+
+
+def test_a_record_that_has_no_counts_to_write_is_closed_nevertheless(
+    path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    closed: list[Record] = []
+    monkeypatch.setattr(Record, "close", lambda self: closed.append(self))
+    chip = ReplayChip(small_image(), 0, path, LogOptions(folder=tmp_path / "counts"))
+    chip.step(spike_train(1)[0], {})
+    with pytest.raises(BackendError, match="no counts after step 1: run as long as was recorded"):
+        chip.close()
+    assert len(closed) == 1
 
 
 def test_a_record_of_another_image_is_refused(path: Path) -> None:

@@ -99,6 +99,16 @@ def test_a_closed_simulator_does_not_run(sim):
             advance()
 
 
+def test_a_simulator_whose_chip_cannot_say_its_counts_is_closed_nevertheless(sim, monkeypatch):
+    def close():
+        raise BackendError("no counts")
+
+    monkeypatch.setattr(sim._execution, "close", close)
+    with pytest.raises(BackendError, match=r"^no counts$"):
+        sim.close()
+    assert sim.closed
+
+
 STEPS = "an integer from 0 to 1,000,000,000"
 SECONDS = "a time in seconds from 0 to 1e+06"
 

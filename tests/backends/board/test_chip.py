@@ -8,11 +8,12 @@ import pytest
 
 from spikeport.backends.board.board import Board
 from spikeport.backends.board.chip import BoardChip
+from spikeport.backends.board.messages import BodyError, Codec, Totals
 from spikeport.backends.board.record import SessionRecorder
 from spikeport.backends.board.timing import RealTime, SimulatedTime, Timing
 from spikeport.backends.native.chip import NativeChip
 from spikeport.backends.replay import ReplayChip
-from spikeport.backends.step_log import KEPT_STEPS
+from spikeport.backends.step_log import KEPT_STEPS, LogOptions
 from spikeport.errors import BackendError, BoardLostError
 from tests.helpers.fake_board import MACHINE, FakeClock, FakeLine, small_image, spike_train
 
@@ -166,6 +167,26 @@ def test_what_the_chip_refuses_is_said_by_the_board() -> None:
     chip = board_chip()
     with pytest.raises(BoardLostError, match="refuses: synapse group 0 does not learn"):
         chip.step(np.zeros(0, dtype=int), {0: np.zeros(1)})
+
+
+def test_a_board_of_wrong_totals_is_left_nevertheless(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def damaged(*_arguments: object) -> Totals:
+        raise BodyError("totals of 3 bytes")
+
+    monkeypatch.setattr(Codec, "unpack_totals", damaged)
+    closed: list[SessionRecorder] = []
+    monkeypatch.setattr(SessionRecorder, "close", lambda self: closed.append(self))
+    clock = FakeClock()
+    line, recorder = FakeLine(Board(MACHINE), clock), SessionRecorder(tmp_path / "record")
+    log = LogOptions(folder=tmp_path / "counts")
+    chip = BoardChip(IMAGE, 0, line, REAL, log, recorder, clock)
+    run(chip, 1)
+    with pytest.raises(BackendError, match="the board sent totals of 3 bytes"):
+        chip.close()
+    assert line.closed
+    assert closed == [recorder]
 
 
 def test_a_closed_chip_does_not_step() -> None:

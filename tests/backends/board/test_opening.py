@@ -7,9 +7,14 @@ import numpy as np
 import pytest
 
 from spikeport import Simulator
+from spikeport.backends.board import opening
 from spikeport.backends.board.address import Certificates
-from spikeport.backends.board.link import LinkOptions
+from spikeport.backends.board.frame import Frame
+from spikeport.backends.board.link import STUB, LinkOptions
+from spikeport.backends.board.record import SessionRecorder
+from spikeport.backends.step_log import SUMS_ONLY
 from spikeport.errors import BackendError, BoardLostError, UsageError
+from tests.helpers.fake_board import small_image
 
 SECONDS = 0.05
 FILES = Certificates(Path("c"), Path("k"), Path("a"))
@@ -81,3 +86,34 @@ def test_links_that_are_none_are_refused(
 ) -> None:
     with pytest.raises(error, match=reason):
         data(*network, backend, **link)
+
+
+class GoneLine:
+    """A line to a board that hung up."""
+
+    is_gone, closed = True, False
+
+    def send(self, _frame: Frame) -> None:
+        raise BoardLostError("the board: the link is gone")
+
+    def close(self) -> None:
+        self.closed = True
+
+
+@pytest.mark.parametrize(
+    ("board", "reason"),
+    [(STUB, "gone"), ("tcp://127.0.0.1:80", r"gone before a session began; if it serves with --c")],
+)
+def test_a_session_that_does_not_begin_leaves_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, board: str, reason: str
+) -> None:
+    line, closed = GoneLine(), []
+    close = SessionRecorder.close
+    monkeypatch.setattr(SessionRecorder, "close", lambda self: closed.append(close(self)))
+    monkeypatch.setattr(opening, "_line", lambda _link: line)
+    link = LinkOptions(board=board, record=tmp_path / "record")
+    with pytest.raises(BoardLostError, match=f"^the board: the link is {reason}"):
+        opening.on_board(small_image(), 0, SUMS_ONLY, link)
+    assert line.closed
+    assert len(closed) == 1
+    assert list(tmp_path.iterdir()) == []
