@@ -19,6 +19,12 @@ import numpy as np
 
 from spikeport.networks.analytic_follower import FollowerNetwork, analytic_follower, from_inputs
 from spikeport.networks.at_rest import at_rest
+from spikeport.networks.option_checks import (
+    check_counts,
+    check_filters,
+    check_pairs,
+    check_rates,
+)
 from spikeport.networks.path_following import FollowerGains
 from spikeport.networks.plane_vectors import N_POINTS, bearing_ensemble, length_ensemble
 from spikeport.networks.rotation import Squares, rotate
@@ -56,6 +62,18 @@ class FollowerOptions:
     tau_ref: float = 0.001
     regularisation: float = 0.01
     bearing_regularisation: float = 0.02
+
+    def __post_init__(self) -> None:
+        """Check the values; UsageError says what is wrong."""
+        check_counts(
+            n_square=self.n_square,
+            n_distance=self.n_distance,
+            n_velocity=self.n_velocity,
+            n_speed=self.n_speed,
+        )
+        check_pairs("n_bearing", self.n_bearing, "the bearing")
+        check_filters(tau_fwd=self.tau_fwd, tau_out=self.tau_out)
+        check_rates(rates=self.rates, bearing_rates=self.bearing_rates)
 
 
 def path_follower(

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from spikeport.errors import UsageError, unknown
+from spikeport.errors import unknown
 from spikeport.networks.activations import Activation, activation
+from spikeport.networks.option_checks import check_filters, check_pairs, check_rates
 
 UNITS = ("hybrid", "lif", "relu", "if")
 SOLVES = ("unit", "layer")
@@ -95,10 +96,9 @@ class PolicyOptions:
 
     def __post_init__(self) -> None:
         """Check the values; UsageError says what is wrong."""
-        if self.n_neurons < 2:
-            raise UsageError(
-                f"n_neurons={self.n_neurons}: a unit needs at least 2 neurons, one for each sign"
-            )
+        check_pairs("n_neurons", self.n_neurons, "a unit")
+        check_filters(tau_fwd=self.tau_fwd, tau_out=self.tau_out)
+        check_rates(max_rates=self.max_rates)
         activation(self.activation)
         for key, known in (("units", UNITS), ("solve", SOLVES)):
             if getattr(self, key) not in known:

@@ -3,9 +3,9 @@
 import dataclasses
 from dataclasses import dataclass
 
-from spikeport.constants import LARGEST_SEED
-from spikeport.errors import UsageError, unknown
+from spikeport.errors import unknown
 from spikeport.networks.arm import PRESETS, ArmSizes
+from spikeport.networks.option_checks import check_counts, check_seed
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,13 +33,8 @@ class ArmSettings:
         """Check the values; UsageError says what is wrong."""
         if self.preset not in PRESETS:
             raise unknown("preset", self.preset, PRESETS)
-        for key, value in self._own_sizes().items():
-            if value < 1:
-                raise UsageError(f"{key}={value}: the number of neurons must be at least 1")
-        if not 0 <= self.network_seed <= LARGEST_SEED:
-            raise UsageError(
-                f"network_seed={self.network_seed}: a seed must be from 0 to {LARGEST_SEED}"
-            )
+        check_counts(**self._own_sizes())
+        check_seed("network_seed", self.network_seed)
 
     def _own_sizes(self) -> dict[str, int]:
         sizes = {"m1": self.m1, "cb": self.cb, "s1": self.s1}

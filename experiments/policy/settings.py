@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import ClassVar
 
-from spikeport.constants import LARGEST_SEED
 from spikeport.errors import UsageError, unknown
 from spikeport.networks.loading.description import Description
 from spikeport.networks.loading.walking import DESCRIBE, load_walking
+from spikeport.networks.option_checks import check_seed
 from spikeport.networks.policy import PolicyOptions
 from spikeport.networks.walking_policy import SHIPPED, WalkingPolicy
 from spikeport.robot.description import DEFAULT_POSE, GAINS, JOINTS
@@ -106,22 +106,10 @@ class PolicySettings(Perturbation):
                 f"description={self.description}: describes the file of a policy; give --set "
                 "policy=FILE, or leave it out"
             )
-        if self.policy_options.n_neurons % 2:
-            raise UsageError(
-                f"n_neurons={self.n_neurons}: a unit has as many neurons for each sign; give an "
-                "even number from 2 on"
-            )
-        for key in ("tau_fwd", "tau_out"):
-            if not 0 < getattr(self, key) < 1:
-                raise UsageError(
-                    f"{key}={getattr(self, key):g}: a filter must be above 0 and below 1 s"
-                )
+        _ = self.policy_options  # whose values are checked as it is made
         if self.gait not in GAITS:
             raise unknown("gait", self.gait, GAITS)
-        if not 0 <= self.network_seed <= LARGEST_SEED:
-            raise UsageError(
-                f"network_seed={self.network_seed}: a seed must be from 0 to {LARGEST_SEED}"
-            )
+        check_seed("network_seed", self.network_seed)
 
     @property
     def conversion(self) -> dict[str, object]:

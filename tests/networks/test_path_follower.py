@@ -2,7 +2,8 @@ import nengo
 import numpy as np
 import pytest
 
-from spikeport.networks.path_follower import analytic_follower, path_follower
+from spikeport.errors import UsageError
+from spikeport.networks.path_follower import FollowerOptions, analytic_follower, path_follower
 from spikeport.networks.path_following import FollowerGains, exact_command
 from spikeport.networks.policy import Layer, PolicyOptions, Ranges, policy
 from spikeport.simulator import Simulator
@@ -154,3 +155,18 @@ def test_its_command_can_enter_a_policy_on_the_same_chip():
         )
     assert done == pytest.approx(commanded, abs=0.13)
     assert commanded == pytest.approx(exact_command(GAINS, references, states), abs=0.08)
+
+
+@pytest.mark.parametrize(
+    ("option", "message"),
+    [
+        ({"n_bearing": 281}, "n_bearing=281: the bearing has as many neurons for each sign; give "),
+        ({"n_speed": 0}, "n_speed=0: the number of neurons must be at least 1"),
+        ({"tau_out": -1.0}, "tau_out=-1: a filter must be above 0 and below 1 s"),
+        ({"rates": (200.0, 100.0)}, "rates=(200, 100): firing rates in Hz must be above 0, and "),
+    ],
+)
+def test_options_that_cannot_be_are_refused(option, message):
+    with pytest.raises(UsageError) as caught:
+        FollowerOptions(**option)
+    assert str(caught.value).startswith(message)

@@ -95,7 +95,7 @@ def refusal(call):
         ({"solve": "all"}, "unknown solve 'all'; choose from: layer, unit"),
         (
             {"n_neurons": 1},
-            "n_neurons=1: a unit needs at least 2 neurons, one for each sign",
+            "n_neurons=1: a unit has as many neurons for each sign; give an even number from 2 on",
         ),
     ],
 )

@@ -1,0 +1,43 @@
+"""Checks of options of networks: counts of neurons, seeds, filters and firing rates."""
+
+from spikeport.constants import LARGEST_SEED
+from spikeport.errors import UsageError
+
+
+def check_counts(**counts: int) -> None:
+    """Refuse a number of neurons below 1."""
+    for key, count in counts.items():
+        if count < 1:
+            raise UsageError(f"{key}={count}: the number of neurons must be at least 1")
+
+
+def check_pairs(key: str, count: int, what: str) -> None:
+    """Refuse a number of neurons that ``what`` has as many of for each sign, if it is not even."""
+    if count < 2 or count % 2:
+        raise UsageError(
+            f"{key}={count}: {what} has as many neurons for each sign; give an even number from "
+            "2 on"
+        )
+
+
+def check_seed(key: str, seed: int) -> None:
+    """Refuse a seed that NumPy has no random numbers for."""
+    if not 0 <= seed <= LARGEST_SEED:
+        raise UsageError(f"{key}={seed}: a seed must be from 0 to {LARGEST_SEED}")
+
+
+def check_filters(**time_constants_s: float) -> None:
+    """Refuse a time constant that is not above 0 and below 1 s."""
+    for key, tau_s in time_constants_s.items():
+        if not 0 < tau_s < 1:
+            raise UsageError(f"{key}={tau_s:g}: a filter must be above 0 and below 1 s")
+
+
+def check_rates(**ranges_hz: tuple[float, float]) -> None:
+    """Refuse a range of firing rates whose ends are not above 0, finite and in order."""
+    for key, (low, high) in ranges_hz.items():
+        if not 0 < low <= high < float("inf"):
+            raise UsageError(
+                f"{key}=({low:g}, {high:g}): firing rates in Hz must be above 0, and the lowest "
+                "first"
+            )
