@@ -81,7 +81,8 @@ def load(path: Path = SHIPPED) -> WalkingPolicy:
     Raises
     ------
     UsageError
-        The file holds something else, layers do not fit each other, or a number is not finite.
+        The file holds something else, layers do not fit each other, a number is not finite, the
+        action scale is not above 0, or a joint is there twice.
     """
     arrays = _read(path)
     layers = sum(name.startswith("weights_") for name in arrays)
@@ -135,6 +136,12 @@ def _check(path: Path, policy: WalkingPolicy, activation: str) -> None:
     if size != len(policy.joints) or policy.pose_rad.shape != (size,):
         found = f"{size} actions, {len(policy.joints)} joints"
         raise _refusal(path, "one action and one angle of the pose per joint", found)
+    if len(set(policy.joints)) < size:
+        raise _refusal(path, "joints that differ", f"{size - len(set(policy.joints))} twice")
+    if not np.isfinite(policy.pose_rad).all():
+        raise _refusal(path, "finite angles in pose_rad", "NaN or infinity")
+    if not 0 < policy.action_scale_rad < np.inf:
+        raise _refusal(path, "a finite action_scale_rad above 0", f"{policy.action_scale_rad:g}")
 
 
 def _refusal(path: Path, expected: str, found: str) -> UsageError:

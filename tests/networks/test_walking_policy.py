@@ -60,6 +60,18 @@ def broken(policy, **changes):
             lambda p: broken(p, biases=p.biases[:2]),
             "expected biases of 3 layers, found no biases_2",
         ),
+        (
+            lambda p: broken(p, joints=["left", "left"]),
+            "expected joints that differ, found 1 twice",
+        ),
+        (
+            lambda p: replace(p, pose_rad=np.nan * p.pose_rad),
+            "expected finite angles in pose_rad, found NaN or infinity",
+        ),
+        (
+            lambda p: replace(p, action_scale_rad=0.0),
+            "expected a finite action_scale_rad above 0, found 0",
+        ),
     ],
 )
 def test_a_policy_that_does_not_fit_is_refused(policy, tmp_path, change, complaint):
