@@ -1,6 +1,7 @@
 """The flat network that groups, edges and the objects that stay make up."""
 
 from collections import defaultdict
+from collections.abc import Callable
 
 import nengo
 import numpy as np
@@ -49,6 +50,23 @@ class FlatNetwork:
         self.network = nengo.Network(label=before.label, seed=seeds[before])
         self.seeds: dict[Named, int] = {self.network: seeds[before]}
         add_params(self.network)
+
+    @classmethod
+    def rewired(
+        cls,
+        before: nengo.Network,
+        seeds: Seeds,
+        connect: Callable[[nengo.Connection, "FlatNetwork"], None],
+    ) -> "FlatNetwork":
+        """Return all of a network but its connections, each of which ``connect`` makes or keeps."""
+        flat = cls(before, seeds)
+        for obj in (*before.all_ensembles, *before.all_nodes):
+            flat.keep(obj)
+        for connection in construction_order(before):
+            connect(connection, flat)
+        for probe in before.all_probes:
+            flat.keep(probe)
+        return flat
 
     def keep(self, obj: NengoObject) -> None:
         """Take an object over as it is."""

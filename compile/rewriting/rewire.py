@@ -9,7 +9,7 @@ import scipy.sparse as sparse
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.loihi.relay import RELAYS
 from spikeport.compile.loihi.solver import ParameterSolver, full, nengo_transform
-from spikeport.compile.rewriting.assembly import DECODING, FlatNetwork, construction_order
+from spikeport.compile.rewriting.assembly import DECODING, FlatNetwork
 from spikeport.compile.rewriting.decode_paths import link
 
 
@@ -32,12 +32,8 @@ def rewire(
     solver : ParameterSolver
         Solves the network's decoders and encoders.
     """
-    network = rewrite.network
-    flat = FlatNetwork(network, solver.seeds)
-    for obj in (*network.all_ensembles, *network.all_nodes):
-        flat.keep(obj)
-    gone = [c for c, path in chosen.items() if path not in RELAYS]
-    for connection in construction_order(network):
+
+    def connect(connection: nengo.Connection, flat: FlatNetwork) -> None:
         path = chosen.get(connection)
         if path == "direct":
             _connect_directly(connection, flat, solver)
@@ -50,8 +46,9 @@ def rewire(
                 settings = flat.network.config[connection]
                 settings.decode_path = path
                 settings.target_filter_s = filters[connection.post_obj]
-    for probe in network.all_probes:
-        flat.keep(probe)
+
+    flat = FlatNetwork.rewired(rewrite.network, solver.seeds, connect)
+    gone = [c for c, path in chosen.items() if path not in RELAYS]
     return rewrite.then(flat.network, {}, {c: solver.built(c) for c in gone}, flat.seeds)
 
 

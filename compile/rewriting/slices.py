@@ -14,7 +14,7 @@ from nengo.ensemble import Neurons
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.ground.scope import Scope, in_full, target_rows
 from spikeport.compile.loihi.solver import ParameterSolver, full, nengo_transform
-from spikeport.compile.rewriting.assembly import DECODING, FlatNetwork, construction_order
+from spikeport.compile.rewriting.assembly import DECODING, FlatNetwork
 
 
 def whole_targets(rewrite: Rewrite, dt_s: float) -> Rewrite:
@@ -40,16 +40,14 @@ def whole_targets(rewrite: Rewrite, dt_s: float) -> Rewrite:
     if not parts:
         return rewrite
     solver = ParameterSolver(rewrite, dt_s)
-    flat = FlatNetwork(network, solver.seeds)
-    for obj in (*network.all_ensembles, *network.all_nodes):
-        flat.keep(obj)
-    for connection in construction_order(network):
+
+    def connect(connection: nengo.Connection, flat: FlatNetwork) -> None:
         if connection in parts:
             _connect_whole(connection, flat, solver)
         else:
             flat.keep(connection)
-    for probe in network.all_probes:
-        flat.keep(probe)
+
+    flat = FlatNetwork.rewired(network, solver.seeds, connect)
     # The decoders of an ensemble on the host are solved later, by Nengo's own builder.
     known = [c for c in parts if not isinstance(c.pre_obj, nengo.Ensemble) or scope.on_chip(c.pre)]
     return rewrite.then(flat.network, {}, {c: solver.built(c) for c in known}, flat.seeds)

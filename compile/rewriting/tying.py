@@ -17,7 +17,7 @@ from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.ground.scope import Scope
 from spikeport.compile.ground.settings import NetworkSettings
 from spikeport.compile.loihi.solver import ParameterSolver
-from spikeport.compile.rewriting.assembly import DECODING, FlatNetwork, construction_order
+from spikeport.compile.rewriting.assembly import DECODING, FlatNetwork
 from spikeport.compile.rewriting.colouring import alike, regroupable
 from spikeport.compile.rewriting.passthrough import foldable
 
@@ -104,17 +104,15 @@ def tied(rewrite: Rewrite, chosen: Iterable[Shared], solver: ParameterSolver) ->
     solver : ParameterSolver
         The one that they were solved by.
     """
-    network, settings = rewrite.network, NetworkSettings(rewrite.network)
+    settings = NetworkSettings(rewrite.network)
     new = {one.connection: _twin(one.connection, NoSolver(one.decoders), solver) for one in chosen}
-    flat = FlatNetwork(network, solver.seeds)
-    for obj in (*network.all_ensembles, *network.all_nodes):
-        flat.keep(obj)
-    for old in construction_order(network):
+
+    def connect(old: nengo.Connection, flat: FlatNetwork) -> None:
         flat.keep(new.get(old, old))
         if old in new and (path := settings.get(old, "decode_path")) is not None:
             flat.network.config[new[old]].decode_path = path
-    for probe in network.all_probes:
-        flat.keep(probe)
+
+    flat = FlatNetwork.rewired(rewrite.network, solver.seeds, connect)
     built = {old: solver.built(twin) for old, twin in new.items()}
     return rewrite.then(flat.network, {}, built, flat.seeds)
 
