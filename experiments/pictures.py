@@ -12,6 +12,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from spikeport.errors import RenderError
 from spikeport.experiments.loop import Port
+from spikeport.experiments.run_folder import Result
 from spikeport.robot.plant import Plant
 from spikeport.robot.render import Mark, Renderer
 from spikeport.robot.video import VideoWriter
@@ -25,6 +26,12 @@ BAR = 56
 
 Marks = Callable[[int], Sequence[Mark]]
 """Marks in a picture, from the number of poses up to then."""
+
+
+def cores_of(result: Result) -> str:
+    """Return the cores of a run for its title, with a comma before them; "" without a chip."""
+    used = result["resources"]
+    return "" if used is None else f", {used['cores']['used']} cores"
 
 
 class Film(Port):

@@ -23,7 +23,7 @@ from spikeport.experiments.options import BACKENDS, Experiment
 from spikeport.experiments.run_folder import Result
 
 CHECKED_POINTS = 25
-"""Points along each stroke that must be reachable: three centimetres apart at most."""
+"""Points along each stroke that must be reachable, at most three cm apart on the default sheet."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,7 +98,7 @@ class DrawTrial(ArmTrial):
 
     def goal_points(self) -> np.ndarray:
         """Return points along the stroke."""
-        return self.stroke[:: len(self.stroke) // CHECKED_POINTS]
+        return self.stroke[np.linspace(0, len(self.stroke) - 1, CHECKED_POINTS).astype(int)]
 
     def trace_since(self, _time_s: float) -> float:
         """Return the begin of the drawing."""

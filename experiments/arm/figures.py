@@ -10,7 +10,7 @@ from spikeport.experiments.arm.draw_task import DrawTask, Sheet
 from spikeport.experiments.arm.metrics import drawing, shape_error
 from spikeport.experiments.arm.reach_task import REACHED_M
 from spikeport.experiments.arm.recording import ArmRun
-from spikeport.experiments.pictures import show_picture
+from spikeport.experiments.pictures import cores_of, show_picture
 from spikeport.experiments.run_folder import Result
 
 HAND, TARGET, ERROR, DISTANCE = "#2a9d4a", "#e8871e", "#5b6fd6", "#1f9aa0"
@@ -65,9 +65,8 @@ def draw_figure(
 
 
 def _title(result: Result, task: str, achieved: str) -> str:
-    cores = "" if result["resources"] is None else f", {result['resources']['cores']['used']} cores"
     return (
-        f"{task}, {result['backend']}{cores}: {achieved} "
+        f"{task}, {result['backend']}{cores_of(result)}: {achieved} "
         f"in {result['seconds']:g} s, seed {result['seeds']['run']}"
     )
 

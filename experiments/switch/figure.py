@@ -14,7 +14,7 @@ from matplotlib.gridspec import GridSpec
 from matplotlib.patches import ConnectionPatch
 
 from spikeport.constants import DT_S
-from spikeport.experiments.pictures import show_picture
+from spikeport.experiments.pictures import cores_of, show_picture
 from spikeport.experiments.run_folder import Result
 from spikeport.experiments.switch.goals import Goal
 from spikeport.experiments.switch.nuclei_figure import (
@@ -66,11 +66,10 @@ def switch_figure(run: SwitchRun, pictures: Sequence[np.ndarray], result: Result
 
 def _title(result: Result) -> str:
     figures, settings = result["metrics"], result["settings"]
-    cores = "" if result["resources"] is None else f", {result['resources']['cores']['used']} cores"
     held = "anchored" if settings["anchor"] else "free-standing"
     falls = "no fall" if not figures["falls"] else f"fell at {figures['fallen_at_s']:.1f} s"
     return (
-        f"switch, {held}, {result['backend']}{cores}: {figures['phases_done']} of "
+        f"switch, {held}, {result['backend']}{cores_of(result)}: {figures['phases_done']} of "
         f"{len(figures['phases'])} phases, {falls} in {result['seconds']:g} s, "
         f"seed {result['seeds']['run']}"
     )

@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from spikeport.experiments.pictures import Marks, show_picture
+from spikeport.experiments.pictures import Marks, cores_of, show_picture
 from spikeport.experiments.run_folder import Result
 from spikeport.experiments.walk.metrics import smoothed
 from spikeport.experiments.walk.recording import WalkRecording, WalkRun
@@ -55,10 +55,9 @@ def walk_figure(run: WalkRun, pictures: Sequence[np.ndarray], result: Result) ->
 
 def _title(result: Result) -> str:
     settings, figures = result["settings"], result["metrics"]
-    cores = "" if result["resources"] is None else f", {result['resources']['cores']['used']} cores"
     fell = f"fell at {figures['fallen_at_s']:.1f} s" if figures["falls"] else "no fall"
     return (
-        f"walk, {settings['path']}, {result['backend']}{cores}: {fell}, "
+        f"walk, {settings['path']}, {result['backend']}{cores_of(result)}: {fell}, "
         f"{100 * figures['cross_track_rms_m']:.1f} cm rms from the path in "
         f"{result['seconds']:g} s, seed {result['seeds']['run']}"
     )
