@@ -121,12 +121,12 @@ def energy(activity: Activity, chip: ChipModel, calibration: EnergyCalibration) 
     """Return the energy and power of a run in real time.
 
         E_dyn  = N_syn e_syn + N_act e_act + N_inact e_inact + N_spk e_spk + N_msg e_msg
-                 + H_ew e_ew + H_ns e_ns + N_learn e_learn
+                 + H_ew e_ew + H_ns e_ns + N_between e_between + N_learn e_learn
         E_stat = T n_chips P_chip,   T = mean over steps of max(T_step, dt)
         P_sys  = P_board_idle + E_dyn / T
 
-    E_dyn is a step's mean here. T is taken at the calibration's times, not at their bounds; every
-    chip of the board draws static power.
+    N_between are the messages between chips. E_dyn is a step's mean here. T is taken at the
+    calibration's times, not at their bounds; every chip of the board draws static power.
 
     Raises
     ------

@@ -47,11 +47,11 @@ class Limit(ABC):
 
     @abstractmethod
     def usages(self, cores: Sequence[CoreUse], chip: ChipModel) -> list[Usage]:
-        """Use of the resource by every object that the limit holds for."""
+        """Return the use of the resource by every object that the limit holds for."""
 
     @abstractmethod
     def total(self, cores: Sequence[CoreUse], chip: ChipModel) -> Usage:
-        """Use of the resource by all cores against what all cores of the chip have."""
+        """Return the use of the resource by all cores against what all cores of the chip have."""
 
 
 @dataclass(frozen=True)
@@ -166,12 +166,12 @@ def n_cores(chip: ChipModel) -> int:
 
 
 def usages(cores: Sequence[CoreUse], chip: ChipModel) -> list[Usage]:
-    """Use of every resource by every object, whether within its limit or not."""
+    """Return the use of every resource by every object, whether within its limit or not."""
     return [usage for limit in _limits(chip) for usage in limit.usages(cores, chip)]
 
 
 def totals(cores: Sequence[CoreUse], chip: ChipModel) -> dict[str, Usage]:
-    """Use of every resource by all cores together, by resource."""
+    """Return the use of every resource by all cores together, by resource."""
     return {limit.resource: limit.total(cores, chip) for limit in _limits(chip)}
 
 

@@ -179,7 +179,7 @@ class NativeChip:
         return max(wiring.weights.itemsize for wiring, _ in self._parts())
 
     def close(self) -> None:
-        """Free the arrays; see `spikeport.backends.chip.Chip.close`."""
+        """Close the log and end the threads; see `spikeport.backends.chip.Chip.close`."""
         self.log.close()
         self._closed = True
         if self._threads is not None:
