@@ -23,11 +23,11 @@ def test_no_image_takes_more_than_is_counted(image: ChipImage) -> None:
 
 
 @pytest.mark.parametrize("seed", [1, 2])
-def test_the_count_is_exact_where_no_rows_are_equal(seed: int) -> None:
+def test_the_count_is_at_most_one_percent_above_where_no_rows_are_equal(seed: int) -> None:
     image = wide_image(seed)
     rows = [WORD_BITS * len(core.rows) for core in written(image).cores]
     assert (by_core(image) >= rows).all()
-    assert by_core(image).sum() < 1.1 * sum(rows)
+    assert by_core(image).sum() < 1.01 * sum(rows)
 
 
 def counted_words(weights: list[int], indices: list[int] | None = None) -> int:

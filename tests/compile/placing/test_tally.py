@@ -20,7 +20,13 @@ def test_there_is_room_as_far_as_every_amount_and_every_kind_of_profile_reaches(
 
 
 def test_a_core_without_blocks_has_room() -> None:
-    assert Tally(ROOM, Load()).with_room(load(1)).tolist() == []
+    tally = Tally(ROOM, load(1))
+    tally.put(0, Load())
+    assert tally.with_room(load(1)).tolist() == [0]
+
+
+def test_without_a_core_there_is_no_room() -> None:
+    assert Tally(ROOM, load(1)).with_room(load(1)).tolist() == []
 
 
 @given(problems(), st.lists(st.integers(0, 2), min_size=10, max_size=10))
