@@ -51,7 +51,7 @@ class LinkedChip(DeviceChip):
     def __init__(self, image: ChipImage, seed: int, *, first: int, baud_cycles: int) -> None:
         memory, pool = written(image), chips.get(MODEL).soft_memory
         assert pool is not None
-        n_outputs = sum(map(len, outputs_of(image, memory.order)))
+        n_outputs = sum(map(len, outputs_of(image)))
         build = BoardBuild(parameters(memory, n_outputs, pool), baud_cycles)
         self._line_in_verilator = VerilatedLine(build, CLOCK_HZ)
         self._first, self._found = first, list[tuple[int, int, int]]()

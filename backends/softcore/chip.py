@@ -173,7 +173,7 @@ class RtlChip(SoftChip):
         chip = () if build is None else (build.unit, build.cores)
         super().__init__(image, seed, written(image, *chip), say)
         self._simulation = Simulation(self._memory, build)
-        self._outputs = outputs_of(image, self._memory.order)
+        self._outputs = outputs_of(image)
         self.compared = dict.fromkeys(STATE, len(self._memory.order))
 
     def _advance(
@@ -217,7 +217,7 @@ class DeviceChip(SoftChip):
         with ExitStack() as opened:
             opened.callback(line.close)
             super().__init__(image, seed, written(image), say)
-            outputs = outputs_of(image, self._memory.order)
+            outputs = outputs_of(image)
             flat = [one for ports in outputs for one in ports]
             # The board sends values first, then spikes.
             self._sent_order = np.argsort([one.held == Held.SPIKE for one in flat], kind="stable")
@@ -258,14 +258,9 @@ class DeviceChip(SoftChip):
         self._line.close()
 
 
-def outputs_of(image: ChipImage, order: np.ndarray) -> list[list[Output]]:
-    """Return the registers that each output of an image reads.
-
-    ``order``: the image's number of each compartment, core by core.
-    """
-    core = image.compartment_core
-    place = np.empty(len(order), dtype=np.int64)
-    place[order] = np.arange(len(order)) - np.searchsorted(core[order], core[order])
+def outputs_of(image: ChipImage) -> list[list[Output]]:
+    """Return the registers that each output of an image reads."""
+    core, place = image.compartment_core, image.compartment_place
     result = []
     for number, output in enumerate(image.manifest.outputs):
         read = image.reads.compartment[part(image.outputs.start, number)]

@@ -97,10 +97,7 @@ class RowTable:
         self._words: list[list[np.ndarray]] = [[] for _ in range(image.n_cores)]
         self._known: list[dict[bytes, int]] = [{} for _ in range(image.n_cores)]
         self._sizes = [0] * image.n_cores
-        order = np.argsort(image.compartment_core, kind="stable")
-        starts = offsets(np.bincount(image.compartment_core, minlength=image.n_cores))
-        self._local = np.empty(image.n_compartments, dtype=np.int64)
-        self._local[order] = np.arange(len(order)) - starts[image.compartment_core[order]]
+        self._local = image.compartment_place
 
     def messages(self, contact: int) -> list[Message]:
         """Return the messages of a spike along a contact: one for each part of its weights."""

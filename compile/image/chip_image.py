@@ -152,6 +152,15 @@ class ChipImage:
         return np.repeat(self.blocks.core, np.diff(self.blocks.start))
 
     @functools.cached_property
+    def compartment_place(self) -> np.ndarray:
+        """Place of each compartment among those of its core, (n_compartments,)."""
+        core = self.compartment_core
+        order = np.argsort(core, kind="stable")
+        place = np.empty(len(order), dtype=np.int64)
+        place[order] = np.arange(len(order)) - np.searchsorted(core[order], core[order])
+        return place
+
+    @functools.cached_property
     def group_core(self) -> np.ndarray:
         """Core of each group of synapses, (n_groups,)."""
         result: np.ndarray = self.blocks.core[self.groups.block]

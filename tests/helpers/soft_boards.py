@@ -27,6 +27,6 @@ def board_line(image: ChipImage, baud_cycles: int, baud_error: float = 0.0) -> V
     """
     memory, used = written(image), pool()
     short = used.model_copy(update={"queue": used.queue.model_copy(update={"value": 4})})
-    n_outputs = sum(map(len, outputs_of(image, memory.order)))
+    n_outputs = sum(map(len, outputs_of(image)))
     build = BoardBuild(parameters(memory, n_outputs, short), baud_cycles)
     return VerilatedLine(build, baud_error=baud_error)

@@ -11,6 +11,7 @@ import numpy as np
 from spikeport.backends.board.board import say_nothing
 from spikeport.backends.board.nxsdk.half import Half, real_half, recording_half
 from spikeport.backends.board.nxsdk.traps import SPIKE_VOLTAGE
+from spikeport.backends.board.nxsdk.voltage_register import refractory_left
 from spikeport.backends.native.chip import NativeChip
 from spikeport.backends.step_log import StepLog
 from spikeport.compile.image.chip_image import ChipImage
@@ -100,8 +101,8 @@ class NxsdkChip:
         self._pipe.send((np.asarray(spikes), dict(errors)))
         expected = self._twin.step(spikes, errors)
         held = self._answer()
-        state, n = self._twin.state, len(self._refract)
-        left = np.where(state.spiked[:n] == 1, self._refract, state.refractory[:n])
+        state = self._twin.state
+        left = refractory_left(state, self._refract)
         for native, read, (key, mine) in zip(expected, held, self._reads, strict=True):
             differs = native != read
             looks_fired = state.v[mine] == SPIKE_VOLTAGE * self._refract[mine]

@@ -15,6 +15,7 @@ from spikeport.backends.board.nxsdk.compiled import compiled
 from spikeport.backends.board.nxsdk.decompile import decompile
 from spikeport.backends.board.nxsdk.recording import Board
 from spikeport.backends.board.nxsdk.traps import SPIKE_VOLTAGE
+from spikeport.backends.board.nxsdk.voltage_register import refractory_left
 from spikeport.backends.board.nxsdk.written import Written
 from spikeport.backends.native.kernel import accept, deliver, update
 from spikeport.backends.native.loaded import Loaded, neurons_of, resting_state
@@ -52,17 +53,11 @@ class Registers:
         self._n_arriving = 0
 
     def step(self) -> tuple[np.ndarray, np.ndarray]:
-        """Advance by one step, and return the registers U and V of all compartments.
-
-        V counts down the refractory time in units, and has all of it in the step of a spike: that
-        is how snips tell one.
-        """
+        """Advance by one step, and return the registers U and V of all compartments."""
         deliver(self._loaded, self._n_arriving, self._counts)
         self._n_arriving = update(self._loaded, 0, NO_NOISE, self._counts)
-        state, n = self.state, self.image.n_compartments
-        refract = self.image.compartments.refract_delay
-        # After a spike the register of V counts the refractory steps that are left.
-        left = np.where(state.spiked[:n] == 1, refract, state.refractory[:n])
+        state = self.state
+        left = refractory_left(state, self.image.compartments.refract_delay)
         return state.u.copy(), np.where(left > 0, left * SPIKE_VOLTAGE, state.v).astype(np.int32)
 
     def receive(self, spikes: np.ndarray) -> None:

@@ -29,7 +29,7 @@ def run(path: Path, out: Path, *, chip: str) -> None:
         raise UsageError(f"chip '{chip}' has no soft cores; those that have them: {soft}")
     image = ChipImage.load(path)
     memory = written(image)
-    outputs = [one for ports in outputs_of(image, memory.order) for one in ports]
+    outputs = [one for ports in outputs_of(image) for one in ports]
     broken = [str(one) for one in verify(core_uses(image, model), model)]
     if len(outputs) > (most := pool.outputs.count):
         broken.append(f"outputs: {len(outputs):,}, limit {most:,}; cure: probe fewer neurons")

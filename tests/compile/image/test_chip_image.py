@@ -8,6 +8,7 @@ import pytest
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.tables import LAYOUT
 from spikeport.errors import ImageError
+from tests.helpers.images import Block, Parts
 
 
 def altered(array: np.ndarray) -> np.ndarray:
@@ -74,3 +75,8 @@ def test_cores_are_called_after_the_blocks_on_them(image: ChipImage) -> None:
     assert image.cores == ("first", "second", "first -> second", "second -> decoded")
     assert together.cores == ("first + first -> second", "second + second -> decoded")
     assert list(together.compartment_core) == [0] * 12 + [1] * 10 + [0] * 40 + [1] * 4
+
+
+def test_compartments_are_numbered_core_by_core() -> None:
+    image = Parts([Block(2), Block(1, core=1), Block(3), Block(2, core=1)]).image()
+    assert image.compartment_place.tolist() == [0, 1, 0, 2, 3, 4, 1, 2]
