@@ -3,7 +3,7 @@ image.
 """
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 
 import nengo
 import numpy as np
@@ -11,17 +11,15 @@ from nengo.connection import LearningRule
 
 from spikeport.compile.check import rules
 from spikeport.compile.check.drive import duplicated, silenced
-from spikeport.compile.check.loops import loops
+from spikeport.compile.check.loops import LATE, components, loops
 from spikeport.compile.check.violation import Violation
 from spikeport.compile.ground.filters import Passage
-from spikeport.compile.ground.names import Names, base
+from spikeport.compile.ground.names import Names
 from spikeport.compile.ground.quantisation import BlockError
 from spikeport.compile.ground.scope import Scope
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.tables import part
 
-LATE = 0.05
-"""Share of a loop's time constant that filters of the chip add to it, worth a hint."""
 LOST = 0.1
 """Share of a block's weights above which their loss is worth a hint."""
 DUPLICATED = 0.1
@@ -48,16 +46,16 @@ def network_hints(network: nengo.Network, names: Names) -> Iterator[Violation]:
         yield rules.get("SP416").broken(names[connection], "none around it")
 
 
-def _in_cycles(scope: Scope) -> Iterable[nengo.Connection]:
-    """Return a connection of each loop on the chip that no synapse is in."""
+def _in_cycles(scope: Scope) -> Iterator[nengo.Connection]:
+    """Yield a connection of each loop on the chip that no synapse is in."""
     direct = [
         c
         for c in scope.network.all_connections
         if c.synapse is None and not isinstance(c.post_obj, LearningRule)
     ]
-    loop = loops((base(c.pre_obj), base(c.post_obj)) for c in direct)
-    within = (c for c in direct if loop[base(c.pre_obj)] == loop[base(c.post_obj)])
-    return {loop[base(c.post_obj)]: c for c in within if scope.on_chip(c.post_obj)}.values()
+    for within in loops(direct):
+        on_chip = [c for c in within if scope.on_chip(c.post_obj)]
+        yield from on_chip[-1:]
 
 
 def _nodes_of_arrays(network: nengo.Network) -> Iterator[nengo.Node]:
@@ -87,7 +85,7 @@ def filter_hints(
         if len(found) > 1:
             named = " and ".join(f"{1000 * tau_s:g}" for tau_s in sorted(found))
             yield rules.get("SP409").broken(target, f"{named} ms, all by {1000 * max(found):g} ms")
-    loop = loops((one.source, one.target) for one in passages if one.source)
+    loop = components([(one.source, one.target) for one in passages if one.source])
     for one in passages:
         before_s = 0.0 if one.relay_s is None else one.relay_s + dt_s
         whole_s = before_s + one.target_s  # what a shared filter adds is another hint

@@ -4,7 +4,6 @@ Values that the host sends wait to be encoded as spikes, and pass a filter of 5 
 the chip sends back arrives a step later.
 """
 
-from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from typing import TypeAlias
 
@@ -14,7 +13,7 @@ import scipy.sparse as sparse
 from nengo.connection import LearningRule
 
 from spikeport.compile.check import rules
-from spikeport.compile.check.loops import loops
+from spikeport.compile.check.loops import LATE, loops
 from spikeport.compile.check.violation import Violation
 from spikeport.compile.ground.filters import DECODE_TAU_S, time_constant_s
 from spikeport.compile.ground.names import Names, base
@@ -23,8 +22,6 @@ from spikeport.compile.ground.scope import Scope, is_passthrough
 STEPS = 3
 """Steps from a node over an ensemble to a node, beyond those in float Nengo and the filter of 5 ms.
 As the phase of a sine: 7.1, 8.4 and 10.7 ms in all, with steps of 0.5, 1 and 2 ms."""
-LATE = 0.05
-"""Share of a loop's time constants that the way over the host adds to it, worth a hint."""
 NAMED = 6
 """Objects of a loop up to which all are named."""
 INSTANT_S = 1e-9
@@ -46,22 +43,13 @@ def host_loop_hints(network: nengo.Network, names: Names, dt_s: float) -> Iterat
     """
     scope = Scope(network, names)
     late_s = DECODE_TAU_S + STEPS * dt_s
-    for ways in _loops(network):
+    # An error that corrects decoders goes around none.
+    around_any = [c for c in network.all_connections if not isinstance(c.post_obj, LearningRule)]
+    for ways in loops(around_any):
         own_s, around = _fastest(ways, scope)
         if around and late_s > LATE * own_s:
             delays = f"{1000 * own_s:.3g} ms became about {1000 * (own_s + late_s):.3g} ms"
             yield rules.get("SP415").broken(_listed([names[one] for one in around]), delays)
-
-
-def _loops(network: nengo.Network) -> list[list[nengo.Connection]]:
-    """Return the connections within each loop; an error that corrects decoders goes around none."""
-    connections = [c for c in network.all_connections if not isinstance(c.post_obj, LearningRule)]
-    number = loops((base(c.pre_obj), base(c.post_obj)) for c in connections)
-    within = defaultdict(list)
-    for c in connections:
-        if number[base(c.pre_obj)] == number[base(c.post_obj)]:
-            within[number[base(c.pre_obj)]].append(c)
-    return list(within.values())
 
 
 def _fastest(ways: Sequence[nengo.Connection], scope: Scope) -> tuple[float, list[Part]]:

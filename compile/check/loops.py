@@ -11,7 +11,7 @@ Source: Eliasmith and Anderson, Neural Engineering (2003), chapter 8.
 """
 
 from collections import defaultdict
-from collections.abc import Hashable, Iterable, Iterator, Sequence
+from collections.abc import Hashable, Iterator, Sequence
 from typing import NamedTuple, TypeAlias, TypeVar
 
 import nengo
@@ -22,11 +22,13 @@ from nengo.dists import Distribution
 
 from spikeport.compile.check import rules
 from spikeport.compile.check.violation import Violation
-from spikeport.compile.ground.names import Names
+from spikeport.compile.ground.names import Names, base
 from spikeport.compile.ground.scope import MATRICES, Scope, is_passthrough
 
 KEPT = 0.95
 """Gain of a loop from which on errors outlast twenty of its time constants."""
+LATE = 0.05
+"""Share of a loop's time constant that the chip adds to it, worth a hint."""
 MOST_DENSE = 50
 """Values of a loop up to which all of its eigenvalues are computed."""
 Thing = TypeVar("Thing", bound=Hashable)
@@ -44,13 +46,7 @@ class Way(NamedTuple):
 def loop_hints(network: nengo.Network, names: Names) -> Iterator[Violation]:
     """Yield a hint on each loop through the chip in which an error stays or grows."""
     scope = Scope(network, names)
-    connections = [c for c in network.all_connections if _is_decoded(c)]
-    number = loops((c.pre_obj, c.post_obj) for c in connections)
-    of_loop: dict[int, list[nengo.Connection]] = defaultdict(list)
-    for connection in connections:
-        if number[connection.pre_obj] == number[connection.post_obj]:
-            of_loop[number[connection.pre_obj]].append(connection)
-    for within in of_loop.values():
+    for within in loops([c for c in network.all_connections if _is_decoded(c)]):
         ensembles = {c.pre_obj: None for c in within if isinstance(c.pre_obj, nengo.Ensemble)}
         if any(map(scope.on_chip, ensembles)):
             gain, where = _gain(list(ensembles), _ways(within))
@@ -58,9 +54,19 @@ def loop_hints(network: nengo.Network, names: Names) -> Iterator[Violation]:
                 yield rules.get("SP413").broken(names[where], f"gain {gain:.2g}")
 
 
-def loops(pairs: Iterable[tuple[Thing, Thing]]) -> dict[Thing, int]:
+def loops(connections: Sequence[nengo.Connection]) -> list[list[nengo.Connection]]:
+    """Return the connections within each loop of ensembles and nodes that they make."""
+    ends = [(base(c.pre_obj), base(c.post_obj)) for c in connections]
+    number = components(ends)
+    within: dict[int, list[nengo.Connection]] = defaultdict(list)
+    for connection, (pre, post) in zip(connections, ends, strict=True):
+        if number[pre] == number[post]:
+            within[number[pre]].append(connection)
+    return list(within.values())
+
+
+def components(pairs: Sequence[tuple[Thing, Thing]]) -> dict[Thing, int]:
     """Return a number for each end of directed pairs, equal for those that are in one loop."""
-    pairs = list(pairs)
     number = {end: i for i, end in enumerate(dict.fromkeys(end for pair in pairs for end in pair))}
     rows, columns = np.array([[number[a], number[b]] for a, b in pairs]).reshape(-1, 2).T
     graph = sparse.coo_array((np.ones(len(pairs)), (rows, columns)), shape=(len(number),) * 2)

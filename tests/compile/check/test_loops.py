@@ -8,7 +8,7 @@ import nengo_loihi
 import numpy as np
 import pytest
 
-from spikeport.compile.check.loops import MOST_DENSE, loop_hints, loops
+from spikeport.compile.check.loops import MOST_DENSE, components, loop_hints
 from spikeport.compile.ground.names import Names
 
 
@@ -27,10 +27,10 @@ def fed_back(ensemble: nengo.Ensemble, **options: object) -> None:
 
 
 def test_ends_in_one_loop_have_one_number() -> None:
-    number = loops([("a", "b"), ("b", "a"), ("b", "c"), ("d", "d")])
+    number = components([("a", "b"), ("b", "a"), ("b", "c"), ("d", "d")])
     assert number["a"] == number["b"]
     assert len({number[one] for one in "acd"}) == 3
-    assert loops([]) == {}
+    assert components([]) == {}
 
 
 @pytest.mark.parametrize(
