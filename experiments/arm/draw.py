@@ -98,7 +98,8 @@ class DrawTrial(ArmTrial):
 
     def goal_points(self) -> np.ndarray:
         """Return points along the stroke."""
-        return self.stroke[np.linspace(0, len(self.stroke) - 1, CHECKED_POINTS).astype(int)]
+        checked = np.linspace(0, len(self.stroke) - 1, CHECKED_POINTS).astype(int)
+        return np.asarray(self.stroke[checked])
 
     def trace_since(self, _time_s: float) -> float:
         """Return the begin of the drawing."""
