@@ -119,27 +119,25 @@ def compiled(asked: Asked, kept: Cache, compile_it: Compile) -> Compilation:
         inputs = digest_of((identity(asked.network), *asked[1:]))
     except TypeError as error:
         return _each_time(error, compile_it)
-    # A compile that was just made is returned itself: it has its blocks, an entry has none.
-    made: list[Compilation] = []
-
-    def make() -> Arrays:
-        made.append(compile_it())
-        return arrays_of(made[0], asked.network)
-
+    once = functools.cache(compile_it)
     try:
-        arrays = kept.kept("compile", inputs, make)
+        arrays = kept.kept("compile", inputs, lambda: arrays_of(once(), asked.network))
     except NotKeptError as error:
-        return _each_time(error, lambda: made[0])
-    if made:
-        return made[0]
+        return _each_time(error, once)
+    # A compile that was just made is returned itself: it has its blocks, an entry has none.
+    return once() if once.cache_info().currsize else _found(arrays, asked, compile_it)
+
+
+def _found(arrays: Arrays, asked: Asked, compile_it: Compile) -> Compilation:
+    """Return the compilation of an entry, or compile again if it cannot be read."""
     try:
         found = read(arrays, asked, compile_it)
     except MismatchError as error:
-        warnings.warn(f"cache: {error}; the network is compiled again", stacklevel=2)
+        warnings.warn(f"cache: {error}; the network is compiled again", stacklevel=3)
         return compile_it()
     # Kept or not, a compile warns of the same.
     for notice in found.report.warnings:
-        warnings.warn(notice, stacklevel=2)
+        warnings.warn(notice, stacklevel=3)
     return found
 
 

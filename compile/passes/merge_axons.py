@@ -56,7 +56,7 @@ def _merged(image: ChipImage) -> ChipImage:
     bundles: dict[Hashable, _Bundle | _Whole] = {}
     keys, new = _keys(image), []
     for group, key, used in zip(groups, keys, _used(groups, routes), strict=True):
-        bundle = _Whole(group) if key == group.like else _Bundle(group)
+        bundle = _Whole(group) if image.learns[group.like] else _Bundle(group)
         new.append(bundles.setdefault(key, bundle).add(group, used))
     kept = {key: bundle.group() for key, bundle in bundles.items()}
     # Groups that no spike reaches, or whose weights are all 0, are left out.
