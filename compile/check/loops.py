@@ -23,7 +23,7 @@ from nengo.dists import Distribution
 from spikeport.compile.check import rules
 from spikeport.compile.check.violation import Violation
 from spikeport.compile.ground.names import Names, base
-from spikeport.compile.ground.scope import MATRICES, Scope, is_passthrough
+from spikeport.compile.ground.scope import MATRICES, Scope, is_passthrough, source_rows, target_rows
 
 KEPT = 0.95
 """Gain of a loop from which on errors outlast twenty of its time constants."""
@@ -110,15 +110,8 @@ def _matrix(connection: nengo.Connection) -> sparse.csr_array:
     pre, post = connection.pre_obj, connection.post_obj
     matrix = _dense(connection.transform, connection.size_mid) @ _slope(connection)
     whole = np.zeros((post.size_in, pre.size_out))
-    rows, columns = (
-        np.arange(size)[part]
-        for size, part in (
-            (post.size_in, connection.post_slice),
-            (pre.size_out, connection.pre_slice),
-        )
-    )
     # A slice may pick a value more than once: assignment would keep the last only.
-    np.add.at(whole, np.ix_(rows, columns), matrix)
+    np.add.at(whole, np.ix_(target_rows(connection), source_rows(connection)), matrix)
     return sparse.csr_array(whole)
 
 
@@ -133,7 +126,7 @@ def _dense(transform: nengo.transforms.Transform, size: int) -> np.ndarray:
 
 def _slope(connection: nengo.Connection) -> np.ndarray:
     """Return the matrix (size_mid, n) closest to a connection's function of n values."""
-    size = len(np.arange(connection.pre_obj.size_out)[connection.pre_slice])
+    size = len(source_rows(connection))
     if connection.function is None:
         return np.eye(size)
     points = _points(connection)

@@ -83,6 +83,12 @@ def probeable(obj: object) -> tuple[str, ...]:
     return next((names for kind, names in PROBEABLE.items() if isinstance(obj, kind)), ())
 
 
+def source_rows(connection: nengo.Connection) -> np.ndarray:
+    """Return the entries of its whole source that a connection reads, (n,)."""
+    rows: np.ndarray = np.arange(connection.pre_obj.size_out)[connection.pre_slice]
+    return rows
+
+
 def target_rows(connection: nengo.Connection) -> np.ndarray:
     """Return the entries of its whole target that a connection's values go to, (size_out,)."""
     rows: np.ndarray = np.arange(connection.post_obj.size_in)[connection.post_slice]

@@ -22,6 +22,7 @@ from nengo_loihi.compat import sample_transform
 from spikeport.compile.check.finite import not_finite, refused_or_not_finite
 from spikeport.compile.ground.refusal import warnings_about
 from spikeport.compile.ground.rewrite import Rewrite, Seeds
+from spikeport.compile.ground.scope import source_rows
 from spikeport.compile.loihi.numpy1 import numpy1_semantics
 from spikeport.compile.loihi.quick_builder import quick_builder, random_state
 
@@ -127,9 +128,10 @@ class ParameterSolver:
             weights: np.ndarray = self.decoded(connection).weights
             return weights
         whole = np.zeros((pre.size_out, connection.size_out))
-        picked = np.arange(pre.size_out)[connection.pre_slice]
         # A slice may pick a value more than once: assignment would keep the last only.
-        np.add.at(whole, picked, full(self.transform(connection), connection.size_mid).T)
+        np.add.at(
+            whole, source_rows(connection), full(self.transform(connection), connection.size_mid).T
+        )
         return whole.T
 
     def decoded(self, connection: nengo.Connection) -> BuiltConnection:

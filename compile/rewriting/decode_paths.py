@@ -17,6 +17,7 @@ import scipy.sparse as sparse
 from nengo_loihi.neurons import LoihiSpikingRectifiedLinear
 
 from spikeport.compile.ground.filters import DECODE_TAU_S
+from spikeport.compile.ground.scope import target_rows
 from spikeport.compile.loihi.numpy1 import numpy1_semantics
 from spikeport.compile.loihi.relay import RELAYS
 from spikeport.compile.loihi.solver import ParameterSolver
@@ -101,7 +102,7 @@ def link(connection: nengo.Connection, solver: ParameterSolver) -> Link:
     """
     post = connection.post_obj
     weights = sparse.coo_array(solver.weights(connection) / post.radius)
-    rows = np.arange(post.size_in)[connection.post_slice][weights.row]
+    rows = target_rows(connection)[weights.row]
     shape = (post.size_in, weights.shape[1])
     decoders = sparse.coo_array((weights.data, (rows, weights.col)), shape=shape)
     built = solver.ensemble(post)

@@ -15,6 +15,7 @@ import scipy.sparse as sparse
 from nengo.ensemble import Neurons
 
 from spikeport.compile.ground.names import End, base
+from spikeport.compile.ground.scope import source_rows, target_rows
 from spikeport.compile.ground.settings import NetworkSettings
 from spikeport.compile.loihi.solver import Matrix, ParameterSolver, full
 from spikeport.compile.rewriting.partition import Partition, Position
@@ -197,7 +198,7 @@ class EdgeMatrices:
     def _pass_on(self, connection: nengo.Connection) -> None:
         """Multiply the edges into a passthrough node by a connection from it."""
         transform = self._solver.transform(connection)
-        picked = np.arange(connection.pre_obj.size_out)[connection.pre_slice]
+        picked = source_rows(connection)
         for key, matrix in self.into_nodes[connection.pre_obj].items():
             # At most one of the two has a synapse: `passthrough` refuses two in a row.
             synapse, path = key.synapse or connection.synapse, key.path or self._path(connection)
@@ -222,7 +223,7 @@ class EdgeMatrices:
 
     def _destinations(self, connection: nengo.Connection) -> Iterator[_Destination]:
         post = connection.post_obj
-        rows = np.arange(post.size_in)[connection.post_slice]
+        rows = target_rows(connection)
         if post in self.into_nodes or base(post) not in self._partition:
             yield _Destination(EdgeTarget("object", NO_GROUP, post), rows)
             return

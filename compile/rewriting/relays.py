@@ -12,7 +12,7 @@ import numpy as np
 import scipy.sparse as sparse
 
 from spikeport.compile.ground.names import Names
-from spikeport.compile.ground.scope import Scope, is_passthrough
+from spikeport.compile.ground.scope import Scope, is_passthrough, source_rows, target_rows
 from spikeport.compile.ground.settings import NetworkSettings
 from spikeport.compile.loihi.relay import RELAYS
 from spikeport.compile.loihi.solver import full
@@ -96,28 +96,22 @@ class _Sources:
     def pass_on(self, connection: nengo.Connection) -> None:
         """Add what a connection takes from one passthrough node to another."""
         matrix, numbers = self._at(connection.pre_obj)
-        passed = _placed(connection) @ matrix[_rows(connection)]
+        passed = _placed(connection) @ matrix[source_rows(connection)]
         self._add(connection.post_obj, sparse.csr_array(passed), numbers)
 
     def count(self, connection: nengo.Connection) -> int:
         """Return the number of connections that reach a target through one from a node."""
         matrix, numbers = self._at(connection.pre_obj)
-        passed = sparse.csr_array(_transform(connection) @ matrix[_rows(connection)])
+        passed = sparse.csr_array(_transform(connection) @ matrix[source_rows(connection)])
         # Values that a transform leaves out have zeros, and reach no target.
         passed.eliminate_zeros()
         return len(np.unique(numbers[passed.indices]))
 
 
-def _rows(connection: nengo.Connection) -> np.ndarray:
-    rows: np.ndarray = np.arange(connection.pre_obj.size_out)[connection.pre_slice]
-    return rows
-
-
 def _placed(connection: nengo.Connection) -> np.ndarray:
     """Return a connection as a matrix into all of its target, (target size, values)."""
     matrix = np.zeros((connection.post_obj.size_in, connection.size_mid))
-    rows = np.arange(connection.post_obj.size_in)[connection.post_slice]
-    matrix[rows] = _transform(connection)
+    matrix[target_rows(connection)] = _transform(connection)
     return matrix
 
 
