@@ -1,0 +1,35 @@
+"""Options of networks are refused by name, with their value and the rule."""
+
+import pytest
+
+from spikeport.errors import UsageError
+from spikeport.networks import option_checks as check
+
+
+@pytest.mark.parametrize(
+    ("refused", "message"),
+    [
+        (lambda: check.check_counts(a=1, b=0), "b=0: the number of neurons must be at least 1"),
+        (lambda: check.check_pairs("n", 3, "it"), "n=3: it has as many neurons for each sign; "),
+        (lambda: check.check_pairs("n", 0, "it"), "n=0: it has as many neurons for each sign; "),
+        (lambda: check.check_seed("s", -1), "s=-1: a seed must be from 0 to 4294967295"),
+        (lambda: check.check_seed("s", 2**32), "s=4294967296: a seed must be from 0 to "),
+        (lambda: check.check_filters(a=0.1, b=1.0), "b=1: a filter must be above 0 and below 1 s"),
+        (lambda: check.check_filters(b=float("nan")), "b=nan: a filter must be above 0 and "),
+        (lambda: check.check_rates(r=(0.0, 5.0)), "r=(0, 5): firing rates in Hz must be above 0"),
+        (lambda: check.check_rates(r=(5.0, 4.0)), "r=(5, 4): firing rates in Hz must be above 0"),
+    ],
+)
+def test_what_cannot_be_is_refused(refused, message):
+    with pytest.raises(UsageError) as caught:
+        refused()
+    assert str(caught.value).startswith(message)
+
+
+def test_bounds_themselves_are_taken():
+    check.check_counts(a=1)
+    check.check_pairs("n", 2, "it")
+    check.check_seed("s", 0)
+    check.check_seed("s", 2**32 - 1)
+    check.check_filters(a=1e-6, b=0.999)
+    check.check_rates(r=(5.0, 5.0))
