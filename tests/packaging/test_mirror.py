@@ -48,7 +48,6 @@ IN_RUNS = {
 
 ELSEWHERE = {
     "backends/board/link.py": "backends/board/test_opening.py",
-    "backends/float_simulator.py": "backends/test_reference.py",
     "backends/softcore/simulation.py": "backends/softcore/test_chip.py",
     "spikeport/reading/archive.py": "networks/loading/test_archives.py",
     "networks/spa_selection.py": "networks/test_action_selection.py",
