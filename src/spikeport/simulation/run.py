@@ -1,5 +1,6 @@
 """A network on a backend, and beside it in float Nengo."""
 
+import functools
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -99,7 +100,7 @@ def run(
     DoesNotFitError, CompileError
         If the network cannot be put on the chip.
     BackendError
-        If the network raises an error in a step.
+        If the network raises an error in a step, or before the first.
     """
     backend = registry.get(options.backend).name
     probes = probes_by_name(network)
@@ -149,7 +150,8 @@ def _opened(
     network: nengo.Network, options: RunOptions, backend: str, progress: Progress
 ) -> Simulator:
     """Return the network in a simulator; float Nengo runs it as it was written, without passes."""
-    return Simulator(
+    make = functools.partial(
+        Simulator,
         network,
         chip=options.chip,
         backend=backend,
@@ -160,6 +162,7 @@ def _opened(
         counts=None if backend == FLOAT else options.counts,
         link=options.link,
     )
+    return attempt(f"before step 1 on {backend}", make)
 
 
 def _advance(sim: Simulator, steps: int, what: str, progress: Progress) -> None:

@@ -57,6 +57,18 @@ def test_a_step_that_raises_is_named(network):
         run(network(), RunOptions(steps=1, backend="chip"))
 
 
+class Failing(nengo.Process):
+    def make_step(self, *_arguments):
+        raise ZeroDivisionError
+
+
+@pytest.mark.parametrize("backend", ["native", "reference"])
+def test_a_process_that_cannot_begin_is_named(network, backend):
+    net = network(Failing(default_size_out=1))
+    with pytest.raises(BackendError, match=f"^before step 1 on {backend}: the network raised Zero"):
+        run(net, RunOptions(steps=10, backend=backend))
+
+
 class Counter:
     """A callable with a state."""
 
