@@ -8,9 +8,9 @@ import numpy as np
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.deliveries import synapses_of
 from spikeport.compile.image.tables import part
+from spikeport.constants import DECAY_UNITS
 
 ALIKE = ("bias", "decay_u", "decay_v", "vth", "refract_delay")
-ONE = 4096  # decays are in 1/4096
 
 
 def duplicated(image: ChipImage) -> np.ndarray:
@@ -53,9 +53,9 @@ def silenced(image: ChipImage) -> np.ndarray:
         positive = np.maximum(image.synapses.weight[synapses.number], 0).astype(most.dtype)
         positive[(positive > 0) & unbounded[synapses.source]] = np.inf
         np.add.at(most, synapses.target, positive)
-    current = most * ONE / (image.compartments.decay_u + 1.0) + image.compartments.bias
+    current = most * DECAY_UNITS / (image.compartments.decay_u + 1.0) + image.compartments.bias
     with np.errstate(divide="ignore", invalid="ignore"):
-        voltage = np.where(current > 0, current * ONE / image.compartments.decay_v, 0)
+        voltage = np.where(current > 0, current * DECAY_UNITS / image.compartments.decay_v, 0)
     result: np.ndarray = (voltage <= image.compartments.vth) & _ordinary(image)
     return result
 

@@ -37,7 +37,7 @@ RELAYED, TO_TARGET = 70, 25
 """Bytes of a weight to a neuron that relays decoded values, and of one from it."""
 EVALUATION = 36
 """Bytes of an evaluation point and neuron while decoders are solved: matrices of activities."""
-RELAYS = 20
+DECODE_NEURONS = 20
 """The neurons that relay a dimension from ensemble to ensemble: nengo-loihi's decode neurons."""
 KERNELS, PER_KERNEL = 16, 128
 """The copies of a convolution's kernel that are stored: so many, cut at borders and by strides, and
@@ -118,7 +118,7 @@ def _of_connection(connection: nengo.Connection) -> Iterator[float]:
         yield PLAIN + WEIGHT * pre.n_neurons * post.n_neurons
         return
     host = isinstance(post, nengo.Node) and post.output is not None
-    relays = (2 if host else RELAYS) * connection.size_out
+    relays = (2 if host else DECODE_NEURONS) * connection.size_out
     yield DECODED + COMPARTMENT * relays + RELAYED * relays * pre.n_neurons
     target = base(post)
     if isinstance(target, nengo.Ensemble):

@@ -11,7 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from nengo_loihi.block import LoihiBlock, SynapseConfig
 
-ONE = 4096  # decays are in 1/4096
+from spikeport.constants import DECAY_UNITS
+
 ROUNDED = ("vth", "decay_u", "decay_v")
 """Constants of neurons that the discretiser rounds, beside the bias."""
 
@@ -74,8 +75,8 @@ def restored_block(wanted: BlockValues, block: LoihiBlock) -> BlockValues:
     weights = [w / scale[i] for w, i in zip(_integers(block), wanted.indices, strict=True)]
     neurons = wanted.neurons._replace(
         vth=comp.vth / info["v_scale"],
-        decay_u=(comp.decay_u + 1) / ONE,  # the chip adds 1
-        decay_v=comp.decay_v / ONE,
+        decay_u=(comp.decay_u + 1) / DECAY_UNITS,  # the chip adds 1
+        decay_v=comp.decay_v / DECAY_UNITS,
     )
     return BlockValues(comp.bias / info["b_scale"], weights, wanted.indices, neurons)
 

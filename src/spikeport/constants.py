@@ -12,5 +12,8 @@ MOST_POINTS = 100_000
 LARGEST_SEED = 2**32 - 1
 """The largest seed of NumPy's random states."""
 
+DECAY_UNITS = 4096
+"""A chip's decay of a current or voltage is a number of so many parts."""
+
 BITS_PER_KIB = 8 * 1024
 """Bits of a KiB: memories of chips are counted in bits, and shown in KiB."""

@@ -12,11 +12,8 @@ from nengo.dists import Choice, Distribution
 from nengo.neurons import NeuronType
 from nengo.params import IntParam, NdarrayParam
 
-from spikeport.constants import DT_S
+from spikeport.constants import DECAY_UNITS, DT_S
 from spikeport.errors import UsageError
-
-STEPS = 4096
-"""The parts of a step's current or voltage that the chip can let decay: 12 bits."""
 
 UNIT = 64
 """Thresholds and weights are multiples of this."""
@@ -210,8 +207,8 @@ def chip_decays(
     current_decay: np.ndarray | float, voltage_decay: np.ndarray | float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the decays that the chip has for these, in 1/4096; a current's are above 0."""
-    current = np.clip(np.round(np.asarray(current_decay) * STEPS), 1, STEPS)
-    voltage = np.clip(np.floor(np.asarray(voltage_decay) * STEPS + 0.5), 0, STEPS - 1)
+    current = np.clip(np.round(np.asarray(current_decay) * DECAY_UNITS), 1, DECAY_UNITS)
+    voltage = np.clip(np.floor(np.asarray(voltage_decay) * DECAY_UNITS + 0.5), 0, DECAY_UNITS - 1)
     return current.astype(int), voltage.astype(int)
 
 

@@ -24,13 +24,11 @@ from spikeport.atomic import atomic_path
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.deliveries import synapses_of
 from spikeport.compile.image.tables import part
+from spikeport.constants import DECAY_UNITS
 from spikeport.errors import UsageError
 from spikeport.extras import missing
 
-ONE = 4096
-"""Decays are in parts of this."""
-
-NO_DECAY = ONE**2
+NO_DECAY = DECAY_UNITS**2
 """Steps of a time constant that stands for none: of 12 bits of decay, it leaves no bit."""
 
 ENTRIES = 2**27
@@ -106,8 +104,8 @@ class _Exporter:
 
     def _block(self, block: int) -> Any:
         mine, of = part(self._image.blocks.start, block), self._image.compartments
-        current = (of.decay_u[mine] + 1) / ONE  # the chip adds 1
-        voltage = np.where(of.decay_v[mine] > 0, of.decay_v[mine] / ONE, 1 / NO_DECAY)
+        current = (of.decay_u[mine] + 1) / DECAY_UNITS  # the chip adds 1
+        voltage = np.where(of.decay_v[mine] > 0, of.decay_v[mine] / DECAY_UNITS, 1 / NO_DECAY)
         values = {
             "tau_syn": self._dt_s / current,
             "tau_mem": self._dt_s / voltage,
