@@ -4,10 +4,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from spikeport.constants import DECAY_UNITS
 from spikeport.networks.loading.nir.network import NirNetwork
 from spikeport.networks.loading.nir.populations import Folded, Population
 from spikeport.networks.loading.nir.units import all_parts
-from spikeport.neurons import STEPS, chip_decays
+from spikeport.neurons import chip_decays
 
 LOWEST = 2**23
 """Units below zero at which the chip's voltage ends."""
@@ -53,10 +54,10 @@ def _rounding(one: Population) -> Iterator[str]:
         chip_decays(of.current_decay, of.voltage_decay),
         strict=True,
     ):
-        error = np.abs(rounded / STEPS - decay) / np.maximum(decay, 1 / STEPS)
+        error = np.abs(rounded / DECAY_UNITS - decay) / np.maximum(decay, 1 / DECAY_UNITS)
         if error.max() > 0:
             yield (
-                f"{name} decays by {_range(rounded)}/{STEPS} a step, up to {error.max():.2%} off, "
+                f"{name} decays by {_range(rounded)}/{DECAY_UNITS} a step, up to {error.max():.2%} off, "
                 "and rounds towards 0"
             )
         if (n_decays := len(np.unique(decay))) > 1:

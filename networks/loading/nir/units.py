@@ -24,8 +24,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy import sparse
 
+from spikeport.constants import DECAY_UNITS
 from spikeport.networks.loading.nir.populations import Population
-from spikeport.neurons import MANTISSA, STEPS, UNIT, chip_decays, weight_step
+from spikeport.neurons import MANTISSA, UNIT, chip_decays, weight_step
 from spikeport.reading.mismatch import MismatchError
 
 INPUT, CURRENT = 2.0**21, 2.0**23
@@ -216,7 +217,7 @@ def _correction(bias: np.ndarray, current_decay: np.ndarray, n_parts: int) -> np
         step = weight_step(np.abs(part.data).max())
         rounded += np.round(part.toarray().ravel() / step) * step
     decay, _ = chip_decays(current_decay, 0.0)
-    result: np.ndarray = np.round(bias / current_decay - rounded / (decay / STEPS))
+    result: np.ndarray = np.round(bias / current_decay - rounded / (decay / DECAY_UNITS))
     return result
 
 
