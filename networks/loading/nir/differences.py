@@ -57,8 +57,8 @@ def _rounding(one: Population) -> Iterator[str]:
         error = np.abs(rounded / DECAY_UNITS - decay) / np.maximum(decay, 1 / DECAY_UNITS)
         if error.max() > 0:
             yield (
-                f"{name} decays by {_range(rounded)}/{DECAY_UNITS} a step, up to {error.max():.2%} off, "
-                "and rounds towards 0"
+                f"{name} decays by {_range(rounded)}/{DECAY_UNITS} a step, up to "
+                f"{error.max():.2%} off, and rounds towards 0"
             )
         if (n_decays := len(np.unique(decay))) > 1:
             yield f"{n_decays} {name} decays; each is a profile of its core"
