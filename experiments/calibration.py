@@ -81,6 +81,14 @@ def no_neurons(calibrated: bool | str, what: str, cure: str) -> UsageError:
     )
 
 
+def is_calibration(path: Path) -> bool:
+    """Return whether a file is a calibration, of whatever it was made for."""
+    try:
+        return MADE_FOR in npz.read(path)
+    except MismatchError:
+        return False
+
+
 def load(path: Path, wanted: Mapping[str, object]) -> DecoderCalibration:
     """Read a calibration that `DecoderCalibration.save` wrote.
 

@@ -18,8 +18,19 @@ def is_leftover(path: Path) -> bool:
     return path.name.startswith(".") and PART in path.suffixes
 
 
-def check_output(option: str, path: Path, *reads: Path) -> None:
-    """Refuse an output path that is no file, or one that the command reads.
+def check_output(option: str, path: Path, *reads: Path, suffix: str = "") -> None:
+    """Refuse an output path that is no file, one that the command reads, or one of another kind.
+
+    Parameters
+    ----------
+    option : str
+        The option that gave the path, for messages.
+    path : Path
+        The path.
+    *reads : Path
+        The files that the command reads.
+    suffix : str
+        The end of names of its kind, such as ``.html``: what is there has this, or none.
 
     Raises
     ------
@@ -33,6 +44,8 @@ def check_output(option: str, path: Path, *reads: Path) -> None:
             raise UsageError(
                 f"{option} {path}: would replace what the command reads; choose another"
             )
+    if suffix and path.exists() and path.suffix not in ("", suffix):
+        raise UsageError(f"{option} {path}: is there, and no {suffix} file; choose another")
 
 
 @contextlib.contextmanager

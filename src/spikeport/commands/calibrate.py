@@ -12,6 +12,7 @@ from spikeport.commands.progress import progress_bar
 from spikeport.commands.run import check_target, seconds_of
 from spikeport.errors import UsageError, unknown
 from spikeport.experiments import registry
+from spikeport.experiments.calibration import is_calibration
 from spikeport.experiments.options import Experiment, Options
 
 WITHOUT_NEURONS = "analytic"
@@ -65,4 +66,6 @@ def _check(request: CalibrateRequest, experiment: Experiment) -> None:
     if backend not in backends:
         raise unknown(f"backend with neurons of {experiment.name}", backend, backends)
     check_output("--out", request.out)
+    if request.out.exists() and not is_calibration(request.out):
+        raise UsageError(f"--out {request.out}: is there, and no calibration; choose another")
     check_target(request.target)

@@ -32,7 +32,7 @@ class Destinations:
             raise UsageError(f"--out {self.out}: is a file; choose a folder")
         for name, path in (("json", self.json), ("html", self.html)):
             if path is not None:
-                check_output(f"--{name}", path, *reads)
+                check_output(f"--{name}", path, *reads, suffix=f".{name}")
 
     def write_image(self, image: ChipImage) -> None:
         """Write an image to the folder, where there is one."""

@@ -34,7 +34,7 @@ class Change(NamedTuple):
 def run(a: Path, b: Path, html: Path | None = None) -> int:
     """Print what differs, and write it as a page; 1 if anything does, else 0, as ``diff`` does."""
     if html is not None:
-        check_output("--html", html, *map(report_file, (a, b)))
+        check_output("--html", html, *map(report_file, (a, b)), suffix=".html")
     reports = {str(a): read(a), str(b): read(b)}
     found = changes(reports[str(a)], reports[str(b)])
     if html is not None:

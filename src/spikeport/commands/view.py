@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from spikeport.atomic import check_output
 from spikeport.errors import UsageError
 from spikeport.experiments import run_folder, watching
 from spikeport.experiments.registry import imported
@@ -27,6 +28,8 @@ def run(folder: Path, out: Path | None, live: bool = False) -> None:
     MissingExtraError
         If xarray or MuJoCo is absent.
     """
+    page = out or folder / PAGE
+    check_output("--out", page, suffix=".html")
     if live:
         _watch(folder)
     path = folder / "result.json"
@@ -38,7 +41,6 @@ def run(folder: Path, out: Path | None, live: bool = False) -> None:
             f"{folder}: no finished run{left if states.is_file() else ''}; cure: name a folder "
             "that `run` has written"
         )
-    page = out or folder / PAGE
     # A run of `simulate` has a model in place of an experiment.
     what = result.get("experiment") or result.get("model", "run")
     write(folder / "probes.nc", page, f"{what}: {folder}")

@@ -9,6 +9,7 @@ from spikeport.experiments import registry
 from spikeport.experiments.arm.reach import ReachTrial
 from spikeport.experiments.calibration import DecoderCalibration, load
 from spikeport.experiments.trial import Trial
+from spikeport.networks import walking_policy
 
 FOUND = DecoderCalibration(
     {"experiment": "reach"}, "0123456789abcdef" * 4, {"M1 x": np.ones((300, 4))}
@@ -81,6 +82,20 @@ def test_mistakes_are_told_before_anything_is_measured(
     done = spikeport("calibrate", "reach", "--out", str(path), *options)
     assert done == (2, "", f"error: {message}\n")
     assert (asked, path.exists()) == ([], False)
+
+
+def test_nothing_but_a_calibration_is_replaced(spikeport, asked, tmp_path):
+    policy, script = tmp_path / "policy.npz", tmp_path / "model.py"
+    walking_policy.load().save(policy)
+    script.write_text("print()")
+    for path in (policy, script):
+        before = path.read_bytes()
+        message = f"error: --out {path}: is there, and no calibration; choose another\n"
+        assert spikeport("calibrate", "reach", "--out", str(path)) == (2, "", message)
+        assert path.read_bytes() == before
+    assert asked == []
+    for _ in range(2):
+        assert spikeport("calibrate", "reach", "--out", str(tmp_path / "own.npz")).code == 0
 
 
 def test_a_folder_is_no_file(spikeport, asked, tmp_path):

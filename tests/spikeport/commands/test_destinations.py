@@ -31,6 +31,16 @@ def test_the_network_is_not_replaced_by_its_report(spikeport, net_py, name):
     )
 
 
+@pytest.mark.parametrize(("option", "name"), [("html", "keep.py"), ("json", "page.html")])
+def test_a_file_of_another_kind_is_not_replaced(spikeport, net_py, tmp_path, option, name):
+    path = tmp_path / name
+    path.write_text("mine")
+    done = spikeport("compile", f"{net_py}:make", f"--{option}", path)
+    message = f"--{option} {path}: is there, and no .{option} file; choose another"
+    assert done == (2, "", f"error: {message}\n")
+    assert path.read_text() == "mine"
+
+
 def test_reports_are_not_replaced_by_their_difference(spikeport, net_py, tmp_path):
     spikeport("compile", f"{net_py}:make", "--out", tmp_path)
     report = tmp_path / "report.json"

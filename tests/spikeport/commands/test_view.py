@@ -15,6 +15,12 @@ def test_a_page_is_written_into_the_folder_of_a_run(spikeport, tmp_path):
     assert "simulate: " in (tmp_path / "view.html").read_text()
     assert spikeport("view", tmp_path, "--out", tmp_path / "other.html").code == 0
     assert (tmp_path / "other.html").is_file()
+    for name in ("result.json", "probes.nc"):
+        before = (tmp_path / name).read_bytes()
+        done = spikeport("view", tmp_path, "--out", tmp_path / name)
+        message = f"--out {tmp_path / name}: is there, and no .html file; choose another"
+        assert done == (2, "", f"error: {message}\n")
+        assert (tmp_path / name).read_bytes() == before
 
 
 def test_a_folder_without_a_run_is_refused(spikeport, tmp_path):
