@@ -30,9 +30,9 @@ CHECKED_POINTS = 25
 class DrawSettings(ArmSettings):
     """Settings of the experiment, see `ArmSettings`.
 
-    ``digit`` is what is drawn; ``x_m``, ``y_m``, ``z_m`` the centre of the sheet, ``width_m`` and
-    ``height_m`` its size (`Sheet`). ``recognise`` says whether a classifier reads the drawing: by
-    default where scikit-learn is installed.
+    ``digit`` is what is drawn, 0 to 9; ``x_m``, ``y_m``, ``z_m`` the centre of the upright sheet
+    before the robot, ``width_m`` and ``height_m`` its size (`Sheet`). ``recognise`` says whether a
+    classifier reads the drawing: by default where scikit-learn is installed.
     """
 
     digit: int = 5

@@ -12,12 +12,12 @@ from spikeport.networks.option_checks import check_counts, check_seed
 class ArmSettings:
     """Settings of the controller, and how the robot looks.
 
-    ``preset`` is the size of the controller; ``m1``, ``cb`` and ``s1`` replace its neurons per
-    axis, ensemble and dimension. ``network_seed`` draws the neurons. With ``efference_copy`` CB
-    learns from a copy of M1's torque (`networks.arm`). ``calibrated`` refits the
-    torque's decoders to what the neurons do on the backend (`experiments.arm.calibration`), or
-    takes them from a file that ``spikeport calibrate`` wrote.
-    ``appearance`` is that of the robot in pictures: ``primitive``, or ``menagerie`` for meshes.
+    ``preset`` is the size of the controller, ``lean`` or ``paper``; ``m1``, ``cb`` and ``s1``
+    replace its neurons per axis, ensemble and dimension. ``network_seed`` draws the neurons. With
+    ``efference_copy`` CB learns from a copy of M1's torque (`networks.arm`). ``calibrated`` refits
+    the torque's decoders to what the neurons do on the backend (`experiments.arm.calibration`), or
+    takes them from a file that ``spikeport calibrate`` wrote. ``appearance`` is that of the robot
+    in pictures: ``primitive``, or ``menagerie`` for meshes.
     """
 
     preset: str = "lean"

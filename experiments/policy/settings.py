@@ -71,15 +71,16 @@ class PolicySettings(Perturbation):
     ``policy`` is ``spiking`` for the shipped one, or the file of one that is to be converted in its
     place; ``description`` is the environment's that comes with a foreign one. ``n_neurons`` are
     those of a hidden unit, ``tau_fwd`` and ``tau_out`` the filters between layers and of the
-    action, in s, ``units`` their types, ``solve`` how their weights are found (see
-    `spikeport.networks.policy.PolicyOptions`). ``network_seed`` draws the neurons. ``gait`` is
-    ``calm`` or ``rough`` (`GAITS`): neurons that are made and calibrated for a calm gait do not
-    know what a robot observes that is pushed or on a slope. ``calibrated``
-    fits read-out and trim to what the neurons do on the backend (`experiments.policy.calibration`),
-    or takes them from a file that ``spikeport calibrate`` wrote; where it is false, the policy is
-    as it was converted, as in the paper; ``auto`` fits it on a chip, but not in float, where that
-    takes many minutes. ``appearance`` is that of the robot in pictures: ``primitive``, or
-    ``menagerie`` for meshes. The others are those of `spikeport.robot.perturbation.Perturbation`.
+    action, in s, ``units`` their types (``hybrid``, ``lif``, ``relu`` or ``if``), ``solve`` how
+    their weights are found (``unit`` or ``layer``; see `spikeport.networks.policy.PolicyOptions`).
+    ``network_seed`` draws the neurons. ``gait`` is ``calm`` or ``rough`` (`GAITS`): neurons that
+    are made and calibrated for a calm gait do not know what a robot observes that is pushed or on a
+    slope. ``calibrated`` fits read-out and trim to what the neurons do on the backend
+    (`experiments.policy.calibration`), or takes them from a file that ``spikeport calibrate``
+    wrote; where it is false, the policy is as it was converted, as in the paper; ``auto`` fits it
+    on a chip, but not in float, where that takes many minutes. ``appearance`` is that of the robot
+    in pictures: ``primitive``, or ``menagerie`` for meshes. The others are those of
+    `spikeport.robot.perturbation.Perturbation`.
     """
 
     policies: ClassVar[tuple[str, ...]] = ("spiking",)

@@ -16,11 +16,12 @@ SELECTIONS = ("own", "spa")
 class SwitchSettings(PolicySettings):
     """Settings of the schedule and the controller; see `PolicySettings` for the others.
 
-    ``schedule`` is the name of a shipped one, or a TOML file like ``switch.toml``; ``digit`` is
-    what its drawing phases draw. While the arm is at work, the pelvis is welded to the world if
-    ``anchor`` is set, as in the paper; else the policy goes on, and keeps the robot standing.
-    ``preset`` is the size of the arm's controller. ``selection`` is ``own``, by basal ganglia that
-    the chip can hold, or ``spa``, by nengo_spa's as they are, in float alone.
+    ``schedule`` is a shipped one, ``switch`` or ``free-standing``, or a TOML file like
+    ``switch.toml``; ``digit`` is what its drawing phases draw. While the arm is at work, the pelvis
+    is welded to the world if ``anchor`` is set, as in the paper; else the policy goes on, and keeps
+    the robot standing. ``preset`` is the size of the arm's controller, ``lean`` or ``paper``.
+    ``selection`` is ``own``, by basal ganglia that the chip can hold, or ``spa``, by nengo_spa's as
+    they are, in float alone.
     """
 
     schedule: str = "switch"

@@ -16,7 +16,7 @@ FOLLOWERS = ("spiking", "exact")
 class WalkSettings(PolicySettings):
     """Settings of the path and the controller; see `PolicySettings` for the others.
 
-    ``path`` is a built-in one (`experiments.walk.paths.SHAPES`), walked at ``speed`` m/s, which
+    ``path`` is ``line``, ``s-curve``, ``figure-eight`` or ``loop``, walked at ``speed`` m/s, which
     the reference reaches in ``ramp`` s, or a CSV file with columns ``t_s,x_m,y_m``.
     ``follower`` is ``spiking`` or ``exact``, and obeyed as ``law`` says: ``turn-first``, or
     ``paper`` (see `experiments.walk.approach`). ``policy`` can be ``mlp`` too, the shipped one

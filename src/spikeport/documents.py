@@ -1,7 +1,8 @@
 """Documents that are made from data: ``python -m spikeport.documents docs`` writes them.
 
 ``rules.md`` is the table of rules, ``report.schema.json`` the schema of reports, ``commands.md``
-the help of every command. Tests hold the files to what is written here.
+the help of every command, ``settings.md`` the settings of every experiment. Tests hold the files to
+what is written here.
 """
 
 import json
@@ -12,6 +13,7 @@ from typing import Any
 
 from typer.main import get_command
 
+from spikeport import settings_page
 from spikeport.atomic import write_text
 from spikeport.cli import app
 from spikeport.compile.check.rules import GROUPS, RULES, Rule
@@ -101,6 +103,7 @@ DOCUMENTS: dict[str, Callable[[], str]] = {
     "rules.md": rules,
     "report.schema.json": report_schema,
     "commands.md": commands,
+    "settings.md": settings_page.page,
 }
 
 
