@@ -80,7 +80,10 @@ def _check(file: Path, report: object) -> None:
             "write it again"
         )
     if report["resources"] is None:
-        raise UsageError(f"{file}: the run was on no chip: it has no resources to compare")
+        raise UsageError(
+            f"{file}: the run was on no chip, and only what chips take is "
+            "compared; give runs on a backend with one"
+        )
     for name in report.keys() & PARTS.keys():
         try:
             PARTS[name].validate_python(report[name])

@@ -67,7 +67,10 @@ def test_files_that_are_no_reports_are_refused(spikeport, two, tmp_path):
     assert error(file) == f"{file}: report schema 99, this spikeport reads 2; write it again"
     result = {"schema": RESULT_SCHEMA, "experiment": "reach", "resources": None}
     file.write_text(json.dumps(report | result))
-    assert error(file) == f"{file}: the run was on no chip: it has no resources to compare"
+    assert error(file) == (
+        f"{file}: the run was on no chip, and only what chips take is compared; give runs on a "
+        "backend with one"
+    )
     assert error(tmp_path) == f"{tmp_path}: has neither report.json nor result.json"
 
 

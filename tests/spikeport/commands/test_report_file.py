@@ -48,7 +48,10 @@ def test_a_report_of_another_schema_is_refused(tmp_path, report, known, schema, 
 def test_a_run_on_no_chip_has_nothing_to_compare(tmp_path):
     path = tmp_path / "x.json"
     path.write_text(json.dumps(RUN | {"resources": None}))
-    assert refusal(path) == f"{path}: the run was on no chip: it has no resources to compare"
+    assert refusal(path) == (
+        f"{path}: the run was on no chip, and only what chips take is compared; give runs on a "
+        "backend with one"
+    )
 
 
 def test_what_is_no_json_and_what_is_not_there_are_refused(tmp_path):
