@@ -110,12 +110,17 @@ class Loop(Generic[P]):
     Raises
     ------
     UsageError
-        If the plant's time step is no multiple of the controller's.
+        If the plant's time step is no multiple of the controller's, or ``ports`` is no sequence.
     """
 
     def __init__(
         self, plant: P, ports: Sequence[Port], dt_s: float = DT_S, gate: Port | None = None
     ) -> None:
+        if not isinstance(ports, Iterable):
+            raise UsageError(
+                f"Loop(plant, ports): ports is one {type(ports).__name__}, expected a sequence of "
+                "ports; cure: Loop(plant, [port])"
+            )
         gates = () if gate is None else (gate,)
         self.plant = plant
         self._ports = (*ports, *gates)
@@ -130,6 +135,8 @@ class Loop(Generic[P]):
         places = map(slice, [0, *ends], ends)
         self._places = dict(zip(self._ports, places, strict=True))
         self._observation = np.zeros(self.size_out)
+        self._is_begun = False
+        self._is_connected = False
         self.over = False
 
     def begin(self) -> None:
@@ -147,6 +154,7 @@ class Loop(Generic[P]):
         for port in self._served:
             port.begin()
         self._observe()
+        self._is_begun = True
 
     def step(self, values: np.ndarray) -> np.ndarray:
         """Advance by a step of the controller.
@@ -166,8 +174,14 @@ class Loop(Generic[P]):
         Raises
         ------
         UsageError, DivergedError
-            As `begin`.
+            As `begin`, or if no run was begun.
         """
+        if not self._is_begun:
+            raise UsageError(
+                "the loop has begun no run, so the controller would observe zeros and the ports "
+                "keep an earlier run; cure: call begin() when the plant is where the run starts, "
+                "before the first step"
+            )
         self._tick += 1
         if self._tick % self._ticks == 0:
             # Copied: the array is Nengo's, and ports keep parts of it.
@@ -231,8 +245,13 @@ class Loop(Generic[P]):
         Raises
         ------
         UsageError
-            If there are more or fewer values than those of the ports.
+            If there are more or fewer values than those of the ports, or the loop is connected.
         """
+        if self._is_connected:
+            raise UsageError(
+                "the loop is connected already, and a second controller would step its plant, too; "
+                "cure: name all inputs and outputs in one connect(), or make another Loop"
+            )
         _check_size("inputs take", inputs, sum(node.size_in for node in inputs), self.size_out)
         _check_size("outputs are", outputs, sum(node.size_out for node in outputs), self.size_in)
         plant = nengo.Node(
@@ -246,6 +265,7 @@ class Loop(Generic[P]):
             nengo.Connection(plant[place], node, synapse=None)
         for node, place in _placed(outputs, [node.size_out for node in outputs]):
             nengo.Connection(node, plant[place], synapse=None)
+        self._is_connected = True
         return plant
 
 
@@ -296,7 +316,8 @@ class _Pace:
 def _joined(observed: Sequence[np.ndarray], size: int) -> np.ndarray | None:
     """Return observations one after the other; None if one seems to be wrong."""
     try:
-        joined = np.concatenate(observed)
+        # No complex numbers, whose imaginary parts would be dropped later.
+        joined = np.concatenate(observed, dtype=float, casting="same_kind")
         # NaN and infinity stay in a sum of squares, which takes a third of np.isfinite's time.
         sound = joined.shape == (size,) and math.isfinite(joined.dot(joined))
     except (TypeError, ValueError):
@@ -304,9 +325,14 @@ def _joined(observed: Sequence[np.ndarray], size: int) -> np.ndarray | None:
     return joined if sound else None
 
 
-def _check_observed(port: Port, value: object, time_s: float) -> None:
-    """Refuse what is no array (size_out,) of finite numbers."""
+def _check_observed(port: Port, value: Any, time_s: float) -> None:
+    """Refuse what is no array (size_out,) of finite real numbers."""
     returned, size = f"{type(port).__name__}.observe() returned", port.size_out
+    if np.iscomplexobj(value):  # NumPy would drop the imaginary parts
+        raise UsageError(
+            f"{returned} complex numbers at {time_s:g} s, limit real ones; cure: return real and "
+            "imaginary parts as values of their own"
+        )
     numbers = _numbers(value)
     if numbers is None or numbers.shape != (size,):
         what = shown(value) if numbers is None else f"an array of shape {numbers.shape}"
@@ -335,6 +361,12 @@ def _numbers(value: object) -> np.ndarray | None:
 
 def _ratio(plant_s: float, controller_s: float) -> int:
     """Return how many steps of the controller make one of the plant."""
+    for whose, step_s in (("the plant's dt_s", plant_s), ("dt_s", controller_s)):
+        if not 0 < step_s < math.inf:
+            raise UsageError(
+                f"{whose} is {step_s:g} s, limit above 0 and finite; cure: the length of a step "
+                "in s"
+            )
     ratio = plant_s / controller_s
     if round(ratio) < 1 or abs(ratio - round(ratio)) > ROUNDING * ratio:
         raise UsageError(

@@ -185,6 +185,7 @@ def test_an_observation_that_fits_no_longer_is_refused_by_the_ports_name(
     monkeypatch.setattr(Odd, "found", found)
     if ports == 1:  # nothing to be joined with: other shapes than with two ports are joined
         odd = Loop(odd.plant, [Odd("odd", odd.plant, [])], dt_s=0.004)
+        odd.begin()
     assert refusal(odd.step, np.zeros(odd.size_in)) == (
         f"Odd.observe() returned {named} at 0.008 s, expected an array of shape (2,), as its "
         "size_out says; cure: return a flat array of so many numbers, or change size_out"
@@ -277,6 +278,58 @@ def test_time_steps_that_do_not_fit_are_refused(dt_s):
     assert refusal(Loop, Counter(), [], dt_s) == (
         f"the plant steps every 4 ms, which is no multiple of the controller's {1000 * dt_s:g} ms; "
         "cure: another time step of either"
+    )
+
+
+@pytest.mark.parametrize("dt_s", [0, -0.001, np.nan, np.inf])
+def test_time_steps_that_are_none_are_refused(dt_s):
+    cure = "limit above 0 and finite; cure: the length of a step in s"
+    assert refusal(Loop, Counter(), [], dt_s) == f"dt_s is {dt_s:g} s, {cure}"
+    plant = Counter()
+    plant.dt_s = dt_s
+    assert refusal(Loop, plant, []) == f"the plant's dt_s is {dt_s:g} s, {cure}"
+
+
+def test_a_port_in_place_of_a_sequence_of_ports_is_refused():
+    plant = Counter()
+    assert refusal(Loop, plant, Pusher("one", plant, [])) == (
+        "Loop(plant, ports): ports is one Pusher, expected a sequence of ports; cure: Loop(plant, "
+        "[port])"
+    )
+
+
+def test_a_second_controller_is_refused(made):
+    loop, *_ = made
+    with nengo.Network():
+        inputs, outputs = nengo.Node(size_in=5), nengo.Node(size_in=5)
+        loop.connect([inputs], [outputs])
+        assert refusal(loop.connect, [inputs], [outputs]) == (
+            "the loop is connected already, and a second controller would step its plant, too; "
+            "cure: name all inputs and outputs in one connect(), or make another Loop"
+        )
+
+
+@pytest.mark.parametrize("backend", ["native", "reference"])
+def test_a_step_of_a_run_that_was_not_begun_is_refused(backend):
+    loop = counting(0.001)
+    assert refusal(loop.step, np.zeros(2)).startswith("the loop has begun no run, so ")
+    with Simulator(connected(loop), backend=backend) as sim:
+        assert "cure: call begin() when" in refusal(sim.step)
+    loop.begin()
+    assert loop.step(np.zeros(2)).tolist() == [0]
+
+
+@pytest.mark.parametrize("ports", [1, 2])
+def test_complex_observations_are_refused_and_bools_taken_for_numbers(odd, monkeypatch, ports):
+    if ports == 1:
+        odd = Loop(odd.plant, [Odd("odd", odd.plant, [])], dt_s=0.004)
+        odd.begin()
+    monkeypatch.setattr(Odd, "found", np.array([True, False]))
+    assert odd.step(np.zeros(odd.size_in))[:2].tolist() == [1, 0]
+    monkeypatch.setattr(Odd, "found", np.array([1j, 0]))
+    assert refusal(odd.step, np.zeros(odd.size_in)) == (
+        "Odd.observe() returned complex numbers at 0.012 s, limit real ones; cure: return real and "
+        "imaginary parts as values of their own"
     )
 
 

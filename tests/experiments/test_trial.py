@@ -25,6 +25,7 @@ class Push(Port):
 def test_a_rig_films_what_its_ports_do():
     plant, push = Plant(), Push()
     rig = Rig(plant, [push], 0.005)
+    rig.loop.begin()
     rig.loop.step(np.array([3.0]))
     rig.loop.step(np.array([4.0]))
     assert push.driven == [[3.0], [4.0]]
