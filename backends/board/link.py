@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from spikeport.errors import UsageError
+from spikeport.key_values import check_fields
 
 if TYPE_CHECKING:
     from spikeport.backends.board.address import Certificates
@@ -27,11 +28,16 @@ class LinkOptions:
     faults : tuple of str
         A plan of faults for the stub, see `spikeport.backends.board.faults`.
     record : Path, optional
-        A file to record the session in.
+        A file to record the session in; a text becomes a path.
     replay : Path, optional
-        A record that the backend ``replay`` plays back.
+        A record that the backend ``replay`` plays back; a text becomes a path.
     certificates : Certificates, optional
         Files of TLS.
+
+    Raises
+    ------
+    UsageError
+        If a value has another type.
     """
 
     board: str = STUB
@@ -41,6 +47,21 @@ class LinkOptions:
     record: Path | None = None
     replay: Path | None = None
     certificates: "Certificates | None" = None
+
+    def __post_init__(self) -> None:
+        """Check the types of values."""
+        check_fields(self, "LinkOptions: ")
+        if isinstance(self.faults, str):  # a sequence, too, of letters
+            raise UsageError(
+                f"LinkOptions: faults={self.faults!r}: is one text, expected a sequence of them; "
+                f"cure: faults=({self.faults!r},)"
+            )
+        for name in ("record", "replay"):
+            path = getattr(self, name)
+            if isinstance(path, str):
+                object.__setattr__(self, name, Path(path))
+            elif not isinstance(path, Path | None):
+                raise UsageError(f"LinkOptions: {name}={path!r}: is no path; cure: name a file")
 
 
 OWN_STUB = LinkOptions()

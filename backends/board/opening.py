@@ -5,6 +5,7 @@ from pathlib import Path
 
 from spikeport.backends.board.address import Address, client_context, connect
 from spikeport.backends.board.chip import BoardChip
+from spikeport.backends.board.faults import FAULTS
 from spikeport.backends.board.line import SocketLine
 from spikeport.backends.board.link import STUB, LinkOptions
 from spikeport.backends.board.record import SessionRecorder
@@ -36,6 +37,8 @@ def check(link: LinkOptions) -> None:
     UsageError
         If they do not go together, or one is wrong.
     """
+    for text in link.faults:
+        FAULTS.parse(text)
     if link.board != STUB:
         if link.faults:
             raise UsageError("--fault is for the stub: a board has faults of its own")

@@ -5,7 +5,6 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 from spikeport.backends.board.address import Certificates
-from spikeport.backends.board.faults import FAULTS
 from spikeport.backends.board.link import LinkOptions, record_of
 from spikeport.backends.board.opening import check, recorder_at
 from spikeport.backends.board.record import Record
@@ -37,8 +36,6 @@ def link_options(link: Link, tls: Tls, backend: str) -> LinkOptions:
         certificates=certificates(tls),
     )
     _check_backend(link, tls, backend)
-    for text in asked.faults:
-        FAULTS.parse(text)
     if backend == "board":
         check(asked)
     if asked.record is not None:

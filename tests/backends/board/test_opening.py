@@ -71,10 +71,12 @@ def test_a_stub_that_is_cut_ends_the_run(
         ("board", {"board": "x"}, UsageError, "write unix:PATH or tcp://HOST:PORT"),
         ("board", {"board": "unix:/nowhere/x"}, BackendError, "no connection"),
         ("board", {"board": "unix:/x", "faults": ("cut@1",)}, UsageError, "is for the stub"),
+        ("board", {"faults": ("nonsense@1",)}, UsageError, "'nonsense@1': write KIND@STEP"),
         ("board", {"certificates": FILES}, UsageError, "are for a board at the end of tcp"),
         ("board", {"record": Path("/dev/null/x")}, UsageError, "--record /dev/null/x: File exists"),
         ("replay", {}, UsageError, "name it, --replay FILE"),
         ("replay", {"replay": Path("/nowhere/x")}, BackendError, "/nowhere/x: no such file"),
+        ("replay", {"replay": "/nowhere/x"}, BackendError, "/nowhere/x: no such file"),
     ],
 )
 def test_links_that_are_none_are_refused(
@@ -86,6 +88,29 @@ def test_links_that_are_none_are_refused(
 ) -> None:
     with pytest.raises(error, match=reason):
         data(*network, backend, **link)
+
+
+def test_texts_are_paths() -> None:
+    assert LinkOptions(record="a", replay="b") == LinkOptions(record=Path("a"), replay=Path("b"))
+
+
+@pytest.mark.parametrize(
+    ("link", "reason"),
+    [
+        (
+            {"faults": "loss:0.1"},
+            "faults='loss:0.1': is one text, expected a sequence of them; cure: "
+            "faults=('loss:0.1',)",
+        ),
+        ({"record": 3}, "record=3: is no path; cure: name a file"),
+        ({"hold": "5"}, "hold=5: input should be a valid integer"),
+        ({"board": Path("x")}, "board=x: input should be a valid string"),
+    ],
+)
+def test_options_of_another_type_are_refused(link: dict[str, object], reason: str) -> None:
+    with pytest.raises(UsageError) as caught:
+        LinkOptions(**link)
+    assert str(caught.value) == f"LinkOptions: {reason}"
 
 
 class GoneLine:
