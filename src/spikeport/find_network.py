@@ -60,7 +60,7 @@ def find_network(
     """
     with watched(spec, timeout_s):
         if spec in BUILT_IN:
-            return _built_in(spec, pairs, chip, passes)
+            return built_in(spec, pairs, chip, passes)
         if spec.endswith(".nir"):
             return _graph(spec, pairs)
         from spikeport.compile.loihi.numpy1 import numpy1_semantics_without_turns
@@ -144,7 +144,14 @@ def _made(make: Callable[..., object], spec: str, pairs: list[str]) -> nengo.Net
     return network
 
 
-def _built_in(spec: str, pairs: list[str], chip: str, passes: str | None) -> nengo.Network:
+def built_in(spec: str, pairs: list[str], chip: str, passes: str | None = None) -> nengo.Network:
+    """Build a built-in network as `find_network`, whose time is not watched.
+
+    Raises
+    ------
+    UsageError
+        If a setting is unknown or wrong.
+    """
     experiment = _experiment(spec)
     chosen = experiment.settings(
         **key_values.parse(pairs, experiment.settings, f"network '{spec}'")

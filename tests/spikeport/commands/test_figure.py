@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from matplotlib.figure import Figure
 
 from spikeport.commands import figure, sweep
 from spikeport.commands.options import RunOptions, Target, Workers
@@ -128,6 +129,16 @@ def test_a_figure_without_a_run_takes_no_options_of_runs(spikeport, asked, optio
         "--overwrite; cure: leave the others out\n",
     )
     assert not (tmp_path / "out").exists()
+
+
+def test_no_option_that_a_figure_has_not_is_said_to_end_it(spikeport, monkeypatch, tmp_path):
+    monkeypatch.setattr("spikeport.build_timer.NOTICE_S", 0.0)
+    monkeypatch.setattr(
+        "spikeport.experiments.switch.overview.overview_figure", lambda _network: Figure()
+    )
+    out = tmp_path / "out"
+    done = spikeport("figure", "overview", "--set", "n_neurons=2", "--out", out)
+    assert done == (0, f"written: {out}/ (figure.png)\n", "")
 
 
 def test_an_unknown_figure_lists_those_there_are(spikeport):
