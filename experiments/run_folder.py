@@ -61,10 +61,13 @@ def opened(out: Path | None, experiment: str, overwrite: bool = False) -> Iterat
         # Two runs that start in the same second must not share the folder neither asked for.
         folder.mkdir(parents=True, exist_ok=out is not None)
     except OSError as error:
-        raise UsageError(f"{folder}: cannot be made ({error.strerror})") from None
+        raise UsageError(
+            f"{folder}: cannot be made ({error.strerror}); choose another --out"
+        ) from None
     with locked(folder):
+        # Before the block whose end removes files: where nothing can be written, that fails, too.
+        _check_free(folder, overwrite)
         try:
-            _check_free(folder, overwrite)
             yield folder
         finally:
             for name in (REQUEST, SO_FAR):

@@ -1,6 +1,7 @@
 """Files that are there whole or not at all, and folders that one process writes at a time."""
 
 import contextlib
+import errno
 import fcntl
 import os
 import secrets
@@ -11,6 +12,11 @@ from spikeport.errors import UsageError
 
 PART = ".part"
 """The ending of a file that is not yet whole; only an interrupted program leaves one behind."""
+ELSEWHERE = (
+    *(errno.EROFS, errno.EACCES, errno.EPERM),
+    *(errno.EEXIST, errno.ENOTDIR, errno.ENAMETOOLONG),
+)
+"""Errors of making a file that another place for it cures; a full disk has other cures, too."""
 
 
 def is_leftover(path: Path) -> bool:
@@ -19,7 +25,10 @@ def is_leftover(path: Path) -> bool:
 
 
 def check_output(option: str, path: Path, *reads: Path, suffix: str = "") -> None:
-    """Refuse an output path that is no file, one that the command reads, or one of another kind.
+    """Refuse an output path that cannot be written, or where something else would be replaced.
+
+    A path is refused that is no file, that the command reads, that is of another kind, or whose
+    folder cannot be written into.
 
     Parameters
     ----------
@@ -46,6 +55,25 @@ def check_output(option: str, path: Path, *reads: Path, suffix: str = "") -> Non
             )
     if suffix and path.exists() and path.suffix not in ("", suffix):
         raise UsageError(f"{option} {path}: is there, and no {suffix} file; choose another")
+    check_folder(option, path, path.parent)
+
+
+def check_folder(option: str, path: Path, folder: Path) -> None:
+    """Refuse an output path whose folder cannot be written into, or made.
+
+    Raises
+    ------
+    UsageError
+        Naming option, path, and the folder that is there.
+    """
+    # The nearest one that is there, by os.path, which is false of one that cannot be looked at.
+    there = next((one for one in (folder, *folder.parents) if os.path.exists(one)), folder)
+    if os.path.exists(there) and not os.path.isdir(there):
+        raise UsageError(f"{option} {path}: {there} is no folder; choose another")
+    if not os.access(there, os.W_OK | os.X_OK):
+        raise UsageError(
+            f"{option} {path}: the folder {there} cannot be written into; choose another"
+        )
 
 
 @contextlib.contextmanager
@@ -58,12 +86,21 @@ def atomic_path(path: Path) -> Iterator[Path]:
     Raises
     ------
     UsageError
-        If a folder, a pipe or a device is there: renaming would remove a device for everybody.
+        If a folder, a pipe or a device is there: renaming would remove a device for everybody; or
+        if nothing can be written there.
     """
     if path.exists() and not path.is_file():
         raise UsageError(f"{path}: is not a file that can be replaced; choose another")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = _made_anew(path)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        temporary = _made_anew(path)
+    except OSError as error:
+        if error.errno in ELSEWHERE:
+            raise UsageError(
+                f"{path}: cannot be written ({error.strerror}); choose another place"
+            ) from None
+        error.filename = str(path)
+        raise
     try:
         yield temporary
         with open(temporary, "rb") as file:
@@ -72,7 +109,9 @@ def atomic_path(path: Path) -> Iterator[Path]:
             os.fsync(file.fileno())
         os.replace(temporary, path)
     except OSError as error:
-        error.filename = error.filename or str(path)  # a full disk is reported without one
+        # A full disk is reported without one, others with a name that the user never gave.
+        if error.filename in (None, str(temporary), temporary):
+            error.filename = str(path)
         raise
     finally:
         temporary.unlink(missing_ok=True)

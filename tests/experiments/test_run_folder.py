@@ -1,4 +1,6 @@
+import errno
 import json
+import os
 import platform
 import subprocess
 import sys
@@ -63,7 +65,21 @@ def test_a_folder_of_its_own_is_never_shared(tmp_path, monkeypatch):
     monkeypatch.setattr(run_folder, "datetime", SameSecond)
     with pytest.raises(UsageError) as caught, run_folder.opened(None, "reach"):
         pass
-    assert str(caught.value) == f"{first}: cannot be made (File exists)"
+    assert str(caught.value) == f"{first}: cannot be made (File exists); choose another --out"
+
+
+def test_a_folder_that_cannot_be_written_to_is_said_to_be_so(tmp_path, monkeypatch):
+    """On a file system for reading alone, removing what is not there fails, too."""
+    (tmp_path / "result.json").write_text("{}")
+
+    def read_only(path, *_, **__):
+        raise OSError(errno.EROFS, os.strerror(errno.EROFS), str(path))
+
+    monkeypatch.setattr(Path, "unlink", read_only)
+    monkeypatch.setattr(os, "access", lambda _, mode, **__: not mode & os.W_OK)
+    with pytest.raises(UsageError) as caught, run_folder.opened(tmp_path, "reach", overwrite=True):
+        pass
+    assert str(caught.value) == f"{tmp_path}: cannot be written to; choose another --out"
 
 
 def test_a_run_is_kept_unless_it_may_be_overwritten(tmp_path):

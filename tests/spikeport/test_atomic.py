@@ -6,7 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from spikeport.atomic import atomic_path, locked, write_text
+from spikeport.atomic import atomic_path, check_output, locked, write_text
 from spikeport.errors import UsageError
 
 
@@ -76,6 +76,60 @@ def test_a_full_disk_leaves_the_old_file_and_names_it(tmp_path, monkeypatch, ste
     assert caught.value.filename == str(path)
     assert path.read_text() == "old"
     assert names(tmp_path) == ["a.txt"]
+
+
+def test_where_nothing_can_be_written_the_users_path_and_a_cure_are_named(tmp_path, monkeypatch):
+    def read_only(path, *_):
+        raise OSError(errno.EROFS, os.strerror(errno.EROFS), str(path))
+
+    monkeypatch.setattr(os, "open", read_only)
+    with pytest.raises(UsageError) as caught:
+        write_text(tmp_path / "a.txt", "new")
+    assert str(caught.value) == (
+        f"{tmp_path / 'a.txt'}: cannot be written (Read-only file system); choose another place"
+    )
+
+
+def test_a_file_is_no_folder_for_another(tmp_path):
+    (tmp_path / "file").touch()
+    with pytest.raises(UsageError) as caught:
+        write_text(tmp_path / "file" / "a.txt", "new")
+    assert str(caught.value) == (
+        f"{tmp_path}/file/a.txt: cannot be written (File exists); choose another place"
+    )
+
+
+@pytest.mark.parametrize("function", ["open", "write"])
+def test_an_error_of_the_half_written_file_names_the_whole_one(tmp_path, monkeypatch, function):
+    path = tmp_path / "a.txt"
+
+    def write(temporary):
+        raise OSError(errno.EIO, "broken", *([str(temporary)] if function == "open" else []))
+
+    with pytest.raises(OSError, match="broken") as caught, atomic_path(path) as temporary:
+        write(temporary)
+    assert caught.value.filename == str(path)
+
+
+def test_an_output_is_refused_before_the_work_if_its_folder_cannot_be_written_into(
+    tmp_path, monkeypatch
+):
+    def refusal(path):
+        with pytest.raises(UsageError) as caught:
+            check_output("--out", path)
+        return str(caught.value)
+
+    new = tmp_path / "new" / "folder" / "a.txt"
+    check_output("--out", new)
+    assert names(tmp_path) == []
+    (tmp_path / "file").touch()
+    below = tmp_path / "file" / "a.txt"
+    assert refusal(below) == (f"--out {below}: {tmp_path}/file is no folder; choose another")
+    # Not by chmod: root may write anywhere.
+    monkeypatch.setattr(os, "access", lambda _, mode, **__: not mode & os.W_OK)
+    assert refusal(new) == (
+        f"--out {new}: the folder {tmp_path} cannot be written into; choose another"
+    )
 
 
 def test_a_folder_is_not_replaced(tmp_path):

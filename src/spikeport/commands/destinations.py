@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from spikeport.atomic import check_output
+from spikeport.atomic import check_folder, check_output
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.report.report import Json
 from spikeport.errors import UsageError
@@ -30,6 +30,8 @@ class Destinations:
         """Say what cannot be written, or is read, before the work, not after it."""
         if self.out is not None and self.out.exists() and not self.out.is_dir():
             raise UsageError(f"--out {self.out}: is a file; choose a folder")
+        if self.out is not None:
+            check_folder("--out", self.out, self.out)
         for name, path in (("json", self.json), ("html", self.html)):
             if path is not None:
                 check_output(f"--{name}", path, *reads, suffix=f".{name}")

@@ -78,10 +78,15 @@ def write(probes: Path, path: Path, title: str) -> None:
 
 @contextmanager
 def _readable(path: Path) -> Iterator[None]:
-    """Refuse time series that cannot be read, or are not those of a run."""
+    """Refuse time series that cannot be read, or are not those of a run; the page is no cause."""
     try:
         yield
     except UsageError:
         raise
-    except (MismatchError, OSError, *MALFORMED) as error:
+    except OSError as error:
+        # One that names another file is of writing it.
+        if error.filename is not None and not Path(error.filename).is_relative_to(path):
+            raise
+        raise UsageError(f"{path}: cannot be read ({shown(error)})") from None
+    except (MismatchError, *MALFORMED) as error:
         raise UsageError(f"{path}: cannot be read ({shown(error)})") from None

@@ -1,6 +1,7 @@
 """The places that a compile writes to."""
 
 import json
+import os
 
 import pytest
 
@@ -19,6 +20,20 @@ def test_a_file_is_no_folder_to_write_into(tmp_path):
     (tmp_path / "out").write_text("")
     with pytest.raises(UsageError, match="is a file; choose a folder"):
         Destinations(out=tmp_path / "out", json=None).check()
+
+
+@pytest.mark.parametrize("option", ["out", "json"])
+def test_a_folder_that_cannot_be_written_into_is_refused_before_the_work(
+    tmp_path, monkeypatch, option
+):
+    # Not by chmod: root may write anywhere.
+    monkeypatch.setattr(os, "access", lambda _, mode, **__: not mode & os.W_OK)
+    path = tmp_path / "new.json"
+    with pytest.raises(UsageError) as caught:
+        Destinations(**{"out": None, "json": None, option: path}).check()
+    assert str(caught.value) == (
+        f"--{option} {path}: the folder {tmp_path} cannot be written into; choose another"
+    )
 
 
 @pytest.mark.parametrize("name", ["", ":make"])

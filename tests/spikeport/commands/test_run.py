@@ -90,11 +90,12 @@ def test_a_time_that_cannot_be_simulated_is_refused(spikeport, tmp_path, seconds
 def test_out_that_is_a_file_is_refused(spikeport, tmp_path):
     out = tmp_path / "file"
     out.write_text("mine")
+    cure = "choose another --out"
     done = spikeport(*ANALYTIC, "--out", out, "--overwrite")
-    assert done == (2, "", f"error: {out}: cannot be made (File exists)\n")
+    assert done == (2, "", f"error: {out}: cannot be made (File exists); {cure}\n")
     below = out / "run"
     done = spikeport(*ANALYTIC, "--out", below)
-    assert done == (2, "", f"error: {below}: cannot be made (Not a directory)\n")
+    assert done == (2, "", f"error: {below}: cannot be made (Not a directory); {cure}\n")
     assert out.read_text() == "mine"
 
 

@@ -1,5 +1,11 @@
 """``spikeport view``: the page of a run's folder."""
 
+import errno
+import os
+
+import pytest
+
+from spikeport.commands import view
 from spikeport.experiments import run_folder
 
 
@@ -44,3 +50,18 @@ def test_damaged_time_series_are_refused(spikeport, tmp_path):
     done = spikeport("view", tmp_path)
     assert (done.code, done.out) == (2, "")
     assert done.err.startswith(f"error: {tmp_path / 'probes.nc'}: cannot be read (")
+
+
+def test_a_page_that_cannot_be_written_is_not_blamed_on_the_time_series(monkeypatch, tmp_path):
+    import xarray as xr
+
+    probes, page = tmp_path / "probes.nc", tmp_path / "v.html"
+    run_folder.write_probes(tmp_path, xr.Dataset({}, {"time": [0.0, 0.001]}))
+
+    def full(*_):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(OSError, match="No space left on device") as caught:
+        view.write(probes, page, "title")
+    assert caught.value.filename == str(page)
