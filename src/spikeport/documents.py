@@ -37,7 +37,8 @@ This page is made from `compile/check/rules.toml` by `python -m spikeport.docume
 COMMANDS_HEAD = """# Command line
 
 This page lists all commands with their arguments and options, as `--help` does. Exit codes: 0 done,
-1 the network does not fit or something failed, 2 the command was used wrongly.
+1 the network does not fit or something failed, 2 the command was used wrongly, 130 interrupted by
+Ctrl-C.
 
 This page is made from the commands by `python -m spikeport.documents docs`."""
 
