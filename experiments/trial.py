@@ -4,6 +4,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import partial
+from pathlib import Path
 from typing import Any, ClassVar, Generic, Protocol, TypeVar
 
 import nengo
@@ -42,6 +43,10 @@ class Settings(Protocol):
     @property
     def appearance(self) -> str:
         """The robot's in pictures."""
+
+    @property
+    def files(self) -> list[Path]:
+        """The files that a run reads."""
 
 
 class Rig:

@@ -211,11 +211,16 @@ def get(name: str) -> ChipModel:
     ChipFileError
         The file is wrong; see `load`.
     """
-    if name.endswith(".toml"):
+    if files(name):
         return load(name)
     if name not in names():
         raise unknown("chip", name, names())
     return load(BUILT_IN / f"{name}.toml")
+
+
+def files(name: str) -> list[Path]:
+    """Return the file of a chip, if the name of a chip is one."""
+    return [Path(name)] if name.endswith(".toml") else []
 
 
 def load(path: str | Path) -> ChipModel:

@@ -2,6 +2,7 @@
 
 import dataclasses
 from dataclasses import dataclass
+from pathlib import Path
 
 from spikeport.errors import unknown
 from spikeport.networks.arm import PRESETS, ArmSizes
@@ -35,6 +36,11 @@ class ArmSettings:
             raise unknown("preset", self.preset, PRESETS)
         check_counts(**self._own_sizes())
         check_seed("network_seed", self.network_seed)
+
+    @property
+    def files(self) -> list[Path]:
+        """The files that a run reads."""
+        return [Path(self.calibrated)] if isinstance(self.calibrated, str) else []
 
     def _own_sizes(self) -> dict[str, int]:
         sizes = {"m1": self.m1, "cb": self.cb, "s1": self.s1}

@@ -11,9 +11,11 @@ from spikeport import cache
 from spikeport.constants import DT_S
 from spikeport.experiments.evaluate.stage import Stage
 from spikeport.experiments.options import Options
+from spikeport.experiments.sweep.inputs import digests
 from spikeport.experiments.walk.port import OBSERVATION_DT_S
 from spikeport.experiments.walk.settings import WalkSettings
 from spikeport.experiments.walk.trial import WalkTrial
+from spikeport.hardware_models import chip as chips
 from spikeport.networks.walking_policy import WalkingPolicy
 from spikeport.robot.perturbation import PHYSICS_DT_S, Perturbation
 from spikeport.robot.walk_interface import ACTION_SIZE, CONTROL_DT_S, OBSERVATION_SIZE
@@ -94,11 +96,13 @@ def find_walker(settings: WalkSettings, options: Options) -> Walker:
     """Return the walker of settings and options, made once a process for all perturbations."""
     # Perturbations are the stage's: with all of them the policy is one network, compiled once.
     unperturbed = dataclasses.replace(settings, **dataclasses.asdict(Perturbation()))
-    return _made(unperturbed, dataclasses.replace(options, seed=0, seconds=0.0))
+    # A worker of a cluster outlives an evaluation: files of the next have these names, too.
+    contents = digests([*settings.files, *chips.files(options.chip)]).values()
+    return _made(unperturbed, dataclasses.replace(options, seed=0, seconds=0.0), tuple(contents))
 
 
 @functools.lru_cache(maxsize=1)
-def _made(settings: WalkSettings, options: Options) -> Walker:
+def _made(settings: WalkSettings, options: Options, _contents: tuple[str, ...]) -> Walker:
     trial = WalkTrial(settings, dataclasses.replace(options, cache=cache.of_user()))
     if trial.exact_policy:
         return ExactWalker(settings.walking_policy())

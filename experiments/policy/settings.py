@@ -8,6 +8,7 @@ from typing import ClassVar
 
 from spikeport.errors import UsageError, unknown
 from spikeport.networks.loading.description import Description
+from spikeport.networks.loading.files import files_of
 from spikeport.networks.loading.walking import DESCRIBE, load_walking
 from spikeport.networks.option_checks import check_seed
 from spikeport.networks.policy import PolicyOptions
@@ -111,6 +112,16 @@ class PolicySettings(Perturbation):
         if self.gait not in GAITS:
             raise unknown("gait", self.gait, GAITS)
         check_seed("network_seed", self.network_seed)
+
+    @property
+    def files(self) -> list[Path]:
+        """The files that a run reads."""
+        found = [] if self.policy in self.policies else files_of(Path(self.policy))
+        if self.description is not None:
+            found.append(Path(self.description))
+        if isinstance(self.calibrated, str) and self.calibrated != AUTO:
+            found.append(Path(self.calibrated))
+        return found
 
     @property
     def conversion(self) -> dict[str, object]:

@@ -56,7 +56,8 @@ def _places(table: xr.Dataset, keys: Sequence[str]) -> Iterator[dict[str, Any]]:
 
 def _title(sweep: Sweep) -> str:
     on = "" if "backend" in sweep.varied else f" on {sweep.backend}"
-    return f"{sweep.experiment}{on}, {sweep.seconds:g} s, seeds: {len(sweep.seeds)}"
+    lasts = " or ".join(f"{seconds:g}" for seconds in sweep.lasts)
+    return f"{sweep.experiment}{on}, {lasts} s, seeds: {len(sweep.seeds)}"
 
 
 def _draw_panel(axes: Axes, values: xr.DataArray, over: str, key: Sequence[str]) -> None:

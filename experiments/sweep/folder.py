@@ -1,7 +1,8 @@
 """A sweep's folder: ``sweep.json``, a file for each finished point, ``table.nc``, ``figure.png``.
 
-``sweep.json`` says what was asked for. Every file is there whole or not at all, and a point's
-``points/NAME.json`` is written last of all it leaves: what has one is finished.
+``sweep.json`` says what was asked for, and has digests of the files that were named. Every file is
+there whole or not at all, and a point's ``points/NAME.json`` is written last of all it leaves: what
+has one is finished.
 """
 
 import contextlib
@@ -9,7 +10,7 @@ import dataclasses
 import json
 import os
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from datetime import datetime
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -18,9 +19,17 @@ from spikeport.atomic import atomic_path, is_leftover, locked
 from spikeport.errors import UsageError
 from spikeport.experiments.sweep.plan import Point, Sweep
 from spikeport.files import read_json, write_json
+from spikeport.reading.mismatch import shown
 
 MOST_METRICS = 100
 """Metrics of a result: experiments have some twenty, and a figure draws each."""
+
+
+FILES = "files"
+"""The key of a plan under which digests of files are."""
+
+NONE = "none"
+"""The digest of a file that a plan does not have: a schedule may name others than it did."""
 
 
 class PointFiles(NamedTuple):
@@ -182,15 +191,43 @@ def _check_same(folder: SweepFolder, sweep: Sweep) -> None:
         held = read_json(folder.plan)
     except UsageError:
         held = None
-    if not isinstance(held, dict):
+    files = held.pop(FILES, None) if isinstance(held, dict) else None
+    if not isinstance(held, dict) or not isinstance(files, dict | None):
         raise UsageError(f"{folder.plan}: is no plan of a sweep; choose another --out")
     asked = _as_json(dataclasses.asdict(sweep))
+    now = asked.pop(FILES)
     differing = sorted(key for key in held.keys() | asked if held.get(key) != asked.get(key))
     if differing:
         there, here = (_pairs(plan, differing) for plan in (held, asked))
         raise UsageError(
             f"{folder.path}: was begun with {there}, but this {sweep.kind} has {here}; "
             "ask for the same, or choose another --out"
+        )
+    _check_files(folder, files, now)
+
+
+def _check_files(
+    folder: SweepFolder, files: Mapping[str, object] | None, now: Mapping[str, str]
+) -> None:
+    """Refuse files of other contents than those that a folder's points are of."""
+    # Without digests nobody knows which contents finished points are of, so they may be others.
+    if files is None and now:
+        raise UsageError(
+            f"{folder.plan}: of an earlier spikeport, does not say what was in "
+            f"{', '.join(now)} as its points were run; choose another --out"
+        )
+    then = files or {}
+    changed = [name for name in sorted(then.keys() | now) if then.get(name) != now.get(name)]
+    if changed:
+        pairs = [(shown(then.get(name, NONE)), now.get(name, NONE)) for name in changed]
+        named = ", ".join(
+            f"{shown(name)} (digest {before} then, {found} now)"
+            for name, (before, found) in zip(changed, pairs, strict=True)
+        )
+        cure = "put the file back as it was" if len(changed) == 1 else "put these files back"
+        raise UsageError(
+            f"{folder.path}: was begun with other contents of {named}; {cure}, or choose another "
+            "--out"
         )
 
 

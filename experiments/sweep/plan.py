@@ -2,7 +2,7 @@
 
 import itertools
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, NamedTuple
 from urllib.parse import quote
 
@@ -32,6 +32,9 @@ class Sweep:
         Seeds of the run and, where it is neither set nor varied, of the network.
     probes : bool
         True if the time series of each point are kept, too.
+    files : mapping
+        A digest of each file that settings or chip name, as it was when the sweep began; see
+        `spikeport.experiments.sweep.inputs`.
     """
 
     kind: ClassVar[str] = "sweep"
@@ -46,6 +49,7 @@ class Sweep:
     varied: Mapping[str, tuple[Any, ...]]
     seeds: tuple[int, ...]
     probes: bool = False
+    files: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def axes(self) -> dict[str, tuple[Any, ...]]:
@@ -60,6 +64,15 @@ class Sweep:
             for seed in seeds
             for values in itertools.product(*varied)
         ]
+
+    def of_a_seed(self) -> "list[Point]":
+        """Return the points of the first seed, which have all settings but seeds."""
+        return replace(self, seeds=self.seeds[:1]).points()
+
+    @property
+    def lasts(self) -> list[float]:
+        """The simulated times of its points, each once: several where schedules vary."""
+        return sorted({point.seconds for point in self.of_a_seed()})
 
 
 class Point(NamedTuple):

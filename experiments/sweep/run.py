@@ -7,6 +7,7 @@ from typing import NamedTuple
 from spikeport.experiments import registry
 from spikeport.experiments.sweep import workers
 from spikeport.experiments.sweep.folder import PointFiles, SweepFolder
+from spikeport.experiments.sweep.inputs import Unchanged
 from spikeport.experiments.sweep.plan import Point
 from spikeport.experiments.sweep.workers import PointOutcome, Run
 from spikeport.progress import Progress
@@ -63,7 +64,8 @@ def run(
         return []
     failures: list[Failure] = []
     progress("starting the workers", None)
-    with _outcomes(missing, run_point, scheduler, min(n_workers, len(missing))) as outcomes:
+    checked = Unchanged(run_point)
+    with _outcomes(missing, checked, scheduler, min(n_workers, len(missing))) as outcomes:
         for ended in range(len(points) - len(missing), len(points)):
             progress(f"{ended} of {len(points)} {counted}", ended / len(points))
             point, outcome = next(outcomes)

@@ -1,5 +1,6 @@
 """The settings of the switching experiment."""
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -7,6 +8,7 @@ from spikeport.errors import unknown
 from spikeport.experiments.arm.strokes import DIGITS
 from spikeport.experiments.policy.settings import PolicySettings, check_name_or_file
 from spikeport.experiments.switch.schedule import SHIPPED, Schedule, load
+from spikeport.experiments.walk.path_file import path_files
 from spikeport.networks.arm import PRESETS
 
 SELECTIONS = ("own", "spa")
@@ -40,6 +42,16 @@ class SwitchSettings(PolicySettings):
             raise unknown("selection", self.selection, SELECTIONS)
         if self.digit not in DIGITS:
             raise unknown("digit", str(self.digit), map(str, DIGITS))
+
+    @property
+    def files(self) -> list[Path]:
+        """The files that a run reads: those of the schedule's paths, too."""
+        found = super().files
+        if self.schedule not in SHIPPED:
+            phases = load(self.schedule_file, math.inf).phases
+            paths = sorted({phase.path for phase in phases if phase.path is not None})
+            found += [self.schedule_file, *(file for path in paths for file in path_files(path))]
+        return found
 
     @property
     def schedule_file(self) -> Path:

@@ -8,6 +8,7 @@ from spikeport.errors import UsageError
 from spikeport.reading.mismatch import MismatchError, shown
 from spikeport.reading.text import read_text
 
+ENDING = ".csv"
 COLUMNS = "t_s,x_m,y_m"
 FASTEST_M_S = 1.0
 FASTEST_RAD_S = 1.0
@@ -23,6 +24,11 @@ TURN_S = 4.0
 ROUNDING = 1e-6
 TABLE_BYTES = 2**22
 """The largest file: a row for every millisecond of two minutes."""
+
+
+def path_files(name: str) -> list[Path]:
+    """Return the file of a path, if the name of a path is one."""
+    return [Path(name)] if name.endswith(ENDING) else []
 
 
 def read_path(file: Path, seconds: float) -> tuple[np.ndarray, np.ndarray]:

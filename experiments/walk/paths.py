@@ -15,7 +15,7 @@ from scipy.integrate import cumulative_trapezoid
 from scipy.spatial import cKDTree
 
 from spikeport.errors import UsageError, unknown
-from spikeport.experiments.walk.path_file import FASTEST_RAD_S, read_path
+from spikeport.experiments.walk.path_file import ENDING, FASTEST_RAD_S, read_path
 
 SPACING_M = 0.005
 """Between the points that stand for a path."""
@@ -132,7 +132,7 @@ def find_path(name: str, speed_m_s: float, seconds: float, ramp_s: float = 0.0) 
         If there is none of that name, the robot cannot turn so fast, or the file is not one that it
         can follow so long, or is to have a ramp.
     """
-    if name.endswith(".csv"):
+    if name.endswith(ENDING):
         if ramp_s:
             raise UsageError(
                 f"ramp={ramp_s:g}: '{name}' has times of its own; cure: leave the ramp out, and "

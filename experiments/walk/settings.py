@@ -2,12 +2,13 @@
 
 import math
 from dataclasses import dataclass
+from pathlib import Path
 from typing import ClassVar
 
 from spikeport.errors import UsageError, unknown
 from spikeport.experiments.policy.settings import EXACT, PolicySettings
 from spikeport.experiments.walk.approach import LAWS, TURN_FIRST
-from spikeport.experiments.walk.path_file import FASTEST_M_S
+from spikeport.experiments.walk.path_file import FASTEST_M_S, path_files
 
 FOLLOWERS = ("spiking", "exact")
 
@@ -52,3 +53,8 @@ class WalkSettings(PolicySettings):
             raise UsageError(f"silence={self.silence:g}: a share must be from 0 to 1")
         if not 0 <= self.silence_at < math.inf:
             raise UsageError(f"silence_at={self.silence_at:g}: a time must be from 0 on and finite")
+
+    @property
+    def files(self) -> list[Path]:
+        """The files that a run reads."""
+        return [*super().files, *path_files(self.path)]

@@ -71,6 +71,11 @@ def file_format(path: Path) -> str:
         raise MismatchError(" or ".join(READERS), "none of them")
 
 
+def files_of(path: Path) -> list[Path]:
+    """Return a policy's file, and those beside it that have some of its numbers."""
+    return [path, *(onnx_file.beside(path) if file_format(path) == "ONNX" else ())]
+
+
 def _of_zip(archive: Archive) -> str:
     for end, kind in ZIPS.items():
         if any(name.endswith(end) for name in archive.names):

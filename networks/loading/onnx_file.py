@@ -4,6 +4,7 @@ Their fields are read here, so that a file is data all the way: onnx and protobu
 each message before one can be refused.
 """
 
+import itertools
 import operator
 from pathlib import Path
 
@@ -82,6 +83,21 @@ def read(path: Path) -> Mlp:
         return _Graph(path, own).chain(graphs[0]).mlp()
     except WireError as error:
         raise MismatchError("an ONNX model", f"a damaged one ({error})") from error
+
+
+def beside(path: Path) -> list[Path]:
+    """Return the files beside a model that it has numbers in, each once."""
+    graphs = list(Message(read_bytes(path)).messages(GRAPH))
+    stored = (tensor for graph in graphs for tensor in graph.messages(INITIALIZER))
+    nodes = (node for graph in graphs for node in graph.messages(NODE))
+    constant = (
+        tensor
+        for node in nodes
+        for option in node.messages(OPTION)
+        for tensor in option.messages(TENSOR)
+    )
+    names = map(onnx_tensor.location, itertools.chain(stored, constant))
+    return [path.with_name(name) for name in sorted({name for name in names if name})]
 
 
 def _kind(message: Message, domain: int, name: int) -> str:

@@ -93,9 +93,18 @@ def _numbers(content: bytes | memoryview, kind: int) -> np.ndarray:
     return numbers
 
 
+def location(tensor: Message) -> str:
+    """Return the name of the file that a tensor's bytes are in; empty if they are in the model."""
+    return _entries(tensor).get("location", "")
+
+
+def _entries(tensor: Message) -> dict[str, str]:
+    return {entry.text(KEY): entry.text(VALUE) for entry in tensor.messages(EXTERNAL)}
+
+
 def _beside(tensor: Message, path: Path, size: int) -> bytes:
     """Return the bytes of a tensor that lie in another file, which may only be a neighbour."""
-    entries = {entry.text(KEY): entry.text(VALUE) for entry in tensor.messages(EXTERNAL)}
+    entries = _entries(tensor)
     location, start = entries.get("location", ""), entries.get("offset", "0")
     if not location or location in (".", "..") or re.search(r"[/\\\0]", location):
         raise MismatchError("numbers in a file beside the model", f"'{location}'")

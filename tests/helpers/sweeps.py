@@ -59,3 +59,9 @@ def do_as_told(point: Point, _scratch: str) -> PointFiles:
             while not (marks / "go on").exists() and time.monotonic() < until:
                 time.sleep(0.05)
     return PointFiles(result(point, threads=int(os.environ["OMP_NUM_THREADS"])), None)
+
+
+def write_path(path: Path, speed_m_s: float) -> None:
+    """Write a path that goes straight on for 20 s."""
+    rows = "".join(f"{t},{speed_m_s * t},0\n" for t in range(21))
+    path.write_text("t_s,x_m,y_m\n" + rows)

@@ -21,6 +21,7 @@ from spikeport.errors import UsageError, unknown
 from spikeport.experiments import registry
 from spikeport.experiments.sweep import run as execution
 from spikeport.experiments.sweep.folder import SweepFolder, opened
+from spikeport.experiments.sweep.inputs import with_inputs
 from spikeport.files import write_json
 from spikeport.key_values import SettingValue
 
@@ -78,12 +79,12 @@ def run(request: EvaluateRequest) -> int:
 
 
 def planned(request: EvaluateRequest) -> "EvaluationSweep":
-    """Return the evaluation, with every setting checked.
+    """Return the evaluation, with every setting checked, and digests of its files.
 
     Raises
     ------
     UsageError
-        If a setting, row or backend is not one of the experiment's.
+        If a setting, row or backend is not one of the experiment's, or a file cannot be read.
     """
     from spikeport.experiments.evaluate.measures import SHORTEST_S
     from spikeport.experiments.evaluate.plan import EvaluationSweep
@@ -115,7 +116,7 @@ def planned(request: EvaluateRequest) -> "EvaluationSweep":
         rows=find_rows(request.rows),
     )
     _check(evaluation)
-    return evaluation
+    return with_inputs(evaluation)
 
 
 def _refuse_others(settings: Mapping[str, SettingValue]) -> None:

@@ -19,6 +19,7 @@ from spikeport.experiments import registry
 from spikeport.experiments.options import Experiment
 from spikeport.experiments.sweep import run as execution
 from spikeport.experiments.sweep.folder import opened
+from spikeport.experiments.sweep.inputs import with_inputs
 from spikeport.experiments.sweep.plan import BACKEND, Point, Sweep
 
 POINT, TABLE = "spikeport.experiments.sweep.point", "spikeport.experiments.sweep.table"
@@ -80,12 +81,12 @@ def note_trust(scheduler: str | None) -> None:
 
 
 def planned(request: SweepRequest) -> Sweep:
-    """Return the sweep, with every value of every point checked.
+    """Return the sweep, with every value of every point checked, and digests of its files.
 
     Raises
     ------
     UsageError
-        If a setting or value is not one of the experiment's.
+        If a setting or value is not one of the experiment's, or a file cannot be read.
     """
     experiment, target = registry.get(request.experiment), request.target
     owner = f"experiment '{experiment.name}'"
@@ -102,7 +103,7 @@ def planned(request: SweepRequest) -> Sweep:
         probes=request.probes,
     )
     _check(sweep, experiment)
-    return sweep
+    return with_inputs(sweep)
 
 
 def _varied(

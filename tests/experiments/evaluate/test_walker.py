@@ -11,6 +11,7 @@ from spikeport.experiments.walk import trial as walk_trial
 from spikeport.experiments.walk.gait import record_gait
 from spikeport.experiments.walk.settings import WalkSettings
 from spikeport.experiments.walk.trial import WalkTrial
+from spikeport.networks import walking_policy
 from spikeport.robot.perturbation import NONE, Perturbation
 
 OPTIONS = Options(2.0, backend="analytic", pipeline="compact")
@@ -22,6 +23,15 @@ def test_rows_and_seeds_share_a_walker():
     assert isinstance(made, ExactWalker)
     pushed = dataclasses.replace(settings, push=0.8)
     assert find_walker(pushed, dataclasses.replace(OPTIONS, seed=3)) is made
+
+
+def test_a_policy_that_changed_in_its_file_makes_another_walker(tmp_path):
+    file, shipped = tmp_path / "policy.npz", walking_policy.load()
+    shipped.save(file)
+    made = find_walker(WalkSettings(policy=str(file)), OPTIONS)
+    assert find_walker(WalkSettings(policy=str(file)), OPTIONS) is made
+    dataclasses.replace(shipped, action_scale_rad=0.9 * shipped.action_scale_rad).save(file)
+    assert find_walker(WalkSettings(policy=str(file)), OPTIONS) is not made
 
 
 def test_an_episode_depends_on_its_seed_and_perturbation():

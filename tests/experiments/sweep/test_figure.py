@@ -1,9 +1,9 @@
 """Figures of a sweep: means over the seeds."""
 
 from spikeport.experiments.sweep import figure as sweep_figure
-from spikeport.experiments.sweep.folder import SweepFolder
+from spikeport.experiments.sweep.folder import PointFiles, SweepFolder
 from spikeport.experiments.sweep.table import table
-from tests.helpers.sweeps import finish
+from tests.helpers.sweeps import finish, result
 
 
 def test_further_settings_are_columns_and_texts_are_named(sweep_of, tmp_path):
@@ -26,3 +26,15 @@ def test_a_sweep_over_seeds_alone_is_drawn_over_them(sweep_of, tmp_path):
     (axes,) = sweep_figure.figure(sweep, folder, table(sweep, folder)).axes
     assert axes.lines[0].get_xydata().tolist() == [[0, 0.1], [1, 30.0]]
     assert axes.get_yscale() == "log"
+
+
+def test_a_title_says_how_long_points_last(sweep_of, tmp_path):
+    schedules = ("switch", "free-standing")
+    sweep = sweep_of(
+        experiment="switch", seconds=60.0, settings={}, varied={"schedule": schedules}
+    )
+    folder = SweepFolder(tmp_path)
+    for point in sweep.points():
+        folder.write(point, PointFiles({**result(point, falls=0), "seconds": point.seconds}, None))
+    drawn = sweep_figure.figure(sweep, folder, table(sweep, folder))
+    assert drawn.get_suptitle() == "switch on native, 26 or 40 s, seeds: 1"

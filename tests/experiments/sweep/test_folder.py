@@ -56,6 +56,51 @@ def test_a_plan_with_more_in_it_is_another(sweep_of, tmp_path):
     assert "was begun with more=1, but this sweep has more=null" in refused(tmp_path, sweep_of())
 
 
+def test_files_of_other_contents_are_named(sweep_of, tmp_path):
+    begin(tmp_path, sweep_of(files={"a.csv": "1", "b.npz": "2", "c.toml": "3"}))
+    begin(tmp_path, sweep_of(files={"a.csv": "1", "b.npz": "2", "c.toml": "3"}))
+    assert refused(tmp_path, sweep_of(files={"a.csv": "1", "b.npz": "4", "c.toml": "3"})) == (
+        f"{tmp_path}: was begun with other contents of b.npz (digest 2 then, 4 now); put the file "
+        "back as it was, or choose another --out"
+    )
+    assert refused(tmp_path, sweep_of(files={"a.csv": "1", "d.npz": "2", "c.toml": "3"})) == (
+        f"{tmp_path}: was begun with other contents of b.npz (digest 2 then, none now), d.npz "
+        "(digest none then, 2 now); put these files back, or choose another --out"
+    )
+
+
+def test_a_plan_without_digests_goes_on_where_no_file_is_named(sweep_of, tmp_path):
+    folder = begin(tmp_path, sweep_of())
+    plan = json.loads(folder.plan.read_text())
+    del plan["files"]
+    folder.plan.write_text(json.dumps(plan))
+    assert refused(tmp_path, sweep_of(files={"a.csv": "1"})) == (
+        f"{tmp_path}/sweep.json: of an earlier spikeport, does not say what was in a.csv as its "
+        "points were run; choose another --out"
+    )
+    begin(tmp_path, sweep_of())
+    assert json.loads(folder.plan.read_text())["files"] == {}
+
+
+@pytest.mark.parametrize("files", [[], 5, "a.csv"])
+def test_a_plan_whose_files_are_none_is_refused(sweep_of, tmp_path, files):
+    folder = begin(tmp_path, sweep_of())
+    plan = json.loads(folder.plan.read_text())
+    folder.plan.write_text(json.dumps({**plan, "files": files}))
+    assert refused(tmp_path, sweep_of()) == (
+        f"{tmp_path}/sweep.json: is no plan of a sweep; choose another --out"
+    )
+
+
+def test_what_a_plan_says_of_files_is_shown_as_a_line(sweep_of, tmp_path):
+    folder = begin(tmp_path, sweep_of())
+    plan = json.loads(folder.plan.read_text())
+    folder.plan.write_text(json.dumps({**plan, "files": {"\x1b[2J": ["\n"] * 999}}))
+    message = refused(tmp_path, sweep_of())
+    assert message.isprintable()
+    assert len(message) < 1000
+
+
 @pytest.mark.parametrize("content", ["[]", "5", "null", "{", "", "\xff"])
 def test_a_plan_that_is_none_is_refused(sweep_of, tmp_path, content):
     (tmp_path / "sweep.json").write_text(content, encoding="latin-1")

@@ -5,9 +5,9 @@ import pytest
 import xarray as xr
 
 from spikeport.errors import UsageError
-from spikeport.experiments.sweep.folder import SweepFolder
+from spikeport.experiments.sweep.folder import PointFiles, SweepFolder
 from spikeport.experiments.sweep.table import table, write_table
-from tests.helpers.sweeps import finish
+from tests.helpers.sweeps import finish, result
 
 
 def test_damaged_results_are_named_all_at_once(sweep_of, tmp_path):
@@ -44,3 +44,18 @@ def test_values_of_which_no_point_finished_are_in_the_table(sweep_of, tmp_path):
     finish(folder, sweep.points()[0], falls=1)
     assert table(sweep, folder).falls.sel(calibrated="False", seed=0) == 1
     assert np.isnan(table(sweep, folder).falls.sel(calibrated="True", seed=0))
+
+
+def test_the_table_says_how_long_points_last_and_not_what_is_allowed(sweep_of, tmp_path):
+    asked = {"experiment": "switch", "seconds": 60.0, "settings": {}}
+    sweep = sweep_of(**asked, varied={"schedule": ("switch", "free-standing")})
+    folder = SweepFolder(tmp_path)
+    for point in sweep.points():
+        folder.write(point, PointFiles({**result(point, falls=0), "seconds": point.seconds}, None))
+    made = table(sweep, folder)
+    assert made.attrs["seconds"] == [26.0, 40.0]
+    write_table(folder, made)
+    with xr.open_dataset(folder.path / "table.nc", engine="h5netcdf") as read:
+        assert read.attrs["seconds"].tolist() == [26.0, 40.0]
+    sweep = sweep_of(**asked, varied={"schedule": ("switch",)})
+    assert table(sweep, folder).attrs["seconds"] == 26.0

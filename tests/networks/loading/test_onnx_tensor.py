@@ -8,7 +8,7 @@ import onnx
 import pytest
 from onnx import TensorProto
 
-from spikeport.networks.loading.files import load_mlp
+from spikeport.networks.loading.files import files_of, load_mlp
 
 
 def external(location: str, **entries: object) -> Callable[[onnx.ModelProto], None]:
@@ -31,6 +31,13 @@ def test_weights_in_a_file_beside_the_model_are_read(model, watched, tmp_path):
     watched(lambda: load_mlp(path))
     np.testing.assert_array_equal(load_mlp(path).layers[0].weights, weights.reshape(4, 5))
     np.testing.assert_array_equal(load_mlp(path).layers[1].weights, whole.layers[1].weights)
+
+
+def test_files_with_weights_are_files_of_the_policy(model, tmp_path):
+    assert files_of(model()) == [tmp_path / "policy.onnx"]
+    (tmp_path / "weights.bin").write_bytes(bytes(80))
+    path = model(external("weights.bin", length=80))
+    assert files_of(path) == [path, tmp_path / "weights.bin"]
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 """``spikeport evaluate``: its table, its picture, and what it refuses."""
 
+import dataclasses
 import json
 from types import SimpleNamespace
 
@@ -14,6 +15,7 @@ from spikeport.experiments.evaluate.rows import ROWS
 from spikeport.experiments.evaluate.table import TableRow
 from spikeport.experiments.sweep import run as execution
 from spikeport.experiments.sweep.run import Failure
+from spikeport.networks import walking_policy
 
 WALK = ("evaluate", "walk", "--backend", "analytic", "--seconds", "4")
 FILES = "figure.png, points, result.json, sweep.json, table.md"
@@ -138,6 +140,18 @@ def test_what_cannot_be_evaluated_is_refused(
     done = spikeport(*arguments, "--out", tmp_path / "out")
     assert done == (2, "", f"error: {message.format(root=tmp_path)}\n")
     assert not (tmp_path / "out").exists()
+
+
+def test_an_evaluation_does_not_go_on_with_another_policy_in_its_file(spikeport, here, tmp_path):
+    policy, out = tmp_path / "policy.npz", tmp_path / "out"
+    shipped = walking_policy.load()
+    shipped.save(policy)
+    command = (*WALK, "--episodes", 1, "--row", "push=0.5", "--set", f"policy={policy}")
+    assert spikeport(*command, "--out", out).code == 0
+    dataclasses.replace(shipped, action_scale_rad=0.9 * shipped.action_scale_rad).save(policy)
+    done = spikeport(*command, "--out", out)
+    assert (done.code, done.out) == (2, "")
+    assert f"{out}: was begun with other contents of {policy} (digest " in done.err
 
 
 @pytest.mark.slow

@@ -11,7 +11,7 @@ import xarray as xr
 
 from spikeport.experiments.sweep import run as sweep_run
 from spikeport.experiments.sweep.run import Failure
-from tests.helpers.sweeps import finish
+from tests.helpers.sweeps import finish, write_path
 
 REACH = ("sweep", "reach", "--backend", "analytic", "--seconds", "0.02")
 FILES = "figure.png, points, sweep.json, table.nc"
@@ -33,6 +33,18 @@ def counted(monkeypatch):
     monkeypatch.setattr(sweep_run, "run", run)
 
 
+@pytest.fixture
+def counted_walks(monkeypatch):
+    """Run walks whose metric is their seed, without work."""
+
+    def run(points, _run_point, folder, _scheduler, _n_workers, _progress):
+        for point in points:
+            finish(folder, point, falls=point.place["seed"])
+        return []
+
+    monkeypatch.setattr(sweep_run, "run", run)
+
+
 def test_a_sweep_leaves_points_table_and_figure(spikeport, counted, tmp_path):
     done = spikeport(*REACH, "--vary", "m1=10,20", "--seeds", 2, "--out", tmp_path)
     assert done == (0, f"4 of 4 points finished\nwritten: {tmp_path}/ ({FILES})\n", "")
@@ -48,6 +60,7 @@ def test_a_sweep_leaves_points_table_and_figure(spikeport, counted, tmp_path):
         "varied": {"m1": [10, 20]},
         "seeds": [0, 1],
         "probes": False,
+        "files": {},
     }
 
 
@@ -147,6 +160,52 @@ def test_a_path_that_cannot_be_followed_is_refused_before_anything_starts(spikep
     known = "FILE.csv, figure-eight, line, loop, s-curve"
     assert done == (2, "", f"error: unknown path 'circle'; choose from: {known}\n")
     assert not out.exists()
+
+
+WALK = ("sweep", "walk", "--backend", "analytic", "--seconds", "2")
+
+
+@pytest.mark.parametrize("option", [("--set", "path={}"), ("--vary", "path=line,{}")])
+def test_a_sweep_does_not_go_on_with_another_path_in_its_file(
+    spikeport, counted_walks, tmp_path, option
+):
+    path, out = tmp_path / "path.csv", tmp_path / "out"
+    command = (*WALK, option[0], option[1].format(path), "--seeds", 2, "--out", out)
+    write_path(path, speed_m_s=0.3)
+    assert spikeport(*command).code == 0
+    write_path(path, speed_m_s=0.2)
+    done = spikeport(*command)
+    assert (done.code, done.out) == (2, "")
+    assert f"{out}: was begun with other contents of {path} (digest " in done.err
+    assert "put the file back as it was, or choose another --out" in done.err
+    write_path(path, speed_m_s=0.3)
+    assert spikeport(*command).code == 0
+
+
+def test_a_file_that_is_not_there_is_named_before_anything_starts(spikeport, tmp_path):
+    out, file = tmp_path / "out", tmp_path / "none.npz"
+    done = spikeport("sweep", "reach", "--set", f"calibrated={file}", "--out", out)
+    assert done == (2, "", f"error: {file}: no such file\n")
+    assert not out.exists()
+
+
+@pytest.mark.slow
+def test_a_worker_refuses_a_path_that_changes_while_the_sweep_runs(
+    spikeport, monkeypatch, tmp_path
+):
+    path, out = tmp_path / "path.csv", tmp_path / "out"
+    write_path(path, speed_m_s=0.3)
+    whole = sweep_run.run
+
+    def run(*arguments):
+        write_path(path, speed_m_s=0.2)
+        return whole(*arguments)
+
+    monkeypatch.setattr(sweep_run, "run", run)
+    done = spikeport(*WALK, "--set", f"path={path}", "--out", out, "--workers", 1)
+    assert done.code == 1
+    assert f"failed: seed=0: {path}: changed since the sweep began (digest " in done.out
+    assert not (out / "points").exists()
 
 
 @pytest.mark.slow

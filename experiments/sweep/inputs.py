@@ -1,0 +1,99 @@
+"""The files that the points of a plan read, held to the contents that they had when it began.
+
+Digests of files stand in the plan, and so in ``sweep.json``. A point compares them before it reads
+its files, and once more when it is done: a file that changed meanwhile would leave results of two
+contents side by side.
+"""
+
+import dataclasses
+import hashlib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TypeVar
+
+from spikeport.errors import UsageError
+from spikeport.experiments import registry
+from spikeport.experiments.sweep.folder import PointFiles
+from spikeport.experiments.sweep.plan import Point, Sweep
+from spikeport.experiments.sweep.workers import Run
+from spikeport.hardware_models import chip as chips
+from spikeport.reading.archive import open_file
+from spikeport.reading.mismatch import MismatchError
+
+S = TypeVar("S", bound=Sweep)
+"""A plan of any kind."""
+
+DIGITS = 12
+
+
+def digest(path: Path) -> str:
+    """Return the first digits of the SHA-256 of a file; UsageError if it cannot be read."""
+    try:
+        with open_file(path) as file:
+            return hashlib.sha256(file.read()).hexdigest()[:DIGITS]
+    except MismatchError as error:
+        raise UsageError(f"{path}: {error}; cure: name a file") from None
+    except OSError as error:
+        raise UsageError(f"{path}: cannot be read ({error.strerror})") from None
+
+
+def digests(files: Sequence[Path]) -> dict[str, str]:
+    """Return the digest of each file, by its path as it was named."""
+    return {str(path): digest(path) for path in files}
+
+
+def files_of(point: Point) -> list[Path]:
+    """Return the files that a point's settings and its chip name."""
+    experiment = registry.get(point.sweep.experiment)
+    found: list[Path] = experiment.settings(**point.settings).files
+    return [*found, *chips.files(point.options.chip)]
+
+
+def with_inputs(plan: S) -> S:
+    """Return a plan with the digests of all files that its points read.
+
+    Raises
+    ------
+    UsageError
+        If one of them cannot be read.
+    """
+    named = {path for point in plan.of_a_seed() for path in files_of(point)}
+    return dataclasses.replace(plan, files=digests(sorted(named)))
+
+
+def check(point: Point) -> None:
+    """Refuse to go on with a point whose files are not as they were when its plan began.
+
+    On a cluster these are the files of the worker's machine.
+
+    Raises
+    ------
+    UsageError
+        Naming the first file that differs, or cannot be read.
+    """
+    held = point.sweep.files
+    if not held:
+        return
+    # A schedule that changed may name other files by now; it is compared itself.
+    for path in files_of(point):
+        name = str(path)
+        if name in held and (found := digest(path)) != held[name]:
+            raise UsageError(
+                f"{name}: changed since the {point.sweep.kind} began (digest {held[name]} then, "
+                f"{found} now); put it back and give the same command again, or choose another "
+                "--out"
+            )
+
+
+@dataclasses.dataclass(frozen=True)
+class Unchanged:
+    """Runs points in a worker, and keeps nothing of one whose files changed meanwhile."""
+
+    run: Run
+
+    def __call__(self, point: Point, scratch: str) -> PointFiles:
+        """Run a point; see `check` for what it refuses."""
+        check(point)
+        kept = self.run(point, scratch)
+        check(point)
+        return kept
