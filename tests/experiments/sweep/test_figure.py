@@ -30,9 +30,7 @@ def test_a_sweep_over_seeds_alone_is_drawn_over_them(sweep_of, tmp_path):
 
 def test_a_title_says_how_long_points_last(sweep_of, tmp_path):
     schedules = ("switch", "free-standing")
-    sweep = sweep_of(
-        experiment="switch", seconds=60.0, settings={}, varied={"schedule": schedules}
-    )
+    sweep = sweep_of(experiment="switch", seconds=60.0, settings={}, varied={"schedule": schedules})
     folder = SweepFolder(tmp_path)
     for point in sweep.points():
         folder.write(point, PointFiles({**result(point, falls=0), "seconds": point.seconds}, None))
