@@ -28,6 +28,11 @@ KEYS = {
     State.DAMPING: "L1 and R1 or r: begin anew",
 }
 """Keys of the remote and of the terminal that lead on, for users."""
+REMOTE_ALONE = (
+    "robot: no key of a terminal is heard, the remote's are; cure: with no remote, run the command "
+    "in the foreground of a terminal"
+)
+"""The line for users whose command has no terminal, or is not in its foreground."""
 
 
 class ControlledRobot(RealTimeRobot):
@@ -75,6 +80,8 @@ class ControlledRobot(RealTimeRobot):
             If no robot comes, or it is gone.
         """
         last, printed = super().first(), State.WAIT
+        if not self._terminal.is_heard:
+            self._say(REMOTE_ALONE)
         while True:
             command, state = self._answer(last), self._controller.state
             if state is not printed:

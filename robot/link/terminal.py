@@ -31,6 +31,11 @@ class Terminal:
             # Keys arrive one by one, and Ctrl-C still interrupts.
             tty.setcbreak(descriptor)
 
+    @property
+    def is_heard(self) -> bool:
+        """True if keys can come from it."""
+        return self._descriptor is not None
+
     def keys(self) -> str:
         """Return the keys that were pressed since the last call, as small letters."""
         if self._descriptor is None or not select.select([self._descriptor], [], [], 0)[0]:

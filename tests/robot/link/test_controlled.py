@@ -28,6 +28,8 @@ DT_S = 0.005
 class Keys:
     """A terminal whose keys are pressed at calls that were chosen."""
 
+    is_heard = True
+
     def __init__(self, at: dict[int, Event]) -> None:
         self.at, self.calls, self.closed = at, 0, False
 
@@ -114,9 +116,12 @@ def test_a_terminal_that_is_gone_does_not_keep_the_robot_from_damping() -> None:
 
 
 def test_the_remote_starts_and_stops_it() -> None:
-    bus, robot, _, _ = started({})
+    bus, robot, keys, words = started({})
+    keys.is_heard = False
     bus.pressed = {50: ("start",), 2500: ("A",), 2520: ("select",)}
     seen = robot.first()
+    assert words[0].startswith("robot: no key of a terminal is heard, the remote's are; cure: ")
+    assert words[1].startswith("robot: zero torque. start or s: ")
     assert seen.tick == 2500
     while seen.tick < 2520:
         seen = robot.exchange(seen, HOLD)

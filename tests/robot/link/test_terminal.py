@@ -15,6 +15,7 @@ def test_keys_are_events_and_others_are_none() -> None:
     ours, theirs = pty.openpty()
     before = termios.tcgetattr(theirs)
     keys = Terminal(theirs)
+    assert keys.is_heard
     assert keys.events() == []
     os.write(ours, b"s?A\xff r")
     assert keys.events() == [Event.START, Event.RUN, Event.STOP, Event.REARM]
@@ -30,5 +31,6 @@ def test_keys_are_events_and_others_are_none() -> None:
 def test_without_a_terminal_there_are_no_keys(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(terminal.sys, "stdin", None)
     keys = terminal.own_terminal()
+    assert not keys.is_heard
     assert keys.events() == []
     keys.close()
