@@ -22,7 +22,7 @@ from timing import cpu_us
 from spikeport.hardware_models.computers import BreakEven, OnChip, all_of_them, break_even
 from spikeport.hardware_models.estimate import Estimate
 from spikeport.networks.operational_space import OperationalSpaceLaw
-from spikeport.networks.path_following import FollowerGains, exact_command
+from spikeport.networks.path_following import exact_command
 from spikeport.networks.walking_policy import load
 from spikeport.robot.arm import ArmDynamics
 from spikeport.robot.walk_interface import CONTROL_DT_S
@@ -55,7 +55,7 @@ def macs_of_policy() -> int:
 
 def in_numpy() -> Times:
     """Return how long each controller takes in NumPy."""
-    policy, gains = load(), FollowerGains()
+    policy = load()
     law = OperationalSpaceLaw(ArmDynamics())
     rng = np.random.RandomState(0)
     observation, q = rng.randn(policy.weights[0].shape[1]), np.array([[0.1, -0.2, 0.3, 0.4]])
@@ -63,7 +63,7 @@ def in_numpy() -> Times:
     microseconds = cpu_us(
         {
             "policy": lambda: policy(observation),
-            "path follower": lambda: exact_command(gains, reference, state),
+            "path follower": lambda: exact_command(policy.gains, reference, state),
             "arm's law": lambda: law.terms(q),
         },
         ROUNDS,

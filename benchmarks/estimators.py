@@ -21,7 +21,7 @@ import numpy as np
 from spikeport.experiments.walk.paths import WalkPath, find_path
 from spikeport.experiments.walk.port import LEAD_S, PolicyView
 from spikeport.experiments.walk.recording import fallen
-from spikeport.networks.path_following import FollowerGains, exact_command, wrap
+from spikeport.networks.path_following import exact_command, wrap
 from spikeport.networks.walking_policy import load
 from spikeport.robot.description import JOINTS
 from spikeport.robot.estimator import torso
@@ -103,14 +103,14 @@ class Controllers:
 
     def __init__(self, path: WalkPath, steps: int) -> None:
         self._path, self._steps = path, steps
-        self._view, self._policy, self._gains = PolicyView(CONTROL_DT_S), load(), FollowerGains()
+        self._view, self._policy = PolicyView(CONTROL_DT_S), load()
         self._action, self._step = np.zeros(len(JOINTS)), 0
 
     def targets_rad(self, state: RobotState, time_s: float) -> np.ndarray:
         """Return the joint targets; the policy acts every 20 ms."""
         if self._step % self._steps == 0:
             reference = self._path.at(time_s + LEAD_S)
-            command = exact_command(self._gains, reference, in_plane(state))
+            command = exact_command(self._policy.gains, reference, in_plane(state))
             self._action = self._policy(self._view.look(state, command, self._action))
         self._step += 1
         return targets_rad(self._action)

@@ -5,9 +5,14 @@
     wz = kp_heading wrap(atan2(e_y, e_x) - heading)
 
 The heading that is wanted is that of the point to be reached, so the law asks for it to move ahead.
-At speed v, the robot settles at d = v / kp_speed behind it; with kp_heading twice
-kp_speed, chord and turn of a circle then agree, and the robot stays on it. The default is a little
-above that: the robot turns later than its command (docs/walk.md).
+At speed v, the robot settles at d = v / kp_speed behind it. On a circle of radius R = v / wz this
+point is d / 2R = wz / (2 kp_speed) beside its course. A robot whose course is behind its heading,
+by an angle of turn_lag wz, then has a heading error of wz (1 / (2 kp_speed) - turn_lag), and stays
+on the circle if
+
+    1 / kp_heading = 1 / (2 kp_speed) - turn_lag
+
+The default gains are for a turn lag of 0.04 s, that of the default policy (docs/walk.md).
 
 Source: paper, sec. 3.2.2. The gains are ours, the paper gives none; so are the upper limits, the
 commands that the walking policy is trained for.
@@ -62,6 +67,14 @@ class FollowerGains:
         """Return the yaw rate in rad/s from the heading error in rad."""
         wanted = self.kp_heading * np.asarray(heading_error)
         return _clipped(wanted, -self.max_yaw_rate_rad_s, self.max_yaw_rate_rad_s)
+
+
+def gains_for(turn_lag_s: float, kp_speed: float) -> FollowerGains:
+    """Return the gains that keep a robot on circles, by its turn lag in s and a speed gain in 1/s.
+
+    The turn lag is less than 1 / (2 kp_speed): a robot with more of it leaves every circle.
+    """
+    return FollowerGains(kp_speed=kp_speed, kp_heading=1 / (1 / (2 * kp_speed) - turn_lag_s))
 
 
 def _clipped(values: np.ndarray, low: float, high: float) -> np.ndarray:

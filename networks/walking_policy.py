@@ -3,7 +3,7 @@
 h_0 = observation,    h_i = elu(W_i h_{i-1} + b_i),    action = W_n h_{n-1} + b_n
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from spikeport.atomic import atomic_path
 from spikeport.errors import UsageError
 from spikeport.networks.activations import elu
+from spikeport.networks.path_following import FollowerGains
 from spikeport.reading import npz
 from spikeport.reading.mismatch import MismatchError
 
@@ -31,6 +32,10 @@ _FIELDS = {
 """The arrays of a file besides layers: their types and numbers of axes."""
 
 _AXES = {"weights": 2, "biases": 1}
+_GAINS = "follower_gains"
+"""The array with kp_speed and kp_heading; a file without it asks for the default gains."""
+LARGEST_GAIN = 20.0
+"""In 1/s. The gains of a robot that walks are a fifth of it or less."""
 
 CURE = "make one with: spikeport train walk"
 
@@ -49,6 +54,8 @@ class WalkingPolicy:
         The pose that the zero action asks for.
     action_scale_rad : float
         Change of a joint's target for an action of one.
+    gains : FollowerGains
+        Gains with which a path follower commands this policy.
     """
 
     weights: tuple[np.ndarray, ...]
@@ -56,6 +63,7 @@ class WalkingPolicy:
     joints: tuple[str, ...]
     pose_rad: np.ndarray
     action_scale_rad: float
+    gains: FollowerGains = field(default_factory=FollowerGains)
 
     def __call__(self, observation: ArrayLike) -> np.ndarray:
         """Return the actions ``(..., joints)`` for observations ``(..., inputs)``."""
@@ -70,6 +78,7 @@ class WalkingPolicy:
         arrays: dict[str, Any] = {f"weights_{i}": W for i, W in enumerate(self.weights)}
         arrays |= {f"biases_{i}": b for i, b in enumerate(self.biases)}
         arrays |= {name: getattr(self, name) for name in _FIELDS if name != "activation"}
+        arrays[_GAINS] = np.array([self.gains.kp_speed, self.gains.kp_heading])
         # A file, not a name: NumPy would add .npz to a name without it.
         with atomic_path(path) as temporary, open(temporary, "wb") as file:
             np.savez_compressed(file, activation="elu", **arrays)
@@ -82,7 +91,7 @@ def load(path: Path = SHIPPED) -> WalkingPolicy:
     ------
     UsageError
         The file holds something else, layers do not fit each other, a number is not finite, the
-        action scale is not above 0, or a joint is there twice.
+        action scale or a gain is not above 0, or a joint is there twice.
     """
     arrays = _read(path)
     layers = sum(name.startswith("weights_") for name in arrays)
@@ -94,7 +103,7 @@ def load(path: Path = SHIPPED) -> WalkingPolicy:
     weights, biases = (_numbered(path, arrays, kind, layers) for kind in ("weights", "biases"))
     joints = tuple(str(joint) for joint in arrays["joints"])
     pose, scale = arrays["pose_rad"], float(arrays["action_scale_rad"])
-    policy = WalkingPolicy(weights, biases, joints, pose, scale)
+    policy = WalkingPolicy(weights, biases, joints, pose, scale, _gains(path, arrays))
     _check(path, policy, str(arrays["activation"]))
     return policy
 
@@ -121,6 +130,17 @@ def _check_array(path: Path, name: str, array: np.ndarray, kinds: str, axes: int
     if array.dtype.kind not in kinds or array.ndim != axes:
         wanted = f"{'texts' if kinds == TEXTS else 'numbers'} in {axes} axes as {name}"
         raise _refusal(path, wanted, f"{array.dtype} in {array.ndim}")
+
+
+def _gains(path: Path, arrays: dict[str, np.ndarray]) -> FollowerGains:
+    if _GAINS not in arrays:
+        return FollowerGains()
+    _check_array(path, _GAINS, arrays[_GAINS], NUMBERS, 1)
+    found = arrays[_GAINS].astype(float).tolist()
+    if len(found) != 2 or not all(0 < gain <= LARGEST_GAIN for gain in found):
+        wanted = f"two {_GAINS} above 0 and up to {LARGEST_GAIN:g} /s"
+        raise _refusal(path, wanted, ", ".join(f"{gain:g}" for gain in found) or "none")
+    return FollowerGains(kp_speed=found[0], kp_heading=found[1])
 
 
 def _check(path: Path, policy: WalkingPolicy, activation: str) -> None:

@@ -19,6 +19,8 @@ A network 69 -> 128 -> 128 -> 128 -> 19 with ELU units, trained from scratch by 
 
 {step:,} control steps of {robots} robots at 50 Hz; the checkpoint was chosen by evaluation, and its
 forward command scaled so that it walks as fast as it is asked to (`spikeport.training.pace`).
+Gains of its path follower: {kp_speed:.3g}/s for the speed, {kp_heading:.3g}/s for the heading
+(`spikeport.training.turn_lag`).
 Interface: `spikeport.robot.walk_interface`; joints in the order of
 `spikeport.robot.description.JOINTS`.
 
@@ -52,7 +54,7 @@ def card(
     evaluations: dict[str, Evaluation],
     stages: tuple[Stage, ...],
 ) -> str:
-    """Return the card's text; ``made`` has the command, seed, step and number of robots."""
+    """Return the card's text; ``made`` has the command, seed, step, number of robots and gains."""
     versions = ", ".join(f"{package} {metadata.version(package)}" for package in PACKAGES)
     rows = "\n".join(_row(robots, e) for robots, e in evaluations.items())
     return _TEXT.format(

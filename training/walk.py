@@ -9,6 +9,7 @@ from spikeport.training.environment import TrainingTask
 from spikeport.training.evaluate import Evaluation, evaluate
 from spikeport.training.selection import choose, undisturbed
 from spikeport.training.train import TrainOptions, train
+from spikeport.training.turn_lag import with_gains
 
 NAME = "h1_walk"
 EPISODES, SEED = 200, 30_000
@@ -26,17 +27,19 @@ def train_walk(options: TrainOptions, command: str, progress: Progress) -> dict[
     trained = tuple(stage for stage in options.stages if stage.first_step < log[-1]["step"])
     task = options.goal
     choice = choose(options.folder, log, task, options.learner, progress)
-    evaluations = {}
+    policy, evaluations = with_gains(choice.policy), {}
     for name, other in _variants(task).items():
         progress(f"evaluating: {name}", None)
-        evaluations[name] = evaluate(choice.policy, other, episodes=EPISODES, seed=SEED)
+        evaluations[name] = evaluate(policy, other, episodes=EPISODES, seed=SEED)
     made = {
         "command": command,
         "seed": options.seed,
         "step": choice.step,
         "robots": options.learner.robots,
+        "kp_speed": policy.gains.kp_speed,
+        "kp_heading": policy.gains.kp_heading,
     }
-    choice.policy.save(options.folder / f"{NAME}.npz")
+    policy.save(options.folder / f"{NAME}.npz")
     text = card(NAME, made, evaluations, trained)
     write_text(options.folder / f"{NAME}.md", text)
     return evaluations

@@ -50,7 +50,7 @@ def spiking_humanoid(
     as_they_are = dataclasses.replace(options, solve="unit")
     return humanoid(
         arm(exact.law, region, PRESETS[settings.preset], seed=seed),
-        path_follower(exact.gains, seed=seed),
+        path_follower(exact.policy.gains, seed=seed),
         policy([*hidden, without_bias(last)], ranges, as_they_are, seed),
         last.bias,
         HumanoidOptions(
@@ -67,7 +67,7 @@ def analytic_humanoid(exact: ExactControllers, balances: bool) -> HumanoidNetwor
     net = HumanoidNetwork(label="analytic humanoid")
     with net:
         net.arm, net.policy = analytic_arm(exact.law), analytic_policy(exact.policy)
-        net.follower = analytic_follower(exact.gains)
+        net.follower = analytic_follower(exact.policy.gains)
         net.observation = net.policy.observation
         net.selection = _analytic_selection()
         net.utilities, net.gates = net.selection.utilities, net.selection.gates

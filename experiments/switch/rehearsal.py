@@ -20,7 +20,7 @@ from spikeport.experiments.walk.gait import drift_trim, record_gait
 from spikeport.experiments.walk.port import OBSERVATION_DT_S
 from spikeport.networks.humanoid import ACTIONS
 from spikeport.networks.operational_space import OperationalSpaceLaw
-from spikeport.networks.path_following import COMMAND_SIZE, FollowerGains, exact_command
+from spikeport.networks.path_following import COMMAND_SIZE, exact_command
 from spikeport.networks.region import ArmRegion
 from spikeport.networks.walking_policy import WalkingPolicy
 from spikeport.robot.perturbation import NONE, Perturbation
@@ -31,11 +31,10 @@ SEEDS = (1000, 1001, 1002)
 
 
 class ExactControllers(NamedTuple):
-    """The exact controllers: the arm's law, the policy, the path follower's gains."""
+    """The exact controllers: the arm's law, and the policy with its path follower's gains."""
 
     law: OperationalSpaceLaw
     policy: WalkingPolicy
-    gains: FollowerGains
 
     def outputs(self, rig: HumanoidRig, anchored: bool, policy: Policy) -> np.ndarray:
         """Return [action, command, torque, gates] for what a robot's ports have observed.
@@ -47,7 +46,8 @@ class ExactControllers(NamedTuple):
         walks, draws = gates
         # A robot that is not held must balance while its arm works.
         action = policy(observation) * (walks if anchored else 1.0)
-        command = exact_command(self.gains, reference, state) if walks else np.zeros(COMMAND_SIZE)
+        gains = self.policy.gains
+        command = exact_command(gains, reference, state) if walks else np.zeros(COMMAND_SIZE)
         torque = rig.arm.exact_torque(self.law) if draws else np.zeros(rig.arm.size_in)
         return np.concatenate((action, command, torque, gates))
 

@@ -38,7 +38,6 @@ from spikeport.experiments.walk.gait import encoding
 from spikeport.experiments.walk.port import OBSERVATION_DT_S
 from spikeport.networks.humanoid import HumanoidNetwork
 from spikeport.networks.operational_space import OperationalSpaceLaw
-from spikeport.networks.path_following import FollowerGains
 from spikeport.networks.policy import record_ranges, solved_layers
 from spikeport.networks.region import Box
 from spikeport.robot.arm import ArmDynamics
@@ -80,7 +79,13 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
         # Settings that change what is recorded of the exact controllers; sizes of neurons do not.
         names = ("digit", "anchor", "gait")
         chosen = {name: getattr(self.settings, name) for name in names}
-        return {"experiment": self.name, "schedule": digest.hexdigest()[:12], **chosen}
+        gains = self.settings.walking_policy().gains
+        return {
+            "experiment": self.name,
+            "schedule": digest.hexdigest()[:12],
+            "follower_gains": [gains.kp_speed, gains.kp_heading],
+            **chosen,
+        }
 
     def goals(self, seed: int) -> list[Goal]:
         """Return what the robot is to do; raises UsageError if a path cannot be followed."""
@@ -112,7 +117,7 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
     def exact(self) -> ExactControllers:
         """Return the exact controllers; raises UsageError if the policy is for another robot."""
         law = OperationalSpaceLaw(ArmDynamics())
-        return ExactControllers(law, self.settings.walking_policy(), FollowerGains())
+        return ExactControllers(law, self.settings.walking_policy())
 
     def rehearsals(self, exact: ExactControllers) -> Rehearsals:
         """Return runs of the schedule by the exact controllers, still to be done."""
@@ -134,9 +139,8 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
             return rehearsals.record().arrays()
 
         paths = [goal.path for goal in self.goals(self.options.seed)]
-        exact = rehearsals.exact
         # Paths as points: a user's file may change under the same name.
-        inputs = (self.recorded, paths, exact.policy, exact.gains)
+        inputs = (self.recorded, paths, rehearsals.exact.policy)
         return Rehearsed.of(self.options.cache.kept("rehearsal", inputs, rehearse))
 
     def _spiking(self, exact: ExactControllers) -> tuple[HumanoidNetwork, Box]:

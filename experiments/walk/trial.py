@@ -112,15 +112,16 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
         """
         settings = self.settings
         self.check()
+        weights = settings.walking_policy()
         if self.exact_policy:
             self._refuse_silence()
             # An exact policy observes as often as in training, a spiking one four times as often.
-            walker = analytic_policy(settings.walking_policy())
+            walker = analytic_policy(weights)
             rig = WalkRig(plant, None, CONTROL_DT_S, DT_S, self._approach())
         else:
             walker, box = self.spiking_policy()
             rig = WalkRig(plant, box, OBSERVATION_DT_S, DT_S, self._approach())
-        controller = walk_controller(self._follower(), walker, settings.network_seed)
+        controller = walk_controller(self._follower(weights.gains), walker, settings.network_seed)
         spikes = silence_ensembles(controller, walker, settings) if settings.silence else ()
         with nengo.Network(label=self.name, seed=settings.network_seed) as network:
             network.add(controller)
@@ -167,10 +168,10 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
         network = policy(layers, ranges, settings.policy_options, seed, found, gait)
         return network, encoding(gait)
 
-    def _follower(self) -> FollowerNetwork:
+    def _follower(self, gains: FollowerGains) -> FollowerNetwork:
         if self.exact_follower:
-            return analytic_follower(FollowerGains())
-        return path_follower(FollowerGains(), seed=self.settings.network_seed)
+            return analytic_follower(gains)
+        return path_follower(gains, seed=self.settings.network_seed)
 
     def begin(self, rig: WalkRig) -> None:
         """Put the robot where the path begins."""

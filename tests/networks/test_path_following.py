@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from spikeport.networks.path_following import FollowerGains, exact_command, wrap
+from spikeport.networks.path_following import FollowerGains, exact_command, gains_for, wrap
 
 GAINS = FollowerGains(kp_speed=1.25, kd_speed=0.1, kp_heading=2.5)
 
@@ -55,6 +55,18 @@ def test_many_states_at_once():
     commands = exact_command(GAINS, reference, states)
     assert commands.shape == (3, 2, 2)
     assert commands[1, 0] == pytest.approx(exact_command(GAINS, reference, states[1, 0]))
+
+
+@pytest.mark.parametrize("turn_lag_s", [0.0, 0.2])
+def test_a_robot_that_lags_stays_on_a_circle(turn_lag_s):
+    """The heading is ahead of the course by the lag times the yaw rate, here of a small angle."""
+    radius, speed = 10.0, 0.5
+    gains = gains_for(turn_lag_s, kp_speed=1.1)
+    distance, yaw_rate = speed / gains.kp_speed, speed / radius
+    beside = distance**2 / (2 * radius)
+    reference = [distance, beside, 0, 0]
+    found = exact_command(gains, reference, [turn_lag_s * yaw_rate, 0, 0, 0, 0])
+    assert found.tolist() == pytest.approx([speed, yaw_rate], rel=0.01)
 
 
 def test_on_a_circle_the_robot_turns_as_the_circle_does():

@@ -5,6 +5,7 @@ import pytest
 
 from spikeport.errors import UsageError
 from spikeport.networks.activations import elu
+from spikeport.networks.path_following import FollowerGains
 from spikeport.networks.walking_policy import WalkingPolicy, load
 
 CURE = "; make one with: spikeport train walk"
@@ -37,6 +38,16 @@ def test_a_saved_policy_is_loaded_as_it_was(policy, tmp_path):
     assert (again.pose_rad == policy.pose_rad).all()
 
 
+def test_gains_are_saved_with_a_policy(policy, tmp_path):
+    gains = FollowerGains(kp_speed=1.1, kp_heading=3.7)
+    replace(policy, gains=gains).save(tmp_path / "policy.npz")
+    assert load(tmp_path / "policy.npz").gains == gains
+
+
+def test_a_policy_without_gains_has_the_default_ones():
+    assert load().gains == FollowerGains()
+
+
 def broken(policy, **changes):
     return replace(policy, **{name: tuple(value) for name, value in changes.items()})
 
@@ -67,6 +78,14 @@ def broken(policy, **changes):
         (
             lambda p: replace(p, pose_rad=np.nan * p.pose_rad),
             "expected finite angles in pose_rad, found NaN or infinity",
+        ),
+        (
+            lambda p: replace(p, gains=FollowerGains(kp_heading=-1.0)),
+            "expected two follower_gains above 0 and up to 20 /s, found 1.25, -1",
+        ),
+        (
+            lambda p: replace(p, gains=FollowerGains(kp_speed=np.nan)),
+            "expected two follower_gains above 0 and up to 20 /s, found nan, 2.8",
         ),
         (
             lambda p: replace(p, action_scale_rad=0.0),

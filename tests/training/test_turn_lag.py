@@ -1,0 +1,44 @@
+"""The gains of a policy whose course is behind its heading."""
+
+import numpy as np
+import pytest
+
+pytest.importorskip("torch")
+
+from spikeport.networks.walking_policy import load
+from spikeport.training import turn_lag
+from spikeport.training.turn_lag import KP_SPEED, with_gains
+
+RATES = np.linspace(-1, 1, 16)
+
+
+def moving(monkeypatch, lag_s, speed_m_s=0.5):
+    """Let robots move where they were heading ``lag_s`` before."""
+    course = speed_m_s * np.stack((np.cos(lag_s * RATES), -np.sin(lag_s * RATES)), axis=1)
+    monkeypatch.setattr(turn_lag, "turning", lambda _policy: (course, RATES))
+
+
+@pytest.mark.parametrize(
+    ("lag_s", "kp_heading"), [(0.06, 1 / (0.5 / KP_SPEED - 0.1)), (-0.1, 2 * KP_SPEED)]
+)
+def test_gains_allow_for_the_lag(monkeypatch, lag_s, kp_heading):
+    moving(monkeypatch, lag_s)
+    found = with_gains(load()).gains
+    assert (found.kp_speed, found.kp_heading) == (KP_SPEED, pytest.approx(kp_heading))
+
+
+def test_no_lag_is_too_long_for_a_gain(monkeypatch):
+    moving(monkeypatch, 0.6)
+    assert with_gains(load()).gains.kp_heading == pytest.approx(4.89, abs=0.01)
+
+
+def test_a_policy_that_hardly_walks_keeps_its_gains(monkeypatch):
+    moving(monkeypatch, 0.1, speed_m_s=0.1)
+    policy = load()
+    assert with_gains(policy) is policy
+
+
+def test_the_shipped_policy_lags_little():
+    velocity, yaw_rate = turn_lag.turning(load())
+    behind = -np.arctan2(velocity[:, 1], velocity[:, 0])
+    assert np.polyfit(yaw_rate, behind, 1)[0] == pytest.approx(0.02, abs=0.015)
