@@ -7,6 +7,7 @@ from spikeport.networks import walking_policy
 from spikeport.networks.loading import isaac
 from spikeport.networks.loading.description import Description, check_robot, translated
 from spikeport.networks.loading.files import file_format, load_mlp
+from spikeport.networks.loading.mlp import Mlp
 from spikeport.networks.loading.refusal import refusing
 from spikeport.networks.walking_policy import WalkingPolicy
 from spikeport.reading.mismatch import MismatchError
@@ -46,18 +47,17 @@ def load_walking(
     """
     mlp = load_mlp(path, activation)
     if file_format(path) == "npz":
-        theirs = _ours(path, robot)
-    elif description is None:
+        return _ours(path, mlp, robot)
+    if description is None:
         with refusing(path, cure=f"give it with {describe}"):
             raise MismatchError("Isaac Lab's environment description with it", "none")
-    else:
-        theirs = _foreign(description, robot)
+    theirs = _foreign(description, robot)
     with refusing(path):
         return translated(mlp, theirs, robot)
 
 
-def _ours(path: Path, robot: Description) -> Description:
-    """Read one of our files: joints, pose and action scale are in it; the rest is the robot's."""
+def _ours(path: Path, mlp: Mlp, robot: Description) -> WalkingPolicy:
+    """Read the rest of our file: joints, pose, action scale and gains of the follower are in it."""
     policy = walking_policy.load(path)
     theirs = replace(
         robot,
@@ -67,7 +67,7 @@ def _ours(path: Path, robot: Description) -> Description:
     )
     with refusing(path):
         check_robot(theirs, robot)
-    return theirs
+        return replace(translated(mlp, theirs, robot), gains=policy.gains)
 
 
 def _foreign(path: Path, robot: Description) -> Description:

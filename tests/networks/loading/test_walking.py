@@ -11,6 +11,7 @@ from spikeport.errors import UsageError
 from spikeport.experiments.policy.settings import PolicySettings, load_policy
 from spikeport.networks import walking_policy
 from spikeport.networks.loading import isaac
+from spikeport.networks.path_following import FollowerGains
 from spikeport.networks.walking_policy import WalkingPolicy
 from spikeport.robot.description import DEFAULT_POSE, JOINTS
 
@@ -83,6 +84,12 @@ def test_the_activation_of_a_checkpoint_is_the_one_that_is_named(tmp_path, envir
     assert load_policy(path, environment(), "elu").weights[0].shape == (8, 69)
     with pytest.raises(UsageError, match="expected activation elu, found gelu"):
         load_policy(path, environment(), "gelu")
+
+
+def test_a_file_of_ours_keeps_the_gains_of_its_follower(tmp_path):
+    path, gains = tmp_path / "policy.npz", FollowerGains(kp_speed=1.1, kp_heading=3.5)
+    replace(walking_policy.load(), gains=gains).save(path)
+    assert load_policy(path).gains == gains
 
 
 def test_a_file_of_ours_for_other_joints_is_refused(tmp_path):
