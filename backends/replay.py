@@ -38,19 +38,15 @@ class ReplayChip:
     ) -> None:
         self._path, self._codec = path, Codec(image)
         self._record = Record(path)
+        try:
+            self._check_session(image, seed)
+        except BackendError:
+            self._record.close()
+            raise
         self.link: dict[str, object] | None = {
             "replays": str(path),
             "runs": self._record.session.runs,
         }
-        if self._record.session.digest != image.digest:
-            raise BackendError(
-                f"{path}: a record of image {self._record.session.digest[:12]}, but the network is "
-                f"image {image.digest[:12]}; play it back with the network it was made with"
-            )
-        if (then := self._record.session.seed) != seed:
-            raise BackendError(
-                f"{path}: a record of seed {then}, but the run has seed {seed}; cure: --seed {then}"
-            )
         self._steps = self._record.steps()
         self._next = next(self._steps, None)
         self._totals: bytes | None = None
@@ -58,6 +54,20 @@ class ReplayChip:
         self._number = 0
         self._open_spikes: int | None = None
         self._log = StepLog(image.cores, image.manifest.dt_s, self._messages, log)
+
+    def _check_session(self, image: ChipImage, seed: int) -> None:
+        """Refuse a record of another image or seed."""
+        session = self._record.session
+        if session.digest != image.digest:
+            raise BackendError(
+                f"{self._path}: a record of image {session.digest[:12]}, but the network is "
+                f"image {image.digest[:12]}; play it back with the network it was made with"
+            )
+        if session.seed != seed:
+            raise BackendError(
+                f"{self._path}: a record of seed {session.seed}, but the run has seed {seed}; "
+                f"cure: --seed {session.seed}"
+            )
 
     def step(self, spikes: np.ndarray, errors: Mapping[int, np.ndarray]) -> list[np.ndarray]:
         """Return what the host got in this step; see `spikeport.backends.chip.Chip.step`.

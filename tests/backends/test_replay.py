@@ -89,6 +89,11 @@ def test_a_record_of_another_image_is_refused(path: Path) -> None:
         ReplayChip(Parts(inputs=[5]).image(), 0, path)
 
 
-def test_a_record_of_another_seed_is_refused(path: Path) -> None:
+def test_a_record_of_another_seed_is_refused_and_closed(
+    path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    closed: list[Record] = []
+    monkeypatch.setattr(Record, "close", lambda self: closed.append(self))
     with pytest.raises(BackendError, match="of seed 0, but the run has seed 3; cure: --seed 0"):
         ReplayChip(small_image(), 3, path)
+    assert len(closed) == 1

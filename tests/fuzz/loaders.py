@@ -4,6 +4,7 @@ import binascii
 import shutil
 import socket
 from collections.abc import Callable
+from dataclasses import asdict
 from pathlib import Path
 from types import SimpleNamespace
 from typing import NamedTuple
@@ -42,6 +43,8 @@ from spikeport.experiments import calibration
 from spikeport.experiments.calibration import DecoderCalibration
 from spikeport.experiments.policy.observations import read_observations
 from spikeport.experiments.run_folder import write_dataset
+from spikeport.experiments.sweep.folder import SweepFolder, opened
+from spikeport.experiments.sweep.plan import Sweep
 from spikeport.experiments.switch import schedule
 from spikeport.experiments.walk.path_file import read_path
 from spikeport.files import write_json
@@ -89,6 +92,7 @@ from tests.helpers.fake_board import MACHINE, FakeClock, FakeLine, small_image, 
 from tests.helpers.foreign import ENVIRONMENT, Policy, described, state
 from tests.helpers.forging import good
 from tests.helpers.standing_robot import remote
+from tests.helpers.sweeps import result
 
 SCHEDULE = Path(schedule.__file__).with_name("switch.toml")
 
@@ -257,6 +261,46 @@ def _replay(path: Path) -> None:
     for spikes in spike_train(20):
         chip.step(spikes, {})
     chip.activity()
+
+
+SWEEP = Sweep(
+    experiment="walk",
+    backend="native",
+    chip="loihi",
+    pipeline="compact",
+    seconds=2.0,
+    settings={"path": "line", "policy": "a.npz"},
+    varied={"n_neurons": (2, 20)},
+    seeds=(0,),
+    files={"a.npz": "0f"},
+)
+
+
+def _plan(folder: Path) -> None:
+    write_json(folder / "plan.json", asdict(SWEEP))
+
+
+def _gone_on(path: Path) -> None:
+    with opened(_beside(path, "sweep.json"), SWEEP):
+        pass
+
+
+def _point(folder: Path) -> None:
+    point = SWEEP.points()[0]
+    write_json(folder / "point.json", result(point, falls=0, cross_track_rms_m=0.01))
+
+
+def _finished(path: Path) -> None:
+    point = SWEEP.points()[0]
+    SweepFolder(_beside(path, f"points/{point.name}.json")).read(point)
+
+
+def _beside(path: Path, name: str) -> Path:
+    """Return a folder that has a copy of a file, and its name in its own."""
+    folder = Path(f"{path}-folder")
+    (folder / name).parent.mkdir(parents=True, exist_ok=True)
+    shutil.copyfile(path, folder / name)
+    return folder
 
 
 def _frames(folder: Path) -> None:
@@ -443,6 +487,8 @@ LOADERS = {
     "remote": Loader(_remote, _pressed),
     "sport mode": Loader(_mode, _released),
     "path": Loader(_path, lambda path: read_path(path, 5.0)),
+    "sweep's plan": Loader(_plan, _gone_on),
+    "sweep's point": Loader(_point, _finished),
     "schedule": Loader(_copies(SCHEDULE), lambda path: schedule.load(path, 26.0)),
     "chip": Loader(_copies(BUILT_IN / "loihi.toml"), lambda path: chips.get(str(path))),
     "report": Loader(_report, _diff),
