@@ -4,12 +4,40 @@ Each foot gets the positions (m) and velocities (m/s) of its heel and toe, and w
 touches the floor (number of contacts, force in N), all in the world frame.
 """
 
+from typing import NamedTuple
+
+import numpy as np
+
 from spikeport.robot.engine import mujoco
 from spikeport.robot.feet import SIDES
 
 SENSORS = {"heel": 3, "toe": 3, "heel velocity": 3, "toe velocity": 3, "contact": 4}
 """Sensors of each foot in their order, and their sizes."""
+VALUES = len(SIDES) * sum(SENSORS.values())
+"""Number of values of both feet."""
 _NET_FORCE = 3
+
+
+class FootReadings(NamedTuple):
+    """Readings of the feet, left one first, behind the axes of what was read.
+
+    ``points`` (2, 2, 3) are the centres of heel and toe in m, ``velocities`` (2, 2, 3) theirs in
+    m/s, and ``force_n`` (2,) is the strength of the force of the floor on each foot.
+    """
+
+    points: np.ndarray
+    velocities: np.ndarray
+    force_n: np.ndarray
+
+
+def readings(values: np.ndarray) -> FootReadings:
+    """Return what the sensors read, from their values (..., `VALUES`)."""
+    feet = values.reshape(*values.shape[:-1], len(SIDES), -1)
+    points, velocities, contact = np.split(feet, (6, 12), axis=-1)
+    of_points = (*feet.shape[:-1], 2, 3)
+    # Of a contact, the number comes first, then the force.
+    force_n = np.linalg.norm(contact[..., 1:], axis=-1)
+    return FootReadings(points.reshape(of_points), velocities.reshape(of_points), force_n)
 
 
 def add_foot_sensors(spec: mujoco.MjSpec) -> None:

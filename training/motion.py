@@ -7,6 +7,7 @@ import numpy as np
 
 from spikeport.arrays import Flags, Floats
 from spikeport.robot.estimator.leg_odometry import DEFAULT as ODOMETRY
+from spikeport.robot.foot_sensors import readings
 from spikeport.robot.walk_interface import gravity
 from spikeport.training.model import HEEL_RADIUS_M, TOE_RADIUS_M
 
@@ -45,12 +46,9 @@ class FeetMotion:
     @classmethod
     def from_sensors(cls, sensors: Floats, ground: HeightOf) -> "FeetMotion":
         """Return the feet, from the sensors ``(n, 32)`` of `training.model` and the ground."""
-        each = sensors.reshape(len(sensors), 2, -1)
-        force = np.linalg.norm(each[..., 13:16], axis=-1)
-        points = each[..., :6].reshape(-1, 2, 2, 3)
+        points, velocity, force_n = readings(sensors)
         below = ground(points[..., :2].reshape(-1, 4, 2)).reshape(-1, 2, 2)
-        velocity = each[..., 6:12].reshape(-1, 2, 2, 3)
-        return cls(force > CONTACT_FORCE_N, force, points, velocity, below)
+        return cls(force_n > CONTACT_FORCE_N, force_n, points, velocity, below)
 
     @property
     def clearance_m(self) -> Floats:

@@ -6,6 +6,7 @@ import numpy as np
 
 from spikeport.experiments.evaluate.stage import EpisodeRecording, Stage
 from spikeport.experiments.walk.metrics import smoothed
+from spikeport.robot.foot_sensors import FootReadings, readings
 from spikeport.robot.link.h1 import SPEED_LIMITS_RAD_S
 from spikeport.robot.perturbed_plant import PerturbedPlant
 from spikeport.training.motion import Motion
@@ -20,8 +21,6 @@ CONTACT_N = 1.0
 IMPACT_S = 0.05
 MOVING = 0.2
 """The least command, in m/s and rad/s: with a smaller one a robot may stand."""
-_PLACES, _VELOCITIES, _FORCE = slice(0, 6), slice(6, 12), slice(13, 16)
-"""Slices of `robot.foot_sensors`: places and velocities of heel and toe, force of the foot."""
 
 
 class Measure(NamedTuple):
@@ -111,9 +110,10 @@ def _gait(plant: PerturbedPlant, walked: EpisodeRecording) -> dict[str, float | 
     """Return the figures of feet and work; those without a step or a way are None."""
     dt_s = float(walked.time_s[1] - walked.time_s[0])
     moves = (np.abs(walked.command) > MOVING).any(axis=1)
-    force_n = np.linalg.norm(walked.feet[:, :, _FORCE], axis=2)
+    feet = readings(walked.feet)
+    force_n = feet.force_n
     down = force_n > CONTACT_N
-    height_m, speed_m_s = _soles(plant, walked)
+    height_m, speed_m_s = _soles(plant, feet)
     steps = [_Steps(*columns) for columns in zip(down.T, height_m.T, force_n.T, strict=True)]
     begun = np.concatenate([one.down_at for one in steps])
     peaks = np.concatenate([one.peaks(round(IMPACT_S / dt_s)) for one in steps])
@@ -125,7 +125,7 @@ def _gait(plant: PerturbedPlant, walked: EpisodeRecording) -> dict[str, float | 
     moving_s = np.count_nonzero(moves) * dt_s
     return {
         "clearance_m": float(tops.mean()) if len(tops) else None,
-        "double_support": float(down.all(axis=1)[moves].mean()) if moving_s else None,
+        "double_support": float(down[moves].all(axis=1).mean()) if moving_s else None,
         "steps_per_s": float(moves[begun].sum() / moving_s) if moving_s else None,
         "slip_m_s": float((force_n * speed_m_s).sum() / force_n.sum()) if down.any() else None,
         "impact_bw": float(peaks.mean() / weight_n) if len(peaks) else None,
@@ -133,18 +133,15 @@ def _gait(plant: PerturbedPlant, walked: EpisodeRecording) -> dict[str, float | 
     }
 
 
-def _soles(plant: PerturbedPlant, walked: EpisodeRecording) -> tuple[np.ndarray, np.ndarray]:
+def _soles(plant: PerturbedPlant, feet: FootReadings) -> tuple[np.ndarray, np.ndarray]:
     """Return heights (n, 2) above the floor, and speeds, of the lower of heel and toe."""
-    n = len(walked.time_s)
-    places, velocities = (
-        walked.feet[:, :, part].reshape(n, 2, 2, 3) for part in (_PLACES, _VELOCITIES)
-    )
+    places = feet.points
     radii = [
         [plant.model.geom(f"{side}_{part}").size[0] for part in ("heel", "toe")]
         for side in ("left", "right")
     ]
     heights = places[..., 2] - np.array(radii) - plant.floor_m(places[..., 0], places[..., 1])
-    speeds = np.linalg.norm(velocities[..., :2], axis=-1)
+    speeds = np.linalg.norm(feet.velocities[..., :2], axis=-1)
     # The lower one bears: its height is the clearance, its speed the slip.
     lower = heights.argmin(axis=2)[..., None]
     height, speed = (np.take_along_axis(each, lower, axis=2)[..., 0] for each in (heights, speeds))

@@ -8,12 +8,10 @@ from spikeport.experiments.evaluate.commands import RandomCommands
 from spikeport.experiments.loop import Loop, Port, Recording
 from spikeport.experiments.walk.port import NOWHERE, WalkPort
 from spikeport.networks.region import Box
-from spikeport.robot.foot_sensors import SENSORS
+from spikeport.robot.foot_sensors import VALUES
 from spikeport.robot.perturbation import Perturbation
 from spikeport.robot.perturbed_plant import PerturbedPlant
 from spikeport.robot.walk_interface import OBSERVATION_SIZE, PARTS
-
-_FEET = 2 * sum(SENSORS.values())
 
 
 @dataclass(frozen=True)
@@ -26,8 +24,8 @@ class EpisodeRecording(Recording):
         MuJoCo's.
     torque_nm : (n, 19) array
         Torques of the joints.
-    feet : (n, 2, 16) array
-        Values of `robot.foot_sensors`, left foot first.
+    feet : (n, 32) array
+        Values of `robot.foot_sensors`.
     command : (n, 3) array
         The command that the policy observes: vx and vy in m/s, wz in rad/s.
     """
@@ -59,7 +57,7 @@ class Witness(Port):
         data = self._plant.data
         command = self._walk.inputs[0][PARTS["command"]]
         # The feet's sensors were added behind all others.
-        feet = data.sensordata[-_FEET:].reshape(2, -1)
+        feet = data.sensordata[-VALUES:]
         states = data.qpos.copy(), data.qvel.copy(), data.actuator_force.copy(), feet.copy()
         self._rows.append((self._plant.time_s, *states, command))
         return np.empty(0)

@@ -65,7 +65,9 @@ def test_figures_of_a_gait_that_is_known():
     feet[:, :, 15] = 500.0 * ~up
     feet[:, :, 6] = 0.1  # the heels slide
     command = np.tile([0.6, 0.0, 0.0], (n, 1))
-    stage.witness = MadeUp(EpisodeRecording(time_s, qpos, qvel, torque, feet, command))
+    stage.witness = MadeUp(
+        EpisodeRecording(time_s, qpos, qvel, torque, feet.reshape(n, -1), command)
+    )
     figures = measure(stage)
     weight_n = stage.plant.model.body_mass.sum() * 9.81
     assert figures["speed_error_m_s"] == pytest.approx(0.1)
