@@ -10,6 +10,7 @@ from spikeport.backends import registry
 from spikeport.compile.ground.refusal import ArgumentError
 from spikeport.compile.loihi.build_settings import AS_USUAL, BuildSettings
 from spikeport.errors import UsageError
+from spikeport.reading.mismatch import shown
 
 if TYPE_CHECKING:
     from nengo_loihi.builder import Model
@@ -54,6 +55,13 @@ def check_hardware_options(options: object) -> None:
             f"hardware_options: {names}: options of NxSDK, which the process that is the board "
             "drives, `spikeport board serve --machine nxsdk`; leave them out"
         )
+
+
+def check_sample_times(dt: object) -> None:
+    """Refuse ``dt`` of `trange`, the old name of ``sample_every``; UsageError has the call."""
+    if dt is not None:
+        expected = "None: the name is sample_every, as in Nengo since 3.0; cure: "
+        raise ArgumentError("dt", dt, f"{expected}trange(sample_every={shown(dt)})")
 
 
 def build_settings(model: "Model | None", dt: float, remove_passthrough: bool) -> BuildSettings:

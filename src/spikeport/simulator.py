@@ -292,14 +292,17 @@ class Simulator:
             warnings.warn(f"{time_in_seconds:g} s is no step of {self.dt:g} s", stacklevel=2)
         self.run_steps(steps, progress_bar)
 
-    def trange(self, sample_every: float | None = None) -> np.ndarray:
+    def trange(self, sample_every: float | None = None, *, dt: None = None) -> np.ndarray:
         """Return the times, (n,), in seconds, of the steps so far, or of every sample.
 
         Raises
         ------
         ArgumentError
             If ``sample_every`` is neither None nor a time in seconds above 0.
+        UsageError
+            If ``dt`` is given, the name that nengo-loihi has for ``sample_every``.
         """
+        migration.check_sample_times(dt)
         if not (sample_every is None or _is_time(sample_every)):
             raise ArgumentError("sample_every", sample_every, "None, or a time in seconds above 0")
         return self.dt * sampled(self.n_steps, sample_every, self.dt)
