@@ -87,6 +87,21 @@ def _check_free(folder: Path, overwrite: bool) -> None:
         raise UsageError(f"{folder}: holds a run; choose another --out, or give --overwrite")
 
 
+def check_outside(folder: Path, option: str, path: Path | None) -> None:
+    """Refuse a file in the folder of a run, which would replace it, or be replaced.
+
+    Raises
+    ------
+    UsageError
+        Naming the option that asks for the file.
+    """
+    if path is not None and folder.resolve() in path.resolve().parents:
+        raise UsageError(
+            f"{option} {path}: lies in {folder}, the folder of the run, which holds nothing else; "
+            "choose another place"
+        )
+
+
 def clear(folder: Path) -> None:
     """Remove an earlier run, its result first: what is half removed does not read as whole."""
     for path in [*(folder / name for name in FILES), *filter(is_leftover, folder.glob("*"))]:

@@ -5,7 +5,7 @@ import errno
 import fcntl
 import os
 import secrets
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from spikeport.errors import UsageError
@@ -56,6 +56,25 @@ def check_output(option: str, path: Path, *reads: Path, suffix: str = "") -> Non
     if suffix and path.exists() and path.suffix not in ("", suffix):
         raise UsageError(f"{option} {path}: is there, and no {suffix} file; choose another")
     check_folder(option, path, path.parent)
+
+
+def check_apart(outputs: Iterable[tuple[str, Path]]) -> None:
+    """Refuse outputs of which one would replace another.
+
+    Parameters
+    ----------
+    outputs : iterable of (str, Path)
+        The options that ask for outputs, and their paths.
+
+    Raises
+    ------
+    UsageError
+        Naming both options, and the path.
+    """
+    known: dict[Path, str] = {}
+    for option, path in outputs:
+        if (other := known.setdefault(path.resolve(), option)) != option:
+            raise UsageError(f"{option} {path}: would replace what {other} writes; choose another")
 
 
 def check_folder(option: str, path: Path, folder: Path) -> None:

@@ -183,3 +183,11 @@ def test_a_full_disk_is_an_error_and_not_the_end_of_the_process(tmp_path):
     done = subprocess.run(command, capture_output=True, text=True)
     assert (done.returncode, done.stdout) == (0, "refused: File too large\n")
     assert names(tmp_path) == []
+
+
+@pytest.mark.parametrize("name", ["session.record", "result.json", "counts/x"])
+def test_a_file_of_another_kind_is_kept_out_of_the_folder(tmp_path, name):
+    with pytest.raises(UsageError, match=r"^--record .*: lies in .*, the folder of the run"):
+        run_folder.check_outside(tmp_path, "--record", tmp_path / name)
+    run_folder.check_outside(tmp_path / "run", "--record", tmp_path / name)
+    run_folder.check_outside(tmp_path, "--record", None)

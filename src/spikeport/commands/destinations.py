@@ -1,13 +1,17 @@
 """The places that a compile writes image and report to."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from spikeport.atomic import check_folder, check_output
+from spikeport.atomic import check_apart, check_folder, check_output
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.report.report import Json
 from spikeport.errors import UsageError
 from spikeport.files import write_json
+
+IMAGE, REPORT = "image.npz", "report.json"
+"""Files of the folder."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,15 +39,29 @@ class Destinations:
         for name, path in (("json", self.json), ("html", self.html)):
             if path is not None:
                 check_output(f"--{name}", path, *reads, suffix=f".{name}")
+        check_apart(self._files())
+
+    def _files(self) -> Iterator[tuple[str, Path]]:
+        """Yield the options, each with a file that it has written."""
+        if self.out is not None:
+            yield from (("--out", self.out / name) for name in (IMAGE, REPORT))
+        # The report of the folder, asked for by both, is one.
+        if self.json is not None and not self._holds_report(self.json):
+            yield "--json", self.json
+        if self.html is not None:
+            yield "--html", self.html
+
+    def _holds_report(self, path: Path) -> bool:
+        return self.out is not None and path.resolve() == (self.out / REPORT).resolve()
 
     def write_image(self, image: ChipImage) -> None:
         """Write an image to the folder, where there is one."""
         if self.out is not None:
-            image.save(self.out / "image.npz")
+            image.save(self.out / IMAGE)
 
     def write_report(self, report: Json, title: str) -> None:
         """Write a report to the folder, the file and the page, where they are asked for."""
-        for path in (self.out and self.out / "report.json", self.json):
+        for path in (self.out and self.out / REPORT, self.json):
             if path is not None:
                 write_json(path, report)
         if self.html is not None:

@@ -62,6 +62,7 @@ def run(request: RunRequest) -> None:
         # drawing a bar ten times a second holds up steps that keep to the clock
         progress_bar(moves=not keeps_to_a_clock(request.link, request.robot)) as progress,
     ):
+        run_folder.check_outside(folder, "--record", request.link.record)
         options = Options(
             seconds=seconds,
             backend=target.backend,

@@ -64,6 +64,7 @@ def simulate(request: SimulateRequest) -> None:
         run_folder.opened(request.out, _stem(request.network), request.overwrite) as folder,
         run_folder.counting(request.counts) as counts,
     ):
+        run_folder.check_outside(folder, "--record", request.link.record)
         with contained(request.network), progress_bar() as progress:
             progress("building the network", None)
             network = _network(request)

@@ -56,6 +56,26 @@ def test_a_file_of_another_kind_is_not_replaced(spikeport, net_py, tmp_path, opt
     assert path.read_text() == "mine"
 
 
+@pytest.mark.parametrize(
+    ("json", "html", "message"),
+    [
+        ("out/image.npz", None, "--json {json}: would replace what --out writes"),
+        (None, "out/report.json", "--html {html}: would replace what --out writes"),
+        ("page", "out/../page", "--html {html}: would replace what --json writes"),
+    ],
+)
+def test_outputs_do_not_replace_each_other(tmp_path, json, html, message):
+    asked = {"json": json and tmp_path / json, "html": html and tmp_path / html}
+    with pytest.raises(UsageError) as caught:
+        Destinations(out=tmp_path / "out", **asked).check()
+    assert str(caught.value) == f"{message.format(**asked)}; choose another"
+
+
+def test_the_report_of_the_folder_may_be_named_as_well(tmp_path):
+    out = tmp_path / "out"
+    Destinations(out=out, json=out / "report.json", html=out / "report.html").check()
+
+
 def test_reports_are_not_replaced_by_their_difference(spikeport, net_py, tmp_path):
     spikeport("compile", f"{net_py}:make", "--out", tmp_path)
     report = tmp_path / "report.json"

@@ -150,6 +150,10 @@ def test_a_model_without_probes_is_probed_at_its_outputs(spikeport, tmp_path, mo
         (("NET:make", "--chip", "lohi"), "unknown chip 'lohi'; choose from: "),
         (("NET:make", "-p", "compakt"), "unknown pass or pipeline 'compakt'; choose from: "),
         (("leg",), "unknown network 'leg'; choose from: "),
+        (
+            (*("NET:make", "--backend", "board"), *("--out", "runs/a", "--record", "runs/a/b")),
+            "--record runs/a/b: lies in runs/a, the folder of the run, which holds nothing else; ",
+        ),
     ],
 )
 def test_wrong_use_is_refused_and_leaves_nothing(
