@@ -7,6 +7,7 @@ outputs were held because the board was late is in it as such, and is played bac
 
 import json
 import struct
+import time
 import zlib
 from collections.abc import Iterator
 from dataclasses import asdict
@@ -28,8 +29,12 @@ STEP = struct.Struct("<QIBB2x")
 """Step of the board, bytes of what the host sent, its flags, and 1 where the board answered."""
 MOST = 1 << 28
 """Bytes in the largest entry."""
-FLUSH_STEPS = 1000
-"""Steps after which entries reach the disk: of a program that is killed, no more are lost."""
+FLUSH_S = 0.2
+"""Time after which entries are handed to the system: of a program that is killed, no more are lost.
+
+By time and not by steps: those of a slow board would be lost for long, and to hand over every one
+of a fast loop would cost it a call each.
+"""
 
 
 class Entry(IntEnum):
@@ -73,19 +78,23 @@ class SessionRecorder:
         self._path = path
         self._file: BinaryIO = open(path, "wb", buffering=1 << 16)  # noqa: SIM115
         self._file.write(MAGIC)
-        self._steps = 0
+        self._flush_s = 0.0
 
     def begin(self, hello: Hello, welcome: Welcome) -> None:
         """Write the greetings of both sides."""
         self._add(Entry.SESSION, json.dumps({**asdict(hello), **asdict(welcome)}).encode())
+        self._flush()
 
     def step(self, board_step: int, flags: int, sent: bytes, answer: bytes | None) -> None:
         """Write a step of the host."""
         head = STEP.pack(board_step, len(sent), flags, answer is not None)
         self._add(Entry.STEP, b"".join((head, sent, answer or b"")))
-        self._steps += 1
-        if self._steps % FLUSH_STEPS == 0:
-            self._file.flush()
+        if time.monotonic() >= self._flush_s:
+            self._flush()
+
+    def _flush(self) -> None:
+        self._file.flush()
+        self._flush_s = time.monotonic() + FLUSH_S
 
     def _add(self, kind: Entry, payload: bytes) -> None:
         head = ENTRY.pack(len(payload), kind)

@@ -8,7 +8,8 @@ import pytest
 
 from spikeport.backends.board.board import Board
 from spikeport.backends.board.chip import BoardChip
-from spikeport.backends.board.record import Record, SessionRecorder
+from spikeport.backends.board.hello import Hello, Welcome
+from spikeport.backends.board.record import FLUSH_S, Record, SessionRecorder
 from spikeport.errors import BackendError
 from tests.helpers.fake_board import MACHINE, FakeClock, FakeLine, small_image, spike_train
 
@@ -66,6 +67,23 @@ def test_a_damaged_step_ends_the_record(tmp_path: Path, content: bytes) -> None:
         steps = [step.board_step for step in record.steps()]
         assert steps == list(range(1, len(steps) + 1))
         assert not record.whole or record.totals is None
+
+
+def test_a_host_that_is_killed_leaves_all_but_its_last_moments(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, now_s = tmp_path / "killed", [50.0]
+    monkeypatch.setattr("spikeport.backends.board.record.time.monotonic", lambda: now_s[0])
+    recorder = SessionRecorder(path)
+    recorder.begin(Hello("digest", 3), Welcome("digest", "native", 1e4))
+    left = []
+    for step in range(1, 6):
+        # What a reader finds before each step is what a host that is killed then has left.
+        left.append(len(list(Record(path).steps())))
+        now_s[0] += 0.6 * FLUSH_S
+        recorder.step(step, 0, b"", b"answer")
+    assert left == [0, 0, 2, 2, 4]
+    recorder.close()
 
 
 @pytest.mark.parametrize("wrong", [b"", b"SPKLREC1", b"other"])
