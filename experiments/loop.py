@@ -26,6 +26,11 @@ from spikeport.reading.mismatch import shown
 ROUNDING = 1e-6
 """The rounding error that a ratio of time steps may have."""
 
+NOT_BEGUN = (
+    "the loop has begun no run, so the controller would observe zeros and the ports keep an "
+    "earlier run; cure: call begin() when the plant is where the run starts, before the first step"
+)
+
 
 class SteppedPlant(Protocol):
     """A robot that advances in steps of ``dt_s`` and holds its commands between them."""
@@ -177,11 +182,7 @@ class Loop(Generic[P]):
             As `begin`, or if no run was begun.
         """
         if not self._is_begun:
-            raise UsageError(
-                "the loop has begun no run, so the controller would observe zeros and the ports "
-                "keep an earlier run; cure: call begin() when the plant is where the run starts, "
-                "before the first step"
-            )
+            raise UsageError(NOT_BEGUN)
         self._tick += 1
         if self._tick % self._ticks == 0:
             # Copied: the array is Nengo's, and ports keep parts of it.
@@ -198,6 +199,8 @@ class Loop(Generic[P]):
         DivergedError
             As `step`.
         """
+        if not self._is_begun:
+            raise UsageError(f"{NOT_BEGUN}, and reset() the simulator, whose step was broken off")
         if self._pace is not None and self._pace.is_kept(time_s, self._tick):
             self._pace = None
         return self.step(values)

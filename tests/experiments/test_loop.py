@@ -312,9 +312,19 @@ def test_a_second_controller_is_refused(made):
 @pytest.mark.parametrize("backend", ["native", "reference"])
 def test_a_step_of_a_run_that_was_not_begun_is_refused(backend):
     loop = counting(0.001)
-    assert refusal(loop.step, np.zeros(2)).startswith("the loop has begun no run, so ")
+    message = refusal(loop.step, np.zeros(2))
+    assert message.startswith("the loop has begun no run, so ")
+    assert message.endswith(
+        "cure: call begin() when the plant is where the run starts, before the first step"
+    )
     with Simulator(connected(loop), backend=backend) as sim:
-        assert "cure: call begin() when" in refusal(sim.step)
+        broken_off = "reset() the simulator, whose step was broken off"
+        assert refusal(sim.step) == f"{message}, and {broken_off}"
+        loop.begin()
+        sim.reset()
+        sim.run_steps(8)
+        assert loop.plant.time_s == pytest.approx(sim.time)
+    loop = counting(0.001)
     loop.begin()
     assert loop.step(np.zeros(2)).tolist() == [0]
 
