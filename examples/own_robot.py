@@ -130,8 +130,9 @@ def main() -> None:
     """Print how far the pole tilts, with the controller and without."""
     for name, tilts_rad in (("neurons push", balance(10.0)), ("nobody pushes", fall(10.0))):
         seconds = CartPole().dt_s * (len(tilts_rad) - 1)
-        largest, last = np.degrees((np.abs(tilts_rad).max(), np.abs(tilts_rad[-200:]).max()))
-        print(f"{name}: {seconds:.1f} s, tilt at most {largest:.1f}, at the end {last:.1f} degrees")
+        largest, late = np.degrees((np.abs(tilts_rad).max(), np.abs(tilts_rad[-200:]).max()))
+        most = f"tilt at most {largest:.1f}, in the last second {late:.1f} degrees"
+        print(f"{name}: {seconds:.1f} s, {most}")
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 """The example of docs/own-robot.md: a cart-pole on the emulated chip."""
 
 import importlib.util
+import re
 from pathlib import Path
 
 import nengo
@@ -11,7 +12,8 @@ from spikeport import Simulator, compile_network
 from spikeport.experiments.loop import Loop
 from spikeport.networks.policy import Layer, PolicyOptions, policy, record_ranges
 
-EXAMPLE = Path(__file__).parents[2] / "examples" / "own_robot.py"
+ROOT = Path(__file__).parents[2]
+EXAMPLE = ROOT / "examples" / "own_robot.py"
 
 
 @pytest.fixture(scope="module")
@@ -37,6 +39,19 @@ def test_neurons_on_the_chip_balance_the_pole(own_robot, balanced):
     assert len(balanced) == 1 + round(4.0 / own_robot.CartPole().dt_s)
     assert np.abs(balanced).max() < 1.1 * own_robot.TILT_RAD
     assert np.abs(balanced[-200:]).max() < 0.5 * own_robot.TILT_RAD
+
+
+def test_what_the_example_prints_is_what_the_page_shows(own_robot, balanced, monkeypatch, capsys):
+    monkeypatch.setattr(own_robot, "balance", lambda _: balanced)
+    own_robot.main()
+    printed = capsys.readouterr().out.splitlines()
+    late = np.degrees(np.abs(balanced[-round(1 / own_robot.CartPole().dt_s) :]).max())
+    assert printed[0].endswith(f", in the last second {late:.1f} degrees")
+    page = (ROOT / "docs" / "own-robot.md").read_text(encoding="utf-8")
+    shown = [line.strip() for line in page.splitlines() if " s, tilt at most " in line]
+    assert [re.sub(r"[\d.]+", "", line) for line in shown] == [
+        re.sub(r"[\d.]+", "", line) for line in printed
+    ]
 
 
 def test_the_emulator_balances_it_bit_for_bit_alike(own_robot, balanced):
