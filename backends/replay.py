@@ -29,8 +29,10 @@ class ReplayChip:
 
     Raises
     ------
+    UsageError
+        If the file is missing or no record.
     BackendError
-        If the file is no record, or is one of another image or seed.
+        If it is one of another image or seed.
     """
 
     def __init__(

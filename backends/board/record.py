@@ -18,8 +18,8 @@ from typing import BinaryIO, NamedTuple
 from pydantic import TypeAdapter, ValidationError
 
 from spikeport.backends.board.hello import Hello, Welcome
-from spikeport.errors import BackendError
-from spikeport.reading.archive import UnreadableError, open_file
+from spikeport.errors import BackendError, UsageError
+from spikeport.reading.archive import open_file
 from spikeport.reading.mismatch import MismatchError
 
 MAGIC = b"SPKLREC1"
@@ -144,7 +144,7 @@ class Record:
 
     Raises
     ------
-    BackendError
+    UsageError
         If the file is missing or no record.
     """
 
@@ -152,10 +152,8 @@ class Record:
         self._path = path
         try:
             self._file = open_file(path)
-        except UnreadableError as error:
-            raise BackendError(str(error)) from None
         except MismatchError as error:
-            raise BackendError(f"{path}: {error}") from None
+            raise UsageError(f"{path}: {error}") from None
         self.totals: bytes | None = None
         self.whole = False
         self._entries = self._read()
@@ -168,7 +166,7 @@ class Record:
                 return TypeAdapter(RecordedSession).validate_json(payload)
         except ValidationError:
             pass
-        raise BackendError(f"{self._path}: no record of a board's session")
+        raise UsageError(f"{self._path}: no record of a board's session")
 
     def _read(self) -> Iterator[tuple[int, bytes]]:
         """Yield entries, up to the first that is cut or damaged."""

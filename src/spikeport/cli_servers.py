@@ -62,10 +62,10 @@ def board_write_command(
 def board_inspect_command(
     record: Annotated[Path, typer.Argument(help="A file that `--record` of a run wrote.")],
 ) -> None:
-    """Print the content of a recorded session."""
+    """Print the content of a recorded session; exit with 1 if it is cut or damaged."""
     from spikeport.commands.board import inspect
 
-    inspect(record)
+    raise typer.Exit(inspect(record))
 
 
 @robot_app.command("serve")

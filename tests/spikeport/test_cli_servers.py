@@ -21,3 +21,11 @@ def test_help_lists_commands_and_options(spikeport, command, words):
 def test_an_option_that_is_wrong_is_a_wrong_use(spikeport):
     assert spikeport("board", "serve", "--listen", "unix:x", "--idle", "0").code == 2
     assert spikeport("robot", "serve", "--may-move").code == 2
+
+
+def test_a_record_that_is_none_is_a_wrong_use(spikeport, tmp_path):
+    (tmp_path / "empty").write_bytes(b"")
+    for name in ("missing", "empty", "."):
+        inspected = spikeport("board", "inspect", str(tmp_path / name))
+        assert inspected.code == 2
+        assert inspected.err.startswith(f"error: {tmp_path / name}: ")

@@ -154,8 +154,8 @@ def _say_of_board(line: str) -> None:
     _say(f"board: {line}")
 
 
-def inspect(path: Path) -> None:
-    """Print image, machine, steps, spikes and holds of a record."""
+def inspect(path: Path) -> int:
+    """Print image, machine, steps, spikes and holds of a record, and return the exit code."""
     record = Record(path)
     steps, held, sent_bytes = 0, 0, []
     for step in record.steps():
@@ -172,3 +172,4 @@ def inspect(path: Path) -> None:
         typer.echo("whole, but the session was broken off: there are no totals")
     else:
         typer.echo(f"cut or damaged after step {steps:,}")
+    return int(not record.whole)

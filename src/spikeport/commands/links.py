@@ -22,9 +22,7 @@ def link_options(link: Link, tls: Tls, backend: str) -> LinkOptions:
     ------
     UsageError
         If an option is for another backend or wrong, the record's file is there already or cannot
-        be made, or none is named to be played back.
-    BackendError
-        If what is to be played back is no record.
+        be made, or none is named to be played back, or what is named is none.
     """
     asked = LinkOptions(
         board=link.board,

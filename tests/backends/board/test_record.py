@@ -10,7 +10,7 @@ from spikeport.backends.board.board import Board
 from spikeport.backends.board.chip import BoardChip
 from spikeport.backends.board.hello import Hello, Welcome
 from spikeport.backends.board.record import FLUSH_S, Record, SessionRecorder
-from spikeport.errors import BackendError
+from spikeport.errors import UsageError
 from tests.helpers.fake_board import MACHINE, FakeClock, FakeLine, small_image, spike_train
 
 STEPS = 30
@@ -90,16 +90,16 @@ def test_a_host_that_is_killed_leaves_all_but_its_last_moments(
 def test_other_files_are_refused(tmp_path: Path, wrong: bytes) -> None:
     path = tmp_path / "other"
     path.write_bytes(wrong)
-    with pytest.raises(BackendError, match=f"{path}: no record of a board's session"):
+    with pytest.raises(UsageError, match=f"{path}: no record of a board's session"):
         Record(path)
 
 
 def test_a_missing_file_is_named(tmp_path: Path) -> None:
-    with pytest.raises(BackendError, match="missing: no such file"):
+    with pytest.raises(UsageError, match="missing: no such file"):
         Record(tmp_path / "missing")
 
 
 def test_a_pipe_which_nobody_writes_into_is_refused_at_once(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe")
-    with pytest.raises(BackendError, match="pipe: expected a file, found a pipe or a device"):
+    with pytest.raises(UsageError, match="pipe: expected a file, found a pipe or a device"):
         Record(tmp_path / "pipe")

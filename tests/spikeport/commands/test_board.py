@@ -96,7 +96,7 @@ def recorded(path: Path, faults: tuple[str, ...] = ()) -> None:
 
 def test_a_record_is_summed_up(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     recorded(tmp_path / "record")
-    inspect(tmp_path / "record")
+    assert inspect(tmp_path / "record") == 0
     assert capsys.readouterr().out.splitlines() == [
         f"image {small_image().digest[:12]}, seed 5, on native",
         "10 steps, of which 0 held; 1 bytes of spikes a step",
@@ -108,7 +108,7 @@ def test_a_cut_record_says_where(tmp_path: Path, capsys: pytest.CaptureFixture[s
     path = tmp_path / "record"
     recorded(path)
     path.write_bytes(path.read_bytes()[:-150])
-    inspect(path)
+    assert inspect(path) == 1
     assert capsys.readouterr().out.splitlines()[-1] == "cut or damaged after step 9"
 
 

@@ -8,7 +8,7 @@ import pytest
 from spikeport.backends.board.link import LinkOptions
 from spikeport.commands.links import certificates, link_options
 from spikeport.commands.options import Link, Tls
-from spikeport.errors import BackendError, UsageError
+from spikeport.errors import UsageError
 from tests.helpers.certificates import certificates as made_certificates
 
 
@@ -81,10 +81,10 @@ def test_a_record_is_not_written_over(tmp_path: Path) -> None:
 
 def test_what_is_no_record_is_refused_before_a_compile(tmp_path: Path) -> None:
     path = tmp_path / "record"
-    with pytest.raises(BackendError, match="no such file"):
+    with pytest.raises(UsageError, match="no such file"):
         link_options(link(replay=path), Tls(), "replay")
     path.write_text("no record")
-    with pytest.raises(BackendError, match="no record of a board's session"):
+    with pytest.raises(UsageError, match="no record of a board's session"):
         link_options(link(replay=path), Tls(), "replay")
 
 
