@@ -7,6 +7,7 @@ import numpy as np
 
 from spikeport.backends.board.messages import BodyError, Codec, Totals
 from spikeport.backends.board.record import Record, RecordedStep
+from spikeport.backends.recount import recounted
 from spikeport.backends.step_log import SUMS_ONLY, LogOptions, MessageCounts, StepLog
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.errors import BackendError
@@ -15,6 +16,9 @@ from spikeport.hardware_models.activity import Activity
 
 class ReplayChip:
     """A record in place of a board. Implements `spikeport.backends.chip.Chip`.
+
+    Counts of a session that was broken off, and of the beginning of a longer one, are those of
+    `spikeport.backends.recount`.
 
     Parameters
     ----------
@@ -38,7 +42,7 @@ class ReplayChip:
     def __init__(
         self, image: ChipImage, seed: int, path: Path, log: LogOptions = SUMS_ONLY
     ) -> None:
-        self._path, self._codec = path, Codec(image)
+        self._image, self._path, self._codec = image, path, Codec(image)
         self._record = Record(path)
         try:
             self._check_session(image, seed)
@@ -52,6 +56,7 @@ class ReplayChip:
         self._steps = self._record.steps()
         self._next = next(self._steps, None)
         self._totals: bytes | None = None
+        self._recounted: tuple[int, Totals] | None = None
         self._held = self._codec.silence()
         self._number = 0
         self._open_spikes: int | None = None
@@ -81,8 +86,7 @@ class ReplayChip:
         """
         recorded = self._next
         if recorded is None:
-            reason = "ends" if self._record.whole else "is cut or damaged"
-            raise BackendError(f"{self._path}: the record {reason} after step {self._number}")
+            raise self._ended()
         self._number += 1
         self._compare(recorded, spikes, errors)
         if self._open_spikes is None:  # else the board was still behind, and got none of these
@@ -97,6 +101,13 @@ class ReplayChip:
             self._open_spikes = None
         self._next = next(self._steps, None)
         return self._held
+
+    def _ended(self) -> BackendError:
+        """Return the error of a host that goes on where the record does not."""
+        reason = "ends" if self._record.whole else "is cut or damaged"
+        played_s = self._number * self._image.manifest.dt_s
+        cure = f"; cure: run as long, --seconds {played_s:.12g}" if self._number else ""
+        return BackendError(f"{self._path}: the record {reason} after step {self._number:,}{cure}")
 
     def _compare(
         self, recorded: RecordedStep, spikes: np.ndarray, errors: Mapping[int, np.ndarray]
@@ -135,23 +146,33 @@ class ReplayChip:
 
     def _unpacked(self) -> Totals:
         if self._totals is None:
-            raise BackendError(
-                f"{self._path}: there are no counts after step {self._number}: run as long as was "
-                "recorded, of a session that was not broken off"
-            )
+            return self._counted_anew()
         try:
             return self._codec.unpack_totals(self._totals)
         except BodyError as error:
             raise BackendError(f"{self._path}: {error}") from None
 
+    def _counted_anew(self) -> Totals:
+        """Return totals that the record does not have; `link` says whose they are."""
+        if self._recounted is None or self._recounted[0] != self._number:
+            self._recounted = self._number, recounted(self._image, self._path, self._number)
+        assert self.link is not None
+        self.link["counted_by"] = "native"
+        return self._recounted[1]
+
     def activity(self) -> Activity:
         """Return the counts; see `spikeport.backends.chip.Chip.activity`."""
-        self._totals = self._record.totals if self._next is None else self._next.totals
+        self._take_totals()
         return self._log.activity(self._unpacked().readout_spikes)
+
+    def _take_totals(self) -> None:
+        """Take the totals that the host asked for after the last step, if it did."""
+        self._totals = self._record.totals if self._next is None else self._next.totals
 
     def close(self) -> None:
         """Close the record; see `spikeport.backends.chip.Chip.close`."""
+        self._take_totals()
         try:
-            self._log.close()  # raises where the record has no counts for so few steps
+            self._log.close()  # raises where the record's counts are missing, or damaged
         finally:
             self._record.close()

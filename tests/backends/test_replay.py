@@ -8,6 +8,7 @@ import pytest
 from spikeport.backends.board.board import Board
 from spikeport.backends.board.chip import BoardChip
 from spikeport.backends.board.record import Record, SessionRecorder
+from spikeport.backends.native.chip import NativeChip
 from spikeport.backends.replay import ReplayChip
 from spikeport.backends.step_log import LogOptions
 from spikeport.errors import BackendError
@@ -52,7 +53,7 @@ def test_the_end_of_a_record_is_said(path: Path) -> None:
     chip = ReplayChip(small_image(), 0, path)
     for spikes in spike_train(STEPS):
         chip.step(spikes, {})
-    with pytest.raises(BackendError, match="the record ends after step 20"):
+    with pytest.raises(BackendError, match=r"ends after step 20; cure: .*, --seconds 0\.02$"):
         chip.step(np.zeros(0, dtype=int), {})
 
 
@@ -65,21 +66,56 @@ def test_a_cut_record_plays_up_to_the_cut(path: Path) -> None:
         chip.step(np.zeros(0, dtype=int), {})
 
 
-def test_counts_are_those_of_all_of_it(path: Path) -> None:
-    chip = ReplayChip(small_image(), 0, path)
-    chip.step(spike_train(1)[0], {})
-    with pytest.raises(BackendError, match="no counts after step 1: run as long as was recorded"):
-        chip.activity()
+def test_counts_of_the_beginning_are_counted_anew(path: Path) -> None:
+    chip, native = ReplayChip(small_image(), 0, path), NativeChip(small_image(), 0)
+    for spikes in spike_train(7):
+        chip.step(spikes, {})
+        native.step(spikes, {})
+    check_same_counts(chip, native)
+    assert chip.link == {"replays": str(path), "runs": "native", "counted_by": "native"}
 
 
-def test_a_record_that_has_no_counts_to_write_is_closed_nevertheless(
+def test_counts_of_all_of_it_are_the_boards(path: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "counts"
+    folder.mkdir()
+    chip = ReplayChip(small_image(), 0, path, LogOptions(folder=folder))
+    for spikes in spike_train(STEPS):
+        chip.step(spikes, {})
+    chip.close()
+    assert (folder / "messages.npz").is_file()
+    assert chip.link == {"replays": str(path), "runs": "native"}
+
+
+def test_a_session_that_was_broken_off_is_played_back_with_its_counts(path: Path) -> None:
+    path.write_bytes(path.read_bytes()[:-190])
+    chip, native = ReplayChip(small_image(), 0, path), NativeChip(small_image(), 0)
+    for spikes in spike_train(STEPS)[:-2]:
+        chip.step(spikes, {})
+        native.step(spikes, {})
+    check_same_counts(chip, native)
+
+
+def check_same_counts(chip: ReplayChip, native: NativeChip) -> None:
+    found, expected = chip.activity(), native.activity()
+    assert found.totals() == expected.totals()
+    assert found.readout_spikes == expected.readout_spikes
+    np.testing.assert_array_equal(found.messages, expected.messages)
+    np.testing.assert_array_equal(found.messages_host, expected.messages_host)
+
+
+def test_a_record_whose_counts_cannot_be_written_is_closed_nevertheless(
     path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    def refused(*_: object) -> None:
+        raise BackendError("no counts")
+
     closed: list[Record] = []
     monkeypatch.setattr(Record, "close", lambda self: closed.append(self))
+    monkeypatch.setattr("spikeport.backends.replay.recounted", refused)
+    (tmp_path / "counts").mkdir()
     chip = ReplayChip(small_image(), 0, path, LogOptions(folder=tmp_path / "counts"))
     chip.step(spike_train(1)[0], {})
-    with pytest.raises(BackendError, match="no counts after step 1: run as long as was recorded"):
+    with pytest.raises(BackendError, match="no counts"):
         chip.close()
     assert len(closed) == 1
 

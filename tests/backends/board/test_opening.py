@@ -75,8 +75,8 @@ def test_a_stub_that_is_cut_ends_the_run(
         ("board", {"certificates": FILES}, UsageError, "are for a board at the end of tcp"),
         ("board", {"record": Path("/dev/null/x")}, UsageError, "--record /dev/null/x: File exists"),
         ("replay", {}, UsageError, "name it, --replay FILE"),
-        ("replay", {"replay": Path("/nowhere/x")}, BackendError, "/nowhere/x: no such file"),
-        ("replay", {"replay": "/nowhere/x"}, BackendError, "/nowhere/x: no such file"),
+        ("replay", {"replay": Path("/nowhere/x")}, UsageError, "/nowhere/x: no such file"),
+        ("replay", {"replay": "/nowhere/x"}, UsageError, "/nowhere/x: no such file"),
     ],
 )
 def test_links_that_are_none_are_refused(

@@ -1,0 +1,79 @@
+"""Totals of a recorded session that has none where they are asked for, counted anew.
+
+A host asks for totals at its end, which a session that is broken off does not reach. The record has
+all that the board got, so that the native chip, at the same steps, counts what the board counted:
+if its answers are the board's, too.
+"""
+
+from collections.abc import Iterator
+from contextlib import closing
+from itertools import islice
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from spikeport.backends.board.messages import BodyError, Codec, Totals
+from spikeport.backends.board.record import Record, RecordedStep
+from spikeport.backends.step_log import MessageCounts
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.errors import BackendError
+
+
+class _BoardStep(NamedTuple):
+    """A step of the board: what it got of the host, and its answer."""
+
+    number: int
+    sent: bytes
+    flags: int
+    answer: bytes
+
+
+def recounted(image: ChipImage, path: Path, n_steps: int) -> Totals:
+    """Return the totals after so many steps of a record's host, by stepping the image again.
+
+    Parameters
+    ----------
+    image : ChipImage
+        The image that was recorded.
+    path : Path
+        The record.
+    n_steps : int
+        Steps of the host; the record has as many.
+
+    Raises
+    ------
+    BackendError
+        If the native chip answers otherwise than the board did, so that it counts something else.
+    """
+    from spikeport.backends.native.chip import NativeChip  # loads numba: not before use
+
+    codec = Codec(image)
+    with closing(Record(path)) as record:
+        chip = NativeChip(image, record.session.seed)
+        for step in _board_steps(islice(record.steps(), n_steps)):
+            try:
+                held = chip.step(*codec.unpack_step(step.sent, step.flags))
+                then = codec.unpack_state(step.answer)
+            except BodyError as error:
+                raise BackendError(f"{path}: step {step.number}: {error}") from None
+            same = (np.array_equal(*pair) for pair in zip(held, then.held, strict=True))
+            if not all(same) or not np.array_equal(chip.log.last, then.counts):
+                raise BackendError(
+                    f"{path}: there are no counts after step {n_steps}, and the native chip does "
+                    f"not count in the board's place, as its step {step.number} is another; cure: "
+                    "record a session that is not broken off, and run as long as was recorded"
+                )
+    activity = chip.activity()
+    messages = MessageCounts(activity.messages, activity.messages_host)
+    return Totals(messages, activity.readout_spikes)
+
+
+def _board_steps(steps: Iterator[RecordedStep]) -> Iterator[_BoardStep]:
+    """Yield the steps that the board answered: it never got what was sent while it was late."""
+    opened: RecordedStep | None = None
+    for number, step in enumerate(steps, start=1):
+        opened = opened or step
+        if step.answer is not None:
+            yield _BoardStep(number, opened.sent, opened.flags, step.answer)
+            opened = None
