@@ -16,6 +16,7 @@ FORMS = "unix:PATH or tcp://HOST:PORT"
 TLS_HANDSHAKE_S = 5.0
 """Time that the other side has for the handshake of TLS, before it is hung up on."""
 CONNECT_S = 10.0
+MOST_PORT = 2**16 - 1
 MOST_PATH = 107
 """Bytes in the longest path of a Unix socket on Linux."""
 
@@ -85,9 +86,9 @@ class Address:
         if text.startswith("unix:") and len(text) > len("unix:"):
             return cls(text, path=_socket_path(text.removeprefix("unix:")))
         host, _, port = text.removeprefix("tcp://").rpartition(":")
-        if text.startswith("tcp://") and host and port.isdecimal() and int(port) < 2**16:
+        if text.startswith("tcp://") and host and port.isdecimal():
             # An IPv6 address stands in brackets.
-            return cls(text, host.strip("[]"), int(port))
+            return cls(text, host.strip("[]"), _port(text, port))
         raise UsageError(f"address {text!r}: write {FORMS}")
 
     @property
@@ -102,6 +103,17 @@ class Address:
 
     def __str__(self) -> str:
         return self.text
+
+
+def _port(text: str, digits: str) -> int:
+    """Return the port of an address; UsageError if TCP has none of so many digits."""
+    digits = digits.lstrip("0") or "0"
+    # By their number first: Python makes no integer of thousands of digits.
+    if len(digits) > len(str(MOST_PORT)) or int(digits) > MOST_PORT:
+        raise UsageError(
+            f"address {text!r}: port {digits}, limit {MOST_PORT:,}; choose a smaller one"
+        )
+    return int(digits)
 
 
 def _socket_path(text: str) -> Path:

@@ -13,11 +13,18 @@ from tests.helpers.certificates import certificates
 
 @pytest.mark.parametrize(
     "text",
-    ["", "unix:", "tcp://", "tcp://127.0.0.1", "tcp://:80", "tcp://a:b", "tcp://a:70000", "x"],
+    ["", "unix:", "tcp://", "tcp://127.0.0.1", "tcp://:80", "tcp://a:b", "x"],
 )
 def test_texts_that_are_no_address_are_refused(text: str) -> None:
     with pytest.raises(UsageError, match="write unix:PATH or tcp://HOST:PORT"):
         Address.parse(text)
+
+
+def test_a_port_that_is_too_large_is_named() -> None:
+    assert Address.parse("tcp://a:065535").port == 65535
+    for port in ("65536", "9" * 5000):
+        with pytest.raises(UsageError, match=f"port {port}, limit 65,535; choose a smaller one"):
+            Address.parse(f"tcp://a:{port}")
 
 
 def test_a_path_of_no_socket_is_refused(tmp_path: Path) -> None:
