@@ -10,6 +10,7 @@ from spikeport.atomic import check_output
 from spikeport.backends.board.address import Address
 from spikeport.backends.board.board import CountingChip, Machine
 from spikeport.backends.board.faults import FAULTS
+from spikeport.backends.board.line import reason_of
 from spikeport.backends.board.messages import SPIKES
 from spikeport.backends.board.record import Record
 from spikeport.backends.board.server import Service
@@ -62,7 +63,13 @@ def _on_device(path: Path, baud: int, image: ChipImage, seed: int) -> CountingCh
 
 
 def _kept(path: Path, machine: Machine, image: ChipImage, seed: int) -> CountingChip:
-    image.save(path)
+    try:
+        image.save(path)
+    except OSError as error:
+        # Told to the host, as a read-only folder is: a full disk must not end the server.
+        raise UsageError(
+            f"--keep {path}: cannot be written ({reason_of(error)}); choose another place"
+        ) from None
     return machine.load(image, seed)
 
 

@@ -1,5 +1,7 @@
 """`board serve` and `board inspect` as commands."""
 
+import errno
+import os
 import signal
 import subprocess
 import sys
@@ -15,7 +17,7 @@ from spikeport.commands import board
 from spikeport.commands.board import inspect, serve
 from spikeport.commands.options import BoardService, Tls
 from spikeport.compile.image.chip_image import ChipImage
-from spikeport.errors import MissingExtraError, UsageError
+from spikeport.errors import BoardLostError, MissingExtraError, UsageError
 from tests.helpers.fake_board import MACHINE, FakeClock, FakeLine, small_image, spike_train
 
 
@@ -75,6 +77,28 @@ def test_the_image_that_a_host_sends_is_kept(
     serve(BoardService(listen=f"unix:{tmp_path / 's'}", keep=kept, fault=[]), Tls())
     BoardChip(small_image(), 0, FakeLine(Board(services[0].machine), FakeClock(), ())).close()
     assert ChipImage.load(kept).digest == small_image().digest
+
+
+def test_an_image_that_cannot_be_kept_is_refused_and_the_board_goes_on(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    services: list[Service] = []
+    monkeypatch.setattr(board, "serve_board", lambda service, _say: services.append(service))
+    kept = tmp_path / "image.npz"
+    serve(BoardService(listen=f"unix:{tmp_path / 's'}", keep=kept, fault=[]), Tls())
+    served = Board(services[0].machine)
+    with monkeypatch.context() as patched:
+        patched.setattr(os, "fsync", full)
+        with pytest.raises(
+            BoardLostError, match=r"--keep .*: cannot be written \(No space left on device\)"
+        ):
+            BoardChip(small_image(), 0, FakeLine(served, FakeClock()))
+    assert not kept.exists()
+    BoardChip(small_image(), 0, FakeLine(served, FakeClock())).close()
+    assert kept.is_file()
 
 
 def test_an_image_is_not_kept_in_place_of_another_file(tmp_path: Path) -> None:
