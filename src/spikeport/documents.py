@@ -95,6 +95,8 @@ def _row(row: Any) -> str:
         names += f" `{row.metavar}`"
     plain = isinstance(row.default, str | int | float) and not isinstance(row.default, bool)
     default = f"`{row.default}`" if plain else ""
+    if row.required and row.param_type_name == "option":  # its name has no brackets to show it
+        default = "required"
     text = " ".join((row.help or "").split())
     # A bar would end the cell.
     return f"| {names} | {text} | {default} |".replace("||", "\\|\\|")

@@ -13,6 +13,19 @@ def test_documents_are_up_to_date(name):
     assert (DOCS / name).read_text(encoding="utf-8") == documents.DOCUMENTS[name](), cure
 
 
+def test_options_without_which_a_command_is_refused_are_marked(spikeport):
+    section = documents.commands().split("## spikeport step\n")[1].split("\n## ")[0]
+    required = [
+        line.split("`")[1] for line in section.splitlines() if line.endswith("| required |")
+    ]
+    assert required == ["--steps", "--out"]
+    for name in required:
+        others = [part for other in required if other != name for part in (other, 1)]
+        done = spikeport("step", "image", *others)
+        assert done.code == 2
+        assert f"Missing option '{name}'" in done.err
+
+
 def test_main_writes_every_document(tmp_path):
     documents.main(tmp_path)
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(documents.DOCUMENTS)
