@@ -7,7 +7,7 @@ from spikeport.backends.board.address import Address, client_context, connect
 from spikeport.backends.board.chip import BoardChip
 from spikeport.backends.board.faults import FAULTS
 from spikeport.backends.board.line import SocketLine
-from spikeport.backends.board.link import STUB, LinkOptions
+from spikeport.backends.board.link import OWN_STUB, STUB, LinkOptions
 from spikeport.backends.board.record import SessionRecorder
 from spikeport.backends.board.stub import Stub
 from spikeport.backends.board.timing import RealTime, SimulatedTime
@@ -39,6 +39,11 @@ def check(link: LinkOptions) -> None:
     """
     for text in link.faults:
         FAULTS.parse(text)
+    if link.hold != OWN_STUB.hold and not link.real_time:
+        raise UsageError(
+            f"--hold {link.hold}: for --real-time, as simulated time waits for the board; cure: "
+            "leave it out, or give --real-time"
+        )
     if link.board != STUB:
         if link.faults:
             raise UsageError("--fault is for the stub: a board has faults of its own")

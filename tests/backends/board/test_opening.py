@@ -72,6 +72,7 @@ def test_a_stub_that_is_cut_ends_the_run(
         ("board", {"board": "unix:/nowhere/x"}, BackendError, "no connection"),
         ("board", {"board": "unix:/x", "faults": ("cut@1",)}, UsageError, "is for the stub"),
         ("board", {"faults": ("nonsense@1",)}, UsageError, "'nonsense@1': write KIND@STEP"),
+        ("board", {"hold": 0}, UsageError, "--hold 0: for --real-time, as simulated time waits"),
         ("board", {"certificates": FILES}, UsageError, "are for a board at the end of tcp"),
         ("board", {"record": Path("/dev/null/x")}, UsageError, "--record /dev/null/x: File exists"),
         ("replay", {}, UsageError, "name it, --replay FILE"),
