@@ -20,10 +20,11 @@ from spikeport.compile.check.loops import loop_hints
 from spikeport.compile.check.memory import over_memory
 from spikeport.compile.check.offload import Offload
 from spikeport.compile.check.verify import verify, verify_learning, verify_settings, verify_size
-from spikeport.compile.check.violation import DoesNotFitError, NothingOnChipError
+from spikeport.compile.check.violation import DoesNotFitError, NothingOnChipError, OnHost
 from spikeport.compile.ground.names import Names
 from spikeport.compile.ground.refusal import ArgumentError, RefusedError, collected_warnings
 from spikeport.compile.ground.rewrite import Built, Rewrite
+from spikeport.compile.ground.scope import Scope
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.host_traffic import host_traffic
 from spikeport.compile.image.usage import core_uses
@@ -187,7 +188,11 @@ def _offloaded(job: Job) -> Compilation:
         nothing.offloaded = search.offloaded({})
         raise
     offloaded = search.offloaded(host_spikes(compilation.model))
-    return replace(compilation, report=replace(compilation.report, offloaded=offloaded))
+    # What was moved is on the host as well, but for another reason than a user's.
+    moved = {one.object for one in offloaded}
+    on_host = tuple(one for one in compilation.report.on_host if one.object not in moved)
+    report = replace(compilation.report, offloaded=offloaded, on_host=on_host)
+    return replace(compilation, report=report)
 
 
 def _cores_rewritten(job: Job) -> int:
@@ -230,6 +235,7 @@ def _compiled(job: Job) -> Compilation:
             *filter_hints(floats.passages, dt, bool(job.pipeline.networks)),
             *image_hints(unplaced, blocks.errors, blocks.rounded_away),
         ),
+        on_host=_on_host(network, names),
         host=host_traffic(image),
     )
     return Compilation(image, report, lambda: blocks, rewrite.stand_ins, rewrite.built)
@@ -242,6 +248,13 @@ def _built(rewrite: Rewrite, job: Job, run: PassRun) -> FloatBlocks:
         about = {one.object: floats.about(one.object) for one in broken}
         raise DoesNotFitError(job.chip.name, broken, about)
     return run.blocks(floats)
+
+
+def _on_host(network: nengo.Network, names: Names) -> tuple[OnHost, ...]:
+    """Return the ensembles that are not meant for the chip."""
+    scope = Scope(network, names)
+    reasons = ((ensemble, scope.off_chip(ensemble)) for ensemble in network.all_ensembles)
+    return tuple(OnHost(names[one], one.n_neurons, why) for one, why in reasons if why)
 
 
 def check_arguments(network: object, chip: object, dt: object, pipeline: object) -> None:

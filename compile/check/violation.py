@@ -97,6 +97,27 @@ class Offloaded(NamedTuple):
         )
 
 
+class OnHost(NamedTuple):
+    """An ensemble that is not meant for the chip, and the reason for that."""
+
+    object: str
+    n_neurons: int
+    reason: str
+
+
+def on_host_lines(ensembles: Iterable[OnHost]) -> list[str]:
+    """Return a line for each reason, with the ensembles that it keeps on the host."""
+    alike: dict[str, list[OnHost]] = {}
+    for one in ensembles:
+        alike.setdefault(one.reason, []).append(one)
+    lines = []
+    for reason, found in alike.items():
+        n = sum(one.n_neurons for one in found)
+        names = _listed([one.object for one in found])
+        lines.append(f"{names} ({n:,} neuron{'s' * (n != 1)}): {reason}")
+    return lines
+
+
 class OverBudgetError(CompileError):
     """The error of a network over budget; ``violations`` holds every budget that is exceeded."""
 

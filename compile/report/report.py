@@ -6,7 +6,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from spikeport.compile.check.violation import Offloaded, Violation
+from spikeport.compile.check.violation import Offloaded, OnHost, Violation
 from spikeport.compile.ground.quantisation import BlockError
 from spikeport.compile.image.expected import Rates
 from spikeport.compile.report import summary
@@ -58,9 +58,9 @@ class Report:
     core, ``passes`` holds name, options and findings of every pass, ``lower_bound`` how few cores
     the blocks could take, by reason, ``neurobench`` NeuroBench's static metrics, ``hints`` what
     compiles but is lost or left out, ``offloaded`` the ensembles that were moved to the host,
-    ``host`` the traffic with the host. The report on a network with nothing on the chip has no
-    cores, no traffic, and an empty digest; so has one that does not fit, whose ``violations`` say
-    why.
+    ``on_host`` those that were there already, ``host`` the traffic with the host. The report on a
+    network with nothing on the chip has no cores, no traffic, and an empty digest; so has one that
+    does not fit, whose ``violations`` say why.
     """
 
     chip: ChipModel
@@ -74,6 +74,7 @@ class Report:
     neurobench: NeuroBench | None = None
     hints: tuple[Violation, ...] = ()
     offloaded: tuple[Offloaded, ...] = ()
+    on_host: tuple[OnHost, ...] = ()
     host: HostTraffic | None = None
     violations: tuple[Violation, ...] = ()
 
@@ -148,6 +149,7 @@ class Report:
             "neurobench": self._neurobench(activity),
             "hints": [hint._asdict() for hint in self.hints],
             "offloaded": [one._asdict() for one in self.offloaded],
+            "on_host": [one._asdict() for one in self.on_host],
             "warnings": list(self.warnings),
             "basis": _basis(activity, rates),
             **costs(self.chip, activity),

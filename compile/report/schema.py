@@ -7,7 +7,7 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field, create_model
 
-from spikeport.compile.check.violation import Offloaded, Violation
+from spikeport.compile.check.violation import Offloaded, OnHost, Violation
 from spikeport.compile.ground.quantisation import BlockError
 from spikeport.compile.report.loss import Loss
 from spikeport.compile.report.neurobench import NeuroBench
@@ -103,6 +103,7 @@ class ReportData(BaseModel):
     neurobench: NeuroBench | None
     hints: list[_row(Violation)]  # type: ignore[valid-type]
     offloaded: list[_row(Offloaded)]  # type: ignore[valid-type]
+    on_host: list[_row(OnHost)] = []  # type: ignore[valid-type]
     warnings: list[str]
     basis: Basis | None
     energy: dict[str, EnergyReport] | None

@@ -14,7 +14,7 @@ from spikeport.commands.tables import (
     loss_table,
     resource_table,
 )
-from spikeport.compile.check.violation import Violation
+from spikeport.compile.check.violation import Violation, on_host_lines
 from spikeport.compile.image.expected import Rates
 from spikeport.compile.report.loss import Loss
 from spikeport.compile.report.neurobench import NeuroBench, workload
@@ -61,7 +61,7 @@ def show_findings(findings: Findings, cores: bool) -> None:
         console.print(loss_table(findings.loss))
     for line in pass_lines(report):
         console.print(line, style="dim", markup=False)
-    print_offloaded(console, report)
+    print_on_host(console, report)
     print_hints(console, report, findings.loss)
     console.print(verdict(report), markup=False)
 
@@ -82,14 +82,16 @@ def print_costs(
 def show_nothing(report: Report, verdict: str) -> None:
     """Print why a network has no image, and what was moved to the host."""
     console = Console(highlight=False)
-    print_offloaded(console, report)
+    print_on_host(console, report)
     console.print(f"{verdict}; there is no image", markup=False)
 
 
-def print_offloaded(console: Console, report: Report) -> None:
-    """Print every ensemble that was moved to the host, with the rule it was moved for."""
+def print_on_host(console: Console, report: Report) -> None:
+    """Print the ensembles on the host: those moved, with the rule, and those as written."""
     for one in report.offloaded:
         console.print(f"offloaded: {one}", markup=False)
+    for line in on_host_lines(report.on_host):
+        console.print(f"on the host: {line}", markup=False)
 
 
 def print_hints(console: Console, report: Report, loss: Loss | None = None) -> None:

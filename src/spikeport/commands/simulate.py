@@ -18,7 +18,7 @@ from spikeport.commands import nir
 from spikeport.commands.options import Target
 from spikeport.commands.progress import progress_bar
 from spikeport.commands.run import check_counts, check_target
-from spikeport.commands.screen import print_costs, print_hints, print_offloaded
+from spikeport.commands.screen import print_costs, print_hints, print_on_host
 from spikeport.commands.tables import resource_table
 from spikeport.compile.report.report import in_result
 from spikeport.compile.report.summary import verdict
@@ -185,7 +185,7 @@ def _show(ran: Ran, network: nengo.Network, played: str | None, folder: Path) ->
         print_costs(console, ran.report, ran.activity)
     console.print(_probe_table(ran))
     if ran.report is not None:
-        print_offloaded(console, ran.report)
+        print_on_host(console, ran.report)
         print_hints(console, ran.report)
         console.print(verdict(ran.report), markup=False)
         nir.show_differences(network)

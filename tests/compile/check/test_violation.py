@@ -1,6 +1,12 @@
 """Violations as rows of text."""
 
-from spikeport.compile.check.violation import DoesNotFitError, OverBudgetError, Violation
+from spikeport.compile.check.violation import (
+    DoesNotFitError,
+    OnHost,
+    OverBudgetError,
+    Violation,
+    on_host_lines,
+)
 
 FULL = Violation("SP101", "out-axons", "core 3", "5000", "4096", "split it")
 FREE = Violation("SP404", "duplicated neurons", "a", "1 of 4", "", "draw them")
@@ -39,3 +45,12 @@ def test_what_differs_in_its_object_alone_is_one_row_sorted_by_rule_and_name() -
         f"  {FREE}",
     ]
     assert len(error.violations) == 11
+
+
+def test_ensembles_on_the_host_are_named_by_reason() -> None:
+    ensembles = [OnHost("post", 100, "it learns"), OnHost("x", 1, "Direct")]
+    ensembles += [OnHost("err", 1000, "it learns")]
+    assert on_host_lines(ensembles) == [
+        "err, post (1,100 neurons): it learns",
+        "x (1 neuron): Direct",
+    ]

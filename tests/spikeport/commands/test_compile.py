@@ -366,3 +366,24 @@ def test_a_node_that_raises_is_a_failure_of_the_run(spikeport, net_py):
     assert done.err.startswith(
         "error: step 5: the network raised ZeroDivisionError: division by zero ("
     )
+
+
+LEARNING = """
+import nengo
+with nengo.Network(seed=1) as model:
+    pre, post, err = (nengo.Ensemble(20, 1, label=label) for label in ("pre", "post", "err"))
+    learned = nengo.Connection(pre, post, learning_rule_type=nengo.PES())
+    nengo.Connection(post, err)
+    nengo.Connection(err, learned.learning_rule)
+"""
+
+
+def test_ensembles_that_stay_on_the_host_are_named(spikeport, tmp_path):
+    path, page = tmp_path / "learning.py", tmp_path / "page.html"
+    path.write_text(LEARNING)
+    done = spikeport("compile", path, "--html", page, "--json", tmp_path / "report.json")
+    reason = "kept on the host by nengo-loihi, as a target or error source of learning"
+    assert f"on the host: err, post (40 neurons): {reason}" in " ".join(done.out.split())
+    assert f"<li>post (20 neurons): {reason}</li>" in page.read_text()
+    written = json.loads((tmp_path / "report.json").read_text())["on_host"]
+    assert [(one["object"], one["n_neurons"]) for one in written] == [("post", 20), ("err", 20)]
