@@ -197,13 +197,16 @@ def _saturated(image: ChipImage, spikes: Sequence[np.ndarray]) -> dict[str, floa
     full = table.reshape(n_windows, WINDOW, ends[-1]).all(axis=1)
     shares = full.mean(axis=0) if n_windows else np.zeros(ends[-1])
     return {
-        f"input {i} to {_receivers(image, i)}": float(shares[a:b].max(initial=0.0))
+        _input_name(image, i): float(shares[a:b].max(initial=0.0))
         for i, (a, b) in enumerate(itertools.pairwise(ends))
     }
 
 
-def _receivers(image: ChipImage, number: int) -> str:
-    """Return the blocks that the spikes of an input reach."""
+def _input_name(image: ChipImage, number: int) -> str:
+    """Return the name of an input: its connection, or its node with the blocks that it reaches."""
+    if " -> " in (name := image.manifest.inputs[number].name):
+        return name
     routes = np.flatnonzero((image.routes.from_input == 1) & (image.routes.source == number))
     blocks = image.groups.block[image.routes.group[routes]]
-    return ", ".join(dict.fromkeys(image.manifest.blocks[block].label for block in blocks))
+    reached = dict.fromkeys(image.manifest.blocks[block].label for block in blocks)
+    return f"{name} to {', '.join(reached)}"

@@ -46,7 +46,7 @@ def advice(
     if lint(network, names, rewritten=False) or any(one.id == ON_ONE_CORE for one in found):
         return OFFLOAD * bool(found)
     if rewritten:
-        return ""
+        return OFFLOAD * bool(found)
     n_neurons = sum(ensemble.n_neurons for ensemble in Scope(network, names).ensembles)
     if n_neurons > MOST_NEURONS or len(network.all_connections) > MOST_CONNECTIONS:
         return f"more: try -p {COMPACT}, which rewrites it to take fewer cores"

@@ -99,13 +99,15 @@ class Offload(Generic[Result]):
 
         Each time fewest neurons first.
         """
-        scope = Scope(self._network, self._names)
+        scope, refused = Scope(self._network, self._names), _refused_by_host(error)
         moved = {move.ensemble for move in self.moves}
         groups = [
             tuple(
                 Move(ensemble, problem)
                 for ensemble in self._ensembles(problem)
-                if scope.on_chip(ensemble) and ensemble not in moved
+                if scope.on_chip(ensemble)
+                and ensemble not in moved
+                and self._names[ensemble] not in refused
             )
             for problem in problems(error)
         ]
@@ -147,6 +149,12 @@ def problems(error: RefusedError) -> list[Problem]:
         for one in error.violations
         if one.id not in OF_HOST_TOO
     ]
+
+
+def _refused_by_host(error: RefusedError) -> set[str]:
+    """Return the names of objects that Nengo would refuse on the host, too."""
+    violations = error.violations if isinstance(error, DoesNotFitError) else ()
+    return {one.object for one in violations if one.id in OF_HOST_TOO}
 
 
 def _ensembles_of(obj: Named | End) -> Iterator[nengo.Ensemble]:

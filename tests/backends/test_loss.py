@@ -156,7 +156,7 @@ def test_inputs_that_spike_in_every_step_are_saturated() -> None:
         nengo.Probe(ensemble)
     loss = measured_of(network, 0.4).loss
     # The input is low in the first of four windows and rises in the second.
-    assert loss.saturated_inputs == {"input 0 to a": 0.5}
+    assert loss.saturated_inputs == {"nodes[0] -> a": 0.5}
     assert [hint.id for hint in loss.hints if hint.id == "SP408"] == ["SP408"]
 
 

@@ -192,7 +192,7 @@ CASES = [
     ),
     Case(
         "SP410",
-        "wire it neuron to neuron",
+        "if it leads from an ensemble to an ensemble, wire it neuron to neuron",
         hinted(partial(wired_loop, "onoff"), "compact"),
         (
             hinted(partial(wired_loop, "direct"), "compact"),
@@ -265,7 +265,7 @@ CASES = [
     ),
     Case(
         "SP408",
-        "widen the ensemble's radius, or scale the input down",
+        "widen the ensemble's radius beyond the input's largest value, or scale the input down",
         measured(driven),
         (measured(partial(driven, radius=4.0)), measured(partial(driven, by=0.8))),
     ),

@@ -36,12 +36,24 @@ def test_what_compiles_rewritten_is_said_with_its_cores() -> None:
     assert compile_network(sparse(), pipeline="compact").image.n_cores == 1
 
 
-def test_what_does_not_is_said_too_and_only_where_it_was_refused_as_written() -> None:
+def test_what_does_not_is_said_too() -> None:
     with nengo.Network(seed=1) as network:
         a = nengo.Ensemble(20, 1, neuron_type=nengo.LIF(tau_rc=8.3))
         nengo.Connection(a, a)
     assert refusal(network).advice == "more: -p compact does not compile it either; try --offload"
-    assert refusal(network, "compact").advice == ""
+    assert refusal(network, "compact").advice == OFFLOAD
+
+
+def test_a_synapse_that_the_chip_has_not_is_offloaded_from_a_rewritten_network() -> None:
+    with nengo.Network(seed=1) as network:
+        node = nengo.Node([0.5])
+        a, b = nengo.Ensemble(20, 1, label="a"), nengo.Ensemble(30, 1, label="b")
+        nengo.Connection(node, a)
+        nengo.Connection(a, b, synapse=nengo.Alpha(0.02))
+    error = refusal(network, "compact")
+    assert "SP005" in str(error)
+    assert error.advice == OFFLOAD
+    assert compile_network(network, pipeline="compact", offload=True).image.n_cores == 1
 
 
 def test_what_no_pass_mends_is_not_tried() -> None:

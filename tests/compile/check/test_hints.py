@@ -124,7 +124,7 @@ def test_who_has_rewritten_a_network_is_not_sent_to_rewrite_it() -> None:
     slow = passage("a", "a", 5, 5, 5)
     cures = [next(filter_hints([slow], 0.001, rewritten)).cure for rewritten in (False, True)]
     assert cures[0].startswith("compile with `-p compact`")
-    assert cures[1].startswith("wire it neuron to neuron")
+    assert "wire it neuron to neuron" in cures[1]
 
 
 def found(network: nengo.Network, pipeline: str = "as_written") -> set[str]:

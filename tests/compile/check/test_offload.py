@@ -218,3 +218,12 @@ def test_what_has_no_alternative_is_moved_at_once() -> None:
     search.result()
     assert len(attempts) == 2
     assert [move.ensemble.n_neurons for move in search.moves] == [*range(12, 21)]
+
+
+def test_what_the_host_refuses_as_well_stays_though_it_breaks_another_rule() -> None:
+    with nengo.Network(seed=1) as network:
+        stuck, moved = nengo.Ensemble(5, 1, gain=np.ones(5)), nengo.Ensemble(6, 1)
+        for ensemble in (stuck, moved):
+            nengo.Probe(ensemble.neurons, "refractory_time")
+    with pytest.raises(DoesNotFitError, match="SP004"):
+        compile_network(network, offload=True)

@@ -65,6 +65,6 @@ def test_hints_say_what_to_do() -> None:
         "read-outs: SP406 read-out saturation: 3 spikes in 10 steps, limit 0; cure: divide what is "
         "decoded by its full scale, and multiply on the host",
         "a: SP407 rate aliasing: 50 % off; cure: lower the maximum rates, or take a shorter dt",
-        "input 0: SP408 input saturation: 50 % of the time; cure: widen the ensemble's radius, or "
-        "scale the input down",
+        "input 0: SP408 input saturation: 50 % of the time; cure: widen the ensemble's radius "
+        "beyond the input's largest value, or scale the input down",
     ]
