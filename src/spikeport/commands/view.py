@@ -23,11 +23,13 @@ def run(folder: Path, out: Path | None, live: bool = False) -> None:
     Raises
     ------
     UsageError
-        If the folder holds no finished run, or none that goes on where a live one is asked for, or
-        if its time series cannot be read.
+        If the folder is none, holds no finished run, or none that goes on where a live one is asked
+        for, or if its time series cannot be read.
     MissingExtraError
         If xarray or MuJoCo is absent.
     """
+    if folder.exists() and not folder.is_dir():
+        raise UsageError(f"{folder}: is a file; name the folder of a run")
     page = out or folder / PAGE
     check_output("--out", page, suffix=".html")
     if live:
