@@ -56,7 +56,8 @@ class RealTime:
     @property
     def limit(self) -> str:
         """The time after which the board is given up, in words."""
-        return f"{self.hold + 1} steps of {1000 * self.period_s:g} ms"
+        steps = "1 step" if self.hold == 0 else f"{self.hold + 1} steps"
+        return f"{steps} of {1000 * self.period_s:g} ms"
 
     @property
     def ask_again_s(self) -> float:

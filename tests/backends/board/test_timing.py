@@ -41,3 +41,8 @@ def test_simulated_time_does_not_wait() -> None:
     assert begins(clock, pace, [0.5, 0.0, 0.0]) == [0, 500, 500]
     assert pace.begin() == clock.now() + 2.0
     assert pace.overruns == 0
+
+
+def test_the_time_after_which_a_board_is_given_up_is_said() -> None:
+    found = [timing.limit for timing in (RealTime(0.001, 0), RealTime(0.001, 5), SimulatedTime())]
+    assert found == ["1 step of 1 ms", "6 steps of 1 ms", "10 s"]

@@ -62,7 +62,7 @@ def test_what_is_wrong_with_a_link_is_said_before_a_compile(
         ({"fault": ["cut@1"]}, "replay", "^--fault: for --backend board, not replay"),
         ({"replay": Path("x")}, "board", "--replay is for --backend replay, not board"),
         ({"fault": ["nonsense"]}, "board", "write KIND@STEP"),
-        ({"hold": 3}, "board", "^--hold 3: for --real-time, .*; cure: leave it out, or give --real"),
+        ({"hold": 3}, "board", "^--hold 3: for --real-time, .*; cure: leave it out, or give"),
         ({}, "replay", "name it, --replay FILE"),
     ],
 )
