@@ -7,7 +7,6 @@ import typer
 
 from spikeport.commands.options import (
     BoardService,
-    ChipOption,
     DomainOption,
     ImageFile,
     InterfaceOption,
@@ -50,7 +49,13 @@ def board_write_command(
     image: ImageFile,
     *,
     out: Annotated[Path, typer.Option(help="Folder to write into.")],
-    chip: ChipOption = "softcore-ecp5-85f",
+    chip: Annotated[
+        str | None,
+        typer.Option(
+            help="A chip with soft cores, or its TOML file; by default the image's own, or "
+            "softcore-ecp5-85f."
+        ),
+    ] = None,
 ) -> None:
     """Write what an FPGA with soft cores is built of and loaded with; see docs/softcore.md."""
     from spikeport.commands.board_write import run

@@ -1,5 +1,6 @@
 """``spikeport board write IMAGE``: what a board with soft cores is built of, and loaded with."""
 
+from collections.abc import Iterable
 from pathlib import Path
 
 import typer
@@ -17,17 +18,39 @@ from spikeport.compile.image.usage import core_uses
 from spikeport.constants import BITS_PER_KIB
 from spikeport.errors import UsageError
 from spikeport.hardware_models import chip as chips
+from spikeport.hardware_models.chip import SoftMemory
+
+LARGEST = "softcore-ecp5-85f"
+"""The chip for images that were compiled for one without soft cores."""
 
 
-def run(path: Path, out: Path, *, chip: str) -> None:
-    """Write the parameters of the Verilog and the bytes that load it; print sizes and digest."""
+def run(path: Path, out: Path, *, chip: str | None = None) -> None:
+    """Write the parameters of the Verilog and the bytes that load it; print sizes and digest.
+
+    Parameters
+    ----------
+    path, out : Path
+        The image, and the folder that is written.
+    chip : str, optional
+        The chip; by default the image's own where that has soft cores, or else `LARGEST`.
+
+    Raises
+    ------
+    UsageError
+        If the chip is not known or has no soft cores, or the folder cannot be written.
+    ImageError
+        If the image is none.
+    BackendError
+        If the chip cannot hold the image.
+    """
     Destinations(out=out, json=None).check()
-    model = chips.get(chip)
-    pool = model.soft_memory
-    if pool is None:
-        soft = ", ".join(name for name in chips.names() if chips.get(name).soft_memory)
-        raise UsageError(f"chip '{chip}' has no soft cores; those that have them: {soft}")
+    soft = [name for name in chips.names() if chips.get(name).soft_memory]
+    if chip is not None:
+        _pool(chip, soft)  # before the image is read
     image = ChipImage.load(path)
+    if chip is None:
+        chip = image.manifest.chip if image.manifest.chip in soft else LARGEST
+    model, pool = chips.get(chip), _pool(chip, soft)
     memory = written(image)
     outputs = [one for ports in outputs_of(image) for one in ports]
     broken = [str(one) for one in verify(core_uses(image, model), model)]
@@ -44,5 +67,16 @@ def run(path: Path, out: Path, *, chip: str) -> None:
             f"{name}: {len(core.constants):,} compartments, {len(core.axons):,} output axons, "
             f"{WORD_BITS * len(core.rows) / BITS_PER_KIB:.1f} KiB of rows"
         )
+    typer.echo(f"chip {model.name}")
     typer.echo(f"memory image {memory.digest[:16]} of image {image.digest[:16]}")
     typer.echo(f"written: {out}/ (parameters.vh, load.bin: {len(loading):,} bytes)")
+
+
+def _pool(chip: str, soft: Iterable[str]) -> SoftMemory:
+    """Return the memory of a chip's soft cores; UsageError, which lists others, if it has none."""
+    pool = chips.get(chip).soft_memory
+    if pool is None:
+        raise UsageError(
+            f"chip '{chip}' has no soft cores; those that have them: {', '.join(soft)}"
+        )
+    return pool

@@ -1,5 +1,6 @@
 """`board write`: files for an FPGA, of an image."""
 
+import dataclasses
 from pathlib import Path
 
 import pytest
@@ -50,6 +51,25 @@ def test_what_a_chip_cannot_hold_is_refused(
     with pytest.raises(BackendError, match=reason):
         run(tmp_path / "image.npz", tmp_path / "out", chip=chip)
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("own", "chip", "expected"),
+    [
+        ("softcore-up5k", None, "softcore-up5k"),
+        ("softcore-up5k", CHIP, CHIP),
+        ("loihi", None, CHIP),
+        ("a-users.toml", None, CHIP),
+    ],
+)
+def test_the_chip_is_the_images_own_where_that_has_soft_cores(
+    own: str, chip: str | None, expected: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    image = Parts().image()
+    manifest = dataclasses.replace(image.manifest, chip=own)
+    dataclasses.replace(image, manifest=manifest).save(tmp_path / "image.npz")
+    run(tmp_path / "image.npz", tmp_path / "out", chip=chip)
+    assert f"chip {expected}\n" in capsys.readouterr().out
 
 
 def test_a_file_in_place_of_the_folder_is_refused(tmp_path: Path) -> None:
