@@ -24,6 +24,12 @@ from spikeport.errors import CompileError, UsageError, printable
 
 MOST_NAMED = 3
 """Objects that are named with a warning; of others the number."""
+CYCLES = "Input graph has cycles"
+"""Nengo's words for loops of connections without a synapse; they name no object."""
+CYCLE_CURE = (
+    "give a connection of each loop a synapse, as in synapse=nengo.Lowpass(0.001) (`spikeport "
+    "compile` names loops on the chip, SP416)"
+)
 ADDRESS = re.compile(r" at 0x[0-9a-f]+")
 TURN = threading.RLock()
 """Held while a compile changes what all threads share: warning filters, nengo-loihi's modules."""
@@ -114,9 +120,11 @@ def refused_in_float() -> Iterator[None]:
     try:
         yield
     except NengoException as error:
+        reason = reason_of(error)
         message = (
-            f"ordinary Nengo refuses the network: {reason_of(error)}; cure: change this object, or "
-            "run the chip alone with `simulate --no-float`"
+            f"ordinary Nengo refuses the network: {reason.rstrip('.')}; cure: "
+            f"{CYCLE_CURE if CYCLES in reason else 'change the network accordingly'}, or run the "
+            "chip alone with `simulate --no-float`"
         )
         if isinstance(error, ValidationError):
             raise InvalidError(message, error.attr, error.obj) from error

@@ -115,5 +115,31 @@ def test_what_a_compile_would_fuse_is_fused_and_computes_the_same() -> None:
 def test_what_nengo_refuses_is_one_error_of_ours() -> None:
     with nengo.Network() as network:
         nengo.Ensemble(5, 1, intercepts=nengo.dists.Choice([1.5]), label="a")
-    with pytest.raises(RefusedError, match=r"^ordinary Nengo refuses the network: The "):
+    with pytest.raises(RefusedError, match=r"^ordinary Nengo refuses the network: The ") as caught:
         spikeport.Simulator(network, backend="reference")
+    assert str(caught.value).endswith(
+        "to below 1; cure: change the network accordingly, or run the chip alone with `simulate "
+        "--no-float`"
+    )
+
+
+def around(synapse: nengo.synapses.Synapse | None) -> nengo.Network:
+    """Return a loop of two ensembles, with a synapse in one of its connections."""
+    with nengo.Network(seed=1) as network:
+        a, b = (nengo.Ensemble(5, 1, label=label) for label in "ab")
+        nengo.Connection(a.neurons, b.neurons, transform=0.01 * np.eye(5), synapse=None)
+        nengo.Connection(b.neurons, a.neurons, transform=0.01 * np.eye(5), synapse=synapse)
+    return network
+
+
+def test_a_loop_that_nengo_refuses_has_a_cure_that_holds() -> None:
+    with pytest.raises(RefusedError, match="Input graph has cycles") as caught:
+        spikeport.Simulator(around(None), backend="reference")
+    assert str(caught.value).endswith(
+        "; cure: give a connection of each loop a synapse, as in synapse=nengo.Lowpass(0.001) "
+        "(`spikeport compile` names loops on the chip, SP416), or run the chip alone with "
+        "`simulate --no-float`"
+    )
+    hints = [str(hint) for hint in spikeport.compile_network(around(None)).report.hints]
+    assert any(hint.startswith("b -> a: SP416 loop without a synapse") for hint in hints)
+    run(around(nengo.Lowpass(0.001)), steps=2)
