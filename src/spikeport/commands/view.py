@@ -41,7 +41,7 @@ def run(folder: Path, out: Path | None, live: bool = False) -> None:
         left = f"; the last states of one that did not end are in {states}"
         raise UsageError(
             f"{folder}: no finished run{left if states.is_file() else ''}; cure: name a folder "
-            "that `run` has written"
+            "that `run` or `simulate` has written"
         )
     # A run of `simulate` has a model in place of an experiment.
     what = result.get("experiment") or result.get("model", "run")

@@ -32,7 +32,7 @@ def test_a_page_is_written_into_the_folder_of_a_run(spikeport, tmp_path):
 def test_a_folder_without_a_run_is_refused(spikeport, tmp_path):
     done = spikeport("view", tmp_path)
     assert done.code == 2
-    cure = "cure: name a folder that `run` has written"
+    cure = "cure: name a folder that `run` or `simulate` has written"
     assert done.err == f"error: {tmp_path}: no finished run; {cure}\n"
     states = run_folder.add_last_states(tmp_path, {})
     assert spikeport("view", tmp_path).err == (
