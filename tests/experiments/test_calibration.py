@@ -95,7 +95,7 @@ def test_a_file_cut_short_is_refused(path):
 def test_a_plain_array_is_refused(path):
     with open(path, "wb") as file:
         np.save(file, np.ones(3))
-    assert refusal(path) == "expected a whole zip archive, found one without a list of members"
+    assert refusal(path) == "expected an archive of arrays (.npz), found a single array (.npy)"
 
 
 def test_values_are_held_and_the_last_one_stays():

@@ -43,7 +43,10 @@ def read(path: Path) -> dict[str, np.ndarray]:
     MismatchError
         It is no such archive, damaged, too large, or holds anything but numbers and texts.
     """
-    archive = Archive(read_bytes(path))
+    content = read_bytes(path)
+    if content.startswith(npy.MAGIC_PREFIX):
+        raise MismatchError("an archive of arrays (.npz)", "a single array (.npy)")
+    archive = Archive(content)
     return {name.removesuffix(SUFFIX): _array(archive, name) for name in archive.names}
 
 

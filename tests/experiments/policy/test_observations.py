@@ -54,6 +54,18 @@ def test_a_text_is_refused(path):
     assert str(error.value) == f"observations '{path}': {complaint}{CURE}"
 
 
+def test_a_single_array_is_refused_and_read_after_the_cure(tmp_path):
+    single = tmp_path / "seen.npy"
+    np.save(single, np.ones((4, 3)))
+    with pytest.raises(UsageError) as error:
+        read_observations(single, 3)
+    complaint = "expected an archive of arrays (.npz), found a single array (.npy)"
+    assert str(error.value) == f"observations '{single}': {complaint}{CURE}"
+    archive = tmp_path / "seen.npz"
+    np.savez(archive, observations=np.load(single))
+    np.testing.assert_array_equal(read_observations(archive, 3).values, np.ones((4, 3)))
+
+
 def perceptron(trained_on=None):
     layers = Layer(np.ones((2, 4)), np.zeros(2)), Layer(np.ones((1, 2)), np.zeros(1))
     return Mlp(layers, "elu", trained_on)

@@ -38,3 +38,12 @@ def test_other_arrays_are_refused(tmp_path, array, complaint):
     with pytest.raises(MismatchError) as caught:
         npz.read(tmp_path / "a.npz")
     assert str(caught.value) == f"expected {complaint}"
+
+
+def test_a_single_array_is_called_one(tmp_path):
+    np.save(tmp_path / "a.npy", np.ones(3))
+    with pytest.raises(MismatchError) as caught:
+        npz.read(tmp_path / "a.npy")
+    assert str(caught.value) == (
+        "expected an archive of arrays (.npz), found a single array (.npy)"
+    )
