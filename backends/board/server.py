@@ -23,7 +23,7 @@ from spikeport.backends.board.frame import Frame, Kind
 from spikeport.backends.board.line import SocketLine
 from spikeport.errors import BoardLostError
 from spikeport.fault_plan import Fault
-from spikeport.pacing import SystemClock
+from spikeport.pacing import SystemClock, in_steps
 
 LOOK_S = 0.5
 """Time between looks for other hosts, which are refused."""
@@ -103,21 +103,31 @@ def _host(
     with closing(SocketLine(connected, "the host")) as line:
         faulty = FaultyLine(line, service.faults, SystemClock(), board.end)
         send = faulty.send if service.faults else line.send
+        ended, steps = False, 0
         try:
             for frame in _frames(line, listener, context, say):
+                if frame.kind == Kind.STOP:
+                    ended, steps = True, _steps(board)  # now, as the answer ends the session
                 for answer in board.answer(frame):
                     send(answer)
                     if answer.kind != Kind.STATE:
                         _report(answer, say)
-                if frame.kind == Kind.STOP:
+                if ended:
                     break
         except BoardLostError as error:
             say(f"board: {error}")
         finally:
             # Also where an interrupt ends the board: a real chip is to be shut down.
-            steps = 0 if board.session is None else board.session.at
+            steps = steps or _steps(board)
             board.end()
-    say(f"board: the host is gone{f' after step {steps:,}' if steps else ''}")
+    if ended and steps:
+        say(f"board: session ended after {in_steps(steps)}")
+    else:
+        say(f"board: the host is gone{f' after step {steps:,}' if steps else ''}")
+
+
+def _steps(board: Board) -> int:
+    return 0 if board.session is None else board.session.at
 
 
 def _report(answer: Frame, say: Callable[[str], None]) -> None:

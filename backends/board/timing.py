@@ -8,7 +8,7 @@ before it, for a few steps.
 from dataclasses import dataclass
 from typing import ClassVar
 
-from spikeport.pacing import Clock, Deadlines
+from spikeport.pacing import Clock, Deadlines, in_steps
 
 ASKS = 3
 """The number of times a step of real time is asked for before it is over."""
@@ -56,8 +56,7 @@ class RealTime:
     @property
     def limit(self) -> str:
         """The time after which the board is given up, in words."""
-        steps = "1 step" if self.hold == 0 else f"{self.hold + 1} steps"
-        return f"{steps} of {1000 * self.period_s:g} ms"
+        return f"{in_steps(self.hold + 1)} of {1000 * self.period_s:g} ms"
 
     @property
     def ask_again_s(self) -> float:

@@ -7,7 +7,7 @@ import threading
 import pytest
 
 from spikeport.errors import UsageError
-from spikeport.pacing import Deadlines, RoundTrips, SystemClock, undisturbed
+from spikeport.pacing import Deadlines, RoundTrips, SystemClock, in_steps, undisturbed
 from tests.helpers.fake_board import FakeClock
 
 
@@ -81,3 +81,7 @@ def test_a_priority_that_is_not_given_is_said_with_a_cure(monkeypatch) -> None:
     with pytest.raises(UsageError, match="cure: start it with"), undisturbed(3):
         pass
     assert gc.get_freeze_count() == 0
+
+
+def test_steps_are_counted_in_words() -> None:
+    assert [in_steps(n) for n in (0, 1, 1000)] == ["0 steps", "1 step", "1,000 steps"]

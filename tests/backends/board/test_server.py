@@ -91,8 +91,18 @@ def test_a_session_over_a_socket_is_native(
             check_equal(chip)
             chip.close()
     assert printed[0] == f"board: native on {address}"
-    assert printed.count("board: the host is gone") == 2
+    assert printed.count("board: session ended after 50 steps") == 2
+    assert not any("gone" in line for line in printed)
     assert not (tmp_path / "board").exists()
+
+
+def test_a_host_that_says_no_goodbye_is_gone(tmp_path: Path) -> None:
+    address = f"unix:{tmp_path / 'board'}"
+    with served(address) as printed:
+        line = line_to(address)
+        check_equal(BoardChip(IMAGE, 0, line))
+        line.close()
+    assert printed[-1] == "board: the host is gone after step 50"
 
 
 def test_a_second_host_is_refused_while_the_first_goes_on(tmp_path: Path) -> None:
