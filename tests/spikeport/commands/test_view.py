@@ -29,6 +29,15 @@ def test_a_page_is_written_into_the_folder_of_a_run(spikeport, tmp_path):
         assert (tmp_path / name).read_bytes() == before
 
 
+def test_the_report_of_a_run_is_not_replaced_by_its_page(spikeport, tmp_path):
+    run_folder.write_result(tmp_path, {"experiment": "simulate"})
+    report = tmp_path / "report.html"
+    report.write_text("mine")
+    done = spikeport("view", tmp_path, "--out", report)
+    assert done == (2, "", f"error: --out {report}: is a file of the run; choose another\n")
+    assert report.read_text() == "mine"
+
+
 def test_a_folder_without_a_run_is_refused(spikeport, tmp_path):
     done = spikeport("view", tmp_path)
     assert done.code == 2
