@@ -1,7 +1,8 @@
 """`BoardChip`: an image on a board, at the other end of a link."""
 
 import os
-from collections.abc import Iterator, Mapping
+import warnings
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import asdict, dataclass
 
@@ -17,6 +18,7 @@ from spikeport.backends.board.timing import WAITING, Pace, RealTime, Timing
 from spikeport.backends.step_log import SUMS_ONLY, LogOptions, MessageCounts, StepLog
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.errors import BackendError, BoardLostError
+from spikeport.fault_plan import Fault, unreached
 from spikeport.hardware_models.activity import Activity
 from spikeport.pacing import Clock, RoundTrips, SystemClock
 
@@ -73,6 +75,8 @@ class BoardChip:
         A record of the session.
     clock : Clock, optional
         The clock that times are measured by.
+    faults : sequence of Fault
+        The plan of faults of the board's answers; closing warns of those that were never reached.
 
     Attributes
     ----------
@@ -98,10 +102,11 @@ class BoardChip:
         log: LogOptions = SUMS_ONLY,
         recorder: SessionRecorder | None = None,
         clock: Clock | None = None,
+        faults: Sequence[Fault] = (),
     ) -> None:
         self._clock = SystemClock() if clock is None else clock
         self._line, self._timing, self._recorder = line, timing, recorder
-        self._codec = Codec(image)
+        self._codec, self._faults = Codec(image), faults
         self._session = 0
         self.welcome = self._greeted(image, seed)
         self._pace = Pace(timing, self._clock)
@@ -293,6 +298,8 @@ class BoardChip:
             return
         self._closed = True
         with ExitStack() as stack:
+            # Last, as a user may have made errors of warnings.
+            stack.callback(self._warn_of_faults)
             # Even if the board sends wrong totals, which the log asks for as well.
             stack.callback(self._line.close)
             if self._recorder is not None:
@@ -303,3 +310,8 @@ class BoardChip:
                     self._line.send(Frame(Kind.STOP, self._session, self._at))
             with suppress(BoardLostError):  # a board that is gone says no more of its messages
                 self._log.close()
+
+    def _warn_of_faults(self) -> None:
+        # A step under way at the end of a session was asked for, so that its faults happened.
+        for line in unreached(self._faults, self._at + (self._open is not None)):
+            warnings.warn(line, stacklevel=2)

@@ -73,7 +73,8 @@ def on_board(image: ChipImage, seed: int, log: LogOptions, link: LinkOptions) ->
             # A record of nothing would be in the way of the next try.
             undo.callback(recorder.discard)
         try:
-            chip = BoardChip(image, seed, line, timing, log, recorder)
+            faults = [FAULTS.parse(text) for text in link.faults]
+            chip = BoardChip(image, seed, line, timing, log, recorder, faults=faults)
         except BoardLostError as error:
             if not (line.is_gone and link.board.startswith("tcp:")):
                 raise

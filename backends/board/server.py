@@ -22,7 +22,7 @@ from spikeport.backends.board.faults import FaultyLine
 from spikeport.backends.board.frame import Frame, Kind
 from spikeport.backends.board.line import SocketLine
 from spikeport.errors import BoardLostError
-from spikeport.fault_plan import Fault
+from spikeport.fault_plan import Fault, unreached
 from spikeport.pacing import SystemClock, in_steps
 
 LOOK_S = 0.5
@@ -124,6 +124,8 @@ def _host(
         say(f"board: session ended after {in_steps(steps)}")
     else:
         say(f"board: the host is gone{f' after step {steps:,}' if steps else ''}")
+    for text in unreached(service.faults, steps):
+        say(f"board: {text}")
 
 
 def _steps(board: Board) -> int:

@@ -1,5 +1,6 @@
 """The controller's end of a robot's interface: commands go out, observations come in."""
 
+import warnings
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -199,7 +200,9 @@ class InlineRobot(CommandedRobot):
         self._robot.answered(encode_command(Command(tick, motors)), writer=1)
 
     def close(self) -> None:
-        """Leave the robot."""
+        """Leave the robot, and warn of faults of its plan that were never reached."""
+        for line in self._robot.never_reached():
+            warnings.warn(line, stacklevel=2)
 
     def summary(self) -> dict[str, object]:
         """Return the figures, with what the robot says of itself."""

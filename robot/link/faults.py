@@ -8,7 +8,7 @@ import random
 from collections.abc import Callable, Sequence
 from typing import Generic, TypeVar
 
-from spikeport.fault_plan import Fault, FaultPlan, Faults
+from spikeport.fault_plan import Fault, FaultPlan, Faults, unreached
 
 Message = TypeVar("Message")
 
@@ -47,6 +47,12 @@ def of_states(faults: Sequence[Fault]) -> list[Fault]:
 def of_commands(faults: Sequence[Fault]) -> list[Fault]:
     """Return the faults of commands, and of the robot."""
     return [fault for fault in faults if not fault.kind.startswith(STATE)]
+
+
+def never_reached(faults: Sequence[Fault], commands: int) -> list[str]:
+    """Return a line for each fault beyond a run of so many commands, which has a state more."""
+    late = [one for one in faults if not (one.kind.startswith(STATE) and one.step == commands + 1)]
+    return unreached(late, commands, "the robot's run")
 
 
 class FaultyWay(Generic[Message]):

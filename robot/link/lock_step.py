@@ -12,7 +12,7 @@ import numpy as np
 
 from spikeport.fault_plan import Fault
 from spikeport.robot.link.codec import Command, Turn, encode_state
-from spikeport.robot.link.faults import FaultyWay, of_commands, of_states
+from spikeport.robot.link.faults import FaultyWay, never_reached, of_commands, of_states
 from spikeport.robot.link.robot import SimulatedRobot
 from spikeport.robot.link.signals import Sensors
 
@@ -74,6 +74,10 @@ class LockStep:
         """Begin anew, with the plan of faults, for another controller."""
         self.robot.restart()
         self._begin()
+
+    def never_reached(self) -> list[str]:
+        """Return a line for each fault of the plan that lies beyond the commands so far."""
+        return never_reached(self._faults, self._commands)
 
     def published(self) -> Published:
         """Return the messages of the newest observation that arrived."""

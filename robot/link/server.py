@@ -162,7 +162,11 @@ def serve(service: Service, say: Callable[[str], None]) -> None:
             say(f"robot: H1 on {place.interface}, domain {place.domain}, {clock}")
             if service.lock_step:
                 lock_step = LockStep(robot, service.faults, service.truth)
-                serve_lock_step(lock_step, interface, attendant)
+                try:
+                    serve_lock_step(lock_step, interface, attendant)
+                finally:
+                    for line in lock_step.never_reached():
+                        say(f"robot: {line}")
             else:
                 with undisturbed(service.priority):
                     serve_real_time(robot, interface, attendant, service.truth, deadlines)

@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import socket
+import warnings
 from collections.abc import Sequence
 from contextlib import ExitStack
 
@@ -10,6 +11,7 @@ from spikeport.child import START_S, Child
 from spikeport.errors import BackendError, RobotLostError
 from spikeport.pacing import Pace
 from spikeport.robot.link.client import Observed, RobotClient
+from spikeport.robot.link.faults import FAULTS, never_reached
 from spikeport.robot.link.messages import TRUTHS, Topic
 from spikeport.robot.link.odometer import OdometerErrors
 from spikeport.robot.link.over_dds import join
@@ -46,6 +48,8 @@ class StubRobot(RobotClient):
         super().__init__()
         self._claim, place = _free_domain()
         self._words = ""
+        self._plan = [FAULTS.parse(text) for text in faults]
+        self._commands = 0
         try:
             self._child = Child("robot", _arguments(place, settings, pace, faults))
             try:
@@ -69,6 +73,7 @@ class StubRobot(RobotClient):
 
     def exchange(self, last: Observed, motors: MotorCommands) -> Observed:
         """Answer an observation, and return the next; see `RobotClient.exchange`."""
+        self._commands += 1
         try:
             return self._client.exchange(last, motors)
         except RobotLostError as error:
@@ -79,11 +84,17 @@ class StubRobot(RobotClient):
             raise RobotLostError(f"{error}; its process ended: {self._words}") from None
 
     def close(self) -> None:
-        """Leave the robot, and wait for the end of its process."""
+        """Leave the robot, wait for the end of its process, and warn of faults never reached."""
         with ExitStack() as left:  # whatever happens: a client that cannot leave leaves no process
+            # Last, as a user may have made errors of warnings.
+            left.callback(self._warn_of_faults)
             left.callback(self._claim.close)
             left.callback(self._end)
             self._client.close()
+
+    def _warn_of_faults(self) -> None:
+        for line in never_reached(self._plan, self._commands):
+            warnings.warn(line, stacklevel=2)
 
     def _end(self) -> None:
         """Wait for the end of the robot's process, and keep its last words."""

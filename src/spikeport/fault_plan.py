@@ -6,10 +6,11 @@ The kinds, and their effects, are defined by the link that has them.
 import random
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from spikeport.errors import UsageError
+from spikeport.pacing import in_steps
 
 _PATTERN = re.compile(
     r"(?P<kind>[a-z-]+)(=(?P<ms>[0-9.]+))?(@(?P<step>[0-9]+)|:(?P<share>[0-9.]+))"
@@ -18,12 +19,13 @@ _PATTERN = re.compile(
 
 @dataclass(frozen=True)
 class Fault:
-    """A fault at one step, or, with step 0, at a share of all."""
+    """A fault at one step, or, with step 0, at a share of all; ``text`` is as it was asked for."""
 
     kind: str
     step: int = 0
     share: float = 0.0
     delay_s: float = 0.0
+    text: str = field(default="", compare=False)
 
 
 class Faults(NamedTuple):
@@ -57,7 +59,7 @@ class Faults(NamedTuple):
             raise self._refused(text)
         if found["step"] is not None and step < 1:
             raise UsageError(f"{self.option} {text!r}: steps count from 1")
-        return Fault(found["kind"], step, share, delay_s)
+        return Fault(found["kind"], step, share, delay_s, text)
 
     def _refused(self, text: str) -> UsageError:
         timed = ", ".join(f"{kind}=MS@STEP" for kind in self.timed)
@@ -65,6 +67,15 @@ class Faults(NamedTuple):
             f"{self.option} {text!r}: write KIND@STEP, {timed} or KIND:SHARE, with a kind of "
             + ", ".join(self.kinds)
         )
+
+
+def unreached(faults: Iterable[Fault], steps: int, run: str = "the run") -> list[str]:
+    """Return a line for each fault at a step beyond those of a run; none for a run without any."""
+    return [
+        f"fault {fault.text} was never reached: {run} has {in_steps(steps)}"
+        for fault in faults
+        if fault.step > steps > 0
+    ]
 
 
 class FaultPlan:

@@ -5,7 +5,7 @@ import random
 import pytest
 
 from spikeport.errors import UsageError
-from spikeport.fault_plan import Fault, FaultPlan, Faults
+from spikeport.fault_plan import Fault, FaultPlan, Faults, unreached
 
 FAULTS = Faults("--fault", ("loss", "flip", "slow"), timed=("slow",))
 
@@ -51,3 +51,12 @@ def test_shares_are_drawn_from_the_generator() -> None:
 
     assert drawn(1) == drawn(1) != drawn(2)
     assert 250 < sum(drawn(1)) < 350
+
+
+def test_faults_beyond_the_run_are_named() -> None:
+    plan = [FAULTS.parse(text) for text in ("loss@5", "slow=2.5@6", "flip:0.1", f"loss@{10**30}")]
+    assert unreached(plan, 5) == [
+        "fault slow=2.5@6 was never reached: the run has 5 steps",
+        f"fault loss@{10**30} was never reached: the run has 5 steps",
+    ]
+    assert unreached(plan, 0) == []

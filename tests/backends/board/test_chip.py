@@ -1,6 +1,7 @@
 """A board does to the bit what the image does in process, and every fault has the end it should."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 
 from spikeport.backends.board.board import Board
 from spikeport.backends.board.chip import BoardChip
+from spikeport.backends.board.faults import FAULTS
 from spikeport.backends.board.messages import BodyError, Codec, Totals
 from spikeport.backends.board.record import SessionRecorder
 from spikeport.backends.board.timing import RealTime, SimulatedTime, Timing
@@ -214,6 +216,29 @@ def test_figures_are_ready_for_json() -> None:
     trips = link["round_trip_us"]
     assert isinstance(trips, dict)
     assert trips["median"] == pytest.approx(50, rel=0.03)
+
+
+@pytest.mark.parametrize(
+    ("fault", "warned"),
+    [
+        ("loss@5", []),
+        ("loss@6", ["fault loss@6 was never reached: the run has 5 steps"]),
+        ("cut@5", []),
+        ("cut@6", ["fault cut@6 was never reached: the run has 5 steps"]),
+    ],
+)
+def test_a_fault_that_was_never_reached_is_named(
+    fault: str, warned: list[str], recwarn: pytest.WarningsRecorder
+) -> None:
+    clock = FakeClock()
+    plan = [FAULTS.parse(fault)]
+    line = FakeLine(Board(MACHINE), clock, (fault,))
+    chip = BoardChip(small_image(), 0, line, clock=clock, faults=plan)
+    with suppress(BoardLostError):
+        for spikes in spike_train(5):
+            chip.step(spikes, {})
+    chip.close()
+    assert [str(one.message) for one in recwarn] == warned
 
 
 @pytest.mark.parametrize("faults", [(), ("slow=2.5@11", "loss@20")])

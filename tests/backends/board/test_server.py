@@ -3,7 +3,7 @@
 import socket
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -13,6 +13,7 @@ import pytest
 
 from spikeport.backends.board.address import TLS_HANDSHAKE_S, Address, Certificates, connect
 from spikeport.backends.board.chip import BoardChip
+from spikeport.backends.board.faults import FAULTS
 from spikeport.backends.board.frame import Frame, Kind
 from spikeport.backends.board.line import SocketLine
 from spikeport.backends.board.link import LinkOptions
@@ -21,6 +22,7 @@ from spikeport.backends.board.server import Service, serve
 from spikeport.backends.native.chip import NativeChip
 from spikeport.backends.step_log import SUMS_ONLY
 from spikeport.errors import BackendError, BoardLostError
+from spikeport.fault_plan import Fault
 from tests.helpers.certificates import certificates
 from tests.helpers.fake_board import MACHINE, small_image, spike_train
 
@@ -35,7 +37,9 @@ def free_port() -> int:
 
 
 @contextmanager
-def served(address: str, tls: Certificates | None = None) -> Iterator[list[str]]:
+def served(
+    address: str, tls: Certificates | None = None, faults: Sequence[Fault] = ()
+) -> Iterator[list[str]]:
     """Serve until nobody is there for a moment; yields what the server says."""
     listens, printed = threading.Event(), []
 
@@ -43,7 +47,13 @@ def served(address: str, tls: Certificates | None = None) -> Iterator[list[str]]
         printed.append(line)
         listens.set()
 
-    service = Service(address=Address.parse(address), machine=MACHINE, certificates=tls, idle_s=1.0)
+    service = Service(
+        address=Address.parse(address),
+        machine=MACHINE,
+        certificates=tls,
+        faults=faults,
+        idle_s=1.0,
+    )
     thread = threading.Thread(target=serve, args=(service, say), daemon=True)
     thread.start()
     assert listens.wait(WAIT_S)
@@ -103,6 +113,16 @@ def test_a_host_that_says_no_goodbye_is_gone(tmp_path: Path) -> None:
         check_equal(BoardChip(IMAGE, 0, line))
         line.close()
     assert printed[-1] == "board: the host is gone after step 50"
+
+
+def test_a_fault_that_was_never_reached_is_named(tmp_path: Path) -> None:
+    address = f"unix:{tmp_path / 'board'}"
+    with served(address, faults=[FAULTS.parse("loss@50"), FAULTS.parse("cut@51")]) as printed:
+        chip = BoardChip(IMAGE, 0, line_to(address))
+        check_equal(chip)
+        chip.close()
+    assert printed[-1] == "board: fault cut@51 was never reached: the run has 50 steps"
+    assert not any("loss" in line for line in printed)
 
 
 def test_a_second_host_is_refused_while_the_first_goes_on(tmp_path: Path) -> None:

@@ -35,6 +35,15 @@ def test_a_robot_that_is_silent_is_given_up() -> None:
         robot.exchange(seen, DAMPING)
 
 
+def test_a_fault_that_was_never_reached_is_named(recwarn: pytest.WarningsRecorder) -> None:
+    robot = inline("duplicate@3", "loss@4")
+    ticks(robot, 3)
+    robot.close()
+    assert [str(one.message) for one in recwarn] == [
+        "fault loss@4 was never reached: the robot's run has 3 steps"
+    ]
+
+
 def ticks(robot: InlineRobot, steps: int) -> list[tuple[int, int]]:
     """Return the ticks that are observed step by step, and those that ask for an answer."""
     seen, found = robot.first(), []

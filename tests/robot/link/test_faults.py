@@ -5,7 +5,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from spikeport.robot.link.codec import Command
-from spikeport.robot.link.faults import FAULTS, KINDS, FaultyWay, of_commands, of_states
+from spikeport.robot.link.faults import (
+    FAULTS,
+    KINDS,
+    FaultyWay,
+    never_reached,
+    of_commands,
+    of_states,
+)
 from spikeport.robot.link.h1 import DAMPING
 
 STEP_MS = 5
@@ -77,3 +84,11 @@ def test_every_kind_can_be_asked_for() -> None:
     for kind in KINDS:
         text = f"{kind}=2@1" if kind in FAULTS.timed else f"{kind}@1"
         assert FAULTS.parse(text).kind == kind
+
+
+def test_faults_beyond_the_run_are_named_and_a_state_more_than_commands_is_not() -> None:
+    plan = [FAULTS.parse(text) for text in ("loss@6", "loss@7", "state-loss@7", "state-loss@8")]
+    assert never_reached(plan, 6) == [
+        f"fault {text} was never reached: the robot's run has 6 steps"
+        for text in ("loss@7", "state-loss@8")
+    ]

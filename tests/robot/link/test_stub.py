@@ -2,6 +2,7 @@
 
 import os
 import time
+import warnings
 from pathlib import Path
 
 import pytest
@@ -42,6 +43,23 @@ def test_a_stub_ends_with_its_controller_and_leaves_nothing() -> None:
         "children": [],
         "sockets": [],
     }
+
+
+def a_stub_with_a_plan() -> list[str]:
+    """Return what is warned of when a stub is closed."""
+    robot = StubRobot(HOIST, faults=("duplicate@3", "loss@4"))
+    seen = robot.first()
+    for _ in range(3):
+        seen = robot.exchange(seen, DAMPING)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        robot.close()
+    return [str(one.message) for one in caught]
+
+
+def test_a_fault_of_a_stub_that_was_never_reached_is_named() -> None:
+    line = "fault loss@4 was never reached: the robot's run has 3 steps"
+    assert in_namespace(a_stub_with_a_plan) == [line]
 
 
 def a_stub_that_cannot_leave() -> dict[str, object]:
