@@ -8,7 +8,7 @@ import numpy as np
 from spikeport.backends.board.messages import BodyError, Codec, Totals
 from spikeport.backends.board.record import Record, RecordedStep
 from spikeport.backends.recount import recounted
-from spikeport.backends.step_log import SUMS_ONLY, LogOptions, MessageCounts, StepLog
+from spikeport.backends.step_log import KEPT_STEPS, SUMS_ONLY, LogOptions, MessageCounts, StepLog
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.errors import BackendError
 from spikeport.hardware_models.activity import Activity
@@ -58,7 +58,7 @@ class ReplayChip:
         self._totals: bytes | None = None
         self._recounted: tuple[int, Totals] | None = None
         self._held = self._codec.silence()
-        self._number = 0
+        self._number = self._answered = 0
         self._open_spikes: int | None = None
         self._log = StepLog(image.cores, image.manifest.dt_s, self._messages, log)
 
@@ -97,6 +97,7 @@ class ReplayChip:
             except BodyError as error:
                 raise BackendError(f"{self._path}: step {self._number}: {error}") from None
             self._held, self._totals = stepped.held, recorded.totals
+            self._answered += 1
             self._log.append(stepped.counts, self._open_spikes)
             self._open_spikes = None
         self._next = next(self._steps, None)
@@ -167,7 +168,12 @@ class ReplayChip:
 
     def _take_totals(self) -> None:
         """Take the totals that the host asked for after the last step, if it did."""
-        self._totals = self._record.totals if self._next is None else self._next.totals
+        if self._next is None:
+            self._totals = self._record.totals
+        else:
+            # The log asked in the middle of a step that it folds, for what was sent in it as well.
+            folds = (self._answered + 1) % KEPT_STEPS == 0
+            self._totals = None if folds else self._next.totals
 
     def close(self) -> None:
         """Close the record; see `spikeport.backends.chip.Chip.close`."""

@@ -10,7 +10,7 @@ from spikeport.backends.board.chip import BoardChip
 from spikeport.backends.board.record import Record, SessionRecorder
 from spikeport.backends.native.chip import NativeChip
 from spikeport.backends.replay import ReplayChip
-from spikeport.backends.step_log import LogOptions
+from spikeport.backends.step_log import KEPT_STEPS, LogOptions
 from spikeport.errors import BackendError
 from tests.helpers.fake_board import MACHINE, FakeClock, FakeLine, small_image, spike_train
 from tests.helpers.images import Parts
@@ -21,14 +21,18 @@ STEPS = 20
 @pytest.fixture
 def path(tmp_path: Path) -> Path:
     """Return a record of so many steps."""
-    clock = FakeClock()
     made = tmp_path / "record"
+    recorded(made, STEPS)
+    return made
+
+
+def recorded(path: Path, steps: int, seed: int = 0) -> None:
+    clock = FakeClock()
     line = FakeLine(Board(MACHINE), clock)
-    chip = BoardChip(small_image(), 0, line, recorder=SessionRecorder(made), clock=clock)
-    for spikes in spike_train(STEPS):
+    chip = BoardChip(small_image(), 0, line, recorder=SessionRecorder(path), clock=clock)
+    for spikes in spike_train(steps, seed):
         chip.step(spikes, {})
     chip.close()
-    return made
 
 
 def test_a_host_that_differs_is_refused_at_that_step(path: Path) -> None:
@@ -90,6 +94,19 @@ def test_a_session_that_was_broken_off_is_played_back_with_its_counts(path: Path
     path.write_bytes(path.read_bytes()[:-190])
     chip, native = ReplayChip(small_image(), 0, path), NativeChip(small_image(), 0)
     for spikes in spike_train(STEPS)[:-2]:
+        chip.step(spikes, {})
+        native.step(spikes, {})
+    check_same_counts(chip, native)
+
+
+@pytest.mark.slow
+def test_counts_before_a_log_is_folded_are_not_those_after_it(tmp_path: Path) -> None:
+    recorded(tmp_path / "record", KEPT_STEPS + 1, seed=2)
+    chip = ReplayChip(small_image(), 0, tmp_path / "record")
+    native = NativeChip(small_image(), 0)
+    trains = spike_train(KEPT_STEPS - 1, seed=2)
+    assert trains[-1].size  # their messages count in the step after
+    for spikes in trains:
         chip.step(spikes, {})
         native.step(spikes, {})
     check_same_counts(chip, native)
