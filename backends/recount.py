@@ -1,8 +1,8 @@
 """Totals of a recorded session that has none where they are asked for, counted anew.
 
 A host asks for totals at its end, which a session that is broken off does not reach. The record has
-all that the board got, so that the native chip, at the same steps, counts what the board counted:
-if its answers are the board's, too.
+all that the board got, so that the native chip, at the same steps, counts what the board counted,
+as long as its answers are the board's as well.
 """
 
 from collections.abc import Iterator
@@ -60,9 +60,9 @@ def recounted(image: ChipImage, path: Path, n_steps: int) -> Totals:
             same = (np.array_equal(*pair) for pair in zip(held, then.held, strict=True))
             if not all(same) or not np.array_equal(chip.log.last, then.counts):
                 raise BackendError(
-                    f"{path}: there are no counts after step {n_steps}, and the native chip does "
-                    f"not count in the board's place, as its step {step.number} is another; cure: "
-                    "record a session that is not broken off, and run as long as was recorded"
+                    f"{path}: holds no counts after step {n_steps:,}, and the native chip, which "
+                    f"would count in the board's place, answers step {step.number:,} otherwise; "
+                    "cure: record a session that is not broken off, and run as long"
                 )
     activity = chip.activity()
     messages = MessageCounts(activity.messages, activity.messages_host)

@@ -171,7 +171,8 @@ class ReplayChip:
         if self._next is None:
             self._totals = self._record.totals
         else:
-            # The log asked in the middle of a step that it folds, for what was sent in it as well.
+            # Where the log folds its counts in the next step, totals there include what was sent
+            # in that step.
             folds = (self._answered + 1) % KEPT_STEPS == 0
             self._totals = None if folds else self._next.totals
 

@@ -35,7 +35,7 @@ _AXES = {"weights": 2, "biases": 1}
 _GAINS = "follower_gains"
 """The array with kp_speed and kp_heading; a file without it asks for the default gains."""
 LARGEST_GAIN = 20.0
-"""In 1/s. The gains of a robot that walks are a fifth of it or less."""
+"""In 1/s. Gains that training measures are a quarter of it or less."""
 
 CURE = "make one with: spikeport train walk"
 

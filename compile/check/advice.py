@@ -43,9 +43,8 @@ def advice(
         return ""
     names, found = Names(network), problems(error)
     # Rules that no pass mends come first: rewriting would not help.
-    if lint(network, names, rewritten=False) or any(one.id == ON_ONE_CORE for one in found):
-        return OFFLOAD * bool(found)
-    if rewritten:
+    unmended = lint(network, names, rewritten=False) or any(one.id == ON_ONE_CORE for one in found)
+    if rewritten or unmended:
         return OFFLOAD * bool(found)
     n_neurons = sum(ensemble.n_neurons for ensemble in Scope(network, names).ensembles)
     if n_neurons > MOST_NEURONS or len(network.all_connections) > MOST_CONNECTIONS:

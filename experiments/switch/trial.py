@@ -79,6 +79,7 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
         # Settings that change what is recorded of the exact controllers; sizes of neurons do not.
         names = ("digit", "anchor", "gait")
         chosen = {name: getattr(self.settings, name) for name in names}
+        # A policy's digest is of its weights alone.
         gains = self.settings.walking_policy().gains
         return {
             "experiment": self.name,

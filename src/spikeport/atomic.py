@@ -64,7 +64,7 @@ def check_apart(outputs: Iterable[tuple[str, Path]]) -> None:
     Parameters
     ----------
     outputs : iterable of (str, Path)
-        The options that ask for outputs, and their paths.
+        The options that ask for outputs, or whatever else writes, and their paths.
 
     Raises
     ------

@@ -1,6 +1,5 @@
 """``spikeport board write IMAGE``: what a board with soft cores is built of, and loaded with."""
 
-from collections.abc import Iterable
 from pathlib import Path
 
 import typer
@@ -18,7 +17,6 @@ from spikeport.compile.image.usage import core_uses
 from spikeport.constants import BITS_PER_KIB
 from spikeport.errors import UsageError
 from spikeport.hardware_models import chip as chips
-from spikeport.hardware_models.chip import SoftMemory
 
 LARGEST = "softcore-ecp5-85f"
 """The chip for images that were compiled for one without soft cores."""
@@ -44,13 +42,16 @@ def run(path: Path, out: Path, *, chip: str | None = None) -> None:
         If the chip cannot hold the image.
     """
     Destinations(out=out, json=None).check()
-    soft = [name for name in chips.names() if chips.get(name).soft_memory]
-    if chip is not None:
-        _pool(chip, soft)  # before the image is read
     image = ChipImage.load(path)
+    soft = [name for name in chips.names() if chips.get(name).soft_memory]
     if chip is None:
         chip = image.manifest.chip if image.manifest.chip in soft else LARGEST
-    model, pool = chips.get(chip), _pool(chip, soft)
+    model = chips.get(chip)
+    pool = model.soft_memory
+    if pool is None:
+        raise UsageError(
+            f"chip '{chip}' has no soft cores; those that have them: {', '.join(soft)}"
+        )
     memory = written(image)
     outputs = [one for ports in outputs_of(image) for one in ports]
     broken = [str(one) for one in verify(core_uses(image, model), model)]
@@ -70,13 +71,3 @@ def run(path: Path, out: Path, *, chip: str | None = None) -> None:
     typer.echo(f"chip {model.name}")
     typer.echo(f"memory image {memory.digest[:16]} of image {image.digest[:16]}")
     typer.echo(f"written: {out}/ (parameters.vh, load.bin: {len(loading):,} bytes)")
-
-
-def _pool(chip: str, soft: Iterable[str]) -> SoftMemory:
-    """Return the memory of a chip's soft cores; UsageError, which lists others, if it has none."""
-    pool = chips.get(chip).soft_memory
-    if pool is None:
-        raise UsageError(
-            f"chip '{chip}' has no soft cores; those that have them: {', '.join(soft)}"
-        )
-    return pool

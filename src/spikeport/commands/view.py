@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from spikeport.atomic import check_output
+from spikeport.atomic import check_apart, check_output
 from spikeport.errors import UsageError
 from spikeport.experiments import run_folder, watching
 from spikeport.experiments.registry import imported
@@ -32,7 +32,8 @@ def run(folder: Path, out: Path | None, live: bool = False) -> None:
         raise UsageError(f"{folder}: is a file; name the folder of a run")
     page = out or folder / PAGE
     check_output("--out", page, suffix=".html")
-    _check_apart(page, folder)
+    files = [("the run", folder / name) for name in run_folder.FILES if name != PAGE]
+    check_apart([*files, ("--out", page)])
     if live:
         _watch(folder)
     path = folder / "result.json"
@@ -48,13 +49,6 @@ def run(folder: Path, out: Path | None, live: bool = False) -> None:
     what = result.get("experiment") or result.get("model", "run")
     write(folder / "probes.nc", page, f"{what}: {folder}")
     print(f"written: {page} ({page.stat().st_size / 1e6:.1f} MB); open it in a browser")
-
-
-def _check_apart(page: Path, folder: Path) -> None:
-    """Refuse to put the page in the place of another file of the run, such as its report."""
-    of_run = {(folder / name).resolve() for name in run_folder.FILES if name != PAGE}
-    if page.resolve() in of_run:
-        raise UsageError(f"--out {page}: is a file of the run; choose another")
 
 
 def _watch(folder: Path) -> None:

@@ -79,6 +79,7 @@ def test_a_file_in_place_of_the_folder_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_chip_without_soft_cores_is_refused(tmp_path: Path) -> None:
+    small_image().save(tmp_path / "image.npz")
     soft = [name for name in chips.names() if chips.get(name).soft_memory]
     with pytest.raises(UsageError, match=f"chip 'loihi' has no soft cores; .*: {', '.join(soft)}"):
         run(tmp_path / "image.npz", tmp_path / "out", chip="loihi")

@@ -34,7 +34,8 @@ def test_the_report_of_a_run_is_not_replaced_by_its_page(spikeport, tmp_path):
     report = tmp_path / "report.html"
     report.write_text("mine")
     done = spikeport("view", tmp_path, "--out", report)
-    assert done == (2, "", f"error: --out {report}: is a file of the run; choose another\n")
+    message = f"--out {report}: would replace what the run writes; choose another"
+    assert done == (2, "", f"error: {message}\n")
     assert report.read_text() == "mine"
 
 
