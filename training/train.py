@@ -15,6 +15,7 @@ import numpy as np
 import torch
 
 from spikeport.atomic import write_text
+from spikeport.cache import digest_of
 from spikeport.errors import UsageError
 from spikeport.progress import Progress
 from spikeport.training import checkpoint
@@ -79,7 +80,9 @@ class TrainOptions:
         return {
             "seed": self.seed,
             "updates_per_segment": self.updates_per_segment,
+            "threads": self.workers,
             "hidden_noise": any(stage.hidden_noise for stage in self.stages),
+            "stages": digest_of(self.stages)[:12],
             **asdict(self.learner),
         }
 
@@ -90,11 +93,16 @@ def train(options: TrainOptions, progress: Progress) -> list[Entry]:
     Raises
     ------
     UsageError
-        The folder holds a run with other options.
+        The folder holds a run with other options, or a longer one.
     """
     first = Worker(0, options.workers)
     learner, done, log = _start(options, first)
-    if done >= options.segments:
+    if done > options.segments:
+        raise UsageError(
+            f"'{options.folder}' holds {done} segments, --steps asks for {options.segments}; "
+            f"cure: --steps {done * options.steps_per_segment} or more, or another --out"
+        )
+    if done == options.segments:
         return log
     with others(options.workers - 1, _help, options):
         for segment in range(done, options.segments):

@@ -107,11 +107,37 @@ def test_a_run_with_hidden_noise_is_not_continued_without(options):
         train(replace(options, stages=without_hidden_noise(options.stages)), silent)
 
 
+def test_a_run_of_other_stages_is_not_continued(options):
+    train(replace(options, steps=32), silent)
+    others = (options.stages[0], replace(options.stages[1], first_step=32))
+    with pytest.raises(UsageError, match=r"holds a run with stages \w{12}, asked for is \w{12};"):
+        train(replace(options, stages=others), silent)
+
+
+def test_a_run_of_another_number_of_processes_is_not_continued(options):
+    """Each process draws numbers of its own, so that another number of them is another run."""
+    train(replace(options, steps=32), silent)
+    with pytest.raises(UsageError, match="holds a run with threads 1, asked for is 2;"):
+        train(replace(options, workers=2), silent)
+
+
+def test_a_longer_run_is_not_cut_short(options):
+    """The policy chosen from it is none that a shorter run could choose."""
+    train(options, silent)
+    with pytest.raises(UsageError) as error:
+        train(replace(options, steps=64), silent)
+    assert str(error.value) == (
+        f"'{options.folder}' holds 3 segments, --steps asks for 2; "
+        "cure: --steps 96 or more, or another --out"
+    )
+
+
 def test_a_checkpoint_of_an_earlier_version_is_continued(options):
     train(replace(options, steps=32), silent)
     path = checkpoint.path_of(options.folder, 1)
     last = checkpoint.load(path)
-    earlier = {key: value for key, value in last.options.items() if key != "hidden_noise"}
+    new = {"hidden_noise", "threads", "stages"}
+    earlier = {key: value for key, value in last.options.items() if key not in new}
     checkpoint.save(options.folder, last._replace(options=earlier))
     assert len(train(options, silent)) == 3
 
