@@ -3,6 +3,8 @@
 import os
 import pty
 import termios
+import tty
+from collections.abc import Iterator
 
 import pytest
 
@@ -23,6 +25,64 @@ def test_keys_are_events_and_others_are_none() -> None:
     assert termios.tcgetattr(theirs) != before
     keys.close()
     assert termios.tcgetattr(theirs) == before
+    keys.close()
+    os.close(ours)
+    os.close(theirs)
+
+
+@pytest.fixture
+def pressed() -> Iterator[tuple[int, Terminal]]:
+    """Yield the end of a terminal that keys are written to, and its keys."""
+    ours, theirs = pty.openpty()
+    keys = Terminal(theirs)
+    yield ours, keys
+    keys.close()
+    os.close(ours)
+    os.close(theirs)
+
+
+@pytest.mark.parametrize(
+    "key",
+    [
+        *(b"\x1b[A", b"\x1bOA", b"\x1bOR", b"\x1bOS", b"\x1b[1;5A", b"\x1bO5A", b"\x1b[[A"),
+        *(b"\x1b[3~", b"\x1b\x1b[A", b"\x1ba", b"\x1b"),
+    ],
+    ids=repr,
+)
+def test_arrows_function_keys_and_alt_are_no_letters(
+    pressed: tuple[int, Terminal], key: bytes
+) -> None:
+    """Up ends in the letter that runs, F3 and F4 in those that re-arm and start."""
+    ours, keys = pressed
+    os.write(ours, b"x" + key)
+    assert keys.events() == []
+    for at in range(1, len(key)):
+        os.write(ours, b"x" + key[:at])
+        assert keys.events() == []
+        os.write(ours, key[at:] + b"x")
+        assert keys.events() == []
+    os.write(ours, b"xs")
+    assert keys.events() == [Event.START]
+
+
+@pytest.mark.parametrize("before", [b"\x1b", b"\x1b[", b"\x1b[1", b"\x1bO"], ids=repr)
+def test_the_space_bar_stops_even_after_an_escape(
+    pressed: tuple[int, Terminal], before: bytes
+) -> None:
+    ours, keys = pressed
+    os.write(ours, before)
+    assert keys.events() == []
+    os.write(ours, b" ")
+    assert keys.events() == [Event.STOP]
+
+
+def test_no_key_but_ctrl_c_stops_the_process_or_what_it_prints() -> None:
+    ours, theirs = pty.openpty()
+    keys = Terminal(theirs)
+    found = termios.tcgetattr(theirs)
+    assert not found[tty.IFLAG] & termios.IXON
+    assert [found[tty.CC][key] for key in (termios.VSUSP, termios.VQUIT)] == [b"\0", b"\0"]
+    assert found[tty.CC][termios.VINTR] == b"\x03"
     keys.close()
     os.close(ours)
     os.close(theirs)
