@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator, model_valida
 
 from spikeport.errors import UsageError
 from spikeport.experiments.arm.draw_task import SHORTEST_S
-from spikeport.experiments.walk.path_file import FASTEST_M_S
+from spikeport.experiments.walk.path_file import FASTEST_M_S, path_files
 from spikeport.files import Name, read_model
 from spikeport.networks.humanoid import ACTIONS
 from spikeport.reading.mismatch import shown
@@ -85,6 +85,15 @@ class Phase(_Strictly):
             for key in GOALS[other]:
                 if key in self.model_fields_set:
                     raise ValueError(f"selects '{self.action}', and has no use for '{key}'")
+        return self
+
+    @model_validator(mode="after")
+    def _has_one_speed(self) -> "Phase":
+        if self.path and path_files(self.path) and "speed_m_s" in self.model_fields_set:
+            raise ValueError(
+                f"speed_m_s {self.speed_m_s:g}: '{self.path}' has times of its own; cure: leave it "
+                "out, or change the times"
+            )
         return self
 
     @property

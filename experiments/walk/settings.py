@@ -47,6 +47,11 @@ class WalkSettings(PolicySettings):
                 f"speed={self.speed:g}: the policy is trained for speeds above 0 and up to "
                 f"{FASTEST_M_S:g} m/s; choose one of these"
             )
+        if path_files(self.path) and self.speed != WalkSettings.speed:
+            raise UsageError(
+                f"speed={self.speed:g}: '{self.path}' has times of its own; cure: leave it out, or "
+                "change the times"
+            )
         if not 0 <= self.ramp < math.inf:
             raise UsageError(f"ramp={self.ramp:g}: a time must be from 0 on and finite")
         if not 0 <= self.silence <= 1:

@@ -67,7 +67,9 @@ def test_names_of_shipped_things_are_no_files_whatever_lies_there(sweep_of, here
 
 def test_paths_that_a_schedule_names_are_in_the_plan(sweep_of, here):
     written = SHIPPED["switch"].read_text()
-    Path("own.toml").write_text(written.replace('path = "line"', 'path = "path.csv"'))
+    asked = 'path = "line"\nspeed_m_s = 0.5'
+    assert asked in written
+    Path("own.toml").write_text(written.replace(asked, 'path = "path.csv"'))
     asked = {"experiment": "switch", "seconds": 60.0, "varied": {}}
     sweep = with_inputs(sweep_of(**asked, settings={"schedule": "own.toml"}))
     assert list(sweep.files) == ["own.toml", "path.csv"]

@@ -120,6 +120,12 @@ def test_values_that_cannot_be(reason, changed, to, message):
         ('arm = "digit"\n', "", "1: selects 'draw', and needs 'arm'"),
         (WALK, DRAW, "0: selects 'draw', and needs 'arm'"),
         ('"digit"', '"digit"\nspeed_m_s = 1', "1: selects 'draw', and has no use for 'speed_m_s'"),
+        (
+            '"line"',
+            '"own.csv"\nspeed_m_s = 0.9',
+            "0: speed_m_s 0.9: 'own.csv' has times of its own; cure: leave it out, or change the "
+            "times",
+        ),
     ],
 )
 def test_phases_that_cannot_be(reason, changed, to, message):

@@ -253,6 +253,10 @@ def test_an_action_that_is_not_finite_ends_the_run(tmp_path, spikeport, monkeypa
             "these",
         ),
         (
+            {"path": "own.csv", "speed": 0.3},
+            "speed=0.3: 'own.csv' has times of its own; cure: leave it out, or change the times",
+        ),
+        (
             {"n_neurons": 7},
             "n_neurons=7: a unit has as many neurons for each sign; give an even number from 2 on",
         ),
