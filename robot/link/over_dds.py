@@ -204,6 +204,12 @@ class LockStepRobot(DdsRobot):
         until then are of the other run.
         """
         found = super()._read(arrival)
+        if found is not None and not self._runs and turn_of(arrival.message).asks == 0:
+            # It would step by its clock, however many of its steps an answer takes.
+            raise RobotLostError(
+                "this robot keeps to the clock, and waits for no answer; cure: serve it with "
+                "--lock-step, or leave out --robot-lock-step"
+            )
         if found is None or found.controller in (0, self._commands.number * self._runs):
             return found
         if self._runs:

@@ -193,6 +193,13 @@ def test_in_real_time_a_robot_that_waits_for_answers_is_not_driven() -> None:
     assert bus.commands.sent == []
 
 
+def test_in_lock_step_a_robot_that_keeps_to_the_clock_is_not_driven() -> None:
+    bus = FakeBus(clocked=True)
+    with pytest.raises(RobotLostError, match="keeps to the clock.*leave out --robot-lock-step"):
+        LockStepRobot(bus, TRUTHS).first()
+    assert bus.commands.sent == []
+
+
 def test_in_real_time_what_no_h1_observes_damps() -> None:
     bus, robot, seen, _ = real_time()
     turned = READINGS._replace(q=np.full(19, 4.0))
