@@ -209,7 +209,7 @@ def _compiled(job: Job) -> Compilation:
     names = Names(network)
     with collected_warnings() as notices:
         stages.begin(RULES)
-        rewrite = _rewritten(network, names, run, target)
+        rewrite = _rewritten(job, names, run)
         stages.begin(BUILD)
         floats = _built(rewrite, job, run)
         stages.begin(ROUND)
@@ -287,14 +287,16 @@ def _stages(passes: Pipeline) -> list[str]:
     return [RULES, *networks, BUILD, *blocks, ROUND, *images, VERIFY]
 
 
-def _rewritten(network: nengo.Network, names: Names, run: PassRun, chip: ChipModel) -> Rewrite:
+def _rewritten(job: Job, names: Names, run: PassRun) -> Rewrite:
     """Return the rewritten network; rules hold before and after."""
+    network, chip = job.network, job.chip
     if broken := lint(network, names, rewritten=not run.rewrites):
         # A network that has nothing for the chip breaks this rule alone, and is no fault.
         only_empty = [one.id for one in broken] == ["SP001"]
         raise (NothingOnChipError if only_empty else DoesNotFitError)(chip.name, broken)
     # Before anything is built: building a network that is far too large takes long, and all memory.
-    if not run.rewrites and (much := verify_size(compartments_at_least(network, names), chip)):
+    least = 0 if run.rewrites else compartments_at_least(network, names, job.settings)
+    if much := verify_size(least, chip):
         raise DoesNotFitError(chip.name, much)
     if too_large := over_memory(network):
         raise DoesNotFitError(chip.name, too_large)

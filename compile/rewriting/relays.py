@@ -14,15 +14,15 @@ import scipy.sparse as sparse
 from spikeport.compile.ground.names import Names
 from spikeport.compile.ground.scope import Scope, is_passthrough, source_rows, target_rows
 from spikeport.compile.ground.settings import NetworkSettings
+from spikeport.compile.loihi.build_settings import AS_USUAL, BuildSettings
 from spikeport.compile.loihi.relay import RELAYS
 from spikeport.compile.loihi.solver import full
 from spikeport.compile.rewriting.passthrough import foldable
 
-PER_VALUE: int = 2 * RELAYS["preset10"]().pairs_per_dim
-"""Decode neurons for each value that a connection carries."""
 
-
-def compartments_at_least(network: nengo.Network, names: Names) -> int:
+def compartments_at_least(
+    network: nengo.Network, names: Names, build: BuildSettings = AS_USUAL
+) -> int:
     """Return a lower bound of the compartments of a network: its neurons and decode neurons.
 
     Connections through nodes that nengo-loihi may keep, and read-outs, are left out, and those for
@@ -30,13 +30,25 @@ def compartments_at_least(network: nengo.Network, names: Names) -> int:
     """
     scope = Scope(network, names)
     neurons: int = sum(ensemble.n_neurons for ensemble in scope.ensembles)
-    return neurons + PER_VALUE * _relayed_values(scope)
+    nodes = foldable(network, scope.on_chip) if build.remove_passthrough else []
+    return neurons + neurons_per_value(build) * _relayed_values(scope, nodes)
 
 
-def _relayed_values(scope: Scope) -> int:
-    """Return the number of values of all decoded connections between ensembles on the chip."""
+def neurons_per_value(build: BuildSettings) -> int:
+    """Return the number of decode neurons for each value that a connection carries.
+
+    It is 0 for decode neurons of a user's class, of which no number is known.
+    """
+    neurons = RELAYS["preset10"]() if build.decode_neurons is None else build.decode_neurons
+    return 2 * int(getattr(neurons, "pairs_per_dim", 0))
+
+
+def _relayed_values(scope: Scope, nodes: list[nengo.Node]) -> int:
+    """Return the number of values of all decoded connections between ensembles on the chip.
+
+    ``nodes`` are the passthrough nodes that connections replace, sources first.
+    """
     network = scope.network
-    nodes = foldable(network, scope.on_chip)
     leaving = defaultdict(list)
     for connection in network.all_connections:
         leaving[connection.pre_obj].append(connection)

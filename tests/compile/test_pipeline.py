@@ -1,14 +1,19 @@
 """Networks that cannot be compiled end in an error that names the object and the cure."""
 
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 
 import nengo
 import numpy as np
 import pytest
+from nengo_loihi.decode_neurons import OnOffDecodeNeurons
 
 from spikeport.compile.check.violation import DoesNotFitError
+from spikeport.compile.ground.names import Names
+from spikeport.compile.loihi.build_settings import BuildSettings
 from spikeport.compile.pipeline import compile_network
+from spikeport.compile.rewriting.relays import compartments_at_least
 from spikeport.errors import CompileError
 from spikeport.hardware_models import chip as chips
 
@@ -134,10 +139,35 @@ def test_zero_neurons_are_refused_by_nengo() -> None:
         nengo.Ensemble(0, 1)
 
 
-def test_a_chip_too_small_is_named_with_all_that_does_not_fit(tmp_path: Path) -> None:
+def small_cores(folder: Path, compartments: int) -> Path:
+    """Write a Loihi whose cores have fewer compartments, and return its path."""
     text = (chips.BUILT_IN / "loihi.toml").read_text()
-    small = tmp_path / "small.toml"
-    small.write_text(text.replace("value = 1024", "value = 4"))
+    small = folder / "small.toml"
+    small.write_text(text.replace("value = 1024", f"value = {compartments}"))
+    return small
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [BuildSettings(decode_neurons=OnOffDecodeNeurons()), BuildSettings(remove_passthrough=False)],
+)
+def test_a_network_that_fits_with_the_settings_of_its_build_is_not_refused(
+    settings: BuildSettings, tmp_path: Path
+) -> None:
+    with nengo.Network(seed=1) as network:
+        ensembles = [nengo.Ensemble(8, 1) for _ in range(60)]
+        for pre, post in pairwise(ensembles):
+            node = nengo.Node(size_in=1)
+            nengo.Connection(pre, node)
+            nengo.Connection(node, post, synapse=None)
+    # With the usual settings, 128 cores of 12 compartments are too few.
+    assert compartments_at_least(network, Names(network)) == 60 * 8 + 59 * 20 > 128 * 12
+    image = compile_network(network, small_cores(tmp_path, 12), settings=settings).image
+    assert image.n_compartments < 128 * 12
+
+
+def test_a_chip_too_small_is_named_with_all_that_does_not_fit(tmp_path: Path) -> None:
+    small = small_cores(tmp_path, 4)
     with nengo.Network(seed=1) as network:
         nengo.Connection(*pair())
     with pytest.raises(DoesNotFitError) as raised:

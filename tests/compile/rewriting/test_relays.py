@@ -1,15 +1,22 @@
 """The least number of compartments of a network, before anything is built."""
 
+from itertools import pairwise
+
 import nengo
 import numpy as np
+import pytest
+from nengo_loihi.decode_neurons import DecodeNeurons, OnOffDecodeNeurons, Preset5DecodeNeurons
 
 from spikeport import add_params, compile_network
 from spikeport.compile.ground.names import Names
-from spikeport.compile.rewriting.relays import PER_VALUE, compartments_at_least
+from spikeport.compile.loihi.build_settings import AS_USUAL, BuildSettings
+from spikeport.compile.rewriting.relays import compartments_at_least, neurons_per_value
+
+PER_VALUE = neurons_per_value(AS_USUAL)
 
 
-def bound(network: nengo.Network) -> int:
-    return compartments_at_least(network, Names(network))
+def bound(network: nengo.Network, settings: BuildSettings = AS_USUAL) -> int:
+    return compartments_at_least(network, Names(network), settings)
 
 
 def through_nodes() -> nengo.Network:
@@ -31,6 +38,43 @@ def test_the_bound_is_what_the_builder_makes() -> None:
     network = through_nodes()
     image = compile_network(network).image
     assert bound(network) == image.n_compartments == 70 + PER_VALUE * (1 + 1 + 2 + 2)
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        BuildSettings(decode_neurons=OnOffDecodeNeurons()),
+        BuildSettings(decode_neurons=Preset5DecodeNeurons()),
+        BuildSettings(remove_passthrough=False),
+        BuildSettings(remove_passthrough=False, decode_neurons=OnOffDecodeNeurons(2)),
+    ],
+)
+def test_the_bound_is_what_the_builder_makes_with_settings(settings: BuildSettings) -> None:
+    network = through_nodes()
+    image = compile_network(network, settings=settings).image
+    readouts = sum(
+        int(n)
+        for n, entry in zip(np.diff(image.blocks.start), image.manifest.blocks, strict=True)
+        if entry.kind == "readout"
+    )
+    assert bound(network, settings) == image.n_compartments - readouts
+
+
+def test_decode_neurons_of_a_class_of_the_users_are_not_counted() -> None:
+    settings = BuildSettings(decode_neurons=DecodeNeurons())
+    assert bound(through_nodes(), settings) == 70
+
+
+def test_a_network_that_only_fits_with_fewer_decode_neurons_is_not_refused_before_it_is_built() -> (
+    None
+):
+    with nengo.Network(seed=1) as network:
+        chain = [nengo.Ensemble(32, 16) for _ in range(410)]
+        for pre, post in pairwise(chain):
+            nengo.Connection(pre, post)
+    few = BuildSettings(decode_neurons=OnOffDecodeNeurons())
+    assert bound(network) > 128 * 1024
+    assert bound(network, few) == 410 * 32 + 409 * 16 * 2
 
 
 def test_what_ends_or_starts_on_the_host_takes_no_decode_neurons() -> None:
