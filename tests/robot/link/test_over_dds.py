@@ -75,8 +75,9 @@ def test_without_a_publisher_of_the_truth_states_alone_are_observations(clocked:
     bus.publish()
     assert robot.exchange(seen, HOLD).truth is None
     bus.robot.restart()
+    other = RealTimeRobot(bus, TRUTHS, pace) if clocked else LockStepRobot(bus, TRUTHS)
     with pytest.raises(RobotLostError, match="nobody publishes rt/sportmodestate"):
-        LockStepRobot(bus, TRUTHS).first()
+        other.first()
 
 
 def test_damaged_truths_are_skipped_and_counted() -> None:
@@ -195,7 +196,7 @@ def test_in_real_time_a_robot_that_waits_for_answers_is_not_driven() -> None:
 
 def test_in_lock_step_a_robot_that_keeps_to_the_clock_is_not_driven() -> None:
     bus = FakeBus(clocked=True)
-    with pytest.raises(RobotLostError, match="keeps to the clock.*leave out --robot-lock-step"):
+    with pytest.raises(RobotLostError, match=r"keeps to the clock.*leave out --robot-lock-step"):
         LockStepRobot(bus, TRUTHS).first()
     assert bus.commands.sent == []
 
