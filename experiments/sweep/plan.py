@@ -12,6 +12,9 @@ from spikeport.experiments.options import Options
 
 SEED = "seed"
 BACKEND = "backend"
+LONGEST_NAME, KEPT = 235, 150
+"""Longest name of a point, since file systems have names of 255 bytes, of which an ending and that
+of a file half written take 20; and the letters that are kept of a longer one."""
 
 
 @dataclass(frozen=True)
@@ -83,8 +86,11 @@ class Point(NamedTuple):
 
     @property
     def name(self) -> str:
-        """The name of its file."""
-        return ",".join(f"{key}={quote(str(value), safe='')}" for key, value in self.place.items())
+        """The name of its file, which ends with a digest if it were too long."""
+        name = ",".join(f"{key}={quote(str(value), safe='')}" for key, value in self.place.items())
+        if len(name) <= LONGEST_NAME:
+            return name
+        return f"{name[:KEPT]}-{digest_of(self.place)[:16]}"
 
     @property
     def settings(self) -> dict[str, Any]:

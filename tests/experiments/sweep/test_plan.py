@@ -2,7 +2,9 @@
 
 import pytest
 
-from tests.helpers.sweeps import VARIED
+from spikeport.experiments.sweep.folder import SweepFolder
+from spikeport.experiments.sweep.plan import LONGEST_NAME
+from tests.helpers.sweeps import VARIED, finish
 
 
 def test_the_points_are_all_combinations_seed_by_seed(sweep_of):
@@ -31,6 +33,25 @@ def test_a_network_seed_that_is_set_stays(sweep_of, settings):
 def test_a_points_name_is_a_files_name(sweep_of):
     (point,) = sweep_of(varied={"path": ("a/b,c.csv",), "tau_fwd": (0.002,)}).points()
     assert point.name == "path=a%2Fb%2Cc.csv,tau_fwd=0.002,seed=0"
+
+
+@pytest.mark.parametrize("length", [200, 230, 240, 300])
+def test_a_point_of_a_long_value_is_kept_under_a_name_that_file_systems_take(
+    sweep_of, tmp_path, length
+):
+    files = tuple(f"{'a' * length}{n}.csv" for n in range(2))
+    sweep, folder = sweep_of(settings={}, varied={"path": files}), SweepFolder(tmp_path)
+    for number, point in enumerate(sweep.points()):
+        assert not folder.holds(point)
+        finish(folder, point, b"series", number=number)
+    assert [folder.read(point)["metrics"]["number"] for point in sweep.points()] == [0, 1]
+
+
+def test_a_long_name_that_can_be_written_stays_as_it_is(sweep_of):
+    """Points of earlier sweeps are found under it."""
+    (point,) = sweep_of(varied={"path": ("a" * 223,)}).points()
+    assert point.name == f"path={'a' * 223},seed=0"
+    assert len(point.name) == LONGEST_NAME
 
 
 def test_points_share_a_network_where_settings_of_the_run_alone_differ(sweep_of):
