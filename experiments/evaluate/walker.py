@@ -7,7 +7,6 @@ from typing import Protocol
 import nengo
 import numpy as np
 
-from spikeport import cache
 from spikeport.constants import DT_S
 from spikeport.experiments.evaluate.stage import Stage
 from spikeport.experiments.options import Options
@@ -103,7 +102,7 @@ def find_walker(settings: WalkSettings, options: Options) -> Walker:
 
 @functools.lru_cache(maxsize=1)
 def _made(settings: WalkSettings, options: Options, _contents: tuple[str, ...]) -> Walker:
-    trial = WalkTrial(settings, dataclasses.replace(options, cache=cache.of_user()))
+    trial = WalkTrial(settings, options)
     if trial.exact_policy:
         return ExactWalker(settings.walking_policy())
     return SpikingWalker(trial)

@@ -1,8 +1,6 @@
 """A point of a sweep, run by a worker, which keeps the network that it made for the next one."""
 
 import contextlib
-import os
-import secrets
 import tempfile
 import threading
 import warnings
@@ -14,51 +12,28 @@ from typing import Any
 
 from nengo.exceptions import SimulationError
 
-from spikeport import cache
 from spikeport.errors import DivergedError
 from spikeport.experiments import driver, registry, run_folder
 from spikeport.experiments.driver import Ready
 from spikeport.experiments.sweep.folder import PointFiles
 from spikeport.experiments.sweep.plan import Point
-from spikeport.experiments.sweep.store import Store
+from spikeport.experiments.sweep.store import Sharing
 from spikeport.experiments.trial import Trial
 from spikeport.files import read_json
 
 
 @dataclass(frozen=True)
-class PointRun:
-    """The runner of a sweep's points, sent to each worker.
-
-    Attributes
-    ----------
-    sweep : str
-        A text that no other sweep has: a worker of a cluster may see several.
-    keeps : bool
-        True if the user's cache is used; else results are shared by the workers of a folder alone.
-    """
-
-    sweep: str
-    keeps: bool
-
-    @classmethod
-    def new(cls) -> "PointRun":
-        """Return that of a sweep which begins."""
-        return cls(secrets.token_hex(8), os.environ.get(cache.FOLDER) != cache.OFF)
+class PointRun(Sharing):
+    """The runner of a sweep's points."""
 
     def __call__(self, point: Point, scratch: str) -> PointFiles:
         """Run a point; what it needs on the way is in folders within ``scratch``."""
-        options = replace(point.options, cache=self._store(scratch))
+        options = replace(point.options, cache=self.store(scratch))
         experiment = registry.get(point.sweep.experiment)
         trial = experiment.trial(experiment.settings(**point.settings), options)
         with warnings.catch_warnings(action="ignore"), kept_if_whole():
             ready = _ready((self.sweep, point.network), trial)
             return _files(trial, ready, point.sweep.probes, scratch)
-
-    def _store(self, scratch: str) -> Store:
-        kept = cache.of_user()
-        if self.keeps and kept is not cache.NOTHING:
-            return Store(kept.folder)
-        return Store(Path(scratch) / f"store-{self.sweep}")
 
 
 class _Kept(threading.local):

@@ -3,8 +3,11 @@
 import contextlib
 import fcntl
 import os
+import secrets
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Self
 
 from spikeport import cache
 from spikeport.cache import Arrays, Cache
@@ -39,6 +42,34 @@ class Store(Cache):
                 # Removed while it is locked: who waits for it finds that, and makes another.
                 (self.folder / name).unlink(missing_ok=True)
                 os.close(lock)
+
+
+@dataclass(frozen=True)
+class Sharing:
+    """Base of the runners of points, sent to each worker: says where their results are shared.
+
+    Attributes
+    ----------
+    sweep : str
+        A text that no other sweep has: a worker of a cluster may see several.
+    keeps : bool
+        True if the user's cache is used; else results are shared by the workers of a folder alone.
+    """
+
+    sweep: str
+    keeps: bool
+
+    @classmethod
+    def new(cls) -> Self:
+        """Return that of a sweep which begins."""
+        return cls(secrets.token_hex(8), os.environ.get(cache.FOLDER) != cache.OFF)
+
+    def store(self, scratch: str) -> Store:
+        """Return the store of a worker whose folder is ``scratch``."""
+        kept = cache.of_user()
+        if self.keeps and kept is not cache.NOTHING:
+            return Store(kept.folder)
+        return Store(Path(scratch) / f"store-{self.sweep}")
 
 
 def _locked(path: Path) -> int:

@@ -63,7 +63,7 @@ def run(request: EvaluateRequest) -> int:
         with resumable(folder.path, "episodes"), progress_bar() as progress:
             failures = execution.run(
                 evaluation.points(),
-                episode.run_episode,
+                episode.EpisodeRun.new(),
                 folder,
                 workers.scheduler,
                 workers.n_processes,
