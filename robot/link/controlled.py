@@ -86,7 +86,7 @@ class ControlledRobot(RealTimeRobot):
             command, state = self._answer(last), self._controller.state
             if state is not printed:
                 printed = state
-                self._say(f"robot: {state.value}{self._reason()}. {KEYS.get(state, '')}".rstrip())
+                self._say(self._line(state))
             if state is State.RUN:
                 self._send(last.tick, command)
                 return last
@@ -104,9 +104,15 @@ class ControlledRobot(RealTimeRobot):
         command = self._answer(last)
         if self._controller.state is not State.RUN:
             self._send(last.tick, DAMPING)
-            reason = self._reason() or ": stop was pressed"
-            raise RobotLostError(f"the robot was commanded to go into damping{reason}")
+            reason = self._controller.damped_for or "stop was pressed"
+            raise RobotLostError(f"the robot was commanded to go into damping: {reason}")
         return super().exchange(last, command)
+
+    def _line(self, state: State) -> str:
+        """Return a line on a state, and on what leads out of it."""
+        reason = self._controller.damped_for if state is State.DAMPING else ""
+        name = f"{state.value}: {reason}" if reason else state.value
+        return f"robot: {name}. {KEYS.get(state, '')}".rstrip()
 
     def _answer(self, last: Observed) -> MotorCommands:
         """Return the controller's command; a held observation is as old as it is."""
@@ -120,10 +126,6 @@ class ControlledRobot(RealTimeRobot):
         now_s = self._clock.now() if held else self._seen_s
         message = StateMessage(last.sensors, True, last.writer, last.remote)
         return self._controller.answer(message, now_s)
-
-    def _reason(self) -> str:
-        damped = self._controller.state is State.DAMPING
-        return f": {self._controller.refused}" if damped and self._controller.refused else ""
 
     def _distrust(self, tick: int, reason: str) -> None:
         """Let the controller damp a moving robot; the run ends where it had begun."""

@@ -11,9 +11,10 @@ import numpy as np
 from spikeport.robot.description import DEFAULT_POSE, GAINS, JOINTS
 from spikeport.robot.link.admission import LATEST_S, Limits, StateMessage, refusal, too_old
 from spikeport.robot.link.controller_states import MOVING, Event, State, after
-from spikeport.robot.link.h1 import DAMPING, ZERO_TORQUE
+from spikeport.robot.link.h1 import DAMPING, ZERO_TORQUE, check_commands
 from spikeport.robot.link.remote import Remote, decode, pressed
 from spikeport.robot.link.signals import MotorCommands, Sensors
+from spikeport.robot.link.wire import MessageError
 
 RAMP_S = 2.0
 """Time in which the joints move to the default pose. Source: unitree_rl_gym, ``deploy_real.py``."""
@@ -43,6 +44,8 @@ class Controller:
         The present state.
     refused : str
         The reason why an observation or a command was refused last; empty if none was.
+    damped_for : str
+        The reason for which the robot was damped last; empty where its user stopped it.
     refusals : int
         The number of refusals.
     """
@@ -55,6 +58,7 @@ class Controller:
     ) -> None:
         self._policy, self._begin, self._limits = policy, begin, limits
         self.state, self.refused, self.refusals = State.WAIT, "", 0
+        self.damped_for = ""
         self._entered, self._sent = False, ZERO_TORQUE
         self._ramp_from_rad, self._ramp_since_s = HOLD.q, 0.0
         self._forget()
@@ -107,13 +111,15 @@ class Controller:
     def refuse(self, reason: str) -> None:
         """Count what is not trusted, and damp a moving robot for it."""
         self.refused, self.refusals = reason, self.refusals + 1
-        self._happen(Event.REFUSED)
+        self._happen(Event.REFUSED, reason)
 
-    def _happen(self, event: Event) -> None:
+    def _happen(self, event: Event, reason: str = "") -> None:
         before, self.state = self.state, after(self.state, event)
         if self.state is before:
             return
         self._entered = True
+        if self.state is State.DAMPING:
+            self.damped_for = reason
         if self.state is State.WAIT:
             self._forget()
         if self.state not in MOVING:
@@ -154,11 +160,13 @@ class Controller:
         return HOLD._replace(q=begun + share * (_POSE_RAD - begun))
 
     def _run(self, sensors: Sensors, entered: bool) -> MotorCommands:
-        """Return the policy's command; damp if it is not finite."""
+        """Return the policy's command; damp if no motor is to obey it."""
         if entered:
             self._begin(sensors)
         commands = self._policy(sensors)
-        if all(np.isfinite(values).all() for values in commands):
-            return commands
-        self.refuse("a command of the policy is not finite")
-        return self._at_rest()
+        try:
+            check_commands(commands)
+        except MessageError as error:
+            self.refuse(f"a command of the policy: {error}")
+            return self._at_rest()
+        return commands

@@ -64,6 +64,8 @@ TORQUE_LIMITS_NM = _of_joints(_TORQUES_NM)
 """The largest torque of each joint, (19,)."""
 LARGEST_TARGET_RAD = 2 * np.pi
 """The largest target angle of a joint; no joint of the H1 turns that far."""
+LARGEST_NUMBER = 1e38
+"""The largest number of a command: float32 has no finite one above 3.4e38."""
 ROUNDING = 1e-6
 """The rounding error of a limit in float32."""
 
@@ -77,8 +79,9 @@ DAMPING = ZERO_TORQUE._replace(kd=np.full(len(JOINTS), DAMPING_KD))
 def check_commands(commands: MotorCommands) -> None:
     """Refuse commands that no motor is to obey.
 
-    They are numbers that are not finite, negative gains, torques beyond a motor's, and, where a
-    gain makes them count, angles beyond `LARGEST_TARGET_RAD` and velocities beyond a motor's.
+    They are numbers that are not finite as float32, negative gains, torques beyond a motor's, and,
+    where a gain makes them count, angles beyond `LARGEST_TARGET_RAD` and velocities beyond a
+    motor's.
 
     Raises
     ------
@@ -86,18 +89,19 @@ def check_commands(commands: MotorCommands) -> None:
         Names the first joint, with value and limit.
     """
     limits = {
-        "q": np.where(commands.kp > 0, LARGEST_TARGET_RAD, np.inf),
-        "dq": np.where(commands.kd > 0, SPEED_LIMITS_RAD_S, np.inf),
+        "q": np.where(commands.kp > 0, LARGEST_TARGET_RAD, LARGEST_NUMBER),
+        "dq": np.where(commands.kd > 0, SPEED_LIMITS_RAD_S, LARGEST_NUMBER),
+        "kp": np.full(len(JOINTS), LARGEST_NUMBER),
+        "kd": np.full(len(JOINTS), LARGEST_NUMBER),
         "tau": TORQUE_LIMITS_NM,
     }
     for name, values in commands._asdict().items():
         low = 0.0 if name in ("kp", "kd") else -np.inf
-        good = np.isfinite(values) & (values >= low)
-        if name in limits:
-            good &= np.abs(values) <= limits[name] * (1 + ROUNDING)
+        # No comparison with NaN is true.
+        good = (values >= low) & (np.abs(values) <= limits[name] * (1 + ROUNDING))
         if not good.all():
             first = int(np.argmin(good))
-            limit = limits[name][first] if name in limits else np.inf
+            limit = limits[name][first]
             raise MessageError(
                 f"{name} of {JOINTS[first]} is {values[first]:g}, "
                 f"allowed {max(low, -limit):g} to {limit:g}"

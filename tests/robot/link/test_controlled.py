@@ -143,7 +143,7 @@ def test_a_damaged_state_damps_a_running_robot() -> None:
 def test_a_command_that_is_not_finite_damps_it() -> None:
     bus, robot, _, _ = started(BY_TERMINAL)
     seen = robot.exchange(robot.first(), HOLD)
-    with pytest.raises(RobotLostError, match="a command of the policy is not finite"):
+    with pytest.raises(RobotLostError, match=r"damping: a command of the policy: q of .* is nan"):
         robot.exchange(seen, HOLD._replace(q=np.full(19, np.nan)))
     assert (sent(bus)[-1].kd == DAMPING.kd).all()
 
@@ -155,6 +155,26 @@ def test_stop_before_the_run_is_left_by_arming_again() -> None:
     states = [line.split(".")[0].removeprefix("robot: ") for line in words]
     assert states[:4] == ["zero torque", "ramp", "damping", "zero torque"]
     assert states[-1] == "run"
+
+
+class Damages(LiveBus):
+    """A robot whose state after the fifth command is damaged."""
+
+    def publish(self) -> None:
+        super().publish()
+        if len(self.commands.sent) == 5:
+            self.readers[STATES].queue.append(bytes(1176))
+
+
+def test_a_stop_is_no_refusal_of_long_before() -> None:
+    at = {10: Event.STOP, 20: Event.REARM, 30: Event.START, 500: Event.RUN, 502: Event.STOP}
+    bus, words = Damages(), []
+    robot = ControlledRobot(bus, TRUTHS, Pace(DT_S, FakeClock()), Keys(at), words.append)
+    seen = robot.first()
+    assert words[1] == "robot: damping. L1 and R1 or r: begin anew"
+    assert robot.summary()["refused"] == "LowState_: its checksum is wrong"
+    with pytest.raises(RobotLostError, match="go into damping: stop was pressed"):
+        robot.exchange(robot.exchange(seen, HOLD), HOLD)
 
 
 class Stalls(LiveBus):

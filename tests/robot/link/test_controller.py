@@ -19,7 +19,7 @@ class Robot:
     def __init__(self) -> None:
         self.begun: list[float] = []
         self.asked: list[float] = []
-        self.action = MotorCommands(*(np.full(N, float(i)) for i in range(5)))
+        self.action = MotorCommands(*(np.full(N, 1.0 + i) for i in range(5)))
         self.controller = Controller(self.policy, lambda s: self.begun.append(s.time_s), LIMITS)
         self.time_s = 0.0
 
@@ -164,12 +164,27 @@ def test_delays_up_to_40_ms_and_lost_states_do_not_stop_a_run(robot):
         assert same(robot.send(), robot.action)
 
 
-@pytest.mark.parametrize("value", [np.nan, np.inf])
-def test_a_command_of_the_policy_that_is_not_finite_damps(robot, value):
+@pytest.mark.parametrize("value", [np.nan, np.inf, 45.0])
+def test_a_command_of_the_policy_that_no_motor_is_to_obey_damps(robot, value):
+    """A target of 45 is one in degrees."""
     robot.to(State.RUN)
     robot.action = robot.action._replace(q=np.full(N, value))
     assert same(robot.send(), DAMPING)
     assert robot.controller.state is State.DAMPING
+    reason = f"a command of the policy: q of {JOINTS[0]} is {value:g}, allowed -6.28319 to 6.28319"
+    assert robot.controller.damped_for == reason
+
+
+def test_a_stop_has_no_reason_of_an_earlier_refusal(robot):
+    robot.to(State.HOLD)
+    robot.controller.refuse("its checksum is wrong")
+    assert robot.controller.damped_for == "its checksum is wrong"
+    robot.send("L1", "R1")
+    robot.to(State.RUN)
+    robot.controller.press(Event.STOP)
+    assert robot.controller.state is State.DAMPING
+    assert robot.controller.damped_for == ""
+    assert robot.controller.refused == "its checksum is wrong"
 
 
 def test_the_stop_key_of_a_terminal_counts_even_if_no_newer_state_comes(robot):
