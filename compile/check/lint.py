@@ -27,6 +27,7 @@ from spikeport.compile.ground.scope import (
     Scope,
     in_full,
     probeable,
+    source_rows,
 )
 from spikeport.neurons import OWN_TYPES
 
@@ -129,6 +130,15 @@ def post_slice(scope: Scope) -> Iterator[Violation]:
             yield rules.get("SP006").broken(scope.names[connection], part)
 
 
+def convolved_twice(scope: Scope) -> Iterator[Violation]:
+    """Refuse convolutions that read a neuron on the chip more than once: each has one position."""
+    for connection in scope.network.all_connections:
+        if scope.repeats_spikes(connection) and not isinstance(connection.transform, MATRICES):
+            rows = source_rows(connection)
+            read = f"{len(rows)} of {len(np.unique(rows))} neurons"
+            yield rules.get("SP014").broken(scope.names[connection], read)
+
+
 def learning_rule(scope: Scope) -> Iterator[Violation]:
     """Refuse all but one PES on connections from an ensemble on the chip.
 
@@ -220,6 +230,7 @@ RULES: tuple[Callable[[Scope], Iterator[Violation]], ...] = (
     gain_and_bias,
     synapse,
     post_slice,
+    convolved_twice,
     learning_rule,
     chip_process,
     probe,

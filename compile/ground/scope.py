@@ -72,6 +72,14 @@ class Scope:
         full_weights = isinstance(connection.pre_obj, nengo.Ensemble) and connection.solver.weights
         return self.on_chip(connection.post_obj) and not full_weights
 
+    def repeats_spikes(self, connection: nengo.Connection) -> bool:
+        """Return whether a slice on the chip has a source of spikes more than once."""
+        ends = connection.pre_obj, connection.post_obj
+        if isinstance(connection.pre_obj, nengo.Ensemble) or not all(map(self.on_chip, ends)):
+            return False
+        rows = [] if isinstance(connection.pre_slice, slice) else source_rows(connection)
+        return len(np.unique(rows)) < len(rows)
+
     @property
     def ensembles(self) -> list[nengo.Ensemble]:
         """The ensembles meant for the chip."""

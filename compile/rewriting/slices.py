@@ -1,9 +1,9 @@
 """Connections to a part of an ensemble on the chip, as connections to the whole of it.
 
-    W' = S W,   S[rows[i], i] += 1
+    W' = S W R^T,   S[rows[i], i] += 1,   R[sources[j], j] += 1
 
-nengo-loihi builds the axons of whole targets alone. An entry that occurs twice in a slice receives
-the sum, as in Nengo.
+nengo-loihi builds the axons of whole targets alone, and one axon for each neuron of a source. An
+entry that occurs twice in a slice receives or sends the sum, as in Nengo.
 """
 
 import nengo
@@ -20,6 +20,7 @@ from spikeport.compile.rewriting.assembly import DECODING, FlatNetwork
 def whole_targets(rewrite: Rewrite, dt_s: float) -> Rewrite:
     """Connect to whole ensembles wherever a connection ends in a part of one on the chip.
 
+    Connections whose source's slice has neurons more than once read all of the source instead.
     Float behaviour stays equal, to rounding. A network without such connections stays itself.
 
     Parameters
@@ -36,14 +37,15 @@ def whole_targets(rewrite: Rewrite, dt_s: float) -> Rewrite:
     """
     network = rewrite.network
     scope = Scope(network, rewrite.names)
-    parts = dict.fromkeys(c for c in network.all_connections if scope.reaches_part(c))
+    repeats = {c for c in network.all_connections if scope.repeats_spikes(c)}
+    parts = [c for c in network.all_connections if c in repeats or scope.reaches_part(c)]
     if not parts:
         return rewrite
     solver = ParameterSolver(rewrite, dt_s)
 
     def connect(connection: nengo.Connection, flat: FlatNetwork) -> None:
         if connection in parts:
-            _connect_whole(connection, flat, solver)
+            _connect_whole(connection, flat, solver, connection in repeats)
         else:
             flat.keep(connection)
 
@@ -54,18 +56,20 @@ def whole_targets(rewrite: Rewrite, dt_s: float) -> Rewrite:
 
 
 def _connect_whole(
-    connection: nengo.Connection, flat: FlatNetwork, solver: ParameterSolver
+    connection: nengo.Connection, flat: FlatNetwork, solver: ParameterSolver, repeats: bool
 ) -> None:
-    """Connect to all of a target what a connection sends to a part of it."""
-    pre, post = connection.pre, connection.post_obj
+    """Connect to all of a target what a connection sends to a part of it.
+
+    If its slice ``repeats`` neurons, the connection is also made to read all of its source.
+    """
     from_neurons = isinstance(connection.pre_obj, Neurons)
     options = {} if from_neurons else {name: getattr(connection, name) for name in DECODING}
     with flat.network:
         whole = nengo.Connection(
-            pre,
-            post,
+            connection.pre_obj if repeats else connection.pre,
+            connection.post_obj,
             synapse=connection.synapse,
-            transform=_whole_transform(connection, solver),
+            transform=_whole_transform(connection, solver, repeats),
             label=connection.label,
             **options,
         )
@@ -74,14 +78,18 @@ def _connect_whole(
 
 
 def _whole_transform(
-    connection: nengo.Connection, solver: ParameterSolver
+    connection: nengo.Connection, solver: ParameterSolver, repeats: bool
 ) -> nengo.transforms.Transform | np.ndarray:
-    if in_full(connection):
+    if in_full(connection) and not repeats:
         return connection.transform
-    rows, size = target_rows(connection), connection.post_obj.size_in
-    matrix = np.zeros((size, connection.size_mid))
+    weights = (
+        solver.weights(connection)
+        if repeats
+        else full(solver.transform(connection), connection.size_mid)
+    )
+    matrix = np.zeros((connection.post_obj.size_in, weights.shape[1]))
     # Assignment would keep the last of several values for one row.
-    np.add.at(matrix, rows, full(solver.transform(connection), connection.size_mid))
+    np.add.at(matrix, target_rows(connection), weights)
     between_neurons = isinstance(connection.pre_obj, Neurons) and isinstance(
         connection.post_obj, Neurons
     )

@@ -70,15 +70,19 @@ def over_host() -> None:
     network.config[nengo.Connection(a, a, synapse=nengo.Alpha(0.01))].decode_path = "host"
 
 
-def convolved(n: int, sparse: bool = False) -> None:
-    """Return a convolution of 4 x 4 pixels by a single weight, into the first 16 of n neurons."""
+def convolved(n: int, sparse: bool = False, twice: bool = False) -> None:
+    """Connect 4 x 4 pixels to the first 16 of n neurons, by a convolution with a single weight.
+
+    If ``twice``, the first of 15 neurons is the first two pixels.
+    """
     alike = {"gain": nengo.dists.Choice([1.0]), "bias": nengo.dists.Choice([1.0])}
     pre, post = nengo.Ensemble(16, 1), nengo.Ensemble(n, 1, **alike)
     transform = nengo.Convolution(1, (4, 4, 1), kernel_size=(1, 1), init=np.full((1, 1, 1, 1), 0.1))
     if sparse:
         transform = nengo.Sparse((16, 16), indices=[(i, i) for i in range(16)], init=0.1)
     target = post.neurons if n == 16 else post.neurons[:16]
-    nengo.Connection(pre.neurons, target, transform=transform)
+    pixels = [0, *range(15)] if twice else slice(None)
+    nengo.Connection(pre.neurons[pixels], target, transform=transform)
 
 
 def learned(
@@ -202,6 +206,15 @@ CASES = [
         "multiply the convolution out, and connect with nengo.Sparse",
         linted(partial(convolved, 20)),
         (linted(partial(convolved, 20, sparse=True)),),
+    ),
+    Case(
+        "SP014",
+        "multiply the convolution out, and connect with nengo.Sparse",
+        linted(partial(convolved, 16, twice=True)),
+        (
+            linted(partial(convolved, 16)),
+            compiled(partial(convolved, 16, sparse=True, twice=True)),
+        ),
     ),
     Case(
         "SP007",

@@ -94,6 +94,12 @@ def convolution_into_a_part(part: slice = slice(4, None)) -> None:
     nengo.Connection(a.neurons, b.neurons[part], transform=transform)
 
 
+def convolution_of_one_neuron_twice() -> None:
+    a, b = nengo.Ensemble(16, 1, label="a"), nengo.Ensemble(4, 1, label="b")
+    transform = nengo.Convolution(1, (4, 4, 1), strides=(2, 2), kernel_size=(2, 2))
+    nengo.Connection(a.neurons[[0, *range(15)]], b.neurons, transform=transform)
+
+
 def foreign_learning_rule(rule: Any = RLS) -> None:
     a, out = nengo.Ensemble(4, 1, label="a"), nengo.Node(size_in=1, label="out")
     nengo.Connection(a, out, learning_rule_type=rule)
@@ -185,6 +191,11 @@ CASES: list[tuple[Callable[[], None], str]] = [
         f"the same group delay, {OVER_HOST}",
     ),
     (convolution_into_a_part, PART.format(4)),
+    (
+        convolution_of_one_neuron_twice,
+        "a -> b: SP014 values that a convolution reads: 16 of 15 neurons, limit each neuron once; "
+        "cure: multiply the convolution out, and connect with nengo.Sparse",
+    ),
     (
         decoders_of_another_shape,
         "a -> b: SP013 shape of given decoders: (4, 8), limit (4, 1); cure: give "

@@ -81,6 +81,52 @@ def test_an_entry_that_occurs_twice_receives_the_sum() -> None:
     assert_same_in_float(net)
 
 
+def reading_twice(target: str, transform: Any) -> nengo.Network:
+    with nengo.Network(seed=4) as net:
+        a = nengo.Ensemble(3, 1, gain=np.ones(3), bias=[3.0, 5.0, 9.0])
+        b = nengo.Ensemble(3 if target == "neurons" else 40, 3)
+        post = b.neurons if target == "neurons" else b[[0, 0, 2]] if target == "part" else b
+        nengo.Connection(a.neurons[[1, 1, -3]], post, transform=transform)
+        nengo.Probe(b, synapse=0.01)
+        nengo.Probe(b.neurons)
+    return net
+
+
+@pytest.mark.parametrize("target", ["neurons", "values", "part"])
+@pytest.mark.parametrize("transform", [0.02, [0.02, 0.01, 0.03]])
+def test_a_neuron_that_is_read_twice_sends_the_sum(target: str, transform: Any) -> None:
+    net = reading_twice(target, transform)
+    assert_same_in_float(net)
+    (whole,) = rewritten(net).network.connections
+    weights = whole.transform.sample()
+    dense = weights if isinstance(weights, np.ndarray) else weights.toarray()
+    rows = [0, 0, 2] if target == "part" else [0, 1, 2]
+    expected = np.zeros((3, 3))
+    np.add.at(expected, (rows, [1, 1, 0]), transform)
+    np.testing.assert_allclose(dense, expected)
+
+
+def test_a_sparse_transform_may_read_a_neuron_twice() -> None:
+    net = reading_twice("neurons", nengo.Sparse((3, 3), indices=[(0, 0), (2, 1), (2, 2)], init=0.1))
+    (whole,) = rewritten(net).network.connections
+    expected = [[0, 0.1, 0], [0, 0, 0], [0.1, 0.1, 0]]
+    np.testing.assert_allclose(whole.transform.sample().toarray(), expected)
+
+
+def test_what_reads_neurons_twice_is_the_same_on_the_chip() -> None:
+    twice = reading_twice("neurons", 0.02)
+    with nengo.Network(seed=4) as once:
+        a = nengo.Ensemble(3, 1, gain=np.ones(3), bias=[3.0, 5.0, 9.0])
+        b = nengo.Ensemble(3, 3)
+        weights = nengo.Sparse((3, 3), indices=[(0, 1), (1, 1), (2, 0)], init=0.02)
+        nengo.Connection(a.neurons, b.neurons, transform=weights)
+        nengo.Probe(b, synapse=0.01)
+        nengo.Probe(b.neurons)
+    for pipeline in ("as_written", "compact"):
+        one, other = (compile_network(net, pipeline=pipeline).image for net in (twice, once))
+        assert one.digest == other.digest
+
+
 def test_random_transforms_come_out_the_same() -> None:
     with nengo.Network(seed=4) as net:
         a, b = nengo.Ensemble(20, 2), nengo.Ensemble(30, 3)
