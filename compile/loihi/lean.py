@@ -30,9 +30,11 @@ def lean(model: Model, connection: nengo.Connection) -> Iterator[None]:
 
 
 def _drop_zeros(synapse: Synapse) -> None:
-    # Few zeros are cheaper to keep: weights without gaps need no index each.
+    # Few zeros are cheaper to keep: weights without gaps need no index each. If all are zero, they
+    # stay as well, since nengo-loihi's discretiser needs one.
     n_all = sum(weights.size for weights in synapse.weights)
-    if sum(map(np.count_nonzero, synapse.weights)) > DENSE_FROM * n_all:
+    n_used = sum(map(np.count_nonzero, synapse.weights))
+    if n_used == 0 or n_used > DENSE_FROM * n_all:
         return
     used = [weights[0] != 0 for weights in synapse.weights]
     synapse.indices = [i[:, some] for i, some in zip(synapse.indices, used, strict=True)]

@@ -38,3 +38,27 @@ def test_the_same_with_less(transform: np.ndarray, axons: int, weights: int) -> 
     assert len(after.synapses.weight) == weights
     assert outputs(before).sum() > 0
     np.testing.assert_array_equal(outputs(before), outputs(after))
+
+
+def test_weights_that_are_all_zero_are_one_row() -> None:
+    image = wired(np.zeros((9, 12)), "direct")
+    assert len(image.in_axons.row) == 1
+    assert len(image.synapses.weight) == 9
+    assert not np.any(image.synapses.weight)
+
+
+def test_spikes_of_the_host_may_have_weights_that_are_all_zero() -> None:
+    with nengo.Network(seed=5) as network:
+        spikeport.add_params(network)
+        post = nengo.Ensemble(9, 1)
+        wire = nengo.Connection(nengo.Node([1.0]), post.neurons, transform=np.zeros((9, 1)))
+        network.config[wire].decode_path = "direct"
+    assert not np.any(compile_network(network, pipeline="").image.synapses.weight)
+
+
+def test_a_function_that_is_zero_compiles_with_a_hint() -> None:
+    with nengo.Network(seed=5) as network:
+        a, b = (nengo.Ensemble(20, 1, label=label) for label in "ab")
+        nengo.Connection(a, b, function=lambda x: 0)
+    hints = compile_network(network, pipeline="decode_path").report.hints
+    assert ("SP402", "b") in {(hint.id, hint.object) for hint in hints}
