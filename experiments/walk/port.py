@@ -20,6 +20,7 @@ from spikeport.robot.walk_interface import (
     COMMAND_CHANGE_PER_S,
     CONTROL_DT_S,
     OBSERVATION_SIZE,
+    gravity,
     observation,
     targets_rad,
 )
@@ -88,6 +89,7 @@ class WalkPort(Port):
         self._rows: list[tuple[object, ...]] = []
         self._policy_view = PolicyView(observe_every_s)
         self._observed, self._clipped = np.zeros(OBSERVATION_SIZE), np.zeros(OBSERVATION_SIZE)
+        self._true_turn: tuple[np.ndarray, ...] = ()
         self._answer, self._command = np.zeros(ACTION_SIZE), np.zeros(COMMAND_SIZE)
 
     def follow(self, path: WalkPath) -> None:
@@ -117,6 +119,7 @@ class WalkPort(Port):
             self._observed = self._policy_view.look(plant.state, self._command, self._answer)
             known = self.encoding
             self._clipped = self._observed if known is None else known.clip(self._observed)
+            self._true_turn = gravity(data.qpos[3:7]), data.qvel[3:6].copy()
         state = plant.in_plane
         reference = self.path.at(plant.time_s - self._path_begun_s + LEAD_S)
         self.inputs = self._observed, reference, state
@@ -147,7 +150,9 @@ class WalkPort(Port):
         plant, (observed, reference, _) = self._plant, self.inputs
         on_floor = self._feet.on_floor(plant.data)
         moved = reference, plant.true_in_plane, action, command
-        self._rows.append((plant.time_s, observed, *moved, plant.height_m, on_floor))
+        self._rows.append(
+            (plant.time_s, observed, *moved, plant.height_m, on_floor, *self._true_turn)
+        )
 
     def recording(self) -> WalkRecording:
         """Return what was observed and done so far."""

@@ -57,6 +57,9 @@ class WalkRecording(Recording):
         Height of the pelvis.
     on_floor : (n, 2) array of bool
         True if the left and the right foot touch the floor.
+    down, turning_rad_s : (n, 3) array
+        Direction of gravity and angular velocity in the pelvis frame, as they were when the policy
+        observed last, without noise and delay.
     """
 
     observation: np.ndarray
@@ -66,6 +69,8 @@ class WalkRecording(Recording):
     command: np.ndarray
     height_m: np.ndarray
     on_floor: np.ndarray
+    down: np.ndarray
+    turning_rad_s: np.ndarray
 
     @property
     def position_m(self) -> np.ndarray:
@@ -90,8 +95,7 @@ class WalkRecording(Recording):
     @property
     def yaw_rate_rad_s(self) -> np.ndarray:
         """Angular velocity about the vertical, -g . omega, (n,) in rad/s."""
-        down, omega = (self.observation[:, PARTS[k]] for k in ("gravity", "angular velocity"))
-        return np.asarray(-np.einsum("nd,nd->n", down, omega))
+        return np.asarray(-np.einsum("nd,nd->n", self.down, self.turning_rad_s))
 
 
 class WalkRun(NamedTuple):

@@ -27,6 +27,8 @@ def walked(seconds, fallen_at_s):
         command=np.zeros((len(time_s), 2)),
         height_m=np.ones(len(time_s)),
         on_floor=np.ones((len(time_s), 2), dtype=bool),
+        down=np.zeros((len(time_s), 3)),
+        turning_rad_s=np.zeros((len(time_s), 3)),
     )
     sim = SimpleNamespace(
         activity=SimpleNamespace(totals=lambda: {"spikes": 0}), time=time_s[-1] + DT_S

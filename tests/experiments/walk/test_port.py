@@ -10,6 +10,8 @@ from spikeport.experiments.walk.recording import WalkRecording, fallen
 from spikeport.networks import walking_policy
 from spikeport.networks.region import Box
 from spikeport.robot import mirror
+from spikeport.robot.perturbation import Perturbation
+from spikeport.robot.perturbed_plant import PerturbedPlant
 from spikeport.robot.plant import Plant
 from spikeport.robot.walk_interface import PARTS, POSE_RAD
 
@@ -17,8 +19,8 @@ LINE = find_path("line", 0.5, 10.0)
 REST = np.zeros(21)
 
 
-def begun(encoding=None, every_s=0.005, dt_s=0.005):
-    rig = WalkRig(Plant(), encoding, every_s, dt_s)
+def begun(encoding=None, every_s=0.005, dt_s=0.005, plant=None):
+    rig = WalkRig(plant or Plant(), encoding, every_s, dt_s)
     rig.begin(0, LINE)
     return rig
 
@@ -150,16 +152,24 @@ def test_a_recorded_gait_lies_in_its_encoding():
 def recorded(speeds, yaw_rates, commands):
     """Return a robot that moves along y, its heading, upright."""
     n = len(speeds)
-    observation = np.zeros((n, 69))
-    observation[:, PARTS["gravity"]] = (0, 0, -1)
-    observation[:, PARTS["angular velocity"].stop - 1] = yaw_rates
+    down, turning = np.tile([0.0, 0.0, -1.0], (n, 1)), np.zeros((n, 3))
+    turning[:, 2] = yaw_rates
     state = np.zeros((n, 5))
     state[:, 0], state[:, 4] = np.pi / 2, speeds
-    blank = np.zeros((n, 19))
+    observation, blank = np.zeros((n, 69)), np.zeros((n, 19))
     time_s = 0.005 * np.arange(n)
     height_m, on_floor = np.ones(n), np.ones((n, 2), bool)
     return WalkRecording(
-        time_s, observation, np.zeros((n, 4)), state, blank, commands, height_m, on_floor
+        time_s,
+        observation,
+        np.zeros((n, 4)),
+        state,
+        blank,
+        commands,
+        height_m,
+        on_floor,
+        down,
+        turning,
     )
 
 
@@ -167,6 +177,33 @@ def test_command_errors_are_those_along_the_heading_and_about_the_vertical():
     n = 400
     recording = recorded(np.full(n, 0.4), np.full(n, 0.1), np.tile([0.5, -0.2], (n, 1)))
     assert command_errors(recording) == pytest.approx(np.tile([0.1, -0.3], (n, 1)))
+
+
+def shaken(**asked):
+    """Return the record of a robot whose limbs are thrown to and fro."""
+    rig = begun(**asked)
+    for action in np.random.RandomState(1).uniform(-1, 1, (40, 19)):
+        rig.loop.step(np.append(action, (0.0, 0.1)))
+    return rig.walk.recording()
+
+
+def test_the_yaw_rate_of_a_badly_sensed_robot_is_the_true_one():
+    bad, good = (
+        shaken(plant=plant) for plant in (PerturbedPlant(Perturbation(sensor_noise=1.0)), Plant())
+    )
+    sensed = bad.observation[:, PARTS["angular velocity"]]
+    assert np.abs(sensed - good.observation[:, PARTS["angular velocity"]]).max() > 0.1
+    assert bad.yaw_rate_rad_s.tolist() == good.yaw_rate_rad_s.tolist()
+    assert np.abs(good.yaw_rate_rad_s).max() > 0.01
+    assert command_errors(bad).tolist() == command_errors(good).tolist()
+
+
+@pytest.mark.parametrize("every_s", [0.005, 0.02])
+def test_the_yaw_rate_of_a_well_sensed_robot_is_that_of_its_observation(every_s):
+    """Bit for bit, so that figures of runs stay as they were when it was computed from these."""
+    recording = shaken(every_s=every_s)
+    down, omega = (recording.observation[:, PARTS[k]] for k in ("gravity", "angular velocity"))
+    assert recording.yaw_rate_rad_s.tolist() == (-np.einsum("nd,nd->n", down, omega)).tolist()
 
 
 def test_errors_are_smoothed_over_200_ms():

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from spikeport.experiments.walk.recording import WalkRecording, WalkRun, dataset, fallen
-from spikeport.robot.walk_interface import PARTS
 
 N = 3
 SIZES = {"observation": 69, "reference": 4, "state": 5, "action": 19, "command": 2}
+SIZES |= {"down": 3, "turning_rad_s": 3}
 
 
 def recorded(**given):
@@ -50,10 +50,8 @@ def test_the_way_is_that_from_half_second_to_half_second():
 
 
 def test_the_yaw_rate_is_about_the_vertical_of_a_tilted_robot():
-    observation = np.zeros((N, 69))
-    observation[:, PARTS["gravity"]] = [0, 0, -1], [1, 0, 0], [0, -0.6, -0.8]
-    observation[:, PARTS["angular velocity"]] = 0.1, 0.5, 1.0
-    rates = recorded(observation=observation).yaw_rate_rad_s
+    down = np.array([[0, 0, -1], [1, 0, 0], [0, -0.6, -0.8]])
+    rates = recorded(down=down, turning_rad_s=np.tile([0.1, 0.5, 1.0], (N, 1))).yaw_rate_rad_s
     assert rates == pytest.approx([1.0, -0.1, 0.6 * 0.5 + 0.8 * 1.0])
 
 
