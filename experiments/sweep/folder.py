@@ -1,8 +1,8 @@
 """A sweep's folder: ``sweep.json``, a file for each finished point, ``table.nc``, ``figure.png``.
 
-``sweep.json`` says what was asked for, and has digests of the files that were named. Every file is
-there whole or not at all, and a point's ``points/NAME.json`` is written last of all it leaves: what
-has one is finished.
+``sweep.json`` says what was asked for and of which version of spikeport, and has digests of the
+files that were named. Every file is there whole or not at all, and a point's ``points/NAME.json``
+is written last of all it leaves: what has one is finished.
 """
 
 import contextlib
@@ -25,8 +25,8 @@ MOST_METRICS = 100
 """Metrics of a result: experiments have some twenty, and a figure draws each."""
 
 
-FILES = "files"
-"""The key of a plan under which digests of files are."""
+FILES, VERSION = "files", "spikeport"
+"""The keys of a plan under which digests of files and the version are."""
 
 NONE = "none"
 """The digest of a file that a plan does not have: a schedule may name others than it did."""
@@ -196,6 +196,8 @@ def _check_same(folder: SweepFolder, sweep: Sweep) -> None:
         raise UsageError(f"{folder.plan}: is no plan of a sweep; choose another --out")
     asked = _as_json(dataclasses.asdict(sweep))
     now = asked.pop(FILES)
+    # Plans of earlier versions do not have theirs.
+    held.setdefault(VERSION, asked[VERSION])
     differing = sorted(key for key in held.keys() | asked if held.get(key) != asked.get(key))
     if differing:
         there, here = (_pairs(plan, differing) for plan in (held, asked))

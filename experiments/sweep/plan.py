@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, NamedTuple
 from urllib.parse import quote
 
+from spikeport import __version__
 from spikeport.cache import digest_of
 from spikeport.experiments import registry
 from spikeport.experiments.options import Options
@@ -38,6 +39,8 @@ class Sweep:
     files : mapping
         A digest of each file that settings or chip name, as it was when the sweep began; see
         `spikeport.experiments.sweep.inputs`.
+    spikeport : str
+        The version whose results its points are.
     """
 
     kind: ClassVar[str] = "sweep"
@@ -53,6 +56,7 @@ class Sweep:
     seeds: tuple[int, ...]
     probes: bool = False
     files: Mapping[str, str] = field(default_factory=dict)
+    spikeport: str = __version__
 
     @property
     def axes(self) -> dict[str, tuple[Any, ...]]:

@@ -4,6 +4,7 @@ import json
 
 import pytest
 
+from spikeport import __version__
 from spikeport.errors import UsageError
 from spikeport.experiments.sweep.folder import PointFiles, SweepFolder, opened
 from spikeport.experiments.sweep.table import table
@@ -54,6 +55,22 @@ def test_a_plan_with_more_in_it_is_another(sweep_of, tmp_path):
     plan = json.loads(folder.plan.read_text())
     folder.plan.write_text(json.dumps({**plan, "more": 1}))
     assert "was begun with more=1, but this sweep has more=null" in refused(tmp_path, sweep_of())
+
+
+def test_a_plan_of_another_version_is_another(sweep_of, tmp_path):
+    begin(tmp_path, sweep_of(spikeport="0.1.0"))
+    assert refused(tmp_path, sweep_of(spikeport="0.2.0")) == (
+        f'{tmp_path}: was begun with spikeport="0.1.0", but this sweep has spikeport="0.2.0"; '
+        "ask for the same, or choose another --out"
+    )
+
+
+def test_a_plan_without_its_version_goes_on(sweep_of, tmp_path):
+    folder = begin(tmp_path, sweep_of())
+    plan = json.loads(folder.plan.read_text())
+    assert plan.pop("spikeport") == __version__
+    folder.plan.write_text(json.dumps(plan))
+    begin(tmp_path, sweep_of())
 
 
 def test_files_of_other_contents_are_named(sweep_of, tmp_path):

@@ -9,6 +9,7 @@ import time
 import pytest
 import xarray as xr
 
+from spikeport import __version__
 from spikeport.experiments.sweep import run as sweep_run
 from spikeport.experiments.sweep.run import Failure
 from tests.helpers.sweeps import finish, write_path
@@ -61,6 +62,7 @@ def test_a_sweep_leaves_points_table_and_figure(spikeport, counted, tmp_path):
         "seeds": [0, 1],
         "probes": False,
         "files": {},
+        "spikeport": __version__,
     }
 
 
