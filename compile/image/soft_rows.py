@@ -34,25 +34,38 @@ def soft_row_bits(image: ChipImage) -> np.ndarray:
 
 def _row_words(image: ChipImage) -> np.ndarray:
     """Return the words of each row, all its atoms together, (n_rows,)."""
-    weight, index = image.synapses.weight, image.synapses.index.astype(np.int64)
     atoms = image.rows.atoms
     sizes = np.repeat(np.diff(image.rows.start) // atoms, atoms)
     part = np.repeat(np.arange(len(sizes)), sizes)  # of each weight: its row and atom
+    index = image.synapses.index.astype(np.int64)
+    words = row_words(part, index, image.synapses.weight, len(sizes))
+    row = np.repeat(np.arange(len(atoms)), atoms)
+    return np.bincount(row, words, minlength=len(atoms)).astype(np.int64)
+
+
+def row_words(row: np.ndarray, index: np.ndarray, weight: np.ndarray, n_rows: int) -> np.ndarray:
+    """Return the words of rows of one atom, (n_rows,).
+
+    Parameters
+    ----------
+    row, index, weight : arrays of int
+        The row, target and weight of each synapse, (n_synapses,).
+    n_rows : int
+        The number of rows; those without a weight take no words.
+    """
     kept = np.flatnonzero(weight)
-    part, index, weight = part[kept], index[kept], weight[kept].astype(np.int64)
-    n, union, size = (np.zeros(len(sizes), dtype=np.int64) for _ in range(3))
-    first, last = np.full(len(sizes), np.iinfo(np.int64).max), np.full(len(sizes), -1)
-    np.add.at(n, part, 1)
-    np.bitwise_or.at(union, part, weight)
-    np.maximum.at(size, part, np.where(weight < 0, -weight - 1, weight))
-    np.minimum.at(first, part, index)
-    np.maximum.at(last, part, index)
+    row, index, weight = row[kept], index[kept], weight[kept].astype(np.int64)
+    n, union, size = (np.zeros(n_rows, dtype=np.int64) for _ in range(3))
+    first, last = np.full(n_rows, np.iinfo(np.int64).max), np.full(n_rows, -1)
+    np.add.at(n, row, 1)
+    np.bitwise_or.at(union, row, weight)
+    np.maximum.at(size, row, np.where(weight < 0, -weight - 1, weight))
+    np.minimum.at(first, row, index)
+    np.maximum.at(last, row, index)
     span = last - first + 1
     dense, sparse = -(-span // 2), n + span // MOST_GAP
     words = HEADER_WORDS + np.where(span <= DENSE_MOST * n, dense, sparse)
-    words *= np.where(n > 0, _digits(size, union), 0)
-    row = np.repeat(np.arange(len(atoms)), atoms)
-    return np.bincount(row, words, minlength=len(atoms)).astype(np.int64)
+    return words * np.where(n > 0, _digits(size, union), 0)
 
 
 def _digits(size: np.ndarray, union: np.ndarray) -> np.ndarray:

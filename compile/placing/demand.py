@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from spikeport.compile.image.chip_image import ChipImage
-from spikeport.compile.image.tables import flat, part
+from spikeport.compile.image.soft_rows import WORD_BITS, row_words
+from spikeport.compile.image.tables import flat, part, ranges
 from spikeport.compile.image.usage import layout, list_bits
 from spikeport.compile.placing.load import Capacity, Load, ProfileMasks
 from spikeport.hardware_models.chip import ChipModel
@@ -16,17 +17,32 @@ from spikeport.hardware_models.chip import ChipModel
 class _Synapses(NamedTuple):
     """The synapses of a group by list, which is a row and the base it is read from.
 
-    ``key`` holds list * n + target, ascending, for n compartments, and ``begin`` the least key that
-    a list can have; ``of_axon`` the list each axon reads; ``readers`` how many axons read each
-    list; ``bits`` what a list of 0, 1, 2 ... targets takes.
+    ``key`` holds list * n + target, ascending, for n compartments, ``weight`` the weights in this
+    order, and ``begin`` the least key that a list can have; ``of_axon`` the list each axon reads;
+    ``readers`` how many axons read each list.
     """
 
     number: int
     key: np.ndarray
+    weight: np.ndarray
     begin: np.ndarray
     of_axon: np.ndarray
     readers: np.ndarray
-    bits: np.ndarray
+
+    def sizes(self, first: int, end: int) -> np.ndarray:
+        """Return the number of targets of each list in a stretch."""
+        # Keys ascend across all lists, so that two searches count the targets of every list.
+        return self._place(end) - self._place(first)
+
+    def soft_bits(self, first: int, sizes: np.ndarray) -> int:
+        """Return the bits of the rows of a stretch, with lists of these sizes, in a soft core."""
+        row, mine = np.repeat(np.arange(len(sizes)), sizes), ranges(self._place(first), sizes)
+        words = row_words(row, self.key[mine], self.weight[mine], len(sizes))
+        return WORD_BITS * int(words.sum())
+
+    def _place(self, compartment: int) -> np.ndarray:
+        """Return the place of the first target of each list from a compartment on."""
+        return self.key.searchsorted(self.begin + compartment)
 
 
 class Demand:
@@ -47,12 +63,8 @@ class Demand:
     def __init__(self, image: ChipImage, chip: ChipModel, block: int, masks: ProfileMasks) -> None:
         start, end = image.blocks.start[block : block + 2]
         self.start, self.n = int(start), int(end - start)
-        self._block, self._masks = block, masks
-        sizes = np.arange(1 + np.diff(image.rows.start).max(initial=0))
-        self._synapses = [
-            _synapses(image, int(g), self.n, list_bits(sizes, masks.forms[g], layout(chip)))
-            for g in masks.groups[block]
-        ]
+        self._block, self._masks, self._chip = block, masks, chip
+        self._synapses = [_synapses(image, int(g), self.n) for g in masks.groups[block]]
 
     def load(self, first: int, end: int, slots: np.ndarray) -> Load:
         """Return the load of the compartments ``first`` to ``end``.
@@ -62,18 +74,29 @@ class Demand:
         in_axons = bits = 0
         reached = []
         for synapses in self._synapses:
-            sizes = self._sizes(synapses, first, end)
+            sizes = synapses.sizes(first, end)
             if axons := int(synapses.readers[sizes > 0].sum()):
                 in_axons += axons
-                bits += int(synapses.bits[sizes].sum())
+                bits += self._bits(synapses, first, sizes)
                 reached.append(synapses.number)
         out = int(slots[self.start + first : self.start + end].sum())
         masks = self._masks.of(self._block, first, end, np.array(reached, dtype=int))
         return Load((end - first, in_axons, out, bits), masks)
 
+    def _bits(self, synapses: _Synapses, first: int, sizes: np.ndarray) -> int:
+        """Return the bits of a group's lists of these sizes, in a stretch."""
+        if self._chip.soft_memory is not None:
+            return synapses.soft_bits(first, sizes)
+        form = self._masks.forms[synapses.number]
+        return int(list_bits(sizes, form, layout(self._chip)).sum())
+
     def longest(self, first: int, slots: np.ndarray, room: Capacity) -> int:
-        """Return the end of the longest stretch from ``first`` on that there is room for."""
-        # A stretch never takes less than a part of it, so bisection finds the longest.
+        """Return the end of the longest stretch from ``first`` on that there is room for.
+
+        In a soft core a row may take less as it is stored without gaps, so there it is the end of a
+        long stretch.
+        """
+        # Elsewhere a stretch never takes less than a part of it, so bisection finds the longest.
         ends = range(first + 1, self.n + 1)
         return first + bisect_left(
             ends, True, key=lambda end: not room.holds(self.load(first, end, slots))
@@ -83,30 +106,23 @@ class Demand:
         """Return the number of pieces that each axon has targets in, by synapse group."""
         return {
             synapses.number: np.sum(
-                [self._sizes(synapses, first, end) > 0 for first, end in pairwise(bounds)], axis=0
+                [synapses.sizes(first, end) > 0 for first, end in pairwise(bounds)], axis=0
             )[synapses.of_axon]
             for synapses in self._synapses
         }
 
-    @staticmethod
-    def _sizes(synapses: _Synapses, first: int, end: int) -> np.ndarray:
-        """Return the number of targets of each list in a stretch."""
-        # Keys ascend across all lists, so that two searches count the targets of every list.
-        find, begin = synapses.key.searchsorted, synapses.begin
-        return find(begin + end) - find(begin + first)
 
-
-def _synapses(image: ChipImage, group: int, n: int, bits: np.ndarray) -> _Synapses:
+def _synapses(image: ChipImage, group: int, n: int) -> _Synapses:
     axons = part(image.groups.axon_start, group)
     # `cut` lets axons that read a row from the same base share a row: its bits count only once.
     reads = np.stack([image.in_axons.row[axons], image.in_axons.base[axons]], axis=1)
     lists, of_axon, readers = np.unique(reads, axis=0, return_inverse=True, return_counts=True)
     first_row = image.groups.row_start[group]
     # A list without a base has no keys: it delivers nothing, and no piece needs its axons.
-    keys = [
-        i * n + base + image.synapses.index[part(image.rows.start, first_row + row)].astype(int)
-        for i, (row, base) in enumerate(lists)
-        if base >= 0
-    ]
-    begin = np.arange(len(lists)) * n
-    return _Synapses(group, np.sort(flat(keys)), begin, of_axon.reshape(-1), readers, bits)
+    synapses = [part(image.rows.start, first_row + row) for row, base in lists if base >= 0]
+    bases = [i * n + base for i, (_, base) in enumerate(lists) if base >= 0]
+    indices = [image.synapses.index[mine].astype(int) for mine in synapses]
+    key = flat([base + index for base, index in zip(bases, indices, strict=True)])
+    weight = flat([image.synapses.weight[mine] for mine in synapses])
+    order, begin = np.argsort(key, kind="stable"), np.arange(len(lists)) * n
+    return _Synapses(group, key[order], weight[order], begin, of_axon.reshape(-1), readers)

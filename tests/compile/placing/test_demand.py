@@ -13,15 +13,16 @@ from spikeport.compile.placing.cut import can_cut, cut
 from spikeport.compile.placing.demand import Demand
 from spikeport.compile.placing.load import Capacity, ProfileMasks, block_loads
 from spikeport.hardware_models import chip as chips
+from spikeport.hardware_models.chip import ChipModel
 from tests.helpers.images import Block, Group, Parts, images
 from tests.helpers.two_blocks import two_blocks
 
-LOIHI = chips.get("loihi")
+LOIHI, SOFT = chips.get("loihi"), chips.get("softcore-ecp5-85f")
 INF = math.inf
 
 
-def demand_of(image: ChipImage, block: int) -> Demand:
-    return Demand(image, LOIHI, block, ProfileMasks(image))
+def demand_of(image: ChipImage, block: int, chip: ChipModel = LOIHI) -> Demand:
+    return Demand(image, chip, block, ProfileMasks(image))
 
 
 @pytest.mark.parametrize(
@@ -75,17 +76,20 @@ def test_an_axon_without_a_base_reaches_no_piece() -> None:
     assert demand.pieces_reached([0, 1, 2])[0].tolist() == [2, 0]
 
 
+@pytest.mark.parametrize("chip", [LOIHI, SOFT], ids=lambda chip: chip.name)
 @settings(max_examples=60)
 @given(images(), st.randoms(use_true_random=False))
-def test_any_piece_takes_what_was_reckoned(image: ChipImage, random: object) -> None:
+def test_any_piece_takes_what_was_reckoned(
+    chip: ChipModel, image: ChipImage, random: object
+) -> None:
     sizes = np.diff(image.blocks.start)
     blocks = [b for b in np.flatnonzero(can_cut(image)).tolist() if sizes[b] > 1]
     assume(blocks)
     block = random.choice(blocks)
     middle = random.randint(1, int(sizes[block]) - 1)
     after = cut(image, {block: [middle]})
-    pieces = block_loads(after, LOIHI)[block : block + 2]
-    demand, slots = demand_of(image, block), out_slots(after, LOIHI)
+    pieces = block_loads(after, chip)[block : block + 2]
+    demand, slots = demand_of(image, block, chip), out_slots(after, chip)
     for piece, (first, end) in zip(pieces, [(0, middle), (middle, demand.n)], strict=True):
         found = demand.load(first, end, slots)
         # lists of population axons that compartments share are counted for each of them here

@@ -57,3 +57,14 @@ def test_room_once_taken_is_not_given_back() -> None:
     image = Parts([Block(6)], [group], routes=[Route(range(6), block=0)]).image()
     capacity = room(compartments=4, out_axons=4)
     assert Search(image, LOIHI).bounds(capacity) == {0: [0, 3, 6]}
+
+
+def test_what_is_too_large_for_a_soft_core_by_its_rows_is_cut() -> None:
+    chip = chips.get("softcore-ecp5-85f")
+    # 2,048 rows of 2 words of a header and of 31 with two weights each, of 16 bits.
+    sources, targets, limit = 2048, 62, 2**20
+    assert 16 * (2 + targets // 2) * sources > limit > 8 * targets * sources
+    block, group = Block(targets), Group([[64] * targets] * sources)
+    image = Parts([block], [group], inputs=[sources], routes=[Route(range(sources), input=0)])
+    bounds = Search(image.image(), chip).bounds(Capacity((INF, INF, INF, limit), (INF,) * 6))
+    assert bounds == {0: [0, 60, 62]}
