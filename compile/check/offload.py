@@ -175,14 +175,18 @@ def on_host(network: nengo.Network, ensembles: Sequence[nengo.Ensemble]) -> Iter
     classes = [of for kind, of in network.config.params.items() if isinstance(kind, type)]
     options = [dict(of._extra_params) for of in classes]
     add_params(network)
-    before = {ensemble: network.config[ensemble].on_chip for ensemble in ensembles}
+    # An ensemble without a value of its own follows the one of its class, which may change later.
+    own = {e: network.config[e].on_chip for e in ensembles if "on_chip" in network.config[e]}
     try:
         for ensemble in ensembles:
             network.config[ensemble].on_chip = False
         yield
     finally:
-        for ensemble, on_chip in before.items():
-            network.config[ensemble].on_chip = on_chip
+        for ensemble in ensembles:
+            if ensemble in own:
+                network.config[ensemble].on_chip = own[ensemble]
+            else:
+                del network.config[ensemble].on_chip
         # Options that were added would be part of what a compile is kept under.
         for of, own in zip(classes, options, strict=True):
             of._extra_params = own

@@ -175,7 +175,16 @@ def test_settings_are_put_back_also_after_an_error() -> None:
 
     with pytest.raises(KeyError):
         fail()
-    assert (network.config[a].on_chip, network.config[b].on_chip) == (True, None)
+    assert network.config[a].on_chip is True
+    assert "on_chip" not in network.config[b]
+
+
+def test_a_network_with_such_settings_is_as_before_once_it_is_compiled() -> None:
+    network = mixed()
+    nengo_loihi.add_params(network)
+    before = identity(network)
+    compile_network(network, offload=True)
+    assert identity(network) == before
 
 
 def test_a_network_without_such_settings_has_none_afterwards() -> None:
