@@ -96,7 +96,7 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
             raise UsageError(f"{self.settings.schedule_file}: {error}") from None
 
     def check(self) -> None:
-        """Refuse a schedule that cannot be followed, and a policy that is not for this robot."""
+        """Refuse a schedule, policy or calibration that does not fit."""
         super().check()
         if self.options.robot is not None and self.settings.anchor:
             raise UsageError(
@@ -111,7 +111,7 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
             )
         check_neurons(self)
         self.goals(self.options.seed)
-        self.settings.walking_policy()
+        check_calibrated(self, self.settings.walking_policy())
 
     # the controller
 
@@ -175,7 +175,6 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
         if self.options.backend == "analytic":
             controller = analytic_humanoid(exact, balances=not settings.anchor)
         else:
-            check_calibrated(self, exact.policy)
             controller, box = self._spiking(exact)
             every_s = OBSERVATION_DT_S
         rig = HumanoidRig(plant, settings.anchor, box, every_s, DT_S)

@@ -88,11 +88,13 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
         return find_path(settings.path, settings.speed, seconds, settings.ramp)
 
     def check(self) -> None:
-        """Refuse a path that cannot be followed, and a policy that is not for this robot."""
+        """Refuse a path, policy or calibration that does not fit, and silence without neurons."""
         super().check()
         self.path()
         check_neurons(self)
-        self.settings.walking_policy()
+        check_calibrated(self, self.settings.walking_policy())
+        if self.exact_policy and self.settings.silence:
+            raise UsageError(f"silence={self.settings.silence:g}: the exact policy has no neurons")
 
     def calibrate(self) -> DecoderCalibration:
         """Fit the policy to what its neurons do where they run."""
@@ -114,7 +116,6 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
         self.check()
         weights = settings.walking_policy()
         if self.exact_policy:
-            self._refuse_silence()
             # An exact policy observes as often as in training, a spiking one four times as often.
             walker = analytic_policy(weights)
             rig = WalkRig(plant, None, CONTROL_DT_S, DT_S, self._approach())
@@ -133,10 +134,6 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
 
     def _approach(self) -> TurnFirst | None:
         return TurnFirst() if self.settings.law == TURN_FIRST else None
-
-    def _refuse_silence(self) -> None:
-        if self.settings.silence:
-            raise UsageError(f"silence={self.settings.silence:g}: the exact policy has no neurons")
 
     def _gait(self, weights: WalkingPolicy) -> np.ndarray:
         """Return (n, 69) observations of the exact policy."""
@@ -160,7 +157,6 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
             If the policy is not for this robot, or its calibration was made for another.
         """
         settings, weights = self.settings, self.settings.walking_policy()
-        check_calibrated(self, weights)
         gait, layers = self._gait(weights), policy_layers(weights)
         ranges = record_ranges(layers, gait)
         self.options.progress("building the controller", None)

@@ -8,6 +8,7 @@ from PIL import Image
 
 from spikeport.errors import UsageError
 from spikeport.experiments import driver
+from spikeport.experiments.calibration import DecoderCalibration
 from spikeport.experiments.options import Options
 from spikeport.experiments.switch.settings import SwitchSettings
 from spikeport.experiments.switch.trial import SwitchTrial
@@ -50,6 +51,13 @@ def test_nengo_spas_selection_is_for_float_alone():
         "GPi and GPe need two (AMPA 2 ms, GABA 8 ms); leave it out, or give --backend reference"
     )
     SwitchTrial(SwitchSettings(selection="spa"), Options(60.0, backend="reference")).check()
+
+
+def test_a_calibration_of_something_else_is_refused_before_the_run(tmp_path):
+    file = tmp_path / "calibration.npz"
+    DecoderCalibration({"experiment": "reach"}, "", {}).save(file)
+    with pytest.raises(UsageError, match=r"made for experiment=reach, .*the run has experiment=sw"):
+        SwitchTrial(SwitchSettings(calibrated=str(file)), Options(60.0)).check()
 
 
 # how well it does

@@ -29,11 +29,11 @@ def test_a_silence_that_makes_no_sense_is_refused(setting, message):
 
 
 @pytest.mark.parametrize(("backend", "policy"), [("analytic", "spiking"), ("native", "mlp")])
-def test_the_exact_policy_cannot_be_silenced(tmp_path, short_gait, backend, policy):
+def test_the_exact_policy_cannot_be_silenced(backend, policy):
     options = Options(0.1, backend=backend, pipeline="compact")
     settings = WalkSettings(silence=0.5, policy=policy, follower="exact")
     with pytest.raises(UsageError) as caught:
-        run(WalkTrial(settings, options), tmp_path)
+        WalkTrial(settings, options).check()
     assert str(caught.value) == "silence=0.5: the exact policy has no neurons"
 
 

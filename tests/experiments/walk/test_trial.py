@@ -11,6 +11,7 @@ from spikeport.cache import Cache
 from spikeport.compile.pipeline import compile_network
 from spikeport.errors import UsageError
 from spikeport.experiments import driver
+from spikeport.experiments.calibration import DecoderCalibration
 from spikeport.experiments.options import Options
 from spikeport.experiments.walk import trial as walk_trial
 from spikeport.experiments.walk.settings import WalkSettings
@@ -270,6 +271,13 @@ def test_a_wrong_setting_says_what_is_allowed(wrong, message):
     with pytest.raises(UsageError) as caught:
         WalkSettings(**wrong)
     assert str(caught.value) == message
+
+
+def test_a_calibration_of_something_else_is_refused_before_the_run(tmp_path):
+    file = tmp_path / "calibration.npz"
+    DecoderCalibration({"experiment": "reach"}, "", {}).save(file)
+    with pytest.raises(UsageError, match=r"made for experiment=reach, .*the run has experiment=wa"):
+        WalkTrial(WalkSettings(calibrated=str(file)), Options(1.0)).check()
 
 
 def test_a_path_that_cannot_be_followed_is_refused_before_the_run(tmp_path, spikeport):
