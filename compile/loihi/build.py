@@ -154,15 +154,31 @@ class OrderedModel(Model):
         passthrough = self.split.passthrough
         # Sorted once: a second call finds the list.
         if isinstance(passthrough.to_add, set):
-            passthrough.to_add = sorted(passthrough.to_add, key=self._sort_key)
+            functions = [id(c.function) for c in self.split.network.all_connections]
+            first = {function: n for n, function in reversed(list(enumerate(functions)))}
+            # Functions by the first connection that has them: their names may be equal.
+            passthrough.to_add = sorted(
+                passthrough.to_add,
+                key=lambda c: (self._sort_key(c), first.get(id(c.function), len(first))),
+            )
 
     def _sort_key(self, connection: nengo.Connection) -> tuple[str, ...]:
-        ends = (self.names[connection.pre_obj], self.names[connection.post_obj])
+        pre, post, function = connection.pre_obj, connection.post_obj, connection.function
+        ends, kinds = (self.names[pre], self.names[post]), (type(pre).__name__, type(post).__name__)
         slices = (repr(connection.pre_slice), repr(connection.post_slice))
-        function = getattr(connection.function, "__qualname__", "")
         init = np.asarray(getattr(connection.transform, "init", 0.0))
-        # Everything by which two connections between the same ends can differ, as text that sorts.
-        return (*ends, *slices, function, init.tobytes().hex())
+        points = function if isinstance(function, np.ndarray) else None
+        more = (connection.synapse, connection.eval_points, connection.scale_eval_points, points)
+        # All but functions by which two connections between the same ends can differ, as text that
+        # sorts. What comes last decides between few, and was added last: images keep their order.
+        return (
+            *(*ends, *slices, getattr(function, "__qualname__", ""), init.tobytes().hex()),
+            *(*kinds, *map(_as_text, more)),
+        )
+
+
+def _as_text(value: object) -> str:
+    return value.tobytes().hex() if isinstance(value, np.ndarray) else repr(value)
 
 
 def build(rewrite: Rewrite, dt_s: float, settings: BuildSettings = AS_USUAL) -> FloatBlocks:

@@ -1,9 +1,10 @@
 """Float blocks as nengo-loihi's builder makes them, its refusals, and images that do not vary."""
 
+import functools
 import os
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import nengo
@@ -13,6 +14,7 @@ import nengo_loihi.builder.discretize
 import nengo_loihi.neurons
 import numpy as np
 import pytest
+from nengo_loihi.passthrough import PassthroughSplit
 
 from spikeport.compile.pipeline import compile_network
 from spikeport.errors import CompileError
@@ -218,3 +220,60 @@ def test_networks_with_passthrough_nodes_give_the_same_image_in_every_process() 
     outputs = [run.communicate(timeout=60)[0].split() for run in runs]
     assert [len(digests) for digests in outputs] == [3, 3, 3]
     assert outputs[0] == outputs[1] == outputs[2]
+
+
+def described(connection: nengo.Connection) -> str:
+    function = connection.function
+    value = function(np.array([0.3])) if callable(function) else function
+    return str((type(connection.pre_obj), connection.synapse, value, connection.eval_points))
+
+
+class Forwards(set[nengo.Connection]):
+    """A set of connections in an order that does not depend on where they are in memory."""
+
+    def __iter__(self) -> Iterator[nengo.Connection]:
+        return iter(sorted(super().__iter__(), key=described))
+
+
+class Backwards(Forwards):
+    """A set of connections in the reverse of this order."""
+
+    def __iter__(self) -> Iterator[nengo.Connection]:
+        return iter(list(super().__iter__())[::-1])
+
+
+POINTS = np.linspace(-1, 1, 9)[:, np.newaxis]
+SHIFTED = [functools.partial(np.add, 0.1), functools.partial(np.add, 0.5)]
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        [{"synapse": 0.005}, {"synapse": 0.1}],
+        [{"function": one} for one in SHIFTED],
+        [{"eval_points": POINTS, "function": one} for one in (POINTS, -POINTS)],
+        [{"eval_points": one} for one in (POINTS, POINTS / 2)],
+    ],
+    ids=["synapse", "function", "table", "points"],
+)
+def test_what_replaces_nodes_does_not_depend_on_the_order_of_a_set(
+    options: list[dict[str, Any]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def digest(kind: type[Forwards]) -> str:
+        class Ordered(PassthroughSplit):
+            """A split whose new connections are in an order."""
+
+            def __init__(self, *args: object) -> None:
+                super().__init__(*args)
+                self.to_add = kind(self.to_add)
+
+        monkeypatch.setattr("nengo_loihi.splitter.PassthroughSplit", Ordered)
+        with nengo.Network(seed=1) as network:
+            a, b = nengo.Ensemble(20, 1, label="a"), nengo.Ensemble(20, 1, label="b")
+            for one in options:
+                node = nengo.Node(size_in=1)
+                nengo.Connection(a, node, **({"synapse": None} | one))
+                nengo.Connection(node, b, synapse=None)
+        return compile_network(network).image.digest
+
+    assert digest(Forwards) == digest(Backwards)
