@@ -226,6 +226,8 @@ class Activity:
         UsageError
             There are no parts, their cores or steps differ, or steps of a later one are folded.
         """
+        if not parts:
+            raise UsageError("no activities to concatenate; pass at least one")
         if len({(part.cores, part.dt_s) for part in parts}) != 1:
             raise UsageError("only activities of the same cores and dt_s make one run")
         if any(part.folded is not None for part in parts[1:]):
