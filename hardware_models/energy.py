@@ -131,7 +131,8 @@ def energy(activity: Activity, chip: ChipModel, calibration: EnergyCalibration) 
     Raises
     ------
     UsageError
-        The activity has no steps or no cores.
+        The activity has no steps or no cores, or has folded steps, and not for this chip, or the
+        calibration is none of the chip's.
     CompileError
         More cores are in use than the chip's mesh has.
     """

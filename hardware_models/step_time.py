@@ -70,7 +70,8 @@ def time_sums(activity: Activity, chip: ChipModel, calibration: EnergyCalibratio
     Raises
     ------
     UsageError
-        The activity has no steps or no cores, or has folded steps, and not for this chip.
+        The activity has no steps or no cores, or has folded steps, and not for this chip, or the
+        calibration is none of the chip's.
     CompileError
         More cores are in use than the chip's mesh has.
     """
@@ -87,6 +88,12 @@ def time_sums(activity: Activity, chip: ChipModel, calibration: EnergyCalibratio
         raise UsageError(
             f"the first {before.n_steps:,} steps are folded, for {other}, and have no times on "
             f"chip '{chip.name}'; run the network for that chip, or fewer steps"
+        )
+    if calibration not in chip.calibrations:
+        raise UsageError(
+            f"the first {before.n_steps:,} steps are folded, and have no times of calibration "
+            f"'{calibration.name}', which is none of chip '{chip.name}'; run fewer steps, or add "
+            "it to the chip's file"
         )
     past = before.times[calibration.name]
     if not len(activity.spikes):

@@ -113,6 +113,24 @@ def test_folded_steps_have_no_times_on_another_chip(whole):
     )
 
 
+@pytest.mark.parametrize("report", [energy, timing])
+def test_folded_steps_have_no_times_of_another_calibration(whole, report):
+    loihi, foreign = chips.get("loihi"), chips.get("loihi2").calibration("intel-relative")
+    folded = folded_at(whole, 100, chip=loihi)
+    with pytest.raises(UsageError) as caught:
+        report(folded, loihi, foreign)
+    assert str(caught.value) == (
+        "the first 100 steps are folded, and have no times of calibration 'intel-relative', which "
+        "is none of chip 'loihi'; run fewer steps, or add it to the chip's file"
+    )
+    known = loihi.calibration("davies2018")
+    changed = known.model_copy(update={"times": foreign.times})
+    assert changed.times != known.times
+    with pytest.raises(UsageError, match="no times of calibration 'davies2018'"):
+        report(folded, loihi, changed)
+    assert report(whole, loihi, foreign).calibration == "intel-relative"
+
+
 def test_only_the_first_part_of_a_run_may_have_folded_steps(whole):
     folded = folded_at(whole, 100, chip=None)
     assert Activity.concatenate([folded, whole]).totals()["spikes"] == 2 * whole.spikes.sum()
