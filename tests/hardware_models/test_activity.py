@@ -103,5 +103,5 @@ def test_only_runs_of_the_same_cores_concatenate(make_activity):
         Activity.concatenate([make_activity(), make_activity(n_cores=3)])
     with pytest.raises(UsageError, match=message):
         Activity.concatenate([make_activity(), make_activity(dt_s=0.002)])
-    with pytest.raises(UsageError, match="^no activities to concatenate; pass at least one$"):
+    with pytest.raises(UsageError, match=r"^no activities to concatenate; pass at least one$"):
         Activity.concatenate([])
