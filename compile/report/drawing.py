@@ -1,5 +1,7 @@
 """The drawing of a chip: its cores in their places, with what they hold and what they cost."""
 
+import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
@@ -10,6 +12,8 @@ SIDE, GAP, TILE_GAP = 44, 3, 10
 """The size of a core, the gaps between cores and between tiles, in pixels."""
 PER_ROW = 16
 """Cores in a row of a chip whose mesh is not public."""
+TILE_SIDE = 2
+"""Cores along the side of a tile, at least: Loihi has four to a tile."""
 FILL, ENERGY, TIME = "fill", "energy", "step time"
 
 
@@ -79,18 +83,22 @@ def _core(
 
 
 def _corners(places: Json, cores: Sequence[int]) -> list[tuple[int, int]]:
-    """Return the corner of each core of a chip: four to a tile, or in rows without a mesh."""
+    """Return the corner of each core of a chip: in the square of its tile, or in rows without a
+    mesh.
+    """
     step = SIDE + GAP
     if places["x"] is None:
         return [(i % PER_ROW * step, i // PER_ROW * step) for i in range(len(cores))]
-    tile = 2 * step + TILE_GAP
-    taken: dict[tuple[int, int], int] = {}
+    tiles = [(places["x"][core], places["y"][core]) for core in cores]
+    side = max(TILE_SIDE, math.ceil(math.sqrt(max(Counter(tiles).values()))))
+    tile = side * step + TILE_GAP
+    taken: Counter[tuple[int, int]] = Counter()
     corners = []
-    for core in cores:
-        at = (places["x"][core], places["y"][core])
-        # Cores of a tile fill its four places in the order of their numbers.
-        slot = taken[at] = taken.get(at, -1) + 1
-        corners.append((at[0] * tile + slot % 2 * step, at[1] * tile + slot // 2 * step))
+    for x, y in tiles:
+        # Cores of a tile fill its places in the order of their numbers.
+        slot = taken[x, y]
+        taken[x, y] += 1
+        corners.append((x * tile + slot % side * step, y * tile + slot // side * step))
     return corners
 
 

@@ -40,6 +40,15 @@ def test_four_cores_share_a_tile_and_the_drawing_is_cropped() -> None:
     assert (chip.width, chip.height) == (TILE + SIDE, STEP + SIDE)
 
 
+def test_tiles_with_more_cores_are_larger() -> None:
+    places = {"chip": [0] * 10, "x": [0] * 8 + [1, 0], "y": [0] * 9 + [1]}
+    (chip,) = chips(report_of(places, 10), "")
+    corners = [(core.x, core.y) for core in chip.cores]
+    assert corners[6:8] == [(0, 2 * STEP), (STEP, 2 * STEP)]
+    assert corners[8:] == [(TILE + STEP, 0), (0, TILE + STEP)]
+    assert len(set(corners)) == 10
+
+
 def test_every_chip_has_a_drawing_of_its_own() -> None:
     places = {"chip": [0, 0, 1], "x": [0, 0, 0], "y": [0, 0, 3]}
     first, second = chips(report_of(places, 3), "")
