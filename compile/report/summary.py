@@ -40,7 +40,7 @@ def cores_in_words(report: "Report") -> str:
     """Return how many cores, and chips where it takes several, in words."""
     cores = f"{len(report.cores)} core{'s' * (len(report.cores) != 1)}"
     chips = chips_used(len(report.cores), report.chip)
-    return cores if chips == 1 else f"{cores} of {chips} chips"
+    return cores if chips <= 1 else f"{cores} of {chips} chips"
 
 
 def verdict(report: "Report") -> str:

@@ -39,6 +39,11 @@ def test_the_table_has_a_row_for_each_resource(report):
     assert table.rows[1] == ("compartments", "20 / 131,072", "0.0", "20 / 1,024", "2.0", "0")
 
 
+def test_a_report_without_cores_names_no_chips(report):
+    table = resources(replace(report, cores=(), placed=(), digest=""))
+    assert table.title == "Intel Loihi: 0 cores"
+
+
 def test_memory_that_cores_share_is_the_chip_s(compilation, report):
     shared = resources(replace(report, chip=chips.get("softcore-up5k"))).rows[-1]
     assert shared == ("memory blocks", "1 / 4", "25.0", "", "", "")
