@@ -132,7 +132,7 @@ def _remove_if_empty(folder: Path) -> None:
 
 def write_result(folder: Path, result: Mapping[str, object]) -> None:
     """Write ``result.json``, with schema and versions added."""
-    versions = {name: _version(name) for name in PACKAGES}
+    versions = {name: version_of(name) for name in PACKAGES}
     whole = {
         "schema": RESULT_SCHEMA,
         **result,
@@ -141,7 +141,8 @@ def write_result(folder: Path, result: Mapping[str, object]) -> None:
     write_json(folder / "result.json", whole)
 
 
-def _version(package: str) -> str | None:
+def version_of(package: str) -> str | None:
+    """Return the version of a package; None where it is not installed."""
     try:
         return metadata.version(package)
     except metadata.PackageNotFoundError:  # a run of a network needs no MuJoCo

@@ -3,13 +3,14 @@
 import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any, ClassVar, NamedTuple
 from urllib.parse import quote
 
-from spikeport import __version__
 from spikeport.cache import digest_of
 from spikeport.experiments import registry
 from spikeport.experiments.options import Options
+from spikeport.experiments.run_folder import version_of
 
 SEED = "seed"
 BACKEND = "backend"
@@ -56,7 +57,7 @@ class Sweep:
     seeds: tuple[int, ...]
     probes: bool = False
     files: Mapping[str, str] = field(default_factory=dict)
-    spikeport: str = __version__
+    spikeport: str | None = field(default_factory=partial(version_of, "spikeport"))
 
     @property
     def axes(self) -> dict[str, tuple[Any, ...]]:

@@ -1,10 +1,10 @@
 """The folder that a sweep leaves, and the folders it refuses."""
 
 import json
+from importlib.metadata import version
 
 import pytest
 
-from spikeport import __version__
 from spikeport.errors import UsageError
 from spikeport.experiments.sweep.folder import PointFiles, SweepFolder, opened
 from spikeport.experiments.sweep.table import table
@@ -68,7 +68,7 @@ def test_a_plan_of_another_version_is_another(sweep_of, tmp_path):
 def test_a_plan_without_its_version_goes_on(sweep_of, tmp_path):
     folder = begin(tmp_path, sweep_of())
     plan = json.loads(folder.plan.read_text())
-    assert plan.pop("spikeport") == __version__
+    assert plan.pop("spikeport") == version("spikeport")
     folder.plan.write_text(json.dumps(plan))
     begin(tmp_path, sweep_of())
 

@@ -5,11 +5,11 @@ import os
 import signal
 import sys
 import time
+from importlib.metadata import version
 
 import pytest
 import xarray as xr
 
-from spikeport import __version__
 from spikeport.experiments.sweep import run as sweep_run
 from spikeport.experiments.sweep.run import Failure
 from tests.helpers.sweeps import finish, write_path
@@ -62,7 +62,7 @@ def test_a_sweep_leaves_points_table_and_figure(spikeport, counted, tmp_path):
         "seeds": [0, 1],
         "probes": False,
         "files": {},
-        "spikeport": __version__,
+        "spikeport": version("spikeport"),
     }
 
 
