@@ -104,11 +104,13 @@ def load(path: Path, wanted: Mapping[str, object]) -> DecoderCalibration:
     if not all(D.dtype.kind == "f" and np.isfinite(D).all() for D in decoders.values()):
         raise _refusal(path, "NaN or infinity in it, or no numbers")
     found = DecoderCalibration(made_for, str(arrays[DIGEST]), decoders)
+    # A file that does not say by which method it was made is of the first.
+    held = {"method": 1, **made_for}
     # Keys that the file has beyond those decide nothing here.
-    other = [key for key in wanted if found.made_for.get(key) != wanted[key]]
+    other = [key for key in wanted if held.get(key) != wanted[key]]
     if other:
         raise _refusal(
-            path, f"made for {_text(found.made_for, other)}, but the run has {_text(wanted, other)}"
+            path, f"made for {_text(held, other)}, but the run has {_text(wanted, other)}"
         )
     return found
 

@@ -6,9 +6,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from spikeport.backends.board.link import OWN_STUB, LinkOptions
-from spikeport.cache import NOTHING, Cache
+from spikeport.cache import NOTHING, Cache, digest_of
 from spikeport.compile.report.report import Report
 from spikeport.experiments.run_folder import Result
+from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.activity import Activity
 from spikeport.progress import Progress, silent
 
@@ -80,7 +81,9 @@ class Options:
         if self.backend == "reference":
             # Float Nengo has neither, so its calibrations serve whatever chip is named.
             return {"chip": "none", "passes": "none"}
-        return {"chip": str(self.chip), "passes": self.pipeline or "by default"}
+        # A file by its content: it may lie elsewhere later, or hold another chip.
+        own = digest_of(chips.get(self.chip))[:12] if chips.files(self.chip) else self.chip
+        return {"chip": own, "passes": "by default" if self.pipeline is None else self.pipeline}
 
 
 class Outcome(NamedTuple):

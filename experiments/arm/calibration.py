@@ -21,6 +21,8 @@ from spikeport.networks.operational_space import OperationalSpaceLaw
 from spikeport.networks.region import ArmRegion
 from spikeport.simulator import Simulator
 
+METHOD = 1
+"""One more whenever this file refits otherwise: a calibration kept from before is then refused."""
 STATES = 1500
 SETTLING_STEPS = 35
 """Steps that each state is held: 7 time constants of the slowest filter before the neurons."""

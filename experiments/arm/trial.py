@@ -12,7 +12,7 @@ import xarray as xr
 
 from spikeport.cache import Arrays
 from spikeport.constants import DT_S
-from spikeport.experiments.arm.calibration import draw_states, refit_arm
+from spikeport.experiments.arm.calibration import METHOD, draw_states, refit_arm
 from spikeport.experiments.arm.port import ArmRig
 from spikeport.experiments.arm.reachability import check_reachable, check_sampled
 from spikeport.experiments.arm.recording import ArmRecording, ArmRun, ArmTask, dataset
@@ -159,8 +159,9 @@ class ArmTrial(Trial[ArmRig, ArmRun]):
 
     @property
     def _made_for(self) -> dict[str, object]:
-        """Everything that the controller and its neurons depend on."""
-        return {"experiment": self.name, **self.network_settings, **self.options.substrate}
+        """Everything that the controller and its neurons depend on, and how they are refitted."""
+        made = {"experiment": self.name, "method": METHOD}
+        return {**made, **self.network_settings, **self.options.substrate}
 
     # the run
 

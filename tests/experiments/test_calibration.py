@@ -7,6 +7,7 @@ import pytest
 from spikeport.errors import UsageError
 from spikeport.experiments.calibration import DecoderCalibration, hold, load
 from spikeport.experiments.options import Options
+from tests.helpers.chip_files import chip_file
 
 MADE_FOR = {"experiment": "reach", "m1": 40, "chip": "loihi", "passes": "by default"}
 CURE = "; make it with `spikeport calibrate`, the settings of the run, and --out"
@@ -108,11 +109,30 @@ def test_values_are_held_and_the_last_one_stays():
         assert sim.data[probe].ravel().tolist() == [1, 1, 1, 2, 2, 2, 2, 2]
 
 
-def test_backends_with_a_chip_share_calibrations_and_float_has_its_own():
-    def substrate(**options):
-        return Options(1.0, **options).substrate
+def substrate(**options):
+    return Options(1.0, **options).substrate
 
+
+def test_backends_with_a_chip_share_calibrations_and_float_has_its_own():
     assert substrate() == {"chip": "loihi", "passes": "by default"}
     assert substrate(backend="nengo-loihi") == substrate()
-    assert substrate(pipeline="compact") != substrate() != substrate(chip="other.toml")
+    assert substrate(pipeline="compact") != substrate()
     assert substrate(backend="reference", pipeline="compact") == {"chip": "none", "passes": "none"}
+
+
+def test_a_chip_of_a_file_is_known_by_what_the_file_holds(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    file = chip_file(tmp_path / "my.toml", cores=100)
+    mine = substrate(chip="my.toml")
+    assert substrate(chip="./my.toml") == substrate(chip=str(file)) == mine != substrate()
+    chip_file(file, cores=99)
+    assert substrate(chip="my.toml") != mine
+
+
+def test_no_passes_are_not_those_of_the_chip():
+    assert substrate(pipeline="") != substrate()
+
+
+def test_a_file_that_does_not_say_its_method_is_of_the_first(path):
+    load(path, {**MADE_FOR, "method": 1})
+    assert refusal(path, method=2) == "made for method=1, but the run has method=2"

@@ -8,10 +8,11 @@ import pytest
 from spikeport.errors import UsageError
 from spikeport.experiments.arm import draw
 from spikeport.experiments.arm import trial as arm_trial
-from spikeport.experiments.arm.calibration import draw_states, refit_arm
+from spikeport.experiments.arm.calibration import METHOD, draw_states, refit_arm
 from spikeport.experiments.arm.reach import ReachSettings, ReachTrial
 from spikeport.experiments.arm.reach_task import BOXES, rehearsals
 from spikeport.experiments.arm.region import record_region
+from spikeport.experiments.calibration import Refitted
 from spikeport.experiments.driver import perform, prepare, run
 from spikeport.experiments.options import Options
 from spikeport.networks.arm import ArmSizes, arm
@@ -109,6 +110,20 @@ def test_a_file_made_for_another_network_is_refused(few_states, tmp_path):
         f"calibrated={path}: made for network_seed=0, box=small, but the run has network_seed=1, "
         "box=large; make it with `spikeport calibrate`, the settings of the run, and --out"
     )
+
+
+def test_a_file_made_by_another_method_is_refused(tmp_path, monkeypatch):
+    path, settings, options = tmp_path / "decoders.npz", ReachSettings(), Options(0.1)
+    monkeypatch.setattr(ReachTrial, "_rehearsed", lambda _: None)
+    monkeypatch.setattr(arm_trial, "draw_states", lambda *_: None)
+    monkeypatch.setattr(arm_trial, "refit_arm", lambda *_: Refitted({}, ""))
+    monkeypatch.setattr(ReachTrial, "_arm", lambda *_: None)
+    ReachTrial(settings, options).calibrate().save(path)
+    read = ReachTrial(dataclasses.replace(settings, calibrated=str(path)), options)
+    read.check()
+    monkeypatch.setattr(arm_trial, "METHOD", METHOD + 1)
+    with pytest.raises(UsageError, match=f"made for method={METHOD}, but the run has method="):
+        read.check()
 
 
 def test_a_drawing_is_calibrated_for_its_sheet_and_time_but_not_for_its_digit():
