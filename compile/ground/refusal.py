@@ -221,6 +221,14 @@ def collected_warnings() -> Iterator[Notices]:
         warnings.warn_explicit(text, one.category, one.filename, one.lineno, "spikeport.compile")
 
 
+@contextlib.contextmanager
+def ignored_warnings() -> Iterator[None]:
+    """Drop the warnings of a trial: the compile of what is chosen has its own."""
+    with TURN, warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield
+
+
 def warnings_about(name: str) -> contextlib.AbstractContextManager[None]:
     """Return a context in which warnings are about an object; the innermost context counts.
 

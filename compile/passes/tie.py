@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar, NamedTuple, TypeAlias
 from pydantic import Field
 
 from spikeport.compile.ground.names import Names
-from spikeport.compile.ground.refusal import collected_warnings
+from spikeport.compile.ground.refusal import ignored_warnings
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.expected import Rates, expected_activity
@@ -143,7 +143,7 @@ class _Trials:
         return one is not None and (other is None or one < other)
 
     def _compiled(self, choice: Choice) -> _Outcome:
-        with collected_warnings():  # the compile of what is chosen gives them again
+        with ignored_warnings():
             try:
                 image = _image(self.network(choice), self._context)
             except CompileError:

@@ -1,5 +1,6 @@
 """`Tie`: one decoder in place of many, with the cores, energy and error that it notes."""
 
+import warnings
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -315,3 +316,18 @@ def test_a_wrong_option() -> None:
     assert str(caught.value) == (
         "pass tie: max_error=-1: input should be greater than or equal to 0"
     )
+
+
+def test_a_choice_that_is_tried_warns_of_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    compiled = tie._image
+
+    def warning(*args: Any) -> Any:
+        warnings.warn("of a trial", UserWarning, stacklevel=1)
+        return compiled(*args)
+
+    monkeypatch.setattr(tie, "_image", warning)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        found = compile_network(layers(), pipeline=f"tie,{FOLLOWING}").report.warnings
+    assert not [text for text in found if "of a trial" in text]
+    assert [str(one.message) for one in caught] == [*found]
