@@ -22,7 +22,12 @@ from spikeport.compile.check.offload import Offload
 from spikeport.compile.check.verify import verify, verify_learning, verify_settings, verify_size
 from spikeport.compile.check.violation import DoesNotFitError, NothingOnChipError, OnHost
 from spikeport.compile.ground.names import Names
-from spikeport.compile.ground.refusal import ArgumentError, RefusedError, collected_warnings
+from spikeport.compile.ground.refusal import (
+    ArgumentError,
+    RefusedError,
+    collected_warnings,
+    ignored_warnings,
+)
 from spikeport.compile.ground.rewrite import Built, Rewrite
 from spikeport.compile.ground.scope import Scope
 from spikeport.compile.image.chip_image import ChipImage
@@ -174,8 +179,8 @@ def _advised(job: Job) -> Compilation:
         return _compiled(job)
     except RefusedError as error:
         if not isinstance(error, NothingOnChipError):
-            rewritten = bool(job.pipeline.networks)
-            error.advice = advice(job.network, error, lambda: _cores_rewritten(job), rewritten)
+            cores = functools.partial(_cores_rewritten, job)
+            error.advice = advice(job.network, error, cores, _can_be_rewritten(job))
         raise
 
 
@@ -195,12 +200,22 @@ def _offloaded(job: Job) -> Compilation:
     return replace(compilation, report=report)
 
 
+def _can_be_rewritten(job: Job) -> bool:
+    """Return whether no pass rewrote the network yet, and its settings allow one to."""
+    try:
+        job.settings.check_written()
+    except ArgumentError:
+        return False
+    return not job.pipeline.networks
+
+
 def _cores_rewritten(job: Job) -> int:
     """Return the number of cores of a compile that rewrites the network first, unobserved."""
     compact = parse(COMPACT)
     stages = Stages(silent, "compiling", _stages(compact))
     rewritten = job._replace(pipeline=compact, observer=observe_nothing, stages=stages)
-    return len(_compiled(rewritten).report.cores)
+    with ignored_warnings():
+        return len(_compiled(rewritten).report.cores)
 
 
 def _compiled(job: Job) -> Compilation:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import nengo
 
 from spikeport.compile.check.lint import lint
-from spikeport.compile.check.offload import problems
+from spikeport.compile.check.offload import Offload, problems
 from spikeport.compile.ground.names import Names
 from spikeport.compile.ground.refusal import RefusedError
 from spikeport.compile.ground.scope import Scope
@@ -13,8 +13,9 @@ from spikeport.compile.ground.scope import Scope
 COMPACT = "compact"
 """The passes that rewrite a network to take fewer cores."""
 OFFLOAD = "more: try --offload, which moves what breaks a rule to the host"
-ON_ONE_CORE = "SP012"
-"""The rule on weights that learn, which is checked once they are built, and no pass mends."""
+ON_ONE_CORE, MEMORY = "SP012", "SP501"
+"""The rules that no pass mends, though none of the network: on weights that learn, which is checked
+once they are built, and on the memory of a compile."""
 MOST_NEURONS, MOST_CONNECTIONS = 2000, 200
 """The largest network that is rewritten to see what comes of it: a matter of seconds."""
 
@@ -23,7 +24,7 @@ def advice(
     network: nengo.Network,
     error: RefusedError,
     cores_rewritten: Callable[[], int],
-    rewritten: bool = False,
+    can_be_rewritten: bool = True,
 ) -> str:
     """Return what rewriting makes of a network, or the way out where no pass over it can help.
 
@@ -36,21 +37,23 @@ def advice(
     cores_rewritten : callable
         Compiles it with the passes `COMPACT`, and returns the number of cores, or raises
         `RefusedError`.
-    rewritten : bool
-        True if passes rewrote the network that was refused.
+    can_be_rewritten : bool
+        False if passes rewrote the network that was refused, or refuse the settings of its build.
     """
     if error.everywhere:
         return ""
-    names, found = Names(network), problems(error)
+    names = Names(network)
+    # A chip or the whole network has no ensembles to move.
+    movable = bool(Offload(network, cores_rewritten).possible(error))
     # Rules that no pass mends come first: rewriting would not help.
-    unmended = lint(network, names, rewritten=False) or any(one.id == ON_ONE_CORE for one in found)
-    if rewritten or unmended:
-        return OFFLOAD * bool(found)
+    unmended = {one.id for one in problems(error)} & {ON_ONE_CORE, MEMORY}
+    if not can_be_rewritten or unmended or lint(network, names, rewritten=False):
+        return OFFLOAD * movable
     n_neurons = sum(ensemble.n_neurons for ensemble in Scope(network, names).ensembles)
     if n_neurons > MOST_NEURONS or len(network.all_connections) > MOST_CONNECTIONS:
         return f"more: try -p {COMPACT}, which rewrites it to take fewer cores"
     try:
         n_cores = cores_rewritten()
     except RefusedError:
-        return f"more: -p {COMPACT} does not compile it either; try --offload"
+        return f"more: -p {COMPACT} does not compile it either" + "; try --offload" * movable
     return f"more: -p {COMPACT} compiles it, on {n_cores} core{'s' * (n_cores != 1)}"

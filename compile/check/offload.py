@@ -85,7 +85,7 @@ class Offload(Generic[Result]):
 
     def _improved(self, error: RefusedError) -> Result | RefusedError:
         """Return what more moves give, or raise the error where none helps."""
-        for moves in self._possible(error):
+        for moves in self.possible(error):
             found = self._with([move.ensemble for move in moves])
             # Another problem may be there now: the search goes on with that one.
             solved = {move.problem for move in moves}
@@ -94,7 +94,7 @@ class Offload(Generic[Result]):
                 return found
         raise error
 
-    def _possible(self, error: RefusedError) -> list[tuple[Move, ...]]:
+    def possible(self, error: RefusedError) -> list[tuple[Move, ...]]:
         """Return moves without an alternative, at once; then single ones; then all of a problem.
 
         Each time fewest neurons first.

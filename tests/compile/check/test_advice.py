@@ -1,23 +1,28 @@
 """Advice on rewriting a network that is refused: what was tried, and only that."""
 
 import re
+import warnings
+from pathlib import Path
+from typing import Any
 
 import nengo
 import numpy as np
 import pytest
 from nengo.solvers import NoSolver
 
-from spikeport.compile.check.advice import MOST_CONNECTIONS, advice
-from spikeport.compile.ground.refusal import RefusedError
+from spikeport.compile.check.advice import COMPACT, MOST_CONNECTIONS, advice
+from spikeport.compile.ground.refusal import ArgumentError, RefusedError
 from spikeport.compile.ground.settings import add_params
+from spikeport.compile.loihi.build_settings import BuildSettings
 from spikeport.compile.pipeline import compile_network
+from tests.helpers.chip_files import chip_file
 
 OFFLOAD = "more: try --offload, which moves what breaks a rule to the host"
 
 
-def refusal(network: nengo.Network, passes: str = "as_written") -> RefusedError:
+def refusal(network: nengo.Network, passes: str = "as_written", **options: Any) -> RefusedError:
     with pytest.raises(RefusedError) as raised:
-        compile_network(network, pipeline=passes)
+        compile_network(network, pipeline=passes, **options)
     return raised.value
 
 
@@ -60,8 +65,8 @@ def test_what_no_pass_mends_is_not_tried() -> None:
     with sparse() as network:
         nengo.Ensemble(5, 1, neuron_type=nengo.Tanh())
     error = refusal(network)
-    for rewritten in (False, True):
-        assert advice(network, error, pytest.fail, rewritten) == OFFLOAD
+    for can_be_rewritten in (False, True):
+        assert advice(network, error, pytest.fail, can_be_rewritten) == OFFLOAD
     assert error.advice == refusal(network, "compact").advice == OFFLOAD
     with nengo.Network(seed=1) as network:
         nengo.Ensemble(5, 1, gain=np.full(5, np.nan), bias=np.ones(5))
@@ -102,7 +107,37 @@ def test_what_learns_on_several_cores_is_no_better_rewritten() -> None:
         nengo.Connection(post, learned.learning_rule)
     error = refusal(network)
     assert "SP012" in str(error)
-    assert error.advice == advice(network, error, pytest.fail, rewritten=True) == OFFLOAD
+    assert error.advice == advice(network, error, pytest.fail, can_be_rewritten=False) == OFFLOAD
+
+
+def test_what_is_too_large_for_the_chip_has_no_ensemble_to_be_moved(tmp_path: Path) -> None:
+    chip = chip_file(tmp_path / "small.toml", cores=1, compartments=30)
+    with nengo.Network(seed=1) as network:
+        for _ in range(4):
+            nengo.Ensemble(20, 1)
+    for passes, line in (
+        ("as_written", "more: -p compact does not compile it either"),
+        (COMPACT, ""),
+    ):
+        error = refusal(network, passes, chip=chip)
+        assert "SP201 cores" in str(error)
+        assert error.advice == line
+        with pytest.raises(RefusedError, match="SP201 cores"):
+            compile_network(network, chip, pipeline=passes, offload=True)
+
+
+def test_a_pass_that_refuses_the_settings_of_the_build_is_no_advice() -> None:
+    settings = BuildSettings(decode_tau=0.01)
+    assert refusal(sparse(), settings=settings).advice == OFFLOAD
+    with pytest.raises(ArgumentError, match="decode_tau"):
+        compile_network(sparse(), pipeline=COMPACT, settings=settings)
+
+
+def test_a_trial_warns_of_nothing() -> None:
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        assert refusal(sparse()).advice == "more: -p compact compiles it, on 1 core"
+    assert caught == []
 
 
 def test_a_large_network_is_refused_before_it_is_built_and_not_tried() -> None:

@@ -107,8 +107,7 @@ def test_what_takes_more_than_there_is_is_refused(monkeypatch: pytest.MonkeyPatc
         "the network does not fit chip 'loihi':\n"
         "  network: SP501 memory: 4.6 GB, limit 0.5 GB; cure: compile it on a machine with 5 GB "
         "to spare, or in parts: fewer ensembles and connections, smaller ones, or fewer evaluation "
-        "points\nmore: spikeport compile --explain SP501\n"
-        "more: try -p compact, which rewrites it to take fewer cores"
+        "points\nmore: spikeport compile --explain SP501"
     )
 
 
