@@ -222,7 +222,7 @@ class DeviceChip(SoftChip):
             # The board sends values first, then spikes.
             self._sent_order = np.argsort([one.held == Held.SPIKE for one in flat], kind="stable")
             self._listed = [flat[i] for i in self._sent_order]
-            self._ends = np.cumsum([len(ports) for ports in outputs])[:-1]
+            self._ends = np.cumsum([len(ports) for ports in outputs], dtype=int)
             self.compared = {"outputs": len(flat)}
             self._load()
             opened.pop_all()
@@ -243,7 +243,7 @@ class DeviceChip(SoftChip):
         values = np.empty(len(self._listed), dtype=np.int32)
         values[self._sent_order] = answer.values
         self._compare("outputs", values, np.concatenate([*expected, []]))
-        return answer.cycles, np.split(values, self._ends)
+        return answer.cycles, np.split(values, self._ends)[:-1]  # the rest behind the last end
 
     def _take(self, messages: np.ndarray, clear: bool = False) -> port.Answer:
         for sent in port.stepping(messages, clear):

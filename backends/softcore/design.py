@@ -23,7 +23,7 @@ def parameters(memory: MemoryImage, n_outputs: int, pool: SoftMemory) -> str:
     values = {
         "CORES": len(memory.cores),
         "CORE": memory.core_bits,
-        # No fewer bits than the 32 profiles have, which are written by the same address.
+        # At least 5 bits: the 32 profiles are written by the same address.
         "LOG_COMPARTMENTS": min(max(5, (most - 1).bit_length()), LOG_COMPARTMENTS),
         "WIDTH": SUM_BITS - memory.unit,
         "LOG_QUEUE": (pool.queue.count - 1).bit_length(),

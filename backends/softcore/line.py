@@ -4,6 +4,7 @@ import ctypes
 import os
 import select
 import termios
+import time
 import tty
 from pathlib import Path
 from typing import Protocol
@@ -34,7 +35,13 @@ class Line(Protocol):
         """
 
     def restart(self, sent: bytes) -> None:
-        """Wait until the line is quiet, send bytes, and drop all that is answered."""
+        """Wait until the line is quiet, send bytes, and drop all that is answered.
+
+        Raises
+        ------
+        BackendError
+            If the line does not become quiet.
+        """
 
     def close(self) -> None:
         """Free the line."""
@@ -83,8 +90,13 @@ class SerialLine:
         self._drain()
 
     def _drain(self) -> None:
-        """Drop what comes, until nothing has come for `QUIET_S`."""
+        """Drop the bytes that come, until none has come for `QUIET_S`."""
+        end_s = time.monotonic() + PATIENCE_S
         while self._ready(select.POLLIN, QUIET_S):
+            if time.monotonic() > end_s:
+                raise BackendError(
+                    "the device sends without being asked; cure: name the serial line of the board"
+                )
             self._read(1 << 16)
 
     def exchange(self, sent: bytes, n: int) -> bytes:

@@ -168,7 +168,7 @@ def answered(sent: bytes, received: bytes, outputs: Sequence[Output]) -> Answer:
     if binascii.crc_hqx(sent + content, 0) != crc:
         raise BackendError(
             "the board's checksum is not that of the bytes sent and received: the line changed or "
-            "lost some; cure: load the bitstream anew, use a shorter cable or a lower --baud"
+            "lost some; cure: load the bitstream anew, and use a shorter cable"
         )
     cycles, octets = int.from_bytes(content[:CYCLES_BYTES], "big"), content[CYCLES_BYTES:]
     n_values = sum(one.held != Held.SPIKE for one in outputs)

@@ -30,7 +30,7 @@ from spikeport.errors import BackendError
 from spikeport.hardware_models import chip as chips
 
 MODEL = "softcore-ecp5-85f"
-"""A chip of soft cores: what these lack, all of them lack."""
+"""The largest chip of soft cores: a feature that it lacks is in none of them."""
 MOST_UNIT = 6
 """Weights that nengo-loihi discretised are multiples of 2^6."""
 
@@ -157,8 +157,9 @@ def _core(
     block = image.compartment_block[mine[:1]]
     voltages = _field(image.blocks.vmin[block]) << VALUE_BITS | _field(image.blocks.vmax[block])
     words = (sizes > 0).astype(np.int64) << 46
-    # The address of a compartment's first axon.
-    words |= (np.cumsum(sizes) - sizes) << 34
+    # The address of a compartment's first axon. That of an empty list behind a full table would run
+    # over into the bit above.
+    words |= (np.cumsum(sizes) - sizes) % AXONS << 34
     words |= threshold.astype(np.int64) << 29 | profile.astype(np.int64) << 24
     words |= _field(constants.bias[mine])
     contents = (words, axons, rows, profiles, _field(thresholds), voltages)

@@ -41,7 +41,7 @@ module bus #(
         if (|granted) {core, out_row} <= message;
         if (rst) begin
             valid <= 0; granted <= 0; later <= 0;
-        end else if (valid) valid <= !moved;
+        end else if (valid) valid <= !moved & core < CORES;  // one to a core that is not there is dropped
         else if (|granted) begin
             valid <= 1; granted <= 0;
         end else begin

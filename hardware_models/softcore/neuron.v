@@ -33,7 +33,7 @@ module neuron #(
         signed_again = negative ? -$signed({1'b0, x}) : $signed({1'b0, x});
     endfunction
 
-    // What later stages need, carried along.
+    // Values that later stages need, carried along.
     localparam CARRIED = TAG + 24 + 6 + 6;
     reg [CARRIED-1:0] carried1, carried2, carried3, carried4, carried5;
     reg [4:0] valids;

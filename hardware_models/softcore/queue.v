@@ -18,7 +18,7 @@ module queue #(
     output wire empty
 );
     reg [WIDTH-1:0] memory [0:(1 << LOG_DEPTH)-1];
-    // What was written is seen a cycle later: no entry is read in the cycle it is written in.
+    // An entry can be read from the cycle after that in which it was written.
     reg [LOG_DEPTH:0] written, seen, read;
     wire [LOG_DEPTH:0] held = written - read;
     wire fetch = read != seen & (!valid | pop);

@@ -1,4 +1,4 @@
-// The chip in Verilator, for backends/softcore/rtl.py: memories written, steps taken, states seen.
+// The chip in Verilator, for backends/softcore/simulation.py: memories written, steps taken, states recorded.
 #include <cstdint>
 #include <cstring>
 #include <memory>

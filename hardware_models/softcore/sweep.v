@@ -58,7 +58,7 @@ module sweep #(
             busy <= at + 1'b1 != size;
         end
 
-    // What was read of a compartment, its profile, then the pipeline.
+    // The words read of a compartment, then its profile, then the pipeline.
     wire [LAST:0] place = busy ? swept : read_at;
     reg valid1, valid2;
     reg [LAST:0] index1, index2;

@@ -1,4 +1,4 @@
-// A board in Verilator with the host's end of its link, for backends/softcore/verilated_line.py.
+// A board in Verilator with the host's end of its link, for backends/softcore/line.py.
 #include <cstdint>
 #include <deque>
 #include <memory>

@@ -3,6 +3,7 @@
 import os
 import shutil
 import tty
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,9 +13,23 @@ from spikeport.backends.native.chip import NativeChip
 from spikeport.backends.softcore import port
 from spikeport.backends.softcore.chip import DeviceChip
 from spikeport.backends.softcore.line import SerialLine, VerilatedLine
+from spikeport.compile.image.chip_image import ChipImage
 from spikeport.errors import BackendError, UsageError
 from tests.helpers.fake_board import small_image, spike_train
+from tests.helpers.images import Block, Group, Output, Parts, Route
 from tests.helpers.soft_boards import BAUD_CYCLES, FIFO, board_line
+
+SMALL = small_image()
+ONE_CORE = Parts(
+    blocks=[Block(n=3, bias=[40, 90, 300], vth=1000, decay_v=100)],
+    groups=[Group(weights=[[64, -64, 128]] * 5)],
+    inputs=[5],
+    routes=[Route(axon=[0, 1, 2, 3, 4], input=0)],
+    outputs=[Output("spiked", [0, 1, 2])],
+)
+"""An image for a chip of one core, so that messages can name one that is not there."""
+ROW_BYTE, CORE_BYTE = 1, 3
+"""Bytes of a message, {core 8, row 16}, counted from its end."""
 
 in_verilator = [
     pytest.mark.slow,
@@ -26,11 +41,13 @@ def in_simulation(*values: float) -> object:
     return pytest.param(*values, marks=in_verilator)
 
 
-def assert_same(line: VerilatedLine, steps: list[np.ndarray]) -> list[str]:
+def assert_same(
+    line: VerilatedLine, steps: list[np.ndarray], image: ChipImage = SMALL
+) -> list[str]:
     """Compare all outputs of all steps with the native chip's; return what the board says."""
     printed: list[str] = []
-    chip = DeviceChip(small_image(), 0, line, printed.append)
-    native = NativeChip(small_image(), 0)
+    chip = DeviceChip(image, 0, line, printed.append)
+    native = NativeChip(image, 0)
     for spikes in steps:
         for found, expected in zip(chip.step(spikes, {}), native.step(spikes, {}), strict=True):
             np.testing.assert_array_equal(found, expected)
@@ -58,17 +75,18 @@ def test_a_board_has_the_native_outputs(baud_cycles: int, baud_error: float) -> 
 
 
 class Disturbed:
-    """A line to a board, of which something is sent amiss."""
+    """A line to a board that flips a bit of a byte, counted from the question for an answer on."""
 
     def __init__(self, line: VerilatedLine) -> None:
         self._line = line
         self.restart, self.close = line.restart, line.close
-        self.flips = False
+        self.flips = 0
 
     def exchange(self, sent: bytes, n: int) -> bytes:
+        changed = bytearray(sent)
         if self.flips:
-            sent = sent[: -len(port.ASK) - 1] + bytes([sent[-len(port.ASK) - 1] ^ 1]) + port.ASK
-        return self._line.exchange(sent, n)
+            changed[-len(port.ASK) - self.flips] ^= 1
+        return self._line.exchange(bytes(changed), n)
 
 
 def test_a_line_without_an_answer_is_closed(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -86,16 +104,28 @@ def test_a_line_without_an_answer_is_closed(monkeypatch: pytest.MonkeyPatch) -> 
 
 @pytest.mark.slow
 @pytest.mark.skipif(shutil.which("verilator") is None, reason="no verilator: make referees")
-def test_a_bit_that_flips_on_the_line_ends_the_session_and_the_next_one_begins_anew() -> None:
-    line = Disturbed(board_line(small_image(), FIFO))
-    chip = DeviceChip(small_image(), 0, line)
+@pytest.mark.parametrize(("image", "flips"), [(SMALL, ROW_BYTE), (ONE_CORE.image(), CORE_BYTE)])
+def test_a_bit_that_flips_on_the_line_ends_the_session_and_the_next_one_begins_anew(
+    image: ChipImage, flips: int
+) -> None:
+    line = Disturbed(board_line(image, FIFO))
+    chip = DeviceChip(image, 0, line)
     chip.step(np.array([0]), {})
-    line.flips = True
+    line.flips = flips
     with pytest.raises(BackendError, match=r"checksum .*: the line changed or lost some"):
         chip.step(np.array([1]), {})
-    line.flips = False
+    line.flips = 0
     line._line.exchange(port.loading(chip._memory, [])[:11], 0)  # a command that breaks off
-    assert_same(line, spike_train(10))
+    assert_same(line, spike_train(10), image)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("verilator") is None, reason="no verilator: make referees")
+def test_an_image_without_outputs_has_none() -> None:
+    image = replace(ONE_CORE, outputs=[]).image()
+    chip = DeviceChip(image, 0, board_line(image, FIFO))
+    assert chip.step(np.array([0]), {}) == []
+    chip.close()
 
 
 def test_a_serial_line_carries_bytes_both_ways() -> None:
@@ -111,6 +141,18 @@ def test_a_serial_line_carries_bytes_both_ways() -> None:
     with pytest.raises(BackendError, match="the line to the board"):
         line.exchange(b"", 1)
     line.close()
+    os.close(theirs)
+
+
+def test_a_device_that_talks_by_itself_is_no_board(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("spikeport.backends.softcore.line.PATIENCE_S", 0.0)
+    ours, theirs = os.openpty()
+    line = SerialLine(Path(os.ttyname(theirs)), 115200)
+    os.write(ours, b"$GPGGA,")
+    with pytest.raises(BackendError, match="the device sends without being asked; cure: name the"):
+        line.restart(b"?")
+    line.close()
+    os.close(ours)
     os.close(theirs)
 
 
