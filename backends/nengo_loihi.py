@@ -18,6 +18,7 @@ from nengo_loihi.emulator import EmulatorInterface
 from nengo_loihi.inputs import SpikeInput
 
 from spikeport.backends.counter import Counter
+from spikeport.backends.learning_errors import LearningErrors
 from spikeport.backends.step_log import SUMS_ONLY, LogOptions, StepLog
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.fanout import fanout
@@ -65,9 +66,11 @@ class NengoLoihiChip:
         self._synapse_core = image.group_core
         self._biased = image.compartments.bias != 0
         self._arriving = np.zeros(0, dtype=int)
+        self._errors = LearningErrors(image)
 
     def step(self, spikes: np.ndarray, errors: Mapping[int, np.ndarray]) -> list[np.ndarray]:
         """Advance by one step; see `spikeport.backends.chip.Chip.step`."""
+        self._errors.check(errors)
         now = self._emulator.t + 1
         self._emulator.host2chip(
             zip(self._inputs, itertools.repeat(now), by_input(self._image, spikes)),

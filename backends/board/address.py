@@ -298,7 +298,19 @@ def accepted(listener: socket.socket) -> socket.socket | None:
         return None
     if connected.family != socket.AF_UNIX:
         connected.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        _keep_alive(connected)
     return connected
+
+
+def _keep_alive(connected: socket.socket) -> None:
+    """Have the system find out within half a minute that a host lost its power or its network."""
+    connected.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+    for option, value in (
+        (socket.TCP_KEEPIDLE, 10),
+        (socket.TCP_KEEPINTVL, 5),
+        (socket.TCP_KEEPCNT, 3),
+    ):
+        connected.setsockopt(socket.IPPROTO_TCP, option, value)
 
 
 def secured(

@@ -14,6 +14,7 @@ import numpy as np
 
 from spikeport.backends.board.frame import MORE, MOST_BODY, VERSION, Frame, Kind
 from spikeport.backends.board.hello import Hello, Welcome
+from spikeport.backends.board.line import reason_of
 from spikeport.backends.board.messages import BodyError, Codec, Totals
 from spikeport.backends.chip import Chip
 from spikeport.backends.step_log import MessageCounts, StepLog
@@ -81,13 +82,19 @@ class Board:
         self._upload = bytearray()
 
     def answer(self, frame: Frame) -> Sequence[Frame]:
-        """Return the answers to a frame; what cannot be answered ends the session with a reason."""
+        """Return the answers to a frame; one that cannot be answered ends the session."""
         try:
             return self._answer(frame)
         except (BodyError, SpikeportError) as error:
-            number = 0 if self.session is None else self.session.number
-            self.end()
-            return [Frame(Kind.REFUSAL, number, frame.step, printable(str(error)).encode())]
+            return [self._refusal(frame, str(error))]
+        except OSError as error:  # of a chip that needs files or processes
+            return [self._refusal(frame, f"the board's machine: {reason_of(error)}")]
+
+    def _refusal(self, frame: Frame, reason: str) -> Frame:
+        """End the session, and return the reason for the host."""
+        number = 0 if self.session is None else self.session.number
+        self.end()
+        return Frame(Kind.REFUSAL, number, frame.step, printable(reason).encode())
 
     def _answer(self, frame: Frame) -> Sequence[Frame]:
         if frame.version != VERSION:
@@ -122,7 +129,9 @@ class Board:
 
     def _receive(self, frame: Frame) -> Sequence[Frame]:
         """Take a piece of an image; after the last one, build it."""
-        if self._hello is None or frame.step != len(self._upload):
+        if self._hello is None:
+            raise BodyError("an image that the board did not ask for")
+        if frame.step != len(self._upload):
             raise BodyError(f"byte {frame.step} of an image, after {len(self._upload)}")
         self._upload += frame.body
         if len(self._upload) > IMAGE_BYTES:
@@ -141,8 +150,9 @@ class Board:
     def _open(self, image: ChipImage, hello: Hello) -> Frame:
         """Begin a session, with the chip at rest; it answers when the first step can come."""
         self._upload.clear()
-        # Warmed on a chip of its own: the session's chip has to begin at rest. What that chip says
-        # of its steps is none of the session's.
+        self._hello = None  # one greeting, one session: another image would replace its chip
+        # Warmed on a chip of its own, since the session's chip has to begin at rest. Lines that it
+        # prints about its steps are not the session's.
         self._say(f"board: warm-up and check of the machine: {WARM_STEPS} steps without spikes")
         steps_per_s = _warm(self._machine.load(image, hello.seed))
         # Not guessable, and never 0, which stands for no session.

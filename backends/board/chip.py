@@ -184,6 +184,7 @@ class BoardChip:
                 "a forked process has no board of its own: build the simulator in the process that "
                 "runs it"
             )
+        self._refuse_lost()
         end = self._pace.begin()
         self.figures.steps += 1
         body, flags = self._codec.pack_step(spikes, errors)
@@ -197,6 +198,12 @@ class BoardChip:
         if self._recorder is not None:
             self._recorder.step(self._at, flags, body, answer)
         return self._held
+
+    def _refuse_lost(self) -> None:
+        if self._lost:
+            raise BoardLostError(
+                "the session is over, since the board was lost; start the run again"
+            )
 
     def _exchanged(self, end: float, spikes: np.ndarray, body: bytes, flags: int) -> bytes | None:
         """Send a step, and return its answer; None if the last outputs are held."""
@@ -259,6 +266,7 @@ class BoardChip:
         """Ask the board for its totals; after the session, return the last ones."""
         if self._totals is not None:
             return self._totals
+        self._refuse_lost()
         self._line.send(Frame(Kind.ASK_TOTALS, self._session, self._at))
         body = b"".join(self._received_pieces())
         if self._recorder is not None:
@@ -293,8 +301,8 @@ class BoardChip:
         }
 
     def close(self) -> None:
-        """End the session; its counts stay readable."""
-        if self._closed:
+        """End the session; its counts stay readable. A forked process leaves it to its parent."""
+        if self._closed or os.getpid() != self._process:
             return
         self._closed = True
         with ExitStack() as stack:

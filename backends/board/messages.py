@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from spikeport.backends.board.frame import MOST_BODY
 from spikeport.backends.step_log import MessageCounts
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.errors import BackendError
@@ -50,6 +51,11 @@ class Codec:
     ----------
     image : ChipImage
         The image that runs on the board.
+
+    Raises
+    ------
+    BackendError
+        If its outputs do not fit into a frame.
     """
 
     def __init__(self, image: ChipImage) -> None:
@@ -63,7 +69,13 @@ class Codec:
         n_values = int(sizes.sum()) - n_spikes
         # a state is laid out in place: these are views of its body, but for the spikes
         counts_at = 4 * n_values - (-n_spikes // 8)
-        self._state = bytearray(counts_at + 4 * len(PER_STEP) * image.n_cores)
+        n_bytes = counts_at + 4 * len(PER_STEP) * image.n_cores
+        if n_bytes > MOST_BODY:
+            raise BackendError(
+                f"the image's outputs take {n_bytes:,} bytes a step, limit {MOST_BODY:,}; cure: "
+                "probe fewer neurons"
+            )
+        self._state = bytearray(n_bytes)
         self._values = np.frombuffer(self._state, I32, n_values)
         self._bits = np.frombuffer(self._state, np.uint8, counts_at - 4 * n_values, 4 * n_values)
         counts = np.frombuffer(self._state, U32, -1, counts_at)

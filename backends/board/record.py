@@ -71,17 +71,20 @@ class SessionRecorder:
     Parameters
     ----------
     path : Path
-        The file; one that is there is replaced.
+        The file; one that is there is replaced once a session begins.
     """
 
     def __init__(self, path: Path) -> None:
-        self._path = path
-        self._file: BinaryIO = open(path, "wb", buffering=1 << 16)  # noqa: SIM115
-        self._file.write(MAGIC)
+        self._path, self._is_earlier = path, path.exists()
+        # To append: a record that is there stays until there is something to replace it by.
+        self._file: BinaryIO = open(path, "ab", buffering=1 << 16)  # noqa: SIM115
         self._flush_s = 0.0
 
     def begin(self, hello: Hello, welcome: Welcome) -> None:
-        """Write the greetings of both sides."""
+        """Write the greetings of both sides, in place of an earlier record."""
+        self._is_earlier = False
+        self._file.truncate(0)
+        self._file.write(MAGIC)
         self._add(Entry.SESSION, json.dumps({**asdict(hello), **asdict(welcome)}).encode())
         self._flush()
 
@@ -111,9 +114,10 @@ class SessionRecorder:
         self._file.close()
 
     def discard(self) -> None:
-        """Close the file and delete it."""
+        """Close the file and delete it, unless it is still an earlier record."""
         self.close()
-        self._path.unlink(missing_ok=True)
+        if not self._is_earlier:
+            self._path.unlink(missing_ok=True)
 
 
 class RecordedSession(NamedTuple):

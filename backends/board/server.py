@@ -27,6 +27,8 @@ from spikeport.pacing import SystemClock, in_steps
 
 LOOK_S = 0.5
 """Time between looks for other hosts, which are refused."""
+HELLO_S = 10.0
+"""Time in which a host must greet the board, which serves no other meanwhile."""
 GREETING_S = 1.0
 """Time in which a host that is refused must greet the board, to be answered."""
 BUSY = b"it is in use by another host; one at a time"
@@ -86,8 +88,8 @@ def serve(service: Service, say: Callable[[str], None]) -> None:
             plain = accepted(listener)
             connected = None if plain is None else secured(plain, context, say)
             if connected is not None:
-                _host(service, board, connected, listener, context, say)
-                if service.once:
+                greeted = _host(service, board, connected, listener, context, say)
+                if greeted and service.once:
                     return
 
 
@@ -98,14 +100,15 @@ def _host(
     listener: socket.socket,
     context: ssl.SSLContext | None,
     say: Callable[[str], None],
-) -> None:
-    """Serve one host until it goes; others are refused meanwhile."""
+) -> bool:
+    """Serve one host until it goes, and return whether it greeted; others are refused meanwhile."""
     with closing(SocketLine(connected, "the host")) as line:
         faulty = FaultyLine(line, service.faults, SystemClock(), board.end)
         send = faulty.send if service.faults else line.send
-        ended, steps = False, 0
+        greeted, ended, steps = False, False, 0
         try:
             for frame in _frames(line, listener, context, say):
+                greeted |= frame.kind == Kind.HELLO
                 if frame.kind == Kind.STOP:
                     ended, steps = True, _steps(board)  # now, as the answer ends the session
                 for answer in board.answer(frame):
@@ -120,12 +123,13 @@ def _host(
             # Also where an interrupt ends the board: a real chip is to be shut down.
             steps = steps or _steps(board)
             board.end()
-    if ended and steps:
+    if ended:
         say(f"board: session ended after {in_steps(steps)}")
     else:
         say(f"board: the host is gone{f' after step {steps:,}' if steps else ''}")
     for text in unreached(service.faults, steps):
         say(f"board: {text}")
+    return greeted
 
 
 def _steps(board: Board) -> int:
@@ -150,9 +154,9 @@ def _frames(
     Raises
     ------
     BoardLostError
-        If the host hung up, or does not begin with a frame.
+        If the host hung up, does not begin with a frame, or sends none within `HELLO_S`.
     """
-    look_s, is_met = 0.0, False
+    look_s, is_met, end_s = 0.0, False, time.perf_counter() + HELLO_S
     while True:
         frame = line.receive(LOOK_S)
         if frame is not None:
@@ -163,6 +167,8 @@ def _frames(
                 "the host's first bytes are no frame; one with --cert, --key and --ca needs a "
                 "board with them"
             )
+        elif not is_met and time.perf_counter() > end_s:
+            raise BoardLostError(f"the host sent no greeting within {HELLO_S:g} s")
         if time.perf_counter() >= look_s:
             look_s = time.perf_counter() + LOOK_S
             if select.select([listener], [], [], 0)[0]:

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from spikeport.backends.chip import Decoding, Joined
+from spikeport.backends.learning_errors import LearningErrors
 from spikeport.backends.native.kernel import LEARNING, accept, deliver, exchange, step, update
 from spikeport.backends.native.learning import Learning
 from spikeport.backends.native.loaded import Host, Loaded, State, neurons_of, resting_state
@@ -47,7 +48,7 @@ class NativeChip:
         divided = min(threads, image.n_cores) > 1 and not image.learns.any()
         # With threads, the wiring is theirs.
         wiring = wire(image, NO_CORES if divided else None)
-        # What learns keeps its weights in order.
+        # An image that learns keeps its weights in order.
         self._wiring = wiring if image.learns.any() else line_up(wiring)
         self.state = resting_state(image, self._wiring)
         self._neurons = neurons_of(image)
@@ -55,6 +56,7 @@ class NativeChip:
         self._threads = Threads(image, self.state, self._neurons, threads) if divided else None
         rng = np.random.RandomState(seed)
         self._learning = _learning(image, self._wiring, rng)
+        self._errors = LearningErrors(image)
         # Noise and learning draw from one stream, as in the emulator, so noise is drawn even where
         # only learning hears it.
         self._noise = Noise(image, rng, drawn_anyway=self._learning is not None)
@@ -83,8 +85,8 @@ class NativeChip:
         if len(sources) > len(self.state.pending):
             self._make_room(len(sources))
         counts = np.zeros(self._counted, dtype=np.int64)
+        self._errors.check(errors)
         if self._learning is None:
-            _refuse_errors(errors)
             n_arriving = self._step(sources, self._noise.draw(), counts)
         else:
             n_arriving = self._step_learning(self._learning, sources, counts, errors)
@@ -140,7 +142,6 @@ class NativeChip:
         errors: Mapping[int, np.ndarray],
     ) -> int:
         """Step in parts: weights change between the delivery of spikes and the update."""
-        learning.check(errors)
         n_pending = accept(self._loaded, sources)
         if n_pending < 0:
             return -1
@@ -189,11 +190,6 @@ class NativeChip:
 def _learning(image: ChipImage, wiring: Wiring, rng: np.random.RandomState) -> Learning | None:
     """Return the learning of an image; None where nothing learns."""
     return Learning(image, wiring, rng) if image.learns.any() else None
-
-
-def _refuse_errors(errors: Mapping[int, np.ndarray]) -> None:
-    for group in errors:
-        raise BackendError(f"synapse group {group} does not learn; those that do: none")
 
 
 def _sources(spikes: np.ndarray) -> np.ndarray:

@@ -26,7 +26,7 @@ from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.tables import part
 from spikeport.compile.image.validation import FORMAT, WEIGHT_BITS
 from spikeport.compiled import make_ready
-from spikeport.errors import BackendError, ImageError
+from spikeport.errors import ImageError
 
 LEARN_FRAC, OVERFLOW_BITS = 7, 2
 """Bits behind the point of a weight while it learns, and bits by which a product overflows."""
@@ -99,7 +99,6 @@ class Learning:
         self._trace_of = np.full(len(wiring.run_start), -1, dtype=np.int32)
         for begin, mine, size in zip(first, parts, sizes, strict=True):
             self._trace_of[begin : begin + size] = np.arange(mine.start, mine.stop)
-        self._known = sorted(self.groups)
         self._n_cores, self._wiring, self._rng = image.n_cores, wiring, rng
         self._scale = image.manifest.pes_error_scale
         self._t = 0
@@ -107,21 +106,9 @@ class Learning:
 
     def _make_ready(self) -> None:
         make_ready(mark, np.zeros(0, dtype=np.int32), self._trace_of, self._raised)
-        one, no_numbers = self.groups[self._known[0]], np.zeros(0)
+        one, no_numbers = next(iter(self.groups.values())), np.zeros(0)
         make_ready(train, one.traces, one.raised, one.decay, one.magnitude, no_numbers)
         make_ready(learn, one.weights, one.traces, one.traces, one.rule, no_numbers)
-
-    def check(self, errors: Mapping[int, np.ndarray]) -> None:
-        """Refuse errors of groups that do not learn, or of another shape than the group's."""
-        for group, error in errors.items():
-            if group not in self.groups:
-                known = ", ".join(map(str, self._known))
-                raise BackendError(f"synapse group {group} does not learn; those that do: {known}")
-            expected = (self.groups[group].weights.shape[1] // 2,)
-            if np.shape(error) != expected:
-                raise BackendError(
-                    f"synapse group {group}: its error has shape {np.shape(error)}, not {expected}"
-                )
 
     def step(self, touched: np.ndarray, errors: Mapping[int, np.ndarray]) -> np.ndarray:
         """Learn from the spikes and errors of a step; return the weights updated, (n_cores,)."""

@@ -1,7 +1,7 @@
 """nengo-loihi's hardware half on our images: what it would write to a real chip, and the chip.
 
 The order is that of the data: `half` imports nengo-loihi's hardware half, on a real NxSDK or on the
-one of `recording`; `model` and `placement` give it an image and our placement; it writes registers;
+one of `recording`; `model` and `allocator` give it an image and our placement; it writes registers;
 `decompile` makes an image of the registers alone, and `check` holds both side by side. `chip` is
 the same path as a chip that a board can run, and `live` steps recorded registers behind
 nengo-loihi's own snips.

@@ -21,8 +21,8 @@ WRITE = 1024
 def recv_bytes(snip: Any, bytes_expected: int) -> np.ndarray:
     """Return the values of an answer; stands in for nengo-loihi's ``HostSnip.recv_bytes``.
 
-    The first value marks a board that shut down, which is the time step otherwise and never
-    negative, and by a last write that is -1 in all places.
+    A board that shut down is known by a first value of -1 (it is the time step otherwise, which is
+    never negative), or by a last write of nothing but -1.
 
     Parameters
     ----------

@@ -38,9 +38,9 @@ def snips_half() -> Half:
 class NxsdkChip:
     """An image on a board of NxSDK. Implements `spikeport.backends.board.board.CountingChip`.
 
-    A second board in one process died with the first one's last words, so each has a
-    process. A board counts nothing, so the native chip steps beside it: counts are of that one, and
-    the values in which the two differ are counted.
+    A second board in one process received the last messages of the first, so each board has a
+    process of its own. A board counts nothing, so the native chip steps beside it: counts are of
+    that one, and the values in which the two differ are counted.
 
     Parameters
     ----------
@@ -98,7 +98,8 @@ class NxsdkChip:
 
     def step(self, spikes: np.ndarray, errors: Mapping[int, np.ndarray]) -> list[np.ndarray]:
         """Advance by one step; see `spikeport.backends.chip.Chip.step`."""
-        self._pipe.send((np.asarray(spikes), dict(errors)))
+        with contextlib.suppress(OSError):  # a process that died is named when its answer is read
+            self._pipe.send((np.asarray(spikes), dict(errors)))
         expected = self._twin.step(spikes, errors)
         held = self._answer()
         state = self._twin.state

@@ -32,7 +32,7 @@ BANKS = {
 }
 """Registers of a core by name and number. Sizes: Davies et al. 2018, and nengo-loihi's limits."""
 FIRST_CORE_ID = 4
-"""Ids of a chip's cores begin here: what takes a number for an id does not go unnoticed."""
+"""Ids of a chip's cores begin here: code that mistakes a core's number for its id then fails."""
 
 
 class Contact(NamedTuple):

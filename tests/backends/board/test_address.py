@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from spikeport.backends.board.address import Address, connect, listening
+from spikeport.backends.board.address import Address, accepted, connect, listening
 from spikeport.errors import BackendError, UsageError
 from tests.helpers.certificates import certificates
 
@@ -40,7 +40,7 @@ def test_a_path_of_no_socket_is_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "is_local"),
     [
-        ("unix:/tmp/x", True),
+        ("unix:/nowhere/x", True),
         ("tcp://127.0.0.1:80", True),
         ("tcp://[::1]:80", True),
         ("tcp://localhost:80", True),
@@ -123,3 +123,17 @@ def test_the_file_of_tls_that_is_wrong_is_named(tmp_path: Path) -> None:
     files.key.unlink()
     with pytest.raises(UsageError, match=f"TLS: {files.key}: no such file"):
         files.context(server=True)
+
+
+def test_a_host_that_loses_its_power_is_found_out() -> None:
+    with (
+        socket.create_server(("127.0.0.1", 0)) as listener,
+        socket.create_connection(listener.getsockname()),
+    ):
+        connected = accepted(listener)
+        assert connected is not None
+        with connected:
+            assert connected.getsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE)
+            options = (socket.TCP_KEEPIDLE, socket.TCP_KEEPINTVL, socket.TCP_KEEPCNT)
+            idle_s, every_s, n = (connected.getsockopt(socket.IPPROTO_TCP, o) for o in options)
+            assert idle_s + n * every_s <= 30

@@ -1,12 +1,16 @@
 """A board, stepped by hand: it repeats no step, skips none, and knows no session but its own."""
 
+import errno
+
 import numpy as np
 import pytest
 
-from spikeport.backends.board.board import IMAGES_KEPT, Board, pieces
+from spikeport.backends.board.board import IMAGES_KEPT, Board, CountingChip, Machine, pieces
 from spikeport.backends.board.frame import MORE, MOST_BODY, Frame, Kind
 from spikeport.backends.board.hello import Hello
 from spikeport.backends.board.messages import Codec
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.errors import BackendError
 from tests.helpers.fake_board import MACHINE, small_image
 from tests.helpers.images import Parts
 
@@ -124,3 +128,23 @@ def test_an_image_without_compartments_is_refused_and_the_board_goes_on(board: B
     assert refusal(answer) == "the number of blocks is 0, at least 1; compile it again"
     (welcome,) = answers(board, Frame(Kind.HELLO, body=Hello(IMAGE.digest, 0).pack()))
     assert welcome.kind == Kind.WELCOME
+
+
+def test_an_image_that_nobody_asked_for_ends_the_session(board: Board) -> None:
+    assert board.session is not None
+    chip = board.session.chip
+    (answer,) = answers(board, *pieces(Kind.IMAGE, IMAGE.to_bytes(), 0))
+    assert refusal(answer) == "an image that the board did not ask for"
+    with pytest.raises(BackendError, match="the chip is closed"):
+        chip.step(np.zeros(0, dtype=int), {})
+
+
+def test_a_machine_without_room_for_its_files_ends_the_session_and_not_the_board() -> None:
+    def full(_image: ChipImage, _seed: int) -> CountingChip:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    board = Board(Machine("full", full))
+    greeting = Frame(Kind.HELLO, body=Hello(IMAGE.digest, 0).pack())
+    found = answers(board, greeting, *pieces(Kind.IMAGE, IMAGE.to_bytes(), 0))
+    assert refusal(found[-1]) == "the board's machine: No space left on device"
+    assert answers(board, greeting)[-1].kind == Kind.REFUSAL

@@ -270,3 +270,25 @@ def test_a_record_longer_than_the_log_keeps_its_counts(tmp_path: Path) -> None:
         replay.step(spikes, {})
     assert replay.activity().totals() == chip.activity().totals()
     assert replay.activity().n_steps == len(trains)
+
+
+def test_a_lost_board_is_not_asked_again() -> None:
+    clock = FakeClock()
+    chip = BoardChip(IMAGE, 0, FakeLine(Board(MACHINE), clock, ["half-open@5"]), REAL, clock=clock)
+    with pytest.raises(BoardLostError, match="step 5: "):
+        run(chip, 10)
+    lost_s = clock.now()
+    for ask in (lambda: chip.step(spike_train(1)[0], {}), chip.activity):
+        with pytest.raises(BoardLostError, match="the session is over, since the board was lost"):
+            ask()
+    chip.close()
+    assert clock.now() == lost_s
+
+
+def test_a_forked_process_leaves_the_session_to_its_parent(monkeypatch: pytest.MonkeyPatch) -> None:
+    chip = board_chip()
+    with monkeypatch.context() as forked:
+        forked.setattr("spikeport.backends.board.chip.os.getpid", lambda: 0)
+        chip.close()
+    assert equal_steps(chip) == STEPS
+    chip.close()

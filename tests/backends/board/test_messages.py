@@ -5,11 +5,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from spikeport.backends.board.frame import MOST_BODY
 from spikeport.backends.board.messages import BITMAP, BodyError, Codec, Totals
 from spikeport.backends.step_log import MessageCounts
 from spikeport.errors import BackendError
 from tests.helpers.fake_board import small_image
-from tests.helpers.images import Parts
+from tests.helpers.images import Block, Output, Parts
 
 CODEC = Codec(small_image())
 WIDE = Codec(Parts(inputs=[300]).image())
@@ -101,3 +102,15 @@ def test_totals_that_are_none_are_refused() -> None:
         CODEC.unpack_totals(body[:-1])
     with pytest.raises(BodyError, match="name a core above 1"):
         CODEC.unpack_totals(body[:-16] + b"\2" + body[-15:])
+
+
+def test_outputs_that_no_frame_holds_are_refused() -> None:
+    n = MOST_BODY // 4 // 1000
+    parts = Parts(
+        blocks=[Block(n=1000, core=core) for core in range(n)],
+        outputs=[Output("voltage", list(range(1000 * n)))],
+    )
+    with pytest.raises(
+        BackendError, match=r"outputs take 1,0\d\d,\d{3} bytes a step, limit 1,048,"
+    ):
+        Codec(parts.image())

@@ -103,3 +103,14 @@ def test_a_pipe_which_nobody_writes_into_is_refused_at_once(tmp_path: Path) -> N
     os.mkfifo(tmp_path / "pipe")
     with pytest.raises(UsageError, match="pipe: expected a file, found a pipe or a device"):
         Record(tmp_path / "pipe")
+
+
+def test_an_earlier_record_stays_until_there_is_a_session(tmp_path: Path, content: bytes) -> None:
+    recorder = SessionRecorder(tmp_path / "good")
+    recorder.discard()
+    assert (tmp_path / "good").read_bytes() == content
+    recorder = SessionRecorder(tmp_path / "good")
+    recorder.begin(Hello("digest", 4), Welcome("digest", "native", 1e4))
+    assert Record(tmp_path / "good").session.seed == 4
+    recorder.discard()
+    assert not (tmp_path / "good").exists()

@@ -38,7 +38,10 @@ def free_port() -> int:
 
 @contextmanager
 def served(
-    address: str, tls: Certificates | None = None, faults: Sequence[Fault] = ()
+    address: str,
+    tls: Certificates | None = None,
+    faults: Sequence[Fault] = (),
+    once: bool = False,
 ) -> Iterator[list[str]]:
     """Serve until nobody is there for a moment; yields what the server says."""
     listens, printed = threading.Event(), []
@@ -52,6 +55,7 @@ def served(
         machine=MACHINE,
         certificates=tls,
         faults=faults,
+        once=once,
         idle_s=1.0,
     )
     thread = threading.Thread(target=serve, args=(service, say), daemon=True)
@@ -217,3 +221,28 @@ def test_a_board_outlives_what_hosts_send(
         chip = BoardChip(IMAGE, 0, line_to(address))
         check_equal(chip)
         chip.close()
+
+
+def test_a_host_without_a_word_is_hung_up_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("spikeport.backends.board.server.HELLO_S", 0.1)
+    address = f"unix:{tmp_path / 'board'}"
+    with served(address) as printed:
+        silent = line_to(address)
+        while not any("gone" in text for text in printed):
+            time.sleep(0.01)
+        chip = BoardChip(IMAGE, 0, line_to(address))
+        check_equal(chip)
+        chip.close()
+        silent.close()
+    assert "board: the host sent no greeting within 0.1 s" in printed
+
+
+def test_a_board_for_one_session_waits_for_a_host_that_greets(tmp_path: Path) -> None:
+    address = f"unix:{tmp_path / 'board'}"
+    with served(address, once=True) as printed:
+        line_to(address).close()  # as another server does that looks whether the socket is in use
+        chip = BoardChip(IMAGE, 0, line_to(address))
+        chip.close()
+    assert printed[-1] == "board: session ended after 0 steps"

@@ -1,0 +1,39 @@
+"""Errors of learning that no group of an image can have are refused, whatever runs the image."""
+
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+
+from spikeport.backends.learning_errors import LearningErrors
+from spikeport.backends.native.chip import NativeChip
+from spikeport.backends.nengo_loihi import NengoLoihiChip
+from spikeport.errors import BackendError
+from tests.helpers.images import Block, Group, Parts
+
+RULE = (1, 4, -7, 10, 8.5, 2, 4)
+IMAGE = Parts([Block(n=4)], [Group([[0] * 4]), Group([[0] * 4], learning=RULE)]).image()
+REFUSED = [
+    ({0: np.zeros(2)}, "synapse group 0 does not learn; those that do: 1"),
+    ({999: np.zeros(2)}, "synapse group 999 does not learn; those that do: 1"),
+    ({1: np.zeros(4)}, r"synapse group 1: its error has shape \(4,\), not \(2,\)"),
+]
+
+
+@pytest.mark.parametrize(("errors", "reason"), REFUSED)
+def test_errors_that_no_group_has_are_refused(
+    errors: Mapping[int, np.ndarray], reason: str
+) -> None:
+    nothing = np.zeros(0, dtype=int)
+    for chip in (NativeChip(IMAGE, 0), NengoLoihiChip(IMAGE, 0)):
+        with pytest.raises(BackendError, match=reason):
+            chip.step(nothing, errors)
+        chip.step(nothing, {1: np.zeros(2)})
+        chip.close()
+
+
+def test_an_image_that_does_not_learn_takes_none() -> None:
+    errors = LearningErrors(Parts([Block()], [Group([[0]])]).image())
+    errors.check({})
+    with pytest.raises(BackendError, match="group 0 does not learn; those that do: none"):
+        errors.check({0: np.zeros(1)})
