@@ -128,17 +128,19 @@ class ReplayChip:
             return str(error)
         now, errors_now = self._codec.unpack_step(body, flags)
         # Named by the first source that differs: a session has too many to list.
-        other = np.setxor1d(then, now)
+        n = 1 + max(then.max(initial=0), now.max(initial=0))
+        other = np.flatnonzero(np.bincount(then, minlength=n) != np.bincount(now, minlength=n))
         if other.size:
-            verb = "sends" if other[0] in now else "does not send"
+            first = other[0]
+            sent, then_sent = (int(np.sum(spikes == first)) for spikes in (now, then))
             return (
-                f"the host {verb} the spike of source {other[0]}, unlike then; {len(other)} "
-                f"sources differ ({len(now)} spikes now, {len(then)} then)"
+                f"the host sends {sent} spikes of source {first}, and sent {then_sent} then; "
+                f"{len(other)} sources differ ({len(now)} spikes now, {len(then)} then)"
             )
         groups = [
             group
             for group in sorted({*errors_now, *errors_then})
-            if not np.array_equal(errors_now.get(group, ()), errors_then.get(group, ()))
+            if _bits_of(errors_now, group) != _bits_of(errors_then, group)
         ]
         return f"the host sends other learning errors to synapse groups {groups}"
 
@@ -183,3 +185,8 @@ class ReplayChip:
             self._log.close()  # raises where the record's counts are missing, or damaged
         finally:
             self._record.close()
+
+
+def _bits_of(errors: Mapping[int, np.ndarray], group: int) -> bytes | None:
+    """Return the bits of a group's error, by which 0.0 differs from -0.0; None without one."""
+    return np.asarray(errors[group], dtype=float).tobytes() if group in errors else None

@@ -83,8 +83,9 @@ class StepLog:
         messages: Callable[[], MessageCounts],
         options: LogOptions = SUMS_ONLY,
     ) -> None:
-        for old in [] if options.folder is None else counts_files(options.folder):
-            old.unlink()  # of this simulation, before it was reset
+        if options.folder is not None:  # files of this simulation, before it was reset
+            for old in (*counts_files(options.folder), options.folder / MESSAGES):
+                old.unlink(missing_ok=True)
         self._cores, self._dt_s, self._messages = cores, dt_s, messages
         self._options = options
         self._rows: list[np.ndarray] = []

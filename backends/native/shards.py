@@ -18,8 +18,8 @@ from spikeport.compiled import make_ready
 
 
 def available() -> int:
-    """Return the number of processors."""
-    return os.cpu_count() or 1
+    """Return the number of processors that this process may use."""
+    return len(os.sched_getaffinity(0))
 
 
 def divided(image: ChipImage, n: int) -> list[np.ndarray]:
@@ -97,8 +97,12 @@ class Threads:
     def __init__(self, image: ChipImage, state: State, neurons: Neurons, n: int) -> None:
         self._neurons, self._state, self._n_inputs = neurons, state, image.n_inputs
         self.shards = [Shard(image, cores, state) for cores in divided(image, n)]
-        self._pool = ThreadPoolExecutor(max(len(self.shards) - 1, 1), "spikeport")
+        self._begin()
         make_ready(hold, neurons, state)
+
+    def _begin(self) -> None:
+        self._process = os.getpid()
+        self._pool = ThreadPoolExecutor(max(len(self.shards) - 1, 1), "spikeport")
 
     def step(
         self, n_arriving: int, sources: np.ndarray, noise: np.ndarray, counts: np.ndarray
@@ -106,6 +110,8 @@ class Threads:
         """Compute a step; as `kernel.step`."""
         if len(sources) and (sources.min() < 0 or sources.max() >= self._n_inputs):
             return -1
+        if os.getpid() != self._process:  # a forked process has none of its parent's threads
+            self._begin()
         # Counts are by core, and threads have cores of their own.
         others = [
             self._pool.submit(shard.step, n_arriving, noise, counts) for shard in self.shards[1:]
@@ -120,5 +126,6 @@ class Threads:
         return len(arriving)
 
     def close(self) -> None:
-        """End the threads."""
-        self._pool.shutdown()
+        """End the threads of this process."""
+        if os.getpid() == self._process:
+            self._pool.shutdown()

@@ -42,7 +42,7 @@ def test_a_host_that_differs_is_refused_at_that_step(path: Path) -> None:
         chip.step(spikes, {})
     other = np.setdiff1d(np.arange(5), trains[5])
     with pytest.raises(
-        BackendError, match=r"step 6: the host sends the spike of source \d, unlike"
+        BackendError, match=r"step 6: the host sends \d spikes of source \d, and sent \d then; "
     ):
         chip.step(other, {})
 
@@ -150,3 +150,15 @@ def test_a_record_of_another_seed_is_refused_and_closed(
     with pytest.raises(BackendError, match="of seed 0, but the run has seed 3; cure: --seed 0"):
         ReplayChip(small_image(), 3, path)
     assert len(closed) == 1
+
+
+def test_a_source_that_spikes_once_more_is_named(path: Path) -> None:
+    chip, trains = ReplayChip(small_image(), 0, path), spike_train(STEPS)
+    at = next(i for i, spikes in enumerate(trains) if spikes.size)
+    for spikes in trains[:at]:
+        chip.step(spikes, {})
+    source = trains[at][0]
+    with pytest.raises(BackendError) as caught:
+        chip.step(np.append(trains[at], source), {})
+    expected = f"the host sends 2 spikes of source {source}, and sent 1 then; 1 sources differ"
+    assert expected in str(caught.value)

@@ -9,7 +9,7 @@ import pytest
 import spikeport
 from spikeport.backends import step_log
 from spikeport.backends.native.chip import NativeChip
-from spikeport.backends.step_log import LogOptions, counts_files
+from spikeport.backends.step_log import MESSAGES, LogOptions, counts_files
 from spikeport.errors import UsageError
 from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.activity import PER_STEP
@@ -106,6 +106,7 @@ def test_a_reset_run_replaces_its_counts(network, kept_steps, tmp_path):
         sim.run_steps(120)
         sim.reset()
         assert counts_files(tmp_path) == []
+        assert not (tmp_path / MESSAGES).exists()
         sim.run_steps(20)
     (file,) = counts_files(tmp_path)
     assert len(np.load(file)["spikes"]) == 20

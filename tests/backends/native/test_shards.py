@@ -1,5 +1,8 @@
 """A chip whose cores are divided among threads has the bits of one on a single thread."""
 
+import os
+import signal
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -62,3 +65,18 @@ def test_what_learns_takes_one_thread() -> None:
     learning = Group(weights=[[0, 0]], learning=(1, 4, -7, 10, 8.5, 2, 4))
     image = Parts([Block(2, 0), Block(2, 1)], [learning]).image()
     assert NativeChip(image, 0, threads=2)._threads is None
+
+
+def test_a_forked_process_has_threads_of_its_own() -> None:
+    chip, twin = (NativeChip(ring(4), 0, threads=2) for _ in range(2))
+    spikes = np.arange(40)
+    for one in (chip, twin):
+        one.step(spikes, {})
+    child = os.fork()
+    if child == 0:
+        signal.alarm(20)  # it would wait for a thread that is not there
+        chip.step(spikes, {})
+        os._exit(0)
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
+    for one in (chip, twin):
+        one.close()
