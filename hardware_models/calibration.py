@@ -6,10 +6,10 @@ from typing import Annotated
 from pydantic import AfterValidator, Field, StrictInt, field_validator
 
 from spikeport.files import Line, Name
-from spikeport.hardware_models.figure import Energy, Figure, Strictly, Time, in_si
+from spikeport.hardware_models.figure import Energy, Figure, StrictModel, Time, in_si
 
 
-class Energies(Strictly):
+class Energies(StrictModel):
     """Energy of one event of each kind, in J; None: no public figure, which is not 0.
 
     ``update_active`` is all of an active compartment's update, its access included, and
@@ -27,7 +27,7 @@ class Energies(Strictly):
     learning_update: Energy | None = None
 
 
-class Times(Strictly):
+class Times(StrictModel):
     """Time one event of each kind takes, in s; None: no public figure, which is not 0."""
 
     synaptic_operation: Time | None = None
@@ -48,7 +48,7 @@ class BarrierPoint(Figure):
     tiles: Annotated[StrictInt, Field(ge=1)]
 
 
-class EnergyCalibration(Strictly):
+class EnergyCalibration(StrictModel):
     """Energies and times of one source, which belong together.
 
     Parameters

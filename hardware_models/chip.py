@@ -12,13 +12,13 @@ from pydantic import Field, StrictBool, ValidationInfo, field_validator
 from spikeport.errors import ChipFileError, unknown
 from spikeport.files import Line, Name, read_model
 from spikeport.hardware_models.calibration import EnergyCalibration
-from spikeport.hardware_models.figure import Bits, Count, Figure, Power, Strictly, Time
+from spikeport.hardware_models.figure import Bits, Count, Figure, Power, StrictModel, Time
 
 SCHEMA = 1
 BUILT_IN = Path(__file__).parent / "chips"
 
 
-class Limits(Strictly):
+class Limits(StrictModel):
     """The limits of a chip: cores per chip, chips per board, the rest per core.
 
     None: not public, which is not unlimited. Nothing is checked against such a limit, and reports
@@ -41,7 +41,7 @@ class Limits(Strictly):
         return math.inf if figure is None else figure.count
 
 
-class SynapseMemory(Strictly):
+class SynapseMemory(StrictModel):
     """The memory for a core's synapses: lists of words, each list with a header.
 
     ``population_32_slots`` is what an output axon to synapses of population type 32 takes.
@@ -52,7 +52,7 @@ class SynapseMemory(Strictly):
     population_32_slots: Count
 
 
-class SoftMemory(Strictly):
+class SoftMemory(StrictModel):
     """Blocks of memory that the soft cores of an FPGA share: each takes what its contents fill.
 
         blocks = port + sum over cores (core + ceil(out_axons / axon_step) + ceil(rows / block))
@@ -72,7 +72,7 @@ class SoftMemory(Strictly):
     port: Count | None = None
 
 
-class Topology(Strictly):
+class Topology(StrictModel):
     """The mesh of tiles that carries messages between cores."""
 
     tiles_x: Count
@@ -85,7 +85,7 @@ class Topology(Strictly):
         return self.tiles_x.count * self.tiles_y.count * self.cores_per_tile.count
 
 
-class Powers(Strictly):
+class Powers(StrictModel):
     """Power drawn whatever the network does, in W; None: no public figure, which is not 0.
 
     ``static_chip_w`` is one chip's, ``host_processors_w`` that of the processors on it,
@@ -97,7 +97,7 @@ class Powers(Strictly):
     board_idle_w: Power | None = None
 
 
-class HostIo(Strictly):
+class HostIo(StrictModel):
     """Input and output of the host.
 
     ``step`` is the time of a step in which host and chip exchange spikes and values, whatever their
@@ -109,7 +109,7 @@ class HostIo(Strictly):
     packet: Count | None = None
 
 
-class ChipModel(Strictly):
+class ChipModel(StrictModel):
     """A chip as data, in SI units, every figure with its source.
 
     Parameters

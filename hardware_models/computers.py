@@ -8,12 +8,12 @@ from pydantic import Field, StrictInt
 
 from spikeport.errors import ChipFileError
 from spikeport.files import Name, read_model
-from spikeport.hardware_models.figure import Energy, Power, Strictly
+from spikeport.hardware_models.figure import Energy, Power, StrictModel
 
 FILE = Path(__file__).with_name("computers.toml")
 
 
-class Computer(Strictly):
+class Computer(StrictModel):
     """A computer that others measured.
 
     Parameters
@@ -43,7 +43,7 @@ class Computer(Strictly):
         return self.for_macs(macs) + idle_w * period_s
 
 
-class Computers(Strictly):
+class Computers(StrictModel):
     """The computers of a file."""
 
     # `schema` is a name of pydantic's own.

@@ -23,7 +23,7 @@ class Event(Protocol):
 
 @dataclass(frozen=True)
 class OnCore:
-    """N = sum over steps of a count.
+    """A kind of event that happens on cores: N = sum over steps of a count.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ class OnCore:
 
 @dataclass(frozen=True)
 class Messages:
-    """N_msg = messages that a core sends to cores + messages it receives from the host.
+    """Messages: N_msg = those that a core sends to cores + those it receives from the host.
 
     A host's spike is counted like a core's: the fit this figure is from had its input as neurons
     on cores, free but for their messages.
@@ -64,7 +64,7 @@ class Messages:
 
 @dataclass(frozen=True)
 class HopsEastWest:
-    """H_ew of `topology.hops`."""
+    """Hops of messages from tile to tile, east or west: H_ew of `topology.hops`."""
 
     name: str = "hop_east_west"
 
@@ -75,7 +75,7 @@ class HopsEastWest:
 
 @dataclass(frozen=True)
 class HopsNorthSouth:
-    """H_ns of `topology.hops`."""
+    """Hops of messages from tile to tile, north or south: H_ns of `topology.hops`."""
 
     name: str = "hop_north_south"
 

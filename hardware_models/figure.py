@@ -26,8 +26,8 @@ UNITS = {
 }
 
 
-class Strictly(BaseModel):
-    """Base of all chip data: cannot be changed, knows all its keys."""
+class StrictModel(BaseModel):
+    """Base of all chip data: frozen, and it refuses unknown keys."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
@@ -44,7 +44,7 @@ MOST = 2.0**53
 NonNegative = Annotated[float, Strict(), Field(ge=0)]
 
 
-class Figure(Strictly):
+class Figure(StrictModel):
     """A number with its unit, its origin and, where known, its bounds.
 
     Parameters

@@ -56,7 +56,7 @@ class Limit(ABC):
 
 @dataclass(frozen=True)
 class Cores(Limit):
-    """used = number of cores with anything on them, limit = cores per chip * chips."""
+    """The limit on cores: used = number with anything on them, limit = cores per chip * chips."""
 
     resource: str = "cores"
 
@@ -71,7 +71,7 @@ class Cores(Limit):
 
 @dataclass(frozen=True)
 class Chips(Limit):
-    """used = number of chips that hold the cores; the limit on cores says where it is exceeded."""
+    """The limit on chips: used = number that hold the cores; `Cores` says where it is exceeded."""
 
     resource: str = "chips"
 
@@ -87,7 +87,7 @@ class Chips(Limit):
 
 @dataclass(frozen=True)
 class PerCore(Limit):
-    """used = what a core holds of the resource, limit = what a core can hold of it.
+    """A limit of each core: used = what it holds of the resource, limit = what it can hold of it.
 
     Parameters
     ----------
@@ -122,7 +122,7 @@ class PerCore(Limit):
 
 @dataclass(frozen=True)
 class SharedMemory(Limit):
-    """used = sum of the blocks of memory that cores take, limit = those of the board.
+    """The limit on shared memory: used = sum of the blocks that cores take, limit = the board's.
 
     See `spikeport.hardware_models.chip.SoftMemory`.
     """

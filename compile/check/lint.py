@@ -197,14 +197,14 @@ def finite(scope: Scope) -> Iterator[Violation]:
             yield rules.get("SP011").broken(scope.names[obj], f"NaN or infinity in {odd[0]}")
 
 
-def given_decoders(scope: Scope) -> Iterator[Violation]:
+def users_decoders(scope: Scope) -> Iterator[Violation]:
     """Refuse decoders of another shape than (neurons, values of the function)."""
     for connection in scope.network.all_connections:
-        given, pre = getattr(connection.solver, "values", None), connection.pre_obj
+        decoders, pre = getattr(connection.solver, "values", None), connection.pre_obj
         limit = (pre.n_neurons, connection.size_mid) if isinstance(pre, nengo.Ensemble) else None
-        if given is not None and limit not in (None, given.shape):
+        if decoders is not None and limit not in (None, decoders.shape):
             name = scope.names[connection]
-            yield rules.get("SP013").broken(name, str(given.shape), str(limit))
+            yield rules.get("SP013").broken(name, str(decoders.shape), str(limit))
 
 
 def _arrays(obj: nengo.Ensemble | nengo.Connection) -> Iterator[tuple[str, np.ndarray]]:
@@ -235,7 +235,7 @@ RULES: tuple[Callable[[Scope], Iterator[Violation]], ...] = (
     chip_process,
     probe,
     finite,
-    given_decoders,
+    users_decoders,
 )
 MENDED = (synapse,)
 """Rules that a pass over a network can mend."""

@@ -68,7 +68,7 @@ def available() -> float:
     most, used = (_text(CGROUP / name).strip() for name in ("memory.max", "memory.current"))
     group = []
     if most.isdigit() and used.isdigit():
-        # Pages of files that were read count as used, and are given up where others are needed.
+        # Pages of files that were read count as used, and are freed where others are needed.
         group.append(float(most) - float(used) + _reclaimable())
     return min([*free, *group], default=math.inf)
 
@@ -97,7 +97,7 @@ def _text(path: Path) -> str:
 
 
 def estimate(network: nengo.Network) -> int:
-    """Return the bytes that compiling a network takes at most."""
+    """Estimate the bytes that compiling a network takes, within a factor of 2."""
     ensembles = network.all_ensembles
     objects = sum(ENSEMBLE + COMPARTMENT * e.n_neurons for e in ensembles)
     connections = sum(sum(_of_connection(c)) for c in network.all_connections)

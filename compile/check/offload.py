@@ -16,7 +16,7 @@ Result = TypeVar("Result")
 OF_NETWORK = "SP0"
 """First letters of the ids of rules that one ensemble breaks, whatever the others do."""
 OF_HOST_TOO = ("SP004", "SP011", "SP013")
-"""The rules on gain and bias, NaN and given decoders, which are no better on the host."""
+"""The rules on gain and bias, NaN and the user's decoders, which are no better on the host."""
 
 
 class Problem(NamedTuple):

@@ -26,6 +26,10 @@ def add_params(network: nengo.Network) -> None:
     ``decode_path`` sets how a decoded connection between ensembles on the chip is wired:
     ``"direct"`` from neuron to neuron, over a relay of ``"onoff"`` or ``"preset10"`` decode
     neurons, over the ``"host"``, or ``"auto"``, as the pass ``decode_path`` chooses.
+
+    ``target_filter_s`` is the time constant, in seconds, of the target's compartments behind a
+    relay of ``"onoff"`` or ``"preset10"``; None: as nengo-loihi filters. The pass ``decode_path``
+    sets it.
     """
     nengo_loihi.add_params(network)
     connections = network.config[nengo.Connection]

@@ -33,8 +33,8 @@ class Search:
         """Return the cuts of blocks that are too large: the ends of their pieces, 0 to the last.
 
         Each piece is as long as there is room for. A target in pieces takes more of the output
-        axons of its sources, so cuts are sought again until nothing changes; slots are never given
-        back, which ends the search.
+        axons of its sources, so cuts are sought again until nothing changes; slots are never
+        returned, which ends the search.
         """
         slots = self._uncut_slots
         bounds: dict[int, list[int]] = {}

@@ -35,11 +35,11 @@ class Budget:
     step_us: float | None = None
 
     def __post_init__(self) -> None:
-        for option, value in self._given():
+        for option, value in self._limits():
             if not (math.isfinite(value) and value > 0):
                 raise UsageError(f"{option} {value:g}: a budget is a positive number")
 
-    def _given(self) -> Iterator[tuple[str, float]]:
+    def _limits(self) -> Iterator[tuple[str, float]]:
         values = (self.cores, self.power_w, self.step_us)
         for option, value in zip(OPTIONS, values, strict=True):
             if value is not None:
@@ -53,7 +53,7 @@ class Budget:
         UsageError
             If there is none.
         """
-        for option, _ in self._given():
+        for option, _ in self._limits():
             if option != "--max-cores" and not has_activity:
                 raise UsageError(f"{option} needs firing rates: {RATES_CURE}")
 

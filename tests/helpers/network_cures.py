@@ -102,7 +102,7 @@ def in_list() -> None:
     nengo.Connection(nengo.Ensemble(20, 1), nengo.Node(size_in=1), learning_rule_type=rules)
 
 
-def given_decoders(rows: int) -> None:
+def users_decoders(rows: int) -> None:
     solver = nengo.solvers.NoSolver(np.zeros((rows, 1)), weights=True)
     nengo.Connection(nengo.Ensemble(20, 1), nengo.Ensemble(10, 1), solver=solver)
 
@@ -218,7 +218,7 @@ CASES = [
     ),
     Case(
         "SP007",
-        "learn with PES, given by itself",
+        "learn with PES, passed by itself",
         lambda: linted(partial(learned, nengo.RLS()))() & linted(in_list)(),
         (linted(partial(learned, nengo.PES())), linted(partial(learned, nengo.RLS(), host=True))),
     ),
@@ -258,7 +258,7 @@ CASES = [
     Case(
         "SP013",
         "give nengo.solvers.NoSolver a row for each neuron",
-        compiled(partial(given_decoders, 19)),
-        (compiled(partial(given_decoders, 20)),),
+        compiled(partial(users_decoders, 19)),
+        (compiled(partial(users_decoders, 20)),),
     ),
 ]

@@ -33,8 +33,8 @@ PART = (
     "neurons an ensemble of their own"
 )
 RULE = (
-    "a -> out: SP007 learning rule: {}, limit one PES; cure: learn with PES, given by itself as in "
-    "learning_rule_type=nengo.PES(), or keep what it learns from on the host with "
+    "a -> out: SP007 learning rule: {}, limit one PES; cure: learn with PES, passed by itself as "
+    "in learning_rule_type=nengo.PES(), or keep what it learns from on the host with "
     "net.config[ensemble].on_chip = False, after spikeport.add_params(net)"
 )
 LEAVE = "leave the probe out, so that what it probes stays on the chip"
@@ -198,7 +198,7 @@ CASES: list[tuple[Callable[[], None], str]] = [
     ),
     (
         decoders_of_another_shape,
-        "a -> b: SP013 shape of given decoders: (4, 8), limit (4, 1); cure: give "
+        "a -> b: SP013 shape of the user's decoders: (4, 8), limit (4, 1); cure: give "
         "nengo.solvers.NoSolver a row for each neuron, and a column for each value of the "
         "connection's function, also with weights=True",
     ),
