@@ -147,7 +147,7 @@ def _outcome(future: Future) -> PointOutcome:
         kept: PointFiles = future.result()
         return kept
     if isinstance(error, KilledWorker):
-        return died(error.allowed_failures + 1)
+        return died(error.allowed_failures + 1, "fewer workers on a machine of the cluster")
     return str(error) if isinstance(error, SpikeportError) else repr(error)
 
 

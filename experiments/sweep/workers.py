@@ -43,10 +43,10 @@ SPAWN = multiprocessing.get_context("spawn")
 """Processes that begin anew: a fork of one with threads may hang, and would share its pipes."""
 
 
-def died(times: int, how: str = "") -> str:
-    """Return why a point is given up."""
+def died(times: int, cure: str, how: str = "") -> str:
+    """Return why a point is given up; ``cure`` helps where memory ran out."""
     by = f" ({how})" if how else ""
-    return f"its worker died {times} times{by}; cure: fewer --workers, if memory ran out"
+    return f"its worker died {times} times{by}; cure: {cure}, if memory ran out"
 
 
 @contextlib.contextmanager
@@ -114,7 +114,7 @@ class _Pool:
                     if deaths[point.name] <= ALLOWED_DEATHS:
                         waiting.put(point)
                         continue
-                    outcome = died(deaths[point.name], how)
+                    outcome = died(deaths[point.name], "fewer --workers", how)
                 yield point, outcome
 
     def _submit(self, waiting: Queue) -> None:

@@ -15,7 +15,7 @@ from spikeport.commands.ending import resumable
 from spikeport.commands.options import Target, Workers
 from spikeport.commands.progress import progress_bar
 from spikeport.commands.run import check_target, seconds_of
-from spikeport.commands.sweep import note_trust
+from spikeport.commands.sweep import check_workers
 from spikeport.constants import MOST_POINTS
 from spikeport.errors import UsageError, unknown
 from spikeport.experiments import registry
@@ -58,7 +58,7 @@ def run(request: EvaluateRequest) -> int:
         raise unknown("experiment to evaluate", request.experiment, (EXPERIMENT,))
     episode = registry.imported("an evaluation", "spikeport.experiments.evaluate.episode")
     evaluation, workers = planned(request), request.workers
-    note_trust(workers.scheduler)
+    check_workers(workers)
     with opened(request.out, evaluation) as folder:
         with resumable(folder.path, "episodes"), progress_bar() as progress:
             failures = execution.run(

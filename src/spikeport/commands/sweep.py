@@ -50,7 +50,7 @@ def run(request: SweepRequest) -> int:
         registry.imported("a sweep", module) for module in (POINT, TABLE, request.figure)
     )
     workers = request.workers
-    note_trust(workers.scheduler)
+    check_workers(workers)
     with opened(request.out, sweep) as folder:
         with resumable(folder.path, "points"), progress_bar() as progress:
             failures = execution.run(
@@ -70,9 +70,17 @@ def run(request: SweepRequest) -> int:
     return int(bool(failures))
 
 
-def note_trust(scheduler: str | None) -> None:
-    """Note on the screen what a scheduler without certificates trusts."""
-    if scheduler is not None and not scheduler.startswith("tls://"):
+def check_workers(workers: Workers) -> None:
+    """Refuse processes beside a cluster, and note what one without certificates trusts."""
+    scheduler = workers.scheduler
+    if scheduler is None:
+        return
+    if workers.n is not None:
+        raise UsageError(
+            f"--workers {workers.n}: a cluster has workers of its own; leave it out, or leave "
+            "--scheduler out"
+        )
+    if not scheduler.startswith("tls://"):
         Console(stderr=True, soft_wrap=True, highlight=False).print(
             f"note: --scheduler {scheduler}: whoever reaches this cluster runs code on it and as "
             "you; its own security is all there is. tls://... asks both sides for certificates.",

@@ -56,7 +56,8 @@ def test_a_worker_that_dies_costs_only_points_that_kill_it_again_and_again(run):
     with cluster(n_workers=1, threads=1, processes=True) as started:
         folder, failures = run("deadly", "dies once", scheduler=started.scheduler_address)
     assert failures == {
-        "deadly": "its worker died 4 times; cure: fewer --workers, if memory ran out"
+        "deadly": "its worker died 4 times; cure: fewer workers on a machine of the cluster, if "
+        "memory ran out"
     }
     assert [path.name for path in folder.path.glob("points/*")] == ["speed=dies%20once,seed=0.json"]
 

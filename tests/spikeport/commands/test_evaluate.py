@@ -128,6 +128,10 @@ def test_a_table_says_whose_it_is(spikeport, here, monkeypatch, tmp_path, asked,
             "set MENAGERIE_ROOT to a checkout of github.com/google-deepmind/mujoco_menagerie",
         ),
         (
+            (*WALK, "--row", "push=1", "--scheduler", "tls://10.0.0.1:8786", "--workers", "4"),
+            "--workers 4: a cluster has workers of its own; leave it out, or leave --scheduler out",
+        ),
+        (
             (*WALK, "--episodes", "100000", "--row", "push=1"),
             "an evaluation of 200,000 episodes, limit 100,000; cure: fewer --row or --episodes",
         ),

@@ -78,11 +78,11 @@ def test_the_walks_figures_are_sweeps(spikeport, asked, tmp_path):
 
 
 def test_the_sweep_of_the_walk_goes_to_a_scheduler(spikeport, asked):
-    where = ("--scheduler", "tcp://127.0.0.1:8786", "--workers", "3")
+    where = ("--scheduler", "tcp://127.0.0.1:8786")
     options = ("--seconds", "20", "--set", "path=line")
     assert spikeport("figure", "walk-sweep", *where, *options).code == 0
     (request,) = asked
-    assert request.workers == Workers(n=3, scheduler="tcp://127.0.0.1:8786")
+    assert request.workers == Workers(scheduler="tcp://127.0.0.1:8786")
     assert (request.seconds, request.probes) == (20.0, False)
     assert request.settings == ["calibrated=false", "path=line"]
     assert len(sweep.planned(request).points()) == 4 * 4 * 2 * 5

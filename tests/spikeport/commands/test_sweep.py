@@ -107,6 +107,18 @@ def test_a_missing_package_names_the_extra(spikeport, monkeypatch, tmp_path):
     )
 
 
+def test_a_cluster_has_workers_of_its_own(spikeport, counted, tmp_path):
+    out = tmp_path / "out"
+    where = ("--scheduler", "tls://10.0.0.1:8786", "--workers", 4)
+    assert spikeport(*REACH, *where, "--out", out) == (
+        2,
+        "",
+        "error: --workers 4: a cluster has workers of its own; leave it out, or leave --scheduler "
+        "out\n",
+    )
+    assert not out.exists()
+
+
 def test_a_cluster_without_certificates_is_told_what_it_trusts(spikeport, counted, tmp_path):
     where = ("--out", tmp_path, "--vary", "m1=10", "--scheduler")
     done = spikeport(*REACH, *where, "tcp://10.0.0.1:8786")
