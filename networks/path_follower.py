@@ -66,11 +66,11 @@ class FollowerOptions:
     def __post_init__(self) -> None:
         """Check the values; UsageError says what is wrong."""
         check_counts(
-            n_square=self.n_square,
             n_distance=self.n_distance,
             n_velocity=self.n_velocity,
             n_speed=self.n_speed,
         )
+        check_pairs("n_square", self.n_square, "a square")
         check_pairs("n_bearing", self.n_bearing, "the bearing")
         check_filters(tau_fwd=self.tau_fwd, tau_out=self.tau_out)
         check_rates(rates=self.rates, bearing_rates=self.bearing_rates)

@@ -30,7 +30,9 @@ ROTATION = np.array([[1, -1, 1, -1, 0, 0, 0, 0], [0, 0, 0, 0, 1, -1, -1, 1]])
 """b from the squares of the halves."""
 
 STRIDE = 7
-"""Neighbours in intercept differ by so many in rate: no rate is that of one region."""
+"""Neighbours in intercept differ by so many in rate: no rate is that of one region. That is so as
+well where it divides the number of neurons of a sign, as the default's 70: these have ten rates,
+each at every tenth intercept."""
 
 N_POINTS = 1000
 """Values at which the decoders of a square are solved."""

@@ -2,6 +2,7 @@ import nengo
 import numpy as np
 import pytest
 
+from spikeport.networks.path_follower import FollowerOptions
 from spikeport.networks.rotation import HALVES, ROTATION, Squares, rotate
 
 
@@ -23,3 +24,18 @@ def test_neurons_turn_a_vector_backwards():
         sim.run(0.3)
     found = sim.data[probe][-200:].mean(axis=0)
     assert found == pytest.approx([-0.5, -0.3], abs=0.05)
+
+
+def test_every_rate_of_the_default_is_at_intercepts_all_over_the_range():
+    options = FollowerOptions()
+    squares = Squares(options.n_square, options.rates, options.tau_fwd)
+    with nengo.Network() as network:
+        rotate(nengo.Node([0, 0, 0, 1]), nengo.Ensemble(2, 2), squares)
+    square = next(one for one in network.ensembles if one.label == "square 1")
+    n = options.n_square // 2
+    rates, intercepts = square.max_rates[:n], square.intercepts[:n]
+    found = {rate: intercepts[rates == rate] for rate in np.unique(rates)}
+    assert len(found) == 10
+    for places in found.values():
+        assert len(places) == 7
+        assert np.ptp(places) > 0.85 * np.ptp(intercepts)
