@@ -1,6 +1,5 @@
 """The observations of a robot that a controller trusts."""
 
-from collections.abc import Hashable
 from typing import NamedTuple
 
 import numpy as np
@@ -23,9 +22,6 @@ simulated robot at up to 1.3 of it."""
 FASTEST_RAD_S, LARGEST_M_S2 = 50.0, 300.0
 """The largest values of an IMU: it measures up to 35 rad/s and 16 g; these do not overflow yet."""
 
-RESTART_S = 1.0
-"""By how much a robot's time goes back only if it began anew."""
-
 
 class Limits(NamedTuple):
     """Limits of plausible observations, each ``(19,)``.
@@ -44,27 +40,6 @@ class Limits(NamedTuple):
     torque_nm: np.ndarray
 
 
-class StateMessage(NamedTuple):
-    """A message of the robot's state, decoded.
-
-    Attributes
-    ----------
-    sensors : Sensors
-        The observation.
-    intact : bool
-        True if its CRC is right.
-    writer : hashable
-        The writer, as the bus names writers.
-    remote : bytes
-        The 40 bytes of the wireless remote; empty where there is none.
-    """
-
-    sensors: Sensors
-    intact: bool
-    writer: Hashable
-    remote: bytes = b""
-
-
 def h1_limits() -> Limits:
     """Return the limits of an H1: ranges of h1.xml, and its motors' speeds and torques.
 
@@ -79,46 +54,9 @@ def h1_limits() -> Limits:
     )
 
 
-def refusal(message: StateMessage, last: StateMessage | None, limits: Limits) -> str | None:
-    """Return why an observation is not trusted, or None.
-
-    Parameters
-    ----------
-    message : StateMessage
-        The message.
-    last : StateMessage or None
-        The last one that was trusted.
-    limits : Limits
-        The limits of plausible observations.
-    """
-    if not message.intact:
-        return "its CRC is wrong"
-    if last is not None and message.writer != last.writer:
-        return f"written by {message.writer}, those before by {last.writer}"
-    return (
-        _not_a_number(message.sensors)
-        or _restarted(message, last)
-        or beyond(message.sensors, limits)
-    )
-
-
 def too_old(age_s: float, most_s: float = LATEST_S) -> str:
     """Return why an observation of so long ago is not trusted any more."""
     return f"no new state for {1000 * age_s:.0f} ms, allowed {1000 * most_s:.0f} ms"
-
-
-def _not_a_number(sensors: Sensors) -> str | None:
-    """Return which value is not finite, or None."""
-    for name, values in sensors._asdict().items():
-        if not np.isfinite(values).all():
-            return f"{name} is not finite"
-    return None if sensors.quaternion.any() else "quaternion is 0"
-
-
-def _restarted(message: StateMessage, last: StateMessage | None) -> str | None:
-    """Return by how much the robot's time went back if it began anew, or None."""
-    back_s = 0.0 if last is None else last.sensors.time_s - message.sensors.time_s
-    return f"the robot's time went back by {back_s:.3f} s" if back_s > RESTART_S else None
 
 
 def beyond(sensors: Sensors, limits: Limits) -> str | None:

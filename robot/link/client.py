@@ -135,7 +135,8 @@ class CommandedRobot(RobotClient):
         RobotLostError
             If the robot began anew, or the same one was held for too long.
         """
-        check_order(last, found)
+        if found.asks < last.asks:
+            raise RobotLostError(began_anew(last.asks, found.asks))
         if found.tick > last.tick:
             self.figures.states += 1
             return found
@@ -158,13 +159,12 @@ def observed(messages: Published, writer: int = 0, remote: bytes = b"") -> Obser
     return Observed(tick, sensors, truth, writer, remote, now, now, controller, odometry)
 
 
-def check_order(last: Observed, found: Observed) -> None:
-    """Raise RobotLostError if a robot is at a moment before that of its last state."""
-    if found.asks < last.asks:
-        raise RobotLostError(
-            f"the robot began anew: its tick went from {last.asks:,} back to {found.asks:,} ms; "
-            "start the run again"
-        )
+def began_anew(before: int, now: int) -> str:
+    """Return why a run ends whose robot is at a tick before an earlier one."""
+    return (
+        f"the robot began anew: its tick went from {before:,} back to {now:,} ms; start the run "
+        "again"
+    )
 
 
 class InlineRobot(CommandedRobot):

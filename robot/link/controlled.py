@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from spikeport.errors import RobotLostError
 from spikeport.pacing import Pace
-from spikeport.robot.link.admission import StateMessage, too_old
+from spikeport.robot.link.admission import too_old
 from spikeport.robot.link.client import Observed
 from spikeport.robot.link.controller import HOLD, Controller
 from spikeport.robot.link.controller_states import State
@@ -69,7 +69,7 @@ class ControlledRobot(RealTimeRobot):
         super().__init__(bus, needs, pace, switcher)
         self._terminal, self._say = terminal, say
         self._motors, self._answered_tick = HOLD, -1
-        self._controller = Controller(lambda _: self._motors, lambda _: None, self._limits)
+        self._controller = Controller(lambda _: self._motors)
 
     def first(self) -> Observed:
         """Lead the robot to ``RUN`` by its user's keys, and return the observation there.
@@ -118,14 +118,10 @@ class ControlledRobot(RealTimeRobot):
         """Return the controller's command; a held observation is as old as it is."""
         for event in self._terminal.events():
             self._controller.press(event)
-        if self._controller.state is State.WAIT:
-            # Until the robot is led on, another one may take its place.
-            self._writer = last.writer
         held, self._answered_tick = last.tick == self._answered_tick, last.tick
         # A new state is judged by the time it came, a held one by the time that is now.
         now_s = self._clock.now() if held else self._seen_s
-        message = StateMessage(last.sensors, True, last.writer, last.remote)
-        return self._controller.answer(message, now_s)
+        return self._controller.answer(last.sensors, last.remote, now_s)
 
     def _distrust(self, tick: int, reason: str) -> None:
         """Let the controller damp a moving robot; the run ends where it had begun."""

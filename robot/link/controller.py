@@ -1,18 +1,20 @@
 """A robot's controller as a state machine, without a bus and without a clock of its own.
 
 Every message is answered by one command, whatever the state: the robot's watchdog never trips while
-the controller is there. Time is what the caller says it is.
+the controller is there. Time is what the caller says it is. Observations are those that the link
+trusts (`over_dds`): what it does not comes as a refusal.
 """
 
+import math
 from collections.abc import Callable
 
 import numpy as np
 
 from spikeport.robot.description import DEFAULT_POSE, GAINS, JOINTS
-from spikeport.robot.link.admission import LATEST_S, Limits, StateMessage, refusal, too_old
+from spikeport.robot.link.admission import LATEST_S, too_old
 from spikeport.robot.link.controller_states import MOVING, Event, State, after
 from spikeport.robot.link.h1 import DAMPING, ZERO_TORQUE, check_commands
-from spikeport.robot.link.remote import Remote, decode, pressed
+from spikeport.robot.link.remote import decode, pressed
 from spikeport.robot.link.signals import MotorCommands, Sensors
 from spikeport.robot.link.wire import MessageError
 
@@ -32,11 +34,7 @@ class Controller:
     Parameters
     ----------
     policy : callable
-        Makes commands of a valid observation where the state is ``RUN``; asked for no other.
-    begin : callable
-        Called with the first observation of ``RUN``, before the policy: estimators start here.
-    limits : Limits
-        The limits of plausible observations.
+        Makes commands of an observation where the state is ``RUN``; asked for no other.
 
     Attributes
     ----------
@@ -50,13 +48,8 @@ class Controller:
         The number of refusals.
     """
 
-    def __init__(
-        self,
-        policy: Callable[[Sensors], MotorCommands],
-        begin: Callable[[Sensors], object],
-        limits: Limits,
-    ) -> None:
-        self._policy, self._begin, self._limits = policy, begin, limits
+    def __init__(self, policy: Callable[[Sensors], MotorCommands]) -> None:
+        self._policy = policy
         self.state, self.refused, self.refusals = State.WAIT, "", 0
         self.damped_for = ""
         self._entered, self._sent = False, ZERO_TORQUE
@@ -64,37 +57,34 @@ class Controller:
         self._forget()
 
     def _forget(self) -> None:
-        """Trust whoever comes next."""
-        self._last: StateMessage | None = None
-        self._last_s = 0.0
-        self._remote: Remote | None = None
+        """Let the next observation be the first."""
+        self._last_time_s, self._last_s = -math.inf, 0.0
+        self._keys: frozenset[str] | None = None
 
     def press(self, event: Event) -> None:
         """Take an event of a user."""
         self._happen(event)
 
-    def answer(self, message: StateMessage, now_s: float) -> MotorCommands:
-        """Return the command that answers a message.
+    def answer(self, sensors: Sensors, remote: bytes, now_s: float) -> MotorCommands:
+        """Return the command that answers an observation.
 
-        One that is refused is answered as the state that follows has it; one that is no newer than
-        the last is answered as that was.
+        One that is no newer than the last is answered as that was.
 
         Parameters
         ----------
-        message : StateMessage
-            The robot's state.
+        sensors : Sensors
+            The observation.
+        remote : bytes
+            The 40 bytes of the wireless remote; empty where there is none.
         now_s : float
             Time, of any origin.
         """
         self.watch(now_s)
-        reason = refusal(message, self._last, self._limits)
-        if reason is not None:
-            self.refuse(reason)
-        elif self._last is None or message.sensors.time_s > self._last.sensors.time_s:
-            self._last, self._last_s = message, now_s
+        if sensors.time_s > self._last_time_s:
+            self._last_time_s, self._last_s = sensors.time_s, now_s
             self._happen(Event.OBSERVED)
-            self._take_remote(message.remote)
-            self._sent = self._command(message.sensors, now_s)
+            self._take_remote(remote)
+            self._sent = self._command(sensors, now_s)
         return self._sent
 
     def watch(self, now_s: float) -> bool:
@@ -131,7 +121,7 @@ class Controller:
             return
         now = decode(message)
         # Keys that are down in the first message were pressed for somebody else.
-        before, self._remote = self._remote or now, now
+        before, self._keys = now if self._keys is None else self._keys, now
         for event in pressed(before, now):
             self._happen(event)
 
@@ -145,7 +135,7 @@ class Controller:
         if self.state not in MOVING:
             return self._at_rest()
         if self.state is State.RUN:
-            return self._run(sensors, entered)
+            return self._run(sensors)
         if entered and self.state is State.RAMP:
             # The ramp begins where the joints are, so that its first command moves nothing.
             self._ramp_from_rad, self._ramp_since_s = sensors.q, now_s
@@ -159,10 +149,8 @@ class Controller:
         begun = self._ramp_from_rad
         return HOLD._replace(q=begun + share * (_POSE_RAD - begun))
 
-    def _run(self, sensors: Sensors, entered: bool) -> MotorCommands:
+    def _run(self, sensors: Sensors) -> MotorCommands:
         """Return the policy's command; damp if no motor is to obey it."""
-        if entered:
-            self._begin(sensors)
         commands = self._policy(sensors)
         try:
             check_commands(commands)

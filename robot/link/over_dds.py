@@ -8,8 +8,15 @@ from typing import TYPE_CHECKING
 from spikeport.errors import RobotLostError
 from spikeport.pacing import Deadlines, Pace, RoundTrips, undisturbed
 from spikeport.robot.link.admission import LATEST_S, beyond, h1_limits, too_old
-from spikeport.robot.link.client import CommandedRobot, Observed, check_order, observed
-from spikeport.robot.link.codec import STATE, Command, encode_command, remote_of, turn_of
+from spikeport.robot.link.client import CommandedRobot, Observed, began_anew, observed
+from spikeport.robot.link.codec import (
+    STATE,
+    TICK_S,
+    Command,
+    encode_command,
+    remote_of,
+    turn_of,
+)
 from spikeport.robot.link.companion import Companion
 from spikeport.robot.link.h1 import DAMPING
 from spikeport.robot.link.lock_step import Published
@@ -29,6 +36,8 @@ PATIENCE_S = 10.0
 BESIDE_S = 0.2
 """Age of the last message of a topic beside the states, as odometry, after which a robot that is
 controlled by it is damped, in real time."""
+RESTART_S = 1.0
+"""Time that the tick of a robot goes back by only if it began anew, in real time."""
 SLICE_S = 0.2
 DAMPINGS = 3
 """The number of damping commands that a controller sends as it leaves."""
@@ -267,12 +276,14 @@ class RealTimeRobot(DdsRobot):
         self.figures.overruns = self._deadlines.overruns
         found, now = self._newest(0.0), self._clock.now()
         self._watch_beside(last.tick, now)
+        if found is not None and TICK_S * (last.tick - found.tick) > RESTART_S:
+            # It may be in sport mode again, which is released only as a run begins.
+            raise self._damped(found.tick, began_anew(last.tick, found.tick))
         # A state that came again is as old as before: its age counts from when it first came.
-        if found is None or found.tick == last.tick:
+        if found is None or found.tick <= last.tick:
             self.figures.held += 1
             self._watch_silence(last.tick, now)
             return last
-        check_order(last, found)
         self.figures.states += 1
         self._seen_s = now
         return found

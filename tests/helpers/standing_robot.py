@@ -5,7 +5,7 @@ import struct
 import numpy as np
 
 from spikeport.robot.description import DEFAULT_POSE, JOINTS
-from spikeport.robot.link.admission import StateMessage, h1_limits
+from spikeport.robot.link.admission import h1_limits
 from spikeport.robot.link.remote import KEYS
 from spikeport.robot.link.signals import Sensors
 
@@ -24,22 +24,12 @@ STANDING = Sensors(
 )
 
 
-def remote(*keys: str, sticks: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)) -> bytes:
-    """Return the 40 bytes of a remote whose keys are down; sticks are left x, y and right x, y."""
+def remote(*keys: str) -> bytes:
+    """Return the 40 bytes of a remote whose keys are down."""
     bits = sum(1 << KEYS.index(key) for key in keys)
-    left_x, left_y, right_x, right_y = sticks
-    return struct.pack("<2xH3f4xf16x", bits, left_x, right_x, right_y, left_y)
+    return struct.pack("<2xH36x", bits)
 
 
-def state_message(
-    time_s: float, *keys: str, writer: str = "robot", intact: bool = True
-) -> StateMessage:
-    """Return a message of a standing robot."""
-    return StateMessage(STANDING._replace(time_s=time_s), intact, writer, remote(*keys))
-
-
-def spoilt(good: StateMessage, name: str, value: object) -> StateMessage:
-    """Return a message with a value of its sensors replaced, or the first of several."""
-    old = getattr(good.sensors, name)
-    new = value if np.isscalar(old) else np.concatenate(([value], np.ravel(old)[1:]))
-    return good._replace(sensors=good.sensors._replace(**{name: new}))
+def spoilt(good: Sensors, name: str, value: object) -> Sensors:
+    """Return an observation with a value replaced, or the first of several."""
+    return good._replace(**{name: np.concatenate(([value], getattr(good, name)[1:]))})

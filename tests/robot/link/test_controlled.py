@@ -54,9 +54,12 @@ class LiveBus(FakeBus):
     def __init__(self, settings: RobotSettings = HANGS) -> None:
         super().__init__(settings, clocked=True)
         self.pressed: dict[int, tuple[str, ...]] = {}
+        self.reboots_after = 0
 
     def obey(self, message: bytes) -> None:
         super().obey(message)
+        if len(self.commands.sent) == self.reboots_after:
+            self.robot.restart()
         self.publish()
         queue = self.readers[STATES].queue
         if queue and self.robot.robot.tick in self.pressed:
@@ -175,6 +178,16 @@ def test_a_stop_is_no_refusal_of_long_before() -> None:
     assert robot.summary()["refused"] == "LowState_: its checksum is wrong"
     with pytest.raises(RobotLostError, match="go into damping: stop was pressed"):
         robot.exchange(robot.exchange(seen, HOLD), HOLD)
+
+
+def test_a_robot_that_began_anew_ends_the_run_even_before_it_moves() -> None:
+    """It may be in sport mode again, which is released only as a run begins."""
+    bus, robot, _, words = started({})
+    bus.reboots_after = 300
+    with pytest.raises(RobotLostError, match=r"damping: the robot began anew: .* start the run"):
+        robot.first()
+    assert [line.split(".")[0] for line in words] == ["robot: zero torque"]
+    assert (sent(bus)[-1].kd == DAMPING.kd).all()
 
 
 class Stalls(LiveBus):

@@ -7,13 +7,12 @@ from spikeport.networks.walking_policy import load
 from spikeport.robot.description import GAINS, JOINTS
 from spikeport.robot.estimator.contact_aided_ekf import ContactAidedEkf
 from spikeport.robot.estimator.simulated_sensors import ROUGH, SimulatedSensors
-from spikeport.robot.link.admission import StateMessage
 from spikeport.robot.link.controller import Controller
 from spikeport.robot.link.controller_states import State
 from spikeport.robot.link.signals import MotorCommands, Sensors
 from spikeport.robot.plant import Plant
 from spikeport.robot.walk_interface import observation, targets_rad
-from tests.helpers.standing_robot import LIMITS, POSE_RAD, N, remote
+from tests.helpers.standing_robot import POSE_RAD, N, remote
 
 AHEAD = (0.5, 0.0, 0.0)
 STEPS = 4
@@ -29,9 +28,11 @@ class Day:
         self.sensors = SimulatedSensors(self.plant, ROUGH, seed=1)
         self.ekf, self.policy = ContactAidedEkf(), load()
         self.action, self.steps = np.zeros(N), 0
-        self.controller = Controller(self.walk, self.ekf.reset, LIMITS)
+        self.controller = Controller(self.walk)
 
     def walk(self, sensors: Sensors) -> MotorCommands:
+        if self.steps == 0:
+            self.ekf.reset(sensors)
         state = self.ekf.update(sensors)
         if self.steps % STEPS == 0:
             self.action = self.policy(observation(state, AHEAD, self.action))
@@ -43,8 +44,8 @@ class Day:
         """Go on for a time; keys are pressed at its beginning."""
         for step in range(round(seconds / self.plant.dt_s)):
             time_s = self.plant.time_s
-            message = StateMessage(self.sensors.read(), True, "robot", remote(*keys * (step == 0)))
-            motors = self.controller.answer(message, time_s)
+            pressed = remote(*keys * (step == 0))
+            motors = self.controller.answer(self.sensors.read(), pressed, time_s)
             self.plant.hold(JOINTS, motors.q, motors.kp, motors.kd)
             self.plant.step()
 

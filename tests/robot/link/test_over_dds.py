@@ -164,6 +164,29 @@ def test_a_robot_that_began_anew_is_given_up() -> None:
         robot.exchange(seen, HOLD)
 
 
+def at_5_s() -> tuple[FakeBus, RealTimeRobot, Observed]:
+    bus = FakeBus(clocked=True)
+    robot = RealTimeRobot(bus, None, Pace(0.005, FakeClock()))
+    seen = robot.first()
+    bus.readers[STATES].queue.append(encode_state(5000, READINGS))
+    return bus, robot, robot.exchange(seen, HOLD)
+
+
+def test_in_real_time_a_robot_that_began_anew_is_damped_and_given_up() -> None:
+    bus, robot, seen = at_5_s()
+    bus.readers[STATES].queue.append(encode_state(2, READINGS))
+    with pytest.raises(RobotLostError, match=r"damping: .* tick went from 5,000 back to 2 ms; "):
+        robot.exchange(seen, HOLD._replace(kp=HOLD.kd))
+    assert not decode_command(bus.commands.sent[-1]).motors.kp.any()
+
+
+def test_in_real_time_a_state_of_just_before_is_as_none() -> None:
+    bus, robot, seen = at_5_s()
+    bus.readers[STATES].queue.append(encode_state(4999, READINGS))
+    assert robot.exchange(seen, HOLD) is seen
+    assert robot.summary()["held"] == 1
+
+
 def test_no_robot_is_said_with_a_cure() -> None:
     bus = FakeBus()
     bus.publishes = False
