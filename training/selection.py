@@ -58,10 +58,10 @@ def choose(
     Raises
     ------
     UsageError
-        No checkpoint was evaluated.
+        No checkpoint was evaluated, or none of these is left.
     """
     choices = []
-    for place, entry in enumerate(shortlist(log)):
+    for place, entry in enumerate(shortlist(folder, log)):
         progress(f"evaluating checkpoint {entry['segment']}", place / SHORTLIST)
         policy = at_asked_speeds(_policy(folder, entry["segment"], learner))
         disturbed, free = (
@@ -72,13 +72,19 @@ def choose(
     return min(choices, key=lambda choice: choice.cost)
 
 
-def shortlist(log: list[Entry]) -> list[Entry]:
-    """Return the entries of the smallest cost, of those evaluated in the last stage."""
+def shortlist(folder: Path, log: list[Entry]) -> list[Entry]:
+    """Return the entries of the smallest cost, of those evaluated in the last stage and kept."""
     # Earlier stages ask for less: their figures are no measure of the last one.
     evaluated = [e for e in log if "vx_error_m_s" in e and e["stage"] == log[-1]["stage"]]
     if not evaluated:
         raise UsageError("no checkpoint was evaluated; train longer with --steps")
-    return sorted(evaluated, key=_cost_of)[:SHORTLIST]
+    # Users may delete old ones while a run goes on.
+    left = [e for e in evaluated if checkpoint.path_of(folder, e["segment"]).is_file()]
+    if not left:
+        raise UsageError(
+            f"no evaluated checkpoint is left in {folder}/checkpoints; cure: another --out"
+        )
+    return sorted(left, key=_cost_of)[:SHORTLIST]
 
 
 def _cost_of(entry: Entry) -> float:

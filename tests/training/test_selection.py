@@ -4,6 +4,7 @@ pytest.importorskip("torch")
 pytest.importorskip("rsl_rl")
 
 from spikeport.errors import UsageError
+from spikeport.training import checkpoint
 from spikeport.training.selection import SHORTLIST, shortlist
 
 
@@ -12,11 +13,23 @@ def entry(segment, fallen=0, vx=0.05, wz=0.05, stage="last"):
     return {"segment": segment, "stage": stage, "episodes": 100, **errors}
 
 
-def chosen(*log):
-    return [e["segment"] for e in shortlist(list(log))]
+@pytest.fixture
+def chosen(tmp_path):
+    """Return the segments on the shortlist of a log, of whose checkpoints some are ``gone``."""
+
+    def find(*log, gone=()):
+        for each in log:
+            path = checkpoint.path_of(tmp_path, each["segment"])
+            path.parent.mkdir(exist_ok=True)
+            path.touch()
+        for segment in gone:
+            checkpoint.path_of(tmp_path, segment).unlink()
+        return [each["segment"] for each in shortlist(tmp_path, list(log))]
+
+    return find
 
 
-def test_falls_and_errors_count_against_their_goals():
+def test_falls_and_errors_count_against_their_goals(chosen):
     log = [
         entry(1, fallen=10, vx=0.01, wz=0.01),  # 1 + 0.2 + 0.1
         entry(2, vx=0.05, wz=0.02),  # 1.2
@@ -26,19 +39,31 @@ def test_falls_and_errors_count_against_their_goals():
     assert chosen(*log) == [3, 2, 1, 4]
 
 
-def test_no_more_are_walked_again_than_the_shortlist_holds():
+def test_no_more_are_walked_again_than_the_shortlist_holds(chosen):
     assert chosen(*(entry(n, fallen=n) for n in range(SHORTLIST + 1))) == list(range(SHORTLIST))
 
 
-def test_only_evaluated_checkpoints_are_candidates():
+def test_only_evaluated_checkpoints_are_candidates(chosen):
     assert chosen(entry(1, fallen=3), {"segment": 2}, entry(3, fallen=9)) == [1, 3]
 
 
-def test_only_the_last_stage_asks_for_all_that_is_wanted():
+def test_only_the_last_stage_asks_for_all_that_is_wanted(chosen):
     assert chosen(entry(1, stage="easy"), entry(2, fallen=3), entry(3, fallen=2)) == [3, 2]
 
 
-def test_without_an_evaluation_nothing_can_be_chosen():
+def test_of_checkpoints_that_were_deleted_none_is_a_candidate(chosen):
+    assert chosen(entry(1), entry(2, fallen=3), entry(3, fallen=2), gone=(1,)) == [3, 2]
+
+
+def test_without_a_checkpoint_that_is_left_nothing_can_be_chosen(chosen, tmp_path):
     with pytest.raises(UsageError) as error:
-        shortlist([{"segment": 1}, {"segment": 2, "stage": "last"}])
+        chosen(entry(1), {"segment": 2, "stage": "last"}, gone=(1,))
+    assert str(error.value) == (
+        f"no evaluated checkpoint is left in {tmp_path}/checkpoints; cure: another --out"
+    )
+
+
+def test_without_an_evaluation_nothing_can_be_chosen(chosen):
+    with pytest.raises(UsageError) as error:
+        chosen({"segment": 1}, {"segment": 2, "stage": "last"})
     assert str(error.value) == "no checkpoint was evaluated; train longer with --steps"
