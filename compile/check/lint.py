@@ -22,10 +22,9 @@ from spikeport.compile.check.violation import Violation
 from spikeport.compile.ground.names import Names, base
 from spikeport.compile.ground.scope import (
     MATRICES,
-    NEURON_TYPES,
-    REGULAR_BASES,
     Scope,
     in_full,
+    is_plain,
     probeable,
     source_rows,
 )
@@ -63,8 +62,7 @@ def neuron_type(scope: Scope) -> Iterator[Violation]:
     """Refuse neurons other than LIF and integrate-and-fire, also where a subclass adds to these."""
     for ensemble in scope.ensembles:
         kind = ensemble.neuron_type
-        regular = type(kind) is nengo.RegularSpiking and type(kind.base_type) in REGULAR_BASES
-        if not regular and type(kind) not in (*NEURON_TYPES, *OWN_TYPES):
+        if not is_plain(kind) and type(kind) not in OWN_TYPES:
             yield rules.get("SP002").broken(scope.names[ensemble], type(kind).__name__)
 
 

@@ -20,6 +20,7 @@ from nengo.ensemble import Neurons
 from spikeport.compile.check import rules
 from spikeport.compile.check.violation import Violation
 from spikeport.compile.ground.names import base
+from spikeport.compile.ground.scope import full_weights
 from spikeport.errors import UsageError
 
 VARIABLE = "SPIKEPORT_MEMORY_GB"
@@ -114,7 +115,7 @@ def _of_connection(connection: nengo.Connection) -> Iterator[float]:
         if isinstance(post, nengo.Ensemble):
             yield TO_TARGET * 2 * connection.size_out * post.n_neurons
         return
-    if connection.solver.weights and isinstance(post, nengo.Ensemble):
+    if full_weights(connection) and isinstance(post, nengo.Ensemble):
         yield PLAIN + WEIGHT * pre.n_neurons * post.n_neurons
         return
     host = isinstance(post, nengo.Node) and post.output is not None

@@ -10,6 +10,8 @@ from typing import NamedTuple
 import nengo
 from nengo.ensemble import Neurons
 
+from spikeport.compile.ground.scope import full_weights
+
 DECODE_TAU_S = 0.005
 """nengo-loihi's filter behind decode neurons and inputs."""
 
@@ -44,10 +46,9 @@ def time_constant_s(connection: nengo.Connection) -> float:
 
 def sends_spikes(connection: nengo.Connection, from_chip: bool) -> bool:
     """Return whether spikes go to neurons as they are, by how a connection is written."""
-    pre = connection.pre_obj
     if isinstance(connection.post_obj, Neurons):
-        return from_chip or isinstance(pre, Neurons)
-    return from_chip and isinstance(pre, nengo.Ensemble) and connection.solver.weights
+        return from_chip or isinstance(connection.pre_obj, Neurons)
+    return from_chip and full_weights(connection)
 
 
 def asked_filter_s(connection: nengo.Connection, from_chip: bool) -> float:

@@ -69,8 +69,7 @@ class Scope:
         part = connection.post_slice
         if isinstance(part, slice) and part == slice(None):
             return False
-        full_weights = isinstance(connection.pre_obj, nengo.Ensemble) and connection.solver.weights
-        return self.on_chip(connection.post_obj) and not full_weights
+        return self.on_chip(connection.post_obj) and not full_weights(connection)
 
     def repeats_spikes(self, connection: nengo.Connection) -> bool:
         """Return whether a slice on the chip has a source of spikes more than once."""
@@ -84,6 +83,17 @@ class Scope:
     def ensembles(self) -> list[nengo.Ensemble]:
         """The ensembles meant for the chip."""
         return [e for e in self.network.all_ensembles if self.on_chip(e)]
+
+
+def full_weights(connection: nengo.Connection) -> bool:
+    """Return whether a connection's solver gives weights from neuron to neuron, not decoders."""
+    return isinstance(connection.pre_obj, nengo.Ensemble) and bool(connection.solver.weights)
+
+
+def is_plain(kind: nengo.neurons.NeuronType) -> bool:
+    """Return whether nengo-loihi builds neurons of a type."""
+    regular = type(kind) is nengo.RegularSpiking and type(kind.base_type) in REGULAR_BASES
+    return regular or type(kind) in NEURON_TYPES
 
 
 def probeable(obj: object) -> tuple[str, ...]:

@@ -11,7 +11,7 @@ from pydantic import Field
 from spikeport.compile.ground.filters import DECODE_TAU_S, asked_filter_s, time_constant_s
 from spikeport.compile.ground.names import base
 from spikeport.compile.ground.rewrite import Rewrite
-from spikeport.compile.ground.scope import Scope
+from spikeport.compile.ground.scope import Scope, full_weights
 from spikeport.compile.ground.settings import NetworkSettings
 from spikeport.compile.loihi.relay import RELAYS
 from spikeport.compile.loihi.solver import ParameterSolver
@@ -108,7 +108,7 @@ def _is_link(connection: nengo.Connection, scope: Scope) -> bool:
         scope.on_chip(pre)
         and scope.on_chip(post)
         and isinstance(post, nengo.Ensemble)
-        and not (isinstance(pre, nengo.Ensemble) and connection.solver.weights)
+        and not full_weights(connection)
         and connection.learning_rule_type is None
         and isinstance(connection.transform, LINEAR)
     )

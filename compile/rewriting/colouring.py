@@ -10,10 +10,10 @@ from nengo.base import NengoObject
 
 from spikeport.compile.ground.names import base
 from spikeport.compile.ground.scope import (
-    NEURON_TYPES,
-    REGULAR_BASES,
     Scope,
+    full_weights,
     is_passthrough,
+    is_plain,
     probeable,
 )
 from spikeport.compile.ground.settings import NetworkSettings
@@ -46,11 +46,9 @@ def regroupable(scope: Scope, folded: Sequence[nengo.Node]) -> list[nengo.Ensemb
 
 
 def _has_plain_neurons(ensemble: nengo.Ensemble) -> bool:
-    kind = ensemble.neuron_type
-    regular = type(kind) is nengo.RegularSpiking and type(kind.base_type) in REGULAR_BASES
     # Nengo refuses gain without bias, and bias without gain: lint reports it.
     both_or_neither = (ensemble.gain is None) == (ensemble.bias is None)
-    return (regular or type(kind) in NEURON_TYPES) and ensemble.noise is None and both_or_neither
+    return is_plain(ensemble.neuron_type) and ensemble.noise is None and both_or_neither
 
 
 def _special(scope: Scope, folded: Sequence[nengo.Node]) -> Iterator[NengoObject]:
@@ -71,12 +69,11 @@ def _special(scope: Scope, folded: Sequence[nengo.Node]) -> Iterator[NengoObject
 
 def _is_ordinary(scope: Scope, connection: nengo.Connection) -> bool:
     """Return whether a connection is a matrix and, on the chip, at most a low-pass filter."""
-    full_weights = isinstance(connection.pre_obj, nengo.Ensemble) and connection.solver.weights
     inside = scope.on_chip(connection.post_obj) and scope.on_chip(connection.pre_obj)
     return (
         connection.learning_rule_type is None
         and isinstance(connection.transform, PLAIN)
-        and (not full_weights or connection.solver.compositional)
+        and (not full_weights(connection) or connection.solver.compositional)
         and (not inside or type(connection.synapse) in (nengo.Lowpass, type(None)))
     )
 

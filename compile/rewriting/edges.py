@@ -15,7 +15,7 @@ import scipy.sparse as sparse
 from nengo.ensemble import Neurons
 
 from spikeport.compile.ground.names import End, base
-from spikeport.compile.ground.scope import source_rows, target_rows
+from spikeport.compile.ground.scope import full_weights, source_rows, target_rows
 from spikeport.compile.ground.settings import NetworkSettings
 from spikeport.compile.loihi.solver import Matrix, ParameterSolver, full
 from spikeport.compile.rewriting.partition import Partition, Position
@@ -183,7 +183,7 @@ class EdgeMatrices:
                 mine = weights[:, place.part.start : place.part.stop]
                 started = origin._replace(source=EdgeSource(place.group))
                 self._add(connection, started, _entries(mine), place.neuron)
-        elif isinstance(pre, nengo.Ensemble) and connection.solver.weights:
+        elif full_weights(connection):
             # Such a solver ends on an ensemble; its weights alone may end on neurons of a group.
             origin = origin._replace(source=EdgeSource(NO_GROUP, pre.neurons))
             self._add(connection, origin, _entries(self._solver.weights(connection)))
@@ -230,7 +230,7 @@ class EdgeMatrices:
         for place in self._partition.places[base(post)]:
             if isinstance(post, Neurons):
                 yield _to_neurons(place, rows)
-            elif isinstance(connection.pre_obj, nengo.Ensemble) and connection.solver.weights:
+            elif full_weights(connection):
                 yield self._to_encoded(place, rows)
             else:
                 # Inputs of a group are in units of its radius, the largest of its members'.

@@ -12,7 +12,13 @@ import numpy as np
 import scipy.sparse as sparse
 
 from spikeport.compile.ground.names import Names
-from spikeport.compile.ground.scope import Scope, is_passthrough, source_rows, target_rows
+from spikeport.compile.ground.scope import (
+    Scope,
+    full_weights,
+    is_passthrough,
+    source_rows,
+    target_rows,
+)
 from spikeport.compile.ground.settings import NetworkSettings
 from spikeport.compile.loihi.build_settings import AS_USUAL, BuildSettings
 from spikeport.compile.loihi.relay import RELAYS
@@ -74,8 +80,7 @@ def _relayed_values(scope: Scope, nodes: list[nengo.Node]) -> int:
 
 def _is_relayed(connection: nengo.Connection) -> bool:
     """Return whether the values of a connection are decoded, and encoded again at an ensemble."""
-    decoded = not (isinstance(connection.pre_obj, nengo.Ensemble) and connection.solver.weights)
-    return decoded and isinstance(connection.post_obj, nengo.Ensemble)
+    return isinstance(connection.post_obj, nengo.Ensemble) and not full_weights(connection)
 
 
 class _Sources:

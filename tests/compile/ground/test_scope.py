@@ -9,7 +9,14 @@ import numpy as np
 import pytest
 
 from spikeport.compile.ground.names import Names
-from spikeport.compile.ground.scope import Scope, in_full, probeable, target_rows
+from spikeport.compile.ground.scope import (
+    Scope,
+    full_weights,
+    in_full,
+    is_plain,
+    probeable,
+    target_rows,
+)
 
 
 def scope_of(network: nengo.Network) -> Scope:
@@ -91,3 +98,45 @@ def test_subclasses_are_probed_as_their_base() -> None:
     assert probeable(population) == ("decoded_output",)
     assert "spikes" in probeable(population.neurons)
     assert probeable(nengo.PES()) == ()
+
+
+def test_a_solver_of_an_ensemble_may_give_full_weights() -> None:
+    with nengo.Network():
+        a, b, node = nengo.Ensemble(4, 1), nengo.Ensemble(4, 1), nengo.Node(0.5)
+        solver = nengo.solvers.LstsqL2(weights=True)
+        full = nengo.Connection(a, b, solver=solver)
+        others = [
+            nengo.Connection(a, b),
+            nengo.Connection(a.neurons[:1], b),
+            nengo.Connection(node, b),
+        ]
+    assert full_weights(full)
+    assert not any(map(full_weights, others))
+
+
+@pytest.mark.parametrize(
+    ("kind", "plain"),
+    [
+        (nengo.LIF(), True),
+        (nengo.RegularSpiking(nengo.LIFRate()), True),
+        (nengo.RegularSpiking(nengo.Tanh()), False),
+        (nengo.AdaptiveLIF(), False),
+    ],
+)
+def test_neurons_that_nengo_loihi_builds(kind: nengo.neurons.NeuronType, plain: bool) -> None:
+    assert is_plain(kind) == plain
+
+
+def test_slices_on_the_chip_that_have_a_neuron_twice() -> None:
+    with nengo.Network() as network:
+        a, b = nengo.Ensemble(4, 2), nengo.Ensemble(2, 2)
+        spikes = nengo.Connection(a.neurons[[1, -3]], b.neurons)
+        others = [
+            nengo.Connection(a.neurons[[1, 2]], b.neurons),
+            nengo.Connection(a.neurons[1:3], b.neurons),
+            nengo.Connection(a[[1, 1]], b),
+            nengo.Connection(a.neurons[[1, 1]], nengo.Node(size_in=2)),
+        ]
+    scope = scope_of(network)
+    assert scope.repeats_spikes(spikes)
+    assert not any(map(scope.repeats_spikes, others))
