@@ -67,6 +67,8 @@ def run(trial: Trial[K, R], folder: Path) -> Outcome:
         try:
             done = perform(trial, ready, folder)
         except (DivergedError, SimulationError) as error:  # Nengo's: a node gave NaN or infinity
+            # First of all: leaving a robot damps it, and writing takes long.
+            rig.plant.close()
             path = run_folder.write_last_states(folder, rig.plant.history())
             raise DivergedError(f"{error}; the last states are in {path}") from error
         except BoardLostError as error:
@@ -77,6 +79,7 @@ def run(trial: Trial[K, R], folder: Path) -> Outcome:
                 f"{error}; the robot went into damping, its last states are in {path}"
             ) from None
         except RobotLostError as error:
+            rig.plant.close()
             if not len(rig.plant.history()["time_s"]):  # no robot was ever there
                 raise
             path = run_folder.write_last_states(folder, rig.plant.history())

@@ -10,11 +10,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from nengo.exceptions import SimulationError
 
 from spikeport.backends.board.link import LinkOptions
-from spikeport.errors import RobotLostError, UsageError
-from spikeport.experiments import registry
-from spikeport.experiments.driver import robot_line
+from spikeport.errors import DivergedError, RobotLostError, UsageError
+from spikeport.experiments import driver, registry
+from spikeport.experiments.driver import Ready, robot_line
 from spikeport.experiments.options import Options
 from spikeport.robot.link.client import InlineRobot
 from spikeport.robot.link.connection import RobotOptions
@@ -125,6 +126,34 @@ def test_a_robot_that_never_came_leaves_no_states(monkeypatch, tmp_path: Path) -
     with pytest.raises(RobotLostError, match=r"^no robot to begin with$"):
         run("walk", "analytic", "inline", 1.0, str(tmp_path))
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("error", [DivergedError, SimulationError, RobotLostError])
+def test_a_robot_is_left_before_its_last_states_are_written(
+    error: type[Exception], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Leaving a robot damps it; what clears and writes a folder takes long."""
+    order: list[str] = []
+    leave = InlineRobot.close
+
+    def fail(_trial: object, ready: Ready, _watched: object) -> None:
+        ready.closed.rig.plant.step()
+        raise error("lost")
+
+    def close(robot: InlineRobot) -> None:
+        order.append("left")
+        leave(robot)
+
+    def write(folder: Path, history: dict[str, np.ndarray]) -> Path:
+        order.append(f"{len(history['time_s'])} states")
+        return folder
+
+    monkeypatch.setattr(driver, "_simulate", fail)
+    monkeypatch.setattr(InlineRobot, "close", close)
+    monkeypatch.setattr(driver.run_folder, "write_last_states", write)
+    with pytest.raises((DivergedError, RobotLostError), match=r"lost; .* in "):
+        run("walk", "analytic", "inline", 1.0, str(tmp_path))
+    assert order == ["left", "2 states"]
 
 
 def test_figures_say_how_the_robot_was() -> None:
