@@ -10,12 +10,12 @@ from matplotlib.figure import Figure
 from spikeport.constants import DT_S
 from spikeport.experiments.run_folder import Result
 from spikeport.experiments.walk.recording import WalkRecording, WalkRun
-from spikeport.robot.walk_interface import PARTS
 
 BEFORE_S = 5.0
 ONSET, SPIKES = "#c62828", "#44474d"
-GRAVITY = {"pitch": 0, "roll": 1}
-"""Components of gravity in the pelvis's frame that vary with its tilts."""
+GRAVITY = {"pitch": (0, 1.0), "roll": (1, -1.0)}
+"""Components of gravity's direction in the pelvis frame that are the sines of its tilts, forwards
+and to the right, and their signs."""
 
 
 def silence_figure(run: WalkRun, spikes: np.ndarray, result: Result) -> Figure:
@@ -45,9 +45,8 @@ def _draw_spikes(axes: Axes, spikes: np.ndarray) -> None:
 def _draw_pose(height: Axes, tilt: Axes, recording: WalkRecording) -> None:
     height.plot(recording.time_s, 100 * recording.height_m)
     height.set_ylabel("pelvis (cm)")
-    gravity = recording.observation[:, PARTS["gravity"]]
-    for name, component in GRAVITY.items():
-        # The component of gravity along an axis is the sine of the tilt about the other.
-        tilt.plot(recording.time_s, np.rad2deg(np.arcsin(gravity[:, component])), label=name)
+    for name, (component, sign) in GRAVITY.items():
+        sine = sign * recording.down[:, component]
+        tilt.plot(recording.time_s, np.rad2deg(np.arcsin(sine)), label=name)
     tilt.set_ylabel("tilt (deg)")
     tilt.legend(loc="upper left", frameon=False, ncols=2)

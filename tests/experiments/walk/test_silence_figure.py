@@ -1,6 +1,7 @@
 """The walk with a share of its policy's ensembles silenced (the paper's Fig. 5c)."""
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,7 +11,9 @@ from spikeport.errors import UsageError
 from spikeport.experiments.driver import run
 from spikeport.experiments.options import Options
 from spikeport.experiments.walk.settings import WalkSettings
+from spikeport.experiments.walk.silence_figure import silence_figure
 from spikeport.experiments.walk.trial import WalkTrial
+from spikeport.robot.walk_interface import gravity
 
 
 @pytest.mark.parametrize(
@@ -35,6 +38,31 @@ def test_the_exact_policy_cannot_be_silenced(backend, policy):
     with pytest.raises(UsageError) as caught:
         WalkTrial(settings, options).check()
     assert str(caught.value) == "silence=0.5: the exact policy has no neurons"
+
+
+@pytest.mark.parametrize(
+    ("tilt", "axis", "degrees"),
+    [("pitch", (0, 1, 0), 20), ("pitch", (0, 1, 0), -5), ("roll", (1, 0, 0), 20)],
+)
+def test_tilts_are_positive_forwards_and_to_the_right(tilt, axis, degrees):
+    """The x axis of a robot points ahead, its y axis to the left, and right is down by a roll."""
+    half = np.radians(degrees) / 2
+    down = gravity([np.cos(half), *np.sin(half) * np.array(axis)])
+    run = SimpleNamespace(
+        recording=SimpleNamespace(
+            time_s=np.array([0.005, 0.01]), height_m=np.ones(2), down=np.tile(down, (2, 1))
+        ),
+        fallen_at_s=None,
+    )
+    result = {
+        "settings": {"path": "line", "silence": 0.5, "silence_at": 0.0},
+        "backend": "native",
+    }
+    axes = silence_figure(run, np.zeros((10, 3)), result).axes[-1]
+    drawn = {line.get_label(): line.get_ydata() for line in axes.lines[:2]}
+    assert drawn.keys() == {"pitch", "roll"}
+    for name, values in drawn.items():
+        assert values == pytest.approx(degrees if name == tilt else 0.0, abs=1e-9)
 
 
 @pytest.mark.slow
